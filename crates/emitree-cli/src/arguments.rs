@@ -1,0 +1,133 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand};
+use emitree_io::Override;
+use std::path::PathBuf;
+
+/// Images of optically thin volume emissions, with as few evaluations of the emission as possible.
+#[derive(Debug, Parser)]
+#[command(name = "emitree", version, max_term_width = 100)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene file to images.
+    Render(RenderArguments),
+    /// List the built-in emission models, or all about one of them.
+    Models {
+        /// The model to tell about.
+        name: Option<String>,
+    },
+    /// Measure Figures 9, 10 and 11 of the paper anew: CSV files and plots.
+    Reproduce {
+        /// The folder for the files.
+        #[arg(short, long, default_value = "reproduction")]
+        output: PathBuf,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct RenderArguments {
+    /// The scene file (TOML).
+    pub(crate) scene: PathBuf,
+
+    /// Write the image here; .fits, .npy or .png. May be repeated.
+    /// Without it: SCENE.fits, SCENE.npy and SCENE.png in this folder.
+    #[arg(short, long = "output", value_name = "FILE")]
+    pub(crate) outputs: Vec<PathBuf>,
+    /// Write the report here (JSON).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Write the estimated error of each pixel here; .fits, .npy or .png.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) error_map: Option<PathBuf>,
+    /// Write a series of ever finer images (PNG and NPY) into this folder: the coefficients
+    /// projected by size, the largest first (method paper).
+    #[arg(long, value_name = "DIR")]
+    pub(crate) progressive: Option<PathBuf>,
+
+    /// The method: paper or los.
+    #[arg(long)]
+    method: Option<String>,
+    /// The largest image error, relative to the largest pixel (los: along each line).
+    #[arg(long, value_name = "T")]
+    tolerance: Option<String>,
+    /// Drop details below this, in the units of g, or of the largest cell average with a %.
+    #[arg(long, value_name = "SIZE")]
+    threshold: Option<String>,
+    /// The order of the prediction: 1, 3, 5, 7 or 9.
+    #[arg(long, value_name = "P")]
+    order: Option<String>,
+    /// The base grid has 2^L cells along each axis.
+    #[arg(long, value_name = "L")]
+    base_level: Option<String>,
+    /// How cell averages are made: midpoint or simpson.
+    #[arg(long)]
+    rule: Option<String>,
+    /// Stop after this many evaluations.
+    #[arg(long, value_name = "N")]
+    max_evaluations: Option<String>,
+    /// Columns of the image.
+    #[arg(long, value_name = "PIXELS")]
+    width: Option<String>,
+    /// Rows of the image.
+    #[arg(long, value_name = "PIXELS")]
+    height: Option<String>,
+    /// N x N lines of sight for each pixel (method los).
+    #[arg(long, value_name = "N")]
+    lines: Option<String>,
+    /// Equal steps along each line of sight (method los).
+    #[arg(long, value_name = "M")]
+    steps: Option<String>,
+    /// Replace any value of the scene, as in --set emission.constants.a=50. May be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    set: Vec<(String, String)>,
+
+    /// The number of threads; all cores without it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+    /// Print neither progress nor summary.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+impl RenderArguments {
+    /// The options that replace values of the scene; --set comes last.
+    pub(crate) fn overrides(&self) -> Vec<Override> {
+        let options = [
+            ("render.method", "method", &self.method),
+            ("render.tolerance", "tolerance", &self.tolerance),
+            ("render.threshold", "threshold", &self.threshold),
+            ("render.order", "order", &self.order),
+            ("render.base_level", "base-level", &self.base_level),
+            ("render.rule", "rule", &self.rule),
+            ("render.max_evaluations", "max-evaluations", &self.max_evaluations),
+            ("image.width", "width", &self.width),
+            ("image.height", "height", &self.height),
+            ("render.lines", "lines", &self.lines),
+            ("render.steps", "steps", &self.steps),
+        ];
+        let given = options.into_iter().filter_map(|(key, option, value)| {
+            let value = value.clone()?;
+            Some(Override { key: key.into(), value, option: option.into() })
+        });
+        let set = self.set.iter().map(|(key, value)| Override {
+            key: key.clone(),
+            value: value.clone(),
+            option: "set".into(),
+        });
+        given.chain(set).collect()
+    }
+}
+
+fn key_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => {
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("expected KEY=VALUE, as in image.width=100".to_owned()),
+    }
+}

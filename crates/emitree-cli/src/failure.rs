@@ -1,0 +1,79 @@
+//! Failures, their messages and their exit codes.
+
+use emitree::RenderError;
+use emitree_io::{FitsEncodeError, OutputError, PictureError, SceneError, UnknownEnding};
+use miette::{GraphicalReportHandler, GraphicalTheme};
+use std::convert::Infallible;
+use std::io::{IsTerminal, Write};
+use std::process::ExitCode;
+
+/// The scene or the options are wrong.
+const BAD_REQUEST: u8 = 2;
+/// The emission failed, or was not finite somewhere.
+const BAD_EMISSION: u8 = 3;
+/// The budget ended before the tolerance was met; the image was written all the same.
+pub(crate) const BUDGET_ENDED: u8 = 4;
+/// What shells say of a program that Ctrl-C ended: 128 + SIGINT.
+const INTERRUPTED: u8 = 130;
+
+/// Why a command failed.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Render(#[from] RenderError<Infallible>),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error("output: {0}")]
+    Ending(#[from] UnknownEnding),
+    #[error(transparent)]
+    Fits(#[from] FitsEncodeError),
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    #[error(transparent)]
+    Figure(#[from] emitree_io::figure::FigureError),
+    #[error("{0}")]
+    Request(String),
+    #[error("can't write to the terminal: {0}")]
+    Terminal(#[from] std::io::Error),
+}
+
+impl Failure {
+    fn code(&self) -> u8 {
+        match self {
+            Self::Render(RenderError::NotFinite { .. } | RenderError::Emission(_)) => BAD_EMISSION,
+            Self::Render(RenderError::Interrupted) => INTERRUPTED,
+            _ => BAD_REQUEST,
+        }
+    }
+
+    /// Tells the user, and returns the exit code.
+    pub(crate) fn report(&self) -> ExitCode {
+        let mut stderr = std::io::stderr().lock();
+        // If even the message can't be written, the code still tells.
+        let _ = match self {
+            // A reader that has seen enough (`emitree models | head`) is no failure.
+            Self::Terminal(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
+                return ExitCode::SUCCESS;
+            }
+            Self::Scene(error) => {
+                let theme = if stderr.is_terminal() {
+                    GraphicalTheme::unicode()
+                } else {
+                    GraphicalTheme::unicode_nocolor()
+                };
+                let mut text = String::new();
+                let rendered = GraphicalReportHandler::new_themed(theme)
+                    .with_width(100)
+                    .render_report(&mut text, error);
+                match rendered {
+                    Ok(()) => write!(stderr, "{}", text.trim_start_matches('\n')),
+                    Err(_) => writeln!(stderr, "emitree: {error}"),
+                }
+            }
+            _ => writeln!(stderr, "emitree: {self}"),
+        };
+        ExitCode::from(self.code())
+    }
+}

@@ -1,0 +1,57 @@
+//! `emitree render`: a scene file in, images out.
+
+mod outputs;
+mod progress;
+mod summary;
+
+pub(crate) use summary::grouped;
+
+use crate::arguments::RenderArguments;
+use crate::failure::{BUDGET_ENDED, Failure};
+use crate::interrupt;
+use crate::report::{Report, available_memory_bytes};
+use emitree::{RenderError, RenderOptions, render};
+use emitree_io::Scene;
+use outputs::Outputs;
+use progress::ProgressLine;
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+
+pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
+    let scene = Scene::open(&arguments.scene, &arguments.overrides())?;
+    let mut pool = rayon::ThreadPoolBuilder::new();
+    if let Some(threads) = arguments.threads {
+        pool = pool.num_threads(usize::from(threads));
+    }
+    let pool = pool
+        .build()
+        .map_err(|error| Failure::Request(format!("--threads: can't start them: {error}")))?;
+
+    interrupt::catch();
+    // Temporary files beside the targets: what can't be written is found before g is called.
+    let outputs = Outputs::prepare(arguments)?;
+    let line = ProgressLine::new(arguments.quiet);
+    let progress = |evaluations| {
+        line.set(evaluations);
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let mut options = RenderOptions::new(scene.render.method);
+    options.max_evaluations = scene.render.max_evaluations;
+    options.progress = Some(&progress);
+    if let Some(available) = available_memory_bytes() {
+        options.max_memory_bytes = available;
+    }
+    let shape = [scene.height, scene.width];
+    let rendering =
+        pool.install(|| render(&scene.emission, scene.camera.projection(), shape, &options))?;
+    line.finish();
+    if interrupt::requested() {
+        return Err(RenderError::Interrupted.into());
+    }
+    let report = Report::new(&scene, &rendering);
+    let written = pool.install(|| outputs.write(&scene, &rendering, &report))?;
+    if !arguments.quiet {
+        summary::print(&scene, &rendering, &written)?;
+    }
+    Ok(if rendering.converged { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
+}

@@ -1,0 +1,107 @@
+//! The report of a rendering, for programs to read. Its keys are a contract.
+
+use emitree::{Method, Rendering};
+use emitree_io::Scene;
+use serde::Serialize;
+
+/// report.json.
+#[derive(Debug, Serialize)]
+pub(crate) struct Report {
+    evaluations: u64,
+    batches: u64,
+    method: &'static str,
+    tolerance: Option<f64>,
+    estimated_error: Option<f64>,
+    converged: bool,
+    threshold: Option<f64>,
+    order: Option<usize>,
+    base_level: Option<u8>,
+    leaves_per_level: Vec<usize>,
+    seconds: Seconds,
+    peak_memory_bytes: Option<u64>,
+    image: ImageReport,
+    version: &'static str,
+    scene: String,
+    overrides: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Seconds {
+    total: f64,
+    emission: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct ImageReport {
+    height: usize,
+    width: usize,
+    min: f64,
+    max: f64,
+    quantity: &'static str,
+    unit: &'static str,
+}
+
+
+
+
+impl Report {
+    pub(crate) fn new(scene: &Scene, rendering: &Rendering) -> Self {
+        let (min, max) = rendering.image.min_max();
+        let build_options = match scene.render.method {
+            Method::Paper(options) => Some(options),
+            _ => None,
+        };
+        let tree = rendering.tree.as_ref();
+        Self {
+            evaluations: rendering.evaluations,
+            batches: rendering.batches,
+            method: scene.render.method_name(),
+            tolerance: scene.render.tolerance,
+            estimated_error: rendering.estimated_error(),
+            converged: rendering.converged,
+            threshold: tree.map(|(_, threshold)| *threshold),
+            order: build_options.map(|options| options.order),
+            base_level: build_options.map(|options| options.base_level),
+            leaves_per_level: tree.map_or_else(Vec::new, |(tree, _)| tree.leaves_per_level()),
+            seconds: Seconds {
+                total: rendering.total_time.as_secs_f64(),
+                emission: rendering.emission_time.as_secs_f64(),
+            },
+            peak_memory_bytes: peak_memory_bytes(),
+            image: ImageReport {
+                height: scene.height,
+                width: scene.width,
+                min,
+                max,
+                quantity: "radiance",
+                unit: scene.emission.image_unit(),
+            },
+            version: env!("CARGO_PKG_VERSION"),
+            scene: scene.name.clone(),
+            overrides: scene.overrides.clone(),
+        }
+    }
+
+    pub(crate) fn to_json(&self) -> Vec<u8> {
+        // All keys are strings and all numbers finite or null, which is all that JSON asks for.
+        let mut json = serde_json::to_vec_pretty(self).unwrap_or_default();
+        json.push(b'\n');
+        json
+    }
+}
+
+/// The largest memory that this process has had; known on Linux only.
+fn peak_memory_bytes() -> Option<u64> {
+    kibibytes("/proc/self/status", "VmHWM:")
+}
+
+/// The memory that a new allocation could get now; known on Linux only.
+pub(crate) fn available_memory_bytes() -> Option<u64> {
+    kibibytes("/proc/meminfo", "MemAvailable:")
+}
+
+fn kibibytes(file: &str, key: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}

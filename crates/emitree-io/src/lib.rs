@@ -1,0 +1,40 @@
+//! Files of emitree: scene files in, FITS, NPY and PNG images out.
+//!
+//! [`Scene`] reads a scene file and checks everything in it.
+//! Encoders turn an [`Image`](emitree::Image) into bytes in memory; an [`OutputFile`] turns bytes
+//! into a file that is whole or absent. Numbers leave as FITS or NPY, PNG is for looking.
+//!
+//! ```
+//! use emitree::Image;
+//! use emitree_io::{Format, OutputFile, PictureOptions, encode_npy_image, encode_png};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("image.png");
+//! let format = Format::from_path(&path)?;
+//! let output = OutputFile::create(&path)?; // fails before the expensive part
+//! let image = Image::zeros(64, 64);
+//! let bytes = match format {
+//!     Format::Npy => encode_npy_image(&image),
+//!     _ => encode_png(&image, &PictureOptions::default())?,
+//! };
+//! output.commit(&bytes)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod colour;
+#[cfg(feature = "figure")]
+pub mod figure;
+mod fits;
+mod format;
+mod npy;
+mod output;
+mod png;
+pub mod scene;
+
+pub use colour::{ColourMap, ValueRange};
+pub use fits::{Card, CardValue, FitsEncodeError, FitsFile, FitsImage, Wcs, WcsAxis};
+pub use format::{Format, UnknownEnding};
+pub use npy::{NpyError, encode_npy, encode_npy_image};
+pub use output::{OutputError, OutputFile, OutputSet};
+pub use png::{PictureError, PictureOptions, encode_png};
+pub use scene::{Camera, Override, RenderSettings, Scene, SceneEmission, SceneError};

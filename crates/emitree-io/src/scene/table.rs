@@ -1,0 +1,139 @@
+//! Reading a table key by key: typed values out, and nothing left over.
+
+use super::document::{Entry, Node, Place, Value};
+use super::error::SceneError;
+use std::collections::BTreeMap;
+
+/// A table that is being read. Keys that nobody asked for are refused at the end, with the keys
+/// that were asked for as what was expected.
+pub(super) struct Table {
+    path: String,
+    place: Place,
+    entries: BTreeMap<String, Entry>,
+    asked: Vec<&'static str>,
+}
+
+impl Table {
+    pub(super) fn new(node: Node) -> Result<Self, SceneError> {
+        match node.value {
+            Value::Table(entries) => {
+                Ok(Self { path: node.path, place: node.place, entries, asked: Vec::new() })
+            }
+            _ => Err(wrong_kind(&node, "a table")),
+        }
+    }
+
+    /// The value of an optional key.
+    pub(super) fn take(&mut self, key: &'static str) -> Option<Node> {
+        self.asked.push(key);
+        self.entries.remove(key).map(|entry| entry.node)
+    }
+
+    /// The value of a key that must be there.
+    pub(super) fn require(&mut self, key: &'static str, expected: &str) -> Result<Node, SceneError> {
+        let place = self.place.clone();
+        self.take(key).ok_or_else(|| {
+            let path = self.path_of(key);
+            SceneError::at(&place, format!("`{path}` is missing"))
+                .label(format!("expected `{key}` here: {expected}"))
+        })
+    }
+
+    pub(super) fn table(&mut self, key: &'static str) -> Result<Option<Self>, SceneError> {
+        self.take(key).map(Self::new).transpose()
+    }
+
+    pub(super) fn text(&mut self, key: &'static str) -> Result<Option<(String, Place)>, SceneError> {
+        self.take(key).map(|node| node.text()).transpose()
+    }
+
+    pub(super) fn count<T: TryFrom<i64>>(
+        &mut self,
+        key: &'static str,
+        expected: &str,
+    ) -> Result<Option<T>, SceneError> {
+        self.take(key).map(|node| node.count(expected)).transpose()
+    }
+
+    /// All entries as numbers, whatever their names.
+    pub(super) fn numbers(self) -> Result<BTreeMap<String, (f64, Entry)>, SceneError> {
+        let number = |(key, entry): (String, Entry)| {
+            let value = entry.node.number()?;
+            Ok((key, (value, entry)))
+        };
+        self.entries.into_iter().map(number).collect()
+    }
+
+    pub(super) fn place(&self) -> &Place {
+        &self.place
+    }
+
+    /// Refuses keys that nobody asked for.
+    pub(super) fn finish(self) -> Result<(), SceneError> {
+        let Some((key, entry)) = self.entries.iter().next() else { return Ok(()) };
+        let known: Vec<String> = self.asked.iter().map(|key| format!("`{key}`")).collect();
+        let nearest = self.asked.iter().map(|known| (strsim::damerau_levenshtein(known, key), known));
+        let label = match nearest.min() {
+            Some((distance, known)) if distance <= 1 + key.len() / 4 => {
+                format!("did you mean `{known}`?")
+            }
+            _ => format!("expected one of {}", known.join(", ")),
+        };
+        let path = self.path_of(key);
+        Err(SceneError::at(&entry.key, format!("unknown key `{path}`"))
+            .label(label)
+            .help(format!("keys here: {}", known.join(", "))))
+    }
+
+    fn path_of(&self, key: &str) -> String {
+        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
+    }
+}
+
+impl Node {
+    pub(super) fn text(&self) -> Result<(String, Place), SceneError> {
+        match &self.value {
+            Value::Text(text) => Ok((text.clone(), self.place.clone())),
+            _ => Err(wrong_kind(self, "a string")),
+        }
+    }
+
+    /// A finite number, written as an integer or not.
+    pub(super) fn number(&self) -> Result<f64, SceneError> {
+        match self.value {
+            #[expect(clippy::cast_precision_loss, reason = "TOML's 1 and 1.0 mean the same here")]
+            Value::Integer(integer) => Ok(integer as f64),
+            Value::Real(real) if real.is_finite() => Ok(real),
+            Value::Real(real) => Err(self.refuse(&real.to_string(), "a finite number")),
+            _ => Err(wrong_kind(self, "a number")),
+        }
+    }
+
+    /// An integer that fits `T`.
+    pub(super) fn count<T: TryFrom<i64>>(&self, expected: &str) -> Result<T, SceneError> {
+        match self.value {
+            Value::Integer(integer) => {
+                T::try_from(integer).map_err(|_| self.refuse(&integer.to_string(), expected))
+            }
+            _ => Err(wrong_kind(self, expected)),
+        }
+    }
+
+    pub(super) fn vector<const N: usize>(&self, expected: &str) -> Result<[f64; N], SceneError> {
+        let Value::Array(items) = &self.value else { return Err(wrong_kind(self, expected)) };
+        let numbers: Vec<f64> = items.iter().map(Self::number).collect::<Result<_, _>>()?;
+        let count = numbers.len();
+        <[f64; N]>::try_from(numbers)
+            .map_err(|_| self.refuse(&format!("an array of {count}"), expected))
+    }
+
+    /// An error that says what the value is and what was expected.
+    pub(super) fn refuse(&self, value: &str, expected: &str) -> SceneError {
+        SceneError::at(&self.place, format!("`{}` is {value}", self.path))
+            .label(format!("expected {expected}"))
+    }
+}
+
+fn wrong_kind(node: &Node, expected: &str) -> SceneError {
+    node.refuse(node.value.kind(), expected)
+}

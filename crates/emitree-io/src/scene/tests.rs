@@ -1,0 +1,261 @@
+use super::*;
+use emitree::quadrature::CellRule;
+use emitree::tree::BuildOptions;
+use emitree::{LosOptions, Method, Steps, Threshold};
+
+const SCENE: &str = r#"
+[emission]
+expression = "exp(-a*x^2)"
+constants = { a = 100.0 }
+
+[projection]
+type = "canonical"
+
+[image]
+width = 50
+height = 100
+
+[render]
+method = "paper"
+threshold = 0.038
+base_level = 2
+"#;
+
+const SMILE: &str = r#"
+[emission]
+model = "cmem"
+parameters = { density = 5.0 }
+
+[projection]
+type = "equirectangular"
+position = [10, -30.0, 0.0]
+target = [6.0, 0.0, 0.0]
+field_of_view = [16.0, 27.0]
+far = 80.0
+length_unit = "R_E"
+
+[image]
+width = 50
+height = 100
+
+[render]
+method = "los"
+steps = 160
+"#;
+
+/// The error of a scene with one text replaced: its line, message, and what was expected.
+fn error(scene: &str, from: &str, to: &str) -> (usize, String, String) {
+    assert!(scene.contains(from), "{from}");
+    let error = Scene::parse("scene.toml", &scene.replacen(from, to, 1), &[]).unwrap_err();
+    let (name, line) = error.line().unwrap();
+    assert_eq!(name, "scene.toml");
+    (line, error.message().to_owned(), error.expected().to_owned())
+}
+
+fn expect(scene: &str, [from, to]: [&str; 2], line: usize, message: &str, expected: &str) {
+    assert_eq!(error(scene, from, to), (line, message.to_owned(), expected.to_owned()));
+}
+
+fn option(key: &str, value: &str) -> Override {
+    Override { key: key.into(), value: value.into(), option: format!("--{key}") }
+}
+
+fn render_of(overrides: &[Override]) -> Result<RenderSettings, SceneError> {
+    Scene::parse("scene.toml", SMILE, overrides).map(|scene| scene.render)
+}
+
+#[test]
+fn a_scene_is_read() {
+    let scene = Scene::parse("scene.toml", SCENE, &[]).unwrap();
+    assert_eq!((scene.height, scene.width), (100, 50));
+    assert_eq!(scene.render.method_name(), "paper");
+    let expected = BuildOptions {
+        base_level: 2,
+        threshold: Threshold::Absolute(0.038),
+        ..BuildOptions::default()
+    };
+    assert_eq!(scene.render.method, Method::Paper(expected));
+    assert_eq!((scene.emission.image_unit(), scene.length_unit), ("", None));
+
+    let scene = Scene::parse("scene.toml", SMILE, &[]).unwrap();
+    assert_eq!(scene.length_unit.as_deref(), Some("R_E"));
+    assert_eq!(scene.emission.image_unit(), "keV cm-2 s-1 sr-1");
+    let expected = LosOptions { lines: 1, steps: Steps::Fixed(160) };
+    assert_eq!(scene.render.method, Method::Los(expected));
+}
+
+#[test]
+fn options_replace_values() {
+    let overrides =
+        [option("image.width", "7"), option("emission.constants.a", "2"), option("image.width", "9")];
+    let scene = Scene::parse("scene.toml", SCENE, &overrides).unwrap();
+    assert_eq!((scene.height, scene.width), (100, 9));
+    assert_eq!(scene.overrides[1], "emission.constants.a = 2");
+    // Words need no quotes, as on any command line.
+    let changes = [
+        option("render.method", "paper"),
+        option("render.threshold", "2%"),
+        option("render.rule", "simpson"),
+    ];
+    let settings = render_of(&changes).unwrap();
+    let Method::Paper(options) = settings.method else { panic!("{settings:?}") };
+    assert_eq!((options.threshold, options.rule), (Threshold::Relative(0.02), CellRule::Simpson));
+}
+
+#[test]
+fn an_error_in_an_option_names_the_option() {
+    let error = render_of(&[option("render.order", "three")]).unwrap_err();
+    assert_eq!(error.line(), Some(("option --render.order", 1)));
+    assert_eq!(error.message(), "`render.order` is a string");
+    assert_eq!(error.expected(), "expected 1, 3, 5, 7 or 9");
+    let error = render_of(&[option("render.ordre", "3")]).unwrap_err();
+    assert_eq!(error.message(), "unknown key `render.ordre`");
+    assert_eq!(error.expected(), "did you mean `order`?");
+    let error = render_of(&[option("bad key", "3")]).unwrap_err();
+    assert_eq!(error.message(), "the scene is not valid TOML");
+}
+
+#[test]
+fn adaptive_or_equal_steps_whichever_was_said_last() {
+    let steps = |overrides: &[Override]| match render_of(overrides).unwrap().method {
+        Method::Los(options) => options.steps,
+        method => panic!("{method:?}"),
+    };
+    assert_eq!(steps(&[]), Steps::Fixed(160));
+    assert_eq!(steps(&[option("render.tolerance", "0.01")]), Steps::Adaptive(0.01));
+    let both = [option("render.tolerance", "0.01"), option("render.steps", "20")];
+    let error = render_of(&both).unwrap_err();
+    assert_eq!(error.message(), "both `tolerance` and `steps` are given");
+    // A tolerance for `vol` in the scene does not keep anyone from asking for steps.
+    let scene = SMILE.replace("steps = 160", "tolerance = 0.01");
+    let settings = |change| Scene::parse("scene.toml", &scene, change).unwrap().render;
+    assert_eq!(settings(&[]).tolerance, Some(0.01));
+    let fixed = settings(&[option("render.steps", "20")]);
+    assert_eq!(fixed.tolerance, None);
+    assert_eq!(fixed.method, Method::Los(LosOptions { lines: 1, steps: Steps::Fixed(20) }));
+}
+
+#[test]
+fn unknown_keys_are_refused_where_they_stand() {
+    let message = "unknown key `image.widht`";
+    expect(SCENE, ["width = 50", "widht = 50\nwidth = 50"], 10, message, "did you mean `width`?");
+    let message = "unknown key `colour`";
+    let keys = "expected one of `emission`, `projection`, `occulter`, `energy`, `image`, `render`";
+    expect(SCENE, ["\n[emission]", "colour = 3\n[emission]"], 1, message, keys);
+    let message = "unknown key `projection.far`";
+    expect(
+        SCENE,
+        ["\"canonical\"", "\"canonical\"\nfar = 3"],
+        8,
+        message,
+        "expected one of `type`, `length_unit`",
+    );
+}
+
+#[test]
+fn wrong_types_are_named() {
+    let pixels = "expected a number of pixels, 1 or more";
+    expect(SCENE, ["50", "\"50\""], 10, "`image.width` is a string", pixels);
+    expect(SCENE, ["50", "50.5"], 10, "`image.width` is a number", pixels);
+    expect(SCENE, ["50", "-50"], 10, "`image.width` is -50", pixels);
+    expect(SCENE, ["50", "0"], 10, "`image.width` is 0", pixels);
+    let table = "expected a table";
+    let message = "the scene is not valid TOML";
+    expect(SCENE, ["\n[emission]", "image = 3\n[emission]"], 9, message, "duplicate key");
+    expect(SCENE, ["{ a = 100.0 }", "3"], 4, "`emission.constants` is an integer", table);
+    let message = "`emission.constants.a` is a boolean";
+    expect(SCENE, ["100.0", "true"], 4, message, "expected a number");
+    let message = "`emission.constants.a` is inf";
+    expect(SCENE, ["100.0", "inf"], 4, message, "expected a finite number");
+    let message = "`projection.target` is an array of 2";
+    expect(SMILE, ["6.0, 0.0, 0.0", "6.0, 0.0"], 9, message, "expected three numbers [x, y, z]");
+    let message = "`projection.position[1]` is a string";
+    expect(SMILE, ["-30.0", "\"a\""], 8, message, "expected a number");
+}
+
+#[test]
+fn missing_parts_say_what_is_missing() {
+    expect(
+        SCENE,
+        ["[projection]\ntype = \"canonical\"", ""],
+        1,
+        "the scene has no `[projection]`",
+        "expected a table `[projection]` with `type` = `canonical` or `equirectangular`",
+    );
+    let message = "`image.height` is missing";
+    let expected = "expected `height` here: a number of pixels, 1 or more";
+    expect(SCENE, ["height = 100", ""], 9, message, expected);
+    let message = "`projection.far` is missing";
+    let expected = "expected `far` here: a depth in `length_unit`";
+    expect(SMILE, ["far = 80.0", ""], 6, message, expected);
+    let message = "the scene has no emission";
+    let expected = "expected `expression = \"…\"` or `model = \"…\"` here";
+    expect(SMILE, ["model = \"cmem\"\nparameters = { density = 5.0 }", ""], 2, message, expected);
+    let scene = SCENE.replace("method = \"paper\"", "");
+    let error = Scene::parse("scene.toml", &scene, &[]).unwrap_err();
+    assert_eq!(
+        error.message(),
+        "the method `vol` (the default) is not available in this version"
+    );
+}
+
+#[test]
+fn models_and_their_parameters_are_checked_where_they_stand() {
+    let (line, message, _) = error(SMILE, "\"cmem\"", "\"cmen\"");
+    assert_eq!(line, 3);
+    assert!(message.starts_with("unknown model `cmen`: did you mean `cmem`?"), "{message}");
+    let (line, message, _) = error(SMILE, "{ density = 5.0 }", "{ densty = 5.0 }");
+    assert_eq!(line, 4);
+    assert!(message.contains("no parameter `densty`: did you mean `density`?"), "{message}");
+    let (line, message, _) = error(SMILE, "density = 5.0", "density = -5.0");
+    assert_eq!(line, 4);
+    assert!(message.contains("`density` of model `cmem` is -5.0: expected"), "{message}");
+    let message = "`length_unit` is \"km\"";
+    let expected = "expected \"R_E\", the length unit of the model";
+    expect(SMILE, ["\"R_E\"", "\"km\""], 12, message, expected);
+}
+
+#[test]
+fn expressions_are_marked_where_they_are_wrong() {
+    let text = SCENE.replace("exp(-a*x^2)", "exp(-a*q^2)");
+    let error = Scene::parse("scene.toml", &text, &[]).unwrap_err();
+    assert!(error.message().contains("unknown name `q`"), "{}", error.message());
+    let span = miette::Diagnostic::labels(&error).unwrap().next().unwrap();
+    assert_eq!(&text[span.offset()..span.offset() + span.len()], "q");
+    let (line, message, _) = self::error(SCENE, "exp(-a*x^2)", "exp(-a*x^2");
+    assert_eq!(line, 3);
+    assert!(message.starts_with("`emission.expression`: "), "{message}");
+    let message = "the constant `b` is not used";
+    let expected = "expected a name that stands in `emission.expression`";
+    expect(SCENE, ["a = 100.0", "a = 100.0, b = 1"], 4, message, expected);
+}
+
+#[test]
+fn cameras_that_make_no_sense_are_refused() {
+    let message = "`[projection]`: `field_of_view` is 400: expected a width in (0, 360] degrees";
+    expect(SMILE, ["16.0, 27.0", "400, 27.0"], 10, message, "here");
+    let (line, message, _) = error(SMILE, "[6.0, 0.0, 0.0]", "[10.0, -30.0, 0.0]");
+    assert_eq!(line, 9);
+    assert!(message.contains("expected two different points"), "{message}");
+    let (line, message, _) = error(SMILE, "far = 80.0", "far = 80.0\nup = [-4.0, 30.0, 0.0]");
+    assert_eq!(line, 12);
+    assert!(message.contains("is along the pointing"), "{message}");
+    let kinds = "expected `canonical` or `equirectangular`";
+    let message = "the projection `fisheye` is not available in this version";
+    expect(SMILE, ["equirectangular", "fisheye"], 7, message, kinds);
+    expect(SMILE, ["equirectangular", "round"], 7, "unknown projection `round`", kinds);
+}
+
+#[test]
+fn render_settings_out_of_range_are_refused() {
+    let sizes = "expected a size above 0 in the units of g, or a string such as \"1%\"";
+    expect(SCENE, ["0.038", "-1"], 15, "`render.threshold` is -1", sizes);
+    expect(SCENE, ["0.038", "\"1 percent\""], 15, "`render.threshold` is \"1 percent\"", sizes);
+    let message = "unknown method `volume`";
+    expect(SCENE, ["\"paper\"", "\"volume\""], 14, message, "expected `paper` or `los`");
+    let budget = "expected a number of evaluations, 1 or more";
+    let add = ["base_level = 2", "max_evaluations = 0"];
+    expect(SCENE, add, 16, "`render.max_evaluations` is 0", budget);
+    let add = ["base_level = 2", "tolerance = 0"];
+    expect(SCENE, add, 16, "`render.tolerance` is 0", "expected a fraction above 0, as in 0.01");
+}

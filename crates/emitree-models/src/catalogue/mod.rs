@@ -1,0 +1,77 @@
+//! The built-in models by name: what there is, with which parameters, and how to build one.
+
+mod error;
+mod model;
+pub(crate) mod parameter;
+
+pub use error::ModelError;
+pub use model::{Model, ModelDescription};
+pub use parameter::{AcceptedRange, Derivation, ParameterDefault, ParameterDescription};
+
+use crate::models;
+use crate::spelling::closest;
+use std::collections::BTreeMap;
+
+/// All models, one line each.
+static CATALOGUE: [ModelDescription; 3] = [models::CMEM, models::JORGENSEN, models::HOLMSTROM];
+
+/// The descriptions of all built-in models.
+///
+/// ```
+/// use emitree_models::catalogue;
+///
+/// for model in catalogue() {
+///     println!("{}: {} [{}]", model.name, model.title, model.image_unit);
+///     for parameter in model.parameters {
+///         println!("    {} = {} {}", parameter.name, parameter.default, parameter.unit);
+///     }
+/// }
+/// ```
+pub fn catalogue() -> &'static [ModelDescription] {
+    &CATALOGUE
+}
+
+/// The model of this name with these parameters, and defaults for the others.
+///
+/// # Errors
+///
+/// [`ModelError`] if there is no such model or parameter, or a value is not accepted.
+///
+/// ```
+/// use emitree_models::build_model;
+/// use std::collections::BTreeMap;
+///
+/// let model = build_model("cmem", &BTreeMap::from([("density".to_owned(), 10.0)]))?;
+/// assert_eq!(model.description().image_unit, "keV cm-2 s-1 sr-1");
+/// assert_eq!(model.parameter("density"), Some(10.0));
+///
+/// let error = build_model("cmem", &BTreeMap::from([("density".to_owned(), -1.0)])).unwrap_err();
+/// assert_eq!(
+///     error.to_string(),
+///     "parameter `density` of model `cmem` is -1.0: expected a finite number more than 0",
+/// );
+/// # Ok::<(), emitree_models::ModelError>(())
+/// ```
+pub fn build_model(name: &str, parameters: &BTreeMap<String, f64>) -> Result<Model, ModelError> {
+    match CATALOGUE
+        .iter()
+        .find(|description| description.name == name)
+    {
+        Some(description) => Model::new(description, parameters),
+        None => {
+            let known: Vec<_> = CATALOGUE
+                .iter()
+                .map(|description| description.name)
+                .collect();
+            let suggestion = closest(name, known.iter().copied());
+            Err(ModelError::UnknownModel {
+                name: name.to_owned(),
+                suggestion,
+                known,
+            })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,143 @@
+//! A built-in model: its description, and the model itself with its parameters.
+
+use super::error::ModelError;
+use super::parameter::{ParameterDefault, ParameterDescription, Values};
+use crate::spelling::closest;
+use core::convert::Infallible;
+use core::fmt;
+use emitree::{Emission, Samples};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What a model computes, in which units, from which parameters, and who published it.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct ModelDescription {
+    /// The name, as scenes write it.
+    pub name: &'static str,
+    /// A title of a few words.
+    pub title: &'static str,
+    /// What it is, in one sentence.
+    pub summary: &'static str,
+    /// Where it was published.
+    pub source: &'static str,
+    /// The length unit of its positions, and of the line-of-sight integral; "1" if it has none.
+    pub length_unit: &'static str,
+    /// The unit of an image of it, in the grammar of FITS; empty if it has none.
+    pub image_unit: &'static str,
+    /// Its parameters; those with a derived default after the ones that they derive from.
+    pub parameters: &'static [ParameterDescription],
+    pub(crate) build: fn(&Values) -> Result<Arc<dyn ModelEmission>, ModelError>,
+}
+
+impl ModelDescription {
+    /// The values of all parameters: as given, else their defaults.
+    pub(crate) fn values(&self, given: &BTreeMap<String, f64>) -> Result<Values, ModelError> {
+        let known = || self.parameters.iter().map(|parameter| parameter.name);
+        if let Some(name) = given
+            .keys()
+            .find(|name| known().all(|known| known != *name))
+        {
+            return Err(ModelError::UnknownParameter {
+                model: self.name,
+                name: name.clone(),
+                suggestion: closest(name, known()),
+                known: known().collect(),
+            });
+        }
+        let mut values = Values::with_capacity(self.parameters.len());
+        for parameter in self.parameters {
+            let (value, formula) = match (given.get(parameter.name), parameter.default) {
+                (Some(&value), _) | (None, ParameterDefault::Value(value)) => (value, None),
+                (None, ParameterDefault::Derived(derivation)) => {
+                    ((derivation.value)(&values), Some(derivation.formula))
+                }
+            };
+            if !parameter.range.contains(value) {
+                let expected = parameter.range.to_string();
+                let Some(formula) = formula else {
+                    return Err(self.out_of_range(parameter.name, value, expected));
+                };
+                return Err(ModelError::DerivedOutOfRange {
+                    model: self.name,
+                    parameter: parameter.name,
+                    value,
+                    formula,
+                    expected,
+                });
+            }
+            values.push(parameter.name, value);
+        }
+        Ok(values)
+    }
+
+    /// The error for a parameter whose value does not go with the others.
+    pub(crate) fn out_of_range(
+        &self,
+        parameter: &'static str,
+        value: f64,
+        expected: String,
+    ) -> ModelError {
+        ModelError::OutOfRange {
+            model: self.name,
+            parameter,
+            value,
+            expected,
+        }
+    }
+}
+
+/// What a model's own type must be to be built by its name.
+pub(crate) trait ModelEmission: Emission<Error = Infallible> + fmt::Debug + Send {}
+
+impl<M: Emission<Error = Infallible> + fmt::Debug + Send> ModelEmission for M {}
+
+/// A built-in model with values for all its parameters, made by [`build_model`](super::build_model).
+///
+/// Clones share the model and cost next to nothing.
+#[derive(Clone, Debug)]
+pub struct Model {
+    description: &'static ModelDescription,
+    values: Values,
+    emission: Arc<dyn ModelEmission>,
+}
+
+impl Model {
+    pub(super) fn new(
+        description: &'static ModelDescription,
+        parameters: &BTreeMap<String, f64>,
+    ) -> Result<Self, ModelError> {
+        let values = description.values(parameters)?;
+        let emission = (description.build)(&values)?;
+        Ok(Self {
+            description,
+            values,
+            emission,
+        })
+    }
+
+    /// What the model is.
+    pub fn description(&self) -> &'static ModelDescription {
+        self.description
+    }
+
+    /// The names and values of all parameters, given or not, in the order of the description.
+    pub fn parameters(&self) -> impl ExactSizeIterator<Item = (&'static str, f64)> {
+        self.values.iter()
+    }
+
+    /// The value of one parameter, given or not; `None` if the model has no such parameter.
+    pub fn parameter(&self, name: &str) -> Option<f64> {
+        self.parameters()
+            .find(|(known, _)| *known == name)
+            .map(|(_, value)| value)
+    }
+}
+
+impl Emission for Model {
+    type Error = Infallible;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        self.emission.emission_rates(samples, rates)
+    }
+}

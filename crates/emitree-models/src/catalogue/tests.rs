@@ -1,0 +1,181 @@
+//! The catalogue is complete and consistent, and says what is wrong.
+
+use super::*;
+use emitree::{Emission, Samples};
+
+fn parameters<const N: usize>(given: [(&str, f64); N]) -> BTreeMap<String, f64> {
+    given
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value))
+        .collect()
+}
+
+fn failure<const N: usize>(model: &str, given: [(&str, f64); N]) -> String {
+    build_model(model, &parameters(given))
+        .unwrap_err()
+        .to_string()
+}
+
+#[test]
+fn every_model_builds_with_its_defaults() {
+    for description in catalogue() {
+        let model = build_model(description.name, &BTreeMap::new()).unwrap();
+        assert_eq!(model.parameters().len(), description.parameters.len());
+        assert!(model.parameters().all(|(_, value)| value.is_finite()));
+        // Given explicitly, the same values make the same model.
+        let given = model
+            .parameters()
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect();
+        let again = build_model(description.name, &given).unwrap();
+        assert_eq!(format!("{model:?}"), format!("{again:?}"));
+    }
+}
+
+#[test]
+fn every_model_is_finite_at_the_origin_and_on_the_axes() {
+    let mut positions = vec![[0.0; 3], [-0.0; 3]];
+    for axis in 0..3 {
+        for distance in [1e-300, 1e-9, 1e-3, 1.0, 10.0, 1e3, 1e9] {
+            let mut position = [0.0; 3];
+            position[axis] = distance;
+            positions.push(position);
+            positions.push(position.map(|component: f64| -component));
+        }
+    }
+    let directions = vec![[0.0, 0.0, 1.0]; positions.len()];
+    for description in catalogue() {
+        let model = build_model(description.name, &BTreeMap::new()).unwrap();
+        let mut rates = vec![f64::NAN; positions.len()];
+        model
+            .emission_rates(&Samples::new(&positions, &directions), &mut rates)
+            .unwrap();
+        for (rate, position) in rates.iter().zip(&positions) {
+            assert!(
+                rate.is_finite() && *rate >= 0.0,
+                "{} at {position:?}",
+                description.name
+            );
+        }
+    }
+}
+
+#[test]
+fn names_are_unique_and_texts_are_there() {
+    let mut names: Vec<_> = catalogue().iter().map(|model| model.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), catalogue().len());
+    for model in catalogue() {
+        assert!(model.summary.ends_with('.') && !model.source.is_empty());
+        let mut names: Vec<_> = model
+            .parameters
+            .iter()
+            .map(|parameter| parameter.name)
+            .collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), model.parameters.len(), "{}", model.name);
+        assert!(
+            model
+                .parameters
+                .iter()
+                .all(|parameter| !parameter.meaning.is_empty())
+        );
+    }
+}
+
+#[test]
+fn derived_defaults_follow_what_is_given() {
+    let derived = |given, name| {
+        build_model("jorgensen", &given)
+            .unwrap()
+            .parameter(name)
+            .unwrap()
+    };
+    let moved = parameters([("magnetopause_r0", 9.0), ("magnetopause_ay", 0.5)]);
+    assert!((derived(moved.clone(), "bow_shock_r0") - 12.0).abs() < 1e-15);
+    assert!((derived(moved, "bow_shock_ay") - 0.7).abs() < 1e-15);
+    let cmem = build_model("cmem", &parameters([("density", 10.0)])).unwrap();
+    assert!((cmem.parameter("p0").unwrap() - 0.7973).abs() < 1e-15);
+    assert!((cmem.parameter("bow_shock_r0").unwrap() - 12.04).abs() < 1e-14);
+    assert_eq!(cmem.parameter("p4"), None);
+}
+
+#[test]
+fn defaults_can_be_shown() {
+    let cmem = &catalogue()[0];
+    let shown = |name: &str| {
+        let parameter = cmem
+            .parameters
+            .iter()
+            .find(|parameter| parameter.name == name);
+        parameter.unwrap().default.to_string()
+    };
+    assert_eq!(shown("density"), "5.0");
+    assert_eq!(shown("p0"), "0.0022 density + 0.7753");
+}
+
+#[test]
+fn unknown_names() {
+    assert_eq!(
+        failure("cmem_2", []),
+        "unknown model `cmem_2`: did you mean `cmem`? (known: cmem, jorgensen, holmstrom)"
+    );
+    assert_eq!(
+        failure("corona", []),
+        "unknown model `corona` (known: cmem, jorgensen, holmstrom)"
+    );
+    assert_eq!(
+        failure("cmem", [("a1", 1e-5)]),
+        "model `cmem` has no parameter `a1`: did you mean `A1`? (known: density, velocity, bx, by, \
+         bz, dipole_tilt, p0, p1, p2, p3, bow_shock_r0, bow_shock_ay, bow_shock_az, A1, A2, B, \
+         alpha, beta)"
+    );
+    assert_eq!(
+        failure("holmstrom", [("width", 1.0)]),
+        "model `holmstrom` has no parameter `width` (known: alpha)"
+    );
+}
+
+#[test]
+fn values_out_of_range() {
+    assert_eq!(
+        failure("cmem", [("density", f64::NAN)]),
+        "parameter `density` of model `cmem` is NaN: expected a finite number more than 0"
+    );
+    assert_eq!(
+        failure("jorgensen", [("B", f64::INFINITY)]),
+        "parameter `B` of model `jorgensen` is inf: expected a finite number"
+    );
+    assert_eq!(
+        failure("jorgensen", [("bz", 500.0)]),
+        "parameter `bz` of model `jorgensen` is 500.0: expected a number from -200 to 200"
+    );
+    assert_eq!(
+        failure("holmstrom", [("alpha", -1.0)]),
+        "parameter `alpha` of model `holmstrom` is -1.0: expected a finite number, 0 or more"
+    );
+}
+
+#[test]
+fn values_that_do_not_go_together() {
+    assert_eq!(
+        failure("jorgensen", [("B", -4e-5)]),
+        "parameter `B` of model `jorgensen` is -4e-5: expected at least -A1 = -3.2e-5"
+    );
+    assert_eq!(
+        failure("cmem", [("density", 200.0)]),
+        "parameter `bow_shock_r0` of model `cmem` is -10.76, from its default 13.24 - 0.12 \
+         density: expected a finite number more than 0; change what it depends on, or give \
+         `bow_shock_r0` itself"
+    );
+    assert!(
+        build_model(
+            "cmem",
+            &parameters([("density", 200.0), ("bow_shock_r0", 5.0)])
+        )
+        .is_ok()
+    );
+    assert!(failure("cmem", [("density", 2.0)]).starts_with("parameter `A1` of model `cmem` is -"));
+}

@@ -1,0 +1,126 @@
+//! Emission rates written as an expression, as scenes do.
+//!
+//! # Language
+//!
+//! * Variables: `x`, `y`, `z`, the position in the scene's length unit; `r` = √(x² + y² + z²);
+//!   `dx`, `dy`, `dz`, the unit vector of emission, from the point to the observer. `E`, the
+//!   energy, is reserved. Constants have names of their own, and `pi` is 3.14159….
+//! * Numbers: `2`, `.5`, `1e-3`, `1_000`.
+//! * Operators, the loosest first: `<` `<=` `>` `>=` `==` `!=` (1 where true, else 0; they do not
+//!   chain), `+` `-`, `*` `/`, a leading `-`, and `^`, from the right: `-x^2` is −(x²) and `2^3^2`
+//!   is 2⁹. Parentheses group.
+//! * Functions: `if(condition, then, otherwise)`, `min` and `max` of two or more, `abs`, `sqrt`,
+//!   `exp`, `ln`, `log10`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `atan2(y, x)`, `sinh`,
+//!   `cosh`, `tanh`, `erf`, `floor`. Angles are in radians.
+//!
+//! `if` evaluates both branches and takes one: a value that is not a number in the other branch is
+//! never seen, nor does it cost less. A condition holds where it is not 0. `min` and `max` ignore
+//! an argument that is not a number, as IEEE 754-2008 has it.
+//!
+//! # Evaluation
+//!
+//! Text → graph in which equal parts are one node and constants are folded → tape of instructions
+//! on a few registers → blocks of samples. Values are those of f64
+//! arithmetic in the order written, but for xⁿ with an integer n up to 64, which is a product of
+//! squares and differs by up to n/2 units in the last place.
+
+mod error;
+mod evaluate;
+mod graph;
+mod lexer;
+mod operation;
+mod parser;
+mod tape;
+
+pub use error::ExpressionError;
+
+use core::convert::Infallible;
+use emitree::{Emission, Samples};
+use std::collections::BTreeMap;
+use tape::Tape;
+
+/// An emission rate g given by an [expression](self), parsed once and evaluated in batches.
+///
+/// ```
+/// use emitree::{Emission, Samples};
+/// use emitree_models::Expression;
+/// use std::collections::BTreeMap;
+///
+/// let constants = BTreeMap::from([("a".to_owned(), 100.0)]);
+/// let glow = Expression::parse("exp(-a*((x-0.5)^2 + y^2 + z^2))", &constants)?;
+/// let mut rates = [0.0; 2];
+/// let samples = Samples::new(&[[0.5, 0.0, 0.0], [0.5, 0.1, 0.0]], &[[0.0, 0.0, 1.0]; 2]);
+/// glow.emission_rates(&samples, &mut rates)?;
+/// assert_eq!(rates[0], 1.0);
+/// assert!((rates[1] - (-1.0_f64).exp()).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// What is wrong is said with its place and, where possible, with what to write:
+///
+/// ```
+/// # use emitree_models::Expression;
+/// # use std::collections::BTreeMap;
+/// let constants = BTreeMap::from([("alpha".to_owned(), 100.0)]);
+/// let error = Expression::parse("exp(-aplha*x^2)", &constants).unwrap_err();
+/// assert_eq!(error.message(), "unknown name `aplha`: did you mean `alpha`?");
+/// assert_eq!(error.span(), 5..10);
+/// assert_eq!(error.help(), Some("known: x, y, z, dx, dy, dz, r, pi, alpha"));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression {
+    text: String,
+    tape: Tape,
+    unused_constants: Vec<String>,
+}
+
+impl Expression {
+    /// Parses `text`, in which `constants` may be used by their names.
+    ///
+    /// # Errors
+    ///
+    /// [`ExpressionError`] if the text is not an expression of the [language](self), names
+    /// something unknown, or is nested more than 128 deep; or if a constant is not finite or has
+    /// the name of something else.
+    pub fn parse(text: &str, constants: &BTreeMap<String, f64>) -> Result<Self, ExpressionError> {
+        let parsed = parser::parse(text, constants)?;
+        let unused = constants
+            .keys()
+            .filter(|name| !parsed.used_constants.contains(*name));
+        Ok(Self {
+            text: text.to_owned(),
+            tape: Tape::new(&parsed.graph, parsed.root),
+            unused_constants: unused.cloned().collect(),
+        })
+    }
+
+    /// The expression as it was given.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The constants that the expression does not name: likely a slip, but harmless.
+    ///
+    /// ```
+    /// # use emitree_models::Expression;
+    /// # use std::collections::BTreeMap;
+    /// let constants = BTreeMap::from([("a".to_owned(), 1.0), ("b".to_owned(), 2.0)]);
+    /// assert_eq!(Expression::parse("a*x", &constants)?.unused_constants(), ["b"]);
+    /// # Ok::<(), emitree_models::ExpressionError>(())
+    /// ```
+    pub fn unused_constants(&self) -> &[String] {
+        &self.unused_constants
+    }
+}
+
+impl Emission for Expression {
+    type Error = Infallible;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        evaluate::evaluate(&self.tape, samples, rates);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,357 @@
+//! The grammar, by precedence climbing (Pratt 1973), straight into a [`Graph`].
+//!
+//! From the loosest to the tightest: comparisons, which do not chain; + and −; * and /; a leading
+//! − or +; ^, from the right. So −x^2 is −(x^2), 2^−3 is allowed, and 2^3^2 is 2^(3^2).
+
+use super::error::ExpressionError;
+use super::graph::{Graph, NodeId};
+use super::lexer::{Lexer, Token, is_name};
+use super::operation::{Binary, FUNCTIONS, Function, Unary, VARIABLES, function};
+use crate::spelling::{closest, did_you_mean};
+use core::f64::consts::PI;
+use core::ops::Range;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Deepest nesting of parentheses, calls, signs and powers: far more than anyone writes, and far
+/// less than the smallest stack of a thread holds.
+const MAX_NESTING: usize = 128;
+
+/// How tightly a leading sign binds: looser than ^, tighter than * and /.
+const SIGN_BINDING: u8 = 7;
+
+/// Names with a meaning of their own besides functions and components of a sample.
+const OTHER_NAMES: [&str; 3] = ["r", "pi", "E"];
+
+/// An expression's graph, the node of its value, and the constants that it names.
+#[derive(Debug)]
+pub(super) struct Parsed {
+    pub(super) graph: Graph,
+    pub(super) root: NodeId,
+    pub(super) used_constants: BTreeSet<String>,
+}
+
+/// Parses `text`, in which `constants` may be named.
+pub(super) fn parse(
+    text: &str,
+    constants: &BTreeMap<String, f64>,
+) -> Result<Parsed, ExpressionError> {
+    check_constants(constants)?;
+    let mut lexer = Lexer::new(text);
+    let (token, span) = lexer.token()?;
+    if token == Token::End {
+        return Err(ExpressionError::new(
+            "the expression is empty",
+            0..text.len(),
+        ));
+    }
+    let mut parser = Parser {
+        lexer,
+        token,
+        span,
+        constants,
+        used_constants: BTreeSet::new(),
+        graph: Graph::default(),
+        nesting: 0,
+    };
+    let root = parser.expression(0)?;
+    match parser.token {
+        Token::End => {}
+        Token::Close => {
+            let message = "unbalanced parenthesis: this `)` closes nothing";
+            return Err(ExpressionError::new(message, parser.span));
+        }
+        _ => return Err(parser.expected_operator()),
+    }
+    Ok(Parsed {
+        graph: parser.graph,
+        root,
+        used_constants: parser.used_constants,
+    })
+}
+
+/// Refuses constants that could not be named or would hide something else.
+fn check_constants(constants: &BTreeMap<String, f64>) -> Result<(), ExpressionError> {
+    for (name, value) in constants {
+        let fault = if !is_name(name) {
+            "is not a name: expected letters, digits and underscores, a digit not first"
+        } else if name == "E" {
+            "has a reserved name: `E` is the energy"
+        } else if function(name).is_some() {
+            "has the name of a function"
+        } else if name == "pi" {
+            "has the name of the number pi"
+        } else if name == "r" || VARIABLES.iter().any(|(variable, _)| variable == name) {
+            "has the name of a variable"
+        } else if !value.is_finite() {
+            "is not a finite number"
+        } else {
+            continue;
+        };
+        return Err(ExpressionError::new(
+            format!("the constant `{name}` {fault}"),
+            0..0,
+        ));
+    }
+    Ok(())
+}
+
+/// An operator between two values.
+#[derive(Clone, Copy)]
+struct Infix {
+    operation: Binary,
+    /// a > b is evaluated as b < a.
+    swapped: bool,
+    /// How tightly it holds the value on its left and on its right.
+    binding: (u8, u8),
+}
+
+/// Operators bind from the left if their right binding is the larger.
+fn infix(token: Token<'_>) -> Option<Infix> {
+    let (operation, swapped, binding) = match token {
+        Token::Less => (Binary::Less, false, (1, 2)),
+        Token::Greater => (Binary::Less, true, (1, 2)),
+        Token::LessEqual => (Binary::LessEqual, false, (1, 2)),
+        Token::GreaterEqual => (Binary::LessEqual, true, (1, 2)),
+        Token::Equal => (Binary::Equal, false, (1, 2)),
+        Token::NotEqual => (Binary::NotEqual, false, (1, 2)),
+        Token::Plus => (Binary::Add, false, (3, 4)),
+        Token::Minus => (Binary::Subtract, false, (3, 4)),
+        Token::Star => (Binary::Multiply, false, (5, 6)),
+        Token::Slash => (Binary::Divide, false, (5, 6)),
+        Token::Caret => (Binary::Power, false, (10, 9)),
+        _ => return None,
+    };
+    Some(Infix {
+        operation,
+        swapped,
+        binding,
+    })
+}
+
+fn is_comparison(token: Token<'_>) -> bool {
+    infix(token).is_some_and(|infix| infix.binding.0 == 1)
+}
+
+struct Parser<'a> {
+    lexer: Lexer<'a>,
+    /// The token that is looked at, and its place.
+    token: Token<'a>,
+    span: Range<usize>,
+    constants: &'a BTreeMap<String, f64>,
+    used_constants: BTreeSet<String>,
+    graph: Graph,
+    nesting: usize,
+}
+
+impl<'a> Parser<'a> {
+    /// Steps to the next token; returns the place of the one left behind.
+    fn advance(&mut self) -> Result<Range<usize>, ExpressionError> {
+        let (token, span) = self.lexer.token()?;
+        self.token = token;
+        Ok(core::mem::replace(&mut self.span, span))
+    }
+
+    /// A value and all operators after it that bind at least as tightly as `binding`.
+    fn expression(&mut self, binding: u8) -> Result<NodeId, ExpressionError> {
+        self.nesting += 1;
+        if self.nesting > MAX_NESTING {
+            let message = format!("nested more than {MAX_NESTING} deep");
+            return Err(ExpressionError::new(message, self.span.clone()));
+        }
+        let mut left = self.value()?;
+        while let Some(infix) = infix(self.token).filter(|infix| infix.binding.0 >= binding) {
+            let compares = is_comparison(self.token);
+            self.advance()?;
+            let right = self.expression(infix.binding.1)?;
+            if compares && is_comparison(self.token) {
+                let error = ExpressionError::new("comparisons do not chain", self.span.clone());
+                return Err(error.with_help("multiply them: (0 < x) * (x < 1)"));
+            }
+            let (a, b) = if infix.swapped {
+                (right, left)
+            } else {
+                (left, right)
+            };
+            left = self.graph.binary(infix.operation, a, b);
+        }
+        self.nesting -= 1;
+        Ok(left)
+    }
+
+    /// A number, a name, a call, a value with a sign, or something in parentheses.
+    fn value(&mut self) -> Result<NodeId, ExpressionError> {
+        match self.token {
+            Token::Number(value) => {
+                self.advance()?;
+                Ok(self.graph.constant(value))
+            }
+            Token::Name(name) => {
+                let span = self.advance()?;
+                if self.token == Token::Open {
+                    self.call(name, span)
+                } else {
+                    self.named(name, span)
+                }
+            }
+            Token::Minus => {
+                self.advance()?;
+                let operand = self.expression(SIGN_BINDING)?;
+                Ok(self.graph.unary(Unary::Negate, operand))
+            }
+            Token::Plus => {
+                self.advance()?;
+                self.expression(SIGN_BINDING)
+            }
+            Token::Open => {
+                let open = self.advance()?;
+                let inner = self.expression(0)?;
+                self.close(open)?;
+                Ok(inner)
+            }
+            _ => Err(self.expected_value()),
+        }
+    }
+
+    /// Steps over the `)` that belongs to the `(` at `open`; returns its place.
+    fn close(&mut self, open: Range<usize>) -> Result<Range<usize>, ExpressionError> {
+        match self.token {
+            Token::Close => self.advance(),
+            Token::End => {
+                let message = "unbalanced parenthesis: this `(` is never closed";
+                Err(ExpressionError::new(message, open))
+            }
+            _ => Err(self.expected_operator()),
+        }
+    }
+
+    /// A variable or a constant.
+    fn named(&mut self, name: &str, span: Range<usize>) -> Result<NodeId, ExpressionError> {
+        if let Some(&(_, variable)) = VARIABLES.iter().find(|(known, _)| *known == name) {
+            return Ok(self.graph.variable(variable));
+        }
+        if let Some(&value) = self.constants.get(name) {
+            self.used_constants.insert(name.to_owned());
+            return Ok(self.graph.constant(value));
+        }
+        match name {
+            "r" => Ok(self.graph.radius()),
+            "pi" => Ok(self.graph.constant(PI)),
+            "E" => {
+                let message = "`E` is the energy, and the scene has no energy axis yet";
+                Err(ExpressionError::new(message, span))
+            }
+            _ if function(name).is_some() => {
+                let error = ExpressionError::new(format!("`{name}` is a function"), span);
+                Err(error.with_help(format!("arguments follow in parentheses: {name}(…)")))
+            }
+            _ => Err(self.unknown_name(name, span)),
+        }
+    }
+
+    /// A function's value; the token is the `(` after its name.
+    fn call(&mut self, name: &str, span: Range<usize>) -> Result<NodeId, ExpressionError> {
+        let Some(function) = function(name) else {
+            return Err(self.unknown_function(name, span));
+        };
+        let open = self.advance()?;
+        let mut arguments = Vec::new();
+        while self.token != Token::Close {
+            arguments.push(self.expression(0)?);
+            if self.token != Token::Comma {
+                break;
+            }
+            self.advance()?;
+            if self.token == Token::Close {
+                return Err(self.expected_value());
+            }
+        }
+        let close = self.close(open)?;
+        match (function, arguments.as_slice()) {
+            (Function::If, &[condition, then, otherwise]) => {
+                Ok(self.graph.select(condition, then, otherwise))
+            }
+            (Function::One(operation), &[a]) => Ok(self.graph.unary(operation, a)),
+            (Function::Two(operation), &[a, b]) => Ok(self.graph.binary(operation, a, b)),
+            (Function::Fold(operation), &[first, second, ref others @ ..]) => {
+                let start = self.graph.binary(operation, first, second);
+                let graph = &mut self.graph;
+                Ok(others
+                    .iter()
+                    .fold(start, |all, &next| graph.binary(operation, all, next)))
+            }
+            _ => {
+                let (takes, usage) = match function {
+                    Function::If => ("3 arguments", "if(condition, then, otherwise)".to_owned()),
+                    Function::One(_) => ("1 argument", format!("{name}(x)")),
+                    Function::Two(_) => ("2 arguments", format!("{name}(y, x)")),
+                    Function::Fold(_) => ("2 or more arguments", format!("{name}(x, y)")),
+                };
+                let message = format!("`{name}` takes {takes}, not {}", arguments.len());
+                let error = ExpressionError::new(message, span.start..close.end);
+                Err(error.with_help(format!("write {usage}")))
+            }
+        }
+    }
+
+    fn unknown_name(&self, name: &str, span: Range<usize>) -> ExpressionError {
+        let variables = VARIABLES
+            .iter()
+            .map(|&(variable, _)| variable)
+            .chain(["r", "pi"]);
+        let constants = self.constants.keys().map(String::as_str);
+        let listed = variables.chain(constants).collect::<Vec<_>>();
+        let suggestion = closest(name, listed.iter().copied());
+        let message = format!("unknown name `{name}`{}", did_you_mean(suggestion));
+        ExpressionError::new(message, span).with_help(format!("known: {}", listed.join(", ")))
+    }
+
+    fn unknown_function(&self, name: &str, span: Range<usize>) -> ExpressionError {
+        let is_value = OTHER_NAMES.contains(&name)
+            || VARIABLES.iter().any(|(variable, _)| *variable == name)
+            || self.constants.contains_key(name);
+        if is_value {
+            let error = ExpressionError::new(format!("`{name}` is not a function"), span);
+            return error.with_help(format!("a product is written with *: {name}*(…)"));
+        }
+        let suggestion = match name {
+            "log" => ": write `ln` or `log10`".to_owned(),
+            "pow" => ": write a^b".to_owned(),
+            _ => did_you_mean(closest(name, FUNCTIONS.iter().map(|&(known, _)| known))),
+        };
+        let listed = FUNCTIONS.map(|(known, _)| known).join(", ");
+        ExpressionError::new(format!("unknown function `{name}`{suggestion}"), span)
+            .with_help(format!("known: {listed}"))
+    }
+
+    /// The error for a token that starts no value.
+    fn expected_value(&self) -> ExpressionError {
+        let found = match self.token {
+            Token::End => "the end of the expression".to_owned(),
+            _ => format!("`{}`", self.lexer.text(self.span.clone())),
+        };
+        let error = ExpressionError::new(
+            format!("expected a value, found {found}"),
+            self.span.clone(),
+        );
+        match self.token {
+            Token::Star => error.with_help("powers are written with ^, not **"),
+            _ => error,
+        }
+    }
+
+    /// The error for a token after a complete value that is no operator.
+    fn expected_operator(&self) -> ExpressionError {
+        let found = self.lexer.text(self.span.clone());
+        let error = ExpressionError::new(
+            format!("expected an operator, found `{found}`"),
+            self.span.clone(),
+        );
+        error.with_help(match self.token {
+            Token::Comma => "commas only separate the arguments of a function",
+            _ => "a product is written with *",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,31 @@
+//! Emission models for emitree: expressions parsed at run time, and published models.
+//!
+//! * [`Expression`]: g as a scene writes it, `"exp(-a*(x^2 + y^2 + z^2))"`, with named constants.
+//! * [`build_model`]: a published model by its name, with named parameters; [`catalogue()`] lists
+//!   what there is, with units, defaults and sources.
+//!
+//! Both are an [`Emission`](emitree::Emission) that can't fail, evaluated in batches, and cheap to
+//! share between threads.
+//!
+//! ```
+//! use emitree::{Emission, Samples};
+//! use emitree_models::build_model;
+//! use std::collections::BTreeMap;
+//!
+//! let parameters = BTreeMap::from([("density".to_owned(), 8.0)]);
+//! let magnetosheath = build_model("cmem", &parameters)?;
+//! let mut rates = [0.0; 2];
+//! let samples = Samples::new(&[[11.0, 0.0, 0.0], [5.0, 0.0, 0.0]], &[[0.0, 1.0, 0.0]; 2]);
+//! magnetosheath.emission_rates(&samples, &mut rates)?;
+//! assert!(rates[0] > 0.0); // between bow shock and magnetopause
+//! assert_eq!(rates[1], 0.0); // inside the magnetopause
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod catalogue;
+pub mod expression;
+pub mod models;
+mod spelling;
+
+pub use catalogue::{Model, ModelDescription, ModelError, build_model, catalogue};
+pub use expression::{Expression, ExpressionError};

@@ -1,0 +1,86 @@
+//! The test function of the paper that the method comes from: waves and a bump in the unit cube.
+
+use super::fill_rates;
+use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::{ModelDescription, ModelError};
+use core::convert::Infallible;
+use core::f64::consts::SQRT_2;
+use emitree::{Emission, Samples};
+use std::collections::BTreeMap;
+
+pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
+    name: "holmstrom",
+    title: "Waves and a bump in the unit cube, Holmström's eq. (8)",
+    summary: "A smooth test function with a narrow bump, made to be imaged on the canonical cube, \
+              [0, 1]^3.",
+    source: "M. Holmström, Fast Visualization of Volume Emissions using Conservative Subdivision, \
+             eq. (8)",
+    length_unit: "1",
+    image_unit: "",
+    parameters: &[ParameterDescription {
+        name: "alpha",
+        unit: "1",
+        default: ParameterDefault::Value(100.0),
+        meaning: "sharpness of the bump, whose width falls as 1/sqrt(alpha)",
+        range: AcceptedRange::NonNegative,
+    }],
+    build: |values| Ok(std::sync::Arc::new(Holmstrom::from_values(values))),
+};
+
+/// The test function of Holmström, eq. (8):
+///
+/// g = (sin 5x sin 7y sin 11z / 10)² + exp(−α (x − √2/3)²/√2 − α (y − √7/5)² √2 − α (z − √6/5)² √3)
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Holmstrom {
+    centre: [f64; 3],
+    /// α times the factor of each axis.
+    sharpness: [f64; 3],
+}
+
+impl Holmstrom {
+    /// The function with these parameters: `alpha` or nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError`] for another parameter, or a negative `alpha`.
+    ///
+    /// ```
+    /// use emitree_models::models::Holmstrom;
+    /// use std::collections::BTreeMap;
+    ///
+    /// let function = Holmstrom::new(&BTreeMap::new())?;
+    /// let bump = [2.0_f64.sqrt() / 3.0, 7.0_f64.sqrt() / 5.0, 6.0_f64.sqrt() / 5.0];
+    /// assert!((function.rate(bump) - 1.0).abs() < 0.01);
+    /// # Ok::<(), emitree_models::ModelError>(())
+    /// ```
+    pub fn new(parameters: &BTreeMap<String, f64>) -> Result<Self, ModelError> {
+        Ok(Self::from_values(&DESCRIPTION.values(parameters)?))
+    }
+
+    fn from_values(values: &Values) -> Self {
+        let alpha = values.of("alpha");
+        Self {
+            centre: [SQRT_2 / 3.0, 7.0_f64.sqrt() / 5.0, 6.0_f64.sqrt() / 5.0],
+            sharpness: [1.0 / SQRT_2, SQRT_2, 3.0_f64.sqrt()].map(|factor| alpha * factor),
+        }
+    }
+
+    /// The rate g at a position.
+    pub fn rate(&self, position: [f64; 3]) -> f64 {
+        let [x, y, z] = position;
+        let waves = (5.0 * x).sin() * (7.0 * y).sin() * (11.0 * z).sin() / 10.0;
+        let exponent: f64 = (0..3)
+            .map(|i| self.sharpness[i] * (position[i] - self.centre[i]).powi(2))
+            .sum();
+        waves * waves + (-exponent).exp()
+    }
+}
+
+impl Emission for Holmstrom {
+    type Error = Infallible;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        fill_rates(samples, rates, |position| self.rate(position));
+        Ok(())
+    }
+}

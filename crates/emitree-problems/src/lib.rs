@@ -1,0 +1,34 @@
+//! Emission problems with exact images, for tests, benches, examples and reproductions.
+//!
+//! Each module has the emission rate g of one problem on the unit cube and its exact image: the mean
+//! of ∫ g dz over each pixel, from a closed form.
+//!
+//! ```
+//! use emitree::tree::BuildOptions;
+//! use emitree::{Canonical, FromFn, Method, RenderOptions, render};
+//! use emitree_problems::{equation8, relative_error};
+//!
+//! let emission = FromFn(|position, _| equation8::rate(position, 100.0));
+//! let options = RenderOptions::new(Method::Paper(BuildOptions::default()));
+//! let rendering = render(&emission, &Canonical, [64, 64], &options)?;
+//! let exact = equation8::exact_image(100.0, [64, 64]);
+//! assert!(relative_error(&rendering.image, &exact) < 0.01);
+//! # Ok::<(), emitree::RenderError<std::convert::Infallible>>(())
+//! ```
+
+pub mod equation8;
+pub mod gaussian;
+pub mod means;
+
+use emitree::Image;
+
+/// The largest |error| of a pixel over the largest |pixel| of the exact image: how errors are
+/// measured everywhere here.
+///
+/// # Panics
+///
+/// If the shapes differ.
+pub fn relative_error(image: &Image, exact: &Image) -> f64 {
+    let largest = exact.pixels().iter().fold(0.0, |m: f64, p| m.max(p.abs()));
+    image.max_difference(exact) / largest
+}

@@ -1,0 +1,138 @@
+//! The directional volume emission rate g(r, d): what the user brings.
+//!
+//! g is expensive, so it is only ever called with a batch of many sample points, and only from
+//! `meter`, where its calls are counted.
+
+use core::convert::Infallible;
+
+/// The sample points of one batch: where g is wanted, and towards which direction.
+///
+/// A batch is a view of two arrays of equal length `n`, one row a sample:
+///
+/// * `positions`, `n` × 3, in the length unit of the scene, in world coordinates;
+/// * `directions`, `n` × 3, unit vectors of *emission*: from the emitting point to the observer.
+///
+/// ```
+/// use emitree::Samples;
+///
+/// let samples = Samples::new(&[[0.0, 0.0, 1.0]], &[[0.0, 0.0, -1.0]]);
+/// assert_eq!(samples.len(), 1);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Samples<'a> {
+    positions: &'a [[f64; 3]],
+    directions: &'a [[f64; 3]],
+}
+
+impl<'a> Samples<'a> {
+    /// A batch of sample points.
+    ///
+    /// # Panics
+    ///
+    /// If the two arrays differ in length.
+    pub fn new(positions: &'a [[f64; 3]], directions: &'a [[f64; 3]]) -> Self {
+        assert_eq!(
+            positions.len(),
+            directions.len(),
+            "one direction for each position"
+        );
+        Self {
+            positions,
+            directions,
+        }
+    }
+
+    /// The number of sample points.
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Whether the batch has no sample points.
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// World positions, in the length unit of the scene.
+    pub fn positions(&self) -> &'a [[f64; 3]] {
+        self.positions
+    }
+
+    /// Unit vectors of emission, from each point to the observer.
+    pub fn directions(&self) -> &'a [[f64; 3]] {
+        self.directions
+    }
+}
+
+/// A directional volume emission rate g(r, d), evaluated in batches.
+///
+/// In SI units g is in m⁻³ sr⁻¹ s⁻¹; a scene may name others, and the image then is in the unit of
+/// g times the scene's length unit. Implement this for a model that is fastest on many points at
+/// once; wrap a closure of one point with [`FromFn`].
+///
+/// Batches may be evaluated from several threads at a time, and the value at a point must not
+/// depend on the batch that it comes in.
+///
+/// ```
+/// use emitree::{Emission, Samples};
+///
+/// /// A uniform glow, whatever the direction.
+/// struct Uniform(f64);
+///
+/// impl Emission for Uniform {
+///     type Error = std::convert::Infallible;
+///
+///     fn emission_rates(
+///         &self,
+///         _samples: &Samples<'_>,
+///         rates: &mut [f64],
+///     ) -> Result<(), Self::Error> {
+///         rates.fill(self.0);
+///         Ok(())
+///     }
+/// }
+/// ```
+pub trait Emission: Sync {
+    /// What can go wrong in the model itself; [`Infallible`] where nothing can.
+    type Error: core::error::Error + Send + Sync + 'static;
+
+    /// Writes g of sample `i` to `rates[i]`, for every sample; both have the same length.
+    ///
+    /// # Errors
+    ///
+    /// Whatever the model reports. Values that are not finite need not be reported here: the
+    /// renderer finds them and names the point.
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Self::Error>;
+}
+
+impl<E: Emission + ?Sized> Emission for &E {
+    type Error = E::Error;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Self::Error> {
+        (**self).emission_rates(samples, rates)
+    }
+}
+
+/// An [`Emission`] from a closure `g(position, direction) -> rate` of one point.
+///
+/// ```
+/// use emitree::FromFn;
+///
+/// let ball = FromFn(|[x, y, z]: [f64; 3], _direction| (-(x * x + y * y + z * z)).exp());
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct FromFn<F>(pub F);
+
+impl<F> Emission for FromFn<F>
+where
+    F: Fn([f64; 3], [f64; 3]) -> f64 + Sync,
+{
+    type Error = Infallible;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        let points = samples.positions.iter().zip(samples.directions);
+        for (rate, (&position, &direction)) in rates.iter_mut().zip(points) {
+            *rate = (self.0)(position, direction);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,106 @@
+//! What can go wrong in a rendering.
+
+use crate::tree::BuildError;
+
+/// A rendering that failed; `E` is the error of the emission model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RenderError<E> {
+    /// The image has no pixels.
+    #[error("the image has {height} x {width} pixels (height x width): expected at least 1 x 1")]
+    EmptyImage {
+        /// Rows asked for.
+        height: usize,
+        /// Columns asked for.
+        width: usize,
+    },
+    /// What was asked for does not fit in the memory allowed; nothing was allocated.
+    #[error("{what} would take {} of memory: at most {} are allowed", bytes(*needed), bytes(*allowed))]
+    TooLarge {
+        /// The thing that is too large, with its size.
+        what: String,
+        /// What it needs \[bytes\].
+        needed: u64,
+        /// What is allowed \[bytes\].
+        allowed: u64,
+    },
+    /// An option is outside its range.
+    #[error("`{name}` is {value}: expected {expected}")]
+    Option {
+        /// The option, as scenes name it.
+        name: &'static str,
+        /// The value given.
+        value: String,
+        /// What would be accepted.
+        expected: &'static str,
+    },
+    /// The tree can't be built with these options.
+    #[error(transparent)]
+    Build(BuildError<core::convert::Infallible>),
+    /// The budget does not suffice for the coarsest image of the method.
+    #[error("`max_evaluations` allows {allowed} evaluations, but {what} needs {needed}")]
+    Budget {
+        /// What has to be evaluated at the least.
+        what: String,
+        /// The evaluations that it needs.
+        needed: u64,
+        /// The evaluations allowed.
+        allowed: u64,
+    },
+    /// g returned NaN or an infinite value.
+    #[error(
+        "the emission rate is {rate} at position {position:?}, emission direction {direction:?}: \
+         expected a finite number"
+    )]
+    NotFinite {
+        /// The value returned.
+        rate: f64,
+        /// Where, in world coordinates and the scene's length unit.
+        position: [f64; 3],
+        /// The unit vector of emission.
+        direction: [f64; 3],
+    },
+    /// The emission model failed.
+    #[error("the emission model failed: {0}")]
+    Emission(#[source] E),
+    /// The progress callback ended the rendering.
+    #[error("the rendering was interrupted")]
+    Interrupted,
+}
+
+impl<E> From<BuildError<Self>> for RenderError<E> {
+    fn from(error: BuildError<Self>) -> Self {
+        match error {
+            BuildError::Integrand(error) => error,
+            BuildError::Order(order) => Self::Build(BuildError::Order(order)),
+            BuildError::BaseLevel { level, deepest } => {
+                Self::Build(BuildError::BaseLevel { level, deepest })
+            }
+            BuildError::Threshold(threshold) => Self::Build(BuildError::Threshold(threshold)),
+            BuildError::BudgetBelowBase {
+                needed,
+                left,
+                level,
+            } => Self::Budget {
+                what: format!("the base grid of level {level}"),
+                needed,
+                allowed: left,
+            },
+        }
+    }
+}
+
+/// A number of bytes for people: "1.5 GiB".
+fn bytes(count: u64) -> String {
+    let units = ["bytes", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
+    let power = (count.max(1).ilog2() / 10) as usize;
+    if power == 0 {
+        return format!("{count} bytes");
+    }
+    let mut scaled = count;
+    // Tenths are enough, and integers up to here keep huge counts exact.
+    for _ in 1..power {
+        scaled /= 1024;
+    }
+    format!("{:.1} {}", scaled as f64 / 1024.0, units[power])
+}

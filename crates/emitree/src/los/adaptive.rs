@@ -1,0 +1,204 @@
+//! Adaptive steps along each line: bisected Gauss–Kronrod panels with QUADPACK's error estimate
+//! (Piessens et al. 1983), every line to the same tolerance.
+//!
+//! The rule comes from the crate `bilby`, whose interface takes g one point at a time. Here it is
+//! run twice: once to learn where it wants g, for a batch of panels on many lines, and once to be
+//! told the values.
+
+use super::Lines;
+use crate::emission::Emission;
+use crate::error::RenderError;
+use crate::image::Image;
+use crate::meter::{Meter, Weight};
+use crate::projection::Projection;
+use crate::quadrature::Points;
+use bilby::{GKPair, GaussKronrod};
+use core::cell::{Cell, RefCell};
+
+/// Evaluations of one panel.
+const NODES: usize = 15;
+/// Panels of each line at the start: enough to find what a single one could step over.
+const FIRST_PANELS: usize = 2;
+/// Lines that are refined together.
+const LINES_PER_BLOCK: usize = 1 << 14;
+/// A panel that has been halved this often is a discontinuity resolved to rounding.
+const MIN_LENGTH: f64 = 1e-14;
+
+/// An interval of one line's depth, with its integral and the estimate of that one's error.
+#[derive(Clone, Copy, Debug)]
+struct Panel {
+    line: usize,
+    from: f64,
+    to: f64,
+    integral: f64,
+    error: f64,
+}
+
+/// What an adaptive rendering found.
+pub(crate) struct Adaptive {
+    pub(crate) image: Image,
+    /// The estimated error along the lines, averaged over each pixel.
+    pub(crate) error: Image,
+    /// Whether every line met the tolerance.
+    pub(crate) converged: bool,
+}
+
+/// The image by adaptive integration of each line to `tolerance` times the largest line.
+pub(crate) fn render<E: Emission>(
+    meter: &Meter<'_, E>,
+    projection: &dyn Projection,
+    [height, width]: [usize; 2],
+    per_side: usize,
+    tolerance: f64,
+) -> Result<Adaptive, RenderError<E::Error>> {
+    let lines = Lines {
+        height,
+        width,
+        per_side,
+    };
+    let panels_of = |line: usize| {
+        (0..FIRST_PANELS).map(move |k| Panel {
+            line,
+            from: k as f64 / FIRST_PANELS as f64,
+            to: (k + 1) as f64 / FIRST_PANELS as f64,
+            integral: 0.0,
+            error: 0.0,
+        })
+    };
+    let needed = (lines.count() * FIRST_PANELS * NODES) as u64;
+    let allowed = meter.evaluations_left();
+    if needed > allowed {
+        let what = format!("a first look at {} lines", lines.count());
+        return Err(RenderError::Budget {
+            what,
+            needed,
+            allowed,
+        });
+    }
+    let rule = GaussKronrod::new(GKPair::G7K15);
+    let blocks = || (0..lines.count()).step_by(LINES_PER_BLOCK);
+    let block_lines = |first: usize| first..(first + LINES_PER_BLOCK).min(lines.count());
+
+    // All lines once: the largest of them sets the scale of the tolerance.
+    let mut panels = Vec::with_capacity(lines.count() * FIRST_PANELS);
+    for first in blocks() {
+        let mut block: Vec<Panel> = block_lines(first).flat_map(panels_of).collect();
+        integrate(meter, &lines, &rule, &mut block)?;
+        panels.extend(block);
+    }
+    let largest = panels
+        .chunks_exact(FIRST_PANELS)
+        .map(|line| line.iter().map(|panel| panel.integral).sum::<f64>().abs())
+        .fold(0.0, f64::max);
+
+    let (mut radiances, mut errors) = (vec![0.0; lines.count()], vec![0.0; lines.count()]);
+    let mut converged = true;
+    for first in blocks() {
+        let of_block = block_lines(first);
+        let mut waiting =
+            panels[of_block.start * FIRST_PANELS..of_block.end * FIRST_PANELS].to_vec();
+        loop {
+            let mut split = settle(waiting, tolerance * largest, &mut radiances, &mut errors);
+            if split.is_empty() {
+                break;
+            }
+            let cost = (split.len() * 2 * NODES) as u64;
+            if cost > meter.evaluations_left() {
+                for panel in split {
+                    radiances[panel.line] += panel.integral;
+                    errors[panel.line] += panel.error;
+                }
+                converged = false;
+                break;
+            }
+            split = split.into_iter().flat_map(halves).collect();
+            integrate(meter, &lines, &rule, &mut split)?;
+            waiting = split;
+        }
+    }
+    Ok(Adaptive {
+        image: lines.image(projection, &radiances),
+        error: lines.image(projection, &errors),
+        converged,
+    })
+}
+
+fn halves(panel: Panel) -> [Panel; 2] {
+    let middle = 0.5 * (panel.from + panel.to);
+    [
+        Panel {
+            to: middle,
+            ..panel
+        },
+        Panel {
+            from: middle,
+            ..panel
+        },
+    ]
+}
+
+/// Adds up what is good enough and returns the panels to be halved, lines together.
+///
+/// A line's error is the sum over its panels; the smallest errors are accepted as long as they take
+/// up no more than half of what the tolerance still leaves to the line.
+fn settle(
+    mut panels: Vec<Panel>,
+    tolerance: f64,
+    radiances: &mut [f64],
+    errors: &mut [f64],
+) -> Vec<Panel> {
+    panels.sort_by(|a, b| a.line.cmp(&b.line).then(a.error.total_cmp(&b.error)));
+    let mut split = Vec::new();
+    for of_line in panels.chunk_by(|a, b| a.line == b.line) {
+        let line = of_line[0].line;
+        let left = tolerance - errors[line];
+        let total: f64 = of_line.iter().map(|panel| panel.error).sum();
+        let allowed = if total <= left { left } else { 0.5 * left };
+        let mut taken = 0.0;
+        for panel in of_line {
+            taken += panel.error;
+            if taken <= allowed || panel.to - panel.from < MIN_LENGTH {
+                radiances[line] += panel.integral;
+                errors[line] += panel.error;
+            } else {
+                split.push(*panel);
+            }
+        }
+    }
+    split
+}
+
+/// Evaluates all nodes of the panels in one batch, and integrates each panel.
+fn integrate<E: Emission>(
+    meter: &Meter<'_, E>,
+    lines: &Lines,
+    rule: &GaussKronrod,
+    panels: &mut [Panel],
+) -> Result<(), RenderError<E::Error>> {
+    let unit_nodes = RefCell::new(Vec::with_capacity(NODES));
+    rule.integrate(0.0, 1.0, |z| {
+        unit_nodes.borrow_mut().push(z);
+        0.0
+    });
+    let unit_nodes = unit_nodes.into_inner();
+    let mut rates = vec![0.0; panels.len() * NODES];
+    let point = |i: usize| {
+        let panel = &panels[i / NODES];
+        let [x, y] = lines.position(panel.line);
+        [
+            x,
+            y,
+            panel.from + unit_nodes[i % NODES] * (panel.to - panel.from),
+        ]
+    };
+    meter.evaluate(Points::new(rates.len(), &point), Weight::Path, &mut rates)?;
+    for (panel, rates) in panels.iter_mut().zip(rates.chunks_exact(NODES)) {
+        let next = Cell::new(0);
+        let told = |_: f64| {
+            let i = next.replace(next.get() + 1);
+            rates[i]
+        };
+        (panel.integral, panel.error) = rule.integrate(panel.from, panel.to, told);
+    }
+    Ok(())
+}

@@ -1,0 +1,53 @@
+//! Equal steps along each line: the midpoint rule.
+
+use super::Lines;
+use crate::emission::Emission;
+use crate::error::RenderError;
+use crate::image::Image;
+use crate::meter::{Meter, Weight};
+use crate::projection::Projection;
+use crate::quadrature::Points;
+
+/// Sample points of one batch: large enough to keep every thread busy, small beside an image.
+const SAMPLES_PER_BATCH: usize = 1 << 20;
+
+/// The image by `steps` equal steps along each of `per_side`² lines for each pixel.
+pub(crate) fn render<E: Emission>(
+    meter: &Meter<'_, E>,
+    projection: &dyn Projection,
+    [height, width]: [usize; 2],
+    per_side: usize,
+    steps: usize,
+) -> Result<Image, RenderError<E::Error>> {
+    let lines = Lines {
+        height,
+        width,
+        per_side,
+    };
+    let needed = lines.count() as u64 * steps as u64;
+    let allowed = meter.evaluations_left();
+    if needed > allowed {
+        let what = format!("{} lines of {steps} steps", lines.count());
+        return Err(RenderError::Budget {
+            what,
+            needed,
+            allowed,
+        });
+    }
+    let mut radiances = vec![0.0; lines.count()];
+    let lines_per_batch = (SAMPLES_PER_BATCH / steps).max(1);
+    let mut rates = vec![0.0; lines_per_batch.min(lines.count()) * steps];
+    for (batch, radiances) in radiances.chunks_mut(lines_per_batch).enumerate() {
+        let first = batch * lines_per_batch;
+        let rates = &mut rates[..radiances.len() * steps];
+        let point = |i: usize| {
+            let [x, y] = lines.position(first + i / steps);
+            [x, y, ((i % steps) as f64 + 0.5) / steps as f64]
+        };
+        meter.evaluate(Points::new(rates.len(), &point), Weight::Path, rates)?;
+        for (radiance, rates) in radiances.iter_mut().zip(rates.chunks_exact(steps)) {
+            *radiance = rates.iter().sum::<f64>() / steps as f64;
+        }
+    }
+    Ok(lines.image(projection, &radiances))
+}

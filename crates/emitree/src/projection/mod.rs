@@ -1,0 +1,47 @@
+//! Projections: the map between the world and the canonical cube of a camera.
+//!
+//! The canonical cube is [0, 1]³: x and y on the image plane (see [the orientation](crate::image)),
+//! z along the line of sight, 0 at the observer's side. A projection is the only thing that knows
+//! the geometry: the trees and the renderers see functions on the unit cube.
+
+mod canonical;
+mod equirectangular;
+pub(crate) mod frame;
+
+pub use canonical::Canonical;
+pub use equirectangular::Equirectangular;
+pub use frame::{GeometryError, Viewpoint};
+
+/// Where a point of the canonical cube lies in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MappedPoint {
+    /// World position, in the length unit of the scene.
+    pub position: [f64; 3],
+    /// Unit vector of emission: from the point to the observer.
+    pub direction: [f64; 3],
+    /// ds/dz: the path length along the line of sight, in the length unit, per unit of depth z.
+    pub path_per_depth: f64,
+}
+
+/// A camera: a smooth map from the canonical cube to the world.
+///
+/// The image's radiance is f(x, y) = ∫ g ds = ∫ G dz with G = g · ds/dz, and a pixel's value is its
+/// irradiance over its solid angle, F(Ω)/Ω: the mean of f weighted with
+/// [`solid_angle_density`](Self::solid_angle_density). For parallel rays the "solid angle" is the
+/// area on the image plane.
+pub trait Projection: Sync + core::fmt::Debug {
+    /// The world point, emission direction and ds/dz at canonical coordinates `u` = (x, y, z).
+    fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint;
+
+    /// Solid angle \[sr\] per unit of the canonical image plane, dΩ/(dx dy), at (x, y).
+    fn solid_angle_density(&self, xy: [f64; 2]) -> f64;
+
+    /// Solid angle \[sr\] of the rectangle from `min` to `max` of the canonical image plane: the
+    /// exact integral of the density.
+    fn solid_angle(&self, min: [f64; 2], max: [f64; 2]) -> f64;
+
+    /// Which axes of the cube are closed upon themselves (an azimuth over the full circle).
+    fn periodic(&self) -> [bool; 3] {
+        [false; 3]
+    }
+}

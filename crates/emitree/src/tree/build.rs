@@ -1,0 +1,320 @@
+//! Building a tree, top down: the one loop that evaluates the function (the paper's section 2.1).
+
+use super::SparseTree;
+use super::level::{LEAF, Level};
+use crate::cell::{CellIndex, to_u32};
+use crate::prediction::{OrderError, Predictor};
+use crate::quadrature::{Averager, CellRule, Integrand};
+use crate::refinement::{Threshold, detail_size};
+use rayon::prelude::*;
+
+/// How a tree is built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BuildOptions {
+    /// The order p of the prediction: 1, 3, 5, 7 or 9.
+    pub order: usize,
+    /// The base grid has 2^`base_level` cells along each axis.
+    pub base_level: u8,
+    /// How cell averages are made from evaluations.
+    pub rule: CellRule,
+    /// Details below this are dropped.
+    pub threshold: Threshold,
+}
+
+impl Default for BuildOptions {
+    /// The paper's choices: quadratic prediction on 8^D cells, midpoint rule; threshold 1 %.
+    fn default() -> Self {
+        Self {
+            order: 3,
+            base_level: 3,
+            rule: CellRule::Midpoint,
+            threshold: Threshold::Relative(0.01),
+        }
+    }
+}
+
+/// A tree, and how its build ended.
+#[derive(Clone, Debug)]
+pub struct Built<const D: usize> {
+    /// The tree.
+    pub tree: SparseTree<D>,
+    /// The tree without its last generation: without the families that have no children.
+    ///
+    /// What the last generation changed is an estimate of what the next one would change.
+    pub previous: SparseTree<D>,
+    /// The threshold that the last step used, in the units of the function.
+    pub threshold: f64,
+    /// Whether every significant cell was split: `false` if the evaluations or the levels ran out.
+    pub complete: bool,
+}
+
+/// A tree that can't be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildError<E> {
+    /// The order of the prediction does not exist.
+    #[error(transparent)]
+    Order(#[from] OrderError),
+    /// The base level is out of range.
+    #[error("`base_level` is {level}: expected 1 to {deepest}")]
+    BaseLevel {
+        /// The level given.
+        level: u8,
+        /// The deepest base level that this dimension can have.
+        deepest: u8,
+    },
+    /// The threshold is no size.
+    #[error("`threshold` is {0}: expected a number above 0")]
+    Threshold(f64),
+    /// The evaluations allowed do not even fill the base grid.
+    #[error("{left} evaluations are allowed, but the base grid of level {level} needs {needed}")]
+    BudgetBelowBase {
+        /// What the base grid needs.
+        needed: u64,
+        /// What is allowed.
+        left: u64,
+        /// The base level.
+        level: u8,
+    },
+    /// The function could not be evaluated.
+    #[error(transparent)]
+    Integrand(E),
+}
+
+impl BuildOptions {
+    /// The number of cells of the base grid in D dimensions, saturating.
+    pub fn base_cells<const D: usize>(&self) -> u64 {
+        let doublings = D * usize::from(self.base_level);
+        if doublings < 64 {
+            1 << doublings
+        } else {
+            u64::MAX
+        }
+    }
+
+    fn check<const D: usize, E>(&self) -> Result<Predictor, BuildError<E>> {
+        let predictor = Predictor::new(self.order)?;
+        // Cells of one level are counted in 32 bits.
+        let deepest = (0..=CellIndex::<D>::MAX_LEVEL)
+            .rev()
+            .find(|&level| usize::from(level) * D <= 31)
+            .unwrap_or(1);
+        if !(1..=deepest).contains(&self.base_level) {
+            return Err(BuildError::BaseLevel {
+                level: self.base_level,
+                deepest,
+            });
+        }
+        let (Threshold::Absolute(threshold) | Threshold::Relative(threshold)) = self.threshold;
+        if !(threshold > 0.0 && threshold.is_finite()) {
+            return Err(BuildError::Threshold(threshold));
+        }
+        Ok(predictor)
+    }
+}
+
+/// Builds the tree of `integrand` on the unit cube, level by level.
+///
+/// Every base cell is split. A family whose details (actual minus predicted averages) are all below
+/// the threshold stays as it is; otherwise each of its cells is split in turn. Each level is one
+/// batch. Where the evaluations left do not suffice for a level, the cells with the largest details
+/// are split and the build ends.
+///
+/// ```
+/// use emitree::quadrature::Pointwise;
+/// use emitree::tree::{BuildOptions, build};
+///
+/// let plane = Pointwise(|[x, y]: [f64; 2]| x + y);
+/// let built = build(&plane, [false; 2], &BuildOptions::default())?;
+/// // Prediction is exact for a plane: the base cells are split once, and no further.
+/// assert_eq!(built.tree.leaves_per_level(), [0, 0, 0, 0, 256]);
+/// assert!((built.tree.integral() - 1.0).abs() < 1e-14);
+/// # Ok::<(), emitree::tree::BuildError<std::convert::Infallible>>(())
+/// ```
+///
+/// # Errors
+///
+/// [`BuildError`] for options out of range, a budget below the base grid, or an evaluation that
+/// failed.
+pub fn build<const D: usize, I: Integrand<D>>(
+    integrand: &I,
+    periodic: [bool; D],
+    options: &BuildOptions,
+) -> Result<Built<D>, BuildError<I::Error>> {
+    let predictor = options.check::<D, I::Error>()?;
+    let mut averager = Averager::new(options.rule, periodic);
+
+    let needed = averager.cost_bound(options.base_cells::<D>() >> D);
+    let left = integrand.evaluations_left();
+    if needed > left {
+        return Err(BuildError::BudgetBelowBase {
+            needed,
+            left,
+            level: options.base_level,
+        });
+    }
+    let mut base = Level::base(options.base_level);
+    let Level {
+        level,
+        families,
+        averages,
+        ..
+    } = &mut base;
+    averager
+        .average(*level, families, averages, integrand)
+        .map_err(BuildError::Integrand)?;
+    let mut largest = detail_size(averages);
+
+    let mut split: Vec<u32> = (0..to_u32(base.own_cells())).collect();
+    let mut tree = SparseTree {
+        predictor,
+        periodic,
+        levels: vec![base],
+    };
+    let mut complete = true;
+    while !split.is_empty() {
+        let parents_level = &tree.levels[tree.levels.len() - 1];
+        if parents_level.level == CellIndex::<D>::MAX_LEVEL {
+            complete = false;
+            break;
+        }
+        if averager.cost_bound(split.len() as u64) > integrand.evaluations_left() {
+            complete = false;
+            keep_affordable(
+                &mut split,
+                parents_level,
+                &averager,
+                integrand.evaluations_left(),
+            );
+            if split.is_empty() {
+                break;
+            }
+        }
+        tree.add_level(core::mem::take(&mut split));
+        let last = tree.levels.len() - 1;
+        let Level {
+            level,
+            families,
+            averages,
+            own,
+            ..
+        } = &mut tree.levels[last];
+        averager
+            .average(*level, &families[..*own], averages, integrand)
+            .map_err(BuildError::Integrand)?;
+        largest = largest.max(detail_size(averages));
+        let predicted = tree.predict_families(last, 0, tree.levels[last].own);
+        tree.levels[last].set_details(&predicted);
+        if complete {
+            split = tree.levels[last].cells_to_split(options.threshold.absolute(largest));
+        }
+    }
+    let previous = tree.without_last_generation();
+    tree.restrict();
+    tree.update_details();
+    Ok(Built {
+        tree,
+        previous,
+        threshold: options.threshold.absolute(largest),
+        complete,
+    })
+}
+
+/// Keeps, of the cells to be split, those in the families with the largest details, as many as
+/// `left` evaluations can pay for; their order stays.
+fn keep_affordable<const D: usize>(
+    split: &mut Vec<u32>,
+    level: &Level<D>,
+    averager: &Averager<D>,
+    left: u64,
+) {
+    let siblings = Level::<D>::SIBLINGS;
+    let size = |cell: u32| {
+        let family = cell as usize / siblings;
+        // The base grid has no details: its cells are all alike.
+        level
+            .details
+            .chunks_exact(siblings)
+            .nth(family)
+            .map_or(0.0, detail_size)
+    };
+    let affordable = usize::try_from(left / averager.cost_bound(1)).unwrap_or(usize::MAX);
+    split.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+    split.truncate(affordable);
+    split.sort_unstable();
+}
+
+impl<const D: usize> Level<D> {
+    /// The cells of families that have a detail of `threshold` or more.
+    fn cells_to_split(&self, threshold: f64) -> Vec<u32> {
+        let significant = |family: &usize| {
+            let details = &self.details[family * Self::SIBLINGS..][..Self::SIBLINGS];
+            detail_size(details) >= threshold
+        };
+        let families: Vec<usize> = (0..self.own).into_par_iter().filter(significant).collect();
+        let cells = |family: usize| family * Self::SIBLINGS..(family + 1) * Self::SIBLINGS;
+        families.into_iter().flat_map(cells).map(to_u32).collect()
+    }
+}
+
+impl<const D: usize> SparseTree<D> {
+    /// Adds a level with the families of the cells `split` of the finest one, averages still 0, and
+    /// the ghosts that their prediction needs.
+    fn add_level(&mut self, split: Vec<u32>) {
+        let depth = self.levels.len() - 1;
+        let parents = &mut self.levels[depth];
+        for (family, &cell) in split.iter().enumerate() {
+            parents.children[cell as usize] = to_u32(family);
+        }
+        let families: Vec<[u32; D]> = split
+            .iter()
+            .map(|&cell| parents.cell_position(cell as usize))
+            .collect();
+        let level = parents.level + 1;
+        self.complete(depth, families.iter().copied());
+        self.levels.push(Level::refined(level, families, split));
+    }
+
+    /// The tree without the families that have no children, restricted, with details.
+    fn without_last_generation(&self) -> Self {
+        let mut base = self.levels[0].clone();
+        base.children.fill(LEAF);
+        let mut pruned = Self {
+            predictor: self.predictor.clone(),
+            periodic: self.periodic,
+            levels: vec![base],
+        };
+        // Where each own cell of the level above has gone.
+        let mut moved: Vec<u32> = (0..to_u32(self.levels[0].own_cells())).collect();
+        for level in &self.levels[1..] {
+            let siblings = Level::<D>::SIBLINGS;
+            let has_children = |family: &usize| {
+                level.children[family * siblings..][..siblings]
+                    .iter()
+                    .any(|&c| c != LEAF)
+            };
+            let kept: Vec<usize> = (0..level.own).filter(has_children).collect();
+            if kept.is_empty() {
+                break;
+            }
+            pruned.add_level(
+                kept.iter()
+                    .map(|&f| moved[level.parents[f] as usize])
+                    .collect(),
+            );
+            moved = vec![LEAF; level.own_cells()];
+            let last = pruned.levels.len() - 1;
+            for (new, &old) in kept.iter().enumerate() {
+                let (to, from) = (new * siblings, old * siblings);
+                pruned.levels[last].averages[to..to + siblings]
+                    .copy_from_slice(level.family_averages(old));
+                for child in 0..siblings {
+                    moved[from + child] = to_u32(to + child);
+                }
+            }
+        }
+        pruned.restrict();
+        pruned.update_details();
+        pruned
+    }
+}

@@ -1,0 +1,133 @@
+//! The sparse tree: cell averages on a full base grid, and details where it is refined.
+//!
+//! # Invariants
+//!
+//! * Cells come in complete families: a cell has all of its 2^D children or none.
+//! * Each parent's average is the mean of its children's (after [restriction](build())).
+//! * On every level, average = prediction from the level above + detail, where cells that are not
+//!   in the tree have detail 0 (and are called *ghosts* when a stencil needs them). So a tree
+//!   stands for one full grid of averages at each level.
+//! * The details of a family sum to 0, since prediction is conservative.
+//!
+//! The tree knows neither cameras nor units: it sees a function on the unit cube.
+
+mod build;
+mod ghosts;
+mod level;
+mod progressive;
+mod project;
+mod reconstruct;
+mod sample;
+
+pub use build::{BuildError, BuildOptions, Built, build};
+pub use progressive::Progression;
+
+use crate::cell::CellIndex;
+use crate::prediction::Predictor;
+use level::{LEAF, Level};
+
+/// A sparse tree of cell averages in D dimensions; see [the invariants](self).
+#[derive(Clone, Debug)]
+pub struct SparseTree<const D: usize> {
+    predictor: Predictor,
+    periodic: [bool; D],
+    /// The base grid, then one refined level after the other.
+    levels: Vec<Level<D>>,
+}
+
+impl<const D: usize> SparseTree<D> {
+    /// The level of the full base grid.
+    pub fn base_level(&self) -> u8 {
+        self.levels[0].level
+    }
+
+    /// The finest level that has cells.
+    pub fn finest_level(&self) -> u8 {
+        self.levels[self.levels.len() - 1].level
+    }
+
+    /// The order of the prediction.
+    pub fn order(&self) -> usize {
+        self.predictor.order()
+    }
+
+    /// Which axes are periodic.
+    pub fn periodic(&self) -> [bool; D] {
+        self.periodic
+    }
+
+    /// The number of cells on all levels, the full base grid included.
+    pub fn cells(&self) -> usize {
+        self.levels.iter().map(Level::own_cells).sum()
+    }
+
+    /// The number of leaves on each level, from level 0 to the finest.
+    pub fn leaves_per_level(&self) -> Vec<usize> {
+        let mut leaves = vec![0; usize::from(self.base_level())];
+        leaves.extend(self.levels.iter().map(|level| {
+            level
+                .children
+                .iter()
+                .filter(|&&family| family == LEAF)
+                .count()
+        }));
+        leaves
+    }
+
+    /// The integral over the unit cube.
+    pub fn integral(&self) -> f64 {
+        let base = &self.levels[0];
+        base.averages.iter().sum::<f64>() / base.own_cells() as f64
+    }
+
+    /// Calls `visit` with every leaf and its average, coarse levels first.
+    pub fn for_each_leaf(&self, mut visit: impl FnMut(CellIndex<D>, f64)) {
+        for level in &self.levels {
+            for (cell, &family) in level.children.iter().enumerate() {
+                if family == LEAF {
+                    let index = CellIndex::new(level.level, level.cell_position(cell));
+                    visit(index, level.averages[cell]);
+                }
+            }
+        }
+    }
+
+    /// Makes each parent the mean of its children, from the finest level up.
+    fn restrict(&mut self) {
+        let siblings = Level::<D>::SIBLINGS;
+        for depth in (1..self.levels.len()).rev() {
+            let (coarser, finer) = self.levels.split_at_mut(depth);
+            let parents = &mut coarser[depth - 1].averages;
+            for (family, &parent) in finer[0].parents.iter().enumerate() {
+                let children = finer[0].family_averages(family);
+                parents[parent as usize] = children.iter().sum::<f64>() / siblings as f64;
+            }
+        }
+    }
+
+    /// Predicts ghosts anew and makes every detail its cell's average minus the prediction.
+    fn update_details(&mut self) {
+        self.refresh_ghosts();
+        for depth in 1..self.levels.len() {
+            let predicted = self.predict_families(depth, 0, self.levels[depth].own);
+            self.levels[depth].set_details(&predicted);
+        }
+    }
+
+    /// Makes every average its prediction plus its detail, from the base level down.
+    fn update_averages(&mut self) {
+        for depth in 1..self.levels.len() {
+            let families = self.levels[depth].families[..self.levels[depth].own].to_vec();
+            self.complete(depth - 1, families.into_iter());
+            let predicted = self.predict_families(depth, 0, self.levels[depth].own);
+            let level = &mut self.levels[depth];
+            let details = level.details.iter().zip(predicted);
+            for (average, (detail, predicted)) in level.averages.iter_mut().zip(details) {
+                *average = predicted + detail;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

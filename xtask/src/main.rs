@@ -1,0 +1,79 @@
+//! The checks of emitree: `cargo xtask test` runs them all, the other subcommands one each.
+//!
+//! Needed: a Rust toolchain with rustfmt and clippy, python3 with venv and pip, and the network for
+//! the packages that are not there yet.
+
+#![expect(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a tool that talks to its terminal"
+)]
+
+mod python;
+mod step;
+mod total;
+mod unit;
+mod workspace;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+use step::{Outcome, STEPS, Step};
+use workspace::Workspace;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let steps = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] | ["help" | "--help" | "-h"] => {
+            print!("{}", help());
+            return ExitCode::SUCCESS;
+        }
+        ["test"] => &STEPS[..],
+        [name] if let Some(at) = STEPS.iter().position(|step| step.name == name) => &STEPS[at..=at],
+        _ => {
+            eprint!(
+                "xtask: unknown command `{}`\n\n{}",
+                arguments.join(" "),
+                help()
+            );
+            return ExitCode::from(2);
+        }
+    };
+    let workspace = match Workspace::find() {
+        Ok(workspace) => workspace,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            return ExitCode::FAILURE;
+        }
+    };
+    for step in steps {
+        if !report(step, (step.run)(&workspace)) {
+            return ExitCode::FAILURE;
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+/// Says how a step ended, its total as the last line, and whether it passed.
+fn report(step: &Step, Outcome { result, total }: Outcome) -> bool {
+    let passed = result.is_ok();
+    if let Err(message) = result {
+        let name = step.name;
+        eprintln!("xtask: step `{name}` failed: {message}. To run it alone: cargo xtask {name}");
+    }
+    if let Some(total) = total {
+        println!("\n{total}");
+    }
+    // A terminal that is gone is told nothing.
+    let _ = io::stdout().flush();
+    passed
+}
+
+fn help() -> String {
+    let mut help =
+        String::from("cargo xtask COMMAND\n\n  test    all of the following, in this order\n");
+    for Step { name, about, .. } in STEPS {
+        help.push_str(&format!("  {name:6}  {about}\n"));
+    }
+    help.push_str("  help    this text\n");
+    help
+}

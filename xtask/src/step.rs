@@ -1,0 +1,84 @@
+//! The steps of `cargo xtask test`, in their order: quick ones first, the tests last.
+
+use crate::total::Total;
+use crate::workspace::{Workspace, succeed};
+use crate::{python, unit};
+
+/// One check, and the subcommand that runs it alone.
+pub(crate) struct Step {
+    pub(crate) name: &'static str,
+    pub(crate) about: &'static str,
+    pub(crate) run: fn(&Workspace) -> Outcome,
+}
+
+/// How a step ended.
+pub(crate) struct Outcome {
+    /// What went wrong, if anything did.
+    pub(crate) result: Result<(), String>,
+    /// The tests that it ran, if it counts them.
+    pub(crate) total: Option<Total>,
+}
+
+impl From<Result<(), String>> for Outcome {
+    fn from(result: Result<(), String>) -> Self {
+        Self {
+            result,
+            total: None,
+        }
+    }
+}
+
+pub(crate) const STEPS: [Step; 5] = [
+    Step {
+        name: "fmt",
+        about: "formatting",
+        run: fmt,
+    },
+    Step {
+        name: "lint",
+        about: "clippy, warnings are errors",
+        run: lint,
+    },
+    Step {
+        name: "doc",
+        about: "documentation builds, warnings are errors",
+        run: doc,
+    },
+    Step {
+        name: "python",
+        about: "NumPy and astropy read our files",
+        run: python::run,
+    },
+    Step {
+        name: "unit",
+        about: "unit tests, integration tests and doctests, with a total",
+        run: unit::run,
+    },
+];
+
+fn fmt(workspace: &Workspace) -> Outcome {
+    succeed(workspace.cargo().args(["fmt", "--all", "--check"])).into()
+}
+
+fn lint(workspace: &Workspace) -> Outcome {
+    let arguments = [
+        "clippy",
+        "--workspace",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ];
+    succeed(workspace.cargo().args(arguments)).into()
+}
+
+fn doc(workspace: &Workspace) -> Outcome {
+    let arguments = [
+        "doc",
+        "--workspace",
+        "--no-deps",
+        "--document-private-items",
+    ];
+    let mut command = workspace.cargo();
+    succeed(command.args(arguments).env("RUSTDOCFLAGS", "-D warnings")).into()
+}

@@ -1,0 +1,45 @@
+//! `cargo test`, its output streamed, and the total of its binaries and doctests.
+
+use crate::step::Outcome;
+use crate::total::Total;
+use crate::workspace::{Workspace, spelled};
+use std::io::{self, BufRead, BufReader, Write};
+use std::process::{Command, Stdio};
+
+pub(crate) fn run(workspace: &Workspace) -> Outcome {
+    let mut command = workspace.cargo();
+    // All binaries run even if one fails: the total is one of everything.
+    command.args(["test", "--workspace", "--no-fail-fast"]);
+    let line = spelled(&command);
+    eprintln!("xtask: {line}");
+    let mut total = Total::default();
+    let ended = stream(&mut command, &mut total);
+    let result = match ended {
+        Ok(status) if !status.success() => Err(format!("`{line}` ended with {status}")),
+        Ok(_) if total.binaries == 0 => Err(format!("`{line}` told of no tests")),
+        Ok(_) => Ok(()),
+        Err(error) => Err(format!("`{line}` could not be run: {error}")),
+    };
+    total.ok &= result.is_ok();
+    Outcome {
+        result,
+        total: Some(total),
+    }
+}
+
+/// Runs the command, passes its standard output on line by line, and adds up what its tests say.
+fn stream(command: &mut Command, total: &mut Total) -> io::Result<std::process::ExitStatus> {
+    let mut child = command.stdout(Stdio::piped()).spawn()?;
+    if let Some(output) = child.stdout.take() {
+        let mut output = BufReader::new(output);
+        let mut line = Vec::new();
+        while output.read_until(b'\n', &mut line)? > 0 {
+            io::stdout().write_all(&line)?;
+            if let Some(one) = Total::of_line(&String::from_utf8_lossy(&line)) {
+                *total += one;
+            }
+            line.clear();
+        }
+    }
+    child.wait()
+}
