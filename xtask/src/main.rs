@@ -3,11 +3,7 @@
 //! Needed: a Rust toolchain with rustfmt and clippy, python3 with venv and pip, and the network for
 //! the packages that are not there yet.
 
-#![expect(
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "a tool that talks to its terminal"
-)]
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool that talks to its terminal")]
 
 mod python;
 mod step;
@@ -30,11 +26,7 @@ fn main() -> ExitCode {
         ["test"] => &STEPS[..],
         [name] if let Some(at) = STEPS.iter().position(|step| step.name == name) => &STEPS[at..=at],
         _ => {
-            eprint!(
-                "xtask: unknown command `{}`\n\n{}",
-                arguments.join(" "),
-                help()
-            );
+            eprint!("xtask: unknown command `{}`\n\n{}", arguments.join(" "), help());
             return ExitCode::from(2);
         }
     };

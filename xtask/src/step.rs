@@ -21,34 +21,15 @@ pub(crate) struct Outcome {
 
 impl From<Result<(), String>> for Outcome {
     fn from(result: Result<(), String>) -> Self {
-        Self {
-            result,
-            total: None,
-        }
+        Self { result, total: None }
     }
 }
 
 pub(crate) const STEPS: [Step; 5] = [
-    Step {
-        name: "fmt",
-        about: "formatting",
-        run: fmt,
-    },
-    Step {
-        name: "lint",
-        about: "clippy, warnings are errors",
-        run: lint,
-    },
-    Step {
-        name: "doc",
-        about: "documentation builds, warnings are errors",
-        run: doc,
-    },
-    Step {
-        name: "python",
-        about: "NumPy and astropy read our files",
-        run: python::run,
-    },
+    Step { name: "fmt", about: "formatting", run: fmt },
+    Step { name: "lint", about: "clippy, warnings are errors", run: lint },
+    Step { name: "doc", about: "documentation builds, warnings are errors", run: doc },
+    Step { name: "python", about: "NumPy and astropy read our files", run: python::run },
     Step {
         name: "unit",
         about: "unit tests, integration tests and doctests, with a total",
@@ -61,24 +42,12 @@ fn fmt(workspace: &Workspace) -> Outcome {
 }
 
 fn lint(workspace: &Workspace) -> Outcome {
-    let arguments = [
-        "clippy",
-        "--workspace",
-        "--all-targets",
-        "--",
-        "-D",
-        "warnings",
-    ];
+    let arguments = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
     succeed(workspace.cargo().args(arguments)).into()
 }
 
 fn doc(workspace: &Workspace) -> Outcome {
-    let arguments = [
-        "doc",
-        "--workspace",
-        "--no-deps",
-        "--document-private-items",
-    ];
+    let arguments = ["doc", "--workspace", "--no-deps", "--document-private-items"];
     let mut command = workspace.cargo();
     succeed(command.args(arguments).env("RUSTDOCFLAGS", "-D warnings")).into()
 }

@@ -37,10 +37,7 @@ impl Default for Total {
 impl Total {
     /// Reads a closing line; `None` for any other line.
     pub(crate) fn of_line(line: &str) -> Option<Self> {
-        let (verdict, counts) = line
-            .trim_end()
-            .strip_prefix("test result: ")?
-            .split_once(". ")?;
+        let (verdict, counts) = line.trim_end().strip_prefix("test result: ")?.split_once(". ")?;
         let mut total = Self {
             binaries: 1,
             // With colours around it, too.

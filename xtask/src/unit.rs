@@ -21,10 +21,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome {
         Err(error) => Err(format!("`{line}` could not be run: {error}")),
     };
     total.ok &= result.is_ok();
-    Outcome {
-        result,
-        total: Some(total),
-    }
+    Outcome { result, total: Some(total) }
 }
 
 /// Runs the command, passes its standard output on line by line, and adds up what its tests say.

@@ -15,12 +15,8 @@ pub(crate) struct Workspace {
 impl Workspace {
     pub(crate) fn find() -> Result<Self, String> {
         let manifest = env::var_os("CARGO_MANIFEST_DIR").ok_or("call it as `cargo xtask`")?;
-        let root = Path::new(&manifest)
-            .parent()
-            .ok_or("xtask has no folder above it")?;
-        let target = env::var_os("CARGO_TARGET_DIR")
-            .map(std::path::absolute)
-            .transpose();
+        let root = Path::new(&manifest).parent().ok_or("xtask has no folder above it")?;
+        let target = env::var_os("CARGO_TARGET_DIR").map(std::path::absolute).transpose();
         Ok(Self {
             root: root.to_owned(),
             target: target.map_err(|error| format!("CARGO_TARGET_DIR: {error}"))?,
@@ -56,12 +52,9 @@ impl Workspace {
 
 /// The command as a line to read.
 pub(crate) fn spelled(command: &Command) -> String {
-    let program = Path::new(command.get_program()).file_stem();
+    let program = Path::new(command.get_program()).file_name();
     let words = program.into_iter().chain(command.get_args());
-    words
-        .map(|word| word.to_string_lossy())
-        .collect::<Vec<_>>()
-        .join(" ")
+    words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
 }
 
 /// Announces and runs a command; anything but success is an error that names it.

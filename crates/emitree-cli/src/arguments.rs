@@ -15,7 +15,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Render a scene file to images.
-    Render(RenderArguments),
+    Render(Box<RenderArguments>),
     /// List the built-in emission models, or all about one of them.
     Models {
         /// The model to tell about.
@@ -30,6 +30,7 @@ pub(crate) enum Command {
 }
 
 #[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
 pub(crate) struct RenderArguments {
     /// The scene file (TOML).
     pub(crate) scene: PathBuf,
@@ -64,6 +65,9 @@ pub(crate) struct RenderArguments {
     /// The base grid has 2^L cells along each axis.
     #[arg(long, value_name = "L")]
     base_level: Option<String>,
+    /// Split no cell of level L, however large its details.
+    #[arg(long, value_name = "L")]
+    finest_level: Option<String>,
     /// How cell averages are made: midpoint or simpson.
     #[arg(long)]
     rule: Option<String>,
@@ -103,6 +107,7 @@ impl RenderArguments {
             ("render.threshold", "threshold", &self.threshold),
             ("render.order", "order", &self.order),
             ("render.base_level", "base-level", &self.base_level),
+            ("render.finest_level", "finest-level", &self.finest_level),
             ("render.rule", "rule", &self.rule),
             ("render.max_evaluations", "max-evaluations", &self.max_evaluations),
             ("image.width", "width", &self.width),

@@ -41,9 +41,6 @@ struct ImageReport {
     unit: &'static str,
 }
 
-
-
-
 impl Report {
     pub(crate) fn new(scene: &Scene, rendering: &Rendering) -> Self {
         let (min, max) = rendering.image.min_max();

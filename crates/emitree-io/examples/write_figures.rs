@@ -7,9 +7,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args_os()
-        .nth(1)
-        .ok_or("expected a folder for the figures")?;
+    let folder = std::env::args_os().nth(1).ok_or("expected a folder for the figures")?;
     let folder = PathBuf::from(folder);
     let write = |name: &str, figure: Figure| -> Result<(), Box<dyn Error>> {
         OutputFile::create(folder.join(name).with_extension("svg"))?
@@ -27,10 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn power(constant: f64, exponent: f64, from: f64, to: f64) -> Vec<[f64; 2]> {
     let step = (to / from).powf(0.125);
-    (0..=8)
-        .map(|i| from * step.powi(i))
-        .map(|n| [n, constant * n.powf(exponent)])
-        .collect()
+    (0..=8).map(|i| from * step.powi(i)).map(|n| [n, constant * n.powf(exponent)]).collect()
 }
 
 fn convergence() -> Result<Figure, Box<dyn Error>> {
@@ -42,11 +37,7 @@ fn convergence() -> Result<Figure, Box<dyn Error>> {
     .series(Series::line("vol", power(3e4, -1.9, 800.0, 6e4)).marked())
     .series(Series::line("paper", power(900.0, -1.2, 600.0, 1.2e5)).marked())
     .series(Series::line("los, fixed step", power(4e3, -1.1, 3e4, 1e6)).marked())
-    .series(
-        Series::line("paper, asked for", power(2000.0, -1.2, 600.0, 1.2e5))
-            .dashed()
-            .colour(1),
-    )
+    .series(Series::line("paper, asked for", power(2000.0, -1.2, 600.0, 1.2e5)).dashed().colour(1))
     .horizontal_line(0.01, "1 %")
     .vertical_line(4032.0, "the paper's 4,032")
     .annotation([6e4, 3e4 * 6e4_f64.powf(-1.9)], "base grid 8³")
@@ -66,21 +57,16 @@ fn crowded() -> Result<Figure, Box<dyn Error>> {
 
 fn linear() -> Result<Figure, Box<dyn Error>> {
     let wave = |phase: f64| -> Vec<[f64; 2]> {
-        (0..=200)
-            .map(|i| 0.005 * f64::from(i))
-            .map(|x| [x, (9.0 * x + phase).sin()])
-            .collect()
+        (0..=200).map(|i| 0.005 * f64::from(i)).map(|x| [x, (9.0 * x + phase).sin()]).collect()
     };
     let points: Vec<_> = wave(0.0).into_iter().step_by(20).collect();
-    Ok(
-        Plot::new(Axis::linear("x"), Axis::linear("radiance [m⁻² sr⁻¹ s⁻¹]"))
-            .series(Series::line("exact", wave(0.0)))
-            .series(Series::line("estimate", wave(0.3)).dotted())
-            .series(Series::markers("samples", points))
-            .horizontal_line(0.0, "")
-            .annotation([0.5, 0.0], "crossing < zero & more")
-            .draw()?,
-    )
+    Ok(Plot::new(Axis::linear("x"), Axis::linear("radiance [m⁻² sr⁻¹ s⁻¹]"))
+        .series(Series::line("exact", wave(0.0)))
+        .series(Series::line("estimate", wave(0.3)).dotted())
+        .series(Series::markers("samples", points))
+        .horizontal_line(0.0, "")
+        .annotation([0.5, 0.0], "crossing < zero & more")
+        .draw()?)
 }
 
 fn blob(height: usize, width: usize, sharp: f64) -> Image {
@@ -98,10 +84,7 @@ fn blob(height: usize, width: usize, sharp: f64) -> Image {
 fn panels() -> Result<Figure, Box<dyn Error>> {
     let (image, coarse) = (blob(64, 64, 12.0), blob(8, 8, 12.0));
     let mut error = blob(64, 64, 20.0);
-    error
-        .pixels_mut()
-        .iter_mut()
-        .for_each(|pixel| *pixel *= 1e-3);
+    error.pixels_mut().iter_mut().for_each(|pixel| *pixel *= 1e-3);
     error[(3, 60)] = f64::NAN;
     let range = ValueRange::of(&[&image, &coarse]);
     let panel = |image| Panel::new(image).x("x", [0.0, 1.0]).y("y", [0.0, 1.0]);
@@ -109,10 +92,7 @@ fn panels() -> Result<Figure, Box<dyn Error>> {
         .title("One scene, two images and the error")
         .panel(panel(&image).title("64 × 64 pixels").range(range))
         .panel(
-            panel(&coarse)
-                .title("8 × 8 pixels")
-                .range(range)
-                .colour_bar("radiance [m⁻² sr⁻¹ s⁻¹]"),
+            panel(&coarse).title("8 × 8 pixels").range(range).colour_bar("radiance [m⁻² sr⁻¹ s⁻¹]"),
         )
         .panel(
             panel(&error)

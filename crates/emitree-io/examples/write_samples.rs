@@ -25,9 +25,7 @@ type = \"equirectangular\"\t# equal angles
 ";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args_os()
-        .nth(1)
-        .ok_or("expected a folder for the samples")?;
+    let folder = std::env::args_os().nth(1).ok_or("expected a folder for the samples")?;
     let folder = PathBuf::from(folder);
     let write = |name: &str, bytes: Vec<u8>| OutputFile::create(folder.join(name))?.commit(&bytes);
 
@@ -36,57 +34,31 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     let image = Image::from_pixels(HEIGHT, WIDTH, pixels.collect());
     let mut error = image.clone();
-    error
-        .pixels_mut()
-        .iter_mut()
-        .for_each(|pixel| *pixel *= -0.001);
+    error.pixels_mut().iter_mut().for_each(|pixel| *pixel *= -0.001);
     error[(1, 2)] = f64::NAN;
     error[(2, 2)] = f64::INFINITY;
     let counts = Image::from_pixels(1, 3, vec![1.0, 2.0, 3.0]);
 
     let file = |wcs| FitsFile {
-        primary: FitsImage {
-            name: "RADIANCE",
-            image: &image,
-            unit: Some("m-2 sr-1 s-1"),
-        },
+        primary: FitsImage { name: "RADIANCE", image: &image, unit: Some("m-2 sr-1 s-1") },
         extensions: vec![
-            FitsImage {
-                name: "ERROR",
-                image: &error,
-                unit: Some("m-2 sr-1 s-1"),
-            },
-            FitsImage {
-                name: "EVALUATIONS",
-                image: &counts,
-                unit: None,
-            },
+            FitsImage { name: "ERROR", image: &error, unit: Some("m-2 sr-1 s-1") },
+            FitsImage { name: "EVALUATIONS", image: &counts, unit: None },
         ],
         wcs: Some(wcs),
         provenance: vec![
             Card::new("METHOD", "vol", "how the image was computed"),
             Card::new("TOL", 0.1 + 0.2, "tolerance, relative to the largest pixel"),
-            Card::new(
-                "ESTERR",
-                f64::INFINITY,
-                "estimated error, relative to the largest pixel",
-            ),
+            Card::new("ESTERR", f64::INFINITY, "estimated error, relative to the largest pixel"),
             Card::new("NEVAL", 4066, "evaluations of the emission rate"),
             Card::new("CONVERGD", true, "the tolerance was met"),
-            Card::new(
-                "SCENE",
-                format!("scenes/{}'s.toml", "long/".repeat(30)),
-                "scene file",
-            ),
+            Card::new("SCENE", format!("scenes/{}'s.toml", "long/".repeat(30)), "scene file"),
             Card::new("MODEL", "Jørgensen & Holmström", "emission model"),
         ],
         history: SCENE.to_owned(),
         date: Some(UNIX_EPOCH + Duration::from_secs(1_795_228_200)),
     };
-    write(
-        "canonical.fits",
-        file(Wcs::canonical(HEIGHT, WIDTH)).encode()?,
-    )?;
+    write("canonical.fits", file(Wcs::canonical(HEIGHT, WIDTH)).encode()?)?;
     for (name, fov_deg) in [("narrow", [16.0, 27.0]), ("all_sky", [360.0, 180.0])] {
         let wcs = Wcs::equirectangular(HEIGHT, WIDTH, fov_deg);
         write(&format!("{name}.fits"), file(wcs).encode()?)?;
@@ -95,10 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     write("image.npy", encode_npy_image(&image))?;
     write("error.npy", encode_npy_image(&error))?;
     write("cube.npy", encode_npy(&[HEIGHT, 1, WIDTH], image.pixels())?)?;
-    let options = PictureOptions {
-        title: Some("sample".to_owned()),
-        ..PictureOptions::default()
-    };
+    let options = PictureOptions { title: Some("sample".to_owned()), ..PictureOptions::default() };
     write("image.png", encode_png(&image, &options)?)?;
     Ok(())
 }

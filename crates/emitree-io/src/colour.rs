@@ -38,9 +38,7 @@ impl ColourMap {
             Self::Magma => colorous::MAGMA,
             Self::Cividis => colorous::CIVIDIS,
         };
-        gradient
-            .eval_continuous(fraction.clamp(0.0, 1.0))
-            .into_array()
+        gradient.eval_continuous(fraction.clamp(0.0, 1.0)).into_array()
     }
 }
 
@@ -72,17 +70,9 @@ impl ValueRange {
     pub fn of(images: &[&Image]) -> Self {
         let pixels = images.iter().flat_map(|image| image.pixels());
         let finite = pixels.copied().filter(|pixel| pixel.is_finite());
-        let (low, high) = finite.fold((0.0, f64::NEG_INFINITY), |(low, high), p| {
-            (p.min(low), p.max(high))
-        });
-        if low < high {
-            Self { low, high }
-        } else {
-            Self {
-                low: 0.0,
-                high: 1.0,
-            }
-        }
+        let (low, high) =
+            finite.fold((0.0, f64::NEG_INFINITY), |(low, high), p| (p.min(low), p.max(high)));
+        if low < high { Self { low, high } } else { Self { low: 0.0, high: 1.0 } }
     }
 
     /// Where `value` lies between the ends, 0 at the low and 1 at the high one.
@@ -97,12 +87,7 @@ mod tests {
 
     #[test]
     fn maps_brighten_from_end_to_end() {
-        let maps = [
-            ColourMap::Viridis,
-            ColourMap::Inferno,
-            ColourMap::Magma,
-            ColourMap::Cividis,
-        ];
+        let maps = [ColourMap::Viridis, ColourMap::Inferno, ColourMap::Magma, ColourMap::Cividis];
         for map in maps {
             let lightness = |fraction| {
                 let [red, green, blue] = map.rgb(fraction).map(f64::from);
@@ -110,15 +95,9 @@ mod tests {
             };
             for step in 0..8 {
                 let fraction = f64::from(step) / 8.0;
-                assert!(
-                    lightness(fraction) < lightness(fraction + 0.125),
-                    "{map:?} {fraction}"
-                );
+                assert!(lightness(fraction) < lightness(fraction + 0.125), "{map:?} {fraction}");
             }
-            assert!(
-                (0..=1000).all(|i| map.rgb(f64::from(i) / 1000.0) != NOT_A_NUMBER),
-                "{map:?}"
-            );
+            assert!((0..=1000).all(|i| map.rgb(f64::from(i) / 1000.0) != NOT_A_NUMBER), "{map:?}");
         }
     }
 
@@ -128,40 +107,10 @@ mod tests {
             let image = Image::from_pixels(1, pixels.len(), pixels.to_vec());
             ValueRange::of(&[&image])
         };
-        assert_eq!(
-            range(&[3.0, 7.0]),
-            ValueRange {
-                low: 0.0,
-                high: 7.0
-            }
-        );
-        assert_eq!(
-            range(&[-3.0, 7.0, f64::INFINITY]),
-            ValueRange {
-                low: -3.0,
-                high: 7.0
-            }
-        );
-        assert_eq!(
-            range(&[-3.0, -1.0]),
-            ValueRange {
-                low: -3.0,
-                high: -1.0
-            }
-        );
-        assert_eq!(
-            range(&[0.0, 0.0]),
-            ValueRange {
-                low: 0.0,
-                high: 1.0
-            }
-        );
-        assert_eq!(
-            range(&[f64::NAN]),
-            ValueRange {
-                low: 0.0,
-                high: 1.0
-            }
-        );
+        assert_eq!(range(&[3.0, 7.0]), ValueRange { low: 0.0, high: 7.0 });
+        assert_eq!(range(&[-3.0, 7.0, f64::INFINITY]), ValueRange { low: -3.0, high: 7.0 });
+        assert_eq!(range(&[-3.0, -1.0]), ValueRange { low: -3.0, high: -1.0 });
+        assert_eq!(range(&[0.0, 0.0]), ValueRange { low: 0.0, high: 1.0 });
+        assert_eq!(range(&[f64::NAN]), ValueRange { low: 0.0, high: 1.0 });
     }
 }

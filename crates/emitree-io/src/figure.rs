@@ -112,20 +112,11 @@ impl Figure {
             reason = "saturates; a picture of that size is refused"
         )]
         let pixels = |length: f64| (length * scale).ceil() as u32;
-        let mut picture =
-            tiny_skia::Pixmap::new(pixels(width), pixels(height)).ok_or(FigureError::Size {
-                width,
-                height,
-                scale,
-            })?;
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "the renderer computes with f32"
-        )]
+        let mut picture = tiny_skia::Pixmap::new(pixels(width), pixels(height))
+            .ok_or(FigureError::Size { width, height, scale })?;
+        #[expect(clippy::cast_possible_truncation, reason = "the renderer computes with f32")]
         let transform = tiny_skia::Transform::from_scale(scale as f32, scale as f32);
         resvg::render(&tree, transform, &mut picture.as_mut());
-        picture
-            .encode_png()
-            .map_err(|error| FigureError::Render(error.to_string()))
+        picture.encode_png().map_err(|error| FigureError::Render(error.to_string()))
     }
 }

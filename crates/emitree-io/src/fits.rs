@@ -102,33 +102,19 @@ impl FitsFile<'_> {
     /// written by this function itself.
     pub fn encode(&self) -> Result<Vec<u8>, FitsEncodeError> {
         let mut header = self.header(&self.primary)?;
-        set(
-            &mut header,
-            &Card::new("CREATOR", "emitree", "software that wrote this file"),
-        )?;
+        set(&mut header, &Card::new("CREATOR", "emitree", "software that wrote this file"))?;
         let version = env!("CARGO_PKG_VERSION");
-        set(
-            &mut header,
-            &Card::new("VERSION", version, "version of the software"),
-        )?;
+        set(&mut header, &Card::new("VERSION", version, "version of the software"))?;
         if let Some(date) = self.date {
-            set(
-                &mut header,
-                &Card::new("DATE", utc(date), "when this file was made, UTC"),
-            )?;
+            set(&mut header, &Card::new("DATE", utc(date), "when this file was made, UTC"))?;
         }
         for card in &self.provenance {
             let keyword = &card.keyword;
-            let taken = || FitsEncodeError::Taken {
-                keyword: keyword.clone(),
-            };
+            let taken = || FitsEncodeError::Taken { keyword: keyword.clone() };
             if STRUCTURE.contains(&&**keyword) || keyword.starts_with("NAXIS") {
                 return Err(taken());
             }
-            let source = |source| FitsEncodeError::Card {
-                keyword: keyword.clone(),
-                source,
-            };
+            let source = |source| FitsEncodeError::Card { keyword: keyword.clone(), source };
             if header.contains(&**keyword).map_err(source)? {
                 return Err(taken());
             }
@@ -149,10 +135,7 @@ impl FitsFile<'_> {
     /// Name, unit and coordinates of one image.
     fn header(&self, of: &FitsImage<'_>) -> Result<Header, FitsEncodeError> {
         let mut header = Header::new();
-        set(
-            &mut header,
-            &Card::new("EXTNAME", of.name, "what the pixels are"),
-        )?;
+        set(&mut header, &Card::new("EXTNAME", of.name, "what the pixels are"))?;
         if let Some(unit) = of.unit {
             set(&mut header, &Card::new("BUNIT", unit, "unit of the pixels"))?;
         }
@@ -187,10 +170,7 @@ fn write_image(
 /// The time as FITS writes it, `2026-11-21T02:30:00`, whole seconds of UTC; times before 1970 are
 /// that year's first second.
 fn utc(time: SystemTime) -> String {
-    let seconds = time
-        .duration_since(UNIX_EPOCH)
-        .unwrap_or_default()
-        .as_secs();
+    let seconds = time.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
     let (days, second) = (seconds / 86_400, seconds % 86_400);
     let (mut year, mut day) = (1970, days);
     let leap =
@@ -209,10 +189,7 @@ fn utc(time: SystemTime) -> String {
         month += 1;
     }
     let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
-    format!(
-        "{year:04}-{month:02}-{:02}T{hour:02}:{minute:02}:{second:02}",
-        day + 1
-    )
+    format!("{year:04}-{month:02}-{:02}T{hour:02}:{minute:02}:{second:02}", day + 1)
 }
 
 #[cfg(test)]

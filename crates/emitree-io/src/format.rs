@@ -16,12 +16,8 @@ pub enum Format {
 
 impl Format {
     /// The endings that choose a format, lower case and without the dot.
-    pub const ENDINGS: [(&'static str, Self); 4] = [
-        ("fits", Self::Fits),
-        ("fit", Self::Fits),
-        ("npy", Self::Npy),
-        ("png", Self::Png),
-    ];
+    pub const ENDINGS: [(&'static str, Self); 4] =
+        [("fits", Self::Fits), ("fit", Self::Fits), ("npy", Self::Npy), ("png", Self::Png)];
 
     /// The format that the ending of `path` stands for, upper or lower case.
     ///
@@ -41,17 +37,12 @@ impl Format {
     /// ```
     pub fn from_path(path: impl AsRef<Path>) -> Result<Self, UnknownEnding> {
         let path = path.as_ref();
-        let ending = path
-            .extension()
-            .and_then(|ending| ending.to_str())
-            .unwrap_or_default();
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         Self::ENDINGS
             .into_iter()
             .find(|(name, _)| name.eq_ignore_ascii_case(ending))
             .map(|(_, format)| format)
-            .ok_or_else(|| UnknownEnding {
-                path: path.to_owned(),
-            })
+            .ok_or_else(|| UnknownEnding { path: path.to_owned() })
     }
 }
 
@@ -71,23 +62,13 @@ mod tests {
     fn endings_choose_formats_in_any_case() {
         for (ending, format) in Format::ENDINGS {
             assert_eq!(Format::from_path(format!("a.b/c.{ending}")), Ok(format));
-            assert_eq!(
-                Format::from_path(format!("c.{}", ending.to_uppercase())),
-                Ok(format)
-            );
+            assert_eq!(Format::from_path(format!("c.{}", ending.to_uppercase())), Ok(format));
         }
     }
 
     #[test]
     fn the_error_lists_every_ending() {
-        for path in [
-            "image",
-            "image.",
-            "fits",
-            ".png",
-            "image.png.bak",
-            "a.fits/b",
-        ] {
+        for path in ["image", "image.", "fits", ".png", "image.png.bak", "a.fits/b"] {
             let message = Format::from_path(path).unwrap_err().to_string();
             assert!(message.starts_with(&format!("`{path}`")), "{message}");
             for (ending, _) in Format::ENDINGS {

@@ -47,14 +47,9 @@ pub fn encode_npy(shape: &[usize], values: &[f64]) -> Result<Vec<u8>, NpyError> 
     if shape.len() > MAX_AXES {
         return Err(NpyError::Axes { axes: shape.len() });
     }
-    let elements = shape
-        .iter()
-        .try_fold(1_usize, |product, &n| product.checked_mul(n));
+    let elements = shape.iter().try_fold(1_usize, |product, &n| product.checked_mul(n));
     if elements != Some(values.len()) {
-        return Err(NpyError::Length {
-            shape: shape.to_vec(),
-            found: values.len(),
-        });
+        return Err(NpyError::Length { shape: shape.to_vec(), found: values.len() });
     }
     Ok(encode(shape, values))
 }
@@ -75,14 +70,7 @@ fn encode(shape: &[usize], values: &[f64]) -> Vec<u8> {
     let shape = match shape {
         // A tuple of one needs its comma in Python.
         [length] => format!("({length},)"),
-        _ => format!(
-            "({})",
-            shape
-                .iter()
-                .map(usize::to_string)
-                .collect::<Vec<_>>()
-                .join(", ")
-        ),
+        _ => format!("({})", shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
     };
     let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
     // The magic string, two bytes of length, and the header with its newline fill 64-byte blocks.
@@ -137,10 +125,7 @@ mod tests {
         for (shape, spelled) in [(&[][..], "()"), (&[1], "(1,)"), (&[1, 1, 1], "(1, 1, 1)")] {
             let bytes = encode_npy(shape, &[0.0]).unwrap();
             let header = String::from_utf8_lossy(&bytes[10..128]);
-            assert!(
-                header.contains(&format!("'shape': {spelled}, }}")),
-                "{header}"
-            );
+            assert!(header.contains(&format!("'shape': {spelled}, }}")), "{header}");
         }
     }
 
@@ -152,9 +137,6 @@ mod tests {
             "5 numbers for an array of shape [2, 3]: expected the product of the lengths"
         );
         assert!(encode_npy(&[usize::MAX, 2], &[]).is_err());
-        assert_eq!(
-            encode_npy(&[1; 65], &[0.0]),
-            Err(NpyError::Axes { axes: 65 })
-        );
+        assert_eq!(encode_npy(&[1; 65], &[0.0]), Err(NpyError::Axes { axes: 65 }));
     }
 }

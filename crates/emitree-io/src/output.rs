@@ -126,11 +126,7 @@ impl OutputFile {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let temporary = builder.tempfile_in(&folder).map_err(create)?;
-        Ok(Self {
-            target: folder.join(target.name),
-            temporary,
-            path,
-        })
+        Ok(Self { target: folder.join(target.name), temporary, path })
     }
 
     /// The path as it was given.
@@ -144,24 +140,11 @@ impl OutputFile {
     ///
     /// [`OutputError::Write`]; the target is then as it was before.
     pub fn commit(self, bytes: &[u8]) -> Result<(), OutputError> {
-        let Self {
-            path,
-            target,
-            mut temporary,
-        } = self;
-        let write = |source| OutputError::Write {
-            path,
-            length: bytes.len(),
-            source,
-        };
-        let stored = temporary
-            .write_all(bytes)
-            .and_then(|()| temporary.as_file().sync_all());
+        let Self { path, target, mut temporary } = self;
+        let write = |source| OutputError::Write { path, length: bytes.len(), source };
+        let stored = temporary.write_all(bytes).and_then(|()| temporary.as_file().sync_all());
         match stored {
-            Ok(()) => temporary
-                .persist(&target)
-                .map(|_| ())
-                .map_err(|error| write(error.error)),
+            Ok(()) => temporary.persist(&target).map(|_| ()).map_err(|error| write(error.error)),
             Err(source) => Err(write(source)),
         }
     }
@@ -198,10 +181,7 @@ impl OutputSet {
         for path in paths {
             let file = OutputFile::create(path)?;
             if let Some(first) = files.iter().find(|first| first.target == file.target) {
-                return Err(OutputError::Same {
-                    first: first.path.clone(),
-                    second: file.path,
-                });
+                return Err(OutputError::Same { first: first.path.clone(), second: file.path });
             }
             files.push(file);
         }
@@ -227,46 +207,25 @@ struct Target {
 impl Target {
     fn of(path: &Path) -> Result<Self, OutputError> {
         if let Ok(metadata) = fs::metadata(path) {
-            let found = if metadata.is_dir() {
-                "a directory"
-            } else {
-                "not an ordinary file"
-            };
+            let found = if metadata.is_dir() { "a directory" } else { "not an ordinary file" };
             if !metadata.is_file() {
-                return Err(OutputError::NotAFile {
-                    path: path.to_owned(),
-                    found,
-                });
+                return Err(OutputError::NotAFile { path: path.to_owned(), found });
             }
             if metadata.permissions().readonly() {
-                return Err(OutputError::WriteProtected {
-                    path: path.to_owned(),
-                });
+                return Err(OutputError::WriteProtected { path: path.to_owned() });
             }
         }
-        let resolved = if path.is_symlink() {
-            fs::canonicalize(path).ok()
-        } else {
-            None
-        };
+        let resolved = if path.is_symlink() { fs::canonicalize(path).ok() } else { None };
         let resolved = resolved.as_deref().unwrap_or(path);
         // A trailing slash asks for a directory, but `file_name` overlooks it.
-        let slash = path
-            .as_os_str()
-            .to_string_lossy()
-            .ends_with(std::path::is_separator);
+        let slash = path.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
         match (resolved.parent(), resolved.file_name()) {
             (Some(parent), Some(name)) if !slash => {
                 let here = parent.as_os_str().is_empty();
                 let folder = if here { Path::new(".") } else { parent };
-                Ok(Self {
-                    folder: folder.to_owned(),
-                    name: name.to_owned(),
-                })
+                Ok(Self { folder: folder.to_owned(), name: name.to_owned() })
             }
-            _ => Err(OutputError::NoFileName {
-                path: path.to_owned(),
-            }),
+            _ => Err(OutputError::NoFileName { path: path.to_owned() }),
         }
     }
 }
@@ -278,9 +237,8 @@ mod tests {
 
     fn names(folder: &TempDir) -> Vec<String> {
         let entries = fs::read_dir(folder.path()).unwrap();
-        let mut names: Vec<_> = entries
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
     }
@@ -323,10 +281,7 @@ mod tests {
             assert!(OutputFile::create(path).is_err(), "{path:?}");
         }
         let slash = folder.path().join("new/");
-        assert!(matches!(
-            OutputFile::create(slash),
-            Err(OutputError::NoFileName { .. })
-        ));
+        assert!(matches!(OutputFile::create(slash), Err(OutputError::NoFileName { .. })));
         assert!(names(&folder).is_empty());
     }
 
@@ -334,19 +289,13 @@ mod tests {
     #[test]
     fn devices_and_protected_files_are_refused_and_links_followed() {
         use std::os::unix::fs::{PermissionsExt, symlink};
-        assert!(matches!(
-            OutputFile::create("/dev/null"),
-            Err(OutputError::NotAFile { .. })
-        ));
+        assert!(matches!(OutputFile::create("/dev/null"), Err(OutputError::NotAFile { .. })));
 
         let folder = tempdir().unwrap();
         let path = folder.path().join("image.npy");
         fs::write(&path, "kept").unwrap();
         fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
-        assert!(matches!(
-            OutputFile::create(&path),
-            Err(OutputError::WriteProtected { .. })
-        ));
+        assert!(matches!(OutputFile::create(&path), Err(OutputError::WriteProtected { .. })));
         fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).unwrap();
 
         let link = folder.path().join("link.npy");
@@ -354,10 +303,7 @@ mod tests {
         OutputFile::create(&link).unwrap().commit(b"new").unwrap();
         assert!(link.is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"new");
-        assert!(matches!(
-            OutputSet::create([&path, &link]),
-            Err(OutputError::Same { .. })
-        ));
+        assert!(matches!(OutputSet::create([&path, &link]), Err(OutputError::Same { .. })));
     }
 
     #[test]
@@ -366,19 +312,11 @@ mod tests {
         fs::create_dir(folder.path().join("sub")).unwrap();
         let first = folder.path().join("image.png");
         let second = folder.path().join("sub").join("..").join("image.png");
-        let error = OutputSet::create([&first, &second])
-            .unwrap_err()
-            .to_string();
+        let error = OutputSet::create([&first, &second]).unwrap_err().to_string();
         assert!(error.contains(&*first.to_string_lossy()), "{error}");
         assert!(error.contains(&*second.to_string_lossy()), "{error}");
         assert_eq!(names(&folder), ["sub"]);
         let other = folder.path().join("sub").join("image.png");
-        assert_eq!(
-            OutputSet::create([&first, &other])
-                .unwrap()
-                .into_iter()
-                .count(),
-            2
-        );
+        assert_eq!(OutputSet::create([&first, &other]).unwrap().into_iter().count(), 2);
     }
 }

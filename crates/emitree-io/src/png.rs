@@ -57,11 +57,7 @@ pub enum PictureError {
 /// ```
 pub fn encode_png(image: &Image, options: &PictureOptions) -> Result<Vec<u8>, PictureError> {
     let (width, height) = (image.width(), image.height());
-    let length = |pixels| {
-        u32::try_from(pixels)
-            .ok()
-            .filter(|n| (1..=i32::MAX as u32).contains(n))
-    };
+    let length = |pixels| u32::try_from(pixels).ok().filter(|n| (1..=i32::MAX as u32).contains(n));
     let (Some(columns), Some(rows)) = (length(width), length(height)) else {
         return Err(PictureError::Size { width, height });
     };
@@ -76,21 +72,13 @@ pub fn encode_png(image: &Image, options: &PictureOptions) -> Result<Vec<u8>, Pi
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let unit = options
-        .unit
-        .as_deref()
-        .map(|unit| format!(" {unit}"))
-        .unwrap_or_default();
+    let unit = options.unit.as_deref().map(|unit| format!(" {unit}")).unwrap_or_default();
     let software = concat!("emitree ", env!("CARGO_PKG_VERSION")).to_owned();
     add_text(&mut encoder, "Software", software)?;
     if let Some(title) = &options.title {
         add_text(&mut encoder, "Title", title.clone())?;
     }
-    add_text(
-        &mut encoder,
-        "Description",
-        format!("Colours from {low:e} to {high:e}{unit}"),
-    )?;
+    add_text(&mut encoder, "Description", format!("Colours from {low:e} to {high:e}{unit}"))?;
 
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&rgb_rows(image, options.colour_map, range))?;
@@ -101,9 +89,7 @@ pub fn encode_png(image: &Image, options: &PictureOptions) -> Result<Vec<u8>, Pi
 /// Three bytes for each pixel, the highest row first.
 fn rgb_rows(image: &Image, map: ColourMap, range: ValueRange) -> Vec<u8> {
     let pixels = image.rows().rev().flatten();
-    pixels
-        .flat_map(|&pixel| map.rgb(range.fraction(pixel)))
-        .collect()
+    pixels.flat_map(|&pixel| map.rgb(range.fraction(pixel))).collect()
 }
 
 /// A text in the chunk that every reader knows if it is ASCII, else in the one for UTF-8.
@@ -124,9 +110,7 @@ mod tests {
     use super::*;
 
     fn decode(bytes: &[u8]) -> (png::Info<'static>, Vec<u8>) {
-        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
-            .read_info()
-            .unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut pixels).unwrap();
         (reader.info().clone(), pixels)
@@ -135,21 +119,13 @@ mod tests {
     #[test]
     fn pixels_are_flipped_so_that_y_points_up() {
         let image = Image::from_pixels(2, 3, vec![0.0, 1.0, 2.0, 3.0, f64::NAN, 4.0]);
-        let options = PictureOptions {
-            colour_map: ColourMap::Inferno,
-            ..Default::default()
-        };
+        let options = PictureOptions { colour_map: ColourMap::Inferno, ..Default::default() };
         let (info, pixels) = decode(&encode_png(&image, &options).unwrap());
         assert_eq!((info.width, info.height), (3, 2));
-        assert_eq!(
-            (info.color_type, info.bit_depth),
-            (png::ColorType::Rgb, png::BitDepth::Eight)
-        );
+        assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgb, png::BitDepth::Eight));
         let upper_row_first = [3.0, f64::NAN, 4.0, 0.0, 1.0, 2.0];
-        let expected: Vec<u8> = upper_row_first
-            .iter()
-            .flat_map(|p| ColourMap::Inferno.rgb(p / 4.0))
-            .collect();
+        let expected: Vec<u8> =
+            upper_row_first.iter().flat_map(|p| ColourMap::Inferno.rgb(p / 4.0)).collect();
         assert_eq!(pixels, expected);
     }
 
@@ -164,30 +140,18 @@ mod tests {
     #[test]
     fn texts_name_software_title_and_range() {
         let options = PictureOptions {
-            range: Some(ValueRange {
-                low: -1.0,
-                high: 0.5,
-            }),
+            range: Some(ValueRange { low: -1.0, high: 0.5 }),
             title: Some("magnetosheath, 30 R⊕".to_owned()),
             unit: Some("m-2 sr-1 s-1".to_owned()),
             ..Default::default()
         };
         let (info, _) = decode(&encode_png(&Image::zeros(1, 1), &options).unwrap());
-        let latin: Vec<_> = info
-            .uncompressed_latin1_text
-            .iter()
-            .map(|t| (&*t.keyword, &*t.text))
-            .collect();
+        let latin: Vec<_> =
+            info.uncompressed_latin1_text.iter().map(|t| (&*t.keyword, &*t.text)).collect();
         assert_eq!(latin[0].0, "Software");
-        assert_eq!(
-            latin[1],
-            ("Description", "Colours from -1e0 to 5e-1 m-2 sr-1 s-1")
-        );
+        assert_eq!(latin[1], ("Description", "Colours from -1e0 to 5e-1 m-2 sr-1 s-1"));
         assert_eq!(info.utf8_text[0].keyword, "Title");
-        assert_eq!(
-            info.utf8_text[0].get_text().unwrap(),
-            "magnetosheath, 30 R⊕"
-        );
+        assert_eq!(info.utf8_text[0].get_text().unwrap(), "magnetosheath, 30 R⊕");
     }
 
     #[test]
@@ -197,17 +161,9 @@ mod tests {
             error.to_string(),
             "an image of 4 x 0 pixels: expected 1 to 2147483647 along each edge"
         );
-        for (low, high) in [
-            (1.0, 1.0),
-            (2.0, 1.0),
-            (f64::NAN, 1.0),
-            (0.0, f64::INFINITY),
-        ] {
+        for (low, high) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
             let range = Some(ValueRange { low, high });
-            let options = PictureOptions {
-                range,
-                ..Default::default()
-            };
+            let options = PictureOptions { range, ..Default::default() };
             let error = encode_png(&Image::zeros(1, 1), &options).unwrap_err();
             assert!(matches!(error, PictureError::Range(_)), "{error}");
         }

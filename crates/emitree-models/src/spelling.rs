@@ -71,10 +71,7 @@ mod tests {
     #[test]
     fn counts_edits() {
         let edits = |a: &str, b: &str| {
-            distance(
-                &a.chars().collect::<Vec<_>>(),
-                &b.chars().collect::<Vec<_>>(),
-            )
+            distance(&a.chars().collect::<Vec<_>>(), &b.chars().collect::<Vec<_>>())
         };
         assert_eq!(edits("", "abc"), 3);
         assert_eq!(edits("abc", ""), 3);

@@ -26,13 +26,8 @@ fn emissivities_as_published() {
     let mut checked = 0;
     for line in REFERENCE.lines().skip(1) {
         let fields: Vec<_> = line.split(',').collect();
-        let [model, wind, place, numbers @ ..] = fields.as_slice() else {
-            panic!("{line}")
-        };
-        let numbers: Vec<f64> = numbers
-            .iter()
-            .map(|number| number.parse().unwrap())
-            .collect();
+        let [model, wind, place, numbers @ ..] = fields.as_slice() else { panic!("{line}") };
+        let numbers: Vec<f64> = numbers.iter().map(|number| number.parse().unwrap()).collect();
         let (position, expected) = ([numbers[0], numbers[1], numbers[2]], numbers[3]);
 
         let parameters = parameters(wind);
@@ -41,23 +36,14 @@ fn emissivities_as_published() {
             _ => Jorgensen::new(&parameters).unwrap().emissivity(position),
         };
         let error = (emissivity - expected).abs();
-        assert!(
-            error <= 1e-12 * expected,
-            "{model}, {wind}, {place}: {emissivity}, {expected}"
-        );
+        assert!(error <= 1e-12 * expected, "{model}, {wind}, {place}: {emissivity}, {expected}");
 
         let mut rate = [f64::NAN];
         let positions = [position];
         let samples = Samples::new(&positions, &[[0.0, 0.0, 1.0]]);
-        build_model(model, &parameters)
-            .unwrap()
-            .emission_rates(&samples, &mut rate)
-            .unwrap();
+        build_model(model, &parameters).unwrap().emission_rates(&samples, &mut rate).unwrap();
         let expected = expected * 6.371e8 / (4.0 * std::f64::consts::PI) / 1000.0;
-        assert!(
-            (rate[0] - expected).abs() <= 1e-12 * expected,
-            "{model}, {wind}, {place}"
-        );
+        assert!((rate[0] - expected).abs() <= 1e-12 * expected, "{model}, {wind}, {place}");
         checked += 1;
     }
     assert_eq!(checked, 2 * 3 * 13);

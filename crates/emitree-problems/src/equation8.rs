@@ -33,10 +33,7 @@ pub fn exact_image(alpha: f64, [height, width]: [usize; 2]) -> Image {
         let border = |i: usize| i as f64 / pixels as f64;
         let pixel = |i: usize| {
             let (from, to) = (border(i), border(i + 1));
-            [
-                means::gaussian(a, c, from, to),
-                means::sine_squared(k, from, to),
-            ]
+            [means::gaussian(a, c, from, to), means::sine_squared(k, from, to)]
         };
         (0..pixels).map(pixel).collect()
     };
@@ -56,11 +53,7 @@ fn centre() -> [f64; 3] {
 }
 
 fn inverse_squares(alpha: f64) -> [f64; 3] {
-    [
-        alpha / 2_f64.sqrt(),
-        alpha * 2_f64.sqrt(),
-        alpha * 3_f64.sqrt(),
-    ]
+    [alpha / 2_f64.sqrt(), alpha * 2_f64.sqrt(), alpha * 3_f64.sqrt()]
 }
 
 #[cfg(test)]

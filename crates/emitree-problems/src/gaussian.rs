@@ -28,12 +28,7 @@ impl Gaussian {
     pub fn exact_image(&self, [height, width]: [usize; 2]) -> Image {
         let a = 1.0 / (self.width * self.width);
         let mean = |axis: usize, i: usize, n: usize| {
-            means::gaussian(
-                a,
-                self.centre[axis],
-                i as f64 / n as f64,
-                (i + 1) as f64 / n as f64,
-            )
+            means::gaussian(a, self.centre[axis], i as f64 / n as f64, (i + 1) as f64 / n as f64)
         };
         let depth = mean(2, 0, 1);
         let rows = (0..height).flat_map(|row| {

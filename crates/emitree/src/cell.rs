@@ -35,15 +35,8 @@ impl<const D: usize> CellIndex<D> {
     /// If the level is deeper than [`MAX_LEVEL`](Self::MAX_LEVEL) or the position is outside the
     /// unit cube.
     pub fn new(level: u8, position: [u32; D]) -> Self {
-        assert!(
-            level <= Self::MAX_LEVEL,
-            "level {level} of at most {}",
-            Self::MAX_LEVEL
-        );
-        assert!(
-            position.iter().all(|&p| p >> level == 0),
-            "{position:?} is outside level {level}"
-        );
+        assert!(level <= Self::MAX_LEVEL, "level {level} of at most {}", Self::MAX_LEVEL);
+        assert!(position.iter().all(|&p| p >> level == 0), "{position:?} is outside level {level}");
         Self { level, position }
     }
 
@@ -65,19 +58,13 @@ impl<const D: usize> CellIndex<D> {
 
     /// Child `n` of 2^D.
     pub fn child(&self, n: usize) -> Self {
-        Self {
-            level: self.level + 1,
-            position: child_position(self.position, n),
-        }
+        Self { level: self.level + 1, position: child_position(self.position, n) }
     }
 
     /// The cell that this one is a child of; `None` at level 0.
     pub fn parent(&self) -> Option<Self> {
         let level = self.level.checked_sub(1)?;
-        Some(Self {
-            level,
-            position: self.position.map(|p| p >> 1),
-        })
+        Some(Self { level, position: self.position.map(|p| p >> 1) })
     }
 }
 
@@ -106,10 +93,7 @@ pub(crate) fn to_u32(index: usize) -> u32 {
 /// A position packed into one integer, for hashing: equal keys mean equal positions.
 pub(crate) fn key<const D: usize>(position: [u32; D]) -> u64 {
     let bits = 64 / D.max(2);
-    position
-        .iter()
-        .rev()
-        .fold(0, |key, &p| key << bits | u64::from(p))
+    position.iter().rev().fold(0, |key, &p| key << bits | u64::from(p))
 }
 
 #[cfg(test)]
@@ -121,15 +105,7 @@ mod tests {
         let last = |level: u8| (1_u32 << (level + 1)) + 1;
         let deepest = CellIndex::<3>::MAX_LEVEL;
         let (a, b) = (last(deepest), last(deepest) - 1);
-        let keys = [
-            [a, b, b],
-            [b, a, b],
-            [b, b, a],
-            [a, a, b],
-            [0, 0, a],
-            [0, a, 0],
-        ]
-        .map(key);
+        let keys = [[a, b, b], [b, a, b], [b, b, a], [a, a, b], [0, 0, a], [0, a, 0]].map(key);
         for (i, k) in keys.iter().enumerate() {
             assert!(!keys[..i].contains(k));
         }

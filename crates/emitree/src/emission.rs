@@ -31,15 +31,8 @@ impl<'a> Samples<'a> {
     ///
     /// If the two arrays differ in length.
     pub fn new(positions: &'a [[f64; 3]], directions: &'a [[f64; 3]]) -> Self {
-        assert_eq!(
-            positions.len(),
-            directions.len(),
-            "one direction for each position"
-        );
-        Self {
-            positions,
-            directions,
-        }
+        assert_eq!(positions.len(), directions.len(), "one direction for each position");
+        Self { positions, directions }
     }
 
     /// The number of sample points.
@@ -117,7 +110,7 @@ impl<E: Emission + ?Sized> Emission for &E {
 /// ```
 /// use emitree::FromFn;
 ///
-/// let ball = FromFn(|[x, y, z]: [f64; 3], _direction| (-(x * x + y * y + z * z)).exp());
+/// let ball = FromFn(|[x, y, z]: [f64; 3], _direction: [f64; 3]| (-(x * x + y * y + z * z)).exp());
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct FromFn<F>(pub F);

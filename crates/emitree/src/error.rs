@@ -76,12 +76,11 @@ impl<E> From<BuildError<Self>> for RenderError<E> {
             BuildError::BaseLevel { level, deepest } => {
                 Self::Build(BuildError::BaseLevel { level, deepest })
             }
+            BuildError::FinestLevel { level, base_level, deepest } => {
+                Self::Build(BuildError::FinestLevel { level, base_level, deepest })
+            }
             BuildError::Threshold(threshold) => Self::Build(BuildError::Threshold(threshold)),
-            BuildError::BudgetBelowBase {
-                needed,
-                left,
-                level,
-            } => Self::Budget {
+            BuildError::BudgetBelowBase { needed, left, level } => Self::Budget {
                 what: format!("the base grid of level {level}"),
                 needed,
                 allowed: left,

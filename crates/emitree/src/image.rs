@@ -26,11 +26,7 @@ pub struct Image {
 impl Image {
     /// An image of zeros, `height` rows of `width` pixels.
     pub fn zeros(height: usize, width: usize) -> Self {
-        Self {
-            height,
-            width,
-            pixels: vec![0.0; height * width],
-        }
+        Self { height, width, pixels: vec![0.0; height * width] }
     }
 
     /// An image from its pixels, row after row, the lowest first.
@@ -39,16 +35,8 @@ impl Image {
     ///
     /// If there are not `height · width` pixels.
     pub fn from_pixels(height: usize, width: usize, pixels: Vec<f64>) -> Self {
-        assert_eq!(
-            pixels.len(),
-            height * width,
-            "one value for each of {height} x {width} pixels"
-        );
-        Self {
-            height,
-            width,
-            pixels,
-        }
+        assert_eq!(pixels.len(), height * width, "one value for each of {height} x {width} pixels");
+        Self { height, width, pixels }
     }
 
     /// The number of rows.
@@ -80,9 +68,7 @@ impl Image {
     /// are none.
     pub fn min_max(&self) -> (f64, f64) {
         let start = (f64::INFINITY, f64::NEG_INFINITY);
-        self.pixels
-            .iter()
-            .fold(start, |(low, high), &p| (low.min(p), high.max(p)))
+        self.pixels.iter().fold(start, |(low, high), &p| (low.min(p), high.max(p)))
     }
 
     /// The largest |difference| to another image of the same shape, in the unit of the pixels.
@@ -91,11 +77,7 @@ impl Image {
     ///
     /// If the shapes differ.
     pub fn max_difference(&self, other: &Self) -> f64 {
-        assert_eq!(
-            (self.height, self.width),
-            (other.height, other.width),
-            "same shape"
-        );
+        assert_eq!((self.height, self.width), (other.height, other.width), "same shape");
         let pairs = self.pixels.iter().zip(&other.pixels);
         pairs.fold(0.0, |largest, (a, b)| f64::max(largest, (a - b).abs()))
     }

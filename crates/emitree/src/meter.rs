@@ -69,13 +69,8 @@ impl<'a, E: Emission> Meter<'a, E> {
 
     /// Time spent in g, the times of parallel calls added up and divided by the number of threads.
     pub(crate) fn emission_time(&self) -> Duration {
-        let sum = self
-            .emission_time
-            .lock()
-            .map_or(Duration::ZERO, |time| *time);
-        sum / u32::try_from(rayon::current_num_threads())
-            .unwrap_or(1)
-            .max(1)
+        let sum = self.emission_time.lock().map_or(Duration::ZERO, |time| *time);
+        sum / u32::try_from(rayon::current_num_threads()).unwrap_or(1).max(1)
     }
 
     pub(crate) fn evaluations_left(&self) -> u64 {
@@ -151,10 +146,8 @@ impl<'a, E: Emission> Meter<'a, E> {
         if let Ok(mut time) = self.emission_time.lock() {
             *time += spent;
         }
-        let evaluations = self
-            .evaluations
-            .fetch_add(rates.len() as u64, Ordering::Relaxed)
-            + rates.len() as u64;
+        let evaluations =
+            self.evaluations.fetch_add(rates.len() as u64, Ordering::Relaxed) + rates.len() as u64;
         result.map_err(RenderError::Emission)?;
         if let Some(bad) = rates.iter().position(|rate| !rate.is_finite()) {
             return Err(RenderError::NotFinite {

@@ -30,26 +30,15 @@ impl Stencil {
     pub(crate) fn around(position: u32, level: u8, order: usize, periodic: bool) -> Self {
         let cells = 1_usize << level;
         // The largest odd order with no cell counted twice.
-        let order = if order <= cells {
-            order
-        } else {
-            cells - usize::from(cells.is_multiple_of(2))
-        };
+        let order =
+            if order <= cells { order } else { cells - usize::from(cells.is_multiple_of(2)) };
         let (radius, cells) = (to_u32(order / 2), to_u32(cells));
         if periodic {
             let start = (position + cells - radius) % cells;
-            return Self {
-                start,
-                order,
-                offset: order / 2,
-            };
+            return Self { start, order, offset: order / 2 };
         }
         let start = position.saturating_sub(radius).min(cells - to_u32(order));
-        Self {
-            start,
-            order,
-            offset: (position - start) as usize,
-        }
+        Self { start, order, offset: (position - start) as usize }
     }
 }
 
@@ -67,10 +56,7 @@ impl Stencil {
 pub fn part_weights(order: usize, offset: usize, from: f64, to: f64) -> Vec<f64> {
     // The primitive of the polynomial takes the running sums of the averages at the cell borders
     // 0, 1, …, order: interpolate those, and take the difference at the ends of the part.
-    let (low, high) = (
-        lagrange(order, offset as f64 + from),
-        lagrange(order, offset as f64 + to),
-    );
+    let (low, high) = (lagrange(order, offset as f64 + from), lagrange(order, offset as f64 + to));
     let length = to - from;
     // Average k is in the running sum of every border after it.
     let mut weights = vec![0.0; order];
@@ -125,11 +111,7 @@ impl Predictor {
         if order.is_multiple_of(2) || order > MAX_ORDER {
             return Err(OrderError(order));
         }
-        let of_order = |p| {
-            (0..p)
-                .map(|offset| part_weights(p, offset, 0.0, 0.5))
-                .collect()
-        };
+        let of_order = |p| (0..p).map(|offset| part_weights(p, offset, 0.0, 0.5)).collect();
         let lower_half = (1..=order).step_by(2).map(of_order).collect();
         Ok(Self { order, lower_half })
     }

@@ -45,9 +45,7 @@ impl<'a, const D: usize> Points<'a, D> {
 
 impl<const D: usize> core::fmt::Debug for Points<'_, D> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Points")
-            .field("len", &self.len)
-            .finish_non_exhaustive()
+        f.debug_struct("Points").field("len", &self.len).finish_non_exhaustive()
     }
 }
 
@@ -111,11 +109,7 @@ impl<const D: usize> Averager<D> {
     /// above `level`) will need at the most.
     pub(crate) fn cost_bound(&self, families: u64) -> u64 {
         // A family of Simpson cells has 5^D nodes, all of them new at the worst.
-        let nodes = if self.nodes.is_some() {
-            power(5, D)
-        } else {
-            1 << D
-        };
+        let nodes = if self.nodes.is_some() { power(5, D) } else { 1 << D };
         families * nodes as u64
     }
 
@@ -161,15 +155,7 @@ impl<const D: usize> Averager<D> {
 /// Weight of node `n` of 3^D: a product of 1/6, 4/6, 1/6 along each axis.
 fn simpson_weight<const D: usize>(n: usize) -> f64 {
     let digit = |axis: usize| n / power(3, axis) % 3;
-    (0..D)
-        .map(|axis| {
-            if digit(axis) == 1 {
-                4.0 / 6.0
-            } else {
-                1.0 / 6.0
-            }
-        })
-        .product()
+    (0..D).map(|axis| if digit(axis) == 1 { 4.0 / 6.0 } else { 1.0 / 6.0 }).product()
 }
 
 /// Evaluations at dyadic nodes, found again from any level.
@@ -193,11 +179,7 @@ impl<const D: usize> NodeStore<D> {
         core::array::from_fn(|axis| {
             let digit = to_u32(n / power(3, axis) % 3);
             let steps = (2 * position[axis] + digit) * half_edge;
-            if periodic[axis] {
-                steps % Self::STEPS
-            } else {
-                steps
-            }
+            if periodic[axis] { steps % Self::STEPS } else { steps }
         })
     }
 
@@ -215,10 +197,7 @@ impl<const D: usize> NodeStore<D> {
         self.values.resize(first + self.wanted.len(), 0.0);
         let step = 1.0 / f64::from(Self::STEPS);
         let point = |i: usize| self.wanted[i].map(|steps| f64::from(steps) * step);
-        integrand.evaluate(
-            Points::new(self.wanted.len(), &point),
-            &mut self.values[first..],
-        )?;
+        integrand.evaluate(Points::new(self.wanted.len(), &point), &mut self.values[first..])?;
         self.wanted.clear();
         Ok(())
     }

@@ -23,7 +23,5 @@ impl Threshold {
 
 /// The size of a family's details: the largest |detail|.
 pub(crate) fn detail_size(details: &[f64]) -> f64 {
-    details
-        .iter()
-        .fold(0.0, |largest: f64, detail| largest.max(detail.abs()))
+    details.iter().fold(0.0, |largest: f64, detail| largest.max(detail.abs()))
 }

@@ -137,12 +137,7 @@ pub fn render<E: Emission>(
 ) -> Result<Rendering, RenderError<E::Error>> {
     let start = Instant::now();
     check_size(shape, options)?;
-    let meter = Meter::new(
-        emission,
-        projection,
-        options.max_evaluations,
-        options.progress,
-    );
+    let meter = Meter::new(emission, projection, options.max_evaluations, options.progress);
     let mut rendering = match options.method {
         Method::Paper(build_options) => render_tree(&meter, projection, shape, &build_options)?,
         Method::Los(LosOptions { lines, steps }) => {
@@ -196,19 +191,9 @@ fn render_los<E: Emission>(
     lines: usize,
     steps: Steps,
 ) -> Result<Rendering, RenderError<E::Error>> {
-    let option = |name, value: String, expected| {
-        Err(RenderError::Option {
-            name,
-            value,
-            expected,
-        })
-    };
+    let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     if lines == 0 {
-        return option(
-            "lines",
-            lines.to_string(),
-            "1 or more lines along each side of a pixel",
-        );
+        return option("lines", lines.to_string(), "1 or more lines along each side of a pixel");
     }
     match steps {
         Steps::Fixed(0) => option("steps", "0".into(), "1 or more steps along each line"),
@@ -221,11 +206,7 @@ fn render_los<E: Emission>(
         }
         Steps::Adaptive(tolerance) => {
             let found = adaptive::render(meter, projection, shape, lines, tolerance)?;
-            Ok(Rendering::new(
-                found.image,
-                Some(found.error),
-                found.converged,
-            ))
+            Ok(Rendering::new(found.image, Some(found.error), found.converged))
         }
     }
 }
@@ -246,10 +227,7 @@ pub fn image_of_tree(
         // Borders of pixels as quotients, so that neighbours share them to the last bit.
         let y = [row as f64 / height as f64, (row + 1) as f64 / height as f64];
         for column in 0..width {
-            let x = [
-                column as f64 / width as f64,
-                (column + 1) as f64 / width as f64,
-            ];
+            let x = [column as f64 / width as f64, (column + 1) as f64 / width as f64];
             let solid_angle = projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
             image[(row, column)] *= dx * dy / solid_angle;
         }
@@ -267,32 +245,21 @@ fn check_size<E>(
     }
     let refuse = |what: String, needed: u64| {
         let allowed = options.max_memory_bytes;
-        if needed > allowed {
-            Err(RenderError::TooLarge {
-                what,
-                needed,
-                allowed,
-            })
-        } else {
-            Ok(())
-        }
+        if needed > allowed { Err(RenderError::TooLarge { what, needed, allowed }) } else { Ok(()) }
     };
     // The image, its error map and one of them while it is made; or the lines of sight.
     let maps = match options.method {
         Method::Paper(_) => 4,
-        Method::Los(LosOptions { lines, .. }) => (lines as u64)
-            .saturating_mul(lines as u64)
-            .saturating_mul(6)
-            .max(4),
+        Method::Los(LosOptions { lines, .. }) => {
+            (lines as u64).saturating_mul(lines as u64).saturating_mul(6).max(4)
+        }
     };
     let pixels = (height as u64).saturating_mul(width as u64);
     let longest = height.max(width);
     let image = format!("an image of {height} x {width} pixels (height x width)");
     // Sampling counts pixels along an axis in 24 bits.
     let too_long = if longest > 1 << 24 { u64::MAX } else { 0 };
-    let needed = pixels
-        .saturating_mul(size_of::<f64>() as u64)
-        .saturating_mul(maps);
+    let needed = pixels.saturating_mul(size_of::<f64>() as u64).saturating_mul(maps);
     refuse(image, needed.max(too_long))?;
     if let Method::Paper(build_options) = options.method {
         let level = build_options.base_level;

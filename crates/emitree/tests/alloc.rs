@@ -28,6 +28,7 @@ fn taken(rule: CellRule, order: usize, base_level: u8, threshold: f64) -> Taken 
         base_level,
         rule,
         threshold: Threshold::Absolute(threshold),
+        ..BuildOptions::default()
     };
     let emission = Pointwise(|u| equation8::rate(u, equation8::ALPHA));
     let _profiler = Profiler::builder().testing().build();
@@ -63,17 +64,11 @@ fn memory_is_taken_in_few_blocks_and_few_bytes_a_cell() {
         (Simpson, 3, 3, 0.02, 8_768, 540.0),
         (Simpson, 3, 4, 1e3, 36_864, 540.0),
     ];
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for (rule, order, base_level, threshold, cells, most_bytes) in trees {
         let taken = pool.install(|| taken(rule, order, base_level, threshold));
         assert_eq!(taken.cells, cells);
-        assert!(
-            taken.blocks.iter().all(|&blocks| blocks < 1_000),
-            "{taken:?}"
-        );
+        assert!(taken.blocks.iter().all(|&blocks| blocks < 1_000), "{taken:?}");
         assert!(taken.bytes_per_cell < most_bytes, "{taken:?}");
     }
 }

@@ -117,11 +117,7 @@ fn fits(scene: &Scene, rendering: &Rendering) -> Result<Vec<u8>, Failure> {
     Ok(file.encode()?)
 }
 
-fn fits_of_error(
-    scene: &Scene,
-    rendering: &Rendering,
-    error: &Image,
-) -> Result<Vec<u8>, Failure> {
+fn fits_of_error(scene: &Scene, rendering: &Rendering, error: &Image) -> Result<Vec<u8>, Failure> {
     let unit = Some(scene.emission.image_unit()).filter(|unit| !unit.is_empty());
     let primary = FitsImage { name: "ERROR", image: error, unit };
     Ok(FitsFile { primary, ..header(scene, rendering) }.encode()?)

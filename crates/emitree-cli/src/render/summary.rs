@@ -81,7 +81,7 @@ fn error(scene: &Scene, rendering: &Rendering) -> String {
         Method::Los(_) => "estimated, along the lines only",
         _ => "estimated",
     };
-    format!("{:.2e} of the largest pixel ({kind})", error)
+    format!("{error:.2e} of the largest pixel ({kind})")
 }
 
 /// A count with its thousands set apart: "19,136".
@@ -89,7 +89,7 @@ pub(crate) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);

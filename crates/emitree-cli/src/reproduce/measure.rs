@@ -39,12 +39,10 @@ impl Measurements {
         let exact = equation8::exact_image(equation8::ALPHA, SHAPE);
         // The threshold of the prototype with which the design found the paper's 4,032.
         let (figure_9_image, figure_9) = paper(2, 0.038, &exact)?;
-        let thresholds = |smallest: f64| {
-            let steps = 5.0 * (0.5 / smallest).log10();
-            (0..=steps.round() as i32).map(|i| 0.5 * 10_f64.powf(-0.2 * f64::from(i)))
-        };
-        let sweep = |level, smallest| -> Result<Vec<Run>, Failure> {
-            thresholds(smallest).map(|eps| Ok(paper(level, eps, &exact)?.1)).collect()
+        // Five thresholds a decade, from 0.5 down.
+        let sweep = |level, count: i32| -> Result<Vec<Run>, Failure> {
+            let threshold = |i: i32| 0.5 * 10_f64.powf(-0.2 * f64::from(i));
+            (0..count).map(|i| Ok(paper(level, threshold(i), &exact)?.1)).collect()
         };
         let steps = [4, 6, 8, 9, 10, 11, 12, 14, 16, 20, 24, 32, 48, 64];
         let los_series = |per_side: usize| -> Result<(usize, Vec<Run>), Failure> {
@@ -52,8 +50,8 @@ impl Measurements {
             Ok((per_side * per_side, runs.collect::<Result<_, _>>()?))
         };
         Ok(Self {
-            paper_4: sweep(2, 5e-4)?,
-            paper_8: sweep(3, 2e-4)?,
+            paper_4: sweep(2, 16)?,
+            paper_8: sweep(3, 18)?,
             los: [1, 2, 4].into_iter().map(los_series).collect::<Result<_, _>>()?,
             exact,
             figure_9_image,
@@ -94,7 +92,8 @@ fn measure(
     exact: &Image,
 ) -> Result<(Image, Run), Failure> {
     let emission = FromFn(|position, _| equation8::rate(position, equation8::ALPHA));
-    let stop = |_| if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let stop =
+        |_| if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let options = RenderOptions { progress: Some(&stop), ..RenderOptions::new(method) };
     let rendering = render(&emission, &Canonical, SHAPE, &options)?;
     let error = relative_error(&rendering.image, exact);

@@ -49,11 +49,10 @@ fn summary(measured: &Measurements) -> String {
         None => "not reached".to_owned(),
     };
     let cheapest = |runs: &[Run]| runs.iter().min_by_key(|run| run.evaluations).cloned();
-    let for_one_percent =
-        |runs: &[Run]| -> Option<Run> {
-            let good: Vec<Run> = runs.iter().filter(|run| run.error <= 0.01).cloned().collect();
-            cheapest(&good)
-        };
+    let for_one_percent = |runs: &[Run]| -> Option<Run> {
+        let good: Vec<Run> = runs.iter().filter(|run| run.error <= 0.01).cloned().collect();
+        cheapest(&good)
+    };
     let paper = for_one_percent(&measured.paper_8);
     let ratio = |run: Option<&Run>| match (run, &paper) {
         (Some(run), Some(paper)) => {
@@ -91,6 +90,7 @@ fn summary(measured: &Measurements) -> String {
     ]);
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
     let [first, second] = [0, 1].map(|column| width(column).unwrap_or(0));
-    let line = |[a, b, c]: &[String; 3]| format!("{a:first$}  {b:second$}  {c}").trim_end().to_owned();
+    let line =
+        |[a, b, c]: &[String; 3]| format!("{a:first$}  {b:second$}  {c}").trim_end().to_owned();
     rows.iter().map(|row| line(row) + "\n").collect()
 }

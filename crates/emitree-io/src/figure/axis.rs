@@ -21,20 +21,12 @@ pub struct Axis {
 impl Axis {
     /// An axis on which equal steps are equal differences.
     pub fn linear(label: impl Into<String>) -> Self {
-        Self {
-            label: label.into(),
-            logarithmic: false,
-            range: None,
-        }
+        Self { label: label.into(), logarithmic: false, range: None }
     }
 
     /// An axis on which equal steps are equal ratios.
     pub fn log(label: impl Into<String>) -> Self {
-        Self {
-            label: label.into(),
-            logarithmic: true,
-            range: None,
-        }
+        Self { label: label.into(), logarithmic: true, range: None }
     }
 
     /// From where to where the axis goes; without it, it holds all data.
@@ -53,40 +45,22 @@ impl Axis {
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
         for value in values.filter(|value| value.is_finite()) {
             if self.logarithmic && value <= 0.0 {
-                return Err(FigureError::NotPositive {
-                    label: label(),
-                    value,
-                });
+                return Err(FigureError::NotPositive { label: label(), value });
             }
             ends = [ends[0].min(value), ends[1].max(value)];
         }
-        let axis = ResolvedAxis {
-            logarithmic: self.logarithmic,
-            low: 0.0,
-            high: 1.0,
-        };
+        let axis = ResolvedAxis { logarithmic: self.logarithmic, low: 0.0, high: 1.0 };
         let [low, high] = match self.range {
             Some(range) => range,
             None if ends[0] > ends[1] => {
-                return Err(FigureError::Empty {
-                    missing: "finite data",
-                });
+                return Err(FigureError::Empty { missing: "finite data" });
             }
             None => axis.with_room(ends),
         };
-        let expected = if self.logarithmic {
-            "0 < low < high < ∞"
-        } else {
-            "finite low < high"
-        };
+        let expected = if self.logarithmic { "0 < low < high < ∞" } else { "finite low < high" };
         let positive = !self.logarithmic || low > 0.0;
         if !(positive && low < high && low.is_finite() && high.is_finite()) {
-            return Err(FigureError::Range {
-                label: label(),
-                low,
-                high,
-                expected,
-            });
+            return Err(FigureError::Range { label: label(), low, high, expected });
         }
         Ok(ResolvedAxis { low, high, ..axis })
     }
@@ -122,23 +96,11 @@ impl ResolvedAxis {
     /// Four per cent of room beyond each end of the data; some for a single value.
     fn with_room(&self, [low, high]: [f64; 2]) -> [f64; 2] {
         if self.logarithmic {
-            let factor = if low < high {
-                (high / low).powf(0.04)
-            } else {
-                2.0
-            };
+            let factor = if low < high { (high / low).powf(0.04) } else { 2.0 };
             [low / factor, high * factor]
         } else {
-            let half = if low.abs() > 0.0 {
-                0.5 * low.abs()
-            } else {
-                0.5
-            };
-            let room = if low < high {
-                0.04 * (high - low)
-            } else {
-                half
-            };
+            let half = if low.abs() > 0.0 { 0.5 * low.abs() } else { 0.5 };
+            let room = if low < high { 0.04 * (high - low) } else { half };
             [low - room, high + room]
         }
     }
@@ -164,9 +126,7 @@ mod tests {
     #[test]
     fn what_has_no_place_is_named() {
         let message = |axis: Axis, values: &[f64]| {
-            axis.resolve(values.iter().copied())
-                .unwrap_err()
-                .to_string()
+            axis.resolve(values.iter().copied()).unwrap_err().to_string()
         };
         assert_eq!(
             message(Axis::log("error"), &[1.0, 0.0]),

@@ -8,13 +8,8 @@ pub(super) const FAMILY: &str = "DejaVu Sans";
 
 /// Options of the renderer that know this font and no other.
 pub(super) fn options() -> usvg::Options<'static> {
-    let mut options = usvg::Options {
-        font_family: FAMILY.to_owned(),
-        ..Default::default()
-    };
-    options
-        .fontdb_mut()
-        .load_font_data(dejavu::sans::regular().to_vec());
+    let mut options = usvg::Options { font_family: FAMILY.to_owned(), ..Default::default() };
+    options.fontdb_mut().load_font_data(dejavu::sans::regular().to_vec());
     options
 }
 
@@ -29,9 +24,7 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
     let metrics = font.glyph_metrics(Size::new(size as f32), LocationRef::default());
     let glyphs = font.charmap();
     let advance = |c| glyphs.map(c).and_then(|glyph| metrics.advance_width(glyph));
-    text.chars()
-        .map(|c| advance(c).map_or(guess, f64::from))
-        .sum()
+    text.chars().map(|c| advance(c).map_or(guess, f64::from)).sum()
 }
 
 #[cfg(test)]

@@ -28,34 +28,19 @@ pub(super) struct Frame<'a> {
 
 impl<'a> Frame<'a> {
     pub(super) fn new(axes: [&'a Axis; 2], resolved: [ResolvedAxis; 2], size: [f64; 2]) -> Self {
-        let ticks = [
-            resolved[0].ticks(size[0], 75.0),
-            resolved[1].ticks(size[1], 50.0),
-        ];
-        Self {
-            labels: axes.map(|axis| &*axis.label),
-            axes: resolved,
-            ticks,
-        }
+        let ticks = [resolved[0].ticks(size[0], 75.0), resolved[1].ticks(size[1], 50.0)];
+        Self { labels: axes.map(|axis| &*axis.label), axes: resolved, ticks }
     }
 
     /// Room to the left of the area: ticks, their labels and the axis label.
     pub(super) fn left(&self) -> f64 {
-        let label = if self.labels[1].is_empty() {
-            0.0
-        } else {
-            LABEL_SIZE + 8.0
-        };
+        let label = if self.labels[1].is_empty() { 0.0 } else { LABEL_SIZE + 8.0 };
         TICK + GAP + widest(&self.ticks[1]) + label
     }
 
     /// Room below the area.
     pub(super) fn bottom(&self) -> f64 {
-        let label = if self.labels[0].is_empty() {
-            0.0
-        } else {
-            LABEL_SIZE + 8.0
-        };
+        let label = if self.labels[0].is_empty() { 0.0 } else { LABEL_SIZE + 8.0 };
         TICK + GAP + TICK_SIZE + label
     }
 
@@ -68,10 +53,7 @@ impl<'a> Frame<'a> {
     pub(super) fn place(&self, area: Rect, [x, y]: [f64; 2]) -> [f64; 2] {
         // Beyond what renderers draw, yet finite: lines to points far outside keep their slope.
         let fraction = |axis: usize, value| self.axes[axis].fraction(value).clamp(-1e3, 1e3);
-        [
-            area.left + fraction(0, x) * area.width,
-            area.bottom() - fraction(1, y) * area.height,
-        ]
+        [area.left + fraction(0, x) * area.width, area.bottom() - fraction(1, y) * area.height]
     }
 
     pub(super) fn draw_grid(&self, svg: &mut Svg, area: Rect) {
@@ -86,18 +68,10 @@ impl<'a> Frame<'a> {
             let stroke = Stroke::solid(colour, 1.0);
             svg.line([area.left, at], [area.right(), at], stroke);
         };
-        x.minor
-            .iter()
-            .for_each(|&value| vertical(svg, value, FINE_GRID));
-        y.minor
-            .iter()
-            .for_each(|&value| horizontal(svg, value, FINE_GRID));
-        x.major
-            .iter()
-            .for_each(|(value, _)| vertical(svg, *value, GRID));
-        y.major
-            .iter()
-            .for_each(|(value, _)| horizontal(svg, *value, GRID));
+        x.minor.iter().for_each(|&value| vertical(svg, value, FINE_GRID));
+        y.minor.iter().for_each(|&value| horizontal(svg, value, FINE_GRID));
+        x.major.iter().for_each(|(value, _)| vertical(svg, *value, GRID));
+        y.major.iter().for_each(|(value, _)| horizontal(svg, *value, GRID));
     }
 
     /// The box, the ticks outside of it, and all labels.
@@ -118,19 +92,10 @@ impl<'a> Frame<'a> {
         }
         let middle = [area.left + 0.5 * area.width, area.top + 0.5 * area.height];
         let label = Text::new(self.labels[0], LABEL_SIZE, Anchor::Middle);
-        svg.text(
-            [middle[0], area.bottom() + self.bottom() - 0.5 * LABEL_SIZE],
-            label,
-        );
+        svg.text([middle[0], area.bottom() + self.bottom() - 0.5 * LABEL_SIZE], label);
         let label = Text::new(self.labels[1], LABEL_SIZE, Anchor::Middle);
         let left = area.left - self.left() + 0.5 * LABEL_SIZE;
-        svg.text(
-            [left, middle[1]],
-            Text {
-                upwards: true,
-                ..label
-            },
-        );
+        svg.text([left, middle[1]], Text { upwards: true, ..label });
     }
 }
 
@@ -144,20 +109,12 @@ pub(super) struct SideAxis<'a> {
 
 impl<'a> SideAxis<'a> {
     pub(super) fn new(label: &'a str, axis: ResolvedAxis, height: f64) -> Self {
-        Self {
-            label,
-            axis,
-            ticks: axis.ticks(height, 50.0),
-        }
+        Self { label, axis, ticks: axis.ticks(height, 50.0) }
     }
 
     /// Room to the right of the area.
     pub(super) fn right(&self) -> f64 {
-        let label = if self.label.is_empty() {
-            0.0
-        } else {
-            LABEL_SIZE + 8.0
-        };
+        let label = if self.label.is_empty() { 0.0 } else { LABEL_SIZE + 8.0 };
         TICK + GAP + widest(&self.ticks) + label
     }
 
@@ -172,20 +129,12 @@ impl<'a> SideAxis<'a> {
         }
         let label = Text::new(self.label, LABEL_SIZE, Anchor::Middle);
         let x = area.right() + self.right() - 0.5 * LABEL_SIZE;
-        svg.text(
-            [x, area.top + 0.5 * area.height],
-            Text {
-                upwards: true,
-                ..label
-            },
-        );
+        svg.text([x, area.top + 0.5 * area.height], Text { upwards: true, ..label });
     }
 }
 
 fn widest(ticks: &Ticks) -> f64 {
-    let widths = ticks
-        .major
-        .iter()
-        .map(|(_, label)| Text::new(label, TICK_SIZE, Anchor::End).width());
+    let widths =
+        ticks.major.iter().map(|(_, label)| Text::new(label, TICK_SIZE, Anchor::End).width());
     widths.fold(0.0, f64::max)
 }

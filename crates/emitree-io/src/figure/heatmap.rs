@@ -121,18 +121,11 @@ impl<'a> Panel<'a> {
             let positive = self.image.pixels().iter().filter(|&&pixel| pixel > 0.0);
             let lowest = positive.fold(f64::INFINITY, |lowest, &pixel| lowest.min(pixel));
             // One value alone still needs a span of colours.
-            ValueRange {
-                low: lowest.min(0.1 * all.high),
-                ..all
-            }
+            ValueRange { low: lowest.min(0.1 * all.high), ..all }
         } else {
             all
         });
-        let axis = if self.logarithmic {
-            Axis::log(label)
-        } else {
-            Axis::linear(label)
-        };
+        let axis = if self.logarithmic { Axis::log(label) } else { Axis::linear(label) };
         axis.range([low, high]).resolve(std::iter::empty())
     }
 
@@ -140,34 +133,17 @@ impl<'a> Panel<'a> {
     fn picture(&self, colours: ResolvedAxis) -> Result<Vec<u8>, FigureError> {
         let fraction = |&pixel: &f64| {
             // The logarithm of what is not positive is no number, but the pixel is one.
-            if colours.logarithmic && pixel <= 0.0 {
-                0.0
-            } else {
-                colours.fraction(pixel)
-            }
+            if colours.logarithmic && pixel <= 0.0 { 0.0 } else { colours.fraction(pixel) }
         };
         let fractions = self.image.pixels().iter().map(fraction).collect();
         let (height, width) = (self.image.height(), self.image.width());
-        encode(
-            &Image::from_pixels(height, width, fractions),
-            self.colour_map,
-        )
+        encode(&Image::from_pixels(height, width, fractions), self.colour_map)
     }
 }
 
 fn encode(fractions: &Image, colour_map: ColourMap) -> Result<Vec<u8>, FigureError> {
-    let range = Some(ValueRange {
-        low: 0.0,
-        high: 1.0,
-    });
-    Ok(encode_png(
-        fractions,
-        &PictureOptions {
-            colour_map,
-            range,
-            ..Default::default()
-        },
-    )?)
+    let range = Some(ValueRange { low: 0.0, high: 1.0 });
+    Ok(encode_png(fractions, &PictureOptions { colour_map, range, ..Default::default() })?)
 }
 
 /// The longer edge of a panel, about; a multiple of many usual numbers of pixels.
@@ -202,11 +178,7 @@ impl<'a> Heatmap<'a> {
     ///
     /// [`FigureError`] if there is no panel, an image has no pixels, or a range is not in order.
     pub fn draw(&self) -> Result<Figure, FigureError> {
-        let ready = self
-            .panels
-            .iter()
-            .map(Ready::of)
-            .collect::<Result<Vec<_>, _>>()?;
+        let ready = self.panels.iter().map(Ready::of).collect::<Result<Vec<_>, _>>()?;
         if ready.is_empty() {
             return Err(FigureError::Empty { missing: "panels" });
         }
@@ -221,20 +193,13 @@ impl<'a> Heatmap<'a> {
         for panel in &ready {
             let [width, height] = panel.size;
             let left = (x + panel.left()).ceil();
-            let area = Rect {
-                left,
-                top: top + (0.5 * (tallest - height)).floor(),
-                width,
-                height,
-            };
+            let area = Rect { left, top: top + (0.5 * (tallest - height)).floor(), width, height };
             panel.draw(&mut svg, area)?;
             x = area.right() + panel.right() + PANEL_GAP;
             bottom = bottom.max(area.bottom() + panel.frame.bottom());
         }
         let title = Text::new(&self.title, TITLE_SIZE, Anchor::Middle);
-        let right = (x - PANEL_GAP + MARGIN)
-            .max(title.width() + 2.0 * MARGIN)
-            .ceil();
+        let right = (x - PANEL_GAP + MARGIN).max(title.width() + 2.0 * MARGIN).ceil();
         svg.text([0.5 * right, MARGIN + 0.5 * TITLE_SIZE], title);
         Ok(svg.finish(right, (bottom + MARGIN).ceil()))
     }
@@ -264,18 +229,8 @@ impl<'a> Ready<'a> {
         let colours = panel.colours()?;
         let [x, y] = &panel.axes;
         let frame = Frame::new([x, y], resolved, size);
-        let bar = panel
-            .bar
-            .as_deref()
-            .map(|label| SideAxis::new(label, colours, size[1]));
-        Ok(Self {
-            panel,
-            size,
-            crisp,
-            frame,
-            colours,
-            bar,
-        })
+        let bar = panel.bar.as_deref().map(|label| SideAxis::new(label, colours, size[1]));
+        Ok(Self { panel, size, crisp, frame, colours, bar })
     }
 
     fn title(&self) -> Text<'_> {
@@ -292,30 +247,17 @@ impl<'a> Ready<'a> {
     }
 
     fn right(&self) -> f64 {
-        let bar = self
-            .bar
-            .as_ref()
-            .map_or(0.0, |bar| BAR_GAP + BAR_WIDTH + bar.right());
+        let bar = self.bar.as_ref().map_or(0.0, |bar| BAR_GAP + BAR_WIDTH + bar.right());
         bar.max(self.frame.right()).max(self.overhang())
     }
 
     fn draw(&self, svg: &mut Svg, area: Rect) -> Result<(), FigureError> {
         svg.image(area, &self.panel.picture(self.colours)?, self.crisp);
         self.frame.draw(svg, area);
-        svg.text(
-            [
-                area.left + 0.5 * area.width,
-                area.top - 0.5 * LABEL_SIZE - 4.0,
-            ],
-            self.title(),
-        );
+        svg.text([area.left + 0.5 * area.width, area.top - 0.5 * LABEL_SIZE - 4.0], self.title());
         if let Some(bar) = &self.bar {
             let left = area.right() + BAR_GAP;
-            let area = Rect {
-                left,
-                width: BAR_WIDTH,
-                ..area
-            };
+            let area = Rect { left, width: BAR_WIDTH, ..area };
             let steps = (0_u8..=255).map(|step| f64::from(step) / 255.0).collect();
             let gradient = Image::from_pixels(256, 1, steps);
             svg.image(area, &encode(&gradient, self.panel.colour_map)?, true);
@@ -362,21 +304,13 @@ mod tests {
         assert!(colours.low > 0.0 && colours.low < colours.high);
         assert!(Heatmap::new().panel(panel).draw().unwrap().png(1.0).is_ok());
         let dark = Image::zeros(2, 2);
-        assert!(
-            Heatmap::new()
-                .panel(Panel::new(&dark).logarithmic())
-                .draw()
-                .is_ok()
-        );
+        assert!(Heatmap::new().panel(Panel::new(&dark).logarithmic()).draw().is_ok());
     }
 
     #[test]
     fn what_cannot_be_drawn_is_named() {
         let message = |figure: Heatmap<'_>| figure.draw().unwrap_err().to_string();
-        assert_eq!(
-            message(Heatmap::new()),
-            "a figure without panels: expected at least one"
-        );
+        assert_eq!(message(Heatmap::new()), "a figure without panels: expected at least one");
         let empty = Image::zeros(0, 3);
         assert!(message(Heatmap::new().panel(Panel::new(&empty))).contains("`row` from 0 to 0"));
     }

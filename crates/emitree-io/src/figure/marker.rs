@@ -38,59 +38,37 @@ impl Series {
     /// label keeps it out of the legend.
     pub fn line(label: impl Into<String>, points: impl Into<Vec<[f64; 2]>>) -> Self {
         let (label, points) = (label.into(), points.into());
-        Self {
-            label,
-            points,
-            dashes: Some(""),
-            marked: false,
-            colour: None,
-        }
+        Self { label, points, dashes: Some(""), marked: false, colour: None }
     }
 
     /// A marker at each of `points`, without a line.
     pub fn markers(label: impl Into<String>, points: impl Into<Vec<[f64; 2]>>) -> Self {
-        Self {
-            dashes: None,
-            marked: true,
-            ..Self::line(label, points)
-        }
+        Self { dashes: None, marked: true, ..Self::line(label, points) }
     }
 
     /// Markers besides the line.
     #[must_use]
     pub fn marked(self) -> Self {
-        Self {
-            marked: true,
-            ..self
-        }
+        Self { marked: true, ..self }
     }
 
     /// A dashed line.
     #[must_use]
     pub fn dashed(self) -> Self {
-        Self {
-            dashes: Some("7 4"),
-            ..self
-        }
+        Self { dashes: Some("7 4"), ..self }
     }
 
     /// A dotted line.
     #[must_use]
     pub fn dotted(self) -> Self {
-        Self {
-            dashes: Some("2 3"),
-            ..self
-        }
+        Self { dashes: Some("2 3"), ..self }
     }
 
     /// The colour and marker of the series with this `number`, counted from 0, for series that
     /// belong together. Without it each series has the next one.
     #[must_use]
     pub fn colour(self, number: usize) -> Self {
-        Self {
-            colour: Some(number),
-            ..self
-        }
+        Self { colour: Some(number), ..self }
     }
 
     /// How the series looks when it is the one with this `number`.
@@ -100,11 +78,7 @@ impl Series {
         // Shapes shift by one when the colours begin again, so that no look comes twice.
         let shape = SHAPES[(number + number / PALETTE.len()) % SHAPES.len()];
         Look {
-            stroke: self.dashes.map(|dashes| Stroke {
-                colour,
-                width: 1.8,
-                dashes,
-            }),
+            stroke: self.dashes.map(|dashes| Stroke { colour, width: 1.8, dashes }),
             marker: self.marked.then_some((shape, colour)),
         }
     }
@@ -125,10 +99,8 @@ impl Look {
         match shape {
             Shape::Circle => svg.circle(at, 4.0, colour),
             Shape::Polygon(corners) => {
-                let points: Vec<_> = corners
-                    .iter()
-                    .map(|[x, y]| [at[0] + 4.0 * x, at[1] + 4.0 * y])
-                    .collect();
+                let points: Vec<_> =
+                    corners.iter().map(|[x, y]| [at[0] + 4.0 * x, at[1] + 4.0 * y]).collect();
                 svg.polygon(&points, colour);
             }
         }

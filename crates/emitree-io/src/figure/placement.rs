@@ -24,10 +24,7 @@ impl Obstacles {
         let mut step = 0.0;
         while step <= steps {
             let t = step / steps;
-            self.points.push([
-                from[0] + t * (to[0] - from[0]),
-                from[1] + t * (to[1] - from[1]),
-            ]);
+            self.points.push([from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])]);
             step += 1.0;
         }
     }
@@ -78,31 +75,16 @@ mod tests {
     use super::*;
 
     const fn rect(left: f64, top: f64) -> Rect {
-        Rect {
-            left,
-            top,
-            width: 20.0,
-            height: 10.0,
-        }
+        Rect { left, top, width: 20.0, height: 10.0 }
     }
 
     #[test]
     fn the_free_place_wins() {
-        let area = Rect {
-            left: 0.0,
-            top: 0.0,
-            width: 100.0,
-            height: 100.0,
-        };
+        let area = Rect { left: 0.0, top: 0.0, width: 100.0, height: 100.0 };
         let mut obstacles = Obstacles::default();
         obstacles.add_line([0.0, 5.0], [100.0, 5.0]);
         obstacles.take(rect(0.0, 40.0));
-        let candidates = [
-            rect(0.0, 0.0),
-            rect(10.0, 45.0),
-            rect(90.0, 60.0),
-            rect(0.0, 80.0),
-        ];
+        let candidates = [rect(0.0, 0.0), rect(10.0, 45.0), rect(90.0, 60.0), rect(0.0, 80.0)];
         assert_eq!(obstacles.best(area, candidates), Some((rect(0.0, 80.0), 0)));
         assert!(obstacles.best(area, [rect(0.0, 0.0)]).unwrap().1 > 0);
         assert_eq!(obstacles.best(area, [rect(95.0, 0.0)]), None);

@@ -82,22 +82,14 @@ impl Plot {
     /// A grey line across the plot at this y.
     #[must_use]
     pub fn horizontal_line(mut self, y: f64, label: impl Into<String>) -> Self {
-        self.lines.push(ReferenceLine {
-            horizontal: true,
-            value: y,
-            label: label.into(),
-        });
+        self.lines.push(ReferenceLine { horizontal: true, value: y, label: label.into() });
         self
     }
 
     /// A grey line up the plot at this x.
     #[must_use]
     pub fn vertical_line(mut self, x: f64, label: impl Into<String>) -> Self {
-        self.lines.push(ReferenceLine {
-            horizontal: false,
-            value: x,
-            label: label.into(),
-        });
+        self.lines.push(ReferenceLine { horizontal: false, value: x, label: label.into() });
         self
     }
 
@@ -129,28 +121,15 @@ impl Plot {
         let frame = Frame::new([x, y], resolved, self.size);
 
         let title = Text::new(&self.title, TITLE_SIZE, Anchor::Middle);
-        let title_height = if self.title.is_empty() {
-            0.0
-        } else {
-            TITLE_SIZE + 8.0
-        };
+        let title_height = if self.title.is_empty() { 0.0 } else { TITLE_SIZE + 8.0 };
         let [width, height] = self.size;
         // A title wider than the plot stands out on both sides.
         let overhang = 0.5 * (title.width() - width);
         let left = (MARGIN + frame.left()).max(MARGIN + overhang).ceil();
-        let area = Rect {
-            left,
-            top: (MARGIN + title_height).ceil(),
-            width,
-            height,
-        };
+        let area = Rect { left, top: (MARGIN + title_height).ceil(), width, height };
         let mut right = (MARGIN + frame.right()).max(MARGIN + overhang);
 
-        let canvas = Canvas {
-            plot: self,
-            frame,
-            area,
-        };
+        let canvas = Canvas { plot: self, frame, area };
         let mut svg = Svg::default();
         let mut obstacles = Obstacles::default();
         canvas.frame.draw_grid(&mut svg, area);
@@ -167,10 +146,7 @@ impl Plot {
         }
         svg.text([area.left + 0.5 * width, MARGIN + 0.5 * TITLE_SIZE], title);
         let bottom = canvas.frame.bottom() + MARGIN;
-        Ok(svg.finish(
-            (area.right() + right).ceil(),
-            (area.bottom() + bottom).ceil(),
-        ))
+        Ok(svg.finish((area.right() + right).ceil(), (area.bottom() + bottom).ceil()))
     }
 }
 
@@ -200,38 +176,22 @@ impl Canvas<'_> {
         svg.clipped(self.area, |svg| {
             for line in &self.plot.lines {
                 let [from, to] = self.ends(line);
-                svg.line(
-                    from,
-                    to,
-                    Stroke {
-                        colour: REFERENCE,
-                        width: 1.2,
-                        dashes: "5 3",
-                    },
-                );
+                svg.line(from, to, Stroke { colour: REFERENCE, width: 1.2, dashes: "5 3" });
                 obstacles.add_line(from, to);
             }
             for (series, look) in looks(&self.plot.series) {
                 let Some(stroke) = look.stroke else { continue };
                 let finite = |p: &[f64; 2]| p.iter().all(|value| value.is_finite());
                 for part in series.points.split(|point| !finite(point)) {
-                    let places: Vec<_> = part
-                        .iter()
-                        .map(|&p| self.frame.place(self.area, p))
-                        .collect();
+                    let places: Vec<_> =
+                        part.iter().map(|&p| self.frame.place(self.area, p)).collect();
                     svg.polyline(&places, stroke);
-                    places
-                        .windows(2)
-                        .for_each(|pair| obstacles.add_line(pair[0], pair[1]));
+                    places.windows(2).for_each(|pair| obstacles.add_line(pair[0], pair[1]));
                 }
             }
         });
         for (series, look) in looks(&self.plot.series).filter(|(_, look)| look.marker.is_some()) {
-            for point in series
-                .points
-                .iter()
-                .filter(|p| p.iter().all(|v| v.is_finite()))
-            {
+            for point in series.points.iter().filter(|p| p.iter().all(|v| v.is_finite())) {
                 let at = self.frame.place(self.area, *point);
                 if inside(at) {
                     look.draw_marker(svg, at);
@@ -299,29 +259,17 @@ impl Canvas<'_> {
             return;
         };
         obstacles.take(rect);
-        let text = Text {
-            colour,
-            halo: true,
-            ..Text::new(text, SMALL, Anchor::Start)
-        };
+        let text = Text { colour, halo: true, ..Text::new(text, SMALL, Anchor::Start) };
         svg.text([rect.left, rect.top + 0.5 * rect.height], text);
     }
 }
 
 fn label_rect(left: f64, middle: f64, width: f64) -> Rect {
-    Rect {
-        left,
-        top: middle - 0.5 * SMALL,
-        width,
-        height: SMALL,
-    }
+    Rect { left, top: middle - 0.5 * SMALL, width, height: SMALL }
 }
 
 fn looks(series: &[Series]) -> impl Iterator<Item = (&Series, Look)> {
-    series
-        .iter()
-        .enumerate()
-        .map(|(number, series)| (series, series.look(number)))
+    series.iter().enumerate().map(|(number, series)| (series, series.look(number)))
 }
 
 /// The names of the series.
@@ -337,9 +285,8 @@ impl<'a> Legend<'a> {
             .filter(|(series, _)| !series.label.is_empty())
             .map(|(series, look)| (&*series.label, look))
             .collect();
-        let widths = entries
-            .iter()
-            .map(|(label, _)| Text::new(label, SMALL, Anchor::Start).width());
+        let widths =
+            entries.iter().map(|(label, _)| Text::new(label, SMALL, Anchor::Start).width());
         let widest = widths.fold(0.0, f64::max);
         let rows = entries.iter().map(|_| ROW).sum::<f64>();
         let size = [SAMPLE + widest + 24.0, rows + 8.0];
@@ -347,12 +294,7 @@ impl<'a> Legend<'a> {
     }
 
     fn at(&self, [left, top]: [f64; 2]) -> Rect {
-        Rect {
-            left,
-            top,
-            width: self.size[0],
-            height: self.size[1],
-        }
+        Rect { left, top, width: self.size[0], height: self.size[1] }
     }
 
     /// A place within the axes that covers nothing.
@@ -361,33 +303,14 @@ impl<'a> Legend<'a> {
         let right = room.right() - self.size[0];
         let bottom = room.bottom() - self.size[1];
         let middle = [0.5 * (room.left + right), 0.5 * (room.top + bottom)];
-        let corners = [
-            [right, room.top],
-            [room.left, bottom],
-            [right, bottom],
-            room.corner(),
-        ];
-        let sides = [
-            [middle[0], room.top],
-            [middle[0], bottom],
-            [right, middle[1]],
-        ];
-        let candidates = corners
-            .into_iter()
-            .chain(sides)
-            .map(|corner| self.at(corner));
-        obstacles
-            .best(room, candidates)
-            .filter(|(_, covered)| *covered == 0)
-            .map(|(rect, _)| rect)
+        let corners = [[right, room.top], [room.left, bottom], [right, bottom], room.corner()];
+        let sides = [[middle[0], room.top], [middle[0], bottom], [right, middle[1]]];
+        let candidates = corners.into_iter().chain(sides).map(|corner| self.at(corner));
+        obstacles.best(room, candidates).filter(|(_, covered)| *covered == 0).map(|(rect, _)| rect)
     }
 
     fn draw(&self, svg: &mut Svg, rect: Rect) {
-        svg.rect(
-            rect,
-            Some([255; 3]),
-            Some(Stroke::solid(LEGEND_BORDER, 1.0)),
-        );
+        svg.rect(rect, Some([255; 3]), Some(Stroke::solid(LEGEND_BORDER, 1.0)));
         let mut y = rect.top + 4.0 + 0.5 * ROW;
         for (label, look) in &self.entries {
             let left = rect.left + 8.0;
@@ -395,10 +318,7 @@ impl<'a> Legend<'a> {
                 svg.line([left, y], [left + SAMPLE, y], stroke);
             }
             look.draw_marker(svg, [left + 0.5 * SAMPLE, y]);
-            svg.text(
-                [left + SAMPLE + 8.0, y],
-                Text::new(label, SMALL, Anchor::Start),
-            );
+            svg.text([left + SAMPLE + 8.0, y], Text::new(label, SMALL, Anchor::Start));
             y += ROW;
         }
     }

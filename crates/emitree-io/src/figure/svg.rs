@@ -55,11 +55,7 @@ pub(super) struct Stroke {
 
 impl Stroke {
     pub(super) const fn solid(colour: Rgb, width: f64) -> Self {
-        Self {
-            colour,
-            width,
-            dashes: "",
-        }
+        Self { colour, width, dashes: "" }
     }
 }
 
@@ -86,14 +82,7 @@ pub(super) struct Text<'a> {
 
 impl<'a> Text<'a> {
     pub(super) const fn new(text: &'a str, size: f64, anchor: Anchor) -> Self {
-        Self {
-            text,
-            size,
-            anchor,
-            colour: INK,
-            upwards: false,
-            halo: false,
-        }
+        Self { text, size, anchor, colour: INK, upwards: false, halo: false }
     }
 
     pub(super) fn width(&self) -> f64 {
@@ -120,15 +109,8 @@ impl Svg {
     }
 
     pub(super) fn polyline(&mut self, points: &[[f64; 2]], stroke: Stroke) {
-        let points: Vec<_> = points
-            .iter()
-            .map(|[x, y]| format!("{x:.2},{y:.2}"))
-            .collect();
-        let Stroke {
-            colour,
-            width,
-            dashes,
-        } = stroke;
+        let points: Vec<_> = points.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
+        let Stroke { colour, width, dashes } = stroke;
         let dashes = if dashes.is_empty() {
             String::new()
         } else {
@@ -142,10 +124,7 @@ impl Svg {
     }
 
     pub(super) fn polygon(&mut self, points: &[[f64; 2]], fill: Rgb) {
-        let points: Vec<_> = points
-            .iter()
-            .map(|[x, y]| format!("{x:.2},{y:.2}"))
-            .collect();
+        let points: Vec<_> = points.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
         self.element(format_args!(
             r##"<polygon points="{}" fill="{}" stroke="#ffffff" stroke-width="0.8"/>"##,
             points.join(" "),
@@ -165,12 +144,7 @@ impl Svg {
         let stroke = stroke
             .map(|s| format!(r#" stroke="{}" stroke-width="{}""#, hex(s.colour), s.width))
             .unwrap_or_default();
-        let Rect {
-            left,
-            top,
-            width,
-            height,
-        } = rect;
+        let Rect { left, top, width, height } = rect;
         self.element(format_args!(
             r#"<rect x="{left:.2}" y="{top:.2}" width="{width:.2}" height="{height:.2}" fill="{fill}"{stroke}/>"#
         ));
@@ -204,17 +178,8 @@ impl Svg {
 
     /// A PNG stretched over `rect`; `crisp` keeps the edges of its pixels sharp.
     pub(super) fn image(&mut self, rect: Rect, png: &[u8], crisp: bool) {
-        let Rect {
-            left,
-            top,
-            width,
-            height,
-        } = rect;
-        let style = if crisp {
-            r#" style="image-rendering:pixelated""#
-        } else {
-            ""
-        };
+        let Rect { left, top, width, height } = rect;
+        let style = if crisp { r#" style="image-rendering:pixelated""# } else { "" };
         self.element(format_args!(
             r#"<image x="{left:.2}" y="{top:.2}" width="{width:.2}" height="{height:.2}" preserveAspectRatio="none"{style} href="data:image/png;base64,{}"/>"#,
             STANDARD.encode(png)
@@ -227,9 +192,7 @@ impl Svg {
         let clip = self.clips;
         self.element(format_args!(r#"<clipPath id="clip{clip}">"#));
         self.rect(rect, Some(INK), None);
-        self.element(format_args!(
-            r#"</clipPath><g clip-path="url(#clip{clip})">"#
-        ));
+        self.element(format_args!(r#"</clipPath><g clip-path="url(#clip{clip})">"#));
         draw(self);
         self.element(format_args!("</g>"));
     }
@@ -252,9 +215,7 @@ fn hex([red, green, blue]: Rgb) -> String {
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

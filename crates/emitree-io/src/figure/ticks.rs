@@ -60,11 +60,7 @@ pub(super) fn logarithmic(low: f64, high: f64) -> Ticks {
     };
     let major: Vec<_> = decades()
         .filter(|power| (power / every).fract().abs() < 1e-9)
-        .flat_map(|power| {
-            mantissas
-                .iter()
-                .map(move |&m| (m * exp10(power), label(m, power)))
-        })
+        .flat_map(|power| mantissas.iter().map(move |&m| (m * exp10(power), label(m, power))))
         .filter(|(value, _)| inside(value))
         .collect();
     if major.len() < 2 {
@@ -75,10 +71,7 @@ pub(super) fn logarithmic(low: f64, high: f64) -> Ticks {
         decades().map(exp10).filter(inside).collect()
     } else {
         let digits = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
-        decades()
-            .flat_map(|power| digits.map(|m| m * exp10(power)))
-            .filter(inside)
-            .collect()
+        decades().flat_map(|power| digits.map(|m| m * exp10(power))).filter(inside).collect()
     };
     Ticks { major, minor }
 }
@@ -96,16 +89,9 @@ fn multiples(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
 
 /// 10^`power`, exact for whole powers where f64 is.
 fn exp10(power: f64) -> f64 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "a power of an f64, at most 308"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "a power of an f64, at most 308")]
     let power = power as i32;
-    if power < 0 {
-        1.0 / 10.0_f64.powi(-power)
-    } else {
-        10.0_f64.powi(power)
-    }
+    if power < 0 { 1.0 / 10.0_f64.powi(-power) } else { 10.0_f64.powi(power) }
 }
 
 /// The value with so many digits after the point, none if negative, and a true minus sign.
@@ -147,15 +133,9 @@ mod tests {
 
     #[test]
     fn linear_ticks_are_round() {
-        assert_eq!(
-            labels(&linear(0.0, 1.0, 5.0)),
-            ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]
-        );
+        assert_eq!(labels(&linear(0.0, 1.0, 5.0)), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(labels(&linear(-8.0, 8.0, 5.0)), ["−5", "0", "5"]);
-        assert_eq!(
-            labels(&linear(0.0, 3.2e7, 4.0)),
-            ["0", "1×10⁷", "2×10⁷", "3×10⁷"]
-        );
+        assert_eq!(labels(&linear(0.0, 3.2e7, 4.0)), ["0", "1×10⁷", "2×10⁷", "3×10⁷"]);
         assert_eq!(
             labels(&linear(0.0, 2e-5, 4.0)),
             ["0", "0.5×10⁻⁵", "1.0×10⁻⁵", "1.5×10⁻⁵", "2.0×10⁻⁵"]
@@ -164,27 +144,11 @@ mod tests {
 
     #[test]
     fn logarithmic_ticks_are_decades() {
-        assert_eq!(
-            labels(&logarithmic(100.0, 1e6)),
-            ["10²", "10³", "10⁴", "10⁵", "10⁶"]
-        );
-        assert_eq!(
-            labels(&logarithmic(0.001, 1.0)),
-            ["0.001", "0.01", "0.1", "1"]
-        );
+        assert_eq!(labels(&logarithmic(100.0, 1e6)), ["10²", "10³", "10⁴", "10⁵", "10⁶"]);
+        assert_eq!(labels(&logarithmic(0.001, 1.0)), ["0.001", "0.01", "0.1", "1"]);
         assert_eq!(
             labels(&logarithmic(1e-16, 1.0)),
-            [
-                "10⁻¹⁶",
-                "10⁻¹⁴",
-                "10⁻¹²",
-                "10⁻¹⁰",
-                "10⁻⁸",
-                "10⁻⁶",
-                "10⁻⁴",
-                "10⁻²",
-                "10⁰"
-            ]
+            ["10⁻¹⁶", "10⁻¹⁴", "10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴", "10⁻²", "10⁰"]
         );
         assert_eq!(labels(&logarithmic(1.5, 30.0)), ["2", "5", "10", "20"]);
         assert_eq!(logarithmic(1.0, 10.0).minor.len(), 8);

@@ -34,11 +34,7 @@ impl Card {
         value: impl Into<CardValue>,
         comment: impl Into<String>,
     ) -> Self {
-        Self {
-            keyword: keyword.into(),
-            value: value.into(),
-            comment: comment.into(),
-        }
+        Self { keyword: keyword.into(), value: value.into(), comment: comment.into() }
     }
 }
 
@@ -115,18 +111,13 @@ pub(super) fn set(header: &mut Header, card: &Card) -> Result<(), FitsEncodeErro
         CardValue::Real(_) => Value::Undefined,
         CardValue::Logical(logical) => Value::Logical(*logical),
     };
-    let error = |source| FitsEncodeError::Card {
-        keyword: keyword.to_owned(),
-        source,
-    };
+    let error = |source| FitsEncodeError::Card { keyword: keyword.to_owned(), source };
     header.set(keyword, value).map_err(error)?;
     let comment = ascii(&card.comment);
     match header.set_comment(keyword, &comment) {
         Err(FitsError::HeaderCardTooLong { length, .. }) => {
             let room = (comment.len() + CARD_LENGTH).saturating_sub(length);
-            header
-                .set_comment(keyword, comment[..room].trim_end())
-                .map_err(error)?;
+            header.set_comment(keyword, comment[..room].trim_end()).map_err(error)?;
         }
         other => {
             other.map_err(error)?;
@@ -181,10 +172,7 @@ mod tests {
 
     #[test]
     fn characters_beyond_ascii_are_escaped_as_in_toml() {
-        assert!(matches!(
-            ascii("plain ~ text"),
-            Cow::Borrowed("plain ~ text")
-        ));
+        assert!(matches!(ascii("plain ~ text"), Cow::Borrowed("plain ~ text")));
         assert_eq!(ascii("é\t🌍\r\u{7f}"), "\\u00e9  \\U0001f30d\\u000d\\u007f");
     }
 
@@ -210,17 +198,11 @@ mod tests {
     fn comments_are_cut_where_the_record_ends() {
         let mut header = Header::new();
         let comment = "c".repeat(90);
-        for (keyword, value) in [
-            ("A", CardValue::Integer(1)),
-            ("B", (-1.0 / 3.0 * 1e-200).into()),
-        ] {
+        for (keyword, value) in [("A", CardValue::Integer(1)), ("B", (-1.0 / 3.0 * 1e-200).into())]
+        {
             set(&mut header, &Card::new(keyword, value, comment.clone())).unwrap();
             let kept = header.get_comment(keyword).unwrap().unwrap();
-            assert!(
-                comment.starts_with(kept) && kept.len() > 40,
-                "{keyword}: {}",
-                kept.len()
-            );
+            assert!(comment.starts_with(kept) && kept.len() > 40, "{keyword}: {}", kept.len());
         }
         set(&mut header, &Card::new("C", "text", comment.clone())).unwrap();
         assert!(header.get_comment("C").unwrap().unwrap().len() >= 60);

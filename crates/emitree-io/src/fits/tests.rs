@@ -9,11 +9,7 @@ fn image() -> Image {
 
 fn file(image: &Image) -> FitsFile<'_> {
     FitsFile {
-        primary: FitsImage {
-            name: "RADIANCE",
-            image,
-            unit: Some("m-2 sr-1 s-1"),
-        },
+        primary: FitsImage { name: "RADIANCE", image, unit: Some("m-2 sr-1 s-1") },
         extensions: Vec::new(),
         wcs: None,
         provenance: Vec::new(),
@@ -27,25 +23,15 @@ fn pixels_come_back_bit_for_bit_in_the_same_order() {
     let (image, small) = (image(), Image::from_pixels(1, 1, vec![5.0]));
     let mut file = file(&image);
     file.wcs = Some(Wcs::canonical(2, 3));
-    file.extensions.push(FitsImage {
-        name: "EVALUATIONS",
-        image: &small,
-        unit: None,
-    });
-    file.extensions.push(FitsImage {
-        name: "ERROR",
-        image: &image,
-        unit: None,
-    });
+    file.extensions.push(FitsImage { name: "EVALUATIONS", image: &small, unit: None });
+    file.extensions.push(FitsImage { name: "ERROR", image: &image, unit: None });
     let bytes = file.encode().unwrap();
     let mut reader = FitsReader::open(std::io::Cursor::new(bytes)).unwrap();
     for (hdu, expected) in [(0, &image), (1, &small), (2, &image)] {
         let mut hdu = reader.image(hdu).unwrap();
         assert_eq!(hdu.metadata().shape, [expected.width(), expected.height()]);
         let read = hdu.read(..).unwrap();
-        let View::F64(pixels) = read.samples().view() else {
-            panic!("64-bit floats")
-        };
+        let View::F64(pixels) = read.samples().view() else { panic!("64-bit floats") };
         let bits = |pixels: &[f64]| pixels.iter().map(|p| p.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(pixels), bits(expected.pixels()));
     }
@@ -56,14 +42,7 @@ fn only_extensions_of_the_same_shape_get_coordinates() {
     let (image, small) = (image(), Image::zeros(1, 1));
     let mut file = file(&image);
     file.wcs = Some(Wcs::canonical(2, 3));
-    let header = |image| {
-        file.header(&FitsImage {
-            name: "X",
-            image,
-            unit: None,
-        })
-        .unwrap()
-    };
+    let header = |image| file.header(&FitsImage { name: "X", image, unit: None }).unwrap();
     assert_eq!(header(&image).get_text("CTYPE1").unwrap(), Some("X"));
     assert_eq!(header(&small).get_text("CTYPE1").unwrap(), None);
 }
@@ -82,10 +61,7 @@ fn wrong_and_taken_keywords_are_named() {
     }
     for keyword in ["lower", "TOOLONGNAME", "ÄÖ", "", "HISTORY"] {
         let message = message(keyword);
-        assert!(
-            message.starts_with(&format!("FITS keyword `{keyword}`: ")),
-            "{message}"
-        );
+        assert!(message.starts_with(&format!("FITS keyword `{keyword}`: ")), "{message}");
         assert!(message.contains("expected 1 to 8 of A-Z"), "{message}");
     }
 }
@@ -106,16 +82,7 @@ fn dates_follow_the_calendar() {
 #[test]
 fn any_scene_makes_a_history() {
     let image = image();
-    let lines = [
-        "= 3",
-        "  indented",
-        "'quoted'",
-        "END",
-        "CONTINUE  'x'",
-        "",
-        "/ slash",
-        "a\r",
-    ];
+    let lines = ["= 3", "  indented", "'quoted'", "END", "CONTINUE  'x'", "", "/ slash", "a\r"];
     let mut file = file(&image);
     file.history = lines.join("\n");
     let bytes = file.encode().unwrap();

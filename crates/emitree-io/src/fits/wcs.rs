@@ -98,46 +98,18 @@ impl Wcs {
         ];
         for (axis, number) in self.axes.iter().zip(1..) {
             let key = |root: &str| format!("{root}{number}");
-            cards.push(Card::new(
-                key("CTYPE"),
-                &*axis.ctype,
-                "type of the coordinate",
-            ));
+            cards.push(Card::new(key("CTYPE"), &*axis.ctype, "type of the coordinate"));
             if let Some(unit) = &axis.cunit {
                 cards.push(Card::new(key("CUNIT"), &**unit, "unit of the coordinate"));
             }
-            cards.push(Card::new(
-                key("CNAME"),
-                &*axis.cname,
-                "name of the coordinate",
-            ));
-            cards.push(Card::new(
-                key("CRPIX"),
-                axis.crpix,
-                "reference pixel, first centre 1",
-            ));
-            cards.push(Card::new(
-                key("CRVAL"),
-                axis.crval,
-                "coordinate at the reference pixel",
-            ));
-            cards.push(Card::new(
-                key("CDELT"),
-                axis.cdelt,
-                "step from pixel to pixel",
-            ));
+            cards.push(Card::new(key("CNAME"), &*axis.cname, "name of the coordinate"));
+            cards.push(Card::new(key("CRPIX"), axis.crpix, "reference pixel, first centre 1"));
+            cards.push(Card::new(key("CRVAL"), axis.crval, "coordinate at the reference pixel"));
+            cards.push(Card::new(key("CDELT"), axis.cdelt, "step from pixel to pixel"));
         }
         if let Some([longitude, latitude]) = self.pole_deg {
-            cards.push(Card::new(
-                "LONPOLE",
-                longitude,
-                "[deg] native longitude of the pole",
-            ));
-            cards.push(Card::new(
-                "LATPOLE",
-                latitude,
-                "[deg] latitude of the native pole",
-            ));
+            cards.push(Card::new("LONPOLE", longitude, "[deg] native longitude of the pole"));
+            cards.push(Card::new("LATPOLE", latitude, "[deg] latitude of the native pole"));
         }
         cards
     }

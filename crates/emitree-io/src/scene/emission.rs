@@ -87,11 +87,11 @@ fn read_expression(
             None => scene_error,
         }
     })?;
-    if let Some(name) = expression.unused_constants().first() {
-        if let Some((_, entry)) = constants.get(name) {
-            return Err(SceneError::at(&entry.key, format!("the constant `{name}` is not used"))
-                .label("expected a name that stands in `emission.expression`"));
-        }
+    if let Some(name) = expression.unused_constants().first()
+        && let Some((_, entry)) = constants.get(name)
+    {
+        return Err(SceneError::at(&entry.key, format!("the constant `{name}` is not used"))
+            .label("expected a name that stands in `emission.expression`"));
     }
     Ok(SceneEmission::Expression(expression))
 }

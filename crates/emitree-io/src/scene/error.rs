@@ -1,86 +1,102 @@
 //! A scene that can't be read: what, where, and what was expected.
 
 use super::document::Place;
-use miette::{Diagnostic, NamedSource, SourceSpan};
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use std::fmt;
-use std::path::PathBuf;
+use std::ops::Range;
+use std::path::Path;
 
 /// A scene that can't be read.
 ///
 /// As a [`Diagnostic`] it carries the source text and the span of the offending part, so that a
 /// report shows the file, the line, the text and what was expected there.
-#[derive(Clone, Debug, Diagnostic)]
-pub struct SceneError {
+#[derive(Clone, Debug)]
+pub struct SceneError(Box<Details>);
+
+#[derive(Clone, Debug)]
+struct Details {
     message: String,
     label: String,
-    #[help]
     help: Option<String>,
-    #[source_code]
-    source: Option<NamedSource<String>>,
-    #[label("{label}")]
-    span: Option<SourceSpan>,
+    place: Option<(NamedSource<String>, Range<usize>)>,
 }
 
 impl SceneError {
     /// An error about the text at `place`.
     pub(super) fn at(place: &Place, message: impl Into<String>) -> Self {
         let source = NamedSource::new(&place.source.name, place.source.text.clone());
-        Self {
+        Self(Box::new(Details {
             message: message.into(),
             label: "here".into(),
             help: None,
-            source: Some(source),
-            span: Some(place.span.clone().into()),
-        }
+            place: Some((source, place.span.clone())),
+        }))
     }
 
     /// A scene file that can't be opened.
-    pub(super) fn unreadable(path: &PathBuf, cause: &std::io::Error) -> Self {
-        Self {
+    pub(super) fn unreadable(path: &Path, cause: &std::io::Error) -> Self {
+        Self(Box::new(Details {
             message: format!("the scene {} can't be read: {cause}", path.display()),
             label: String::new(),
             help: None,
-            source: None,
-            span: None,
-        }
+            place: None,
+        }))
     }
 
     /// What stands at the marked text: usually what was expected there.
     #[must_use]
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = label.into();
+        self.0.label = label.into();
         self
     }
 
     /// A line of advice below the text.
     #[must_use]
     pub(super) fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.0.help = Some(help.into());
         self
     }
 
     /// What is wrong, in one sentence.
     pub fn message(&self) -> &str {
-        &self.message
+        &self.0.message
     }
 
     /// What was expected at the marked text.
     pub fn expected(&self) -> &str {
-        &self.label
+        &self.0.label
     }
 
     /// The name of the source and the line of the offending text, from 1, if there is one.
     pub fn line(&self) -> Option<(&str, usize)> {
-        let (source, span) = (self.source.as_ref()?, self.span?);
-        let before = source.inner().get(..span.offset())?;
+        let (source, span) = self.0.place.as_ref()?;
+        let before = source.inner().get(..span.start)?;
         Some((source.name(), before.matches('\n').count() + 1))
     }
 }
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
+        f.write_str(&self.0.message)
     }
 }
 
 impl std::error::Error for SceneError {}
+
+impl Diagnostic for SceneError {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        let help = self.0.help.as_ref()?;
+        Some(Box::new(help))
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        let (source, _) = self.0.place.as_ref()?;
+        Some(source)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let (_, span) = self.0.place.as_ref()?;
+        let label = LabeledSpan::at(span.clone(), &self.0.label);
+        Some(Box::new(std::iter::once(label)))
+    }
+}

@@ -63,8 +63,8 @@ impl Scene {
     ///
     /// [`SceneError`] names the file or the option, the line, the text and what was expected.
     pub fn open(path: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|cause| SceneError::unreadable(&path.to_owned(), &cause))?;
+        let text =
+            std::fs::read_to_string(path).map_err(|cause| SceneError::unreadable(path, &cause))?;
         Self::parse(&path.display().to_string(), &text, overrides)
     }
 

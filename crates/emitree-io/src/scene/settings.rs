@@ -33,16 +33,14 @@ impl RenderSettings {
 
 const METHODS: &str = "`paper` or `los`";
 
-pub(super) fn read(
-    table: Option<Table>,
-    whole: &Place,
-) -> Result<RenderSettings, SceneError> {
+pub(super) fn read(table: Option<Table>, whole: &Place) -> Result<RenderSettings, SceneError> {
     let Some(mut table) = table else { return Err(no_vol(whole)) };
     let method = table.text("method")?;
     let tolerance = table.take("tolerance");
     let max_evaluations = table.take("max_evaluations");
     let order = table.count("order", "1, 3, 5, 7 or 9")?;
     let base_level = table.count("base_level", "1 to 10")?;
+    let finest_level = table.count("finest_level", "a level above `base_level`")?;
     let rule = table.text("rule")?;
     let threshold = table.take("threshold");
     let lines = table.count("lines", "a number of lines along each side of a pixel, 1 or more")?;
@@ -50,23 +48,23 @@ pub(super) fn read(
     let place = table.place().clone();
     table.finish()?;
 
-    if let Some(node) = &tolerance {
-        if node.number()? <= 0.0 {
-            return Err(node.refuse(&node.number()?.to_string(), "a fraction above 0, as in 0.01"));
-        }
+    if let Some(node) = &tolerance
+        && node.number()? <= 0.0
+    {
+        return Err(node.refuse(&node.number()?.to_string(), "a fraction above 0, as in 0.01"));
     }
     let budget = |node: &Node| match node.count("a number of evaluations, 1 or more")? {
         0 => Err(node.refuse("0", "a number of evaluations, 1 or more")),
         budget => Ok(budget),
     };
-    let max_evaluations =
-        max_evaluations.as_ref().map_or(Ok(DEFAULT_MAX_EVALUATIONS), budget)?;
+    let max_evaluations = max_evaluations.as_ref().map_or(Ok(DEFAULT_MAX_EVALUATIONS), budget)?;
     let defaults = BuildOptions::default();
     let build_options = BuildOptions {
         order: order.unwrap_or(defaults.order),
         base_level: base_level.unwrap_or(defaults.base_level),
         rule: rule.map_or(Ok(defaults.rule), |rule| cell_rule(&rule))?,
         threshold: threshold.map_or(Ok(defaults.threshold), |node| read_threshold(&node))?,
+        finest_level,
     };
     let (name, place) = method.unwrap_or_else(|| ("vol".to_owned(), place));
     let (method, tolerance) = match name.as_str() {

@@ -29,21 +29,31 @@ impl Table {
         self.entries.remove(key).map(|entry| entry.node)
     }
 
-    /// The value of a key that must be there.
-    pub(super) fn require(&mut self, key: &'static str, expected: &str) -> Result<Node, SceneError> {
-        let place = self.place.clone();
-        self.take(key).ok_or_else(|| {
-            let path = self.path_of(key);
-            SceneError::at(&place, format!("`{path}` is missing"))
-                .label(format!("expected `{key}` here: {expected}"))
-        })
+    /// The value of a key that must be there; a key that looks like it is taken for a slip.
+    pub(super) fn require(
+        &mut self,
+        key: &'static str,
+        expected: &str,
+    ) -> Result<Node, SceneError> {
+        if let Some(node) = self.take(key) {
+            return Ok(node);
+        }
+        if let Some((slip, entry)) = self.entries.iter().find(|(other, _)| alike(key, other)) {
+            return Err(self.unknown(slip, entry));
+        }
+        let path = self.path_of(key);
+        Err(SceneError::at(&self.place, format!("`{path}` is missing"))
+            .label(format!("expected `{key}` here: {expected}")))
     }
 
     pub(super) fn table(&mut self, key: &'static str) -> Result<Option<Self>, SceneError> {
         self.take(key).map(Self::new).transpose()
     }
 
-    pub(super) fn text(&mut self, key: &'static str) -> Result<Option<(String, Place)>, SceneError> {
+    pub(super) fn text(
+        &mut self,
+        key: &'static str,
+    ) -> Result<Option<(String, Place)>, SceneError> {
         self.take(key).map(|node| node.text()).transpose()
     }
 
@@ -70,24 +80,27 @@ impl Table {
 
     /// Refuses keys that nobody asked for.
     pub(super) fn finish(self) -> Result<(), SceneError> {
-        let Some((key, entry)) = self.entries.iter().next() else { return Ok(()) };
+        self.entries.iter().next().map_or(Ok(()), |(key, entry)| Err(self.unknown(key, entry)))
+    }
+
+    fn unknown(&self, key: &str, entry: &Entry) -> SceneError {
         let known: Vec<String> = self.asked.iter().map(|key| format!("`{key}`")).collect();
-        let nearest = self.asked.iter().map(|known| (strsim::damerau_levenshtein(known, key), known));
-        let label = match nearest.min() {
-            Some((distance, known)) if distance <= 1 + key.len() / 4 => {
-                format!("did you mean `{known}`?")
-            }
-            _ => format!("expected one of {}", known.join(", ")),
+        let label = match self.asked.iter().find(|known| alike(known, key)) {
+            Some(known) => format!("did you mean `{known}`?"),
+            None => format!("expected one of {}", known.join(", ")),
         };
         let path = self.path_of(key);
-        Err(SceneError::at(&entry.key, format!("unknown key `{path}`"))
-            .label(label)
-            .help(format!("keys here: {}", known.join(", "))))
+        SceneError::at(&entry.key, format!("unknown key `{path}`")).label(label)
     }
 
     fn path_of(&self, key: &str) -> String {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
+}
+
+/// Whether one key may be a slip for the other: a letter or two changed, missing or swapped.
+fn alike(a: &str, b: &str) -> bool {
+    strsim::osa_distance(a, b) <= 1 + a.len().max(b.len()) / 5
 }
 
 impl Node {

@@ -86,8 +86,11 @@ fn a_scene_is_read() {
 
 #[test]
 fn options_replace_values() {
-    let overrides =
-        [option("image.width", "7"), option("emission.constants.a", "2"), option("image.width", "9")];
+    let overrides = [
+        option("image.width", "7"),
+        option("emission.constants.a", "2"),
+        option("image.width", "9"),
+    ];
     let scene = Scene::parse("scene.toml", SCENE, &overrides).unwrap();
     assert_eq!((scene.height, scene.width), (100, 9));
     assert_eq!(scene.overrides[1], "emission.constants.a = 2");
@@ -193,10 +196,7 @@ fn missing_parts_say_what_is_missing() {
     expect(SMILE, ["model = \"cmem\"\nparameters = { density = 5.0 }", ""], 2, message, expected);
     let scene = SCENE.replace("method = \"paper\"", "");
     let error = Scene::parse("scene.toml", &scene, &[]).unwrap_err();
-    assert_eq!(
-        error.message(),
-        "the method `vol` (the default) is not available in this version"
-    );
+    assert_eq!(error.message(), "the method `vol` (the default) is not available in this version");
 }
 
 #[test]

@@ -53,22 +53,12 @@ pub fn catalogue() -> &'static [ModelDescription] {
 /// # Ok::<(), emitree_models::ModelError>(())
 /// ```
 pub fn build_model(name: &str, parameters: &BTreeMap<String, f64>) -> Result<Model, ModelError> {
-    match CATALOGUE
-        .iter()
-        .find(|description| description.name == name)
-    {
+    match CATALOGUE.iter().find(|description| description.name == name) {
         Some(description) => Model::new(description, parameters),
         None => {
-            let known: Vec<_> = CATALOGUE
-                .iter()
-                .map(|description| description.name)
-                .collect();
+            let known: Vec<_> = CATALOGUE.iter().map(|description| description.name).collect();
             let suggestion = closest(name, known.iter().copied());
-            Err(ModelError::UnknownModel {
-                name: name.to_owned(),
-                suggestion,
-                known,
-            })
+            Err(ModelError::UnknownModel { name: name.to_owned(), suggestion, known })
         }
     }
 }

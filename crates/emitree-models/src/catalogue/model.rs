@@ -34,10 +34,7 @@ impl ModelDescription {
     /// The values of all parameters: as given, else their defaults.
     pub(crate) fn values(&self, given: &BTreeMap<String, f64>) -> Result<Values, ModelError> {
         let known = || self.parameters.iter().map(|parameter| parameter.name);
-        if let Some(name) = given
-            .keys()
-            .find(|name| known().all(|known| known != *name))
-        {
+        if let Some(name) = given.keys().find(|name| known().all(|known| known != *name)) {
             return Err(ModelError::UnknownParameter {
                 model: self.name,
                 name: name.clone(),
@@ -78,12 +75,7 @@ impl ModelDescription {
         value: f64,
         expected: String,
     ) -> ModelError {
-        ModelError::OutOfRange {
-            model: self.name,
-            parameter,
-            value,
-            expected,
-        }
+        ModelError::OutOfRange { model: self.name, parameter, value, expected }
     }
 }
 
@@ -109,11 +101,7 @@ impl Model {
     ) -> Result<Self, ModelError> {
         let values = description.values(parameters)?;
         let emission = (description.build)(&values)?;
-        Ok(Self {
-            description,
-            values,
-            emission,
-        })
+        Ok(Self { description, values, emission })
     }
 
     /// What the model is.
@@ -128,9 +116,7 @@ impl Model {
 
     /// The value of one parameter, given or not; `None` if the model has no such parameter.
     pub fn parameter(&self, name: &str) -> Option<f64> {
-        self.parameters()
-            .find(|(known, _)| *known == name)
-            .map(|(_, value)| value)
+        self.parameters().find(|(known, _)| *known == name).map(|(_, value)| value)
     }
 }
 

@@ -112,10 +112,7 @@ impl Values {
 
     /// The value of a parameter listed before; NaN, which no range accepts, for any other.
     pub(crate) fn of(&self, name: &str) -> f64 {
-        self.0
-            .iter()
-            .find(|(known, _)| *known == name)
-            .map_or(f64::NAN, |&(_, value)| value)
+        self.0.iter().find(|(known, _)| *known == name).map_or(f64::NAN, |&(_, value)| value)
     }
 
     pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = (&'static str, f64)> {

@@ -4,16 +4,11 @@ use super::*;
 use emitree::{Emission, Samples};
 
 fn parameters<const N: usize>(given: [(&str, f64); N]) -> BTreeMap<String, f64> {
-    given
-        .into_iter()
-        .map(|(name, value)| (name.to_owned(), value))
-        .collect()
+    given.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 fn failure<const N: usize>(model: &str, given: [(&str, f64); N]) -> String {
-    build_model(model, &parameters(given))
-        .unwrap_err()
-        .to_string()
+    build_model(model, &parameters(given)).unwrap_err().to_string()
 }
 
 #[test]
@@ -23,10 +18,7 @@ fn every_model_builds_with_its_defaults() {
         assert_eq!(model.parameters().len(), description.parameters.len());
         assert!(model.parameters().all(|(_, value)| value.is_finite()));
         // Given explicitly, the same values make the same model.
-        let given = model
-            .parameters()
-            .map(|(name, value)| (name.to_owned(), value))
-            .collect();
+        let given = model.parameters().map(|(name, value)| (name.to_owned(), value)).collect();
         let again = build_model(description.name, &given).unwrap();
         assert_eq!(format!("{model:?}"), format!("{again:?}"));
     }
@@ -47,15 +39,9 @@ fn every_model_is_finite_at_the_origin_and_on_the_axes() {
     for description in catalogue() {
         let model = build_model(description.name, &BTreeMap::new()).unwrap();
         let mut rates = vec![f64::NAN; positions.len()];
-        model
-            .emission_rates(&Samples::new(&positions, &directions), &mut rates)
-            .unwrap();
+        model.emission_rates(&Samples::new(&positions, &directions), &mut rates).unwrap();
         for (rate, position) in rates.iter().zip(&positions) {
-            assert!(
-                rate.is_finite() && *rate >= 0.0,
-                "{} at {position:?}",
-                description.name
-            );
+            assert!(rate.is_finite() && *rate >= 0.0, "{} at {position:?}", description.name);
         }
     }
 }
@@ -68,31 +54,17 @@ fn names_are_unique_and_texts_are_there() {
     assert_eq!(names.len(), catalogue().len());
     for model in catalogue() {
         assert!(model.summary.ends_with('.') && !model.source.is_empty());
-        let mut names: Vec<_> = model
-            .parameters
-            .iter()
-            .map(|parameter| parameter.name)
-            .collect();
+        let mut names: Vec<_> = model.parameters.iter().map(|parameter| parameter.name).collect();
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), model.parameters.len(), "{}", model.name);
-        assert!(
-            model
-                .parameters
-                .iter()
-                .all(|parameter| !parameter.meaning.is_empty())
-        );
+        assert!(model.parameters.iter().all(|parameter| !parameter.meaning.is_empty()));
     }
 }
 
 #[test]
 fn derived_defaults_follow_what_is_given() {
-    let derived = |given, name| {
-        build_model("jorgensen", &given)
-            .unwrap()
-            .parameter(name)
-            .unwrap()
-    };
+    let derived = |given, name| build_model("jorgensen", &given).unwrap().parameter(name).unwrap();
     let moved = parameters([("magnetopause_r0", 9.0), ("magnetopause_ay", 0.5)]);
     assert!((derived(moved.clone(), "bow_shock_r0") - 12.0).abs() < 1e-15);
     assert!((derived(moved, "bow_shock_ay") - 0.7).abs() < 1e-15);
@@ -106,10 +78,7 @@ fn derived_defaults_follow_what_is_given() {
 fn defaults_can_be_shown() {
     let cmem = &catalogue()[0];
     let shown = |name: &str| {
-        let parameter = cmem
-            .parameters
-            .iter()
-            .find(|parameter| parameter.name == name);
+        let parameter = cmem.parameters.iter().find(|parameter| parameter.name == name);
         parameter.unwrap().default.to_string()
     };
     assert_eq!(shown("density"), "5.0");
@@ -122,10 +91,7 @@ fn unknown_names() {
         failure("cmem_2", []),
         "unknown model `cmem_2`: did you mean `cmem`? (known: cmem, jorgensen, holmstrom)"
     );
-    assert_eq!(
-        failure("corona", []),
-        "unknown model `corona` (known: cmem, jorgensen, holmstrom)"
-    );
+    assert_eq!(failure("corona", []), "unknown model `corona` (known: cmem, jorgensen, holmstrom)");
     assert_eq!(
         failure("cmem", [("a1", 1e-5)]),
         "model `cmem` has no parameter `a1`: did you mean `A1`? (known: density, velocity, bx, by, \
@@ -170,12 +136,6 @@ fn values_that_do_not_go_together() {
          density: expected a finite number more than 0; change what it depends on, or give \
          `bow_shock_r0` itself"
     );
-    assert!(
-        build_model(
-            "cmem",
-            &parameters([("density", 200.0), ("bow_shock_r0", 5.0)])
-        )
-        .is_ok()
-    );
+    assert!(build_model("cmem", &parameters([("density", 200.0), ("bow_shock_r0", 5.0)])).is_ok());
     assert!(failure("cmem", [("density", 2.0)]).starts_with("parameter `A1` of model `cmem` is -"));
 }

@@ -26,11 +26,7 @@ pub struct ExpressionError {
 
 impl ExpressionError {
     pub(super) fn new(message: impl Into<String>, span: Range<usize>) -> Self {
-        Self {
-            message: message.into(),
-            span,
-            help: None,
-        }
+        Self { message: message.into(), span, help: None }
     }
 
     pub(super) fn with_help(mut self, help: impl Into<String>) -> Self {

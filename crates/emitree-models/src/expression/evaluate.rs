@@ -51,10 +51,7 @@ fn run(tape: &Tape, positions: &[[f64; 3]], directions: &[[f64; 3]], registers: 
             Operation::Load(Variable::Direction(axis)) => load(out, directions, axis),
             Operation::Unary(operation, a) => unary(operation, out, Lanes::of(a, registers, lanes)),
             Operation::Binary(operation, a, b) => {
-                let (a, b) = (
-                    Lanes::of(a, registers, lanes),
-                    Lanes::of(b, registers, lanes),
-                );
+                let (a, b) = (Lanes::of(a, registers, lanes), Lanes::of(b, registers, lanes));
                 binary(operation, out, a, b);
             }
             Operation::Select(condition, then, otherwise) => {
@@ -126,9 +123,7 @@ fn map(out: &mut [f64], a: Lanes<'_>, f: impl Fn(f64) -> f64) {
 fn map2(out: &mut [f64], a: Lanes<'_>, b: Lanes<'_>, f: impl Fn(f64, f64) -> f64) {
     match (a, b) {
         (Lanes::Each(a), Lanes::Each(b)) => {
-            out.iter_mut()
-                .zip(a.iter().zip(b))
-                .for_each(|(out, (&a, &b))| *out = f(a, b));
+            out.iter_mut().zip(a.iter().zip(b)).for_each(|(out, (&a, &b))| *out = f(a, b));
         }
         (_, Lanes::Same(b)) => map(out, a, |a| f(a, b)),
         (Lanes::Same(a), _) => map(out, b, |b| f(a, b)),

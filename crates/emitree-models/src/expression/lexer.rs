@@ -144,14 +144,9 @@ fn number<'a>(rest: &str, start: usize) -> Result<(Token<'a>, usize), Expression
     let (text, span) = (&rest[..end], start..start + end);
     match text.replace('_', "").parse::<f64>() {
         Ok(value) if value.is_finite() => Ok((Token::Number(value), end)),
-        Ok(_) => Err(
-            ExpressionError::new(format!("the number {text} is too large"), span)
-                .with_help(format!("the largest number is {:e}", f64::MAX)),
-        ),
-        Err(_) => Err(ExpressionError::new(
-            format!("`{text}` is not a number"),
-            span,
-        )),
+        Ok(_) => Err(ExpressionError::new(format!("the number {text} is too large"), span)
+            .with_help(format!("the largest number is {:e}", f64::MAX))),
+        Err(_) => Err(ExpressionError::new(format!("`{text}` is not a number"), span)),
     }
 }
 

@@ -84,9 +84,7 @@ impl Expression {
     /// the name of something else.
     pub fn parse(text: &str, constants: &BTreeMap<String, f64>) -> Result<Self, ExpressionError> {
         let parsed = parser::parse(text, constants)?;
-        let unused = constants
-            .keys()
-            .filter(|name| !parsed.used_constants.contains(*name));
+        let unused = constants.keys().filter(|name| !parsed.used_constants.contains(*name));
         Ok(Self {
             text: text.to_owned(),
             tape: Tape::new(&parsed.graph, parsed.root),

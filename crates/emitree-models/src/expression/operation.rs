@@ -94,10 +94,7 @@ impl Binary {
 
     /// Whether the two sides may be swapped without changing a bit of the result.
     pub(super) fn commutes(self) -> bool {
-        matches!(
-            self,
-            Self::Add | Self::Multiply | Self::Equal | Self::NotEqual
-        )
+        matches!(self, Self::Add | Self::Multiply | Self::Equal | Self::NotEqual)
     }
 }
 
@@ -107,10 +104,7 @@ pub(super) fn truth(condition: bool) -> f64 {
 }
 
 /// 1 if the two numbers are the same, to the last bit, as the scene asks.
-#[expect(
-    clippy::float_cmp,
-    reason = "the scene's == is the comparison of IEEE 754"
-)]
+#[expect(clippy::float_cmp, reason = "the scene's == is the comparison of IEEE 754")]
 pub(super) fn equal(a: f64, b: f64) -> f64 {
     truth(a == b)
 }
@@ -165,10 +159,7 @@ pub(super) const FUNCTIONS: [(&str, Function); 20] = [
 
 /// The function of this name.
 pub(super) fn function(name: &str) -> Option<Function> {
-    FUNCTIONS
-        .iter()
-        .find(|(known, _)| *known == name)
-        .map(|&(_, function)| function)
+    FUNCTIONS.iter().find(|(known, _)| *known == name).map(|&(_, function)| function)
 }
 
 /// Variables that are components of a sample; `r` is made of them.

@@ -39,10 +39,7 @@ pub(super) fn parse(
     let mut lexer = Lexer::new(text);
     let (token, span) = lexer.token()?;
     if token == Token::End {
-        return Err(ExpressionError::new(
-            "the expression is empty",
-            0..text.len(),
-        ));
+        return Err(ExpressionError::new("the expression is empty", 0..text.len()));
     }
     let mut parser = Parser {
         lexer,
@@ -62,11 +59,7 @@ pub(super) fn parse(
         }
         _ => return Err(parser.expected_operator()),
     }
-    Ok(Parsed {
-        graph: parser.graph,
-        root,
-        used_constants: parser.used_constants,
-    })
+    Ok(Parsed { graph: parser.graph, root, used_constants: parser.used_constants })
 }
 
 /// Refuses constants that could not be named or would hide something else.
@@ -87,10 +80,7 @@ fn check_constants(constants: &BTreeMap<String, f64>) -> Result<(), ExpressionEr
         } else {
             continue;
         };
-        return Err(ExpressionError::new(
-            format!("the constant `{name}` {fault}"),
-            0..0,
-        ));
+        return Err(ExpressionError::new(format!("the constant `{name}` {fault}"), 0..0));
     }
     Ok(())
 }
@@ -121,11 +111,7 @@ fn infix(token: Token<'_>) -> Option<Infix> {
         Token::Caret => (Binary::Power, false, (10, 9)),
         _ => return None,
     };
-    Some(Infix {
-        operation,
-        swapped,
-        binding,
-    })
+    Some(Infix { operation, swapped, binding })
 }
 
 fn is_comparison(token: Token<'_>) -> bool {
@@ -167,11 +153,7 @@ impl<'a> Parser<'a> {
                 let error = ExpressionError::new("comparisons do not chain", self.span.clone());
                 return Err(error.with_help("multiply them: (0 < x) * (x < 1)"));
             }
-            let (a, b) = if infix.swapped {
-                (right, left)
-            } else {
-                (left, right)
-            };
+            let (a, b) = if infix.swapped { (right, left) } else { (left, right) };
             left = self.graph.binary(infix.operation, a, b);
         }
         self.nesting -= 1;
@@ -275,9 +257,7 @@ impl<'a> Parser<'a> {
             (Function::Fold(operation), &[first, second, ref others @ ..]) => {
                 let start = self.graph.binary(operation, first, second);
                 let graph = &mut self.graph;
-                Ok(others
-                    .iter()
-                    .fold(start, |all, &next| graph.binary(operation, all, next)))
+                Ok(others.iter().fold(start, |all, &next| graph.binary(operation, all, next)))
             }
             _ => {
                 let (takes, usage) = match function {
@@ -294,10 +274,7 @@ impl<'a> Parser<'a> {
     }
 
     fn unknown_name(&self, name: &str, span: Range<usize>) -> ExpressionError {
-        let variables = VARIABLES
-            .iter()
-            .map(|&(variable, _)| variable)
-            .chain(["r", "pi"]);
+        let variables = VARIABLES.iter().map(|&(variable, _)| variable).chain(["r", "pi"]);
         let constants = self.constants.keys().map(String::as_str);
         let listed = variables.chain(constants).collect::<Vec<_>>();
         let suggestion = closest(name, listed.iter().copied());
@@ -329,10 +306,8 @@ impl<'a> Parser<'a> {
             Token::End => "the end of the expression".to_owned(),
             _ => format!("`{}`", self.lexer.text(self.span.clone())),
         };
-        let error = ExpressionError::new(
-            format!("expected a value, found {found}"),
-            self.span.clone(),
-        );
+        let error =
+            ExpressionError::new(format!("expected a value, found {found}"), self.span.clone());
         match self.token {
             Token::Star => error.with_help("powers are written with ^, not **"),
             _ => error,

@@ -82,11 +82,7 @@ impl Tape {
                 }
             }
         }
-        Self {
-            instructions,
-            registers,
-            result: place[root],
-        }
+        Self { instructions, registers, result: place[root] }
     }
 }
 
@@ -134,10 +130,7 @@ mod tests {
     #[test]
     fn constants_take_no_instruction() {
         assert_eq!(size("sqrt(2)/3 + a"), (0, 0));
-        assert_eq!(
-            tape("sqrt(2)/3 + a").result,
-            Operand::Constant(2.0_f64.sqrt() / 3.0 + 100.0)
-        );
+        assert_eq!(tape("sqrt(2)/3 + a").result, Operand::Constant(2.0_f64.sqrt() / 3.0 + 100.0));
         assert_eq!(size("x"), (1, 1));
         assert_eq!(size("a*x + 1"), (3, 2));
         assert_eq!(size("if(1 < 2, x, exp(y))"), (1, 1));
@@ -183,10 +176,7 @@ mod tests {
 
     #[test]
     fn a_long_sum_of_shared_parts_reuses_registers() {
-        let text = (1..200)
-            .map(|k| format!("sin({k}*x)*x"))
-            .collect::<Vec<_>>()
-            .join(" + ");
+        let text = (1..200).map(|k| format!("sin({k}*x)*x")).collect::<Vec<_>>().join(" + ");
         assert_eq!(tape(&text).registers, 4);
     }
 }

@@ -23,9 +23,7 @@ fn rate(text: &str, position: [f64; 3]) -> f64 {
 /// Points of [0, 1)³ that fill it evenly (the additive recurrence of the square roots of 2, 3, 5).
 fn points(n: usize) -> Vec<[f64; 3]> {
     let steps = [2.0_f64.sqrt(), 3.0_f64.sqrt(), 5.0_f64.sqrt()];
-    (0..n)
-        .map(|i| steps.map(|step| (i as f64 * step).fract()))
-        .collect()
+    (0..n).map(|i| steps.map(|step| (i as f64 * step).fract())).collect()
 }
 
 const EQUATION_8: &str = "(sin(5*x)*sin(7*y)*sin(11*z)/10)^2 + exp(-alpha*(x-sqrt(2)/3)^2/sqrt(2) \
@@ -33,11 +31,7 @@ const EQUATION_8: &str = "(sin(5*x)*sin(7*y)*sin(11*z)/10)^2 + exp(-alpha*(x-sqr
 
 fn equation_8([x, y, z]: [f64; 3]) -> f64 {
     let waves = (5.0 * x).sin() * (7.0 * y).sin() * (11.0 * z).sin() / 10.0;
-    let (x, y, z) = (
-        x - 2.0_f64.sqrt() / 3.0,
-        y - 7.0_f64.sqrt() / 5.0,
-        z - 6.0_f64.sqrt() / 5.0,
-    );
+    let (x, y, z) = (x - 2.0_f64.sqrt() / 3.0, y - 7.0_f64.sqrt() / 5.0, z - 6.0_f64.sqrt() / 5.0);
     let sum = x * x / 2.0_f64.sqrt() + y * y * 2.0_f64.sqrt() + z * z * 3.0_f64.sqrt();
     waves * waves + (-100.0 * sum).exp()
 }
@@ -56,10 +50,8 @@ fn any_batch_gives_the_same_bits() {
         "if(x < y, exp(-r^2)*sin(x*y), atan2(z, x) + dx)/(1 + x^5) + max(x, z, 0.5)*min(y, dz)^x",
     );
     let positions = points(600);
-    let one_by_one: Vec<_> = positions
-        .iter()
-        .map(|&p| rates(&expression, &[p])[0].to_bits())
-        .collect();
+    let one_by_one: Vec<_> =
+        positions.iter().map(|&p| rates(&expression, &[p])[0].to_bits()).collect();
     for n in 0..=positions.len() {
         let batch = rates(&expression, &positions[..n]);
         let bits: Vec<_> = batch.iter().map(|rate| rate.to_bits()).collect();
@@ -71,14 +63,7 @@ fn any_batch_gives_the_same_bits() {
 #[test]
 fn variables_and_directions() {
     let at = [2.0, 3.0, 6.0];
-    let table = [
-        ("x", 2.0),
-        ("y", 3.0),
-        ("z", 6.0),
-        ("r", 7.0),
-        ("dx", 0.6),
-        ("dy", 0.0),
-    ];
+    let table = [("x", 2.0), ("y", 3.0), ("z", 6.0), ("r", 7.0), ("dx", 0.6), ("dy", 0.0)];
     for (text, value) in table {
         assert!((rate(text, at) - value).abs() <= 0.0, "{text}");
     }
@@ -98,12 +83,7 @@ fn a_branch_not_taken_is_not_seen() {
 fn conditions_with_every_kind_of_operand() {
     for (x, expected) in [(-1.0, [2.0, 3.0, 3.0, 5.0]), (1.0, [3.0, 1.0, 4.0, 1.0])] {
         let at = [x, 3.0, 5.0];
-        let texts = [
-            "if(x < 0, 2, y)",
-            "if(x < 0, y, 1)",
-            "if(x < 0, y, 4)",
-            "if(x < 0, z, x)",
-        ];
+        let texts = ["if(x < 0, 2, y)", "if(x < 0, y, 1)", "if(x < 0, y, 4)", "if(x < 0, z, x)"];
         for (text, expected) in texts.into_iter().zip(expected) {
             assert!((rate(text, at) - expected).abs() <= 0.0, "{text} at {x}");
         }
@@ -145,10 +125,7 @@ fn truth(condition: bool) -> f64 {
     f64::from(u8::from(condition))
 }
 
-#[expect(
-    clippy::float_cmp,
-    reason = "compared with the language's own comparison"
-)]
+#[expect(clippy::float_cmp, reason = "compared with the language's own comparison")]
 fn comparisons(x: f64, y: f64) -> [(&'static str, f64); 6] {
     [
         ("x < y", truth(x < y)),

@@ -176,10 +176,7 @@ impl Cmem {
             bow_shock: Shue::new(r0, ay, az),
             sheath: values.of("A1"),
             fading: values.of("B"),
-            falloff: SheathFalloff {
-                alpha: values.of("alpha"),
-                beta: values.of("beta"),
-            },
+            falloff: SheathFalloff { alpha: values.of("alpha"), beta: values.of("beta") },
             wind: values.of("A2"),
         }
     }
@@ -205,9 +202,7 @@ impl Emission for Cmem {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| {
-            RATE_PER_EMISSIVITY * self.emissivity(position)
-        });
+        fill_rates(samples, rates, |position| RATE_PER_EMISSIVITY * self.emissivity(position));
         Ok(())
     }
 }

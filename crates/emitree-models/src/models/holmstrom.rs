@@ -69,9 +69,8 @@ impl Holmstrom {
     pub fn rate(&self, position: [f64; 3]) -> f64 {
         let [x, y, z] = position;
         let waves = (5.0 * x).sin() * (7.0 * y).sin() * (11.0 * z).sin() / 10.0;
-        let exponent: f64 = (0..3)
-            .map(|i| self.sharpness[i] * (position[i] - self.centre[i]).powi(2))
-            .sum();
+        let exponent: f64 =
+            (0..3).map(|i| self.sharpness[i] * (position[i] - self.centre[i]).powi(2)).sum();
         waves * waves + (-exponent).exp()
     }
 }

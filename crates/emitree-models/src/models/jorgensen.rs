@@ -180,10 +180,7 @@ impl Jorgensen {
             bow_shock: surface("bow_shock_r0", "bow_shock_ay", "bow_shock_az"),
             sheath,
             flank,
-            falloff: SheathFalloff {
-                alpha: values.of("alpha"),
-                beta: values.of("beta"),
-            },
+            falloff: SheathFalloff { alpha: values.of("alpha"), beta: values.of("beta") },
             wind: values.of("A2"),
         })
     }
@@ -207,9 +204,7 @@ impl Emission for Jorgensen {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| {
-            RATE_PER_EMISSIVITY * self.emissivity(position)
-        });
+        fill_rates(samples, rates, |position| RATE_PER_EMISSIVITY * self.emissivity(position));
         Ok(())
     }
 }

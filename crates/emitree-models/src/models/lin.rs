@@ -61,12 +61,7 @@ impl LinMagnetopause {
         let (bz, tilt) = (wind.bz, wind.dipole_tilt);
         let step = |up: f64, down: f64| (up * bz).exp_m1() / ((down * bz).exp() + 1.0);
         let r0 = A[0] * pressure.powf(A[1]) * (1.0 + A[2] * step(A[3], A[4]));
-        let power = [
-            A[6] + A[7] * step(A[8], A[9]),
-            A[10],
-            A[11] + A[12] * tilt,
-            A[13],
-        ];
+        let power = [A[6] + A[7] * step(A[8], A[9]), A[10], A[11] + A[12] * tilt, A[13]];
         Self {
             nose: p0 * r0,
             power: power.map(|b| p1 * b),
@@ -99,13 +94,7 @@ mod tests {
 
     fn wind(dipole_tilt: f64) -> SolarWind {
         let velocity = 400.0;
-        SolarWind {
-            density: 5.0,
-            velocity,
-            magnetic_field: [0.0, 0.0, 5.0],
-            bz: 5.0,
-            dipole_tilt,
-        }
+        SolarWind { density: 5.0, velocity, magnetic_field: [0.0, 0.0, 5.0], bz: 5.0, dipole_tilt }
     }
 
     #[test]
@@ -125,14 +114,8 @@ mod tests {
     fn a_tilt_turns_the_cusps_against_each_other() {
         let tilted = LinMagnetopause::new(&wind(0.3), [1.0; 4]);
         let opposite = LinMagnetopause::new(&wind(-0.3), [1.0; 4]);
-        assert_eq!(
-            tilted.north.steepness.to_bits(),
-            opposite.south.steepness.to_bits()
-        );
-        assert_eq!(
-            tilted.north.axis[1].to_bits(),
-            (-opposite.south.axis[1]).to_bits()
-        );
+        assert_eq!(tilted.north.steepness.to_bits(), opposite.south.steepness.to_bits());
+        assert_eq!(tilted.north.axis[1].to_bits(), (-opposite.south.axis[1]).to_bits());
     }
 
     #[test]

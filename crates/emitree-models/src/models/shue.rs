@@ -31,10 +31,7 @@ impl Shue {
     fn inverse_radius(&self, at: &SunAngles) -> f64 {
         // (1 + cos θ)/2 = cos²(θ/2)
         let inverse_y = at.cos2_half_theta.powf(self.ay) / self.r0;
-        #[expect(
-            clippy::float_cmp,
-            reason = "only the exactly round surface needs one power"
-        )]
+        #[expect(clippy::float_cmp, reason = "only the exactly round surface needs one power")]
         let round = self.ay == self.az;
         if round {
             return inverse_y;

@@ -26,26 +26,12 @@ impl SunAngles {
         if r < 1e-6 {
             return None;
         }
-        let (cos_phi, sin_phi) = if rho > 0.0 {
-            (y / rho, z / rho)
-        } else {
-            (1.0, 0.0)
-        };
+        let (cos_phi, sin_phi) = if rho > 0.0 { (y / rho, z / rho) } else { (1.0, 0.0) };
         // (r + x)/(2r), without the cancellation towards the tail.
-        let cos2_half_theta = if x >= 0.0 {
-            (r + x) / (2.0 * r)
-        } else {
-            rho2 / (2.0 * r * (r - x))
-        };
+        let cos2_half_theta =
+            if x >= 0.0 { (r + x) / (2.0 * r) } else { rho2 / (2.0 * r * (r - x)) };
         let (cos_theta, sin_theta) = (x / r, rho / r);
-        Some(Self {
-            r,
-            cos_theta,
-            sin_theta,
-            cos2_half_theta,
-            cos_phi,
-            sin_phi,
-        })
+        Some(Self { r, cos_theta, sin_theta, cos2_half_theta, cos_phi, sin_phi })
     }
 
     /// θ \[rad\]
@@ -63,11 +49,8 @@ mod tests {
     fn agrees_with_the_angles() {
         for (theta, phi) in [(0.3, 0.2), (1.5, -2.0), (2.9, 3.0), (PI - 1e-7, 1.0)] {
             let (sin, cos) = f64::sin_cos(theta);
-            let at = SunAngles::new([
-                5.0 * cos,
-                5.0 * sin * f64::cos(phi),
-                5.0 * sin * f64::sin(phi),
-            ]);
+            let at =
+                SunAngles::new([5.0 * cos, 5.0 * sin * f64::cos(phi), 5.0 * sin * f64::sin(phi)]);
             let at = at.unwrap();
             let half = f64::cos(0.5 * theta).powi(2);
             assert!((at.r - 5.0).abs() < 1e-14);

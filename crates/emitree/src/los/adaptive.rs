@@ -51,11 +51,7 @@ pub(crate) fn render<E: Emission>(
     per_side: usize,
     tolerance: f64,
 ) -> Result<Adaptive, RenderError<E::Error>> {
-    let lines = Lines {
-        height,
-        width,
-        per_side,
-    };
+    let lines = Lines { height, width, per_side };
     let panels_of = |line: usize| {
         (0..FIRST_PANELS).map(move |k| Panel {
             line,
@@ -69,11 +65,7 @@ pub(crate) fn render<E: Emission>(
     let allowed = meter.evaluations_left();
     if needed > allowed {
         let what = format!("a first look at {} lines", lines.count());
-        return Err(RenderError::Budget {
-            what,
-            needed,
-            allowed,
-        });
+        return Err(RenderError::Budget { what, needed, allowed });
     }
     let rule = GaussKronrod::new(GKPair::G7K15);
     let blocks = || (0..lines.count()).step_by(LINES_PER_BLOCK);
@@ -125,16 +117,7 @@ pub(crate) fn render<E: Emission>(
 
 fn halves(panel: Panel) -> [Panel; 2] {
     let middle = 0.5 * (panel.from + panel.to);
-    [
-        Panel {
-            to: middle,
-            ..panel
-        },
-        Panel {
-            from: middle,
-            ..panel
-        },
-    ]
+    [Panel { to: middle, ..panel }, Panel { from: middle, ..panel }]
 }
 
 /// Adds up what is good enough and returns the panels to be halved, lines together.
@@ -185,11 +168,7 @@ fn integrate<E: Emission>(
     let point = |i: usize| {
         let panel = &panels[i / NODES];
         let [x, y] = lines.position(panel.line);
-        [
-            x,
-            y,
-            panel.from + unit_nodes[i % NODES] * (panel.to - panel.from),
-        ]
+        [x, y, panel.from + unit_nodes[i % NODES] * (panel.to - panel.from)]
     };
     meter.evaluate(Points::new(rates.len(), &point), Weight::Path, &mut rates)?;
     for (panel, rates) in panels.iter_mut().zip(rates.chunks_exact(NODES)) {

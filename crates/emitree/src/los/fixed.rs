@@ -19,20 +19,12 @@ pub(crate) fn render<E: Emission>(
     per_side: usize,
     steps: usize,
 ) -> Result<Image, RenderError<E::Error>> {
-    let lines = Lines {
-        height,
-        width,
-        per_side,
-    };
+    let lines = Lines { height, width, per_side };
     let needed = lines.count() as u64 * steps as u64;
     let allowed = meter.evaluations_left();
     if needed > allowed {
         let what = format!("{} lines of {steps} steps", lines.count());
-        return Err(RenderError::Budget {
-            what,
-            needed,
-            allowed,
-        });
+        return Err(RenderError::Budget { what, needed, allowed });
     }
     let mut radiances = vec![0.0; lines.count()];
     let lines_per_batch = (SAMPLES_PER_BATCH / steps).max(1);

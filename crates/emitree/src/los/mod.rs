@@ -32,10 +32,7 @@ pub struct LosOptions {
 impl Default for LosOptions {
     /// One line for each pixel, 64 equal steps.
     fn default() -> Self {
-        Self {
-            lines: 1,
-            steps: Steps::Fixed(64),
-        }
+        Self { lines: 1, steps: Steps::Fixed(64) }
     }
 }
 
@@ -82,11 +79,7 @@ impl Lines {
             }
             sum / weights
         };
-        let pixels = values
-            .chunks_exact(self.per_pixel())
-            .enumerate()
-            .map(pixel)
-            .collect();
+        let pixels = values.chunks_exact(self.per_pixel()).enumerate().map(pixel).collect();
         Image::from_pixels(self.height, self.width, pixels)
     }
 }

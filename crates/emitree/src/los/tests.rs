@@ -12,11 +12,7 @@ where
 #[test]
 #[expect(clippy::float_cmp, reason = "dyadic positions are exact")]
 fn lines_are_the_centres_of_the_parts_of_pixels() {
-    let lines = Lines {
-        height: 2,
-        width: 4,
-        per_side: 2,
-    };
+    let lines = Lines { height: 2, width: 4, per_side: 2 };
     assert_eq!(lines.count(), 32);
     assert_eq!(lines.position(0), [1.0 / 16.0, 1.0 / 8.0]);
     assert_eq!(lines.position(1), [3.0 / 16.0, 1.0 / 8.0]);
@@ -25,17 +21,9 @@ fn lines_are_the_centres_of_the_parts_of_pixels() {
 
 #[test]
 fn fixed_steps_are_the_midpoint_rule() {
-    let rendering = los(
-        |[x, y, z], _| x + 10.0 * y + z * z,
-        [2, 3],
-        1,
-        Steps::Fixed(4),
-    );
+    let rendering = los(|[x, y, z], _| x + 10.0 * y + z * z, [2, 3], 1, Steps::Fixed(4));
     assert_eq!(rendering.evaluations, 2 * 3 * 4);
-    let depth = [0.125_f64, 0.375, 0.625, 0.875]
-        .iter()
-        .map(|z| z * z / 4.0)
-        .sum::<f64>();
+    let depth = [0.125_f64, 0.375, 0.625, 0.875].iter().map(|z| z * z / 4.0).sum::<f64>();
     let expected = 2.5 / 3.0 + 10.0 * 0.75 + depth;
     assert!((rendering.image[(1, 2)] - expected).abs() < 1e-14);
     assert!(rendering.error.is_none() && rendering.converged);
@@ -56,10 +44,7 @@ fn adaptive_lines_keep_their_tolerance_on_peaks_and_jumps() {
         let rendering = los(peak, [2, 2], 1, steps);
         let exact = 0.02 * core::f64::consts::PI.sqrt();
         for pixel in rendering.image.pixels() {
-            assert!(
-                (pixel - exact).abs() <= tolerance * exact,
-                "{pixel} {exact}"
-            );
+            assert!((pixel - exact).abs() <= tolerance * exact, "{pixel} {exact}");
         }
         let rendering = los(jump, [1, 4], 1, steps);
         for (column, pixel) in rendering.image.pixels().iter().enumerate() {
@@ -81,14 +66,8 @@ fn adaptive_lines_cost_what_they_cost() {
 #[test]
 fn an_adaptive_budget_ends_with_an_image_and_says_so() {
     let jump = |[_, _, z]: [f64; 3], _: [f64; 3]| f64::from(u8::from(z < 0.3));
-    let method = Method::Los(LosOptions {
-        lines: 1,
-        steps: Steps::Adaptive(1e-9),
-    });
-    let options = RenderOptions {
-        max_evaluations: 200,
-        ..RenderOptions::new(method)
-    };
+    let method = Method::Los(LosOptions { lines: 1, steps: Steps::Adaptive(1e-9) });
+    let options = RenderOptions { max_evaluations: 200, ..RenderOptions::new(method) };
     let rendering = render(&FromFn(jump), &Canonical, [1, 2], &options).unwrap();
     assert!(!rendering.converged && rendering.evaluations <= 200);
     assert!((rendering.image[(0, 0)] - 0.3).abs() < rendering.error.unwrap()[(0, 0)]);
@@ -98,10 +77,7 @@ fn an_adaptive_budget_ends_with_an_image_and_says_so() {
 fn options_and_budgets_out_of_range_are_refused() {
     let refused = |lines, steps, max_evaluations| {
         let method = Method::Los(LosOptions { lines, steps });
-        let options = RenderOptions {
-            max_evaluations,
-            ..RenderOptions::new(method)
-        };
+        let options = RenderOptions { max_evaluations, ..RenderOptions::new(method) };
         let uniform = FromFn(|_, _| 1.0);
         let error: RenderError<_> = render(&uniform, &Canonical, [4, 4], &options).unwrap_err();
         error.to_string()

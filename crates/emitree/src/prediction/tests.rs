@@ -5,9 +5,7 @@ use proptest::prelude::*;
 fn polynomial_mean(coefficients: &[f64], a: f64, b: f64) -> f64 {
     let primitive = |x: f64| {
         let terms = coefficients.iter().zip(1_i32..);
-        terms
-            .map(|(c, power)| c * x.powi(power) / f64::from(power))
-            .sum::<f64>()
+        terms.map(|(c, power)| c * x.powi(power) / f64::from(power)).sum::<f64>()
     };
     (primitive(b) - primitive(a)) / (b - a)
 }
@@ -25,9 +23,8 @@ fn a_polynomial_below_the_order_is_predicted_exactly_at_every_offset() {
     for order in [1, 3, 5, 7, 9] {
         let predictor = Predictor::new(order).unwrap();
         let polynomial = &coefficients[..order];
-        let averages: Vec<f64> = (0..order)
-            .map(|k| polynomial_mean(polynomial, k as f64, k as f64 + 1.0))
-            .collect();
+        let averages: Vec<f64> =
+            (0..order).map(|k| polynomial_mean(polynomial, k as f64, k as f64 + 1.0)).collect();
         let scale = averages.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
         for offset in 0..order {
             let [lower, upper] = predictor.split(&averages, offset);
@@ -42,64 +39,19 @@ fn a_polynomial_below_the_order_is_predicted_exactly_at_every_offset() {
 fn orders_outside_the_table_are_refused_by_name() {
     for order in [0, 2, 4, 11] {
         let message = Predictor::new(order).unwrap_err().to_string();
-        assert_eq!(
-            message,
-            format!("`order` is {order}: expected an odd number from 1 to 9")
-        );
+        assert_eq!(message, format!("`order` is {order}: expected an odd number from 1 to 9"));
     }
 }
 
 #[test]
 fn stencils_stay_inside_or_wrap() {
-    assert_eq!(
-        Stencil::around(0, 3, 3, false),
-        Stencil {
-            start: 0,
-            order: 3,
-            offset: 0
-        }
-    );
-    assert_eq!(
-        Stencil::around(7, 3, 5, false),
-        Stencil {
-            start: 3,
-            order: 5,
-            offset: 4
-        }
-    );
-    assert_eq!(
-        Stencil::around(4, 3, 5, false),
-        Stencil {
-            start: 2,
-            order: 5,
-            offset: 2
-        }
-    );
-    assert_eq!(
-        Stencil::around(0, 3, 3, true),
-        Stencil {
-            start: 7,
-            order: 3,
-            offset: 1
-        }
-    );
+    assert_eq!(Stencil::around(0, 3, 3, false), Stencil { start: 0, order: 3, offset: 0 });
+    assert_eq!(Stencil::around(7, 3, 5, false), Stencil { start: 3, order: 5, offset: 4 });
+    assert_eq!(Stencil::around(4, 3, 5, false), Stencil { start: 2, order: 5, offset: 2 });
+    assert_eq!(Stencil::around(0, 3, 3, true), Stencil { start: 7, order: 3, offset: 1 });
     // Four cells hold a stencil of three, not of seven.
-    assert_eq!(
-        Stencil::around(3, 2, 7, false),
-        Stencil {
-            start: 1,
-            order: 3,
-            offset: 2
-        }
-    );
-    assert_eq!(
-        Stencil::around(1, 1, 3, true),
-        Stencil {
-            start: 1,
-            order: 1,
-            offset: 0
-        }
-    );
+    assert_eq!(Stencil::around(3, 2, 7, false), Stencil { start: 1, order: 3, offset: 2 });
+    assert_eq!(Stencil::around(1, 1, 3, true), Stencil { start: 1, order: 1, offset: 0 });
 }
 
 proptest! {

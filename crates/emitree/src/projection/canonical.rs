@@ -19,11 +19,7 @@ pub struct Canonical;
 
 impl Projection for Canonical {
     fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint {
-        MappedPoint {
-            position: u,
-            direction: [0.0, 0.0, -1.0],
-            path_per_depth: 1.0,
-        }
+        MappedPoint { position: u, direction: [0.0, 0.0, -1.0], path_per_depth: 1.0 }
     }
 
     fn solid_angle_density(&self, _xy: [f64; 2]) -> f64 {

@@ -42,13 +42,8 @@ impl Equirectangular {
         fov_rad: [f64; 2],
         depth: [f64; 2],
     ) -> Result<Self, GeometryError> {
-        let out_of_range = |name, value, expected| {
-            Err(GeometryError::OutOfRange {
-                name,
-                value,
-                expected,
-            })
-        };
+        let out_of_range =
+            |name, value, expected| Err(GeometryError::OutOfRange { name, value, expected });
         let [width, height] = fov_rad;
         if !(width > 0.0 && width <= TAU) {
             return out_of_range(
@@ -68,11 +63,7 @@ impl Equirectangular {
         if !(far > near && far.is_finite()) {
             return out_of_range("far", far, "a finite depth beyond `near`");
         }
-        Ok(Self {
-            frame: Frame::new(&viewpoint)?,
-            fov_rad,
-            depth,
-        })
+        Ok(Self { frame: Frame::new(&viewpoint)?, fov_rad, depth })
     }
 
     fn latitude_rad(&self, y: f64) -> f64 {
@@ -84,9 +75,7 @@ impl Projection for Equirectangular {
     fn world_from_canonical(&self, [x, y, z]: [f64; 3]) -> MappedPoint {
         let (sin_lon, cos_lon) = ((x - 0.5) * self.fov_rad[0]).sin_cos();
         let (sin_lat, cos_lat) = self.latitude_rad(y).sin_cos();
-        let sight = self
-            .frame
-            .world_from_camera([cos_lat * sin_lon, sin_lat, cos_lat * cos_lon]);
+        let sight = self.frame.world_from_camera([cos_lat * sin_lon, sin_lat, cos_lat * cos_lon]);
         let [near, far] = self.depth;
         let distance = near + z * (far - near);
         MappedPoint {
@@ -108,10 +97,7 @@ impl Projection for Equirectangular {
     }
 
     fn periodic(&self) -> [bool; 3] {
-        #[expect(
-            clippy::float_cmp,
-            reason = "only the exactly full circle closes upon itself"
-        )]
+        #[expect(clippy::float_cmp, reason = "only the exactly full circle closes upon itself")]
         let full_circle = self.fov_rad[0] == TAU;
         [full_circle, false, false]
     }

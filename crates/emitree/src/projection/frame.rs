@@ -59,30 +59,18 @@ pub(crate) struct Frame {
 
 impl Frame {
     pub(crate) fn new(viewpoint: &Viewpoint) -> Result<Self, GeometryError> {
-        let Viewpoint {
-            position,
-            target,
-            up,
-        } = *viewpoint;
+        let Viewpoint { position, target, up } = *viewpoint;
         let towards = core::array::from_fn(|i| target[i] - position[i]);
         let forward = unit(towards).ok_or(GeometryError::TargetIsPosition(position))?;
         let along = dot(up, forward);
         let across = core::array::from_fn(|i| up[i] - along * forward[i]);
-        let tilted = GeometryError::UpAlongPointing {
-            up,
-            pointing: forward,
-        };
+        let tilted = GeometryError::UpAlongPointing { up, pointing: forward };
         // Less than about 1e-10 rad between the two leaves no significant digit of the rotation.
         if norm(across) <= 1e-10 * norm(up) {
             return Err(tilted);
         }
         let up = unit(across).ok_or(tilted)?;
-        Ok(Self {
-            origin: position,
-            right: cross(forward, up),
-            up,
-            forward,
-        })
+        Ok(Self { origin: position, right: cross(forward, up), up, forward })
     }
 
     /// World vector of the camera components (right, up, forward).
@@ -96,11 +84,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn norm(a: [f64; 3]) -> f64 {

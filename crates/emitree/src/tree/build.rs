@@ -19,6 +19,9 @@ pub struct BuildOptions {
     pub rule: CellRule,
     /// Details below this are dropped.
     pub threshold: Threshold,
+    /// Cells of this level are not split, however large their details: where g jumps, refinement
+    /// would not end by itself.
+    pub finest_level: Option<u8>,
 }
 
 impl Default for BuildOptions {
@@ -29,6 +32,7 @@ impl Default for BuildOptions {
             base_level: 3,
             rule: CellRule::Midpoint,
             threshold: Threshold::Relative(0.01),
+            finest_level: None,
         }
     }
 }
@@ -44,7 +48,8 @@ pub struct Built<const D: usize> {
     pub previous: SparseTree<D>,
     /// The threshold that the last step used, in the units of the function.
     pub threshold: f64,
-    /// Whether every significant cell was split: `false` if the evaluations or the levels ran out.
+    /// Whether every significant cell above the finest level was split: `false` if the evaluations
+    /// ran out, or the levels that there are.
     pub complete: bool,
 }
 
@@ -61,6 +66,16 @@ pub enum BuildError<E> {
         /// The level given.
         level: u8,
         /// The deepest base level that this dimension can have.
+        deepest: u8,
+    },
+    /// The finest level is not below the base level.
+    #[error("`finest_level` is {level}: expected {} to {deepest}", .base_level + 1)]
+    FinestLevel {
+        /// The level given.
+        level: u8,
+        /// The base level: each of its cells is split.
+        base_level: u8,
+        /// The deepest level that this dimension can have.
         deepest: u8,
     },
     /// The threshold is no size.
@@ -85,11 +100,7 @@ impl BuildOptions {
     /// The number of cells of the base grid in D dimensions, saturating.
     pub fn base_cells<const D: usize>(&self) -> u64 {
         let doublings = D * usize::from(self.base_level);
-        if doublings < 64 {
-            1 << doublings
-        } else {
-            u64::MAX
-        }
+        if doublings < 64 { 1 << doublings } else { u64::MAX }
     }
 
     fn check<const D: usize, E>(&self) -> Result<Predictor, BuildError<E>> {
@@ -100,10 +111,13 @@ impl BuildOptions {
             .find(|&level| usize::from(level) * D <= 31)
             .unwrap_or(1);
         if !(1..=deepest).contains(&self.base_level) {
-            return Err(BuildError::BaseLevel {
-                level: self.base_level,
-                deepest,
-            });
+            return Err(BuildError::BaseLevel { level: self.base_level, deepest });
+        }
+        if let Some(level) = self.finest_level
+            && !(self.base_level + 1..=CellIndex::<D>::MAX_LEVEL).contains(&level)
+        {
+            let (base_level, deepest) = (self.base_level, CellIndex::<D>::MAX_LEVEL);
+            return Err(BuildError::FinestLevel { level, base_level, deepest });
         }
         let (Threshold::Absolute(threshold) | Threshold::Relative(threshold)) = self.threshold;
         if !(threshold > 0.0 && threshold.is_finite()) {
@@ -147,58 +161,35 @@ pub fn build<const D: usize, I: Integrand<D>>(
     let needed = averager.cost_bound(options.base_cells::<D>() >> D);
     let left = integrand.evaluations_left();
     if needed > left {
-        return Err(BuildError::BudgetBelowBase {
-            needed,
-            left,
-            level: options.base_level,
-        });
+        return Err(BuildError::BudgetBelowBase { needed, left, level: options.base_level });
     }
     let mut base = Level::base(options.base_level);
-    let Level {
-        level,
-        families,
-        averages,
-        ..
-    } = &mut base;
-    averager
-        .average(*level, families, averages, integrand)
-        .map_err(BuildError::Integrand)?;
+    let Level { level, families, averages, .. } = &mut base;
+    averager.average(*level, families, averages, integrand).map_err(BuildError::Integrand)?;
     let mut largest = detail_size(averages);
 
     let mut split: Vec<u32> = (0..to_u32(base.own_cells())).collect();
-    let mut tree = SparseTree {
-        predictor,
-        periodic,
-        levels: vec![base],
-    };
+    let mut tree = SparseTree { predictor, periodic, levels: vec![base] };
     let mut complete = true;
     while !split.is_empty() {
         let parents_level = &tree.levels[tree.levels.len() - 1];
+        if Some(parents_level.level) == options.finest_level {
+            break;
+        }
         if parents_level.level == CellIndex::<D>::MAX_LEVEL {
             complete = false;
             break;
         }
         if averager.cost_bound(split.len() as u64) > integrand.evaluations_left() {
             complete = false;
-            keep_affordable(
-                &mut split,
-                parents_level,
-                &averager,
-                integrand.evaluations_left(),
-            );
+            keep_affordable(&mut split, parents_level, &averager, integrand.evaluations_left());
             if split.is_empty() {
                 break;
             }
         }
         tree.add_level(core::mem::take(&mut split));
         let last = tree.levels.len() - 1;
-        let Level {
-            level,
-            families,
-            averages,
-            own,
-            ..
-        } = &mut tree.levels[last];
+        let Level { level, families, averages, own, .. } = &mut tree.levels[last];
         averager
             .average(*level, &families[..*own], averages, integrand)
             .map_err(BuildError::Integrand)?;
@@ -212,12 +203,7 @@ pub fn build<const D: usize, I: Integrand<D>>(
     let previous = tree.without_last_generation();
     tree.restrict();
     tree.update_details();
-    Ok(Built {
-        tree,
-        previous,
-        threshold: options.threshold.absolute(largest),
-        complete,
-    })
+    Ok(Built { tree, previous, threshold: options.threshold.absolute(largest), complete })
 }
 
 /// Keeps, of the cells to be split, those in the families with the largest details, as many as
@@ -232,11 +218,7 @@ fn keep_affordable<const D: usize>(
     let size = |cell: u32| {
         let family = cell as usize / siblings;
         // The base grid has no details: its cells are all alike.
-        level
-            .details
-            .chunks_exact(siblings)
-            .nth(family)
-            .map_or(0.0, detail_size)
+        level.details.chunks_exact(siblings).nth(family).map_or(0.0, detail_size)
     };
     let affordable = usize::try_from(left / averager.cost_bound(1)).unwrap_or(usize::MAX);
     split.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
@@ -266,10 +248,8 @@ impl<const D: usize> SparseTree<D> {
         for (family, &cell) in split.iter().enumerate() {
             parents.children[cell as usize] = to_u32(family);
         }
-        let families: Vec<[u32; D]> = split
-            .iter()
-            .map(|&cell| parents.cell_position(cell as usize))
-            .collect();
+        let families: Vec<[u32; D]> =
+            split.iter().map(|&cell| parents.cell_position(cell as usize)).collect();
         let level = parents.level + 1;
         self.complete(depth, families.iter().copied());
         self.levels.push(Level::refined(level, families, split));
@@ -279,29 +259,20 @@ impl<const D: usize> SparseTree<D> {
     fn without_last_generation(&self) -> Self {
         let mut base = self.levels[0].clone();
         base.children.fill(LEAF);
-        let mut pruned = Self {
-            predictor: self.predictor.clone(),
-            periodic: self.periodic,
-            levels: vec![base],
-        };
+        let mut pruned =
+            Self { predictor: self.predictor.clone(), periodic: self.periodic, levels: vec![base] };
         // Where each own cell of the level above has gone.
         let mut moved: Vec<u32> = (0..to_u32(self.levels[0].own_cells())).collect();
         for level in &self.levels[1..] {
             let siblings = Level::<D>::SIBLINGS;
             let has_children = |family: &usize| {
-                level.children[family * siblings..][..siblings]
-                    .iter()
-                    .any(|&c| c != LEAF)
+                level.children[family * siblings..][..siblings].iter().any(|&c| c != LEAF)
             };
             let kept: Vec<usize> = (0..level.own).filter(has_children).collect();
             if kept.is_empty() {
                 break;
             }
-            pruned.add_level(
-                kept.iter()
-                    .map(|&f| moved[level.parents[f] as usize])
-                    .collect(),
-            );
+            pruned.add_level(kept.iter().map(|&f| moved[level.parents[f] as usize]).collect());
             moved = vec![LEAF; level.own_cells()];
             let last = pruned.levels.len() - 1;
             for (new, &old) in kept.iter().enumerate() {

@@ -48,9 +48,7 @@ impl<const D: usize> Reach<D> {
         let end = to_u32(self.per_axis());
         loop {
             // A periodic axis wraps between families.
-            visit(core::array::from_fn(|axis| {
-                (self.first[axis] + offset[axis]) & self.last
-            }));
+            visit(core::array::from_fn(|axis| (self.first[axis] + offset[axis]) & self.last));
             if !advance(&mut offset, end) {
                 return;
             }
@@ -104,16 +102,11 @@ impl<const D: usize> SparseTree<D> {
     ) -> (usize, [usize; D]) {
         let level = &self.levels[depth];
         let reach = Reach::new(position, level.level, self.predictor.order(), self.periodic);
-        let StencilBuffer {
-            block, families, ..
-        } = buffer;
+        let StencilBuffer { block, families, .. } = buffer;
         families.clear();
         reach.for_each_family(|family| {
             let family = level.family_at(family);
-            debug_assert!(
-                family.is_some(),
-                "stencils are completed before they are gathered"
-            );
+            debug_assert!(family.is_some(), "stencils are completed before they are gathered");
             families.push(family.unwrap_or(0) * Level::<D>::SIBLINGS);
         });
         let (order, per_axis) = (reach.order, reach.per_axis());
@@ -142,8 +135,7 @@ impl<const D: usize> SparseTree<D> {
     fn predict(&self, depth: usize, position: [u32; D], buffer: &mut StencilBuffer) {
         let (order, offsets) = self.gather(depth, position, buffer);
         let StencilBuffer { block, scratch, .. } = buffer;
-        self.predictor
-            .predict_family(order, offsets, block, scratch);
+        self.predictor.predict_family(order, offsets, block, scratch);
     }
 
     /// Predicted averages of families `from..to` of level `depth`, in their order.

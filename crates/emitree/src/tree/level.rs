@@ -60,10 +60,7 @@ impl<const D: usize> Level<D> {
     /// A refined level with own `families` of the given parents, averages and details 0.
     pub(super) fn refined(level: u8, families: Vec<[u32; D]>, parents: Vec<u32>) -> Self {
         let (own, cells) = (families.len(), families.len() * Self::SIBLINGS);
-        let keys = families
-            .iter()
-            .enumerate()
-            .map(|(i, &f)| (cell::key(f), to_u32(i)));
+        let keys = families.iter().enumerate().map(|(i, &f)| (cell::key(f), to_u32(i)));
         let index = keys.collect();
         Self {
             level,
@@ -91,15 +88,10 @@ impl<const D: usize> Level<D> {
     pub(super) fn family_at(&self, position: [u32; D]) -> Option<usize> {
         if self.is_base() {
             let shift = self.level - 1;
-            let linear = position
-                .iter()
-                .rev()
-                .fold(0, |linear, &p| linear << shift | p as usize);
+            let linear = position.iter().rev().fold(0, |linear, &p| linear << shift | p as usize);
             return Some(linear);
         }
-        self.index
-            .get(&cell::key(position))
-            .map(|&family| family as usize)
+        self.index.get(&cell::key(position)).map(|&family| family as usize)
     }
 
     /// The averages of the family with the given index.
@@ -109,11 +101,9 @@ impl<const D: usize> Level<D> {
 
     /// Appends a ghost family at `position`, averages not yet predicted.
     pub(super) fn push_ghost(&mut self, position: [u32; D]) {
-        self.index
-            .insert(cell::key(position), to_u32(self.families.len()));
+        self.index.insert(cell::key(position), to_u32(self.families.len()));
         self.families.push(position);
-        self.averages
-            .resize(self.averages.len() + Self::SIBLINGS, 0.0);
+        self.averages.resize(self.averages.len() + Self::SIBLINGS, 0.0);
     }
 
     /// Every detail is its cell's average minus the prediction.

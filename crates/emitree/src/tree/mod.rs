@@ -64,13 +64,11 @@ impl<const D: usize> SparseTree<D> {
     /// The number of leaves on each level, from level 0 to the finest.
     pub fn leaves_per_level(&self) -> Vec<usize> {
         let mut leaves = vec![0; usize::from(self.base_level())];
-        leaves.extend(self.levels.iter().map(|level| {
-            level
-                .children
+        leaves.extend(
+            self.levels
                 .iter()
-                .filter(|&&family| family == LEAF)
-                .count()
-        }));
+                .map(|level| level.children.iter().filter(|&&family| family == LEAF).count()),
+        );
         leaves
     }
 

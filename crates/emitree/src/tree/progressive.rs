@@ -63,10 +63,7 @@ impl<const D: usize> SparseTree<D> {
             tree: self,
             axis,
             projected: self.project_skeleton(axis),
-            order: sized
-                .into_iter()
-                .map(|(_, depth, family)| (depth, family))
-                .collect(),
+            order: sized.into_iter().map(|(_, depth, family)| (depth, family)).collect(),
             used: 0,
             next: 0,
         }
@@ -82,17 +79,13 @@ impl<const D: usize, const E: usize> Iterator for Progression<'_, D, E> {
         }
         let end = self.next.min(self.order.len());
         for &(depth, family) in &self.order[self.used..end] {
-            self.tree
-                .project_family(self.axis, depth, family, &mut self.projected);
+            self.tree.project_family(self.axis, depth, family, &mut self.projected);
         }
         self.used = end;
         let (base, siblings) = (self.tree.levels[0].own, Level::<D>::SIBLINGS);
         self.next = if self.next == 0 { base } else { 2 * self.next }.max(end + 1);
         let mut tree = self.projected.clone();
         tree.update_averages();
-        Some(Frame {
-            coefficients: (base + end) * siblings,
-            tree,
-        })
+        Some(Frame { coefficients: (base + end) * siblings, tree })
     }
 }

@@ -61,13 +61,10 @@ impl<const D: usize> SparseTree<D> {
             let mut families = Vec::new();
             for &position in &level.families[..level.own] {
                 let position: [u32; E] = without(axis, position);
-                seen.entry(cell::key(position))
-                    .or_insert_with(|| families.push(position));
+                seen.entry(cell::key(position)).or_insert_with(|| families.push(position));
             }
-            let parents: Vec<u32> = families
-                .iter()
-                .map(|&cell| levels[coarser].cell_at(cell))
-                .collect();
+            let parents: Vec<u32> =
+                families.iter().map(|&cell| levels[coarser].cell_at(cell)).collect();
             for (family, &parent) in parents.iter().enumerate() {
                 levels[coarser].children[parent as usize] = to_u32(family);
             }
@@ -92,9 +89,7 @@ impl<const D: usize> SparseTree<D> {
         let to = &mut projected.levels[depth];
         let edge = cell::edge(from.level);
         // The skeleton has every family of the projection.
-        let flat = to
-            .family_at(without(axis, from.families[family]))
-            .unwrap_or(0);
+        let flat = to.family_at(without(axis, from.families[family])).unwrap_or(0);
         let siblings = Level::<D>::SIBLINGS;
         let details = &from.details[family * siblings..][..siblings];
         for (child, detail) in details.iter().enumerate() {
@@ -108,9 +103,7 @@ impl<const D: usize> Level<D> {
     /// The index of the cell at `position`, whose family must exist.
     fn cell_at(&self, position: [u32; D]) -> u32 {
         let family = self.family_at(position.map(|p| p >> 1)).unwrap_or(0);
-        let child = (0..D).fold(0, |child, axis| {
-            child | (position[axis] as usize & 1) << axis
-        });
+        let child = (0..D).fold(0, |child, axis| child | (position[axis] as usize & 1) << axis);
         to_u32(family * Self::SIBLINGS + child)
     }
 }

@@ -17,10 +17,7 @@ impl<const D: usize> SparseTree<D> {
     /// If `level` is below the base level.
     pub fn reconstruct(&self, level: u8) -> Vec<f64> {
         let base = self.base_level();
-        assert!(
-            level >= base,
-            "level {level} is below the base level {base}"
-        );
+        assert!(level >= base, "level {level} is below the base level {base}");
         let mut grid = vec![0.0; 1 << (usize::from(base) * D)];
         self.levels[0].scatter(&self.levels[0].averages, &mut grid, |to, average| {
             *to = average;
@@ -43,10 +40,7 @@ impl<const D: usize> Level<D> {
         for (cell, &value) in values.iter().enumerate() {
             let position = self.cell_position(cell);
             let shift = self.level;
-            let linear = position
-                .iter()
-                .rev()
-                .fold(0, |at, &p| at << shift | p as usize);
+            let linear = position.iter().rev().fold(0, |at, &p| at << shift | p as usize);
             apply(&mut grid[linear], value);
         }
     }
@@ -65,9 +59,7 @@ fn split_axis<const D: usize>(
     let stride = 1 << (usize::from(finer) * axis);
     let mut split = vec![0.0; 2 * grid.len()];
     // A slab is everything along this axis and the faster ones.
-    let slabs = split
-        .par_chunks_mut(2 * cells * stride)
-        .zip(grid.par_chunks(cells * stride));
+    let slabs = split.par_chunks_mut(2 * cells * stride).zip(grid.par_chunks(cells * stride));
     slabs.for_each(|(fine, coarse)| {
         for at in 0..cells {
             let stencil = Stencil::around(to_u32(at), finer - 1, predictor.order(), periodic);

@@ -29,10 +29,7 @@ struct Part {
     weights: Vec<f64>,
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "there are at most 2^24 along an axis"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "there are at most 2^24 along an axis")]
 fn pixel_index(pixel: u64) -> usize {
     pixel as usize
 }
@@ -43,40 +40,21 @@ impl Axis {
         let (pixels, cells) = (u64::from(self.pixels), 1_u64 << self.level);
         // In units of 1 / (pixels · cells) all borders are integers: nothing is lost at a border
         // that pixels and cells share.
-        let (low, high) = (
-            u64::from(position) * pixels,
-            u64::from(position + 1) * pixels,
-        );
+        let (low, high) = (u64::from(position) * pixels, u64::from(position + 1) * pixels);
         let (first, last) = (low / cells, (high - 1) / cells);
         if first == last {
             // The whole cell is in one pixel: its average is all that counts.
-            let stencil = Stencil {
-                start: position,
-                order: 1,
-                offset: 0,
-            };
+            let stencil = Stencil { start: position, order: 1, offset: 0 };
             let weights = vec![pixels as f64 / cells as f64];
-            return (
-                stencil,
-                vec![Part {
-                    pixel: pixel_index(first),
-                    weights,
-                }],
-            );
+            return (stencil, vec![Part { pixel: pixel_index(first), weights }]);
         }
         let stencil = Stencil::around(position, self.level, self.order, self.periodic);
         let part = |pixel: u64| {
-            let (from, to) = (
-                low.max(pixel * cells) - low,
-                high.min((pixel + 1) * cells) - low,
-            );
+            let (from, to) = (low.max(pixel * cells) - low, high.min((pixel + 1) * cells) - low);
             let share = (to - from) as f64 / cells as f64;
             let (from, to) = (from as f64 / pixels as f64, to as f64 / pixels as f64);
             let weights = part_weights(stencil.order, stencil.offset, from, to);
-            Part {
-                pixel: pixel_index(pixel),
-                weights: weights.iter().map(|w| w * share).collect(),
-            }
+            Part { pixel: pixel_index(pixel), weights: weights.iter().map(|w| w * share).collect() }
         };
         (stencil, (first..=last).map(part).collect())
     }
@@ -118,9 +96,7 @@ impl SparseTree<2> {
     pub fn sample(&self, height: usize, width: usize) -> Image {
         assert!((1..=1 << 24).contains(&height) && (1..=1 << 24).contains(&width));
         let narrow = height.min(width).next_power_of_two().trailing_zeros();
-        let level = self
-            .base_level()
-            .max(u8::try_from(narrow).unwrap_or(u8::MAX));
+        let level = self.base_level().max(u8::try_from(narrow).unwrap_or(u8::MAX));
         let mut image = self.sample_grid(level, height, width);
         self.add_finer(level, &mut image);
         image
@@ -130,36 +106,24 @@ impl SparseTree<2> {
     fn sample_grid(&self, level: u8, height: usize, width: usize) -> Image {
         let grid = self.reconstruct(level);
         let cells = 1_usize << level;
-        let [columns, rows] = self
-            .axes(level, height, width)
-            .map(|axis| axis.pixel_rows());
+        let [columns, rows] = self.axes(level, height, width).map(|axis| axis.pixel_rows());
 
         let mut narrowed = vec![0.0; cells * width];
-        narrowed
-            .par_chunks_mut(width)
-            .zip(grid.par_chunks(cells))
-            .for_each(|(to, from)| {
-                for (pixel, parts) in to.iter_mut().zip(&columns) {
-                    *pixel = parts
-                        .iter()
-                        .map(|&(cell, weight)| weight * from[cell])
-                        .sum();
-                }
-            });
+        narrowed.par_chunks_mut(width).zip(grid.par_chunks(cells)).for_each(|(to, from)| {
+            for (pixel, parts) in to.iter_mut().zip(&columns) {
+                *pixel = parts.iter().map(|&(cell, weight)| weight * from[cell]).sum();
+            }
+        });
         drop(grid);
         let mut image = Image::zeros(height, width);
-        image
-            .pixels_mut()
-            .par_chunks_mut(width)
-            .zip(&rows)
-            .for_each(|(to, parts)| {
-                for &(cell, weight) in parts {
-                    let from = &narrowed[cell * width..][..width];
-                    for (pixel, value) in to.iter_mut().zip(from) {
-                        *pixel += weight * value;
-                    }
+        image.pixels_mut().par_chunks_mut(width).zip(&rows).for_each(|(to, parts)| {
+            for &(cell, weight) in parts {
+                let from = &narrowed[cell * width..][..width];
+                for (pixel, value) in to.iter_mut().zip(from) {
+                    *pixel += weight * value;
                 }
-            });
+            }
+        });
         image
     }
 
@@ -181,9 +145,8 @@ impl SparseTree<2> {
                 (0..2).any(|axis| axes[axis].cuts(position[axis]))
             };
             let children = &self.levels[depth].children;
-            let cut: Vec<usize> = (0..children.len())
-                .filter(|&c| children[c] != LEAF && is_cut(c))
-                .collect();
+            let cut: Vec<usize> =
+                (0..children.len()).filter(|&c| children[c] != LEAF && is_cut(c)).collect();
             let child_position = |&cell: &usize| {
                 let first = children[cell] as usize * 4;
                 (first..first + 4).map(|child| self.levels[depth + 1].cell_position(child))
@@ -242,10 +205,7 @@ impl Axis {
     /// Whether a border between pixels runs through the cell at `position`.
     fn cuts(&self, position: u32) -> bool {
         let (pixels, cells) = (u64::from(self.pixels), 1_u64 << self.level);
-        let (low, high) = (
-            u64::from(position) * pixels,
-            u64::from(position + 1) * pixels,
-        );
+        let (low, high) = (u64::from(position) * pixels, u64::from(position + 1) * pixels);
         low / cells != (high - 1) / cells
     }
 }

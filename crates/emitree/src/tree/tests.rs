@@ -7,12 +7,7 @@ use proptest::prelude::*;
 
 fn options(order: usize, base_level: u8, threshold: f64) -> BuildOptions {
     let threshold = Threshold::Absolute(threshold);
-    BuildOptions {
-        order,
-        base_level,
-        threshold,
-        ..BuildOptions::default()
-    }
+    BuildOptions { order, base_level, threshold, ..BuildOptions::default() }
 }
 
 /// A peak whose place and width make trees that are refined unevenly.
@@ -30,11 +25,7 @@ fn built<const D: usize>(f: impl Fn([f64; D]) -> f64, options: &BuildOptions) ->
 /// Eq. (8) of the paper.
 fn equation_8([x, y, z]: [f64; 3]) -> f64 {
     let waves = (5.0 * x).sin() * (7.0 * y).sin() * (11.0 * z).sin() / 10.0;
-    let (x, y, z) = (
-        x - 2_f64.sqrt() / 3.0,
-        y - 7_f64.sqrt() / 5.0,
-        z - 6_f64.sqrt() / 5.0,
-    );
+    let (x, y, z) = (x - 2_f64.sqrt() / 3.0, y - 7_f64.sqrt() / 5.0, z - 6_f64.sqrt() / 5.0);
     let square = x * x / 2_f64.sqrt() + y * y * 2_f64.sqrt() + z * z * 3_f64.sqrt();
     waves * waves + (-100.0 * square).exp()
 }
@@ -67,10 +58,7 @@ fn equation_8_costs_what_the_paper_says() {
     assert_eq!(tree(3, 0.01).cells(), 19_136);
     // The prototype stopped at 128³ cells; without that limit two more levels are significant.
     let fine = tree(3, 0.001);
-    assert_eq!(
-        fine.levels[..5].iter().map(Level::own_cells).sum::<usize>(),
-        111_872
-    );
+    assert_eq!(fine.levels[..5].iter().map(Level::own_cells).sum::<usize>(), 111_872);
     assert_eq!((fine.finest_level(), fine.cells()), (9, 272_000));
 }
 
@@ -103,10 +91,7 @@ fn leaves_tile_the_cube() {
     assert!((volume - 1.0).abs() < 1e-15);
     assert!((integral - tree.integral()).abs() < 1e-15);
     let counted: usize = tree.leaves_per_level().iter().sum();
-    let families = tree.levels[1..]
-        .iter()
-        .map(|level| level.own)
-        .sum::<usize>();
+    let families = tree.levels[1..].iter().map(|level| level.own).sum::<usize>();
     assert_eq!(counted, tree.cells() - families);
 }
 
@@ -124,10 +109,7 @@ fn projection_commutes<const D: usize, const E: usize>(tree: &SparseTree<D>, axi
     let projected = tree.project::<E>(axis).reconstruct(level);
     let scale = full.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
     for (projected, expected) in projected.iter().zip(&expected) {
-        assert!(
-            (projected - expected).abs() < 1e-13 * scale,
-            "{projected} {expected}"
-        );
+        assert!((projected - expected).abs() < 1e-13 * scale, "{projected} {expected}");
     }
 }
 
@@ -150,9 +132,7 @@ fn projecting_commutes_with_reconstructing() {
 fn projecting_commutes_with_reconstructing_on_periodic_axes() {
     let wave = |[x, y, z]: [f64; 3]| (4.0 * (core::f64::consts::TAU * (x + y * z)).cos()).exp();
     let periodic = [true, false, false];
-    let tree = build(&Pointwise(wave), periodic, &options(5, 2, 1.0))
-        .unwrap()
-        .tree;
+    let tree = build(&Pointwise(wave), periodic, &options(5, 2, 1.0)).unwrap().tree;
     projection_commutes::<3, 2>(&tree, 2);
     projection_commutes::<3, 2>(&tree, 0);
 }
@@ -163,9 +143,7 @@ fn periodic_axes_have_no_border() {
     let wave = |x: f64| (2.0 * (core::f64::consts::TAU * x).sin()).exp();
     let make = |shift: f64| {
         let f = move |[x]: [f64; 1]| wave(x + shift);
-        build(&Pointwise(f), [true], &options(5, 3, 1e-4))
-            .unwrap()
-            .tree
+        build(&Pointwise(f), [true], &options(5, 3, 1e-4)).unwrap().tree
     };
     let (tree, shifted) = (make(0.0), make(0.25));
     assert_eq!(tree.cells(), shifted.cells());
@@ -179,12 +157,7 @@ fn periodic_axes_have_no_border() {
 #[test]
 fn ghosts_do_not_change_what_a_tree_stands_for() {
     let tree = built(peak([0.1, 0.9, 0.4], 0.08), &options(7, 3, 1e-2));
-    assert!(
-        tree.levels
-            .iter()
-            .any(|level| level.families.len() > level.own),
-        "ghosts are needed"
-    );
+    assert!(tree.levels.iter().any(|level| level.families.len() > level.own), "ghosts are needed");
     let level = tree.finest_level();
     let full = tree.reconstruct(level);
     tree.for_each_leaf(|cell, average| {
@@ -220,24 +193,14 @@ fn simpson_evaluations_are_used_again() {
         count.set(count.get() + 1);
         x * x * x + y * z
     };
-    let built = build(
-        &Pointwise(f),
-        [false; 3],
-        &BuildOptions {
-            rule,
-            ..options(3, 2, 0.5)
-        },
-    );
+    let built = build(&Pointwise(f), [false; 3], &BuildOptions { rule, ..options(3, 2, 0.5) });
     // Two generations of 4³ and 8³ cells: the nodes of the finer one, 17³, include the coarser's.
     assert_eq!(count.get(), 17 * 17 * 17);
     // Simpson's rule is exact for cubics.
     assert!((built.unwrap().tree.integral() - 0.5).abs() < 1e-14);
     // Around a periodic axis the first and the last node are the same.
     count.set(0);
-    let options = BuildOptions {
-        rule,
-        ..options(3, 2, 5.0)
-    };
+    let options = BuildOptions { rule, ..options(3, 2, 5.0) };
     build(&Pointwise(f), [true, false, false], &options).unwrap();
     assert_eq!(count.get(), 16 * 17 * 17);
 }
@@ -250,64 +213,32 @@ fn a_budget_is_spent_on_the_largest_details_and_never_exceeded() {
         (budget - integrand.1.get(), built)
     };
     let (used, stopped) = spend(10_000);
-    assert!(
-        !stopped.complete && used <= 10_000 && used > 10_000 - 8,
-        "used {used}"
-    );
+    assert!(!stopped.complete && used <= 10_000 && used > 10_000 - 8, "used {used}");
     let (used, finished) = spend(300_000);
     assert!(finished.complete);
     assert_eq!(used, 272_000);
     let starved = Budgeted(equation_8, Cell::new(511));
-    let error = build(&starved, [false; 3], &options(3, 3, 1e-3))
-        .unwrap_err()
-        .to_string();
-    assert_eq!(
-        error,
-        "511 evaluations are allowed, but the base grid of level 3 needs 512"
-    );
+    let error = build(&starved, [false; 3], &options(3, 3, 1e-3)).unwrap_err().to_string();
+    assert_eq!(error, "511 evaluations are allowed, but the base grid of level 3 needs 512");
 }
 
 #[test]
 fn options_out_of_range_are_refused() {
-    let error = |options| {
-        build(&Pointwise(equation_8), [false; 3], &options)
-            .unwrap_err()
-            .to_string()
-    };
-    assert_eq!(
-        error(options(4, 3, 0.1)),
-        "`order` is 4: expected an odd number from 1 to 9"
-    );
-    assert_eq!(
-        error(options(3, 0, 0.1)),
-        "`base_level` is 0: expected 1 to 10"
-    );
-    assert_eq!(
-        error(options(3, 11, 0.1)),
-        "`base_level` is 11: expected 1 to 10"
-    );
-    assert_eq!(
-        error(options(3, 3, 0.0)),
-        "`threshold` is 0: expected a number above 0"
-    );
-    assert_eq!(
-        error(options(3, 3, f64::NAN)),
-        "`threshold` is NaN: expected a number above 0"
-    );
+    let error =
+        |options| build(&Pointwise(equation_8), [false; 3], &options).unwrap_err().to_string();
+    assert_eq!(error(options(4, 3, 0.1)), "`order` is 4: expected an odd number from 1 to 9");
+    assert_eq!(error(options(3, 0, 0.1)), "`base_level` is 0: expected 1 to 10");
+    assert_eq!(error(options(3, 11, 0.1)), "`base_level` is 11: expected 1 to 10");
+    assert_eq!(error(options(3, 3, 0.0)), "`threshold` is 0: expected a number above 0");
+    assert_eq!(error(options(3, 3, f64::NAN)), "`threshold` is NaN: expected a number above 0");
 }
 
 #[test]
 fn a_relative_threshold_is_of_the_largest_average() {
     let f = peak([0.5, 0.5], 0.2);
-    let relative = BuildOptions {
-        threshold: Threshold::Relative(0.01),
-        ..options(3, 3, 1.0)
-    };
+    let relative = BuildOptions { threshold: Threshold::Relative(0.01), ..options(3, 3, 1.0) };
     let scaled = built(move |u| 1e-20 * f(u), &relative);
-    assert_eq!(
-        scaled.cells(),
-        built(peak([0.5, 0.5], 0.2), &relative).cells()
-    );
+    assert_eq!(scaled.cells(), built(peak([0.5, 0.5], 0.2), &relative).cells());
 }
 
 #[test]
@@ -331,17 +262,10 @@ fn frames_of_a_progression_end_with_the_projection() {
     assert_eq!(frames[0].coefficients, 512);
     assert_eq!(frames.last().unwrap().coefficients, tree.cells());
     let whole = tree.project::<2>(2).sample(64, 64);
-    let errors: Vec<f64> = frames
-        .iter()
-        .map(|f| f.tree.sample(64, 64).max_difference(&whole))
-        .collect();
+    let errors: Vec<f64> =
+        frames.iter().map(|f| f.tree.sample(64, 64).max_difference(&whole)).collect();
     assert!(errors.last().unwrap() < &1e-15);
-    assert!(
-        errors
-            .windows(2)
-            .all(|pair| pair[1] < pair[0] || pair[0] < 1e-15),
-        "{errors:?}"
-    );
+    assert!(errors.windows(2).all(|pair| pair[1] < pair[0] || pair[0] < 1e-15), "{errors:?}");
 }
 
 #[test]
@@ -363,10 +287,8 @@ fn binned_pixels_are_the_larger_pixels() {
     for row in 0..7 {
         for column in 0..5 {
             let block = [(0, 0), (0, 1), (1, 0), (1, 1)];
-            let mean: f64 = block
-                .iter()
-                .map(|(j, i)| fine[(2 * row + j, 2 * column + i)] / 4.0)
-                .sum();
+            let mean: f64 =
+                block.iter().map(|(j, i)| fine[(2 * row + j, 2 * column + i)] / 4.0).sum();
             assert!((mean - coarse[(row, column)]).abs() < 1e-14);
         }
     }
@@ -375,10 +297,7 @@ fn binned_pixels_are_the_larger_pixels() {
 #[test]
 fn threads_do_not_change_a_bit() {
     let render = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let tree = built(equation_8, &options(3, 3, 0.003));
             tree.project::<2>(2).sample(50, 64)

@@ -14,11 +14,7 @@ fn failure(text: &str) -> (String, String, String) {
     let constants = BTreeMap::from([("alpha".to_owned(), 3.0)]);
     let error = parse(text, &constants).unwrap_err();
     let help = error.help().unwrap_or_default().to_owned();
-    (
-        error.message().to_owned(),
-        text[error.span()].to_owned(),
-        help,
-    )
+    (error.message().to_owned(), text[error.span()].to_owned(), help)
 }
 
 fn assert_failure(text: &str, message: &str, at: &str, help: &str) {
@@ -74,23 +70,14 @@ fn precedence() {
         ("1_000*1e-3", 1.0),
     ];
     for (text, expected) in table {
-        assert!(
-            (value(text) - expected).abs() < 1e-15,
-            "{text} = {}",
-            value(text)
-        );
+        assert!((value(text) - expected).abs() < 1e-15, "{text} = {}", value(text));
     }
 }
 
 #[test]
 fn unknown_names() {
     let known = "known: x, y, z, dx, dy, dz, r, pi, alpha";
-    assert_failure(
-        "1 + aplha*x",
-        "unknown name `aplha`: did you mean `alpha`?",
-        "aplha",
-        known,
-    );
+    assert_failure("1 + aplha*x", "unknown name `aplha`: did you mean `alpha`?", "aplha", known);
     assert_failure("X", "unknown name `X`: did you mean `x`?", "X", known);
     assert_failure("theta", "unknown name `theta`", "theta", known);
     let functions = "known: if, min, max, abs, sqrt, exp, ln, log10, sin, cos, tan, asin, acos, \
@@ -99,12 +86,7 @@ fn unknown_names() {
     assert_failure("2*sqr(x)", message, "sqr", functions);
     let message = "unknown function `log`: write `ln` or `log10`";
     assert_failure("log(x)", message, "log", functions);
-    assert_failure(
-        "pow(x, 2)",
-        "unknown function `pow`: write a^b",
-        "pow",
-        functions,
-    );
+    assert_failure("pow(x, 2)", "unknown function `pow`: write a^b", "pow", functions);
 }
 
 #[test]
@@ -128,16 +110,8 @@ fn numbers_of_arguments() {
     let case = |text, message, help| assert_failure(text, message, text, help);
     case("sin()", "`sin` takes 1 argument, not 0", "write sin(x)");
     case("exp(x, y)", "`exp` takes 1 argument, not 2", "write exp(x)");
-    case(
-        "atan2(y)",
-        "`atan2` takes 2 arguments, not 1",
-        "write atan2(y, x)",
-    );
-    case(
-        "min(x)",
-        "`min` takes 2 or more arguments, not 1",
-        "write min(x, y)",
-    );
+    case("atan2(y)", "`atan2` takes 2 arguments, not 1", "write atan2(y, x)");
+    case("min(x)", "`min` takes 2 or more arguments, not 1", "write min(x, y)");
     let help = "write if(condition, then, otherwise)";
     case("if(x > 0, 1)", "`if` takes 3 arguments, not 2", help);
     let message = "`sin` takes 1 argument, not 0";
@@ -148,10 +122,7 @@ fn numbers_of_arguments() {
 fn parentheses() {
     let never_closed = "unbalanced parenthesis: this `(` is never closed";
     assert_failure("2*(x + (y - 1)", never_closed, "(", "");
-    assert_eq!(
-        parse("2*(x + (y", &BTreeMap::new()).unwrap_err().span(),
-        7..8
-    );
+    assert_eq!(parse("2*(x + (y", &BTreeMap::new()).unwrap_err().span(), 7..8);
     assert_failure("sin(x", never_closed, "(", "");
     let message = "unbalanced parenthesis: this `)` closes nothing";
     assert_failure("x + 1)", message, ")", "");
@@ -162,12 +133,7 @@ fn parentheses() {
 fn missing_values_and_operators() {
     assert_failure("", "the expression is empty", "", "");
     assert_failure("  ", "the expression is empty", "  ", "");
-    assert_failure(
-        "x +",
-        "expected a value, found the end of the expression",
-        "",
-        "",
-    );
+    assert_failure("x +", "expected a value, found the end of the expression", "", "");
     assert_failure("x */ y", "expected a value, found `/`", "/", "");
     let help = "powers are written with ^, not **";
     assert_failure("x**2", "expected a value, found `*`", "*", help);
@@ -184,12 +150,7 @@ fn missing_values_and_operators() {
 #[test]
 fn characters_and_comparisons() {
     assert_failure("x # y", "unexpected character `#`", "#", "");
-    assert_failure(
-        "x = y",
-        "unexpected character `=`",
-        "=",
-        "to compare, write ==",
-    );
+    assert_failure("x = y", "unexpected character `=`", "=", "to compare, write ==");
     let help = "multiply them: (0 < x) * (x < 1)";
     assert_failure("0 < x < 1", "comparisons do not chain", "<", help);
     assert_failure("x == y != z", "comparisons do not chain", "!=", help);
@@ -197,35 +158,17 @@ fn characters_and_comparisons() {
 
 #[test]
 fn constants_have_names_of_their_own() {
-    assert_eq!(
-        refused_constant("x", 1.0),
-        "the constant `x` has the name of a variable"
-    );
-    assert_eq!(
-        refused_constant("r", 1.0),
-        "the constant `r` has the name of a variable"
-    );
-    assert_eq!(
-        refused_constant("dz", 1.0),
-        "the constant `dz` has the name of a variable"
-    );
-    assert_eq!(
-        refused_constant("erf", 1.0),
-        "the constant `erf` has the name of a function"
-    );
-    assert_eq!(
-        refused_constant("pi", 3.0),
-        "the constant `pi` has the name of the number pi"
-    );
+    assert_eq!(refused_constant("x", 1.0), "the constant `x` has the name of a variable");
+    assert_eq!(refused_constant("r", 1.0), "the constant `r` has the name of a variable");
+    assert_eq!(refused_constant("dz", 1.0), "the constant `dz` has the name of a variable");
+    assert_eq!(refused_constant("erf", 1.0), "the constant `erf` has the name of a function");
+    assert_eq!(refused_constant("pi", 3.0), "the constant `pi` has the name of the number pi");
     let message = "the constant `E` has a reserved name: `E` is the energy";
     assert_eq!(refused_constant("E", 1.0), message);
     let message = "the constant `2a` is not a name: expected letters, digits and underscores, a \
                    digit not first";
     assert_eq!(refused_constant("2a", 1.0), message);
-    assert_eq!(
-        refused_constant("k", f64::NAN),
-        "the constant `k` is not a finite number"
-    );
+    assert_eq!(refused_constant("k", f64::NAN), "the constant `k` is not a finite number");
 }
 
 #[test]

@@ -1,0 +1,182 @@
+//! The real binary, in a temporary folder.
+
+mod support;
+
+use support::{Folder, HOLMSTROM, pixels};
+
+#[test]
+fn a_scene_becomes_images_a_report_and_a_summary() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    let run = folder.emitree("render scene.toml -o a.fits -o a.npy -o a.png --report r.json");
+    run.succeeds();
+    assert!(run.stdout.contains("19,136 in 5 batches, 4.67 for each pixel"), "{}", run.stdout);
+    assert!(run.stdout.contains("written      a.fits, a.npy, a.png, r.json"), "{}", run.stdout);
+    assert!(run.stderr.is_empty(), "no progress in a pipe: {}", run.stderr);
+    folder.holds(&["a.fits", "a.npy", "a.png", "r.json", "scene.toml"]);
+
+    let report = folder.json("r.json");
+    assert_eq!(report["evaluations"], 19_136);
+    assert_eq!(report["batches"], 5);
+    assert_eq!(report["tolerance"], serde_json::Value::Null);
+    assert_eq!(report["converged"], true);
+    assert_eq!(report["threshold"], 0.01);
+    assert_eq!(report["order"], 3);
+    assert_eq!(report["base_level"], 3);
+    assert_eq!(report["leaves_per_level"], serde_json::json!([0, 0, 0, 0, 3792, 1600, 5976, 5440]));
+    assert_eq!(report["image"]["quantity"], "radiance");
+    assert_eq!(report["image"]["unit"], "");
+    assert_eq!(report["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(report["scene"], "scene.toml");
+    for key in ["total", "emission"] {
+        assert!(report["seconds"][key].as_f64().unwrap() > 0.0);
+    }
+    let image = pixels(&folder.bytes("a.npy"));
+    assert_eq!(image.len(), 64 * 64);
+    let largest = image.iter().copied().fold(0.0, f64::max);
+    assert!((report["image"]["max"].as_f64().unwrap() / largest - 1.0).abs() < 1e-15);
+    assert!(report["estimated_error"].as_f64().unwrap() > 0.006, "the true error is 0.0061");
+}
+
+#[test]
+fn without_outputs_the_files_are_named_like_the_scene() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    folder.emitree("render scene.toml --width 8 --height 4").succeeds();
+    folder.holds(&["scene.fits", "scene.npy", "scene.png", "scene.toml"]);
+    assert_eq!(pixels(&folder.bytes("scene.npy")).len(), 32);
+}
+
+#[test]
+fn quiet_is_quiet() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    let run = folder.emitree("render scene.toml -o a.npy --quiet");
+    run.succeeds();
+    assert_eq!((run.stdout.as_str(), run.stderr.as_str()), ("", ""));
+}
+
+#[test]
+fn the_peak_is_where_the_scene_says_in_every_output() {
+    // A narrow peak at x = 0.8, y = 0.3: column 12 of 16, row 2 of 8 from below.
+    let folder = Folder::with_scene(
+        r#"
+        emission.expression = "exp(-200*((x - 0.8)^2 + (y - 0.3)^2))"
+        projection.type = "canonical"
+        image = { width = 16, height = 8 }
+        render.method = "paper"
+        "#,
+    );
+    folder.emitree("render scene.toml -o a.npy -o a.png").succeeds();
+    let image = pixels(&folder.bytes("a.npy"));
+    let brightest = (0..image.len()).max_by(|&a, &b| image[a].total_cmp(&image[b])).unwrap();
+    assert_eq!((brightest / 16, brightest % 16), (2, 12));
+    let (width, height, rgb) = support::decode_png(&folder.bytes("a.png"));
+    assert_eq!((width, height), (16, 8));
+    // Viridis is brightest, in green, at the top of its scale; the picture has y up.
+    let green = |i: usize| rgb[3 * i + 1];
+    let brightest = (0..width * height).max_by_key(|&i| green(i)).unwrap();
+    assert_eq!((height - 1 - brightest / width, brightest % width), (2, 12));
+}
+
+#[test]
+fn options_of_the_command_line_win() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    folder
+        .emitree("render scene.toml -o a.npy --report r.json --base-level 2 --threshold 0.038")
+        .succeeds();
+    assert_eq!(folder.json("r.json")["evaluations"], 4_032);
+    folder.emitree("render scene.toml -o b.npy --report r.json --method los --steps 9").succeeds();
+    assert_eq!(folder.json("r.json")["evaluations"], 64 * 64 * 9);
+    assert_eq!(folder.json("r.json")["estimated_error"], serde_json::Value::Null);
+    folder
+        .emitree("render scene.toml -o b.npy --report r.json --method los --tolerance 1e-3")
+        .succeeds();
+    let report = folder.json("r.json");
+    assert_eq!(report["tolerance"], 1e-3);
+    assert!(report["estimated_error"].as_f64().unwrap() <= 1e-3);
+    folder
+        .emitree("render scene.toml -o b.npy --report r.json --set emission.constants.alpha=10")
+        .succeeds();
+    assert_eq!(folder.json("r.json")["overrides"][0], "emission.constants.alpha = 10");
+}
+
+#[test]
+fn any_number_of_threads_makes_the_same_bits() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    for method in ["paper", "los"] {
+        for threads in [1, 3] {
+            let options = format!("--method {method} --threads {threads} -o {method}{threads}.npy");
+            folder.emitree(&format!("render scene.toml {options}")).succeeds();
+        }
+        let bytes = |threads| folder.bytes(&format!("{method}{threads}.npy"));
+        assert!(bytes(1) == bytes(3), "{method}");
+    }
+}
+
+#[test]
+fn a_budget_that_ends_is_exit_code_4_with_an_image() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    let run = folder.emitree("render scene.toml -o a.npy --report r.json --max-evaluations 9000");
+    run.fails_with(4);
+    assert!(run.stdout.contains("NOT CONVERGED: stopped by the budget of 9,000 evaluations"));
+    let report = folder.json("r.json");
+    assert_eq!(report["converged"], false);
+    assert!(report["evaluations"].as_u64().unwrap() <= 9_000);
+    assert_eq!(pixels(&folder.bytes("a.npy")).len(), 64 * 64);
+}
+
+#[test]
+fn progressive_frames_end_with_the_image() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    folder.emitree("render scene.toml -o a.npy --progressive frames").succeeds();
+    let mut frames: Vec<String> = std::fs::read_dir(folder.path("frames"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.ends_with(".npy"))
+        .collect();
+    frames.sort();
+    assert_eq!(frames.first().unwrap(), "frame-00-00000512.npy");
+    assert_eq!(frames.last().unwrap(), "frame-07-00019136.npy");
+    let image = pixels(&folder.bytes("a.npy"));
+    let error = |name: &String| {
+        let frame = pixels(&folder.bytes(&format!("frames/{name}")));
+        frame.iter().zip(&image).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+    };
+    let errors: Vec<f64> = frames.iter().map(error).collect();
+    assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
+    assert!(errors.last().unwrap() < &1e-15);
+}
+
+#[test]
+fn models_are_listed_with_units_defaults_and_sources() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    let run = folder.emitree("models");
+    run.succeeds();
+    for text in ["cmem:", "jorgensen:", "holmstrom:", "density", "cm-3", "10.1029/2018JA026153"] {
+        assert!(run.stdout.contains(text), "{text} in {}", run.stdout);
+    }
+    let one = folder.emitree("models jorgensen");
+    one.succeeds();
+    assert!(one.stdout.starts_with("jorgensen:") && !one.stdout.contains("cmem:"));
+    let unknown = folder.emitree("models cmen");
+    unknown.fails_with(2);
+    assert_eq!(
+        unknown.stderr,
+        "emitree: unknown model `cmen`: expected one of cmem, jorgensen, holmstrom\n"
+    );
+}
+
+#[test]
+fn the_figures_of_the_paper_are_reproduced() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    let run = folder.emitree("reproduce --output here");
+    run.succeeds();
+    assert!(run.stdout.contains("4,032 for 3.97 %"), "{}", run.stdout);
+    let runs = String::from_utf8(folder.bytes("here/figure10.csv")).unwrap();
+    assert!(runs.starts_with("method,threshold_or_steps,evaluations,max_relative_error\n"));
+    let images = String::from_utf8(folder.bytes("here/figure9.csv")).unwrap();
+    assert_eq!(images.lines().count(), 1 + 64 * 64);
+    for figure in 9..=11 {
+        let (width, height, _) =
+            support::decode_png(&folder.bytes(&format!("here/figure{figure}.png")));
+        assert!(width > 800 && height > 500);
+    }
+}

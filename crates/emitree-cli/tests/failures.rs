@@ -1,0 +1,151 @@
+//! What a user gets to read when something is wrong, and what is left behind: nothing.
+
+mod support;
+
+use support::{Folder, HOLMSTROM};
+
+/// Renders a scene in which one text is replaced; it must fail with a code and all these texts.
+fn refused(from: &str, to: &str, options: &str, code: i32, texts: &[&str]) {
+    assert!(HOLMSTROM.contains(from), "{from}");
+    let folder = Folder::with_scene(&HOLMSTROM.replacen(from, to, 1));
+    let run = folder.emitree(&format!("render scene.toml -o a.npy {options}"));
+    run.fails_with(code);
+    for text in texts {
+        assert!(run.stderr.contains(text), "no `{text}` in:\n{}", run.stderr);
+    }
+    assert_eq!(run.stdout, "");
+    folder.holds(&["scene.toml"]);
+}
+
+#[test]
+fn an_unknown_key() {
+    let texts =
+        ["unknown key `image.widht`", "scene.toml:11:1", "widht = 64", "did you mean `width`?"];
+    refused("width = 64", "widht = 64", "", 2, &texts);
+}
+
+#[test]
+fn a_wrong_type() {
+    let texts =
+        ["`image.width` is a string", "scene.toml:11", "width = \"64\"", "a number of pixels"];
+    refused("width = 64", "width = \"64\"", "", 2, &texts);
+}
+
+#[test]
+fn a_text_that_is_not_toml() {
+    refused("[image]", "[image", "", 2, &["the scene is not valid TOML", "scene.toml:10"]);
+}
+
+#[test]
+fn an_unknown_model_or_parameter() {
+    let from = "expression = \"(sin(5*x) * sin(7*y) * sin(11*z) / 10)^2 + exp(-alpha*((x - sqrt(2)/3)^2/sqrt(2) + (y - sqrt(7)/5)^2*sqrt(2) + (z - sqrt(6)/5)^2*sqrt(3)))\"\nconstants = { alpha = 100.0 }";
+    let texts = ["unknown model `cmemm`", "did you mean `cmem`?", "scene.toml:3"];
+    refused(from, "model = \"cmemm\"", "", 2, &texts);
+    let to = "model = \"cmem\"\nparameters = { densety = 5 }";
+    let texts = ["no parameter `densety`", "did you mean `density`?", "scene.toml:4"];
+    refused(from, to, "", 2, &texts);
+}
+
+#[test]
+fn an_expression_that_does_not_parse() {
+    refused("/ 10)^2", "/ 10^2", "", 2, &["`emission.expression`", "scene.toml:3"]);
+    let texts = ["unknown name `q`", "scene.toml:3", "alpha"];
+    refused("sin(5*x)", "sin(5*q)", "", 2, &texts);
+}
+
+#[test]
+fn the_energy_that_is_not_there_yet() {
+    refused("sin(5*x)", "sin(5*E)", "", 2, &["`E`", "energy"]);
+}
+
+#[test]
+fn a_method_that_is_not_there_yet() {
+    let texts =
+        ["the method `vol` (the default) is not available in this version", "`paper` or `los`"];
+    refused("method = \"paper\"", "", "", 2, &texts);
+    refused("method = \"paper\"", "method = \"vol\"", "", 2, &texts);
+}
+
+#[test]
+fn an_image_of_no_or_absurd_size() {
+    refused("width = 64", "width = 0", "", 2, &["`image.width` is 0", "1 or more"]);
+    let texts = ["an image of 64 x 10000000000 pixels", "would take", "are allowed"];
+    refused("width = 64", "width = 10_000_000_000", "", 2, &texts);
+    let texts = ["base grid of level 10", "would take"];
+    refused("width = 64", "width = 64", "--base-level 10 --threshold 1", 2, &texts);
+    let texts = ["`base_level` is 0: expected 1 to 10"];
+    refused("width = 64", "width = 64", "--base-level 0", 2, &texts);
+}
+
+#[test]
+fn an_emission_that_is_not_finite_names_the_point() {
+    let texts = ["the emission rate is", "at position [0.", "expected a finite number"];
+    refused("/ 10)^2", "/ 10)^2 + 1/floor(x)", "", 3, &texts);
+    refused("/ 10)^2", "/ 10)^2 + sqrt(x - 0.5)", "--method los", 3, &["NaN", "position"]);
+}
+
+#[test]
+fn outputs_that_can_not_be_written() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    let failing = |options: &str, texts: &[&str]| {
+        let run = folder.emitree(&format!("render scene.toml {options}"));
+        run.fails_with(2);
+        for text in texts {
+            assert!(run.stderr.contains(text), "no `{text}` in:\n{}", run.stderr);
+        }
+        folder.holds(&["scene.toml"]);
+    };
+    failing("-o nowhere/a.fits", &["nowhere"]);
+    failing("-o a.fits -o b.jpeg", &["b.jpeg", ".png"]);
+    failing("-o a.npy -o ./a.npy", &["`a.npy` and `./a.npy` are the same file"]);
+    failing("-o a.npy --report a.npy", &["same file"]);
+    failing("-o a.npy --method los --error-map e.npy", &["--error-map", "no error estimate"]);
+    failing("-o a.npy --method los --progressive .", &["--progressive", "no coefficients"]);
+}
+
+#[test]
+fn a_scene_that_is_not_there() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    let run = folder.emitree("render missing.toml");
+    run.fails_with(2);
+    assert!(run.stderr.contains("the scene missing.toml can't be read"), "{}", run.stderr);
+}
+
+#[test]
+fn options_that_make_no_sense() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    for (options, text) in [
+        ("--threads 0", "--threads"),
+        ("--set width", "expected KEY=VALUE"),
+        ("--order 4", "`order` is 4: expected an odd number from 1 to 9"),
+        ("--tolerance -1", "`render.tolerance` is -1"),
+        ("--threshold tiny", "a size above 0"),
+        ("--frobnicate", "--frobnicate"),
+        ("--max-evaluations 100", "needs 512"),
+        ("--base-level 4 --finest-level 4", "`finest_level` is 4: expected 5 to 19"),
+    ] {
+        let run = folder.emitree(&format!("render scene.toml {options}"));
+        run.fails_with(2);
+        assert!(run.stderr.contains(text), "no `{text}` in:\n{}", run.stderr);
+        folder.holds(&["scene.toml"]);
+    }
+}
+
+/// Ctrl-C in the middle: exit code 130, and neither image nor temporary file.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    // Some 10^10 evaluations: minutes, if nothing stopped it.
+    let options = "--method los --lines 16 --steps 10000 --max-evaluations 100000000000";
+    let mut child = folder.start(&format!("render scene.toml -o a.fits {options}"));
+    while folder.names().len() < 2 {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    let killed =
+        std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(killed.unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    folder.holds(&["scene.toml"]);
+}
