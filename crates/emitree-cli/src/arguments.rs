@@ -91,7 +91,7 @@ pub(crate) struct RenderArguments {
     set: Vec<(String, String)>,
 
     /// The number of threads; all cores without it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// Print neither progress nor summary.
     #[arg(short, long)]

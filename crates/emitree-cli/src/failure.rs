@@ -42,7 +42,11 @@ pub(crate) enum Failure {
 impl Failure {
     fn code(&self) -> u8 {
         match self {
-            Self::Render(RenderError::NotFinite { .. } | RenderError::Emission(_)) => BAD_EMISSION,
+            Self::Render(
+                RenderError::NotFinite { .. }
+                | RenderError::ImageNotFinite { .. }
+                | RenderError::Emission(_),
+            ) => BAD_EMISSION,
             Self::Render(RenderError::Interrupted) => INTERRUPTED,
             _ => BAD_REQUEST,
         }

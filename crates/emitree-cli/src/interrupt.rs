@@ -1,4 +1,4 @@
-//! Ctrl-C: the rendering ends after the current call of g, and leaves no file behind.
+//! Ctrl-C and SIGTERM: the rendering ends after the current call of g, and leaves no file behind.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static HANDLER: OnceLock<()> = OnceLock::new();
 
-/// From now on Ctrl-C is only noted; a second one ends the program at once.
+/// From now on Ctrl-C (or a request to terminate) is only noted; a second one ends the program at once.
 pub(crate) fn catch() {
     HANDLER.get_or_init(|| {
         // Without a handler Ctrl-C just ends the program: temporary files may stay behind.

@@ -52,14 +52,14 @@ impl Report {
         Self {
             evaluations: rendering.evaluations,
             batches: rendering.batches,
-            method: scene.render.method_name(),
+            method: scene.render.method.name(),
             tolerance: scene.render.tolerance,
             estimated_error: rendering.estimated_error(),
-            converged: rendering.converged,
-            threshold: tree.map(|(_, threshold)| *threshold),
+            converged: rendering.converged(),
+            threshold: tree.map(|built| built.threshold),
             order: build_options.map(|options| options.order),
             base_level: build_options.map(|options| options.base_level),
-            leaves_per_level: tree.map_or_else(Vec::new, |(tree, _)| tree.leaves_per_level()),
+            leaves_per_level: tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level()),
             seconds: Seconds {
                 total: rendering.total_time.as_secs_f64(),
                 emission: rendering.emission_time.as_secs_f64(),

@@ -116,7 +116,7 @@ fn a_budget_that_ends_is_exit_code_4_with_an_image() {
     let folder = Folder::with_scene(HOLMSTROM);
     let run = folder.emitree("render scene.toml -o a.npy --report r.json --max-evaluations 9000");
     run.fails_with(4);
-    assert!(run.stdout.contains("NOT CONVERGED: stopped by the budget of 9,000 evaluations"));
+    assert!(run.stdout.contains("NOT CONVERGED: stopped by its budget after 9,000 evaluations"));
     let report = folder.json("r.json");
     assert_eq!(report["converged"], false);
     assert!(report["evaluations"].as_u64().unwrap() <= 9_000);
@@ -143,6 +143,37 @@ fn progressive_frames_end_with_the_image() {
     let errors: Vec<f64> = frames.iter().map(error).collect();
     assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
     assert!(errors.last().unwrap() < &1e-15);
+}
+
+#[test]
+fn frames_of_two_runs_do_not_mix() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    folder.emitree("render scene.toml -o a.npy --progressive frames").succeeds();
+    let again = folder.emitree("render scene.toml -o b.npy --progressive frames");
+    again.fails_with(2);
+    assert!(again.stderr.contains("has frames already"), "{}", again.stderr);
+    folder.holds(&["a.npy", "frames", "scene.toml"]);
+}
+
+/// Nothing glows, nothing is refined: 8^3 cells, split once.
+#[test]
+fn a_dark_scene_is_done_at_once() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    let dark = ["--set", "emission.expression=\"0*x*alpha\"", "--set", "render.threshold=\"1%\""];
+    let options = format!("render scene.toml -o a.npy --report r.json {}", dark.join(" "));
+    folder.emitree(&options).succeeds();
+    assert_eq!(folder.json("r.json")["evaluations"], 512 + 4_096);
+    assert_eq!(folder.json("r.json")["estimated_error"], 0.0);
+}
+
+#[test]
+fn a_scene_keeps_its_last_line_in_the_history() {
+    let folder = Folder::with_scene(HOLMSTROM.trim_end());
+    folder.emitree("render scene.toml -o a.fits --width 5").succeeds();
+    let fits = folder.bytes("a.fits");
+    let card = |text: &str| fits.windows(text.len()).any(|bytes| bytes == text.as_bytes());
+    assert!(card("HISTORY threshold = 0.01  "));
+    assert!(card("HISTORY # command line: image.width = 5  "));
 }
 
 #[test]

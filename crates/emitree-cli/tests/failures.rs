@@ -68,13 +68,24 @@ fn a_method_that_is_not_there_yet() {
 
 #[test]
 fn an_image_of_no_or_absurd_size() {
-    refused("width = 64", "width = 0", "", 2, &["`image.width` is 0", "1 or more"]);
-    let texts = ["an image of 64 x 10000000000 pixels", "would take", "are allowed"];
+    refused("width = 64", "width = 0", "", 2, &["`image.width` is 0", "1 to 2^24"]);
+    let texts = ["`image.width` is 10000000000", "scene.toml:11", "1 to 2^24"];
     refused("width = 64", "width = 10_000_000_000", "", 2, &texts);
+    let texts = ["an image of 16000000 x 16000000 pixels", "would take", "are allowed"];
+    refused("width = 64", "width = 64", "--width 16000000 --height 16000000", 2, &texts);
+    let texts = ["an image of 64 x 64 pixels", "would take", "are allowed"];
+    refused("width = 64", "width = 64", "--method los --lines 1000000000", 2, &texts);
     let texts = ["base grid of level 10", "would take"];
     refused("width = 64", "width = 64", "--base-level 10 --threshold 1", 2, &texts);
-    let texts = ["`base_level` is 0: expected 1 to 10"];
+    let texts = ["`render.base_level` is 0", "expected a level from 1 to 10"];
     refused("width = 64", "width = 64", "--base-level 0", 2, &texts);
+}
+
+#[test]
+fn more_steps_than_there_are_numbers() {
+    let options = "--method los --steps 4503599627370496 --max-evaluations 1000";
+    let texts = ["`max_evaluations` allows 1000", "needs 18446744073709551615"];
+    refused("width = 64", "width = 64", options, 2, &texts);
 }
 
 #[test]
@@ -82,6 +93,9 @@ fn an_emission_that_is_not_finite_names_the_point() {
     let texts = ["the emission rate is", "at position [0.", "expected a finite number"];
     refused("/ 10)^2", "/ 10)^2 + 1/floor(x)", "", 3, &texts);
     refused("/ 10)^2", "/ 10)^2 + sqrt(x - 0.5)", "--method los", 3, &["NaN", "position"]);
+    // Finite everywhere, but not its sum.
+    let texts = ["the image is", "in row 0, column 0", "smaller emission rates"];
+    refused("/ 10)^2", "/ 10)^2 + 1.5e308 + 0*x", "--method los --steps 2", 3, &texts);
 }
 
 #[test]
@@ -99,8 +113,15 @@ fn outputs_that_can_not_be_written() {
     failing("-o a.fits -o b.jpeg", &["b.jpeg", ".png"]);
     failing("-o a.npy -o ./a.npy", &["`a.npy` and `./a.npy` are the same file"]);
     failing("-o a.npy --report a.npy", &["same file"]);
-    failing("-o a.npy --method los --error-map e.npy", &["--error-map", "no error estimate"]);
-    failing("-o a.npy --method los --progressive .", &["--progressive", "no coefficients"]);
+    failing("-o a.npy --report scene.toml", &["the output scene.toml is the scene itself"]);
+    failing(
+        "-o a.npy --method los --error-map e.npy",
+        &["--error-map: equal steps have no error estimate"],
+    );
+    failing(
+        "-o a.npy --method los --progressive .",
+        &["--progressive: lines of sight have no coefficients"],
+    );
 }
 
 #[test]
@@ -117,12 +138,12 @@ fn options_that_make_no_sense() {
     for (options, text) in [
         ("--threads 0", "--threads"),
         ("--set width", "expected KEY=VALUE"),
-        ("--order 4", "`order` is 4: expected an odd number from 1 to 9"),
+        ("--order 4", "expected an odd number from 1 to 9"),
         ("--tolerance -1", "`render.tolerance` is -1"),
         ("--threshold tiny", "a size above 0"),
         ("--frobnicate", "--frobnicate"),
         ("--max-evaluations 100", "needs 512"),
-        ("--base-level 4 --finest-level 4", "`finest_level` is 4: expected 5 to 19"),
+        ("--base-level 4 --finest-level 4", "expected a level from 5 to 19"),
     ] {
         let run = folder.emitree(&format!("render scene.toml {options}"));
         run.fails_with(2);
@@ -131,21 +152,24 @@ fn options_that_make_no_sense() {
     }
 }
 
-/// Ctrl-C in the middle: exit code 130, and neither image nor temporary file.
+/// Ctrl-C, or a batch system's SIGTERM, in the middle: exit code 130, and neither image nor
+/// temporary file.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_leaves_nothing() {
-    let folder = Folder::with_scene(HOLMSTROM);
-    // Some 10^10 evaluations: minutes, if nothing stopped it.
-    let options = "--method los --lines 16 --steps 10000 --max-evaluations 100000000000";
-    let mut child = folder.start(&format!("render scene.toml -o a.fits {options}"));
-    while folder.names().len() < 2 {
-        std::thread::sleep(std::time::Duration::from_millis(10));
+    for signal in ["-INT", "-TERM"] {
+        let folder = Folder::with_scene(HOLMSTROM);
+        // Some 10^10 evaluations: minutes, if nothing stopped it.
+        let options = "--method los --lines 16 --steps 10000";
+        let mut child = folder.start(&format!("render scene.toml -o a.fits {options}"));
+        while folder.names().len() < 2 {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        let kill =
+            std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
+        assert!(kill.unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(130));
+        folder.holds(&["scene.toml"]);
     }
-    std::thread::sleep(std::time::Duration::from_millis(100));
-    let killed =
-        std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-    assert!(killed.unwrap().success());
-    assert_eq!(child.wait().unwrap().code(), Some(130));
-    folder.holds(&["scene.toml"]);
 }

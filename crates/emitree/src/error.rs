@@ -49,8 +49,8 @@ pub enum RenderError<E> {
     },
     /// g returned NaN or an infinite value.
     #[error(
-        "the emission rate is {rate} at position {position:?}, emission direction {direction:?}: \
-         expected a finite number"
+        "the emission rate is {rate:e} at position {position:?}, emission direction {direction:?}: \
+         expected a finite number, along the line of sight too"
     )]
     NotFinite {
         /// The value returned.
@@ -59,6 +59,16 @@ pub enum RenderError<E> {
         position: [f64; 3],
         /// The unit vector of emission.
         direction: [f64; 3],
+    },
+    /// The rates are finite, but so large that a pixel's sum is not.
+    #[error("the image is {value} in row {row}, column {column}: expected smaller emission rates")]
+    ImageNotFinite {
+        /// The row, from the lowest.
+        row: usize,
+        /// The column.
+        column: usize,
+        /// The value of the pixel.
+        value: f64,
     },
     /// The emission model failed.
     #[error("the emission model failed: {0}")]

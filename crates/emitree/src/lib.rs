@@ -1,16 +1,54 @@
-//! Images of optically thin volume emissions, with as few evaluations as possible.
-pub mod cell;
+//! Images of optically thin volume emissions, with as few evaluations of the emission as possible.
+//!
+//! A model gives the directional volume emission rate g(r, d), and is expensive to evaluate. A
+//! camera sees, in each pixel, the line-of-sight integral of g averaged over the pixel. [`render`]
+//! makes the image, its error and its bill:
+//!
+//! ```
+//! use emitree::tree::BuildOptions;
+//! use emitree::{Equirectangular, FromFn, Method, RenderOptions, Viewpoint, render};
+//!
+//! // A corona that fades with the distance r from the origin, seen from 10 away.
+//! let corona = FromFn(|[x, y, z]: [f64; 3], _direction: [f64; 3]| {
+//!     (-(x * x + y * y + z * z).sqrt()).exp()
+//! });
+//! let viewpoint = Viewpoint { position: [10.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
+//! let camera = Equirectangular::new(viewpoint, [0.8, 0.6], [0.0, 20.0])?;
+//! let options = RenderOptions::new(Method::Paper(BuildOptions::default()));
+//!
+//! let rendering = render(&corona, &camera, [60, 80], &options)?;
+//! let centre = rendering.image[(30, 40)];
+//! assert!((centre - 2.0).abs() < 0.1); // ∫ exp(−|s|) ds = 2 through the middle
+//! println!("{} evaluations", rendering.evaluations);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The modules are the way of the data:
+//!
+//! * [`emission`]: g in batches, evaluated and counted in one place;
+//! * [`projection`]: a camera maps the world to the canonical cube, z along the line of sight;
+//! * [`cell`], [`quadrature`], [`prediction`], [`refinement`]: dyadic cells, their averages, the
+//!   prediction of a cell's children, and which cells are split;
+//! * [`tree`]: the sparse tree of cell averages: built, projected along z by one sum for each
+//!   coefficient, sampled to pixels;
+//! * [`image`]: pixels, and the one orientation that they have everywhere;
+//! * [`los`]: lines of sight pixel by pixel, the baseline.
+//!
+//! The method is that of M. Holmström, *Fast Visualization of Volume Emissions using Conservative
+//! Subdivision* ("the paper").
+
 pub mod emission;
-mod error;
-pub mod image;
-pub mod los;
 mod meter;
-pub mod prediction;
 pub mod projection;
+pub mod cell;
 pub mod quadrature;
+pub mod prediction;
 pub mod refinement;
-mod render;
 pub mod tree;
+pub mod los;
+pub mod image;
+mod render;
+mod error;
 
 pub use cell::CellIndex;
 pub use emission::{Emission, FromFn, Samples};
@@ -24,6 +62,6 @@ pub use projection::{
 };
 pub use refinement::Threshold;
 pub use render::{
-    DEFAULT_MAX_EVALUATIONS, Method, RenderOptions, Rendering, image_of_tree, render,
+    DEFAULT_MAX_EVALUATIONS, Method, RenderOptions, RenderedTree, Rendering, image_of_tree, render,
 };
-pub use tree::SparseTree;
+pub use tree::{Ending, SparseTree};

@@ -8,12 +8,13 @@ use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
 use rayon::prelude::*;
-use std::sync::Mutex;
 use std::time::Instant;
 
-/// Sample points that one thread hands to g at a time: enough for a vectorised model to forget the
-/// call, few enough that positions, directions and rates stay in its cache.
-const SAMPLES_PER_CALL: usize = 2048;
+/// Sample points that one thread hands to g at a time, at the most: enough for a vectorised model to
+/// forget the call, few enough that positions, directions and rates stay in its cache.
+const MOST_SAMPLES_PER_CALL: usize = 2048;
+/// And at the least, if a batch is so small that it is shared out among the threads.
+const LEAST_SAMPLES_PER_CALL: usize = 64;
 
 /// Hears how many evaluations have been made so far, and may end the rendering.
 pub type Progress<'a> = dyn Fn(u64) -> ControlFlow<()> + Sync + 'a;
@@ -26,7 +27,7 @@ pub(crate) struct Meter<'a, E> {
     max_evaluations: u64,
     evaluations: AtomicU64,
     batches: AtomicU64,
-    emission_time: Mutex<Duration>,
+    emission_nanoseconds: AtomicU64,
 }
 
 /// What is multiplied into g at a sample point.
@@ -55,7 +56,7 @@ impl<'a, E: Emission> Meter<'a, E> {
             max_evaluations,
             evaluations: AtomicU64::new(0),
             batches: AtomicU64::new(0),
-            emission_time: Mutex::new(Duration::ZERO),
+            emission_nanoseconds: AtomicU64::new(0),
         }
     }
 
@@ -67,10 +68,9 @@ impl<'a, E: Emission> Meter<'a, E> {
         self.batches.load(Ordering::Relaxed)
     }
 
-    /// Time spent in g, the times of parallel calls added up and divided by the number of threads.
+    /// Time spent waiting for g.
     pub(crate) fn emission_time(&self) -> Duration {
-        let sum = self.emission_time.lock().map_or(Duration::ZERO, |time| *time);
-        sum / u32::try_from(rayon::current_num_threads()).unwrap_or(1).max(1)
+        Duration::from_nanos(self.emission_nanoseconds.load(Ordering::Relaxed))
     }
 
     pub(crate) fn evaluations_left(&self) -> u64 {
@@ -88,22 +88,27 @@ impl<'a, E: Emission> Meter<'a, E> {
             return Ok(());
         }
         self.batches.fetch_add(1, Ordering::Relaxed);
+        let threads = rayon::current_num_threads();
+        let per_call = values.len().div_ceil(threads);
+        let per_call = per_call.clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL);
+        let calls = values.len().div_ceil(per_call);
+        let in_calls = AtomicU64::new(0);
         let stopped = AtomicBool::new(false);
         let call = |scratch: &mut Scratch, (chunk, values): (usize, &mut [f64])| {
             if stopped.load(Ordering::Relaxed) {
                 return Err(RenderError::Interrupted);
             }
-            let result = self.call(scratch, points, chunk * SAMPLES_PER_CALL, weight, values);
+            let result = self.call(scratch, points, chunk * per_call, weight, values, &in_calls);
             if result.is_err() {
                 stopped.store(true, Ordering::Relaxed);
             }
             result
         };
-        let results: Vec<Result<(), RenderError<E::Error>>> = values
-            .par_chunks_mut(SAMPLES_PER_CALL)
-            .enumerate()
-            .map_init(Scratch::default, call)
-            .collect();
+        let results: Vec<Result<(), RenderError<E::Error>>> =
+            values.par_chunks_mut(per_call).enumerate().map_init(Scratch::default, call).collect();
+        // Parallel calls are not each other's waiting time.
+        let spent = in_calls.into_inner() / calls.min(threads) as u64;
+        self.emission_nanoseconds.fetch_add(spent, Ordering::Relaxed);
         // The model's own complaint comes before the word of the calls that it stopped.
         let mut failures = results.into_iter().filter_map(Result::err);
         let Some(first) = failures.next() else {
@@ -126,6 +131,7 @@ impl<'a, E: Emission> Meter<'a, E> {
         first: usize,
         weight: Weight,
         rates: &mut [f64],
+        in_calls: &AtomicU64,
     ) -> Result<(), RenderError<E::Error>> {
         scratch.clear();
         for i in first..first + rates.len() {
@@ -142,22 +148,22 @@ impl<'a, E: Emission> Meter<'a, E> {
         let samples = Samples::new(&scratch.positions, &scratch.directions);
         let start = Instant::now();
         let result = self.emission.emission_rates(&samples, rates);
-        let spent = start.elapsed();
-        if let Ok(mut time) = self.emission_time.lock() {
-            *time += spent;
-        }
+        let spent = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        in_calls.fetch_add(spent, Ordering::Relaxed);
         let evaluations =
             self.evaluations.fetch_add(rates.len() as u64, Ordering::Relaxed) + rates.len() as u64;
         result.map_err(RenderError::Emission)?;
-        if let Some(bad) = rates.iter().position(|rate| !rate.is_finite()) {
-            return Err(RenderError::NotFinite {
-                rate: rates[bad],
-                position: scratch.positions[bad],
-                direction: scratch.directions[bad],
-            });
-        }
-        for (rate, weight) in rates.iter_mut().zip(&scratch.weights) {
-            *rate *= weight;
+        for (i, (rate, weight)) in rates.iter_mut().zip(&scratch.weights).enumerate() {
+            // A finite rate may be beyond all numbers once it is weighted.
+            let weighted = *rate * weight;
+            if !weighted.is_finite() {
+                return Err(RenderError::NotFinite {
+                    rate: *rate,
+                    position: scratch.positions[i],
+                    direction: scratch.directions[i],
+                });
+            }
+            *rate = weighted;
         }
         match self.progress.map(|progress| progress(evaluations)) {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),

@@ -1,7 +1,7 @@
 //! Cell rules: how the average of g over a cell is made from evaluations.
 
 use crate::cell::{self, CellIndex, power, to_u32};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// How the average of a cell is made from evaluations of g.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -105,12 +105,26 @@ impl<const D: usize> Averager<D> {
         Self { periodic, nodes }
     }
 
-    /// How many evaluations the children of `families` (positions of their parents on the level
-    /// above `level`) will need at the most.
-    pub(crate) fn cost_bound(&self, families: u64) -> u64 {
+    /// How many evaluations the children of one family need at the most.
+    pub(crate) fn family_cost(&self) -> u64 {
         // A family of Simpson cells has 5^D nodes, all of them new at the worst.
-        let nodes = if self.nodes.is_some() { power(5, D) } else { 1 << D };
-        families * nodes as u64
+        if self.nodes.is_some() { power(5, D) as u64 } else { 1 << D }
+    }
+
+    /// How many evaluations [`average`](Self::average) will make for these families of `level`.
+    pub(crate) fn cost(&self, level: u8, families: &[[u32; D]]) -> u64 {
+        let Some(nodes) = &self.nodes else { return families.len() as u64 * self.family_cost() };
+        let mut new = FxHashSet::default();
+        for &family in families {
+            for child in 0..1 << D {
+                let cell = cell::child_position(family, child);
+                let of_cell = |n| cell::key(NodeStore::<D>::node(level, cell, n, self.periodic));
+                new.extend(
+                    (0..power(3, D)).map(of_cell).filter(|key| !nodes.index.contains_key(key)),
+                );
+            }
+        }
+        new.len() as u64
     }
 
     /// Writes the averages of the children of `families` to `averages`, family after family, and

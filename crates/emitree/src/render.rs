@@ -7,7 +7,8 @@ use crate::los::{LosOptions, Steps, adaptive, fixed};
 use crate::meter::{CanonicalIntegrand, Meter, Progress};
 use crate::projection::Projection;
 use crate::quadrature::CellRule;
-use crate::tree::{BuildOptions, SparseTree, build};
+use crate::refinement::Threshold;
+use crate::tree::{BuildOptions, Ending, SparseTree, build};
 use core::time::Duration;
 use std::time::Instant;
 
@@ -16,9 +17,22 @@ use std::time::Instant;
 #[non_exhaustive]
 pub enum Method {
     /// The paper's: a sparse tree of cell averages, built by conservative subdivision, projected.
+    ///
+    /// An absolute threshold is in the unit of g. The tree's function is g times a weight of the
+    /// view, ds/dz · dΩ/(dx dy); its value for a line through the middle stands for all of them.
     Paper(BuildOptions),
     /// Integration along lines of sight, pixel by pixel.
     Los(LosOptions),
+}
+
+impl Method {
+    /// The name, as scenes write it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Paper(_) => "paper",
+            Self::Los(_) => "los",
+        }
+    }
 }
 
 /// Options of a rendering.
@@ -55,14 +69,14 @@ fn bytes_per_cell(rule: CellRule) -> u64 {
 }
 
 impl RenderOptions<'_> {
-    /// The given method with the default limits.
+    /// The given method with the default limits: equal steps along lines are counted beforehand and
+    /// have none, all else may make [`DEFAULT_MAX_EVALUATIONS`].
     pub fn new(method: Method) -> Self {
-        Self {
-            method,
-            max_evaluations: DEFAULT_MAX_EVALUATIONS,
-            max_memory_bytes: DEFAULT_MAX_MEMORY_BYTES,
-            progress: None,
-        }
+        let max_evaluations = match method {
+            Method::Los(LosOptions { steps: Steps::Fixed(_), .. }) => u64::MAX,
+            _ => DEFAULT_MAX_EVALUATIONS,
+        };
+        Self { method, max_evaluations, max_memory_bytes: DEFAULT_MAX_MEMORY_BYTES, progress: None }
     }
 }
 
@@ -91,10 +105,10 @@ pub struct Rendering {
     pub evaluations: u64,
     /// The number of batches in which that was done: one for each refinement step.
     pub batches: u64,
-    /// Whether the method did all it was asked for; `false` if a limit ended it before.
-    pub converged: bool,
-    /// The tree that was built, and the threshold of its last step in units of the integrand.
-    pub tree: Option<(SparseTree<3>, f64)>,
+    /// What ended the rendering.
+    pub ending: Ending,
+    /// The tree that was built, if the method builds one.
+    pub tree: Option<RenderedTree>,
     /// Time spent in g, for one of the threads.
     pub emission_time: Duration,
     /// Time spent altogether.
@@ -102,6 +116,11 @@ pub struct Rendering {
 }
 
 impl Rendering {
+    /// Whether the method did all it was asked for; `false` if a limit ended it before.
+    pub fn converged(&self) -> bool {
+        self.ending == Ending::Complete
+    }
+
     /// The largest estimated error of a pixel over the largest |pixel|.
     pub fn estimated_error(&self) -> Option<f64> {
         let largest = |image: &Image| image.pixels().iter().fold(0.0, |m: f64, p| m.max(p.abs()));
@@ -137,7 +156,8 @@ pub fn render<E: Emission>(
 ) -> Result<Rendering, RenderError<E::Error>> {
     let start = Instant::now();
     check_size(shape, options)?;
-    let meter = Meter::new(emission, projection, options.max_evaluations, options.progress);
+    let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
+    let meter = Meter::new(emission, projection, max_evaluations, options.progress);
     let mut rendering = match options.method {
         Method::Paper(build_options) => render_tree(&meter, projection, shape, &build_options)?,
         Method::Los(LosOptions { lines, steps }) => {
@@ -148,16 +168,31 @@ pub fn render<E: Emission>(
     rendering.batches = meter.batches();
     rendering.emission_time = meter.emission_time();
     rendering.total_time = start.elapsed();
+    let mut pixels = rendering.image.pixels().iter();
+    if let Some(pixel) = pixels.position(|pixel| !pixel.is_finite()) {
+        let (row, column) = (pixel / shape[1], pixel % shape[1]);
+        let value = rendering.image[(row, column)];
+        return Err(RenderError::ImageNotFinite { row, column, value });
+    }
     Ok(rendering)
+}
+
+/// The tree behind an image.
+#[derive(Clone, Debug)]
+pub struct RenderedTree {
+    /// The canonical integrand g · ds/dz · dΩ/(dx dy) as a tree.
+    pub tree: SparseTree<3>,
+    /// The threshold of the last step, in the unit of g as in [`Method::Paper`].
+    pub threshold: f64,
 }
 
 impl Rendering {
     /// A rendering whose bill is still to be written.
-    fn new(image: Image, error: Option<Image>, converged: bool) -> Self {
+    fn new(image: Image, error: Option<Image>, ending: Ending) -> Self {
         Self {
             image,
             error,
-            converged,
+            ending,
             evaluations: 0,
             batches: 0,
             tree: None,
@@ -173,14 +208,22 @@ fn render_tree<E: Emission>(
     shape: [usize; 2],
     options: &BuildOptions,
 ) -> Result<Rendering, RenderError<E::Error>> {
-    let built = build(&CanonicalIntegrand(meter), projection.periodic(), options)?;
+    let middle = projection.world_from_canonical([0.5; 3]);
+    let weight = middle.path_per_depth * projection.solid_angle([0.0; 2], [1.0; 2]);
+    let threshold = match options.threshold {
+        Threshold::Absolute(size) => Threshold::Absolute(size * weight),
+        relative @ Threshold::Relative(_) => relative,
+    };
+    let options = BuildOptions { threshold, ..*options };
+    let built = build(&CanonicalIntegrand(meter), projection.periodic(), &options)?;
     let image = image_of_tree(&built.tree.project(2), projection, shape);
     let mut error = image_of_tree(&built.previous.project(2), projection, shape);
     for (error, pixel) in error.pixels_mut().iter_mut().zip(image.pixels()) {
         *error = (*error - pixel).abs();
     }
-    let mut rendering = Rendering::new(image, Some(error), built.complete);
-    rendering.tree = Some((built.tree, built.threshold));
+    let mut rendering = Rendering::new(image, Some(error), built.ending);
+    let threshold = built.threshold / weight;
+    rendering.tree = Some(RenderedTree { tree: built.tree, threshold });
     Ok(rendering)
 }
 
@@ -199,14 +242,15 @@ fn render_los<E: Emission>(
         Steps::Fixed(0) => option("steps", "0".into(), "1 or more steps along each line"),
         Steps::Fixed(steps) => {
             let image = fixed::render(meter, projection, shape, lines, steps)?;
-            Ok(Rendering::new(image, None, true))
+            Ok(Rendering::new(image, None, Ending::Complete))
         }
         Steps::Adaptive(tolerance) if !(tolerance > 0.0 && tolerance.is_finite()) => {
             option("tolerance", tolerance.to_string(), "a number above 0")
         }
         Steps::Adaptive(tolerance) => {
             let found = adaptive::render(meter, projection, shape, lines, tolerance)?;
-            Ok(Rendering::new(found.image, Some(found.error), found.converged))
+            let ending = if found.converged { Ending::Complete } else { Ending::Budget };
+            Ok(Rendering::new(found.image, Some(found.error), ending))
         }
     }
 }
@@ -235,6 +279,22 @@ pub fn image_of_tree(
     image
 }
 
+/// Sampling counts the pixels of an axis in 24 bits.
+const MAX_PIXELS_ALONG: usize = 1 << 24;
+/// Numbers that the weights of a pixel's row or column take, with their bookkeeping.
+const WEIGHTS_PER_PIXEL: u64 = 24;
+/// Numbers for each pixel: the image, its error and what the latter is the difference of, and the
+/// bytes of a file made of each.
+const MAPS: u64 = 6;
+
+/// How many evaluations a tree may make before it fills the memory allowed.
+fn evaluations_in_memory(options: &RenderOptions<'_>) -> u64 {
+    match options.method {
+        Method::Paper(BuildOptions { rule, .. }) => options.max_memory_bytes / bytes_per_cell(rule),
+        Method::Los(_) => u64::MAX,
+    }
+}
+
 /// Refuses what can't fit in memory, before anything is allocated.
 fn check_size<E>(
     [height, width]: [usize; 2],
@@ -247,20 +307,36 @@ fn check_size<E>(
         let allowed = options.max_memory_bytes;
         if needed > allowed { Err(RenderError::TooLarge { what, needed, allowed }) } else { Ok(()) }
     };
-    // The image, its error map and one of them while it is made; or the lines of sight.
-    let maps = match options.method {
-        Method::Paper(_) => 4,
-        Method::Los(LosOptions { lines, .. }) => {
-            (lines as u64).saturating_mul(lines as u64).saturating_mul(6).max(4)
+    let longest = height.max(width);
+    if longest > MAX_PIXELS_ALONG {
+        let name = if longest == width { "width" } else { "height" };
+        let expected = "at most 2^24 pixels along an axis";
+        return Err(RenderError::Option { name, value: longest.to_string(), expected });
+    }
+    let (height, width) = (height as u64, width as u64);
+    let number = size_of::<f64>() as u64;
+    let needed = match options.method {
+        Method::Paper(BuildOptions { base_level, .. }) => {
+            // The grid that the image is sampled from, its cells no larger than pixels along the
+            // narrower axis, and half of it again while it is made; then that grid with the pixels
+            // of one axis; then the weights of an axis; then maps.
+            let level = u64::from(base_level.min(16));
+            let cells = height.min(width).next_power_of_two().max(1 << level);
+            let grid = cells.saturating_mul(cells.saturating_mul(3) / 2 + width);
+            let weights = (height + width).saturating_mul(WEIGHTS_PER_PIXEL);
+            grid.saturating_add(weights).saturating_add(height.saturating_mul(width * MAPS))
+        }
+        Method::Los(LosOptions { lines, steps }) => {
+            let per_line = match steps {
+                Steps::Fixed(_) => 1,
+                Steps::Adaptive(_) => adaptive::BYTES_PER_LINE / number,
+            };
+            let of_lines = (lines as u64).saturating_mul(lines as u64).saturating_mul(per_line);
+            height.saturating_mul(width).saturating_mul(of_lines.saturating_add(MAPS))
         }
     };
-    let pixels = (height as u64).saturating_mul(width as u64);
-    let longest = height.max(width);
     let image = format!("an image of {height} x {width} pixels (height x width)");
-    // Sampling counts pixels along an axis in 24 bits.
-    let too_long = if longest > 1 << 24 { u64::MAX } else { 0 };
-    let needed = pixels.saturating_mul(size_of::<f64>() as u64).saturating_mul(maps);
-    refuse(image, needed.max(too_long))?;
+    refuse(image, needed.saturating_mul(number))?;
     if let Method::Paper(build_options) = options.method {
         let level = build_options.base_level;
         // Each base cell is split at once.

@@ -29,14 +29,14 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
 
     interrupt::catch();
     // Temporary files beside the targets: what can't be written is found before g is called.
-    let outputs = Outputs::prepare(arguments)?;
+    let outputs = Outputs::prepare(arguments, scene.render.method)?;
     let line = ProgressLine::new(arguments.quiet);
     let progress = |evaluations| {
         line.set(evaluations);
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let mut options = RenderOptions::new(scene.render.method);
-    options.max_evaluations = scene.render.max_evaluations;
+    options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
     options.progress = Some(&progress);
     if let Some(available) = available_memory_bytes() {
         options.max_memory_bytes = available;
@@ -51,7 +51,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     let report = Report::new(&scene, &rendering);
     let written = pool.install(|| outputs.write(&scene, &rendering, &report))?;
     if !arguments.quiet {
-        summary::print(&scene, &rendering, &written)?;
+        // The files are written: that nobody reads the summary changes nothing.
+        let _ = summary::print(&scene, &rendering, &written);
     }
-    Ok(if rendering.converged { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
+    Ok(if rendering.converged() { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
 }

@@ -3,7 +3,7 @@
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::report::Report;
-use emitree::{Image, Rendering, image_of_tree};
+use emitree::{Image, Method, RenderedTree, Rendering, Steps, image_of_tree};
 use emitree_io::{
     Card, FitsFile, FitsImage, Format, OutputFile, OutputSet, PictureOptions, Scene, ValueRange,
     encode_npy_image, encode_png,
@@ -20,23 +20,36 @@ pub(crate) struct Outputs {
 }
 
 impl Outputs {
-    pub(crate) fn prepare(arguments: &RenderArguments) -> Result<Self, Failure> {
+    pub(crate) fn prepare(arguments: &RenderArguments, method: Method) -> Result<Self, Failure> {
+        let refuse = |option: &str, why: &str| {
+            Err(Failure::Request(format!("{option}: {why}: expected another method")))
+        };
+        if let Method::Los(options) = method {
+            if arguments.progressive.is_some() {
+                return refuse("--progressive", "lines of sight have no coefficients");
+            }
+            if arguments.error_map.is_some() && matches!(options.steps, Steps::Fixed(_)) {
+                return refuse("--error-map", "equal steps have no error estimate");
+            }
+        }
         let images = if arguments.outputs.is_empty() {
             beside_nothing(&arguments.scene)
         } else {
             arguments.outputs.clone()
         };
+        let paths = || images.iter().chain(&arguments.error_map).chain(&arguments.report);
+        if let Some(path) = paths().find(|path| same_file(path, &arguments.scene)) {
+            let path = path.display();
+            let why = "is the scene itself: expected another name";
+            return Err(Failure::Request(format!("the output {path} {why}")));
+        }
         let formats: Vec<Format> =
             images.iter().map(Format::from_path).collect::<Result<_, _>>()?;
         let error_format = arguments.error_map.as_ref().map(Format::from_path).transpose()?;
         if let Some(folder) = &arguments.progressive {
-            std::fs::create_dir_all(folder).map_err(|error| {
-                let folder = folder.display();
-                Failure::Request(format!("--progressive: can't make the folder {folder}: {error}"))
-            })?;
+            prepare_folder(folder)?;
         }
-        let paths = images.iter().chain(&arguments.error_map).chain(&arguments.report);
-        let mut files = OutputSet::create(paths)?.into_iter();
+        let mut files = OutputSet::create(paths())?.into_iter();
         let images = files.by_ref().take(formats.len()).zip(formats).collect();
         let error_map = error_format.and_then(|format| Some((files.next()?, format)));
         let report = files.next();
@@ -59,11 +72,7 @@ impl Outputs {
             };
             ready.push((file, bytes));
         }
-        if let Some((file, format)) = self.error_map {
-            let error = rendering.error.as_ref().ok_or_else(|| {
-                let why = "equal steps along lines of sight have no error estimate";
-                Failure::Request(format!("--error-map: {why}: expected another method"))
-            })?;
+        if let (Some((file, format)), Some(error)) = (self.error_map, &rendering.error) {
             let bytes = match format {
                 Format::Fits => fits_of_error(scene, rendering, error)?,
                 _ => encode(error, format, scene, None)?,
@@ -73,13 +82,13 @@ impl Outputs {
         if let Some(file) = self.report {
             ready.push((file, report.to_json()));
         }
-        if let Some(folder) = &self.progressive {
-            ready.extend(frames(folder, scene, rendering)?);
-        }
         let mut written = Vec::new();
         for (file, bytes) in ready {
             written.push(file.path().to_owned());
             file.commit(&bytes)?;
+        }
+        if let Some(folder) = &self.progressive {
+            written.extend(write_frames(folder, scene, rendering)?);
         }
         Ok(written)
     }
@@ -127,9 +136,9 @@ fn fits_of_error(scene: &Scene, rendering: &Rendering, error: &Image) -> Result<
 fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
     let mut provenance = vec![
         Card::new("SCENE", scene.name.as_str(), "scene file, in full under HISTORY"),
-        Card::new("METHOD", scene.render.method_name(), "from the emission to the image"),
+        Card::new("METHOD", scene.render.method.name(), "from the emission to the image"),
         Card::new("NEVAL", rendering.evaluations, "evaluations of the emission rate"),
-        Card::new("CONVERGD", rendering.converged, "the method ended by itself"),
+        Card::new("CONVERGD", rendering.converged(), "the method ended by itself"),
     ];
     if let Some(tolerance) = scene.render.tolerance {
         provenance.push(Card::new("TOLERANC", tolerance, "error asked for / largest pixel"));
@@ -137,7 +146,7 @@ fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
     if let Some(error) = rendering.estimated_error() {
         provenance.push(Card::new("ESTERROR", error, "estimated error / largest pixel"));
     }
-    if let Some((tree, threshold)) = &rendering.tree {
+    if let Some(RenderedTree { tree, threshold }) = &rendering.tree {
         provenance.push(Card::new("THRESHLD", *threshold, "details below it were dropped"));
         provenance.push(Card::new("ORDER", tree.order(), "order of the prediction"));
         let base_level = i32::from(tree.base_level());
@@ -146,7 +155,7 @@ fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
     if let Some(unit) = &scene.length_unit {
         provenance.push(Card::new("LENUNIT", unit.as_str(), "unit of length of the scene"));
     }
-    let mut history = scene.text.clone();
+    let mut history = scene.text.trim_end().to_owned() + "\n";
     for change in &scene.overrides {
         history.push_str(&format!("# command line: {change}\n"));
     }
@@ -160,28 +169,55 @@ fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
     }
 }
 
-/// The images with more and more coefficients, all in the colours of the last.
-fn frames(
+/// Writes the images with more and more coefficients, all in the colours of the last.
+fn write_frames(
     folder: &Path,
     scene: &Scene,
     rendering: &Rendering,
-) -> Result<Vec<(OutputFile, Vec<u8>)>, Failure> {
-    let Some((tree, _)) = &rendering.tree else {
-        return Err(Failure::Request(
-            "--progressive: lines of sight have no coefficients: expected the method paper".into(),
-        ));
-    };
+) -> Result<Vec<PathBuf>, Failure> {
+    let Some(RenderedTree { tree, .. }) = &rendering.tree else { return Ok(Vec::new()) };
     let range = ValueRange::of(&[&rendering.image]);
     let shape = [scene.height, scene.width];
-    let mut frames = Vec::new();
+    let mut written = Vec::new();
     for (i, frame) in tree.progression::<2>(2).enumerate() {
         let image = image_of_tree(&frame.tree, scene.camera.projection(), shape);
-        for format in [Format::Png, Format::Npy] {
-            let ending = if format == Format::Png { "png" } else { "npy" };
-            let name = format!("frame-{i:02}-{:08}.{ending}", frame.coefficients);
+        for (format, ending) in [(Format::Png, "png"), (Format::Npy, "npy")] {
+            let name = format!("{FRAME}{i:02}-{:08}.{ending}", frame.coefficients);
             let file = OutputFile::create(folder.join(name))?;
-            frames.push((file, encode(&image, format, scene, Some(range))?));
+            written.push(file.path().to_owned());
+            file.commit(&encode(&image, format, scene, Some(range))?)?;
         }
     }
-    Ok(frames)
+    Ok(written)
+}
+
+/// What the names of frames start with.
+const FRAME: &str = "frame-";
+
+/// Makes the folder of the frames, and sees that it can be written and that no frames of another
+/// run would stand among the new ones.
+fn prepare_folder(folder: &Path) -> Result<(), Failure> {
+    let refuse = |why: String| {
+        Err(Failure::Request(format!("--progressive: the folder {} {why}", folder.display())))
+    };
+    if let Err(error) = std::fs::create_dir_all(folder) {
+        return refuse(format!("can't be made: {error}"));
+    }
+    OutputFile::create(folder.join(FRAME))?;
+    let entries = match std::fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) => return refuse(format!("can't be read: {error}")),
+    };
+    let is_frame = |name: std::ffi::OsString| name.to_string_lossy().starts_with(FRAME);
+    if entries.flatten().any(|entry| is_frame(entry.file_name())) {
+        return refuse("has frames already: expected a new or empty one".to_owned());
+    }
+    Ok(())
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
 }

@@ -1,10 +1,11 @@
 //! The summary of a rendering, for people.
 
 use crate::failure::Failure;
-use emitree::{Method, Rendering, Steps, Threshold};
+use emitree::{Ending, Method, Rendering, Steps, Threshold};
 use emitree_io::Scene;
 use std::io::Write;
 use std::path::PathBuf;
+use std::time::Duration;
 
 pub(crate) fn print(
     scene: &Scene,
@@ -19,19 +20,16 @@ pub(crate) fn print(
     writeln!(out, "  method       {}", method(scene))?;
     writeln!(
         out,
-        "  evaluations  {} in {} batches, {:.2} for each pixel",
+        "  evaluations  {} in {} batch{}, {:.2} for each pixel",
         grouped(rendering.evaluations),
         rendering.batches,
+        if rendering.batches == 1 { "" } else { "es" },
         rendering.evaluations as f64 / pixels,
     )?;
     writeln!(out, "  error        {}", error(scene, rendering))?;
-    writeln!(out, "  radiance     {low:.4e} to {high:.4e} {unit}")?;
-    writeln!(
-        out,
-        "  time         {:.3} s, of which the emission {:.3} s",
-        rendering.total_time.as_secs_f64(),
-        rendering.emission_time.as_secs_f64(),
-    )?;
+    writeln!(out, "{}", format!("  radiance     {low:.4e} to {high:.4e} {unit}").trim_end())?;
+    let [total, emission] = [rendering.total_time, rendering.emission_time].map(seconds);
+    writeln!(out, "  time         {total}, of which the emission {emission}")?;
     let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
     match names.as_slice() {
         few if few.len() <= 6 => writeln!(out, "  written      {}", few.join(", "))?,
@@ -40,9 +38,23 @@ pub(crate) fn print(
         }
         _ => {}
     }
-    if !rendering.converged {
-        let budget = grouped(scene.render.max_evaluations);
-        writeln!(out, "  NOT CONVERGED: stopped by the budget of {budget} evaluations")?;
+    if !scene.render.ignored.is_empty() {
+        let (names, method) = (scene.render.ignored.join(", "), scene.render.method.name());
+        writeln!(out, "  ignored      {names}: the method {method} has no such option")?;
+    }
+    match rendering.ending {
+        Ending::Complete => {}
+        Ending::DeepestLevel => writeln!(
+            out,
+            "  NOT CONVERGED: stopped at the deepest level; a finest_level would end it earlier"
+        )?,
+        _ => {
+            let evaluations = grouped(rendering.evaluations);
+            writeln!(
+                out,
+                "  NOT CONVERGED: stopped by its budget after {evaluations} evaluations"
+            )?;
+        }
     }
     Ok(())
 }
@@ -69,7 +81,7 @@ fn method(scene: &Scene) -> String {
                 }
             }
         }
-        _ => scene.render.method_name().to_owned(),
+        _ => scene.render.method.name().to_owned(),
     }
 }
 
@@ -82,6 +94,14 @@ fn error(scene: &Scene, rendering: &Rendering) -> String {
         _ => "estimated",
     };
     format!("{error:.2e} of the largest pixel ({kind})")
+}
+
+/// A time of a few digits: "13 ms", "2.4 s".
+fn seconds(time: Duration) -> String {
+    match time.as_secs_f64() {
+        short if short < 0.1 => format!("{:.2} ms", 1e3 * short),
+        long => format!("{long:.2} s"),
+    }
 }
 
 /// A count with its thousands set apart: "19,136".

@@ -43,8 +43,7 @@ pub(crate) fn error_against_evaluations(measured: &Measurements) -> Result<Vec<u
     .series(Series::line("hierarchical, base grid 4³", points(&measured.paper_4)).marked())
     .series(Series::line("hierarchical, base grid 8³", points(&measured.paper_8)).marked());
     for (lines, runs) in &measured.los {
-        let s = if *lines == 1 { "" } else { "s" };
-        let label = format!("{lines} line{s} of sight for each pixel");
+        let label = format!("{} for each pixel", super::counted_lines(*lines));
         plot = plot.series(Series::line(label, points(runs)).marked().dashed());
     }
     let figure = plot

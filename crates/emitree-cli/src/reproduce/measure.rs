@@ -22,7 +22,7 @@ pub(crate) struct Run {
     pub(crate) error: f64,
 }
 
-/// All runs, each series with falling error.
+/// All runs, each series from coarse to fine.
 #[derive(Debug)]
 pub(crate) struct Measurements {
     pub(crate) exact: Image,
@@ -81,7 +81,7 @@ fn paper(base_level: u8, threshold: f64, exact: &Image) -> Result<(Image, Run), 
 
 fn los(per_side: usize, steps: usize, exact: &Image) -> Result<Run, Failure> {
     let options = LosOptions { lines: per_side, steps: Steps::Fixed(steps) };
-    let name = format!("los, {} lines for each pixel", per_side * per_side);
+    let name = format!("los, {} for each pixel", super::counted_lines(per_side * per_side));
     Ok(measure(Method::Los(options), name, steps as f64, exact)?.1)
 }
 

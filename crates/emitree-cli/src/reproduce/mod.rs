@@ -6,29 +6,42 @@ mod measure;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::render::grouped;
-use emitree_io::OutputFile;
+use emitree_io::OutputSet;
 use measure::{Measurements, Run};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// The files, in the order in which they are made.
+const NAMES: [&str; 7] = [
+    "figure9.csv",
+    "figure9.png",
+    "figure10.csv",
+    "figure10.png",
+    "figure11.csv",
+    "figure11.png",
+    "summary.txt",
+];
 
 pub(crate) fn run(folder: &PathBuf) -> Result<ExitCode, Failure> {
     interrupt::catch();
     std::fs::create_dir_all(folder).map_err(|error| {
         Failure::Request(format!("can't make the folder {}: {error}", folder.display()))
     })?;
+    let names = NAMES.map(|name| folder.join(name));
+    let files = OutputSet::create(&names)?;
     let measured = Measurements::make()?;
-    let files: [(&str, Vec<u8>); 7] = [
-        ("figure9.csv", figures::csv_of_images(&measured)),
-        ("figure9.png", figures::images(&measured)?),
-        ("figure10.csv", figures::csv_of_runs(measured.all())),
-        ("figure10.png", figures::error_against_evaluations(&measured)?),
-        ("figure11.csv", figures::csv_of_runs(measured.paper())),
-        ("figure11.png", figures::error_against_threshold(&measured)?),
-        ("summary.txt", summary(&measured).into_bytes()),
+    let contents: [Vec<u8>; 7] = [
+        figures::csv_of_images(&measured),
+        figures::images(&measured)?,
+        figures::csv_of_runs(measured.all()),
+        figures::error_against_evaluations(&measured)?,
+        figures::csv_of_runs(measured.paper()),
+        figures::error_against_threshold(&measured)?,
+        summary(&measured).into_bytes(),
     ];
-    for (name, bytes) in files {
-        OutputFile::create(folder.join(name))?.commit(&bytes)?;
+    for (file, bytes) in files.into_iter().zip(contents) {
+        file.commit(&bytes)?;
     }
     print(&measured, folder)?;
     Ok(ExitCode::SUCCESS)
@@ -39,6 +52,11 @@ fn print(measured: &Measurements, folder: &Path) -> Result<(), Failure> {
     write!(out, "{}", summary(measured))?;
     writeln!(out, "figures 9 to 11 as CSV and PNG, and this table, are in {}", folder.display())?;
     Ok(())
+}
+
+/// "1 line", "4 lines".
+pub(crate) fn counted_lines(lines: usize) -> String {
+    format!("{lines} line{}", if lines == 1 { "" } else { "s" })
 }
 
 /// Our numbers beside those that the paper states.
@@ -76,7 +94,7 @@ fn summary(measured: &Measurements) -> String {
     for (lines, runs) in &measured.los {
         let run = for_one_percent(runs);
         rows.push([
-            format!("Fig. 10: equal steps, 1 %, {lines} lines for each pixel"),
+            format!("Fig. 10: equal steps, 1 %, {} for each pixel", counted_lines(*lines)),
             if *lines == 1 { "about 10 times as many".into() } else { String::new() },
             format!("{}  {}", bill(run.as_ref()), ratio(run.as_ref())),
         ]);

@@ -100,12 +100,19 @@ fn read_expression(
 /// the content, the whole string is marked.
 fn span_in_string(place: &Place, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
     let literal = place.source.text.get(place.span.clone()).unwrap_or_default();
-    let quotes = if literal.starts_with("\"\"\"") || literal.starts_with("'''") { 3 } else { 1 };
-    if literal.contains('\\') || quotes == 3 {
+    let multi_line = literal.starts_with("\"\"\"") || literal.starts_with("'''");
+    if literal.contains('\\') || literal.contains('\r') {
         return place.span.clone();
     }
-    let start = place.span.start + quotes;
-    start + span.start..(start + span.end).max(start + span.start + 1).min(place.span.end)
+    // TOML drops a line break right after the opening quotes.
+    let opening = match (multi_line, literal.as_bytes().get(3)) {
+        (true, Some(b'\n')) => 4,
+        (true, _) => 3,
+        (false, _) => 1,
+    };
+    let start = place.span.start + opening + span.start;
+    let end = place.span.start + opening + span.end;
+    start..end.max(start + 1).min(place.span.end)
 }
 
 fn read_model(

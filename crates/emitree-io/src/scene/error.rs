@@ -16,7 +16,7 @@ pub struct SceneError(Box<Details>);
 #[derive(Clone, Debug)]
 struct Details {
     message: String,
-    label: String,
+    label: Option<String>,
     help: Option<String>,
     place: Option<(NamedSource<String>, Range<usize>)>,
 }
@@ -27,7 +27,7 @@ impl SceneError {
         let source = NamedSource::new(&place.source.name, place.source.text.clone());
         Self(Box::new(Details {
             message: message.into(),
-            label: "here".into(),
+            label: None,
             help: None,
             place: Some((source, place.span.clone())),
         }))
@@ -37,7 +37,7 @@ impl SceneError {
     pub(super) fn unreadable(path: &Path, cause: &std::io::Error) -> Self {
         Self(Box::new(Details {
             message: format!("the scene {} can't be read: {cause}", path.display()),
-            label: String::new(),
+            label: None,
             help: None,
             place: None,
         }))
@@ -46,7 +46,7 @@ impl SceneError {
     /// What stands at the marked text: usually what was expected there.
     #[must_use]
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {
-        self.0.label = label.into();
+        self.0.label = Some(label.into());
         self
     }
 
@@ -62,9 +62,9 @@ impl SceneError {
         &self.0.message
     }
 
-    /// What was expected at the marked text.
+    /// What was expected at the marked text; empty where the message says it all.
     pub fn expected(&self) -> &str {
-        &self.0.label
+        self.0.label.as_deref().unwrap_or_default()
     }
 
     /// The name of the source and the line of the offending text, from 1, if there is one.
@@ -96,7 +96,7 @@ impl Diagnostic for SceneError {
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         let (_, span) = self.0.place.as_ref()?;
-        let label = LabeledSpan::at(span.clone(), &self.0.label);
+        let label = LabeledSpan::new_with_span(self.0.label.clone(), span.clone());
         Some(Box::new(std::iter::once(label)))
     }
 }

@@ -140,7 +140,7 @@ fn image_shape(
     table: Option<Table>,
     start: &document::Place,
 ) -> Result<(usize, usize), SceneError> {
-    const EXPECTED: &str = "a number of pixels, 1 or more";
+    const EXPECTED: &str = "a number of pixels, 1 to 2^24";
     let Some(mut table) = table else {
         return Err(SceneError::at(start, "the scene has no `[image]`")
             .label("expected a table `[image]` with `width` and `height`"));
@@ -148,8 +148,8 @@ fn image_shape(
     let mut pixels = |key| {
         let node = table.require(key, EXPECTED)?;
         match node.count(EXPECTED)? {
-            0 => Err(node.refuse("0", EXPECTED)),
-            pixels => Ok(pixels),
+            pixels @ 1..=0x100_0000 => Ok(pixels),
+            other => Err(node.refuse(&other.to_string(), EXPECTED)),
         }
     };
     let (width, height) = (pixels("width")?, pixels("height")?);
@@ -172,11 +172,20 @@ impl Override {
             Arc::new(Source { name, text })
         };
         let as_written = source(format!("{} = {}", self.key, self.value));
+        let as_text =
+            || source(format!("{} = {}", self.key, toml::Value::from(self.value.as_str())));
+        if self.value.contains('\n') {
+            return Node::parse(&as_text());
+        }
+        // Words need no quotes on a command line; a number, a list or a table that is wrong is wrong.
+        let is_number = |value: &str| value.chars().all(|c| "0123456789+-_.eE".contains(c));
+        let is_word = |value: &str| !value.starts_with(['"', '\'', '[', '{']) && !is_number(value);
         Node::parse(&as_written).or_else(|error| {
-            let quoted = format!("\"{}\"", self.value.escape_default());
-            let as_text = source(format!("{} = {quoted}", self.key));
+            if !is_word(&self.value) {
+                return Err(error);
+            }
             // If even a string can't be put there, it is the key that is wrong.
-            Node::parse(&as_text).map_err(|_| error)
+            Node::parse(&as_text()).map_err(|_| error)
         })
     }
 }

@@ -3,32 +3,25 @@
 use super::document::{Node, Place, Value};
 use super::error::SceneError;
 use super::table::Table;
+use emitree::prediction::MAX_ORDER;
 use emitree::quadrature::CellRule;
 use emitree::tree::BuildOptions;
-use emitree::{DEFAULT_MAX_EVALUATIONS, LosOptions, Method, Steps, Threshold};
+use emitree::{CellIndex, LosOptions, Method, Predictor, Steps, Threshold};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// How a scene is rendered.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RenderSettings {
     /// The method with its options.
     pub method: Method,
     /// The image error asked for, relative to the largest pixel, where the method keeps one.
     pub tolerance: Option<f64>,
-    /// The largest number of evaluations.
-    pub max_evaluations: u64,
-}
-
-impl RenderSettings {
-    /// The method's name, as scenes write it.
-    pub fn method_name(&self) -> &'static str {
-        match self.method {
-            Method::Paper(_) => "paper",
-            Method::Los(_) => "los",
-            _ => "vol",
-        }
-    }
+    /// The largest number of evaluations; the method's default if it is not given.
+    pub max_evaluations: Option<u64>,
+    /// Options that the scene or the command line has and the method has not.
+    pub ignored: Vec<&'static str>,
 }
 
 const METHODS: &str = "`paper` or `los`";
@@ -36,54 +29,105 @@ const METHODS: &str = "`paper` or `los`";
 pub(super) fn read(table: Option<Table>, whole: &Place) -> Result<RenderSettings, SceneError> {
     let Some(mut table) = table else { return Err(no_vol(whole)) };
     let method = table.text("method")?;
-    let tolerance = table.take("tolerance");
     let max_evaluations = table.take("max_evaluations");
-    let order = table.count("order", "1, 3, 5, 7 or 9")?;
-    let base_level = table.count("base_level", "1 to 10")?;
-    let finest_level = table.count("finest_level", "a level above `base_level`")?;
-    let rule = table.text("rule")?;
-    let threshold = table.take("threshold");
-    let lines = table.count("lines", "a number of lines along each side of a pixel, 1 or more")?;
-    let steps = table.take("steps");
-    let place = table.place().clone();
+    let tolerance = table.take("tolerance");
+    let of_trees = ["order", "base_level", "finest_level", "rule", "threshold"];
+    let of_trees = of_trees.map(|key| (key, table.take(key)));
+    let of_lines = ["lines", "steps"].map(|key| (key, table.take(key)));
+    let (name, place) = method.unwrap_or_else(|| ("vol".to_owned(), table.place().clone()));
     table.finish()?;
 
+    let max_evaluations = max_evaluations
+        .map(|node| at_least_one(&node, "a number of evaluations, 1 or more"))
+        .transpose()?;
     if let Some(node) = &tolerance
         && node.number()? <= 0.0
     {
         return Err(node.refuse(&node.number()?.to_string(), "a fraction above 0, as in 0.01"));
     }
-    let budget = |node: &Node| match node.count("a number of evaluations, 1 or more")? {
-        0 => Err(node.refuse("0", "a number of evaluations, 1 or more")),
-        budget => Ok(budget),
+    let given = |options: &[(&'static str, Option<Node>)]| -> Vec<&'static str> {
+        options.iter().filter(|(_, node)| node.is_some()).map(|(key, _)| *key).collect()
     };
-    let max_evaluations = max_evaluations.as_ref().map_or(Ok(DEFAULT_MAX_EVALUATIONS), budget)?;
-    let defaults = BuildOptions::default();
-    let build_options = BuildOptions {
-        order: order.unwrap_or(defaults.order),
-        base_level: base_level.unwrap_or(defaults.base_level),
-        rule: rule.map_or(Ok(defaults.rule), |rule| cell_rule(&rule))?,
-        threshold: threshold.map_or(Ok(defaults.threshold), |node| read_threshold(&node))?,
-        finest_level,
-    };
-    let (name, place) = method.unwrap_or_else(|| ("vol".to_owned(), place));
-    let (method, tolerance) = match name.as_str() {
-        "vol" => return Err(no_vol(&place)),
-        "paper" => (Method::Paper(build_options), None),
+    let build_options = build_options(&of_trees)?;
+    let los_options = los_options(&of_lines, tolerance.as_ref())?;
+    match name.as_str() {
+        "vol" => Err(no_vol(&place)),
+        "paper" => {
+            let mut ignored = given(&of_lines);
+            ignored.extend(tolerance.map(|_| "tolerance"));
+            let method = Method::Paper(build_options);
+            Ok(RenderSettings { method, tolerance: None, max_evaluations, ignored })
+        }
         "los" => {
-            let steps = line_steps(tolerance.as_ref(), steps.as_ref())?;
-            let tolerance = match steps {
+            let tolerance = match los_options.steps {
                 Steps::Adaptive(tolerance) => Some(tolerance),
                 Steps::Fixed(_) => None,
             };
-            (Method::Los(LosOptions { lines: lines.unwrap_or(1), steps }), tolerance)
+            let (method, ignored) = (Method::Los(los_options), given(&of_trees));
+            Ok(RenderSettings { method, tolerance, max_evaluations, ignored })
         }
-        unknown => {
-            return Err(SceneError::at(&place, format!("unknown method `{unknown}`"))
-                .label(format!("expected {METHODS}")));
+        unknown => Err(SceneError::at(&place, format!("unknown method `{unknown}`"))
+            .label(format!("expected {METHODS}"))),
+    }
+}
+
+/// Options of the tree, checked here so that an error has its place.
+fn build_options(
+    [order, base_level, finest_level, rule, threshold]: &[(&'static str, Option<Node>); 5],
+) -> Result<BuildOptions, SceneError> {
+    let mut options = BuildOptions::default();
+    if let (_, Some(node)) = order {
+        let expected = format!("an odd number from 1 to {MAX_ORDER}");
+        options.order = node.count(&expected)?;
+        if Predictor::new(options.order).is_err() {
+            return Err(node.refuse(&options.order.to_string(), &expected));
+        }
+    }
+    let level = |node: &Node, levels: RangeInclusive<u8>| {
+        let expected = format!("a level from {} to {}", levels.start(), levels.end());
+        let level: u8 = node.count(&expected)?;
+        if levels.contains(&level) {
+            Ok(level)
+        } else {
+            Err(node.refuse(&level.to_string(), &expected))
         }
     };
-    Ok(RenderSettings { method, tolerance, max_evaluations })
+    if let (_, Some(node)) = base_level {
+        options.base_level = level(node, 1..=BuildOptions::deepest_base_level::<3>())?;
+    }
+    if let (_, Some(node)) = finest_level {
+        let above = options.base_level + 1;
+        options.finest_level = Some(level(node, above..=CellIndex::<3>::MAX_LEVEL)?);
+    }
+    if let (_, Some(node)) = rule {
+        options.rule = cell_rule(&node.text()?)?;
+    }
+    if let (_, Some(node)) = threshold {
+        options.threshold = read_threshold(node)?;
+    }
+    Ok(options)
+}
+
+fn los_options(
+    [lines, steps]: &[(&'static str, Option<Node>); 2],
+    tolerance: Option<&Node>,
+) -> Result<LosOptions, SceneError> {
+    let mut options = LosOptions::default();
+    if let (_, Some(node)) = lines {
+        options.lines =
+            at_least_one(node, "a number of lines along each side of a pixel, 1 or more")?;
+    }
+    let (_, steps) = steps;
+    options.steps = line_steps(tolerance, steps.as_ref())?;
+    Ok(options)
+}
+
+fn at_least_one<T: TryFrom<i64> + Default + PartialEq>(
+    node: &Node,
+    expected: &str,
+) -> Result<T, SceneError> {
+    let count = node.count(expected)?;
+    if count == T::default() { Err(node.refuse("0", expected)) } else { Ok(count) }
 }
 
 fn no_vol(place: &Place) -> SceneError {
@@ -128,7 +172,7 @@ fn read_threshold(node: &Node) -> Result<Threshold, SceneError> {
 /// Equal steps or adaptive ones; where both are given, what was said last counts, and the command
 /// line is later than the scene.
 fn line_steps(tolerance: Option<&Node>, steps: Option<&Node>) -> Result<Steps, SceneError> {
-    let count = |node: &Node| node.count("a number of steps along each line, 1 or more");
+    let count = |node: &Node| at_least_one(node, "a number of steps along each line, 1 or more");
     match (tolerance, steps) {
         (None, None) => Ok(LosOptions::default().steps),
         (None, Some(steps)) => Ok(Steps::Fixed(count(steps)?)),

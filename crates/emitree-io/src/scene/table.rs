@@ -57,14 +57,6 @@ impl Table {
         self.take(key).map(|node| node.text()).transpose()
     }
 
-    pub(super) fn count<T: TryFrom<i64>>(
-        &mut self,
-        key: &'static str,
-        expected: &str,
-    ) -> Result<Option<T>, SceneError> {
-        self.take(key).map(|node| node.count(expected)).transpose()
-    }
-
     /// All entries as numbers, whatever their names.
     pub(super) fn numbers(self) -> Result<BTreeMap<String, (f64, Entry)>, SceneError> {
         let number = |(key, entry): (String, Entry)| {

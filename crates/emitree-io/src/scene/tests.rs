@@ -68,7 +68,7 @@ fn render_of(overrides: &[Override]) -> Result<RenderSettings, SceneError> {
 fn a_scene_is_read() {
     let scene = Scene::parse("scene.toml", SCENE, &[]).unwrap();
     assert_eq!((scene.height, scene.width), (100, 50));
-    assert_eq!(scene.render.method_name(), "paper");
+    assert_eq!(scene.render.method.name(), "paper");
     let expected = BuildOptions {
         base_level: 2,
         threshold: Threshold::Absolute(0.038),
@@ -110,10 +110,16 @@ fn an_error_in_an_option_names_the_option() {
     let error = render_of(&[option("render.order", "three")]).unwrap_err();
     assert_eq!(error.line(), Some(("option --render.order", 1)));
     assert_eq!(error.message(), "`render.order` is a string");
-    assert_eq!(error.expected(), "expected 1, 3, 5, 7 or 9");
+    assert_eq!(error.expected(), "expected an odd number from 1 to 9");
     let error = render_of(&[option("render.ordre", "3")]).unwrap_err();
     assert_eq!(error.message(), "unknown key `render.ordre`");
     assert_eq!(error.expected(), "did you mean `order`?");
+    let error = render_of(&[option("image.width", "9999999999999999999")]).unwrap_err();
+    assert_eq!(error.message(), "`image.width` is an integer beyond 64 bits");
+    let error = render_of(&[option("emission.model", "it's \u{e9}")]).unwrap_err();
+    assert!(error.message().starts_with("unknown model `it's \u{e9}`"), "{error}");
+    let error = render_of(&[option("image.width", "10\nimage.height=3")]).unwrap_err();
+    assert_eq!(error.message(), "`image.width` is a string");
     let error = render_of(&[option("bad key", "3")]).unwrap_err();
     assert_eq!(error.message(), "the scene is not valid TOML");
 }
@@ -157,7 +163,7 @@ fn unknown_keys_are_refused_where_they_stand() {
 
 #[test]
 fn wrong_types_are_named() {
-    let pixels = "expected a number of pixels, 1 or more";
+    let pixels = "expected a number of pixels, 1 to 2^24";
     expect(SCENE, ["50", "\"50\""], 10, "`image.width` is a string", pixels);
     expect(SCENE, ["50", "50.5"], 10, "`image.width` is a number", pixels);
     expect(SCENE, ["50", "-50"], 10, "`image.width` is -50", pixels);
@@ -186,7 +192,7 @@ fn missing_parts_say_what_is_missing() {
         "expected a table `[projection]` with `type` = `canonical` or `equirectangular`",
     );
     let message = "`image.height` is missing";
-    let expected = "expected `height` here: a number of pixels, 1 or more";
+    let expected = "expected `height` here: a number of pixels, 1 to 2^24";
     expect(SCENE, ["height = 100", ""], 9, message, expected);
     let message = "`projection.far` is missing";
     let expected = "expected `far` here: a depth in `length_unit`";
@@ -222,6 +228,14 @@ fn expressions_are_marked_where_they_are_wrong() {
     assert!(error.message().contains("unknown name `q`"), "{}", error.message());
     let span = miette::Diagnostic::labels(&error).unwrap().next().unwrap();
     assert_eq!(&text[span.offset()..span.offset() + span.len()], "q");
+    // In a string of several lines too, whose first line break TOML drops.
+    let text = SCENE.replace("\"exp(-a*x^2)\"", "\"\"\"\n  1 +\n  exp(-a*q^2)\"\"\"");
+    let error = Scene::parse("scene.toml", &text, &[]).unwrap_err();
+    let span = miette::Diagnostic::labels(&error).unwrap().next().unwrap();
+    assert_eq!(
+        (&text[span.offset()..span.offset() + span.len()], error.line().unwrap().1),
+        ("q", 5)
+    );
     let (line, message, _) = self::error(SCENE, "exp(-a*x^2)", "exp(-a*x^2");
     assert_eq!(line, 3);
     assert!(message.starts_with("`emission.expression`: "), "{message}");
@@ -233,7 +247,7 @@ fn expressions_are_marked_where_they_are_wrong() {
 #[test]
 fn cameras_that_make_no_sense_are_refused() {
     let message = "`[projection]`: `field_of_view` is 400: expected a width in (0, 360] degrees";
-    expect(SMILE, ["16.0, 27.0", "400, 27.0"], 10, message, "here");
+    expect(SMILE, ["16.0, 27.0", "400, 27.0"], 10, message, "");
     let (line, message, _) = error(SMILE, "[6.0, 0.0, 0.0]", "[10.0, -30.0, 0.0]");
     assert_eq!(line, 9);
     assert!(message.contains("expected two different points"), "{message}");
@@ -247,7 +261,29 @@ fn cameras_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn options_that_the_method_has_not_are_noted() {
+    assert_eq!(render_of(&[]).unwrap().ignored, Vec::<&str>::new());
+    let paper = render_of(&[option("render.method", "paper"), option("render.tolerance", "0.1")]);
+    assert_eq!(paper.unwrap().ignored, ["steps", "tolerance"]);
+    let los = render_of(&[option("render.order", "5"), option("render.threshold", "1%")]);
+    assert_eq!(los.unwrap().ignored, ["order", "threshold"]);
+}
+
+#[test]
 fn render_settings_out_of_range_are_refused() {
+    let message = "`render.base_level` is 11";
+    expect(
+        SCENE,
+        ["base_level = 2", "base_level = 11"],
+        16,
+        message,
+        "expected a level from 1 to 10",
+    );
+    let levels = "base_level = 2\nfinest_level = 2";
+    let message = "`render.finest_level` is 2";
+    expect(SCENE, ["base_level = 2", levels], 17, message, "expected a level from 3 to 19");
+    let odd = "expected an odd number from 1 to 9";
+    expect(SCENE, ["base_level = 2", "order = 4"], 16, "`render.order` is 4", odd);
     let sizes = "expected a size above 0 in the units of g, or a string such as \"1%\"";
     expect(SCENE, ["0.038", "-1"], 15, "`render.threshold` is -1", sizes);
     expect(SCENE, ["0.038", "\"1 percent\""], 15, "`render.threshold` is \"1 percent\"", sizes);

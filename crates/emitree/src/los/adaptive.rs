@@ -17,8 +17,10 @@ use core::cell::{Cell, RefCell};
 
 /// Evaluations of one panel.
 const NODES: usize = 15;
-/// Panels of each line at the start: enough to find what a single one could step over.
-const FIRST_PANELS: usize = 2;
+/// Panels of each line at the start. What is thinner than the distance of their nodes, a hundredth
+/// of the depth or so, may be stepped over: in the SMILE view 13 of 5 000 lines miss the thin sheath
+/// in the cusps; with 2 panels it was 177.
+const FIRST_PANELS: usize = 8;
 /// Lines that are refined together.
 const LINES_PER_BLOCK: usize = 1 << 14;
 /// A panel that has been halved this often is a discontinuity resolved to rounding.
@@ -33,6 +35,9 @@ struct Panel {
     integral: f64,
     error: f64,
 }
+
+/// Memory that one line takes: its first panels, its radiance and its error.
+pub(crate) const BYTES_PER_LINE: u64 = (FIRST_PANELS * size_of::<Panel>() + 16) as u64;
 
 /// What an adaptive rendering found.
 pub(crate) struct Adaptive {
@@ -61,7 +66,7 @@ pub(crate) fn render<E: Emission>(
             error: 0.0,
         })
     };
-    let needed = (lines.count() * FIRST_PANELS * NODES) as u64;
+    let needed = (lines.count() as u64).saturating_mul((FIRST_PANELS * NODES) as u64);
     let allowed = meter.evaluations_left();
     if needed > allowed {
         let what = format!("a first look at {} lines", lines.count());

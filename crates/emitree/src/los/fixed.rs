@@ -20,25 +20,29 @@ pub(crate) fn render<E: Emission>(
     steps: usize,
 ) -> Result<Image, RenderError<E::Error>> {
     let lines = Lines { height, width, per_side };
-    let needed = lines.count() as u64 * steps as u64;
+    let needed = (lines.count() as u64).saturating_mul(steps as u64);
     let allowed = meter.evaluations_left();
     if needed > allowed {
         let what = format!("{} lines of {steps} steps", lines.count());
         return Err(RenderError::Budget { what, needed, allowed });
     }
     let mut radiances = vec![0.0; lines.count()];
-    let lines_per_batch = (SAMPLES_PER_BATCH / steps).max(1);
-    let mut rates = vec![0.0; lines_per_batch.min(lines.count()) * steps];
-    for (batch, radiances) in radiances.chunks_mut(lines_per_batch).enumerate() {
-        let first = batch * lines_per_batch;
-        let rates = &mut rates[..radiances.len() * steps];
-        let point = |i: usize| {
-            let [x, y] = lines.position(first + i / steps);
-            [x, y, ((i % steps) as f64 + 0.5) / steps as f64]
-        };
-        meter.evaluate(Points::new(rates.len(), &point), Weight::Path, rates)?;
-        for (radiance, rates) in radiances.iter_mut().zip(rates.chunks_exact(steps)) {
-            *radiance = rates.iter().sum::<f64>() / steps as f64;
+    let steps_at_once = steps.min(SAMPLES_PER_BATCH);
+    let lines_at_once = SAMPLES_PER_BATCH / steps_at_once;
+    let mut rates = vec![0.0; lines_at_once.min(lines.count()) * steps_at_once];
+    for (block, radiances) in radiances.chunks_mut(lines_at_once).enumerate() {
+        let first_line = block * lines_at_once;
+        for first_step in (0..steps).step_by(steps_at_once) {
+            let count = steps_at_once.min(steps - first_step);
+            let rates = &mut rates[..radiances.len() * count];
+            let point = |i: usize| {
+                let [x, y] = lines.position(first_line + i / count);
+                [x, y, ((first_step + i % count) as f64 + 0.5) / steps as f64]
+            };
+            meter.evaluate(Points::new(rates.len(), &point), Weight::Path, rates)?;
+            for (radiance, rates) in radiances.iter_mut().zip(rates.chunks_exact(count)) {
+                *radiance += rates.iter().sum::<f64>() / steps as f64;
+            }
         }
     }
     Ok(lines.image(projection, &radiances))

@@ -26,7 +26,7 @@ fn fixed_steps_are_the_midpoint_rule() {
     let depth = [0.125_f64, 0.375, 0.625, 0.875].iter().map(|z| z * z / 4.0).sum::<f64>();
     let expected = 2.5 / 3.0 + 10.0 * 0.75 + depth;
     assert!((rendering.image[(1, 2)] - expected).abs() < 1e-14);
-    assert!(rendering.error.is_none() && rendering.converged);
+    assert!(rendering.error.is_none() && rendering.converged());
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn adaptive_lines_keep_their_tolerance_on_peaks_and_jumps() {
             let exact = 0.3 + 0.1 * (column as f64 + 0.5) / 4.0;
             assert!((pixel - exact).abs() <= tolerance * 0.4, "{pixel} {exact}");
         }
-        assert!(rendering.converged && rendering.estimated_error().unwrap() <= tolerance);
+        assert!(rendering.converged() && rendering.estimated_error().unwrap() <= tolerance);
     }
 }
 
@@ -60,16 +60,16 @@ fn adaptive_lines_keep_their_tolerance_on_peaks_and_jumps() {
 fn adaptive_lines_cost_what_they_cost() {
     let peak = |[_, _, z]: [f64; 3], _: [f64; 3]| (-((z - 0.3) / 0.05).powi(2)).exp();
     let cost = |tolerance| los(peak, [1, 1], 1, Steps::Adaptive(tolerance)).evaluations;
-    assert_eq!([cost(1e-2), cost(1e-4), cost(1e-8)], [90, 120, 270]);
+    assert_eq!([cost(1e-2), cost(1e-4), cost(1e-8)], [120, 120, 210]);
 }
 
 #[test]
 fn an_adaptive_budget_ends_with_an_image_and_says_so() {
     let jump = |[_, _, z]: [f64; 3], _: [f64; 3]| f64::from(u8::from(z < 0.3));
     let method = Method::Los(LosOptions { lines: 1, steps: Steps::Adaptive(1e-9) });
-    let options = RenderOptions { max_evaluations: 200, ..RenderOptions::new(method) };
+    let options = RenderOptions { max_evaluations: 400, ..RenderOptions::new(method) };
     let rendering = render(&FromFn(jump), &Canonical, [1, 2], &options).unwrap();
-    assert!(!rendering.converged && rendering.evaluations <= 200);
+    assert!(!rendering.converged() && rendering.evaluations <= 400);
     assert!((rendering.image[(0, 0)] - 0.3).abs() < rendering.error.unwrap()[(0, 0)]);
 }
 

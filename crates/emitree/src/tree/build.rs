@@ -48,9 +48,20 @@ pub struct Built<const D: usize> {
     pub previous: SparseTree<D>,
     /// The threshold that the last step used, in the units of the function.
     pub threshold: f64,
-    /// Whether every significant cell above the finest level was split: `false` if the evaluations
-    /// ran out, or the levels that there are.
-    pub complete: bool,
+    /// What ended the build.
+    pub ending: Ending,
+}
+
+/// What ended a build, or a rendering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Ending {
+    /// All that was asked for is done.
+    Complete,
+    /// The evaluations, or the memory, that were allowed did not suffice.
+    Budget,
+    /// A cell of the deepest level that there is should have been split.
+    DeepestLevel,
 }
 
 /// A tree that can't be built.
@@ -103,13 +114,15 @@ impl BuildOptions {
         if doublings < 64 { 1 << doublings } else { u64::MAX }
     }
 
+    /// The deepest base level in D dimensions: cells of one level are counted in 32 bits.
+    pub fn deepest_base_level<const D: usize>() -> u8 {
+        let fits = |level: &u8| usize::from(*level) * D <= 31;
+        (1..=CellIndex::<D>::MAX_LEVEL).rev().find(fits).unwrap_or(1)
+    }
+
     fn check<const D: usize, E>(&self) -> Result<Predictor, BuildError<E>> {
         let predictor = Predictor::new(self.order)?;
-        // Cells of one level are counted in 32 bits.
-        let deepest = (0..=CellIndex::<D>::MAX_LEVEL)
-            .rev()
-            .find(|&level| usize::from(level) * D <= 31)
-            .unwrap_or(1);
+        let deepest = Self::deepest_base_level::<D>();
         if !(1..=deepest).contains(&self.base_level) {
             return Err(BuildError::BaseLevel { level: self.base_level, deepest });
         }
@@ -158,31 +171,32 @@ pub fn build<const D: usize, I: Integrand<D>>(
     let predictor = options.check::<D, I::Error>()?;
     let mut averager = Averager::new(options.rule, periodic);
 
-    let needed = averager.cost_bound(options.base_cells::<D>() >> D);
-    let left = integrand.evaluations_left();
-    if needed > left {
-        return Err(BuildError::BudgetBelowBase { needed, left, level: options.base_level });
-    }
     let mut base = Level::base(options.base_level);
     let Level { level, families, averages, .. } = &mut base;
+    let (needed, left) = (averager.cost(*level, families), integrand.evaluations_left());
+    if needed > left {
+        return Err(BuildError::BudgetBelowBase { needed, left, level: *level });
+    }
     averager.average(*level, families, averages, integrand).map_err(BuildError::Integrand)?;
     let mut largest = detail_size(averages);
 
     let mut split: Vec<u32> = (0..to_u32(base.own_cells())).collect();
     let mut tree = SparseTree { predictor, periodic, levels: vec![base] };
-    let mut complete = true;
+    let mut ending = Ending::Complete;
     while !split.is_empty() {
-        let parents_level = &tree.levels[tree.levels.len() - 1];
-        if Some(parents_level.level) == options.finest_level {
+        let parents = &tree.levels[tree.levels.len() - 1];
+        if Some(parents.level) == options.finest_level {
             break;
         }
-        if parents_level.level == CellIndex::<D>::MAX_LEVEL {
-            complete = false;
+        if parents.level == CellIndex::<D>::MAX_LEVEL {
+            ending = Ending::DeepestLevel;
             break;
         }
-        if averager.cost_bound(split.len() as u64) > integrand.evaluations_left() {
-            complete = false;
-            keep_affordable(&mut split, parents_level, &averager, integrand.evaluations_left());
+        let families: Vec<_> = split.iter().map(|&c| parents.cell_position(c as usize)).collect();
+        if averager.cost(parents.level + 1, &families) > integrand.evaluations_left() {
+            ending = Ending::Budget;
+            let affordable = integrand.evaluations_left() / averager.family_cost();
+            parents.keep_largest(&mut split, usize::try_from(affordable).unwrap_or(usize::MAX));
             if split.is_empty() {
                 break;
             }
@@ -196,42 +210,40 @@ pub fn build<const D: usize, I: Integrand<D>>(
         largest = largest.max(detail_size(averages));
         let predicted = tree.predict_families(last, 0, tree.levels[last].own);
         tree.levels[last].set_details(&predicted);
-        if complete {
+        if ending == Ending::Complete {
             split = tree.levels[last].cells_to_split(options.threshold.absolute(largest));
         }
     }
     let previous = tree.without_last_generation();
     tree.restrict();
     tree.update_details();
-    Ok(Built { tree, previous, threshold: options.threshold.absolute(largest), complete })
-}
-
-/// Keeps, of the cells to be split, those in the families with the largest details, as many as
-/// `left` evaluations can pay for; their order stays.
-fn keep_affordable<const D: usize>(
-    split: &mut Vec<u32>,
-    level: &Level<D>,
-    averager: &Averager<D>,
-    left: u64,
-) {
-    let siblings = Level::<D>::SIBLINGS;
-    let size = |cell: u32| {
-        let family = cell as usize / siblings;
-        // The base grid has no details: its cells are all alike.
-        level.details.chunks_exact(siblings).nth(family).map_or(0.0, detail_size)
-    };
-    let affordable = usize::try_from(left / averager.cost_bound(1)).unwrap_or(usize::MAX);
-    split.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
-    split.truncate(affordable);
-    split.sort_unstable();
+    Ok(Built { tree, previous, threshold: options.threshold.absolute(largest), ending })
 }
 
 impl<const D: usize> Level<D> {
+    /// Keeps, of the cells to be split, at most `count`, those of the families with the largest
+    /// details; their order stays. The base grid has no details to choose by: none of it is kept.
+    fn keep_largest(&self, split: &mut Vec<u32>, count: usize) {
+        if self.is_base() {
+            split.clear();
+            return;
+        }
+        let size = |cell: u32| {
+            let family = cell as usize / Self::SIBLINGS;
+            detail_size(&self.details[family * Self::SIBLINGS..][..Self::SIBLINGS])
+        };
+        split.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+        split.truncate(count);
+        split.sort_unstable();
+    }
+
     /// The cells of families that have a detail of `threshold` or more.
     fn cells_to_split(&self, threshold: f64) -> Vec<u32> {
         let significant = |family: &usize| {
             let details = &self.details[family * Self::SIBLINGS..][..Self::SIBLINGS];
-            detail_size(details) >= threshold
+            // Where all is dark the threshold is 0, and so is every detail.
+            let size = detail_size(details);
+            size > 0.0 && size >= threshold
         };
         let families: Vec<usize> = (0..self.own).into_par_iter().filter(significant).collect();
         let cells = |family: usize| family * Self::SIBLINGS..(family + 1) * Self::SIBLINGS;

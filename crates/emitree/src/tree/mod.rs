@@ -19,7 +19,7 @@ mod project;
 mod reconstruct;
 mod sample;
 
-pub use build::{BuildError, BuildOptions, Built, build};
+pub use build::{BuildError, BuildOptions, Built, Ending, build};
 pub use progressive::Progression;
 
 use crate::cell::CellIndex;

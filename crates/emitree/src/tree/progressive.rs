@@ -8,8 +8,8 @@ use crate::refinement::detail_size;
 /// A tree's projections with more and more of its coefficients, the largest first.
 ///
 /// A family's size is its largest |detail| times the depth of its cells: the size with which it
-/// reaches the image. Frames have the base grid alone, then 1, 2, 4, … times as many coefficients
-/// as that, and at last all of them.
+/// reaches the image. Frames have the base grid alone, then 1, 2, 4, … times as many details
+/// besides, and at last all of them.
 #[derive(Debug)]
 pub struct Progression<'a, const D: usize, const E: usize> {
     tree: &'a SparseTree<D>,

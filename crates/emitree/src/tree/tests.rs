@@ -213,9 +213,9 @@ fn a_budget_is_spent_on_the_largest_details_and_never_exceeded() {
         (budget - integrand.1.get(), built)
     };
     let (used, stopped) = spend(10_000);
-    assert!(!stopped.complete && used <= 10_000 && used > 10_000 - 8, "used {used}");
+    assert!(stopped.ending == Ending::Budget && used <= 10_000 && used > 10_000 - 8, "used {used}");
     let (used, finished) = spend(300_000);
-    assert!(finished.complete);
+    assert_eq!(finished.ending, Ending::Complete);
     assert_eq!(used, 272_000);
     let starved = Budgeted(equation_8, Cell::new(511));
     let error = build(&starved, [false; 3], &options(3, 3, 1e-3)).unwrap_err().to_string();
