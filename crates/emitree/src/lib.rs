@@ -1,7 +1,7 @@
 //! Images of optically thin volume emissions, with as few evaluations of the emission as possible.
 //!
 //! A model gives the directional volume emission rate g(r, d), and is expensive to evaluate. A
-//! camera sees, in each pixel, the line-of-sight integral of g averaged over the pixel. [`render`]
+//! camera sees, in each pixel, the line-of-sight integral of g averaged over the pixel. [`render()`]
 //! makes the image, its error and its bill:
 //!
 //! ```

@@ -1,7 +1,8 @@
 //! `[projection]`: the camera, and what a FITS header says of it.
 
-use super::document::{Node, Place};
+use super::document::Node;
 use super::error::SceneError;
+use super::source::Place;
 use super::table::Table;
 use crate::fits::Wcs;
 use emitree::{Canonical, Equirectangular, GeometryError, Projection, Viewpoint};

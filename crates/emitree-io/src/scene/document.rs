@@ -4,25 +4,11 @@
 //! kinds loses the place of what is wrong. So values keep their spans here, and are read by hand.
 
 use super::error::SceneError;
+use super::source::{Place, Source};
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-/// A text with a name for messages: a file, or an option of the command line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Source {
-    pub(super) name: String,
-    pub(super) text: String,
-}
-
-/// A place in a source.
-#[derive(Clone, Debug)]
-pub(super) struct Place {
-    pub(super) source: Arc<Source>,
-    pub(super) span: Range<usize>,
-}
 
 /// A value, its path of keys from the top, and its place.
 #[derive(Clone, Debug)]

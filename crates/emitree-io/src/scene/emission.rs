@@ -1,7 +1,8 @@
 //! `[emission]`: an expression or a built-in model.
 
-use super::document::{Node, Place};
+use super::document::Node;
 use super::error::SceneError;
+use super::source::Place;
 use super::table::Table;
 use emitree::{Emission, Samples};
 use emitree_models::{Expression, Model, ModelError, build_model};

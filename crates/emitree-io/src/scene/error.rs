@@ -1,6 +1,6 @@
 //! A scene that can't be read: what, where, and what was expected.
 
-use super::document::Place;
+use super::source::Place;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use std::fmt;
 use std::ops::Range;

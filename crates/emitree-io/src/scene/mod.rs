@@ -9,6 +9,7 @@ mod document;
 mod emission;
 mod error;
 mod settings;
+mod source;
 mod table;
 
 pub use camera::Camera;
@@ -16,7 +17,8 @@ pub use emission::SceneEmission;
 pub use error::SceneError;
 pub use settings::RenderSettings;
 
-use document::{Node, Source};
+use document::Node;
+use source::{Place, Source};
 use std::path::Path;
 use std::sync::Arc;
 use table::Table;
@@ -94,7 +96,7 @@ impl Scene {
             root.merge(change.parse()?);
         }
         let whole = root.place.clone();
-        let start = document::Place { span: 0..0, ..whole };
+        let start = Place { span: 0..0, ..whole };
         let mut table = Table::new(root)?;
         let Some(emission) = table.table("emission")? else {
             return Err(SceneError::at(&start, "the scene has no `[emission]`")
@@ -136,10 +138,7 @@ impl Scene {
     }
 }
 
-fn image_shape(
-    table: Option<Table>,
-    start: &document::Place,
-) -> Result<(usize, usize), SceneError> {
+fn image_shape(table: Option<Table>, start: &Place) -> Result<(usize, usize), SceneError> {
     const EXPECTED: &str = "a number of pixels, 1 to 2^24";
     let Some(mut table) = table else {
         return Err(SceneError::at(start, "the scene has no `[image]`")

@@ -1,7 +1,8 @@
 //! `[render]`: the method and its options, as the library takes them.
 
-use super::document::{Node, Place, Value};
+use super::document::{Node, Value};
 use super::error::SceneError;
+use super::source::Place;
 use super::table::Table;
 use emitree::prediction::MAX_ORDER;
 use emitree::quadrature::CellRule;

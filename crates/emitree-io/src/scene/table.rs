@@ -1,7 +1,8 @@
 //! Reading a table key by key: typed values out, and nothing left over.
 
-use super::document::{Entry, Node, Place, Value};
+use super::document::{Entry, Node, Value};
 use super::error::SceneError;
+use super::source::Place;
 use std::collections::BTreeMap;
 
 /// A table that is being read. Keys that nobody asked for are refused at the end, with the keys
