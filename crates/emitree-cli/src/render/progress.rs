@@ -12,7 +12,7 @@ impl ProgressLine {
             return Self(ProgressBar::hidden());
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        let template = "{spinner} {human_pos} evaluations, {per_sec}, {elapsed}";
+        let template = "{spinner} {human_pos} evaluations in {elapsed}";
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
