@@ -1,7 +1,8 @@
 //! Emission problems with exact images, for tests, benches, examples and reproductions.
 //!
 //! Each module has the emission rate g of one problem on the unit cube and its exact image: the mean
-//! of ∫ g dz over each pixel, from a closed form.
+//! of ∫ g dz over each pixel, from a closed form or from quadrature with a known error.
+//! [`catalogue`] lists them as one type, and [`family`] makes as many more as one likes.
 //!
 //! ```
 //! use emitree::tree::BuildOptions;
@@ -16,9 +17,21 @@
 //! # Ok::<(), emitree::RenderError<std::convert::Infallible>>(())
 //! ```
 
+pub mod ball;
+pub mod beta_model;
+#[cfg(test)]
+mod brute;
+pub mod catalogue;
 pub mod equation8;
+pub mod family;
+mod gauss;
 pub mod gaussian;
+pub mod gaussians;
 pub mod means;
+pub mod nebula;
+mod panels;
+pub mod shell;
+pub mod shock;
 
 use emitree::Image;
 
