@@ -1,4 +1,5 @@
 //! Both methods against exact images.
+#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use emitree::tree::BuildOptions;
 use emitree::{
