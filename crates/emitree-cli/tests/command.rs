@@ -153,6 +153,10 @@ fn frames_of_two_runs_do_not_mix() {
     again.fails_with(2);
     assert!(again.stderr.contains("has frames already"), "{}", again.stderr);
     folder.holds(&["a.npy", "frames", "scene.toml"]);
+    let same = folder.emitree("render scene.toml -o frame-00.png --progressive .");
+    same.fails_with(2);
+    assert!(same.stderr.contains("frame-00.png would be replaced by a frame"), "{}", same.stderr);
+    folder.holds(&["a.npy", "frames", "scene.toml"]);
 }
 
 /// Nothing glows, nothing is refined: 8^3 cells, split once.

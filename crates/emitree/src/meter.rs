@@ -5,7 +5,7 @@ use crate::error::RenderError;
 use crate::projection::Projection;
 use crate::quadrature::{Integrand, Points};
 use core::ops::ControlFlow;
-use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use core::time::Duration;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -93,14 +93,16 @@ impl<'a, E: Emission> Meter<'a, E> {
         let per_call = per_call.clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL);
         let calls = values.len().div_ceil(per_call);
         let in_calls = AtomicU64::new(0);
-        let stopped = AtomicBool::new(false);
+        // Calls behind one that failed are left out, those before it are made: so the first failure
+        // in the order of the points is found, whatever the threads.
+        let failed = AtomicUsize::new(usize::MAX);
         let call = |scratch: &mut Scratch, (chunk, values): (usize, &mut [f64])| {
-            if stopped.load(Ordering::Relaxed) {
-                return Err(RenderError::Interrupted);
+            if chunk > failed.load(Ordering::Relaxed) {
+                return Ok(());
             }
             let result = self.call(scratch, points, chunk * per_call, weight, values, &in_calls);
             if result.is_err() {
-                stopped.store(true, Ordering::Relaxed);
+                failed.fetch_min(chunk, Ordering::Relaxed);
             }
             result
         };
@@ -109,18 +111,7 @@ impl<'a, E: Emission> Meter<'a, E> {
         // Parallel calls are not each other's waiting time.
         let spent = in_calls.into_inner() / calls.min(threads) as u64;
         self.emission_nanoseconds.fetch_add(spent, Ordering::Relaxed);
-        // The model's own complaint comes before the word of the calls that it stopped.
-        let mut failures = results.into_iter().filter_map(Result::err);
-        let Some(first) = failures.next() else {
-            return Ok(());
-        };
-        let interrupted = matches!(first, RenderError::Interrupted);
-        let told = if interrupted {
-            failures.find(|error| !matches!(error, RenderError::Interrupted))
-        } else {
-            None
-        };
-        Err(told.unwrap_or(first))
+        results.into_iter().collect()
     }
 
     /// One call of g, from point `first` on.

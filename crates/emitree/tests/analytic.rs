@@ -58,6 +58,26 @@ fn trees_and_lines_agree_where_g_jumps() {
     }
 }
 
+/// The first point of the batch at which g is not finite is named, on any number of threads.
+#[test]
+fn the_same_point_is_named_on_any_number_of_threads() {
+    let hole = FromFn(
+        |[x, y, z]: [f64; 3], _: [f64; 3]| {
+            if x > 0.3 && y > 0.4 && z > 0.2 { f64::NAN } else { 1.0 }
+        },
+    );
+    let message = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let options = RenderOptions::new(paper(3, 0.01));
+        pool.install(|| render(&hole, &Canonical, [4, 4], &options).unwrap_err().to_string())
+    };
+    let expected = message(1);
+    assert!(expected.contains("NaN at position [0.34375, 0.40625, 0.21875]"), "{expected}");
+    for _ in 0..20 {
+        assert_eq!(message(4), expected);
+    }
+}
+
 /// A uniform volume has the same radiance in every pixel, seen from inside by a wide camera. The tree
 /// has the density of solid angle at the centres of its cells, which matters near the poles.
 #[test]

@@ -48,6 +48,11 @@ impl Outputs {
         let error_format = arguments.error_map.as_ref().map(Format::from_path).transpose()?;
         if let Some(folder) = &arguments.progressive {
             prepare_folder(folder)?;
+            if let Some(path) = paths().find(|path| is_frame_of(path, folder)) {
+                let path = path.display();
+                let why = "would be replaced by a frame of --progressive: expected another name";
+                return Err(Failure::Request(format!("the output {path} {why}")));
+            }
         }
         let mut files = OutputSet::create(paths())?.into_iter();
         let images = files.by_ref().take(formats.len()).zip(formats).collect();
@@ -208,11 +213,18 @@ fn prepare_folder(folder: &Path) -> Result<(), Failure> {
         Ok(entries) => entries,
         Err(error) => return refuse(format!("can't be read: {error}")),
     };
-    let is_frame = |name: std::ffi::OsString| name.to_string_lossy().starts_with(FRAME);
-    if entries.flatten().any(|entry| is_frame(entry.file_name())) {
+    if entries.flatten().any(|entry| is_frame_of(&entry.path(), folder)) {
         return refuse("has frames already: expected a new or empty one".to_owned());
     }
     Ok(())
+}
+
+/// Whether a path is named like a frame and lies in the folder of the frames.
+fn is_frame_of(path: &Path, folder: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // The parent of a bare name is the empty path, which stands for this folder.
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    name.starts_with(FRAME) && same_file(parent.unwrap_or(Path::new(".")), folder)
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {

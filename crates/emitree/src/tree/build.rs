@@ -192,7 +192,7 @@ pub fn build<const D: usize, I: Integrand<D>>(
             ending = Ending::DeepestLevel;
             break;
         }
-        let families: Vec<_> = split.iter().map(|&c| parents.cell_position(c as usize)).collect();
+        let mut families = parents.positions(&split);
         if averager.cost(parents.level + 1, &families) > integrand.evaluations_left() {
             ending = Ending::Budget;
             let affordable = integrand.evaluations_left() / averager.family_cost();
@@ -200,8 +200,9 @@ pub fn build<const D: usize, I: Integrand<D>>(
             if split.is_empty() {
                 break;
             }
+            families = parents.positions(&split);
         }
-        tree.add_level(core::mem::take(&mut split));
+        tree.add_level(core::mem::take(&mut split), families);
         let last = tree.levels.len() - 1;
         let Level { level, families, averages, own, .. } = &mut tree.levels[last];
         averager
@@ -221,6 +222,11 @@ pub fn build<const D: usize, I: Integrand<D>>(
 }
 
 impl<const D: usize> Level<D> {
+    /// The positions of cells.
+    fn positions(&self, cells: &[u32]) -> Vec<[u32; D]> {
+        cells.iter().map(|&cell| self.cell_position(cell as usize)).collect()
+    }
+
     /// Keeps, of the cells to be split, at most `count`, those of the families with the largest
     /// details; their order stays. The base grid has no details to choose by: none of it is kept.
     fn keep_largest(&self, split: &mut Vec<u32>, count: usize) {
@@ -252,16 +258,14 @@ impl<const D: usize> Level<D> {
 }
 
 impl<const D: usize> SparseTree<D> {
-    /// Adds a level with the families of the cells `split` of the finest one, averages still 0, and
-    /// the ghosts that their prediction needs.
-    fn add_level(&mut self, split: Vec<u32>) {
+    /// Adds a level with the families of the cells `split` of the finest one, which are at these
+    /// positions, averages still 0, and the ghosts that their prediction needs.
+    fn add_level(&mut self, split: Vec<u32>, families: Vec<[u32; D]>) {
         let depth = self.levels.len() - 1;
         let parents = &mut self.levels[depth];
         for (family, &cell) in split.iter().enumerate() {
             parents.children[cell as usize] = to_u32(family);
         }
-        let families: Vec<[u32; D]> =
-            split.iter().map(|&cell| parents.cell_position(cell as usize)).collect();
         let level = parents.level + 1;
         self.complete(depth, families.iter().copied());
         self.levels.push(Level::refined(level, families, split));
@@ -284,7 +288,10 @@ impl<const D: usize> SparseTree<D> {
             if kept.is_empty() {
                 break;
             }
-            pruned.add_level(kept.iter().map(|&f| moved[level.parents[f] as usize]).collect());
+            let split: Vec<u32> =
+                kept.iter().map(|&family| moved[level.parents[family] as usize]).collect();
+            let families = kept.iter().map(|&family| level.families[family]).collect();
+            pruned.add_level(split, families);
             moved = vec![LEAF; level.own_cells()];
             let last = pruned.levels.len() - 1;
             for (new, &old) in kept.iter().enumerate() {
