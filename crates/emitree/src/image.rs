@@ -64,6 +64,25 @@ impl Image {
         self.pixels.chunks_exact(self.width.max(1))
     }
 
+    /// Row `row`, from the lowest.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such row.
+    pub fn row(&self, row: usize) -> &[f64] {
+        &self.pixels[row * self.width..][..self.width]
+    }
+
+    /// Row `row`, to be changed.
+    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [f64] {
+        &mut self.pixels[row * self.width..][..self.width]
+    }
+
+    /// The largest |pixel|.
+    pub(crate) fn largest(&self) -> f64 {
+        self.pixels.iter().fold(0.0, |largest: f64, pixel| largest.max(pixel.abs()))
+    }
+
     /// The smallest and the largest pixel, pixels that are not numbers left out; (∞, −∞) if there
     /// are none.
     pub fn min_max(&self) -> (f64, f64) {

@@ -45,8 +45,10 @@ pub mod quadrature;
 pub mod prediction;
 pub mod refinement;
 pub mod tree;
+pub mod vol;
 pub mod los;
 pub mod image;
+mod memory;
 mod render;
 mod error;
 
@@ -62,6 +64,8 @@ pub use projection::{
 };
 pub use refinement::Threshold;
 pub use render::{
-    DEFAULT_MAX_EVALUATIONS, Method, RenderOptions, RenderedTree, Rendering, image_of_tree, render,
+    DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions, RenderedTree, Rendering,
+    Seed, image_of_tree, render,
 };
 pub use tree::{Ending, SparseTree};
+pub use vol::VolOptions;

@@ -24,10 +24,19 @@ pub(crate) struct Meter<'a, E> {
     emission: &'a E,
     projection: &'a dyn Projection,
     progress: Option<&'a Progress<'a>>,
-    max_evaluations: u64,
+    limits: Limits,
     evaluations: AtomicU64,
     batches: AtomicU64,
     emission_nanoseconds: AtomicU64,
+}
+
+/// How often g may be called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Limits {
+    /// Evaluations altogether.
+    pub(crate) max_evaluations: u64,
+    /// Evaluations of one batch, 1 or more: a larger one is made in parts.
+    pub(crate) batch_size: u64,
 }
 
 /// What is multiplied into g at a sample point.
@@ -46,14 +55,14 @@ impl<'a, E: Emission> Meter<'a, E> {
     pub(crate) fn new(
         emission: &'a E,
         projection: &'a dyn Projection,
-        max_evaluations: u64,
+        limits: Limits,
         progress: Option<&'a Progress<'a>>,
     ) -> Self {
         Self {
             emission,
             projection,
             progress,
-            max_evaluations,
+            limits,
             evaluations: AtomicU64::new(0),
             batches: AtomicU64::new(0),
             emission_nanoseconds: AtomicU64::new(0),
@@ -74,19 +83,31 @@ impl<'a, E: Emission> Meter<'a, E> {
     }
 
     pub(crate) fn evaluations_left(&self) -> u64 {
-        self.max_evaluations.saturating_sub(self.evaluations())
+        self.limits.max_evaluations.saturating_sub(self.evaluations())
     }
 
-    /// Evaluates one batch: weighted rates at canonical points.
+    /// Evaluates weighted rates at canonical points: one batch, or several if it is too large.
     pub(crate) fn evaluate(
         &self,
         points: Points<'_, 3>,
         weight: Weight,
         values: &mut [f64],
     ) -> Result<(), RenderError<E::Error>> {
-        if points.is_empty() {
-            return Ok(());
+        let batch_size = usize::try_from(self.limits.batch_size).unwrap_or(usize::MAX).max(1);
+        for (batch, values) in values.chunks_mut(batch_size).enumerate() {
+            let first = batch * batch_size;
+            let point = |i: usize| points.at(first + i);
+            self.evaluate_batch(Points::new(values.len(), &point), weight, values)?;
         }
+        Ok(())
+    }
+
+    fn evaluate_batch(
+        &self,
+        points: Points<'_, 3>,
+        weight: Weight,
+        values: &mut [f64],
+    ) -> Result<(), RenderError<E::Error>> {
         self.batches.fetch_add(1, Ordering::Relaxed);
         let threads = rayon::current_num_threads();
         let per_call = values.len().div_ceil(threads);

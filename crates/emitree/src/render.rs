@@ -4,11 +4,13 @@ use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::los::{LosOptions, Steps, adaptive, fixed};
-use crate::meter::{CanonicalIntegrand, Meter, Progress};
+use crate::memory::{check_size, evaluations_in_memory};
+use crate::meter::{CanonicalIntegrand, Limits, Meter, Progress};
 use crate::projection::Projection;
-use crate::quadrature::CellRule;
 use crate::refinement::Threshold;
 use crate::tree::{BuildOptions, Ending, SparseTree, build};
+use crate::vol::{self, VolOptions};
+use core::ops::ControlFlow;
 use core::time::Duration;
 use std::time::Instant;
 
@@ -16,6 +18,9 @@ use std::time::Instant;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Method {
+    /// The image to the error that was asked for: a tree in the image plane whose nodes are lines of
+    /// sight.
+    Vol(VolOptions),
     /// The paper's: a sparse tree of cell averages, built by conservative subdivision, projected.
     ///
     /// An absolute threshold is in the unit of g. The tree's function is g times a weight of the
@@ -29,11 +34,45 @@ impl Method {
     /// The name, as scenes write it.
     pub fn name(&self) -> &'static str {
         match self {
+            Self::Vol(_) => "vol",
             Self::Paper(_) => "paper",
             Self::Los(_) => "los",
         }
     }
 }
+
+/// Where the emission is known to have a structure that a coarse grid would miss: method
+/// [`Vol`](Method::Vol) looks there down to the size of the structure.
+///
+/// ```
+/// use emitree::Seed;
+///
+/// let knot = Seed { position: [0.2, 0.4, 0.9], radius: 0.01 };
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seed {
+    /// The middle of the structure, in world coordinates and the scene's length unit.
+    pub position: [f64; 3],
+    /// Its radius, in the scene's length unit, above 0.
+    pub radius: f64,
+}
+
+/// An image on the way: what a rendering has after one of its steps.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Frame<'a> {
+    /// The image so far, in the unit of the final one.
+    pub image: &'a Image,
+    /// The estimated |error| of each pixel of it.
+    pub error: &'a Image,
+    /// Evaluations of g so far.
+    pub evaluations: u64,
+    /// Batches of evaluations so far.
+    pub batches: u64,
+}
+
+/// Sees the image on the way, and may end the rendering.
+pub type FrameCallback<'a> = dyn Fn(&Frame<'_>) -> ControlFlow<()> + Sync + 'a;
 
 /// Options of a rendering.
 #[derive(Clone, Copy)]
@@ -45,8 +84,15 @@ pub struct RenderOptions<'a> {
     /// What the image and the coarsest grid may take \[bytes\]; more is refused before anything is
     /// allocated.
     pub max_memory_bytes: u64,
+    /// The largest number of evaluations in one batch: a larger one is made in parts.
+    pub batch_size: u64,
+    /// Structures to be looked at; only [`Method::Vol`] does.
+    pub seeds: &'a [Seed],
     /// Called after each call of g, from any thread, with the evaluations so far; may break.
     pub progress: Option<&'a Progress<'a>>,
+    /// Called after each step that has made a better image, coarse first; may break. Only
+    /// [`Method::Vol`] has images on the way.
+    pub frame: Option<&'a FrameCallback<'a>>,
 }
 
 /// A budget that ends a runaway refinement (a jump and a tiny threshold) while its tree still fits
@@ -56,18 +102,6 @@ pub const DEFAULT_MAX_EVALUATIONS: u64 = 50_000_000;
 /// Memory that any workstation has.
 const DEFAULT_MAX_MEMORY_BYTES: u64 = 8 << 30;
 
-/// Memory that one cell of a tree takes while the tree is built, at the most, with its share of the
-/// ghosts, of the tree without the last generation and of the evaluations that are kept.
-///
-/// Measured on trees of 10⁴ to 10⁶ cells (`tests/alloc.rs`), 33 to 47 bytes and 360 to 520, and
-/// rounded up: a hash table that has just grown is larger.
-fn bytes_per_cell(rule: CellRule) -> u64 {
-    match rule {
-        CellRule::Midpoint => 64,
-        CellRule::Simpson => 640,
-    }
-}
-
 impl RenderOptions<'_> {
     /// The given method with the default limits: equal steps along lines are counted beforehand and
     /// have none, all else may make [`DEFAULT_MAX_EVALUATIONS`].
@@ -76,7 +110,15 @@ impl RenderOptions<'_> {
             Method::Los(LosOptions { steps: Steps::Fixed(_), .. }) => u64::MAX,
             _ => DEFAULT_MAX_EVALUATIONS,
         };
-        Self { method, max_evaluations, max_memory_bytes: DEFAULT_MAX_MEMORY_BYTES, progress: None }
+        Self {
+            method,
+            max_evaluations,
+            max_memory_bytes: DEFAULT_MAX_MEMORY_BYTES,
+            batch_size: u64::MAX,
+            seeds: &[],
+            progress: None,
+            frame: None,
+        }
     }
 }
 
@@ -86,6 +128,8 @@ impl core::fmt::Debug for RenderOptions<'_> {
             .field("method", &self.method)
             .field("max_evaluations", &self.max_evaluations)
             .field("max_memory_bytes", &self.max_memory_bytes)
+            .field("batch_size", &self.batch_size)
+            .field("seeds", &self.seeds)
             .finish_non_exhaustive()
     }
 }
@@ -98,7 +142,7 @@ pub struct Rendering {
     pub image: Image,
     /// The estimated |error| of each pixel, in the unit of the image, if the method has one.
     ///
-    /// `Paper`: what the last generation of cells changed. Adaptive `Los`: the error along the
+    /// `Vol`: what the error is promised to be within. `Paper`: what the last generation of cells changed. Adaptive `Los`: the error along the
     /// lines; that of too few lines for a pixel is not in it. Fixed steps have no estimate.
     pub error: Option<Image>,
     /// How often g was evaluated.
@@ -155,10 +199,16 @@ pub fn render<E: Emission>(
     options: &RenderOptions<'_>,
 ) -> Result<Rendering, RenderError<E::Error>> {
     let start = Instant::now();
+    if options.batch_size == 0 {
+        let (name, expected) = ("batch_size", "1 or more evaluations in a batch");
+        return Err(RenderError::Option { name, value: "0".into(), expected });
+    }
     check_size(shape, options)?;
     let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
-    let meter = Meter::new(emission, projection, max_evaluations, options.progress);
+    let limits = Limits { max_evaluations, batch_size: options.batch_size };
+    let meter = Meter::new(emission, projection, limits, options.progress);
     let mut rendering = match options.method {
+        Method::Vol(vol_options) => vol::render(&meter, projection, shape, &vol_options, options)?,
         Method::Paper(build_options) => render_tree(&meter, projection, shape, &build_options)?,
         Method::Los(LosOptions { lines, steps }) => {
             render_los(&meter, projection, shape, lines, steps)?
@@ -188,7 +238,7 @@ pub struct RenderedTree {
 
 impl Rendering {
     /// A rendering whose bill is still to be written.
-    fn new(image: Image, error: Option<Image>, ending: Ending) -> Self {
+    pub(crate) fn new(image: Image, error: Option<Image>, ending: Ending) -> Self {
         Self {
             image,
             error,
@@ -277,74 +327,4 @@ pub fn image_of_tree(
         }
     }
     image
-}
-
-/// Sampling counts the pixels of an axis in 24 bits.
-const MAX_PIXELS_ALONG: usize = 1 << 24;
-/// Numbers that the weights of a pixel's row or column take, with their bookkeeping.
-const WEIGHTS_PER_PIXEL: u64 = 24;
-/// Numbers for each pixel: the image, its error and what the latter is the difference of, and the
-/// bytes of a file made of each.
-const MAPS: u64 = 6;
-
-/// How many evaluations a tree may make before it fills the memory allowed.
-fn evaluations_in_memory(options: &RenderOptions<'_>) -> u64 {
-    match options.method {
-        Method::Paper(BuildOptions { rule, .. }) => options.max_memory_bytes / bytes_per_cell(rule),
-        Method::Los(_) => u64::MAX,
-    }
-}
-
-/// Refuses what can't fit in memory, before anything is allocated.
-fn check_size<E>(
-    [height, width]: [usize; 2],
-    options: &RenderOptions<'_>,
-) -> Result<(), RenderError<E>> {
-    if height == 0 || width == 0 {
-        return Err(RenderError::EmptyImage { height, width });
-    }
-    let refuse = |what: String, needed: u64| {
-        let allowed = options.max_memory_bytes;
-        if needed > allowed { Err(RenderError::TooLarge { what, needed, allowed }) } else { Ok(()) }
-    };
-    let longest = height.max(width);
-    if longest > MAX_PIXELS_ALONG {
-        let name = if longest == width { "width" } else { "height" };
-        let expected = "at most 2^24 pixels along an axis";
-        return Err(RenderError::Option { name, value: longest.to_string(), expected });
-    }
-    let (height, width) = (height as u64, width as u64);
-    let number = size_of::<f64>() as u64;
-    let needed = match options.method {
-        Method::Paper(BuildOptions { base_level, .. }) => {
-            // The grid that the image is sampled from, its cells no larger than pixels along the
-            // narrower axis, and half of it again while it is made; then that grid with the pixels
-            // of one axis; then the weights of an axis; then maps.
-            let level = u64::from(base_level.min(16));
-            let cells = height.min(width).next_power_of_two().max(1 << level);
-            let grid = cells.saturating_mul(cells.saturating_mul(3) / 2 + width);
-            let weights = (height + width).saturating_mul(WEIGHTS_PER_PIXEL);
-            grid.saturating_add(weights).saturating_add(height.saturating_mul(width * MAPS))
-        }
-        Method::Los(LosOptions { lines, steps }) => {
-            let per_line = match steps {
-                Steps::Fixed(_) => 1,
-                Steps::Adaptive(_) => adaptive::BYTES_PER_LINE / number,
-            };
-            let of_lines = (lines as u64).saturating_mul(lines as u64).saturating_mul(per_line);
-            height.saturating_mul(width).saturating_mul(of_lines.saturating_add(MAPS))
-        }
-    };
-    let image = format!("an image of {height} x {width} pixels (height x width)");
-    refuse(image, needed.saturating_mul(number))?;
-    if let Method::Paper(build_options) = options.method {
-        let level = build_options.base_level;
-        // Each base cell is split at once.
-        let cells = build_options.base_cells::<3>().saturating_mul(8);
-        refuse(
-            format!("a base grid of level {level} (2^{level} cells along each axis, split once)"),
-            cells.saturating_mul(bytes_per_cell(build_options.rule)),
-        )?;
-    }
-    Ok(())
 }

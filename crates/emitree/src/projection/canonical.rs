@@ -22,6 +22,10 @@ impl Projection for Canonical {
         MappedPoint { position: u, direction: [0.0, 0.0, -1.0], path_per_depth: 1.0 }
     }
 
+    fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
+        Some(position)
+    }
+
     fn solid_angle_density(&self, _xy: [f64; 2]) -> f64 {
         1.0
     }

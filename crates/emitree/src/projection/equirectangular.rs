@@ -85,6 +85,21 @@ impl Projection for Equirectangular {
         }
     }
 
+    fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
+        let [right, up, forward] = self.frame.camera_from_world(position);
+        let distance = right.hypot(up).hypot(forward);
+        if distance == 0.0 {
+            return None;
+        }
+        let (longitude_rad, latitude_rad) = (right.atan2(forward), (up / distance).asin());
+        let [near, far] = self.depth;
+        Some([
+            0.5 + longitude_rad / self.fov_rad[0],
+            0.5 + latitude_rad / self.fov_rad[1],
+            (distance - near) / (far - near),
+        ])
+    }
+
     fn solid_angle_density(&self, xy: [f64; 2]) -> f64 {
         self.latitude_rad(xy[1]).cos() * self.fov_rad[0] * self.fov_rad[1]
     }
@@ -100,5 +115,28 @@ impl Projection for Equirectangular {
         #[expect(clippy::float_cmp, reason = "only the exactly full circle closes upon itself")]
         let full_circle = self.fov_rad[0] == TAU;
         [full_circle, false, false]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inverse_finds_each_point_again() {
+        let viewpoint = Viewpoint {
+            position: [10.0, -30.0, 3.0],
+            target: [6.0, 0.0, 0.0],
+            up: [0.0, 0.1, 1.0],
+        };
+        let camera = Equirectangular::new(viewpoint, [6.0, 3.0], [1.0, 80.0]).unwrap();
+        for u in [[0.5, 0.5, 0.5], [0.01, 0.02, 0.0], [0.99, 0.7, 0.9], [0.3, 0.98, 1.2]] {
+            let position = camera.world_from_canonical(u).position;
+            let found = camera.canonical_from_world(position).unwrap();
+            for axis in 0..3 {
+                assert!((found[axis] - u[axis]).abs() < 1e-12, "{found:?} for {u:?}");
+            }
+        }
+        assert_eq!(camera.canonical_from_world(viewpoint.position), None);
     }
 }

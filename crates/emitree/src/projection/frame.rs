@@ -73,6 +73,12 @@ impl Frame {
         Ok(Self { origin: position, right: cross(forward, up), up, forward })
     }
 
+    /// Camera components (right, up, forward) of the vector from the observer to `position`.
+    pub(crate) fn camera_from_world(&self, position: [f64; 3]) -> [f64; 3] {
+        let towards = core::array::from_fn(|i| position[i] - self.origin[i]);
+        [self.right, self.up, self.forward].map(|axis| dot(axis, towards))
+    }
+
     /// World vector of the camera components (right, up, forward).
     pub(crate) fn world_from_camera(&self, [r, u, f]: [f64; 3]) -> [f64; 3] {
         core::array::from_fn(|i| r * self.right[i] + u * self.up[i] + f * self.forward[i])

@@ -1,0 +1,172 @@
+//! Evaluations against error: the tables of docs/engine.md.
+//!
+//! `cargo run --release -p emitree --example engine -- named 1e-2,1e-3` renders the named problems
+//! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239, and
+//! `… -- paper 0 72 1e-2` looks for the cheapest threshold of method `paper` for each of them.
+//! Tolerances are asked for, images have 64 × 64 pixels.
+
+use emitree::tree::BuildOptions;
+use emitree::{
+    Canonical, FromFn, Image, Method, RenderOptions, Rendering, Threshold, VolOptions, render,
+};
+use emitree_problems::catalogue::problems;
+use emitree_problems::family::{RandomScene, random_scene};
+use emitree_problems::relative_error;
+use std::collections::HashMap;
+use std::error::Error;
+use std::time::Instant;
+
+const SHAPE: [usize; 2] = [64, 64];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words.as_slice() {
+        ["named", tolerances] => named(&numbers(tolerances)?, ""),
+        ["named", tolerances, name] => named(&numbers(tolerances)?, name),
+        ["family", from, to, tolerances] => {
+            family(from.parse()?, to.parse()?, &numbers(tolerances)?)
+        }
+        ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
+        _ => Err("expected: named T,… [NAME] | family FROM TO T,… | paper FROM TO T,…".into()),
+    }
+}
+
+fn numbers(text: &str) -> Result<Vec<f64>, Box<dyn Error>> {
+    Ok(text.split(',').map(str::parse).collect::<Result<_, _>>()?)
+}
+
+fn vol(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> Result<Rendering, Box<dyn Error>> {
+    let emission = FromFn(|position, _| rate(position));
+    let options = VolOptions { tolerance, ..Default::default() };
+    let options = RenderOptions {
+        max_evaluations: 3_000_000,
+        ..RenderOptions::new(Method::Vol(options))
+    };
+    Ok(render(&emission, &Canonical, SHAPE, &options)?)
+}
+
+/// The share of the pixels that are within their own estimate, and `slack` of the largest pixel.
+fn inside(rendering: &Rendering, exact: &Image, slack: f64) -> f64 {
+    let largest = exact.pixels().iter().fold(0.0, |m: f64, p| m.max(p.abs()));
+    let Some(error) = &rendering.error else { return 0.0 };
+    let pairs = rendering.image.pixels().iter().zip(exact.pixels()).zip(error.pixels());
+    let within = pairs.filter(|((found, exact), error)| {
+        (*found - *exact).abs() <= *error + slack * largest
+    });
+    within.count() as f64 / exact.pixels().len() as f64
+}
+
+fn named(tolerances: &[f64], only: &str) -> Result<(), Box<dyn Error>> {
+    println!("| scene | tolerance | evaluations | batches | true error | estimate | inside | seconds |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
+    for problem in problems().iter().filter(|p| p.name.starts_with(only)) {
+        let exact = problem.exact_image(SHAPE);
+        for &tolerance in tolerances {
+            let start = Instant::now();
+            let rendering = vol(|r| problem.rate(r), tolerance)?;
+            println!(
+                "| {} | {tolerance:.0e} | {} | {} | {:.1e} | {:.1e}{} | {:.4} | {:.2} |",
+                problem.name,
+                rendering.evaluations,
+                rendering.batches,
+                relative_error(&rendering.image, &exact),
+                rendering.estimated_error().unwrap_or(f64::NAN),
+                if rendering.converged() { "" } else { " (not converged)" },
+                inside(&rendering, &exact, problem.image_error),
+                start.elapsed().as_secs_f64(),
+            );
+        }
+    }
+    Ok(())
+}
+
+fn family(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
+    let scenes: Vec<(RandomScene, Image, f64)> = (from..to)
+        .map(|seed| {
+            let scene = random_scene(seed);
+            let reference = scene.reference_image(SHAPE);
+            (scene, reference.image, reference.error)
+        })
+        .collect();
+    for &tolerance in tolerances {
+        let (mut kept, mut logs, mut ratios, mut insides) = (0, 0.0, Vec::new(), 0.0);
+        for (scene, exact, slack) in &scenes {
+            let rendering = vol(|r| scene.rate(r), tolerance)?;
+            let error = relative_error(&rendering.image, exact);
+            let estimate = rendering.estimated_error().unwrap_or(f64::NAN);
+            let is_kept = error <= tolerance + slack && rendering.converged();
+            kept += usize::from(is_kept);
+            logs += (rendering.evaluations as f64).ln();
+            ratios.push(estimate / error.max(1e-15));
+            insides += inside(&rendering, exact, *slack);
+            if !is_kept {
+                println!(
+                    "{}: {} evaluations, true {error:.1e}, estimate {estimate:.1e}, converged {}",
+                    scene.name(),
+                    rendering.evaluations,
+                    rendering.converged()
+                );
+            }
+        }
+        let count = scenes.len();
+        ratios.sort_by(f64::total_cmp);
+        println!(
+            "{tolerance:.0e}: {kept} of {count} kept, {:.0} evaluations (geometric mean), estimate \
+             over true {:.1} (median; {:.1} to {:.1}), inside {:.4}",
+            (logs / count as f64).exp(),
+            ratios[count / 2],
+            ratios[count / 10],
+            ratios[count * 9 / 10],
+            insides / count as f64,
+        );
+    }
+    Ok(())
+}
+
+/// The cheapest evaluations of method `paper` for each tolerance: base 8³, thresholds from a ladder.
+fn paper(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
+    let mut logs: HashMap<usize, (f64, usize)> = HashMap::new();
+    for seed in from..to {
+        let scene = random_scene(seed);
+        let exact = scene.reference_image(SHAPE).image;
+        let emission = FromFn(|position, _| scene.rate(position));
+        let mut cheapest: Vec<Option<u64>> = vec![None; tolerances.len()];
+        let (mut threshold, mut most) = (0.3, 0);
+        while cheapest.contains(&None) && most < 1_000_000 {
+            let build = BuildOptions {
+                threshold: Threshold::Relative(threshold),
+                finest_level: Some(7),
+                ..Default::default()
+            };
+            let options = RenderOptions::new(Method::Paper(build));
+            let rendering = render(&emission, &Canonical, SHAPE, &options)?;
+            let error = relative_error(&rendering.image, &exact);
+            most = rendering.evaluations;
+            for (cheapest, &tolerance) in cheapest.iter_mut().zip(tolerances) {
+                if error <= tolerance && cheapest.is_none() {
+                    *cheapest = Some(most);
+                }
+            }
+            threshold *= 0.6;
+            if threshold < 1e-7 {
+                break;
+            }
+        }
+        for (k, cheapest) in cheapest.iter().enumerate() {
+            let entry = logs.entry(k).or_default();
+            entry.0 += (cheapest.unwrap_or(most) as f64).ln();
+            entry.1 += usize::from(cheapest.is_none());
+        }
+    }
+    for (k, tolerance) in tolerances.iter().enumerate() {
+        let (sum, never) = logs[&k];
+        println!(
+            "{tolerance:.0e}: {:.0} evaluations (geometric mean of {}; {never} never reached it and \
+             count with their largest tree)",
+            (sum / (to - from) as f64).exp(),
+            to - from,
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,300 @@
+//! Depth rules: a few depths with weights that integrate every line of a part of the image.
+//!
+//! Where G is numerically of low rank between the image plane and the depth, r depths zₖ with
+//! weights wₖ give ∫ G dz = Σ wₖ G(x, y, zₖ) for all (x, y): empirical interpolation (Barrault et
+//! al. 2004, doi:10.1016/j.crma.2004.08.006) and reduced quadrature. The rule is learned from lines
+//! that have been integrated: depths by QR with column pivoting, weights by least squares, and the
+//! error from the residuals of each line when it is left out.
+
+use super::dyadic::spacing;
+use super::line::Line;
+
+/// Depths that a rule may use are on the lattice of this level.
+const DEPTH_LEVEL: u8 = 7;
+/// Depths that there are.
+pub(crate) const DEPTHS: usize = (1 << DEPTH_LEVEL) + 1;
+/// Lines to learn from, at the least.
+pub(crate) const LEAST_LINES: usize = 12;
+/// Lines for each depth, at the least: fewer would be fitted rather than understood.
+const LINES_PER_DEPTH: usize = 3;
+/// A jump within an interval as short as the spacing of this level has been resolved: lines with one
+/// have no rule, it would fit where the jumps happen to be.
+const RESOLVED_JUMP_LEVEL: u8 = 7;
+/// Σ |w|: larger weights amplify what a rule gets wrong.
+const LARGEST_WEIGHTS: f64 = 20.0;
+/// 1 − leverage, at the least: a line that a depth is all about can't be left out.
+const LEAST_INDEPENDENCE: f64 = 1e-3;
+/// A column that is a sum of others to this many digits adds nothing.
+const INDEPENDENT: f64 = 1e-12;
+
+/// A line as rules see it: G at all depths that a rule may use.
+#[derive(Clone, Debug)]
+pub(crate) struct Profile {
+    rates: Vec<f64>,
+    /// Which of the depths have been sampled; at the others G is interpolated.
+    sampled: Vec<bool>,
+    pub(crate) integral: f64,
+    pub(crate) has_jump: bool,
+}
+
+impl Profile {
+    pub(crate) fn new(line: &Line) -> Self {
+        let depth = |k: usize| depth_of(k);
+        Self {
+            rates: (0..DEPTHS).map(|k| line.rate(depth(k))).collect(),
+            sampled: (0..DEPTHS).map(|k| line.has(depth(k))).collect(),
+            integral: line.integral,
+            has_jump: line.has_jump_within(spacing(RESOLVED_JUMP_LEVEL)),
+        }
+    }
+}
+
+/// Depth `k` of [`DEPTHS`].
+fn depth_of(k: usize) -> u32 {
+    crate::cell::to_u32(k) * spacing(DEPTH_LEVEL)
+}
+
+/// Depths and weights that stand for ∫ dz on some lines.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DepthRule {
+    pub(crate) depths: Vec<u32>,
+    weights: Vec<f64>,
+    /// The weights of the same depths without the last.
+    shorter: Vec<f64>,
+    /// The largest |error| on a line that was left out of the fit.
+    pub(crate) error: f64,
+    /// How much the last depth changed at the most, on the lines it was learned from.
+    usual_change: f64,
+    /// The range of G at each depth, on the lines it was learned from.
+    ranges: Vec<(f64, f64)>,
+}
+
+/// A node's values are odd if the last depth changes more than this times what is usual…
+const ODD_CHANGE: f64 = 1.25;
+/// …plus this share of the tolerance…
+const ODD_TOLERANCE: f64 = 0.5;
+/// …or if a value lies outside the range by this share of it, and that matters.
+const ODD_RANGE: f64 = 0.25;
+
+impl DepthRule {
+    /// The shortest rule that is right to `tolerance` on each of `lines` that is left out, with at
+    /// most `most_depths`; `None` if there is none.
+    pub(crate) fn learn(lines: &[&Profile], tolerance: f64, most_depths: usize) -> Option<Self> {
+        if lines.len() < LEAST_LINES || lines.iter().any(|line| line.has_jump) {
+            return None;
+        }
+        let sampled = |k: &usize| lines.iter().any(|line| line.sampled[*k]);
+        let candidates: Vec<usize> = (0..DEPTHS).filter(sampled).collect();
+        let column = |&k: &usize| lines.iter().map(|line| line.rates[k]).collect();
+        let columns: Vec<Vec<f64>> = candidates.iter().map(column).collect();
+        let integrals: Vec<f64> = lines.iter().map(|line| line.integral).collect();
+
+        let mut factors = Factors::default();
+        let mut rest = columns.clone();
+        let mut residuals = integrals.clone();
+        let mut leverages = vec![0.0; lines.len()];
+        while factors.chosen.len() < most_depths.min(lines.len() / LINES_PER_DEPTH) {
+            let largest = (0..rest.len()).fold((0, -1.0), |best: (usize, f64), k| {
+                let size = dot(&rest[k], &rest[k]);
+                if size > best.1 { (k, size) } else { best }
+            });
+            let direction = factors.push(largest.0, &columns[largest.0])?;
+            for column in &mut rest {
+                remove(column, direction);
+            }
+            remove(&mut residuals, direction);
+            leverages.iter_mut().zip(direction).for_each(|(leverage, q)| *leverage += q * q);
+            let left_out = residuals.iter().zip(&leverages).map(|(residual, leverage)| {
+                residual.abs() / (1.0 - leverage).max(LEAST_INDEPENDENCE)
+            });
+            let error = left_out.fold(0.0, f64::max);
+            if error <= tolerance {
+                let weights = factors.solve(&integrals);
+                if weights.iter().map(|w| w.abs()).sum::<f64>() < LARGEST_WEIGHTS {
+                    let depths = factors.chosen.clone();
+                    factors.pop();
+                    let shorter = factors.solve(&integrals);
+                    return Some(Self::new(
+                        &depths,
+                        &candidates,
+                        &columns,
+                        weights,
+                        shorter,
+                        error,
+                    ));
+                }
+            }
+        }
+        None
+    }
+
+    fn new(
+        chosen: &[usize],
+        candidates: &[usize],
+        columns: &[Vec<f64>],
+        weights: Vec<f64>,
+        shorter: Vec<f64>,
+        error: f64,
+    ) -> Self {
+        let range = |&c: &usize| {
+            let start = (f64::INFINITY, f64::NEG_INFINITY);
+            columns[c].iter().fold(start, |(low, high), &v| (low.min(v), high.max(v)))
+        };
+        let mut rule = Self {
+            depths: chosen.iter().map(|&c| depth_of(candidates[c])).collect(),
+            weights,
+            shorter,
+            error,
+            usual_change: 0.0,
+            ranges: chosen.iter().map(range).collect(),
+        };
+        let lines = chosen.first().map_or(0, |&c| columns[c].len());
+        let rates = |i: usize| chosen.iter().map(|&c| columns[c][i]).collect::<Vec<f64>>();
+        rule.usual_change = (0..lines).map(|i| rule.change(&rates(i))).fold(0.0, f64::max);
+        rule
+    }
+
+    /// The integral of a line with these `rates` at the depths of the rule.
+    pub(crate) fn integral(&self, rates: &[f64]) -> f64 {
+        dot(&self.weights, rates)
+    }
+
+    /// How much the last depth changes.
+    fn change(&self, rates: &[f64]) -> f64 {
+        (self.integral(rates) - dot(&self.shorter, &rates[..self.shorter.len()])).abs()
+    }
+
+    /// Whether a line with these `rates` is unlike those that the rule was learned from.
+    pub(crate) fn is_odd(&self, rates: &[f64], tolerance: f64) -> bool {
+        if self.change(rates) > ODD_CHANGE * self.usual_change + ODD_TOLERANCE * tolerance {
+            return true;
+        }
+        let outside = |((&rate, &(low, high)), &weight): ((&f64, &(f64, f64)), &f64)| {
+            let beyond = (rate - rate.clamp(low, high)).abs();
+            beyond > ODD_RANGE * (high - low) && beyond * weight.abs() > ODD_TOLERANCE * tolerance
+        };
+        rates.iter().zip(&self.ranges).zip(&self.weights).any(outside)
+    }
+}
+
+/// The QR factors of some columns, one after the other.
+#[derive(Debug, Default)]
+struct Factors {
+    chosen: Vec<usize>,
+    /// The orthonormal columns.
+    q: Vec<Vec<f64>>,
+    /// The columns of the triangle.
+    r: Vec<Vec<f64>>,
+}
+
+impl Factors {
+    /// Adds a column and returns its direction; `None` if it depends on the others.
+    fn push(&mut self, index: usize, column: &[f64]) -> Option<&[f64]> {
+        let mut direction = column.to_vec();
+        let mut triangle = vec![0.0; self.q.len() + 1];
+        // Twice is enough for orthogonality to rounding (Giraud et al. 2005).
+        for _ in 0..2 {
+            for (k, q) in self.q.iter().enumerate() {
+                triangle[k] += remove(&mut direction, q);
+            }
+        }
+        let length = dot(&direction, &direction).sqrt();
+        if length <= INDEPENDENT * dot(column, column).sqrt() {
+            return None;
+        }
+        triangle[self.q.len()] = length;
+        direction.iter_mut().for_each(|value| *value /= length);
+        self.chosen.push(index);
+        self.r.push(triangle);
+        self.q.push(direction);
+        self.q.last().map(Vec::as_slice)
+    }
+
+    fn pop(&mut self) {
+        self.chosen.pop();
+        self.q.pop();
+        self.r.pop();
+    }
+
+    /// The least-squares solution for a right-hand side.
+    fn solve(&self, values: &[f64]) -> Vec<f64> {
+        let mut x: Vec<f64> = self.q.iter().map(|q| dot(q, values)).collect();
+        for i in (0..x.len()).rev() {
+            x[i] /= self.r[i][i];
+            for j in 0..i {
+                x[j] -= self.r[i][j] * x[i];
+            }
+        }
+        x
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Takes the component along a unit vector off, and returns it.
+fn remove(vector: &mut [f64], direction: &[f64]) -> f64 {
+    let along = dot(vector, direction);
+    vector.iter_mut().zip(direction).for_each(|(value, q)| *value -= along * q);
+    along
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vol::dyadic::unit;
+
+    /// A line of `rate`, sampled on the lattice of `level`.
+    fn profile(level: u8, rate: impl Fn(f64) -> f64) -> Profile {
+        let mut line = Line::default();
+        let depths = (0..=1_u32 << level).map(|k| k * spacing(level));
+        line.add(depths.map(|depth| (depth, rate(unit(depth)))));
+        line.integrate();
+        Profile::new(&line)
+    }
+
+    fn at(rule: &DepthRule, rate: impl Fn(f64) -> f64) -> Vec<f64> {
+        rule.depths.iter().map(|&depth| rate(unit(depth))).collect()
+    }
+
+    fn mixed(a: f64, b: f64) -> impl Fn(f64) -> f64 {
+        move |z: f64| a * (3.0 * z).sin() + b * (-z).exp()
+    }
+
+    #[test]
+    fn lines_of_rank_2_have_a_rule_of_2_depths() {
+        let mix = |i: i32| mixed(f64::from(i).sin(), f64::from(i).cos() + 0.2);
+        let profiles: Vec<Profile> = (0..20).map(|i| profile(5, mix(i))).collect();
+        let lines: Vec<&Profile> = profiles.iter().collect();
+        let rule = DepthRule::learn(&lines, 1e-9, 6).unwrap();
+        assert_eq!(rule.depths.len(), 2);
+        let exact = 0.4 * (1.0 - 3.0_f64.cos()) / 3.0 + 0.3 * (1.0 - (-1.0_f64).exp());
+        let rates = at(&rule, mixed(0.4, 0.3));
+        assert!((rule.integral(&rates) - exact).abs() < 1e-8);
+        assert!(!rule.is_odd(&rates, 1e-9));
+    }
+
+    #[test]
+    fn a_line_unlike_the_others_is_odd() {
+        let profiles: Vec<Profile> =
+            (0..20).map(|i| profile(5, mixed(f64::from(i).sin(), f64::from(i).cos()))).collect();
+        let lines: Vec<&Profile> = profiles.iter().collect();
+        let rule = DepthRule::learn(&lines, 1e-6, 6).unwrap();
+        let knot =
+            |z: f64| mixed(0.4, 0.3)(z) + 5.0 * (-(60.0 * (z - 0.5)).powi(2)).exp() + 4.0 * z;
+        assert!(rule.is_odd(&at(&rule, knot), 1e-6));
+    }
+
+    #[test]
+    fn there_is_no_rule_for_few_lines_or_lines_with_jumps() {
+        let profiles: Vec<Profile> = (0..20).map(|i| profile(5, |z| z + f64::from(i))).collect();
+        let lines: Vec<&Profile> = profiles.iter().collect();
+        assert!(DepthRule::learn(&lines, 1e-6, 6).is_some());
+        assert!(DepthRule::learn(&lines[..LEAST_LINES - 1], 1e-6, 6).is_none());
+        let mut with_jump = profiles.clone();
+        with_jump[3].has_jump = true;
+        let lines: Vec<&Profile> = with_jump.iter().collect();
+        assert!(DepthRule::learn(&lines, 1e-6, 6).is_none());
+    }
+}

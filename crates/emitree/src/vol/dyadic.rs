@@ -1,0 +1,137 @@
+//! Dyadic places on the unit interval, and polynomials through values at them.
+//!
+//! A place counts steps of 2^−24, so that the same place has the same integer from every level. The
+//! lattice of level l has the places that are multiples of 2^−l; a place's own level is that of the
+//! coarsest lattice it is on.
+
+/// The deepest level of a place.
+pub(crate) const DEEPEST_LEVEL: u8 = 24;
+/// Steps of the unit interval.
+pub(crate) const STEPS: u32 = 1 << DEEPEST_LEVEL;
+/// Points of the longest stencil: degree 5, order 6.
+pub(crate) const STENCIL: usize = 6;
+
+/// The level of the coarsest lattice that `place` is on.
+pub(crate) fn level_of(place: u32) -> u8 {
+    if place.is_multiple_of(STEPS) {
+        return 0;
+    }
+    // At most 23 trailing zeros: the ends have been dealt with.
+    DEEPEST_LEVEL.saturating_sub(place.trailing_zeros().try_into().unwrap_or(DEEPEST_LEVEL))
+}
+
+/// The distance of neighbours on the lattice of `level`, in steps.
+pub(crate) fn spacing(level: u8) -> u32 {
+    STEPS >> level
+}
+
+/// A place, or a distance, as a fraction of the unit interval.
+pub(crate) fn unit(place: u32) -> f64 {
+    f64::from(place) / f64::from(STEPS)
+}
+
+/// The place `distance` below (`up` = false) or above, if it is on the interval.
+pub(crate) fn beside(place: u32, distance: u32, up: bool) -> Option<u32> {
+    if up { Some(place + distance).filter(|&p| p <= STEPS) } else { place.checked_sub(distance) }
+}
+
+/// Weights of the polynomial through the points 0, 1, …, N − 1 at `OFFSET` + ½, for each OFFSET.
+const fn halfway<const N: usize>() -> [[f64; N]; N] {
+    let mut table = [[1.0; N]; N];
+    let mut offset = 0;
+    while offset < N {
+        let mut k = 0;
+        while k < N {
+            let mut j = 0;
+            while j < N {
+                if j != k {
+                    table[offset][k] *= (offset as f64 + 0.5 - j as f64) / (k as f64 - j as f64);
+                }
+                j += 1;
+            }
+            k += 1;
+        }
+        offset += 1;
+    }
+    table
+}
+
+static HALFWAY_2: [[f64; 2]; 2] = halfway();
+static HALFWAY_3: [[f64; 3]; 3] = halfway();
+static HALFWAY_5: [[f64; 5]; 5] = halfway();
+static HALFWAY_6: [[f64; 6]; 6] = halfway();
+
+/// The first index and the weights that predict the value midway between indices `interval` and
+/// `interval` + 1 of a lattice of `intervals` = 2^l intervals.
+///
+/// Interpolating subdivision after Deslauriers & Dubuc 1989 (doi:10.1007/BF01889598), of order 6,
+/// with the closest stencil at the ends, and all points of a lattice that has fewer.
+pub(crate) fn midpoint_weights(intervals: usize, interval: usize) -> (usize, &'static [f64]) {
+    let points = (intervals + 1).min(STENCIL);
+    let first = interval.saturating_sub(points / 2 - 1).min(intervals + 1 - points);
+    let offset = interval - first;
+    let weights: &[f64] = match points {
+        2 => &HALFWAY_2[offset],
+        3 => &HALFWAY_3[offset],
+        5 => &HALFWAY_5[offset],
+        _ => &HALFWAY_6[offset],
+    };
+    (first, weights)
+}
+
+/// Nodes and weights of the 3-point Gauss rule on \[0, 1\]: exact for quintics.
+pub(crate) const GAUSS: [(f64, f64); 3] = [
+    (0.112_701_665_379_258_3, 5.0 / 18.0),
+    (0.5, 8.0 / 18.0),
+    (0.887_298_334_620_741_7, 5.0 / 18.0),
+];
+
+/// Weights of the quintic through the points 0, 1, …, 5 at `t`.
+pub(crate) fn polynomial_weights(t: f64) -> [f64; STENCIL] {
+    core::array::from_fn(|k| {
+        let others = (0..STENCIL).filter(|&j| j != k);
+        others.fold(1.0, |product, j| product * (t - j as f64) / (k as f64 - j as f64))
+    })
+}
+
+/// The value at `x` of the polynomial through at most [`STENCIL`] `points` (x, value).
+pub(crate) fn polynomial(points: &[(f64, f64)], x: f64) -> f64 {
+    let term = |(k, &(x_k, value)): (usize, &(f64, f64))| {
+        let others = points.iter().enumerate().filter(|&(j, _)| j != k);
+        others.fold(value, |product, (_, &(x_j, _))| product * (x - x_j) / (x_k - x_j))
+    };
+    points.iter().enumerate().map(term).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_and_spacings_agree() {
+        assert_eq!([0, STEPS, STEPS / 2, STEPS / 4, 1].map(level_of), [0, 0, 1, 2, 24]);
+        for level in 1..=DEEPEST_LEVEL {
+            assert_eq!(level_of(spacing(level)), level);
+            assert_eq!(level_of(STEPS - spacing(level)), level);
+        }
+        assert_eq!(beside(STEPS, 1, true), None);
+        assert_eq!(beside(0, 1, false), None);
+    }
+
+    #[test]
+    fn a_quintic_is_predicted_from_6_points_and_interpolated() {
+        let quintic = |x: f64| ((((3.0 * x - 1.0) * x + 0.5) * x - 2.0) * x + 1.0) * x - 0.25;
+        for intervals in [8, 16, 64] {
+            for interval in 0..intervals {
+                let (first, weights) = midpoint_weights(intervals, interval);
+                let at = |k: f64| quintic(k / intervals as f64);
+                let predicted: f64 =
+                    weights.iter().enumerate().map(|(k, w)| w * at((first + k) as f64)).sum();
+                assert!((predicted - at(interval as f64 + 0.5)).abs() < 1e-14);
+            }
+        }
+        let points: Vec<_> =
+            [0.0, 0.1, 0.15, 0.5, 0.7, 1.0].iter().map(|&x| (x, quintic(x))).collect();
+        assert!((polynomial(&points, 0.3) - quintic(0.3)).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,317 @@
+//! The loop: look, develop the image and its error, open what is worth it, until it is good enough.
+
+use super::dyadic::{spacing, unit};
+use super::error_map::Footprint;
+use super::image_tree::{ImageTree, Place};
+use super::opening::Choice;
+use super::pixels::pixel_means;
+use super::remaining::{Children, Remaining, guarded_details, remaining};
+use super::round::Scan;
+use super::seeds::Looks;
+use super::sights::{Sights, Stop, View, base_depths};
+use super::{BASE_LEVELS, VolOptions};
+use crate::emission::Emission;
+use crate::error::RenderError;
+use crate::image::Image;
+use crate::meter::Meter;
+use crate::projection::Projection;
+use crate::render::{Frame, RenderOptions, Rendering};
+use crate::tree::Ending;
+use core::ops::ControlFlow;
+
+/// Looser requests are met at this tolerance: a looser search does not find the structure.
+const LOOSEST_TOLERANCE: f64 = 0.05;
+/// The largest estimate has to be within this share of the tolerance.
+const STOP: f64 = 0.85;
+/// The share of the tolerance that a line or a depth rule may take.
+const LINE_SHARE: f64 = 0.2;
+/// If lines are all that is left to be improved, their share is halved this often.
+const MOST_HALVINGS: u32 = 4;
+/// Nodes are no closer to each other than 2^−this of a pixel.
+const BELOW_PIXEL_LEVELS: u32 = 4;
+/// Levels of nodes that the places have room for, with two for the children and their neighbours.
+const FINEST_LEVEL: u8 = 22;
+/// A round may cost this much more for each node than the one before.
+const COST_MARGIN: f64 = 1.3;
+/// A first estimate of the largest pixel is good if the next one is no smaller than this share.
+const SAME_SCALE: f64 = 0.98;
+/// First estimates are made this often at the most.
+const MOST_ESTIMATES: usize = 4;
+
+/// The image that a camera sees, to the tolerance of `vol`.
+pub(crate) fn render<E: Emission>(
+    meter: &Meter<'_, E>,
+    projection: &dyn Projection,
+    shape: [usize; 2],
+    vol: &VolOptions,
+    options: &RenderOptions<'_>,
+) -> Result<Rendering, RenderError<E::Error>> {
+    let base_level = affordable_base_level(vol, meter.evaluations_left())?;
+    let mut engine = Engine {
+        scan: Scan {
+            view: View { meter },
+            base_level,
+            tree: ImageTree::default(),
+            sights: Sights::default(),
+            seeds: Looks::default(),
+        },
+        projection,
+        scale: radiance_per_density(projection, shape),
+        shape,
+        tolerance: vol.tolerance.min(LOOSEST_TOLERANCE),
+        line_share: LINE_SHARE,
+        always: base_level + 1,
+        finest_level: finest_level(shape, base_level),
+    };
+    engine.scan.seeds = Looks::at(options.seeds, projection, base_level, engine.finest_level);
+    let (developed, ending) = engine.run(options)?;
+    // The budget may end a search that has been stricter than what was asked for.
+    let met = developed.always_seen
+        && developed.error.largest() <= vol.tolerance * developed.image.largest();
+    let ending = if met { Ending::Complete } else { ending };
+    Ok(Rendering::new(developed.image, Some(developed.error), ending))
+}
+
+/// The base level asked for, or the finest one whose first look the budget allows.
+fn affordable_base_level<E>(vol: &VolOptions, allowed: u64) -> Result<u8, RenderError<E>> {
+    let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
+    if !(vol.tolerance > 0.0 && vol.tolerance < 1.0) {
+        return option("tolerance", vol.tolerance.to_string(), "a fraction above 0 and below 1");
+    }
+    if !BASE_LEVELS.contains(&vol.base_level) {
+        return option("base_level", vol.base_level.to_string(), "2 to 7");
+    }
+    let cost = |level: &u8| ((1_u64 << level) + 1).pow(3);
+    (1..=vol.base_level).rev().find(|level| cost(level) <= allowed).ok_or_else(|| {
+        let what = "a first look at 3 x 3 lines in 3 depths".to_owned();
+        RenderError::Budget { what, needed: cost(&1), allowed }
+    })
+}
+
+/// The deepest level of nodes that the pixels can be the better for.
+fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
+    let of_pixels = height.max(width).next_power_of_two().trailing_zeros() + BELOW_PIXEL_LEVELS;
+    u8::try_from(of_pixels).unwrap_or(FINEST_LEVEL).clamp(base_level + 2, FINEST_LEVEL)
+}
+
+/// For each pixel, its radiance over the mean of the irradiance density on it.
+fn radiance_per_density(projection: &dyn Projection, [height, width]: [usize; 2]) -> Image {
+    let area = 1.0 / (height as f64 * width as f64);
+    let mut scale = Image::zeros(height, width);
+    for row in 0..height {
+        // Borders as quotients, so that neighbours share them to the last bit.
+        let y = [row, row + 1].map(|r| r as f64 / height as f64);
+        for (column, scale) in scale.row_mut(row).iter_mut().enumerate() {
+            let x = [column, column + 1].map(|c| c as f64 / width as f64);
+            *scale = area / projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
+        }
+    }
+    scale
+}
+
+struct Engine<'a, E> {
+    scan: Scan<'a, E>,
+    projection: &'a dyn Projection,
+    scale: Image,
+    shape: [usize; 2],
+    /// The error to be met, relative to the largest pixel.
+    tolerance: f64,
+    line_share: f64,
+    /// The finest level that every rendering looks at.
+    always: u8,
+    finest_level: u8,
+}
+
+/// The image so far, and what is known of its error.
+struct Developed {
+    image: Image,
+    error: Image,
+    guarded: Vec<f64>,
+    remaining: Vec<Remaining>,
+    footprints: Vec<Option<Footprint>>,
+    /// Whether all nodes of the levels that are always looked at are there.
+    always_seen: bool,
+}
+
+impl<E: Emission> Engine<'_, E> {
+    fn run(
+        &mut self,
+        options: &RenderOptions<'_>,
+    ) -> Result<(Developed, Ending), RenderError<E::Error>> {
+        let mut within_budget = self.look_at_base()?;
+        let mut developed = self.develop();
+        let mut extra = self.scan.seeds.places.clone();
+        let mut cost_per_node = 0.0;
+        let mut halvings = 0;
+        loop {
+            let target = self.tolerance * developed.image.largest();
+            let meter = self.scan.view.meter;
+            if let Some(callback) = options.frame {
+                let frame = Frame {
+                    image: &developed.image,
+                    error: &developed.error,
+                    evaluations: meter.evaluations(),
+                    batches: meter.batches(),
+                };
+                if let ControlFlow::Break(()) = callback(&frame) {
+                    return Err(RenderError::Interrupted);
+                }
+            }
+            if developed.always_seen && developed.error.largest() <= STOP * target {
+                return Ok((developed, Ending::Complete));
+            }
+            if !within_budget {
+                return Ok((developed, Ending::Budget));
+            }
+            let mut places = self.choose(&developed, target);
+            extra.retain(|&place| self.scan.tree.find(place).is_none());
+            places.extend(extra.drain(..));
+            if places.is_empty() {
+                if halvings == MOST_HALVINGS {
+                    return Ok((developed, Ending::DeepestLevel));
+                }
+                halvings += 1;
+                self.line_share *= 0.5;
+            }
+            let affordable = meter.evaluations_left() as f64 / (COST_MARGIN * cost_per_node);
+            if places.len() as f64 > affordable {
+                within_budget = false;
+                places.truncate(floor(affordable));
+            }
+            places.sort_unstable();
+            places.dedup();
+            let before = (meter.evaluations(), places.len());
+            within_budget &= self.look(&places, &developed.guarded, target)?;
+            cost_per_node = (meter.evaluations() - before.0) as f64 / before.1.max(1) as f64;
+            developed = self.develop();
+        }
+    }
+
+    /// The lines of the base lattice, each refined by itself; whether the budget allowed it.
+    fn look_at_base(&mut self) -> Result<bool, RenderError<E::Error>> {
+        let step = spacing(self.scan.base_level);
+        let lattice = 0..=1_u32 << self.scan.base_level;
+        let places: Vec<Place> = lattice
+            .clone()
+            .flat_map(|i| lattice.clone().map(move |j| [i * step, j * step]))
+            .collect();
+        self.scan.add(&places);
+        let all = 0..places.len();
+        let depths = base_depths(self.scan.base_level);
+        let wanted = all.clone().map(|i| (i, depths.clone())).collect();
+        let looked = self.scan.refine(wanted, f64::INFINITY).and_then(|()| {
+            let largest = |scan: &Scan<'_, E>| {
+                let radiances = all.clone().map(|i| scan.sights.lines[i].integral.abs());
+                radiances.fold(0.0, f64::max)
+            };
+            let mut scale = largest(&self.scan);
+            for _ in 0..MOST_ESTIMATES {
+                let tolerance = self.line_share * self.tolerance * scale;
+                let seeds = &self.scan.seeds;
+                let again = all.clone().map(|i| (i, seeds.depths(places[i]))).collect();
+                self.scan.refine(again, tolerance)?;
+                let next = largest(&self.scan);
+                let same = next >= SAME_SCALE * scale;
+                scale = next;
+                if same {
+                    break;
+                }
+            }
+            let found: Vec<usize> = all.clone().collect();
+            self.scan.follow(&found, self.line_share * self.tolerance * scale)
+        });
+        self.set_values(0);
+        within_budget(looked)
+    }
+
+    /// The radiances of nodes at new `places`; whether the budget allowed it. If not, the nodes are
+    /// left out again.
+    fn look(
+        &mut self,
+        places: &[Place],
+        guarded: &[f64],
+        target: f64,
+    ) -> Result<bool, RenderError<E::Error>> {
+        let first = self.scan.tree.len();
+        self.scan.add(places);
+        let allowed = within_budget(self.scan.scan(first, guarded, self.line_share * target))?;
+        if !allowed {
+            self.scan.truncate(first);
+        }
+        self.set_values(0);
+        Ok(allowed)
+    }
+
+    /// The irradiance density of the nodes from `first` on.
+    fn set_values(&mut self, first: usize) {
+        for i in first..self.scan.tree.len() {
+            let xy = self.scan.tree.nodes()[i].place.map(unit);
+            let density = self.projection.solid_angle_density(xy);
+            self.scan.tree.set(i, density * self.scan.sights.lines[i].integral);
+        }
+        self.scan.tree.update_details();
+    }
+
+    fn develop(&self) -> Developed {
+        let Scan { tree, sights, .. } = &self.scan;
+        let [height, width] = self.shape;
+        let mut image = Image::from_pixels(height, width, pixel_means(tree, self.shape));
+        for (pixel, scale) in image.pixels_mut().iter_mut().zip(self.scale.pixels()) {
+            *pixel *= scale;
+        }
+        let guarded = guarded_details(tree);
+        let remaining = remaining(tree, &guarded, self.always);
+        let footprint = |(node, remaining): (_, &Remaining)| {
+            (remaining.size > 0.0).then(|| Footprint::new(node, remaining, self.shape))
+        };
+        let footprints: Vec<Option<Footprint>> =
+            tree.nodes().iter().zip(&remaining).map(footprint).collect();
+        let of_lines = (0..tree.len()).map(|i| sights.error(i)).fold(0.0, f64::max);
+        let mut error = Image::from_pixels(height, width, vec![of_lines; height * width]);
+        for footprint in footprints.iter().flatten() {
+            footprint.add_to(&mut error, &self.scale, 1.0);
+        }
+        let nodes = tree.nodes().iter().zip(&remaining);
+        let always_seen = nodes
+            .filter(|(node, _)| node.level < self.always)
+            .all(|(_, remaining)| remaining.children == Children::All);
+        Developed { image, error, guarded, remaining, footprints, always_seen }
+    }
+
+    /// The places to be looked at next, the most worthwhile first.
+    fn choose(&self, developed: &Developed, target: f64) -> Vec<Place> {
+        let choice = Choice {
+            tree: &self.scan.tree,
+            remaining: &developed.remaining,
+            footprints: &developed.footprints,
+            error: &developed.error,
+            scale: &self.scale,
+            tolerance: target,
+            finest_level: self.finest_level,
+            always: self.always,
+        };
+        let mut nodes = choice.nodes();
+        if !developed.always_seen {
+            let unseen = |&i: &usize| {
+                self.scan.tree.nodes()[i].level < self.always
+                    && developed.remaining[i].children != Children::All
+            };
+            nodes.extend((0..self.scan.tree.len()).filter(unseen));
+        }
+        choice.places(&nodes)
+    }
+}
+
+/// Whether the budget allowed something that may have been stopped by it.
+fn within_budget<E>(result: Result<(), Stop<E>>) -> Result<bool, RenderError<E>> {
+    match result {
+        Ok(()) => Ok(true),
+        Err(Stop::Budget) => Ok(false),
+        Err(Stop::Failed(error)) => Err(error),
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of nodes")]
+fn floor(number: f64) -> usize {
+    number.floor() as usize
+}

@@ -1,0 +1,272 @@
+//! The error of a line of sight, and where to look next: one step of its refinement.
+//!
+//! A sample of level l was expected to be on the polynomial through coarser samples; what it differs
+//! by is its detail d, which reaches the integral as its effect d · 2^−l. What may remain unseen
+//! around a sample is its significance, smaller where significances have been seen to decay, until
+//! the halves on both sides are sampled. A jump is an interval that is far steeper than its
+//! neighbours explain: it is bisected, one sample for each factor of two.
+
+use super::dyadic::{DEEPEST_LEVEL, beside, level_of, polynomial, spacing};
+use super::line::Line;
+
+/// A jump is this much steeper than both neighbours together.
+const JUMP_STEEPNESS: f64 = 4.0;
+/// |error| of an interval with a jump, in units of its length times the jump. Half would suffice for
+/// one line; but lines that differ by what theirs have left look rough to the image tree, and cost
+/// more there than the bisections here.
+const JUMP_ERROR: f64 = 1.6;
+/// A jump that is smaller than this share of the tolerance, times its interval, is none.
+const LEAST_JUMP: f64 = 0.02;
+/// Share of the |effects| that is added to what is left of them when neighbours cancel: an
+/// accidental zero is not trusted.
+const CANCELLATION_GUARD: f64 = 0.1;
+/// What remains is at least this share of a significance…
+const LEAST_DECAY: f64 = 0.125;
+/// …and else this times the decay from the coarser neighbours.
+const DECAY_MARGIN: f64 = 3.0;
+/// Of what remains, the largest are looked at together, down to this share of the largest…
+const TOGETHER: f64 = 0.5;
+/// …or to this share of the tolerance, if that is less.
+const NEGLIGIBLE: f64 = 0.125;
+/// Halves deeper than this are not looked at.
+const FINEST_LEVEL: u8 = DEEPEST_LEVEL - 2;
+/// Coarser neighbours that predict a sample on each side; more would only be further away.
+const PREDICTORS: usize = 3;
+
+impl Line {
+    /// Integrates, estimates the error, and returns the depths to be sampled for an error of
+    /// `tolerance`, in order; none if it is met.
+    ///
+    /// The line has all depths of `base_level`; intervals longer than half of theirs may be steep
+    /// without a jump.
+    pub(crate) fn assess(&mut self, tolerance: f64, base_level: u8) -> Vec<u32> {
+        self.find_jumps(tolerance, base_level);
+        self.integrate();
+        self.find_significances();
+        let mut remaining = self.remaining(base_level);
+        let mut error: f64 = remaining.iter().map(|of| of.error).sum();
+        let mut wanted = Vec::new();
+        while error > tolerance && wanted.is_empty() {
+            let largest = remaining.iter().map(|of| of.error).fold(0.0, f64::max);
+            if largest <= 0.0 {
+                break;
+            }
+            let least = (TOGETHER * largest).min(NEGLIGIBLE * tolerance);
+            for of in remaining.iter_mut().filter(|of| of.error > least) {
+                error -= of.error;
+                of.error = 0.0;
+                self.look_at(of.place, &mut wanted);
+            }
+        }
+        // What can't be looked at more closely is no error that more samples could remove.
+        self.error = error.max(0.0);
+        wanted.sort_unstable();
+        wanted.dedup();
+        wanted
+    }
+
+    fn find_jumps(&mut self, tolerance: f64, base_level: u8) {
+        let longest = spacing(base_level + 1);
+        let intervals = self.samples.len().saturating_sub(1);
+        let is_jump = |i: usize| {
+            let (length, step) = (self.length(i), self.step(i).abs());
+            let steps = self.samples[i + 1].depth - self.samples[i].depth;
+            if steps > longest || step * length < LEAST_JUMP * tolerance {
+                return false;
+            }
+            let slope = |k: usize| self.step(k).abs() / self.length(k);
+            let below = if i > 0 { slope(i - 1) } else { 0.0 };
+            let above = if i + 1 < intervals { slope(i + 1) } else { 0.0 };
+            step > JUMP_STEEPNESS * length * (below + above)
+        };
+        self.jumps = (0..intervals).map(is_jump).collect();
+    }
+
+    /// What sample `i` differs by from the polynomial through coarser samples around it.
+    fn detail(&self, i: usize) -> f64 {
+        let level = self.samples[i].level;
+        let coarser = |k: &usize| self.samples[*k].level < level;
+        // Four on each side: the fourth makes up for what the other side may lack.
+        let below = (0..i).rev().take_while(|&k| !self.jumps[k]).filter(coarser).take(4);
+        let above = (i + 1..self.samples.len()).take_while(|&k| !self.jumps[k - 1]);
+        let above = above.filter(coarser).take(4);
+        let (below, above): (Vec<usize>, Vec<usize>) = (below.collect(), above.collect());
+        let (from_below, from_above) = match (below.len(), above.len()) {
+            (b, a) if b >= PREDICTORS && a >= PREDICTORS => (PREDICTORS, PREDICTORS),
+            (b, a) if b + a < 4 => (b, a),
+            (b, a) if b < PREDICTORS && b <= a => (b, 4 - b),
+            (_, a) => (4 - a, a),
+        };
+        let chosen = below[..from_below].iter().chain(&above[..from_above]);
+        let points: Vec<_> = chosen.map(|&k| (self.z(k), self.samples[k].rate)).collect();
+        if points.is_empty() {
+            return 0.0;
+        }
+        self.samples[i].rate - polynomial(&points, self.z(i))
+    }
+
+    fn find_significances(&mut self) {
+        let effect = |i: usize| match self.samples[i].level {
+            0 | 1 => 0.0,
+            level => self.detail(i) / f64::from(1_u32 << level),
+        };
+        let effects: Vec<f64> = (0..self.samples.len()).map(effect).collect();
+        for i in 0..self.samples.len() {
+            let (depth, level) = (self.samples[i].depth, self.samples[i].level);
+            if level == 0 {
+                continue;
+            }
+            // Neighbours of the same level lie two of its spacings away; beyond an end, the mirror.
+            let of_neighbour = |up: bool| match beside(depth, 2 * spacing(level), up) {
+                Some(neighbour) if level_of(neighbour) == level => {
+                    self.find(neighbour).map_or(0.0, |k| effects[k])
+                }
+                _ => effects[i],
+            };
+            let neighbours = [of_neighbour(false), of_neighbour(true)];
+            let sum = 0.5 * effects[i] + 0.25 * (neighbours[0] + neighbours[1]);
+            let sizes = 0.5 * effects[i].abs() + 0.25 * (neighbours[0].abs() + neighbours[1].abs());
+            self.samples[i].significance = sum.abs() + CANCELLATION_GUARD * sizes;
+        }
+    }
+
+    /// What may remain unseen, place by place; marks the samples that have both halves.
+    fn remaining(&mut self, base_level: u8) -> Vec<Remaining> {
+        let mut remaining = Vec::new();
+        for i in 0..self.samples.len() {
+            if self.jumps.get(i).copied().unwrap_or(false) {
+                let error = JUMP_ERROR * self.length(i) * self.step(i).abs();
+                remaining.push(Remaining { place: Place::Interval(i), error });
+            }
+            let sample = self.samples[i];
+            if sample.level < base_level.max(1) || sample.level >= FINEST_LEVEL {
+                continue;
+            }
+            let [below, above] = self.missing_halves(i);
+            self.samples[i].opened = below.is_none() && above.is_none();
+            // Bisection looks after jumps.
+            if (below.is_none() || self.jumps[i - 1]) && (above.is_none() || self.jumps[i]) {
+                continue;
+            }
+            let error = sample.significance * self.decay(i, base_level);
+            remaining.push(Remaining { place: Place::Sample(i), error });
+        }
+        remaining
+    }
+
+    /// The middles of the halves beside sample `i` (not an end) that have not been sampled.
+    fn missing_halves(&self, i: usize) -> [Option<u32>; 2] {
+        let half = spacing(self.samples[i].level + 1);
+        let missing = |up| beside(self.samples[i].depth, half, up).filter(|&d| !self.has(d));
+        [missing(false), missing(true)]
+    }
+
+    /// Which part of the significance of sample `i` is expected to remain unseen.
+    fn decay(&self, i: usize, base_level: u8) -> f64 {
+        let sample = self.samples[i];
+        if sample.level <= base_level {
+            return 1.0;
+        }
+        let of_parent = |up| {
+            let parent = beside(sample.depth, spacing(sample.level), up)?;
+            let is_parent = level_of(parent) + 1 == sample.level;
+            let k = self.find(parent).ok().filter(|_| is_parent)?;
+            Some(self.samples[k].significance)
+        };
+        let coarser = [false, true].into_iter().filter_map(of_parent).fold(0.0, f64::max);
+        (DECAY_MARGIN * sample.significance / (coarser + f64::MIN_POSITIVE)).clamp(LEAST_DECAY, 1.0)
+    }
+
+    /// Adds the depths that would show what remains at a place.
+    fn look_at(&self, place: Place, wanted: &mut Vec<u32>) {
+        match place {
+            Place::Interval(i) => {
+                let (from, to) = (self.samples[i].depth, self.samples[i + 1].depth);
+                if to - from >= 4 {
+                    wanted.push(from + (to - from) / 2);
+                }
+            }
+            Place::Sample(i) => {
+                let [below, above] = self.missing_halves(i);
+                wanted.extend(below.filter(|_| !self.jumps[i - 1]));
+                wanted.extend(above.filter(|_| !self.jumps[i]));
+            }
+        }
+    }
+}
+
+/// Where on a line an error may remain.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    Sample(usize),
+    /// The interval from this sample on, which has a jump.
+    Interval(usize),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Remaining {
+    place: Place,
+    error: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vol::dyadic::unit;
+
+    const BASE_LEVEL: u8 = 3;
+
+    /// Refines a line of `rate` to `tolerance`; returns it.
+    fn refined(rate: impl Fn(f64) -> f64, tolerance: f64) -> Line {
+        let mut line = Line::default();
+        let mut wanted: Vec<u32> = (0..=8).map(|k| k * spacing(BASE_LEVEL)).collect();
+        while !wanted.is_empty() {
+            line.add(wanted.iter().map(|&depth| (depth, rate(unit(depth)))));
+            wanted = line.assess(tolerance, BASE_LEVEL);
+        }
+        line
+    }
+
+    #[test]
+    fn a_peak_costs_few_samples_and_its_error_is_covered() {
+        let width = 0.05;
+        let peak = |z: f64| (-((z - 0.4) / width).powi(2)).exp();
+        let exact = width * core::f64::consts::PI.sqrt();
+        let cost = [1e-2, 1e-4, 1e-6, 1e-8].map(|tolerance| {
+            let line = refined(peak, tolerance * exact);
+            assert!((line.integral - exact).abs() <= line.error, "{tolerance}: {}", line.integral);
+            assert!(line.error <= tolerance * exact);
+            line.samples.len()
+        });
+        assert_eq!(cost, [27, 59, 129, 239]);
+    }
+
+    #[test]
+    fn a_jump_costs_one_sample_for_each_factor_of_two() {
+        let step = |z: f64| if z < 0.3 { 1.0 } else { 0.25 };
+        let exact = 0.3 + 0.7 * 0.25;
+        let cost = [1e-3, 1e-4, 1e-5].map(|tolerance| {
+            let line = refined(step, tolerance);
+            assert!((line.integral - exact).abs() <= tolerance, "{}", line.integral);
+            line.samples.len()
+        });
+        assert_eq!(cost, [21, 24, 28]);
+    }
+
+    #[test]
+    fn a_quintic_is_integrated_by_the_base_depths_inside_and_nothing_is_left() {
+        let line = refined(|z| z * z, 1e-9);
+        assert_eq!(line.samples.len(), 9);
+        assert!((line.integral - 1.0 / 3.0).abs() < 1e-15);
+        assert!(line.error < 1e-15);
+    }
+
+    #[test]
+    fn a_single_odd_sample_is_followed_down() {
+        // One base depth lies 0.002 beside the middle of a knot of width 0.004.
+        let knot = |z: f64| 1.0 + 50.0 * (-((z - 0.377) / 0.004).powi(2)).exp();
+        let exact = 1.0 + 50.0 * 0.004 * core::f64::consts::PI.sqrt();
+        let line = refined(knot, 1e-3);
+        assert!((line.integral - exact).abs() < 1e-3, "{}", line.integral);
+    }
+}

@@ -1,0 +1,65 @@
+//! Method `vol`: the image to the error that was asked for, with as few evaluations as can be.
+//!
+//! The image is a function of two variables that may be smooth where g is not, and its error is what
+//! has been promised: so the tree is one of the image plane, and each of its nodes is a line of
+//! sight.
+//!
+//! * `dyadic`: places on the unit interval, predictions and polynomials;
+//! * `line`, `line_error`: samples along one line, its integral, its error and where to look next;
+//! * `block`, `depth_rule`: a few depths that integrate all lines of a part of the image;
+//! * `sights`, `round`: the lines of all nodes, sampled in batches; the radiances of new nodes;
+//! * `image_tree`, `remaining`: values and details in the image plane, and what remains unseen;
+//! * `error_map`, `opening`: that spread over the pixels, and the nodes that are worth opening;
+//! * `pixels`: the means over pixels;
+//! * `engine`: the loop over all this.
+//!
+//! What is promised, and what can't be, is told at [`VolOptions::tolerance`].
+
+mod block;
+mod depth_rule;
+mod dyadic;
+mod engine;
+mod error_map;
+mod image_tree;
+mod line;
+mod line_error;
+mod opening;
+mod pixels;
+mod remaining;
+mod round;
+mod seeds;
+mod sights;
+
+pub(crate) use engine::render;
+
+/// Options of method `vol`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolOptions {
+    /// The largest error of a pixel that is allowed, relative to the largest |pixel|; above 0 and
+    /// below 1.
+    ///
+    /// It is kept for what the samples have seen. A structure that falls between the lines and
+    /// depths of the base lattice can't be promised: name it with a [`Seed`](crate::Seed), or choose
+    /// a finer base.
+    pub tolerance: f64,
+    /// The base lattice has 2^`base_level` intervals along each axis, of the image and in depth; one
+    /// of [`BASE_LEVELS`].
+    pub base_level: u8,
+}
+
+/// The base levels that there are.
+pub const BASE_LEVELS: core::ops::RangeInclusive<u8> = 2..=7;
+
+impl Default for VolOptions {
+    /// 1 % of the largest pixel, from a base lattice of 9 × 9 lines with 9 depths each.
+    fn default() -> Self {
+        Self { tolerance: 0.01, base_level: 3 }
+    }
+}
+
+/// Memory that one evaluation takes: its sample, and its share of the nodes and of what a round
+/// makes of them.
+pub(crate) const BYTES_PER_EVALUATION: u64 = 256;
+/// Numbers for each pixel beside the image and its error: the copy that the choice is made on, the
+/// scale, and the columns of one axis.
+pub(crate) const MAPS: u64 = 4;

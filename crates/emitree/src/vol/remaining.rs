@@ -1,0 +1,129 @@
+//! What remains unseen around each node of the image tree.
+//!
+//! A node's *guarded* detail is its own or, if that is larger, a share of its neighbours': a detail
+//! that is small by accident does not end the search. What remains is the guarded detail times a
+//! decay, and the decay is believed only below the levels that are always looked at. A node is
+//! followed in two steps: first its four diagonal children, which see what varies along x, along y
+//! or along both; then, if those still matter, the four children beside it. Most nodes never need
+//! the second step, and it has two thirds of the children.
+
+use super::dyadic::{beside, spacing};
+use super::image_tree::{ImageTree, Place, level_of_place};
+
+/// Share of the details one spacing away that guards a node's own.
+const NEXT_GUARD: f64 = 0.5;
+/// Share of the details two spacings away: the side lobes of an unresolved peak lie there.
+const SECOND_GUARD: f64 = 0.3;
+/// What remains is at least this share of a guarded detail on the first level with any decay…
+const FIRST_LEAST_DECAY: f64 = 0.4;
+/// …and this below it…
+const LEAST_DECAY: f64 = 0.15;
+/// …and else this times the decay from the coarser neighbours.
+const DECAY_MARGIN: f64 = 3.0;
+/// Once the diagonal children are there, what remains is their largest guarded detail, or this share
+/// of what remained before.
+const AFTER_DIAGONALS: f64 = 0.1;
+
+/// How far a node's children are there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Children {
+    /// Some of the four diagonal children are missing.
+    None,
+    /// The diagonal children are there, some of the four beside the node are missing.
+    Diagonal,
+    /// All eight are there.
+    All,
+}
+
+/// What remains around one node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Remaining {
+    pub(crate) children: Children,
+    /// The largest error of the image that is expected to be left there, in the unit of the values.
+    pub(crate) size: f64,
+}
+
+/// The places around `place` at the given multiples of `distance`, those on the image.
+pub(crate) fn around(
+    place: Place,
+    distance: u32,
+    reach: i8,
+) -> impl Iterator<Item = (i8, i8, Place)> {
+    let along = move |from: u32, times: i8| {
+        beside(from, distance * u32::from(times.unsigned_abs()), times >= 0)
+    };
+    (-reach..=reach).flat_map(move |i| {
+        (-reach..=reach)
+            .filter(move |&j| (i, j) != (0, 0))
+            .filter_map(move |j| Some((i, j, [along(place[0], i)?, along(place[1], j)?])))
+    })
+}
+
+/// The guarded details of all nodes, whose details are up to date.
+pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
+    let nodes = tree.nodes();
+    let guarded = |place: Place, level: u8, detail: f64| {
+        let neighbours = around(place, spacing(level), 2).filter_map(|(i, j, at)| {
+            let neighbour = nodes[tree.find(at)?];
+            let share = if i.abs().max(j.abs()) == 1 { NEXT_GUARD } else { SECOND_GUARD };
+            (neighbour.level == level).then_some(share * neighbour.detail.abs())
+        });
+        neighbours.fold(detail.abs(), f64::max)
+    };
+    nodes.iter().map(|node| guarded(node.place, node.level, node.detail)).collect()
+}
+
+/// What remains around each node, given the `guarded` details; `always` is the finest level that
+/// every rendering looks at.
+pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Remaining> {
+    let of_node = |i: usize| {
+        let node = tree.nodes()[i];
+        if node.level + 1 < always {
+            return Remaining { children: Children::All, size: 0.0 };
+        }
+        let (children, of_diagonals) = children(tree, guarded, node.place, node.level);
+        if children == Children::All {
+            return Remaining { children, size: 0.0 };
+        }
+        let before = guarded[i] * decay(tree, guarded, i, always);
+        let size = match children {
+            // The levels that are always looked at are not looked at in two steps.
+            Children::Diagonal if node.level >= always => {
+                of_diagonals.max(AFTER_DIAGONALS * before)
+            }
+            _ => before,
+        };
+        Remaining { children, size }
+    };
+    (0..tree.len()).map(of_node).collect()
+}
+
+/// Which children of a node are there, and the largest guarded detail of the diagonal ones.
+fn children(tree: &ImageTree, guarded: &[f64], place: Place, level: u8) -> (Children, f64) {
+    let (mut found, mut largest) = (Children::All, 0.0_f64);
+    for (i, j, child) in around(place, spacing(level + 1), 1) {
+        let diagonal = i != 0 && j != 0;
+        match tree.find(child) {
+            Some(k) if diagonal => largest = largest.max(guarded[k]),
+            Some(_) => {}
+            None if diagonal => found = Children::None,
+            None if found == Children::All => found = Children::Diagonal,
+            None => {}
+        }
+    }
+    (found, largest)
+}
+
+/// Which part of its guarded detail is expected to remain around node `i`.
+fn decay(tree: &ImageTree, guarded: &[f64], i: usize, always: u8) -> f64 {
+    let node = tree.nodes()[i];
+    if node.level <= always {
+        return 1.0;
+    }
+    let parents = around(node.place, spacing(node.level), 1)
+        .filter(|&(_, _, at)| level_of_place(at) + 1 == node.level)
+        .filter_map(|(_, _, at)| tree.find(at));
+    let coarser = parents.map(|parent| guarded[parent]).fold(0.0, f64::max);
+    let least = if node.level == always + 1 { FIRST_LEAST_DECAY } else { LEAST_DECAY };
+    (DECAY_MARGIN * guarded[i] / (coarser + f64::MIN_POSITIVE)).clamp(least, 1.0)
+}

@@ -1,0 +1,323 @@
+//! One round: the radiances of some new nodes, by depth rules where they hold, by full lines
+//! elsewhere.
+//!
+//! Some nodes of each rule get a full line all the same: the rule has to be right on lines that it
+//! has not seen. Where it is not, the nodes of the quarter of its block get a better one, or full
+//! lines; so do single nodes whose values are unlike those that the rule was learned from.
+
+use super::block::{Block, FINEST_BLOCKS};
+use super::depth_rule::{DepthRule, Profile};
+use super::dyadic::spacing;
+use super::image_tree::{ImageTree, Place};
+use super::remaining::around;
+use super::seeds::Looks;
+use super::sights::{Sights, Stop, View, Wanted, Way};
+use crate::emission::Emission;
+use rustc_hash::FxHashMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Lines around a block that are learned from too, as a share of its edge.
+const TRAINING_MARGIN: f64 = 0.26;
+/// Nodes around a quarter in which a rule has failed that get what the quarter gets.
+const FAILED_MARGIN: f64 = 0.05;
+/// A rule of more depths than this share of a full line's samples saves too little.
+const MOST_DEPTHS: f64 = 0.7;
+/// The most depths of a rule for a quarter in which another one has failed.
+const MOST_DEPTHS_AGAIN: usize = 40;
+/// Of n nodes of a rule, this many times √n get a full line.
+const VALIDATED: f64 = 0.4;
+/// A rule has failed where it is wrong by this many tolerances.
+const FAILURE: f64 = 1.5;
+/// Lines are refined again if they are beyond the tolerance by more than this.
+const AGAIN: f64 = 1.02;
+
+/// The image tree, its lines, and where they are sampled.
+pub(crate) struct Scan<'a, E> {
+    pub(crate) view: View<'a, E>,
+    pub(crate) base_level: u8,
+    pub(crate) tree: ImageTree,
+    pub(crate) sights: Sights,
+    /// Structures that were named: no rule has learned of them.
+    pub(crate) seeds: Looks,
+}
+
+/// A depth rule and where it holds.
+#[derive(Clone, Debug)]
+struct BlockRule {
+    block: Block,
+    rule: DepthRule,
+}
+
+/// What is to be done with some nodes.
+#[derive(Debug, Default)]
+struct Plan {
+    rules: Vec<BlockRule>,
+    /// Nodes that get a full line.
+    full: Vec<usize>,
+    /// Nodes whose full line is compared with the rule of this number.
+    validated: Vec<(usize, usize)>,
+    /// Nodes that get their radiance from the rule of this number.
+    ruled: BTreeMap<usize, usize>,
+}
+
+impl<E: Emission> Scan<'_, E> {
+    /// Adds nodes, without radiances.
+    pub(crate) fn add(&mut self, places: &[Place]) {
+        places.iter().for_each(|&place| self.tree.add(place));
+        self.sights.grow(self.tree.len());
+    }
+
+    /// Forgets all nodes but the first `len`.
+    pub(crate) fn truncate(&mut self, len: usize) {
+        self.tree.truncate(len);
+        self.sights.truncate(len);
+    }
+
+    /// Samples the depths and refines the lines until each is within `tolerance`.
+    pub(crate) fn refine(&mut self, wanted: Wanted, tolerance: f64) -> Result<(), Stop<E::Error>> {
+        self.sights.refine(&self.view, &self.tree, wanted, tolerance, self.base_level)
+    }
+
+    /// Looks on neighbours for what the given full lines have found.
+    pub(crate) fn follow(&mut self, found: &[usize], tolerance: f64) -> Result<(), Stop<E::Error>> {
+        self.sights.follow(&self.view, &self.tree, found, tolerance, self.base_level)
+    }
+
+    /// Finds the radiances of the nodes from `first` on, each to `tolerance`; `guarded` are the
+    /// guarded details of those before.
+    pub(crate) fn scan(
+        &mut self,
+        first: usize,
+        guarded: &[f64],
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
+        let mut new: Vec<usize> = self.no_longer_good(first, tolerance)?;
+        new.extend(first..self.tree.len());
+        let mut plan = self.plan(&new, first, guarded, tolerance);
+        self.scan_full(&plan, first, tolerance)?;
+        let mut again = self.replace_failed(&mut plan, tolerance);
+        again.extend(self.apply(&plan, tolerance)?);
+        self.scan_again(&again, first, tolerance)
+    }
+
+    /// Refines the older full lines that the tolerance has left behind, and returns the other nodes
+    /// that it has: it falls with the largest pixel.
+    fn no_longer_good(
+        &mut self,
+        first: usize,
+        tolerance: f64,
+    ) -> Result<Vec<usize>, Stop<E::Error>> {
+        let beyond = (0..first).filter(|&i| self.sights.error(i) > AGAIN * tolerance);
+        let (full, ruled): (Vec<usize>, Vec<usize>) = beyond.partition(|&i| self.sights.is_full(i));
+        self.refine(full.into_iter().map(|i| (i, Vec::new())).collect(), tolerance)?;
+        Ok(ruled)
+    }
+
+    /// Full lines before node `before`, as rules see them, by the number of their node.
+    fn profiles(&self, before: usize) -> BTreeMap<usize, Profile> {
+        let full = (0..before).filter(|&i| self.sights.is_full(i));
+        full.map(|i| (i, Profile::new(&self.sights.lines[i]))).collect()
+    }
+
+    /// The rule of a block, learned from the full lines in it and a little around it.
+    fn learn(
+        &self,
+        block: Block,
+        profiles: &BTreeMap<usize, Profile>,
+        tolerance: f64,
+        most_depths: usize,
+    ) -> Option<BlockRule> {
+        let near = |i: usize| block.contains(self.tree.nodes()[i].place, TRAINING_MARGIN);
+        let lines: Vec<&Profile> =
+            profiles.iter().filter(|(i, _)| near(**i)).map(|(_, profile)| profile).collect();
+        let rule = DepthRule::learn(&lines, tolerance, most_depths)?;
+        Some(BlockRule { block, rule })
+    }
+
+    /// Gives each of the `new` nodes to the shortest rule around it, or to a full line.
+    fn plan(&self, new: &[usize], first: usize, guarded: &[f64], tolerance: f64) -> Plan {
+        let profiles = self.profiles(first);
+        let samples = |i: &usize| self.sights.lines[*i].samples.len();
+        let samples: usize = profiles.keys().map(samples).sum();
+        let most_depths = most_depths(samples, profiles.len());
+        let mut plan = Plan::default();
+        let mut learned: FxHashMap<Block, Option<usize>> = FxHashMap::default();
+        let mut of_rule: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for &i in new {
+            let mut shortest: Option<usize> = None;
+            if !self.seeds.depths(self.tree.nodes()[i].place).is_empty() {
+                plan.full.push(i);
+                continue;
+            }
+            for level in 0..=FINEST_BLOCKS {
+                let block = Block::around(self.tree.nodes()[i].place, level);
+                let number = *learned.entry(block).or_insert_with(|| {
+                    plan.rules.push(self.learn(block, &profiles, tolerance, most_depths)?);
+                    Some(plan.rules.len() - 1)
+                });
+                let depths = |number: usize| plan.rules[number].rule.depths.len();
+                if number.is_some_and(|n| shortest.is_none_or(|s| depths(n) < depths(s))) {
+                    shortest = number;
+                }
+            }
+            match shortest {
+                Some(number) => of_rule.entry(number).or_default().push(i),
+                None => plan.full.push(i),
+            }
+        }
+        for (number, nodes) in of_rule {
+            let validated = self.validated(&nodes, first, guarded);
+            plan.full.extend(&validated);
+            plan.validated.extend(validated.iter().map(|&i| (i, number)));
+            let rest = nodes.into_iter().filter(|i| !validated.contains(i));
+            plan.ruled.extend(rest.map(|i| (i, number)));
+        }
+        plan.full.sort_unstable();
+        plan
+    }
+
+    /// Which of the nodes of a rule get a full line: half of them where the largest details are
+    /// near, half spread over the rest.
+    fn validated(&self, nodes: &[usize], first: usize, guarded: &[f64]) -> Vec<usize> {
+        let nearby = |&i: &usize| {
+            let node = &self.tree.nodes()[i];
+            let neighbours = around(node.place, spacing(node.level), 1)
+                .filter_map(|(_, _, place)| self.tree.find(place).filter(|&k| k < first));
+            neighbours.map(|k| guarded[k]).fold(0.0, f64::max)
+        };
+        let mut ranked: Vec<(f64, usize)> = nodes.iter().map(|i| (nearby(i), *i)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let count = ceil(VALIDATED * (nodes.len() as f64).sqrt()).min(nodes.len());
+        let largest = count.div_ceil(2);
+        let rest = &ranked[largest..];
+        let stride = rest.len().checked_div(count - largest).unwrap_or(0).max(1);
+        let spread = rest.iter().skip(stride / 2).step_by(stride).take(count - largest);
+        ranked[..largest].iter().chain(spread).map(|(_, i)| *i).collect()
+    }
+
+    /// Refines the full lines of the plan, and what they find on their neighbours.
+    fn scan_full(
+        &mut self,
+        plan: &Plan,
+        first: usize,
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
+        plan.ruled.keys().for_each(|&i| self.sights.await_rule(i));
+        plan.full.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
+        let mut wanted = self.start(plan.full.iter().copied(), first);
+        let position: FxHashMap<usize, usize> =
+            plan.full.iter().enumerate().map(|(k, &i)| (i, k)).collect();
+        for (i, number) in &plan.validated {
+            // The depths of the rule too: it is compared with what it would have seen.
+            wanted[position[i]].1.extend(&plan.rules[*number].rule.depths);
+        }
+        self.refine(wanted, tolerance)?;
+        self.follow(&plan.full, tolerance)
+    }
+
+    /// The depths that new full lines start with, given the lines before node `first`.
+    fn start(&self, nodes: impl Iterator<Item = usize>, first: usize) -> Wanted {
+        let of_node = |i: usize| {
+            let place = self.tree.nodes()[i].place;
+            let mut depths = self.sights.starting_depths(&self.tree, place, first, self.base_level);
+            depths.extend(self.seeds.depths(place));
+            (i, depths)
+        };
+        nodes.map(of_node).collect()
+    }
+
+    /// Gives the nodes of quarters in which a rule has failed to a better rule; returns those that
+    /// there is none for.
+    fn replace_failed(&self, plan: &mut Plan, tolerance: f64) -> BTreeSet<usize> {
+        let mut failed = BTreeSet::new();
+        for &(i, number) in &plan.validated {
+            let BlockRule { block, rule } = &plan.rules[number];
+            let line = &self.sights.lines[i];
+            let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
+            if (rule.integral(&rates) - line.integral).abs() > FAILURE * tolerance {
+                failed.insert((*block, block.quarter(self.tree.nodes()[i].place)));
+            }
+        }
+        let mut without = BTreeSet::new();
+        if failed.is_empty() {
+            return without;
+        }
+        let profiles = self.profiles(self.tree.len());
+        for (block, quarter) in failed {
+            let better = [quarter, block]
+                .into_iter()
+                .filter_map(|block| self.learn(block, &profiles, tolerance, MOST_DEPTHS_AGAIN))
+                .min_by_key(|better| better.rule.depths.len());
+            let better = better.map(|better| {
+                plan.rules.push(better);
+                plan.rules.len() - 1
+            });
+            for i in 0..self.tree.len() {
+                let of_failed = match (plan.ruled.get(&i), self.sights.ways[i]) {
+                    (Some(&number), _) => plan.rules[number].block == block,
+                    (None, Way::Rule { block: of_node, .. }) => of_node == block,
+                    (None, Way::Full) => false,
+                };
+                if !of_failed || !quarter.contains(self.tree.nodes()[i].place, FAILED_MARGIN) {
+                    continue;
+                }
+                match better {
+                    Some(number) => {
+                        plan.ruled.insert(i, number);
+                    }
+                    None => {
+                        plan.ruled.remove(&i);
+                        without.insert(i);
+                    }
+                }
+            }
+        }
+        without
+    }
+
+    /// Samples the depths of the rules, in one batch, and returns the nodes that are odd.
+    fn apply(&mut self, plan: &Plan, tolerance: f64) -> Result<Vec<usize>, Stop<E::Error>> {
+        let wanted =
+            plan.ruled.iter().map(|(&i, &number)| (i, plan.rules[number].rule.depths.clone()));
+        self.sights.sample(&self.view, &self.tree, &wanted.collect())?;
+        let mut odd = Vec::new();
+        for (&i, &number) in &plan.ruled {
+            let BlockRule { block, rule } = &plan.rules[number];
+            let line = &mut self.sights.lines[i];
+            let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
+            line.integral = rule.integral(&rates);
+            self.sights.ways[i] = Way::Rule { block: *block, error: rule.error };
+            if rule.is_odd(&rates, tolerance) {
+                odd.push(i);
+            }
+        }
+        Ok(odd)
+    }
+
+    /// Full lines for nodes whose rules do not hold.
+    fn scan_again(
+        &mut self,
+        nodes: &BTreeSet<usize>,
+        first: usize,
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
+        let wanted = self.start(nodes.iter().copied(), first);
+        nodes.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
+        self.refine(wanted, tolerance)
+    }
+}
+
+/// The most depths of a rule, when `lines` full lines have so many `samples` together.
+fn most_depths(samples: usize, lines: usize) -> usize {
+    floor(MOST_DEPTHS * samples as f64 / lines.max(1) as f64)
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and positive")]
+fn ceil(number: f64) -> usize {
+    number.ceil() as usize
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and positive")]
+fn floor(number: f64) -> usize {
+    number.floor() as usize
+}

@@ -1,0 +1,107 @@
+//! Seeds: the nodes and depths at which structures that were named are looked at.
+
+use super::dyadic::{spacing, unit};
+use super::image_tree::Place;
+use super::remaining::around;
+use crate::projection::Projection;
+use crate::render::Seed;
+
+/// What seeds ask to be looked at.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Looks {
+    /// Nodes around the seeds, of all levels down to their size.
+    pub(crate) places: Vec<Place>,
+    boxes: Vec<SeedBox>,
+}
+
+/// A seed in canonical coordinates.
+#[derive(Clone, Copy, Debug)]
+struct SeedBox {
+    centre: [f64; 3],
+    half: [f64; 3],
+    finest_level: u8,
+}
+
+/// Levels of depths, and of nodes on a finer image than there will be.
+const FINEST_LEVEL: u8 = 20;
+
+impl Looks {
+    /// Where to look for seeds that are in the view.
+    pub(crate) fn at(
+        seeds: &[Seed],
+        projection: &dyn Projection,
+        base_level: u8,
+        finest_level: u8,
+    ) -> Self {
+        let mut looks = Self::default();
+        for seed in seeds {
+            let Some(centre) = projection.canonical_from_world(seed.position) else { continue };
+            let mut half = [0.0; 3];
+            for axis in 0..3 {
+                for sign in [-1.0, 1.0] {
+                    let mut position = seed.position;
+                    position[axis] += sign * seed.radius;
+                    if let Some(u) = projection.canonical_from_world(position) {
+                        half =
+                            core::array::from_fn(|i| f64::max(half[i], (u[i] - centre[i]).abs()));
+                    }
+                }
+            }
+            let inside = (0..3).all(|i| (-half[i]..=1.0 + half[i]).contains(&centre[i]));
+            if !inside {
+                continue;
+            }
+            let of_image = level_of_size(half[0].min(half[1])).min(finest_level);
+            for level in base_level + 1..=of_image {
+                looks.places.extend(places(centre, level));
+            }
+            let finest_level = level_of_size(half[2]).max(base_level);
+            looks.boxes.push(SeedBox { centre, half, finest_level });
+        }
+        looks.places.sort_unstable();
+        looks.places.dedup();
+        looks
+    }
+
+    /// The depths that a line at `place` is to be sampled at besides; none if no seed is near.
+    pub(crate) fn depths(&self, place: Place) -> Vec<u32> {
+        let mut depths = Vec::new();
+        for seed in &self.boxes {
+            let near = (0..2)
+                .all(|axis| (unit(place[axis]) - seed.centre[axis]).abs() <= 2.0 * seed.half[axis]);
+            if !near {
+                continue;
+            }
+            for level in 0..=seed.finest_level {
+                let [below, above] = bracket(seed.centre[2], level);
+                depths.extend([below, above]);
+            }
+        }
+        depths.sort_unstable();
+        depths.dedup();
+        depths
+    }
+}
+
+/// The coarsest level whose spacing is no larger than a size.
+fn level_of_size(size: f64) -> u8 {
+    (0..FINEST_LEVEL).find(|&level| unit(spacing(level)) <= size).unwrap_or(FINEST_LEVEL)
+}
+
+/// The two places of the lattice of `level` around a coordinate.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the axis")]
+fn bracket(coordinate: f64, level: u8) -> [u32; 2] {
+    let intervals = f64::from(1_u32 << level);
+    let below =
+        (coordinate * intervals).floor().clamp(0.0, intervals - 1.0) as u32 * spacing(level);
+    [below, below + spacing(level)]
+}
+
+/// The nodes of the lattice of `level` in the interval around (x, y) and next to it.
+fn places([x, y, _]: [f64; 3], level: u8) -> impl Iterator<Item = Place> {
+    let corners = bracket(x, level).map(|x| bracket(y, level).map(|y| [x, y]));
+    corners.into_iter().flatten().flat_map(move |corner| {
+        let beside = around(corner, spacing(level), 1).map(|(_, _, place)| place);
+        core::iter::once(corner).chain(beside)
+    })
+}
