@@ -39,10 +39,8 @@ fn numbers(text: &str) -> Result<Vec<f64>, Box<dyn Error>> {
 fn vol(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> Result<Rendering, Box<dyn Error>> {
     let emission = FromFn(|position, _| rate(position));
     let options = VolOptions { tolerance, ..Default::default() };
-    let options = RenderOptions {
-        max_evaluations: 3_000_000,
-        ..RenderOptions::new(Method::Vol(options))
-    };
+    let options =
+        RenderOptions { max_evaluations: 3_000_000, ..RenderOptions::new(Method::Vol(options)) };
     Ok(render(&emission, &Canonical, SHAPE, &options)?)
 }
 
@@ -51,14 +49,15 @@ fn inside(rendering: &Rendering, exact: &Image, slack: f64) -> f64 {
     let largest = exact.pixels().iter().fold(0.0, |m: f64, p| m.max(p.abs()));
     let Some(error) = &rendering.error else { return 0.0 };
     let pairs = rendering.image.pixels().iter().zip(exact.pixels()).zip(error.pixels());
-    let within = pairs.filter(|((found, exact), error)| {
-        (*found - *exact).abs() <= *error + slack * largest
-    });
+    let within =
+        pairs.filter(|((found, exact), error)| (*found - *exact).abs() <= *error + slack * largest);
     within.count() as f64 / exact.pixels().len() as f64
 }
 
 fn named(tolerances: &[f64], only: &str) -> Result<(), Box<dyn Error>> {
-    println!("| scene | tolerance | evaluations | batches | true error | estimate | inside | seconds |");
+    println!(
+        "| scene | tolerance | evaluations | batches | true error | estimate | inside | seconds |"
+    );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
     for problem in problems().iter().filter(|p| p.name.starts_with(only)) {
         let exact = problem.exact_image(SHAPE);

@@ -141,7 +141,9 @@ impl<E: Emission> Engine<'_, E> {
         let mut within_budget = self.look_at_base()?;
         let mut developed = self.develop();
         let mut extra = self.scan.seeds.places.clone();
-        let mut cost_per_node = 0.0;
+        // Lines that were refined by themselves: rules are cheaper.
+        let mut cost_per_node =
+            self.scan.view.meter.evaluations() as f64 / self.scan.tree.len() as f64;
         let mut halvings = 0;
         loop {
             let target = self.tolerance * developed.image.largest();
@@ -165,7 +167,7 @@ impl<E: Emission> Engine<'_, E> {
             }
             let mut places = self.choose(&developed, target);
             extra.retain(|&place| self.scan.tree.find(place).is_none());
-            places.extend(extra.drain(..));
+            places.append(&mut extra);
             if places.is_empty() {
                 if halvings == MOST_HALVINGS {
                     return Ok((developed, Ending::DeepestLevel));

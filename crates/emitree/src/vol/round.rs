@@ -54,6 +54,8 @@ struct Plan {
     rules: Vec<BlockRule>,
     /// Nodes that get a full line.
     full: Vec<usize>,
+    /// Nodes that wait for what the full lines among them teach.
+    postponed: Vec<usize>,
     /// Nodes whose full line is compared with the rule of this number.
     validated: Vec<(usize, usize)>,
     /// Nodes that get their radiance from the rule of this number.
@@ -92,8 +94,23 @@ impl<E: Emission> Scan<'_, E> {
         tolerance: f64,
     ) -> Result<(), Stop<E::Error>> {
         let mut new: Vec<usize> = self.no_longer_good(first, tolerance)?;
+        (first..self.tree.len()).for_each(|i| self.sights.await_rule(i));
         new.extend(first..self.tree.len());
-        let mut plan = self.plan(&new, first, guarded, tolerance);
+        // Where there is no rule yet, a third of the lines may be enough to learn one.
+        let plan = self.plan(&new, first, guarded, tolerance, true);
+        let rest = plan.postponed.clone();
+        self.carry_out(plan, first, tolerance)?;
+        let plan = self.plan(&rest, first, guarded, tolerance, false);
+        self.carry_out(plan, first, tolerance)
+    }
+
+    /// Does what is planned, and what turns out to be needed besides.
+    fn carry_out(
+        &mut self,
+        mut plan: Plan,
+        first: usize,
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
         self.scan_full(&plan, first, tolerance)?;
         let mut again = self.replace_failed(&mut plan, tolerance);
         again.extend(self.apply(&plan, tolerance)?);
@@ -135,8 +152,15 @@ impl<E: Emission> Scan<'_, E> {
     }
 
     /// Gives each of the `new` nodes to the shortest rule around it, or to a full line.
-    fn plan(&self, new: &[usize], first: usize, guarded: &[f64], tolerance: f64) -> Plan {
-        let profiles = self.profiles(first);
+    fn plan(
+        &self,
+        new: &[usize],
+        first: usize,
+        guarded: &[f64],
+        tolerance: f64,
+        postpone: bool,
+    ) -> Plan {
+        let profiles = self.profiles(self.tree.len());
         let samples = |i: &usize| self.sights.lines[*i].samples.len();
         let samples: usize = profiles.keys().map(samples).sum();
         let most_depths = most_depths(samples, profiles.len());
@@ -162,6 +186,9 @@ impl<E: Emission> Scan<'_, E> {
             }
             match shortest {
                 Some(number) => of_rule.entry(number).or_default().push(i),
+                None if postpone && !self.is_third(i) && !self.jumps_around(i, &profiles) => {
+                    plan.postponed.push(i);
+                }
                 None => plan.full.push(i),
             }
         }
@@ -174,6 +201,19 @@ impl<E: Emission> Scan<'_, E> {
         }
         plan.full.sort_unstable();
         plan
+    }
+
+    /// Whether lines around node `i` have jumps: no rule will be learned there.
+    fn jumps_around(&self, i: usize, profiles: &BTreeMap<usize, Profile>) -> bool {
+        let block = Block::around(self.tree.nodes()[i].place, FINEST_BLOCKS);
+        let near = |i: &usize| block.contains(self.tree.nodes()[*i].place, TRAINING_MARGIN);
+        profiles.iter().any(|(i, profile)| profile.has_jump && near(i))
+    }
+
+    fn is_third(&self, i: usize) -> bool {
+        let node = &self.tree.nodes()[i];
+        let [a, b] = node.place.map(|along| along / (2 * spacing(node.level)));
+        (a + b).is_multiple_of(3)
     }
 
     /// Which of the nodes of a rule get a full line: half of them where the largest details are
