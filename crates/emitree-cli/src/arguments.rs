@@ -45,12 +45,12 @@ pub(crate) struct RenderArguments {
     /// Write the estimated error of each pixel here; .fits, .npy or .png.
     #[arg(long, value_name = "FILE")]
     pub(crate) error_map: Option<PathBuf>,
-    /// Write a series of ever finer images (PNG and NPY) into this folder: the coefficients
-    /// projected by size, the largest first (method paper).
+    /// Write a series of ever finer images (PNG and NPY) into this folder. vol: the image after
+    /// each step and its error; paper: the coefficients projected by size, the largest first.
     #[arg(long, value_name = "DIR")]
     pub(crate) progressive: Option<PathBuf>,
 
-    /// The method: paper or los.
+    /// The method: vol, paper or los; vol if the scene names none.
     #[arg(long)]
     method: Option<String>,
     /// The largest image error, relative to the largest pixel (los: along each line).
@@ -62,7 +62,7 @@ pub(crate) struct RenderArguments {
     /// The order of the prediction: 1, 3, 5, 7 or 9.
     #[arg(long, value_name = "P")]
     order: Option<String>,
-    /// The base grid has 2^L cells along each axis.
+    /// The base grid has 2^L cells along each axis (vol: intervals).
     #[arg(long, value_name = "L")]
     base_level: Option<String>,
     /// Split no cell of level L, however large its details.
@@ -74,6 +74,9 @@ pub(crate) struct RenderArguments {
     /// Stop after this many evaluations.
     #[arg(long, value_name = "N")]
     max_evaluations: Option<String>,
+    /// Make at most this many evaluations in one batch.
+    #[arg(long, value_name = "N")]
+    batch_size: Option<String>,
     /// Columns of the image.
     #[arg(long, value_name = "PIXELS")]
     width: Option<String>,
@@ -110,6 +113,7 @@ impl RenderArguments {
             ("render.finest_level", "finest-level", &self.finest_level),
             ("render.rule", "rule", &self.rule),
             ("render.max_evaluations", "max-evaluations", &self.max_evaluations),
+            ("render.batch_size", "batch-size", &self.batch_size),
             ("image.width", "width", &self.width),
             ("image.height", "height", &self.height),
             ("render.lines", "lines", &self.lines),

@@ -44,9 +44,10 @@ struct ImageReport {
 impl Report {
     pub(crate) fn new(scene: &Scene, rendering: &Rendering) -> Self {
         let (min, max) = rendering.image.min_max();
-        let build_options = match scene.render.method {
-            Method::Paper(options) => Some(options),
-            _ => None,
+        let (order, base_level) = match scene.render.method {
+            Method::Vol(options) => (None, Some(options.base_level)),
+            Method::Paper(options) => (Some(options.order), Some(options.base_level)),
+            _ => (None, None),
         };
         let tree = rendering.tree.as_ref();
         Self {
@@ -57,8 +58,8 @@ impl Report {
             estimated_error: rendering.estimated_error(),
             converged: rendering.converged(),
             threshold: tree.map(|built| built.threshold),
-            order: build_options.map(|options| options.order),
-            base_level: build_options.map(|options| options.base_level),
+            order,
+            base_level,
             leaves_per_level: tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level()),
             seconds: Seconds {
                 total: rendering.total_time.as_secs_f64(),

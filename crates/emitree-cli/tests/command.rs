@@ -2,6 +2,9 @@
 
 mod support;
 
+use emitree::Image;
+use emitree_problems::{equation8, relative_error};
+use serde_json::Value;
 use support::{Folder, HOLMSTROM, pixels};
 
 #[test]
@@ -17,7 +20,7 @@ fn a_scene_becomes_images_a_report_and_a_summary() {
     let report = folder.json("r.json");
     assert_eq!(report["evaluations"], 19_136);
     assert_eq!(report["batches"], 5);
-    assert_eq!(report["tolerance"], serde_json::Value::Null);
+    assert_eq!(report["tolerance"], Value::Null);
     assert_eq!(report["converged"], true);
     assert_eq!(report["threshold"], 0.01);
     assert_eq!(report["order"], 3);
@@ -35,6 +38,100 @@ fn a_scene_becomes_images_a_report_and_a_summary() {
     let largest = image.iter().copied().fold(0.0, f64::max);
     assert!((report["image"]["max"].as_f64().unwrap() / largest - 1.0).abs() < 1e-15);
     assert!(report["estimated_error"].as_f64().unwrap() > 0.006, "the true error is 0.0061");
+}
+
+#[test]
+fn the_default_method_promises_an_error() {
+    let folder = Folder::with_scene(&support::example("holmstrom.toml"));
+    let run =
+        folder.emitree("render scene.toml -o a.fits -o a.npy --error-map e.npy --report r.json");
+    run.succeeds();
+    let method = "method       vol: to 1 % of the largest pixel, base 9 x 9 lines\n";
+    assert!(run.stdout.contains(method), "{}", run.stdout);
+    assert!(run.stdout.contains(" of the largest pixel (estimated)\n"), "{}", run.stdout);
+    assert!(!run.stdout.contains("ignored") && !run.stdout.contains("NOT CONVERGED"));
+    folder.holds(&["a.fits", "a.npy", "e.npy", "r.json", "scene.toml"]);
+    assert_eq!(pixels(&folder.bytes("e.npy")).len(), 64 * 64);
+
+    let report = folder.json("r.json");
+    assert_eq!((&report["method"], &report["converged"]), (&"vol".into(), &true.into()));
+    assert_eq!((&report["tolerance"], &report["base_level"]), (&0.01.into(), &3.into()));
+    assert!(report["estimated_error"].as_f64().unwrap() <= 0.01);
+    assert_eq!((&report["threshold"], &report["order"]), (&Value::Null, &Value::Null));
+    assert_eq!(report["leaves_per_level"], serde_json::json!([]));
+    let fits = folder.bytes("a.fits");
+    let card = |text: &str| fits.windows(text.len()).any(|bytes| bytes == text.as_bytes());
+    for text in [
+        "METHOD  = 'vol     '",
+        "NEVAL   = ",
+        "CONVERGD=                    T",
+        "TOLERANC=                 0.01",
+        "ESTERROR= ",
+        "BASELEVL=                    3 / 2^this base intervals along each axis",
+        "EXTNAME = 'ERROR   '",
+    ] {
+        assert!(card(text), "{text}");
+    }
+    assert!(!card("THRESHLD") && !card("ORDER   "));
+
+    let options = "-o b.npy --report r.json --tolerance 0.005 --base-level 4";
+    let run = folder.emitree(&format!("render scene.toml {options}"));
+    run.succeeds();
+    assert!(run.stdout.contains("vol: to 0.5 % of the largest pixel, base 17 x 17 lines"));
+    let report = folder.json("r.json");
+    assert_eq!((&report["tolerance"], &report["base_level"]), (&0.005.into(), &4.into()));
+}
+
+#[test]
+fn the_default_method_keeps_its_promise() {
+    let folder = Folder::with_scene(&support::example("holmstrom.toml"));
+    for tolerance in [0.1, 0.01, 0.001] {
+        let options = format!("-o a.npy --report r.json --tolerance {tolerance}");
+        folder.emitree(&format!("render scene.toml {options}")).succeeds();
+        let image = Image::from_pixels(64, 64, pixels(&folder.bytes("a.npy")));
+        let error = relative_error(&image, &equation8::exact_image(100.0, [64, 64]));
+        assert!(error <= tolerance, "{error} for {tolerance}");
+    }
+}
+
+/// The knot is a hundredth of the cube wide, the base lattice an eighth.
+#[test]
+fn a_seed_shows_what_the_base_lattice_would_miss() {
+    let folder = Folder::with_scene(&support::example("knot.toml"));
+    let run = folder.emitree("render scene.toml -o a.npy");
+    run.succeeds();
+    assert!(!run.stdout.contains("ignored"), "{}", run.stdout);
+    // Along z in closed form; over each pixel as the mean of 16 x 16 points.
+    let radiance = |x: f64, y: f64| {
+        let knot = (-((x - 0.3).powi(2) + (y - 0.62).powi(2)) / 1e-4).exp();
+        let through_its_middle = 100.0 * 0.01 * core::f64::consts::PI.sqrt();
+        1.0 + 0.25 * (3.0 * x).sin() * (2.0 * y).cos() + through_its_middle * knot
+    };
+    let at = |pixel: usize, point: usize| (pixel as f64 + (point as f64 + 0.5) / 16.0) / 64.0;
+    let mean = |pixel: usize| {
+        let points = (0..256).map(|p| radiance(at(pixel % 64, p % 16), at(pixel / 64, p / 16)));
+        points.sum::<f64>() / 256.0
+    };
+    let exact = Image::from_pixels(64, 64, (0..64 * 64).map(mean).collect());
+    assert!(exact.min_max().1 > 2.0, "the knot is there");
+    let image = Image::from_pixels(64, 64, pixels(&folder.bytes("a.npy")));
+    let error = relative_error(&image, &exact);
+    assert!(error <= 0.01, "{error}");
+}
+
+#[test]
+fn options_that_the_method_has_not_are_told() {
+    let folder = Folder::with_scene(&support::example("knot.toml"));
+    let ignored = |options: &str, expected: &str| {
+        let run = folder.emitree(&format!("render scene.toml -o a.npy {options}"));
+        run.succeeds();
+        assert!(run.stdout.contains(&format!("  ignored      {expected}\n")), "{}", run.stdout);
+    };
+    ignored("--threshold 1% --order 5", "order, threshold: the method vol has no such option");
+    ignored("--lines 2", "lines: the method vol has no such option");
+    let paper = "--method paper --threshold 0.5";
+    ignored(paper, "tolerance, seed: the method paper has no such option");
+    ignored("--method los --set seed=[] --order 3", "order: the method los has no such option");
 }
 
 #[test]
@@ -85,7 +182,7 @@ fn options_of_the_command_line_win() {
     assert_eq!(folder.json("r.json")["evaluations"], 4_032);
     folder.emitree("render scene.toml -o b.npy --report r.json --method los --steps 9").succeeds();
     assert_eq!(folder.json("r.json")["evaluations"], 64 * 64 * 9);
-    assert_eq!(folder.json("r.json")["estimated_error"], serde_json::Value::Null);
+    assert_eq!(folder.json("r.json")["estimated_error"], Value::Null);
     folder
         .emitree("render scene.toml -o b.npy --report r.json --method los --tolerance 1e-3")
         .succeeds();
@@ -101,7 +198,7 @@ fn options_of_the_command_line_win() {
 #[test]
 fn any_number_of_threads_makes_the_same_bits() {
     let folder = Folder::with_scene(HOLMSTROM);
-    for method in ["paper", "los"] {
+    for method in ["vol", "paper", "los"] {
         for threads in [1, 3] {
             let options = format!("--method {method} --threads {threads} -o {method}{threads}.npy");
             folder.emitree(&format!("render scene.toml {options}")).succeeds();
@@ -124,15 +221,75 @@ fn a_budget_that_ends_is_exit_code_4_with_an_image() {
 }
 
 #[test]
+fn a_budget_that_ends_vol_is_exit_code_4_with_an_image() {
+    let folder = Folder::with_scene(&support::example("holmstrom.toml"));
+    let options = "-o a.npy --report r.json --max-evaluations 1000 --tolerance 1e-6";
+    let run = folder.emitree(&format!("render scene.toml {options}"));
+    run.fails_with(4);
+    assert!(run.stdout.contains("  NOT CONVERGED: stopped by its budget after "), "{}", run.stdout);
+    let report = folder.json("r.json");
+    assert_eq!(report["converged"], false);
+    assert_eq!(report["tolerance"], 1e-6);
+    assert!(report["estimated_error"].as_f64().unwrap() > 1e-6);
+    assert!(report["evaluations"].as_u64().unwrap() <= 1_000);
+    let image = Image::from_pixels(64, 64, pixels(&folder.bytes("a.npy")));
+    assert!(image.min_max().1 > 0.0);
+}
+
+#[test]
+fn batches_are_no_larger_than_allowed_and_make_the_same_bits() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    for (i, method) in ["vol", "paper", "los"].iter().enumerate() {
+        let options = format!("--method {method} --report r.json");
+        folder.emitree(&format!("render scene.toml -o a{i}.npy {options}")).succeeds();
+        let evaluations = folder.json("r.json")["evaluations"].as_u64().unwrap();
+        let options = format!("{options} --batch-size 300");
+        folder.emitree(&format!("render scene.toml -o b{i}.npy {options}")).succeeds();
+        let report = folder.json("r.json");
+        assert_eq!(report["evaluations"], evaluations, "{method}");
+        assert!(report["batches"].as_u64().unwrap() >= evaluations.div_ceil(300), "{method}");
+        let [a, b] = ["a", "b"].map(|name| folder.bytes(&format!("{name}{i}.npy")));
+        assert!(a == b, "{method}");
+    }
+}
+
+#[test]
+fn frames_of_vol_come_with_their_errors() {
+    let folder = Folder::with_scene(&support::example("holmstrom.toml"));
+    let options = "-o a.npy --report r.json --tolerance 0.001 --progressive frames";
+    let run = folder.emitree(&format!("render scene.toml {options}"));
+    run.succeeds();
+    let names = folder.names_in("frames", ".png");
+    assert!(names.len() > 1, "{names:?}");
+    assert_eq!(folder.names_in("frames", "").len(), 3 * names.len(), "nothing else");
+    let written = format!("  written      {} files: a.npy … ", 3 * names.len() + 2);
+    assert!(run.stdout.contains(&written), "{}", run.stdout);
+    let mut evaluations = 0;
+    for (i, name) in names.iter().enumerate() {
+        let stem = name.strip_suffix(".png").unwrap();
+        let so_far: u64 = stem.strip_prefix(&format!("frame-{i:02}-")).unwrap().parse().unwrap();
+        assert!(so_far >= evaluations.max(1), "{names:?}");
+        evaluations = so_far;
+        let (width, height, _) = support::decode_png(&folder.bytes(&format!("frames/{name}")));
+        assert_eq!((width, height), (64, 64));
+        for ending in [".npy", "-error.npy"] {
+            let numbers = pixels(&folder.bytes(&format!("frames/{stem}{ending}")));
+            assert_eq!(numbers.len(), 64 * 64);
+        }
+    }
+    assert!(evaluations <= folder.json("r.json")["evaluations"].as_u64().unwrap());
+    let image = |name: &str| Image::from_pixels(64, 64, pixels(&folder.bytes(name)));
+    let frame = |name: &str| image(&format!("frames/{}", name.replace(".png", ".npy")));
+    let [first, last] = [&names[0], &names[names.len() - 1]].map(|name| frame(name));
+    assert!(last == image("a.npy"), "the last frame is the image");
+    assert!(first.max_difference(&last) > 0.0);
+}
+
+#[test]
 fn progressive_frames_end_with_the_image() {
     let folder = Folder::with_scene(HOLMSTROM);
     folder.emitree("render scene.toml -o a.npy --progressive frames").succeeds();
-    let mut frames: Vec<String> = std::fs::read_dir(folder.path("frames"))
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .filter(|name| name.ends_with(".npy"))
-        .collect();
-    frames.sort();
+    let frames = folder.names_in("frames", ".npy");
     assert_eq!(frames.first().unwrap(), "frame-00-00000512.npy");
     assert_eq!(frames.last().unwrap(), "frame-07-00019136.npy");
     let image = pixels(&folder.bytes("a.npy"));

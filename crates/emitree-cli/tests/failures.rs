@@ -59,11 +59,56 @@ fn the_energy_that_is_not_there_yet() {
 }
 
 #[test]
-fn a_method_that_is_not_there_yet() {
+fn a_method_that_is_not_there() {
+    let texts = ["unknown method `volume`", "scene.toml:15", "expected `vol`, `paper` or `los`"];
+    refused("method = \"paper\"", "method = \"volume\"", "", 2, &texts);
+    let texts = ["unknown method `tree`", "option --method:1", "expected `vol`, `paper` or `los`"];
+    refused("width = 64", "width = 64", "--method tree", 2, &texts);
+}
+
+#[test]
+fn options_of_vol_that_are_out_of_range() {
+    let refused = |options: &str, texts: &[&str]| {
+        refused("method = \"paper\"", "", options, 2, texts);
+    };
+    let levels = "expected a level from 2 to 7";
+    refused("--base-level 9", &["`render.base_level` is 9", "option --base-level:1:", levels]);
+    let fraction = "expected a fraction above 0 and below 1, as in 0.01";
+    refused("--tolerance 0", &["`render.tolerance` is 0", "option --tolerance:1:", fraction]);
+    refused("--tolerance 2", &["`render.tolerance` is 2", fraction]);
+    refused("--tolerance x", &["`render.tolerance` is a string", "expected a number"]);
+    let batch = "expected a number of evaluations in a batch, 1 or more";
+    refused("--batch-size 0", &["`render.batch_size` is 0", "option --batch-size:1:", batch]);
+}
+
+#[test]
+fn a_budget_below_the_coarsest_image() {
     let texts =
-        ["the method `vol` (the default) is not available in this version", "`paper` or `los`"];
-    refused("method = \"paper\"", "", "", 2, &texts);
-    refused("method = \"paper\"", "method = \"vol\"", "", 2, &texts);
+        ["`max_evaluations` allows 100 evaluations, but the base grid of level 3 needs 512"];
+    refused("method = \"paper\"", "method = \"paper\"", "--max-evaluations 100", 2, &texts);
+    let texts = ["`max_evaluations` allows 26 evaluations, but a first look at 3 x 3 lines"];
+    refused("method = \"paper\"", "", "--max-evaluations 26", 2, &texts);
+}
+
+#[test]
+fn seeds_that_are_wrong() {
+    let refused = |seed: &str, texts: &[&str]| {
+        refused("[image]", &format!("{seed}\n[image]"), "", 2, texts);
+    };
+    let texts = [
+        "`seed[0].radius` is missing",
+        "scene.toml:10:1",
+        "expected `radius` here: a length above 0",
+    ];
+    refused("[[seed]]\nposition = [0.3, 0.62, 0.4]", &texts);
+    let texts = ["`seed[0].radius` is 0", "scene.toml:12:10", "expected a length above 0"];
+    refused("[[seed]]\nposition = [0.3, 0.62, 0.4]\nradius = 0", &texts);
+    let texts = [
+        "`seed` is a table",
+        "scene.toml:10:1",
+        "expected tables `[[seed]]`, each with `position` and `radius`",
+    ];
+    refused("[seed]\nposition = [0.3, 0.62, 0.4]\nradius = 0.01", &texts);
 }
 
 #[test]
@@ -152,15 +197,33 @@ fn options_that_make_no_sense() {
     }
 }
 
+/// A frame that can't be stored, for want of space for example, ends the rendering: with what is
+/// wrong, not as if somebody had interrupted it.
+#[cfg(unix)]
+#[test]
+fn a_frame_that_can_not_be_written_ends_the_rendering() {
+    let folder = Folder::with_scene(&support::example("holmstrom.toml"));
+    let run = folder.emitree_with_small_files("render scene.toml -o a.npy --progressive frames");
+    run.fails_with(2);
+    let message = &run.stderr;
+    assert!(message.starts_with("emitree: `frames/frame-00-"), "{message}");
+    assert!(message.contains("cannot write 32896 bytes"), "{message}");
+    folder.holds(&["frames", "scene.toml"]);
+    assert_eq!(folder.names_in("frames", ""), Vec::<String>::new());
+}
+
 /// Ctrl-C, or a batch system's SIGTERM, in the middle: exit code 130, and neither image nor
 /// temporary file.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_leaves_nothing() {
-    for signal in ["-INT", "-TERM"] {
+    // Some 10^10 evaluations, or waves much finer than the finest lattice: minutes, if nothing
+    // stopped them.
+    let lines = "--method los --lines 16 --steps 10000";
+    let waves = "--method vol --width 1024 --height 1024 --max-evaluations 4000000000 \
+                 --set emission.expression=2+sin(1e7*alpha*x*(y+z))";
+    for (signal, options) in [("-INT", lines), ("-TERM", lines), ("-INT", waves)] {
         let folder = Folder::with_scene(HOLMSTROM);
-        // Some 10^10 evaluations: minutes, if nothing stopped it.
-        let options = "--method los --lines 16 --steps 10000";
         let mut child = folder.start(&format!("render scene.toml -o a.fits {options}"));
         while folder.names().len() < 2 {
             std::thread::sleep(std::time::Duration::from_millis(10));
@@ -169,7 +232,7 @@ fn an_interrupted_run_leaves_nothing() {
         let kill =
             std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
         assert!(kill.unwrap().success());
-        assert_eq!(child.wait().unwrap().code(), Some(130));
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{options}");
         folder.holds(&["scene.toml"]);
     }
 }

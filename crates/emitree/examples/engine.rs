@@ -1,4 +1,5 @@
 //! Evaluations against error: the tables of docs/engine.md.
+#![expect(clippy::print_stdout, reason = "this program prints tables")]
 //!
 //! `cargo run --release -p emitree --example engine -- named 1e-2,1e-3` renders the named problems
 //! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239, and
@@ -7,13 +8,15 @@
 
 use emitree::tree::BuildOptions;
 use emitree::{
-    Canonical, FromFn, Image, Method, RenderOptions, Rendering, Threshold, VolOptions, render,
+    Canonical, Frame, FromFn, Image, Method, RenderOptions, Rendering, Threshold, VolOptions,
+    render,
 };
-use emitree_problems::catalogue::problems;
+use emitree_problems::catalogue::{problem, problems};
 use emitree_problems::family::{RandomScene, random_scene};
 use emitree_problems::relative_error;
 use std::collections::HashMap;
 use std::error::Error;
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 const SHAPE: [usize; 2] = [64, 64];
@@ -28,7 +31,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             family(from.parse()?, to.parse()?, &numbers(tolerances)?)
         }
         ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
-        _ => Err("expected: named T,… [NAME] | family FROM TO T,… | paper FROM TO T,…".into()),
+        ["trace", name, tolerance] => trace(name, tolerance.parse()?),
+        _ => Err(
+            "expected: named T,… [NAME] | family FROM TO T,… | paper FROM TO T,… | trace NAME T"
+                .into(),
+        ),
     }
 }
 
@@ -77,6 +84,30 @@ fn named(tolerances: &[f64], only: &str) -> Result<(), Box<dyn Error>> {
             );
         }
     }
+    Ok(())
+}
+
+/// What each round cost and brought.
+fn trace(name: &str, tolerance: f64) -> Result<(), Box<dyn Error>> {
+    let problem = problem(name).ok_or("expected the name of a problem, such as shell")?;
+    let exact = problem.exact_image(SHAPE);
+    println!("| evaluations | batches | true error | estimate |");
+    println!("| --- | --- | --- | --- |");
+    let largest = |image: &Image| image.pixels().iter().fold(0.0, |m: f64, p| m.max(p.abs()));
+    let frame = |frame: &Frame<'_>| {
+        println!(
+            "| {} | {} | {:.1e} | {:.1e} |",
+            frame.evaluations,
+            frame.batches,
+            relative_error(frame.image, &exact),
+            largest(frame.error) / largest(frame.image),
+        );
+        ControlFlow::Continue(())
+    };
+    let emission = FromFn(|position, _| problem.rate(position));
+    let options = VolOptions { tolerance, ..Default::default() };
+    let options = RenderOptions { frame: Some(&frame), ..RenderOptions::new(Method::Vol(options)) };
+    render(&emission, &Canonical, SHAPE, &options)?;
     Ok(())
 }
 

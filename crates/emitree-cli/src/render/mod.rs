@@ -1,5 +1,6 @@
 //! `emitree render`: a scene file in, images out.
 
+mod frames;
 mod outputs;
 mod progress;
 mod summary;
@@ -10,8 +11,9 @@ use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::report::{Report, available_memory_bytes};
-use emitree::{RenderError, RenderOptions, render};
+use emitree::{Frame, Method, RenderError, RenderOptions, render};
 use emitree_io::Scene;
+use frames::FrameWriter;
 use outputs::Outputs;
 use progress::ProgressLine;
 use std::ops::ControlFlow;
@@ -35,21 +37,40 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
         line.set(evaluations);
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
+    // Only `vol` has images on its way; the frames of a tree are made from the whole of it.
+    let frames = match (scene.render.method, &arguments.progressive) {
+        (Method::Vol(_), Some(folder)) => Some(FrameWriter::new(folder, &scene)),
+        _ => None,
+    };
+    let on_frame = |frame: &Frame<'_>| match &frames {
+        Some(frames) => frames.write(frame),
+        None => ControlFlow::Continue(()),
+    };
     let mut options = RenderOptions::new(scene.render.method);
     options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
+    options.batch_size = scene.render.batch_size.unwrap_or(options.batch_size);
+    options.seeds = &scene.render.seeds;
     options.progress = Some(&progress);
+    if frames.is_some() {
+        options.frame = Some(&on_frame);
+    }
     if let Some(available) = available_memory_bytes() {
         options.max_memory_bytes = available;
     }
     let shape = [scene.height, scene.width];
     let rendering =
-        pool.install(|| render(&scene.emission, scene.camera.projection(), shape, &options))?;
+        pool.install(|| render(&scene.emission, scene.camera.projection(), shape, &options));
     line.finish();
+    // A frame that can't be written ends the rendering as an interruption does: its own failure
+    // says more.
+    let frames = frames.map_or_else(|| Ok(Vec::new()), FrameWriter::finish)?;
+    let rendering = rendering?;
     if interrupt::requested() {
         return Err(RenderError::Interrupted.into());
     }
     let report = Report::new(&scene, &rendering);
-    let written = pool.install(|| outputs.write(&scene, &rendering, &report))?;
+    let mut written = pool.install(|| outputs.write(&scene, &rendering, &report))?;
+    written.extend(frames);
     if !arguments.quiet {
         // The files are written: that nobody reads the summary changes nothing.
         let _ = summary::print(&scene, &rendering, &written);

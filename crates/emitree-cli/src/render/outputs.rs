@@ -1,9 +1,10 @@
 //! The files of a rendering: all of them prepared before g is called, all written at the end.
 
+use super::frames::{is_frame_of, prepare_folder, write_progression};
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::report::Report;
-use emitree::{Image, Method, RenderedTree, Rendering, Steps, image_of_tree};
+use emitree::{Image, Method, RenderedTree, Rendering, Steps};
 use emitree_io::{
     Card, FitsFile, FitsImage, Format, OutputFile, OutputSet, PictureOptions, Scene, ValueRange,
     encode_npy_image, encode_png,
@@ -93,7 +94,7 @@ impl Outputs {
             file.commit(&bytes)?;
         }
         if let Some(folder) = &self.progressive {
-            written.extend(write_frames(folder, scene, rendering)?);
+            written.extend(write_progression(folder, scene, rendering)?);
         }
         Ok(written)
     }
@@ -105,7 +106,7 @@ fn beside_nothing(scene: &Path) -> Vec<PathBuf> {
     ["fits", "npy", "png"].map(|ending| name.with_extension(ending)).to_vec()
 }
 
-fn encode(
+pub(super) fn encode(
     image: &Image,
     format: Format,
     scene: &Scene,
@@ -151,6 +152,10 @@ fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
     if let Some(error) = rendering.estimated_error() {
         provenance.push(Card::new("ESTERROR", error, "estimated error / largest pixel"));
     }
+    if let Method::Vol(options) = scene.render.method {
+        let base_level = i32::from(options.base_level);
+        provenance.push(Card::new("BASELEVL", base_level, "2^this base intervals along each axis"));
+    }
     if let Some(RenderedTree { tree, threshold }) = &rendering.tree {
         provenance.push(Card::new("THRESHLD", *threshold, "details below it were dropped"));
         provenance.push(Card::new("ORDER", tree.order(), "order of the prediction"));
@@ -174,60 +179,7 @@ fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
     }
 }
 
-/// Writes the images with more and more coefficients, all in the colours of the last.
-fn write_frames(
-    folder: &Path,
-    scene: &Scene,
-    rendering: &Rendering,
-) -> Result<Vec<PathBuf>, Failure> {
-    let Some(RenderedTree { tree, .. }) = &rendering.tree else { return Ok(Vec::new()) };
-    let range = ValueRange::of(&[&rendering.image]);
-    let shape = [scene.height, scene.width];
-    let mut written = Vec::new();
-    for (i, frame) in tree.progression::<2>(2).enumerate() {
-        let image = image_of_tree(&frame.tree, scene.camera.projection(), shape);
-        for (format, ending) in [(Format::Png, "png"), (Format::Npy, "npy")] {
-            let name = format!("{FRAME}{i:02}-{:08}.{ending}", frame.coefficients);
-            let file = OutputFile::create(folder.join(name))?;
-            written.push(file.path().to_owned());
-            file.commit(&encode(&image, format, scene, Some(range))?)?;
-        }
-    }
-    Ok(written)
-}
-
-/// What the names of frames start with.
-const FRAME: &str = "frame-";
-
-/// Makes the folder of the frames, and sees that it can be written and that no frames of another
-/// run would stand among the new ones.
-fn prepare_folder(folder: &Path) -> Result<(), Failure> {
-    let refuse = |why: String| {
-        Err(Failure::Request(format!("--progressive: the folder {} {why}", folder.display())))
-    };
-    if let Err(error) = std::fs::create_dir_all(folder) {
-        return refuse(format!("can't be made: {error}"));
-    }
-    OutputFile::create(folder.join(FRAME))?;
-    let entries = match std::fs::read_dir(folder) {
-        Ok(entries) => entries,
-        Err(error) => return refuse(format!("can't be read: {error}")),
-    };
-    if entries.flatten().any(|entry| is_frame_of(&entry.path(), folder)) {
-        return refuse("has frames already: expected a new or empty one".to_owned());
-    }
-    Ok(())
-}
-
-/// Whether a path is named like a frame and lies in the folder of the frames.
-fn is_frame_of(path: &Path, folder: &Path) -> bool {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    // The parent of a bare name is the empty path, which stands for this folder.
-    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    name.starts_with(FRAME) && same_file(parent.unwrap_or(Path::new(".")), folder)
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
+pub(super) fn same_file(a: &Path, b: &Path) -> bool {
     match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
         (Ok(a), Ok(b)) => a == b,
         _ => false,

@@ -17,7 +17,7 @@ pub(crate) fn print(
     let (low, high) = rendering.image.min_max();
     let mut out = std::io::stdout().lock();
     writeln!(out, "{}: {} x {} pixels (width x height)", scene.name, scene.width, scene.height)?;
-    writeln!(out, "  method       {}", method(scene))?;
+    writeln!(out, "  method       {}", method(scene.render.method))?;
     writeln!(
         out,
         "  evaluations  {} in {} batch{}, {:.2} for each pixel",
@@ -42,31 +42,39 @@ pub(crate) fn print(
         let (names, method) = (scene.render.ignored.join(", "), scene.render.method.name());
         writeln!(out, "  ignored      {names}: the method {method} has no such option")?;
     }
-    match rendering.ending {
-        Ending::Complete => {}
-        Ending::DeepestLevel => writeln!(
-            out,
-            "  NOT CONVERGED: stopped at the deepest level; a finest_level would end it earlier"
-        )?,
-        _ => {
-            let evaluations = grouped(rendering.evaluations);
-            writeln!(
-                out,
-                "  NOT CONVERGED: stopped by its budget after {evaluations} evaluations"
-            )?;
-        }
+    if let Some(how) = stopped(scene.render.method, rendering.ending, rendering.evaluations) {
+        writeln!(out, "  NOT CONVERGED: stopped {how}")?;
     }
     Ok(())
 }
 
-fn method(scene: &Scene) -> String {
-    match scene.render.method {
+/// How a rendering stopped before it had done all that was asked for.
+fn stopped(method: Method, ending: Ending, evaluations: u64) -> Option<String> {
+    match (ending, method) {
+        (Ending::Complete, _) => None,
+        (Ending::DeepestLevel, Method::Vol(_)) => {
+            Some("at the finest level (a sixteenth of a pixel)".to_owned())
+        }
+        (Ending::DeepestLevel, _) => {
+            Some("at the deepest level; a finest_level would end it earlier".to_owned())
+        }
+        _ => Some(format!("by its budget after {} evaluations", grouped(evaluations))),
+    }
+}
+
+fn method(method: Method) -> String {
+    match method {
+        Method::Vol(options) => {
+            let lines = (1_u32 << options.base_level) + 1;
+            let tolerance = percent(options.tolerance);
+            format!("vol: to {tolerance} of the largest pixel, base {lines} x {lines} lines")
+        }
         Method::Paper(options) => {
             let cells = 1_u32 << options.base_level;
             let threshold = match options.threshold {
                 Threshold::Absolute(size) => format!("{size}"),
                 Threshold::Relative(fraction) => {
-                    format!("{} % of the largest cell average", 100.0 * fraction)
+                    format!("{} of the largest cell average", percent(fraction))
                 }
             };
             let order = options.order;
@@ -77,12 +85,20 @@ fn method(scene: &Scene) -> String {
             match options.steps {
                 Steps::Fixed(steps) => format!("los: {lines}, {steps} steps each"),
                 Steps::Adaptive(tolerance) => {
-                    format!("los: {lines}, adaptive to {} %", 100.0 * tolerance)
+                    format!("los: {lines}, adaptive to {}", percent(tolerance))
                 }
             }
         }
-        _ => scene.render.method.name().to_owned(),
+        _ => method.name().to_owned(),
     }
+}
+
+/// A fraction in per cent: "1 %". Without the last digits, which are of the binary number and not
+/// of what was written: 0.007 is not 0.7000000000000001 %.
+fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    let rounded: f64 = format!("{percent:.9e}").parse().unwrap_or(percent);
+    format!("{rounded} %")
 }
 
 fn error(scene: &Scene, rendering: &Rendering) -> String {
@@ -119,7 +135,36 @@ pub(crate) fn grouped(count: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::grouped;
+    use super::{grouped, method, percent, stopped};
+    use emitree::tree::BuildOptions;
+    use emitree::{Ending, Method, VolOptions};
+
+    #[test]
+    fn methods_tell_what_they_were_asked_for() {
+        let vol = |tolerance, base_level| method(Method::Vol(VolOptions { tolerance, base_level }));
+        assert_eq!(vol(0.01, 3), "vol: to 1 % of the largest pixel, base 9 x 9 lines");
+        assert_eq!(vol(0.007, 7), "vol: to 0.7 % of the largest pixel, base 129 x 129 lines");
+        assert_eq!([1e-6, 2.0, 1.0 / 3.0].map(percent), ["0.0001 %", "200 %", "33.33333333 %"]);
+        let paper = method(Method::Paper(BuildOptions::default()));
+        assert_eq!(
+            paper,
+            "paper: order 3, base grid 8^3, threshold 1 % of the largest cell average"
+        );
+    }
+
+    #[test]
+    fn endings_are_told_in_the_words_of_the_method() {
+        let vol = |ending| stopped(Method::Vol(VolOptions::default()), ending, 1_234);
+        assert_eq!(vol(Ending::Complete), None);
+        let budget = "by its budget after 1,234 evaluations";
+        assert_eq!(vol(Ending::Budget).unwrap(), budget);
+        let finest = "at the finest level (a sixteenth of a pixel)";
+        assert_eq!(vol(Ending::DeepestLevel).unwrap(), finest);
+        let paper = |ending| stopped(Method::Paper(BuildOptions::default()), ending, 1_234);
+        assert_eq!(paper(Ending::Budget).unwrap(), budget);
+        let deepest = "at the deepest level; a finest_level would end it earlier";
+        assert_eq!(paper(Ending::DeepestLevel).unwrap(), deepest);
+    }
 
     #[test]
     fn thousands_are_set_apart() {

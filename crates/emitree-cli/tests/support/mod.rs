@@ -24,6 +24,12 @@ method = "paper"
 threshold = 0.01
 "#;
 
+/// A scene of the folder `examples`.
+pub fn example(name: &str) -> String {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
+    std::fs::read_to_string(std::path::Path::new(folder).join(name)).unwrap()
+}
+
 pub struct Folder(tempfile::TempDir);
 
 /// What a run of the binary left.
@@ -49,12 +55,17 @@ impl Folder {
 
     /// Runs the binary with these arguments, none of which has a space.
     pub fn emitree(&self, arguments: &str) -> Run {
-        let output = self.command(arguments).output().unwrap();
-        Run {
-            code: output.status.code(),
-            stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
-        }
+        Run::of(&mut self.command(arguments))
+    }
+
+    /// Runs the binary as [`emitree`](Self::emitree) does, in a shell that can't write files of more
+    /// than a few KiB.
+    pub fn emitree_with_small_files(&self, arguments: &str) -> Run {
+        let limited = r#"trap "" XFSZ; ulimit -f 8; exec "$0" "$@""#;
+        let mut command = Command::new("sh");
+        command.args(["-c", limited, env!("CARGO_BIN_EXE_emitree")]);
+        command.args(arguments.split_whitespace()).current_dir(&self.0);
+        Run::of(&mut command)
     }
 
     pub fn start(&self, arguments: &str) -> Child {
@@ -82,12 +93,32 @@ impl Folder {
         names
     }
 
+    /// The names of the files in one of its folders that end so.
+    pub fn names_in(&self, folder: &str, ending: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(self.path(folder)).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter(|name| name.ends_with(ending))
+            .collect();
+        names.sort();
+        names
+    }
+
     pub fn holds(&self, expected: &[&str]) {
         assert_eq!(self.names(), expected);
     }
 }
 
 impl Run {
+    fn of(command: &mut Command) -> Self {
+        let output = command.output().unwrap();
+        Self {
+            code: output.status.code(),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+
     pub fn succeeds(&self) {
         self.fails_with(0);
     }

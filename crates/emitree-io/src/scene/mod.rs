@@ -8,6 +8,7 @@ mod camera;
 mod document;
 mod emission;
 mod error;
+mod seed;
 mod settings;
 mod source;
 mod table;
@@ -79,10 +80,10 @@ impl Scene {
     ///     emission.expression = "exp(-100 * (x - 0.5)^2)"
     ///     projection.type = "canonical"
     ///     image = { width = 32, height = 16 }
-    ///     render.method = "paper"
     /// "#;
     /// let scene = Scene::parse("example", text, &[])?;
     /// assert_eq!((scene.height, scene.width), (16, 32));
+    /// assert_eq!(scene.render.method.name(), "vol");
     /// # Ok::<(), emitree_io::SceneError>(())
     /// ```
     ///
@@ -113,7 +114,10 @@ impl Scene {
                 .label("expected a scene without an energy axis in this version"));
         }
         let (height, width) = image_shape(table.table("image")?, &start)?;
-        let render = settings::read(table.table("render")?, &start)?;
+        let seeds = table.tables("seed", "tables `[[seed]]`, each with `position` and `radius`")?;
+        let seeds = seed::read(seeds)?;
+        let render = table.table("render")?.unwrap_or_else(|| Table::absent("render", &start));
+        let render = settings::read(render, seeds)?;
         table.finish()?;
 
         let length_unit = match (emission.length_unit(), length_unit) {

@@ -7,7 +7,8 @@ use super::table::Table;
 use emitree::prediction::MAX_ORDER;
 use emitree::quadrature::CellRule;
 use emitree::tree::BuildOptions;
-use emitree::{CellIndex, LosOptions, Method, Predictor, Steps, Threshold};
+use emitree::vol::BASE_LEVELS;
+use emitree::{CellIndex, LosOptions, Method, Predictor, Seed, Steps, Threshold, VolOptions};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
@@ -21,60 +22,126 @@ pub struct RenderSettings {
     pub tolerance: Option<f64>,
     /// The largest number of evaluations; the method's default if it is not given.
     pub max_evaluations: Option<u64>,
+    /// The largest number of evaluations in one batch; no limit if it is not given.
+    pub batch_size: Option<u64>,
+    /// Structures to be looked at: the tables `[[seed]]`.
+    pub seeds: Vec<Seed>,
     /// Options that the scene or the command line has and the method has not.
     pub ignored: Vec<&'static str>,
 }
 
-const METHODS: &str = "`paper` or `los`";
+const METHODS: &str = "`vol`, `paper` or `los`";
 
-pub(super) fn read(table: Option<Table>, whole: &Place) -> Result<RenderSettings, SceneError> {
-    let Some(mut table) = table else { return Err(no_vol(whole)) };
-    let method = table.text("method")?;
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Vol,
+    Paper,
+    Los,
+}
+
+pub(super) fn read(mut table: Table, seeds: Vec<Seed>) -> Result<RenderSettings, SceneError> {
+    let kind = match table.text("method")? {
+        None => Kind::Vol,
+        Some(name) => kind_of_name(&name)?,
+    };
     let max_evaluations = table.take("max_evaluations");
+    let batch_size = table.take("batch_size");
     let tolerance = table.take("tolerance");
-    let of_trees = ["order", "base_level", "finest_level", "rule", "threshold"];
-    let of_trees = of_trees.map(|key| (key, table.take(key)));
+    let base_level = table.take("base_level");
+    let of_trees = ["order", "finest_level", "rule", "threshold"].map(|key| (key, table.take(key)));
     let of_lines = ["lines", "steps"].map(|key| (key, table.take(key)));
-    let (name, place) = method.unwrap_or_else(|| ("vol".to_owned(), table.place().clone()));
     table.finish()?;
 
     let max_evaluations = max_evaluations
         .map(|node| at_least_one(&node, "a number of evaluations, 1 or more"))
         .transpose()?;
-    if let Some(node) = &tolerance
-        && node.number()? <= 0.0
-    {
-        return Err(node.refuse(&node.number()?.to_string(), "a fraction above 0, as in 0.01"));
+    let batch_size = batch_size
+        .map(|node| at_least_one(&node, "a number of evaluations in a batch, 1 or more"))
+        .transpose()?;
+    if let Some(node) = &tolerance {
+        check_tolerance(node, kind)?;
     }
+    let base_levels = match kind {
+        Kind::Vol => BASE_LEVELS,
+        Kind::Paper | Kind::Los => 1..=BuildOptions::deepest_base_level::<3>(),
+    };
+    let base_level = base_level.map(|node| level(&node, base_levels)).transpose()?;
+    let build_options = build_options(base_level, &of_trees)?;
+    // Where the tolerance is not one of lines, it does not contradict equal steps.
+    let of_line = tolerance.as_ref().filter(|_| kind == Kind::Los);
+    let los_options = los_options(&of_lines, of_line)?;
+
     let given = |options: &[(&'static str, Option<Node>)]| -> Vec<&'static str> {
         options.iter().filter(|(_, node)| node.is_some()).map(|(key, _)| *key).collect()
     };
-    let build_options = build_options(&of_trees)?;
-    let los_options = los_options(&of_lines, tolerance.as_ref())?;
-    match name.as_str() {
-        "vol" => Err(no_vol(&place)),
-        "paper" => {
-            let mut ignored = given(&of_lines);
-            ignored.extend(tolerance.map(|_| "tolerance"));
-            let method = Method::Paper(build_options);
-            Ok(RenderSettings { method, tolerance: None, max_evaluations, ignored })
+    let mut ignored = Vec::new();
+    let (method, tolerance) = match kind {
+        Kind::Vol => {
+            ignored.extend(given(&of_trees));
+            ignored.extend(given(&of_lines));
+            let mut options = VolOptions::default();
+            if let Some(node) = tolerance {
+                options.tolerance = node.number()?;
+            }
+            options.base_level = base_level.unwrap_or(options.base_level);
+            (Method::Vol(options), Some(options.tolerance))
         }
-        "los" => {
+        Kind::Paper => {
+            ignored.extend(given(&of_lines));
+            ignored.extend(tolerance.map(|_| "tolerance"));
+            (Method::Paper(build_options), None)
+        }
+        Kind::Los => {
+            ignored.extend(base_level.map(|_| "base_level"));
+            ignored.extend(given(&of_trees));
             let tolerance = match los_options.steps {
                 Steps::Adaptive(tolerance) => Some(tolerance),
                 Steps::Fixed(_) => None,
             };
-            let (method, ignored) = (Method::Los(los_options), given(&of_trees));
-            Ok(RenderSettings { method, tolerance, max_evaluations, ignored })
+            (Method::Los(los_options), tolerance)
         }
-        unknown => Err(SceneError::at(&place, format!("unknown method `{unknown}`"))
+    };
+    if kind != Kind::Vol && !seeds.is_empty() {
+        ignored.push("seed");
+    }
+    Ok(RenderSettings { method, tolerance, max_evaluations, batch_size, seeds, ignored })
+}
+
+fn kind_of_name((name, place): &(String, Place)) -> Result<Kind, SceneError> {
+    match name.as_str() {
+        "vol" => Ok(Kind::Vol),
+        "paper" => Ok(Kind::Paper),
+        "los" => Ok(Kind::Los),
+        unknown => Err(SceneError::at(place, format!("unknown method `{unknown}`"))
             .label(format!("expected {METHODS}"))),
+    }
+}
+
+fn check_tolerance(node: &Node, kind: Kind) -> Result<(), SceneError> {
+    let tolerance = node.number()?;
+    let (fits, expected) = match kind {
+        Kind::Vol => {
+            (tolerance > 0.0 && tolerance < 1.0, "a fraction above 0 and below 1, as in 0.01")
+        }
+        Kind::Paper | Kind::Los => (tolerance > 0.0, "a fraction above 0, as in 0.01"),
+    };
+    if fits { Ok(()) } else { Err(node.refuse(&tolerance.to_string(), expected)) }
+}
+
+fn level(node: &Node, levels: RangeInclusive<u8>) -> Result<u8, SceneError> {
+    let expected = format!("a level from {} to {}", levels.start(), levels.end());
+    let level: u8 = node.count(&expected)?;
+    if levels.contains(&level) {
+        Ok(level)
+    } else {
+        Err(node.refuse(&level.to_string(), &expected))
     }
 }
 
 /// Options of the tree, checked here so that an error has its place.
 fn build_options(
-    [order, base_level, finest_level, rule, threshold]: &[(&'static str, Option<Node>); 5],
+    base_level: Option<u8>,
+    [order, finest_level, rule, threshold]: &[(&'static str, Option<Node>); 4],
 ) -> Result<BuildOptions, SceneError> {
     let mut options = BuildOptions::default();
     if let (_, Some(node)) = order {
@@ -84,18 +151,7 @@ fn build_options(
             return Err(node.refuse(&options.order.to_string(), &expected));
         }
     }
-    let level = |node: &Node, levels: RangeInclusive<u8>| {
-        let expected = format!("a level from {} to {}", levels.start(), levels.end());
-        let level: u8 = node.count(&expected)?;
-        if levels.contains(&level) {
-            Ok(level)
-        } else {
-            Err(node.refuse(&level.to_string(), &expected))
-        }
-    };
-    if let (_, Some(node)) = base_level {
-        options.base_level = level(node, 1..=BuildOptions::deepest_base_level::<3>())?;
-    }
+    options.base_level = base_level.unwrap_or(options.base_level);
     if let (_, Some(node)) = finest_level {
         let above = options.base_level + 1;
         options.finest_level = Some(level(node, above..=CellIndex::<3>::MAX_LEVEL)?);
@@ -129,12 +185,6 @@ fn at_least_one<T: TryFrom<i64> + Default + PartialEq>(
 ) -> Result<T, SceneError> {
     let count = node.count(expected)?;
     if count == T::default() { Err(node.refuse("0", expected)) } else { Ok(count) }
-}
-
-fn no_vol(place: &Place) -> SceneError {
-    SceneError::at(place, "the method `vol` (the default) is not available in this version")
-        .label(format!("expected `method` = {METHODS} here"))
-        .help("choose one in `[render]`, or with --method")
 }
 
 fn cell_rule((name, place): &(String, Place)) -> Result<CellRule, SceneError> {

@@ -15,6 +15,12 @@ pub(super) struct Table {
 }
 
 impl Table {
+    /// A table that the scene has not; `place` is where it could be.
+    pub(super) fn absent(path: &str, place: &Place) -> Self {
+        let (path, place) = (path.to_owned(), place.clone());
+        Self { path, place, entries: BTreeMap::new(), asked: Vec::new() }
+    }
+
     pub(super) fn new(node: Node) -> Result<Self, SceneError> {
         match node.value {
             Value::Table(entries) => {
@@ -49,6 +55,19 @@ impl Table {
 
     pub(super) fn table(&mut self, key: &'static str) -> Result<Option<Self>, SceneError> {
         self.take(key).map(Self::new).transpose()
+    }
+
+    /// The tables `[[key]]`, in their order; none if the key is absent.
+    pub(super) fn tables(
+        &mut self,
+        key: &'static str,
+        expected: &str,
+    ) -> Result<Vec<Self>, SceneError> {
+        let Some(node) = self.take(key) else { return Ok(Vec::new()) };
+        match node.value {
+            Value::Array(items) => items.into_iter().map(Self::new).collect(),
+            _ => Err(wrong_kind(&node, expected)),
+        }
     }
 
     pub(super) fn text(

@@ -1,7 +1,7 @@
 use super::*;
 use emitree::quadrature::CellRule;
 use emitree::tree::BuildOptions;
-use emitree::{LosOptions, Method, Steps, Threshold};
+use emitree::{LosOptions, Method, Seed, Steps, Threshold, VolOptions};
 
 const SCENE: &str = r#"
 [emission]
@@ -41,6 +41,34 @@ height = 100
 [render]
 method = "los"
 steps = 160
+"#;
+
+/// All of method `vol`, and two structures to be looked at.
+const KNOTS: &str = r#"
+[emission]
+expression = "exp(-x^2)"
+
+[projection]
+type = "canonical"
+
+[image]
+width = 50
+height = 100
+
+[[seed]]
+position = [0.3, 0.62, 0.4]
+radius = 0.01
+
+[[seed]]
+position = [1, 0, 0]
+radius = 2
+
+[render]
+method = "vol"
+tolerance = 0.02
+base_level = 4
+max_evaluations = 20_000
+batch_size = 500
 "#;
 
 /// The error of a scene with one text replaced: its line, message, and what was expected.
@@ -149,7 +177,8 @@ fn unknown_keys_are_refused_where_they_stand() {
     let message = "unknown key `image.widht`";
     expect(SCENE, ["width = 50", "widht = 50\nwidth = 50"], 10, message, "did you mean `width`?");
     let message = "unknown key `colour`";
-    let keys = "expected one of `emission`, `projection`, `occulter`, `energy`, `image`, `render`";
+    let keys =
+        "expected one of `emission`, `projection`, `occulter`, `energy`, `image`, `seed`, `render`";
     expect(SCENE, ["\n[emission]", "colour = 3\n[emission]"], 1, message, keys);
     let message = "unknown key `projection.far`";
     expect(
@@ -200,9 +229,6 @@ fn missing_parts_say_what_is_missing() {
     let message = "the scene has no emission";
     let expected = "expected `expression = \"…\"` or `model = \"…\"` here";
     expect(SMILE, ["model = \"cmem\"\nparameters = { density = 5.0 }", ""], 2, message, expected);
-    let scene = SCENE.replace("method = \"paper\"", "");
-    let error = Scene::parse("scene.toml", &scene, &[]).unwrap_err();
-    assert_eq!(error.message(), "the method `vol` (the default) is not available in this version");
 }
 
 #[test]
@@ -288,10 +314,128 @@ fn render_settings_out_of_range_are_refused() {
     expect(SCENE, ["0.038", "-1"], 15, "`render.threshold` is -1", sizes);
     expect(SCENE, ["0.038", "\"1 percent\""], 15, "`render.threshold` is \"1 percent\"", sizes);
     let message = "unknown method `volume`";
-    expect(SCENE, ["\"paper\"", "\"volume\""], 14, message, "expected `paper` or `los`");
+    expect(SCENE, ["\"paper\"", "\"volume\""], 14, message, "expected `vol`, `paper` or `los`");
     let budget = "expected a number of evaluations, 1 or more";
     let add = ["base_level = 2", "max_evaluations = 0"];
     expect(SCENE, add, 16, "`render.max_evaluations` is 0", budget);
     let add = ["base_level = 2", "tolerance = 0"];
     expect(SCENE, add, 16, "`render.tolerance` is 0", "expected a fraction above 0, as in 0.01");
+    let batch = "expected a number of evaluations in a batch, 1 or more";
+    let add = ["base_level = 2", "batch_size = 0"];
+    expect(SCENE, add, 16, "`render.batch_size` is 0", batch);
+    let add = ["base_level = 2", "batch_size = 1.5"];
+    expect(SCENE, add, 16, "`render.batch_size` is a number", batch);
+}
+
+#[test]
+fn the_method_is_vol_unless_another_is_named() {
+    let settings = |scene: &str| Scene::parse("scene.toml", scene, &[]).unwrap().render;
+    let (before, after) = SCENE.split_once("[render]").unwrap();
+    for scene in [before, &format!("{before}[render]")] {
+        let settings = settings(scene);
+        assert_eq!(settings.method, Method::Vol(VolOptions { tolerance: 0.01, base_level: 3 }));
+        assert_eq!(settings.tolerance, Some(0.01));
+        assert_eq!((settings.max_evaluations, settings.batch_size), (None, None));
+        assert_eq!((settings.seeds, settings.ignored), (Vec::new(), Vec::new()));
+    }
+    let settings = settings(&format!("{before}[render]{}", after.replace("method", "# method")));
+    assert_eq!(settings.method, Method::Vol(VolOptions { tolerance: 0.01, base_level: 2 }));
+    assert_eq!(settings.ignored, ["threshold"]);
+    let changes = [option("render.tolerance", "1e-4"), option("render.base_level", "7")];
+    let settings = Scene::parse("scene.toml", before, &changes).unwrap().render;
+    assert_eq!(settings.method, Method::Vol(VolOptions { tolerance: 1e-4, base_level: 7 }));
+    assert_eq!(settings.tolerance, Some(1e-4));
+}
+
+#[test]
+fn all_options_of_vol_are_read() {
+    let settings = Scene::parse("scene.toml", KNOTS, &[]).unwrap().render;
+    assert_eq!(settings.method, Method::Vol(VolOptions { tolerance: 0.02, base_level: 4 }));
+    assert_eq!((settings.max_evaluations, settings.batch_size), (Some(20_000), Some(500)));
+    let seeds = [([0.3, 0.62, 0.4], 0.01), ([1.0, 0.0, 0.0], 2.0)];
+    assert_eq!(settings.seeds, seeds.map(|(position, radius)| Seed { position, radius }));
+    assert_eq!(settings.ignored, Vec::<&str>::new());
+    // A tolerance of the image and steps of other methods are no contradiction.
+    let scene = KNOTS.replace("tolerance", "rule = \"simpson\"\nsteps = 9\ntolerance");
+    let settings = Scene::parse("scene.toml", &scene, &[option("render.order", "5")]).unwrap();
+    assert_eq!(settings.render.ignored, ["order", "rule", "steps"]);
+    for method in ["paper", "los"] {
+        let settings = Scene::parse("scene.toml", KNOTS, &[option("render.method", method)]);
+        assert_eq!(settings.unwrap().render.ignored.last(), Some(&"seed"));
+    }
+}
+
+#[test]
+fn settings_of_vol_out_of_range_are_refused() {
+    let fraction = "expected a fraction above 0 and below 1, as in 0.01";
+    let tolerance = |to: &str, message: &str, expected: &str| {
+        expect(KNOTS, ["tolerance = 0.02", &format!("tolerance = {to}")], 22, message, expected);
+    };
+    tolerance("0", "`render.tolerance` is 0", fraction);
+    tolerance("-0.1", "`render.tolerance` is -0.1", fraction);
+    tolerance("1", "`render.tolerance` is 1", fraction);
+    tolerance("2", "`render.tolerance` is 2", fraction);
+    tolerance("inf", "`render.tolerance` is inf", "expected a finite number");
+    tolerance("nan", "`render.tolerance` is NaN", "expected a finite number");
+    tolerance("\"x\"", "`render.tolerance` is a string", "expected a number");
+    let levels = "expected a level from 2 to 7";
+    for level in ["1", "9", "300"] {
+        let message = format!("`render.base_level` is {level}");
+        expect(KNOTS, ["base_level = 4", &format!("base_level = {level}")], 23, &message, levels);
+    }
+    // Lines of sight go on taking tolerances that say no more than "coarse".
+    let los = [option("render.method", "los"), option("render.tolerance", "2")];
+    assert_eq!(Scene::parse("scene.toml", KNOTS, &los).unwrap().render.tolerance, Some(2.0));
+}
+
+#[test]
+fn seeds_that_are_wrong_are_refused_where_they_stand() {
+    let [point, radius] = ["expected three numbers [x, y, z]", "expected a length above 0"];
+    let missing = "expected `radius` here: a length above 0";
+    expect(KNOTS, ["radius = 0.01", ""], 12, "`seed[0].radius` is missing", missing);
+    let missing = "expected `position` here: three numbers [x, y, z]";
+    expect(KNOTS, ["position = [1, 0, 0]", ""], 16, "`seed[1].position` is missing", missing);
+    expect(KNOTS, ["radius = 0.01", "radius = 0"], 14, "`seed[0].radius` is 0", radius);
+    expect(KNOTS, ["radius = 2", "radius = -2"], 18, "`seed[1].radius` is -2", radius);
+    let message = "`seed[1].radius` is a string";
+    expect(KNOTS, ["radius = 2", "radius = \"2\""], 18, message, "expected a number");
+    let message = "`seed[1].position` is an array of 2";
+    expect(KNOTS, ["[1, 0, 0]", "[1, 0]"], 17, message, point);
+    let message = "unknown key `seed[1].width`";
+    let keys = "expected one of `position`, `radius`";
+    expect(KNOTS, ["radius = 2", "radius = 2\nwidth = 3"], 19, message, keys);
+    let message = "unknown key `seed[0].raduis`";
+    expect(KNOTS, ["radius", "raduis"], 14, message, "did you mean `radius`?");
+
+    let scene = KNOTS.replace("[[seed]]\nposition = [1, 0, 0]\nradius = 2", "");
+    let tables = "expected tables `[[seed]]`, each with `position` and `radius`";
+    expect(&scene, ["[[seed]]", "[seed]"], 12, "`seed` is a table", tables);
+    let error = |value| Scene::parse("scene.toml", KNOTS, &[option("seed", value)]).unwrap_err();
+    assert_eq!((error("3").message(), error("3").expected()), ("`seed` is an integer", tables));
+    let mixed = error("[3]");
+    assert_eq!(
+        (mixed.message(), mixed.expected()),
+        ("`seed[0]` is an integer", "expected a table")
+    );
+    // As options: all of them at once.
+    let one = option("seed", "[{ position = [0, 1, 2], radius = 3 }]");
+    let scene = Scene::parse("scene.toml", KNOTS, &[one]).unwrap();
+    assert_eq!(scene.render.seeds, [Seed { position: [0.0, 1.0, 2.0], radius: 3.0 }]);
+}
+
+#[test]
+fn the_example_scenes_are_read() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
+    let example = |name: &str| Scene::open(&Path::new(folder).join(name), &[]).unwrap().render;
+    let knot = example("knot.toml");
+    assert_eq!(knot.seeds, [Seed { position: [0.3, 0.62, 0.4], radius: 0.01 }]);
+    for (name, method) in [
+        ("holmstrom.toml", "vol"),
+        ("knot.toml", "vol"),
+        ("smile.toml", "paper"),
+        ("smile_jorgensen.toml", "paper"),
+    ] {
+        let settings = example(name);
+        assert_eq!((settings.method.name(), settings.ignored), (method, Vec::new()), "{name}");
+    }
 }

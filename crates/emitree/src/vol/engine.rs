@@ -33,10 +33,19 @@ const BELOW_PIXEL_LEVELS: u32 = 4;
 const FINEST_LEVEL: u8 = 22;
 /// A round may cost this much more for each node than the one before.
 const COST_MARGIN: f64 = 1.3;
+/// A round of fewer nodes is not worth another one, when the budget is all but spent.
+const LEAST_ROUND: usize = 8;
 /// A first estimate of the largest pixel is good if the next one is no smaller than this share.
 const SAME_SCALE: f64 = 0.98;
 /// First estimates are made this often at the most.
 const MOST_ESTIMATES: usize = 4;
+
+/// A budget below this many times the first look may be short: then the tolerance is approached in
+/// steps, so that the evaluations go into the whole image and not into the digits of its first lines.
+const SHORT_BUDGET: u64 = 300;
+/// Evaluations grow like the tolerance to the power of −this, roughly: a tenfold precision costs two
+/// to three times as many.
+const COST_EXPONENT: f64 = 0.4;
 
 /// The image that a camera sees, to the tolerance of `vol`.
 pub(crate) fn render<E: Emission>(
@@ -47,6 +56,8 @@ pub(crate) fn render<E: Emission>(
     options: &RenderOptions<'_>,
 ) -> Result<Rendering, RenderError<E::Error>> {
     let base_level = affordable_base_level(vol, meter.evaluations_left())?;
+    let asked = vol.tolerance.min(LOOSEST_TOLERANCE);
+    let short = meter.evaluations_left() < SHORT_BUDGET * first_look(base_level);
     let mut engine = Engine {
         scan: Scan {
             view: View { meter },
@@ -58,7 +69,8 @@ pub(crate) fn render<E: Emission>(
         projection,
         scale: radiance_per_density(projection, shape),
         shape,
-        tolerance: vol.tolerance.min(LOOSEST_TOLERANCE),
+        asked,
+        tolerance: if short { LOOSEST_TOLERANCE } else { asked },
         line_share: LINE_SHARE,
         always: base_level + 1,
         finest_level: finest_level(shape, base_level),
@@ -81,11 +93,15 @@ fn affordable_base_level<E>(vol: &VolOptions, allowed: u64) -> Result<u8, Render
     if !BASE_LEVELS.contains(&vol.base_level) {
         return option("base_level", vol.base_level.to_string(), "2 to 7");
     }
-    let cost = |level: &u8| ((1_u64 << level) + 1).pow(3);
-    (1..=vol.base_level).rev().find(|level| cost(level) <= allowed).ok_or_else(|| {
+    (1..=vol.base_level).rev().find(|&level| first_look(level) <= allowed).ok_or_else(|| {
         let what = "a first look at 3 x 3 lines in 3 depths".to_owned();
-        RenderError::Budget { what, needed: cost(&1), allowed }
+        RenderError::Budget { what, needed: first_look(1), allowed }
     })
+}
+
+/// Evaluations of the base lattice.
+fn first_look(base_level: u8) -> u64 {
+    ((1_u64 << base_level) + 1).pow(3)
 }
 
 /// The deepest level of nodes that the pixels can be the better for.
@@ -114,7 +130,9 @@ struct Engine<'a, E> {
     projection: &'a dyn Projection,
     scale: Image,
     shape: [usize; 2],
-    /// The error to be met, relative to the largest pixel.
+    /// The error to be met in the end, relative to the largest pixel.
+    asked: f64,
+    /// The error to be met first.
     tolerance: f64,
     line_share: f64,
     /// The finest level that every rendering looks at.
@@ -146,7 +164,6 @@ impl<E: Emission> Engine<'_, E> {
             self.scan.view.meter.evaluations() as f64 / self.scan.tree.len() as f64;
         let mut halvings = 0;
         loop {
-            let target = self.tolerance * developed.image.largest();
             let meter = self.scan.view.meter;
             if let Some(callback) = options.frame {
                 let frame = Frame {
@@ -159,12 +176,20 @@ impl<E: Emission> Engine<'_, E> {
                     return Err(RenderError::Interrupted);
                 }
             }
-            if developed.always_seen && developed.error.largest() <= STOP * target {
+            let largest = developed.image.largest();
+            let met = |tolerance: f64| {
+                developed.always_seen && developed.error.largest() <= STOP * tolerance * largest
+            };
+            if met(self.asked) {
                 return Ok((developed, Ending::Complete));
             }
             if !within_budget {
                 return Ok((developed, Ending::Budget));
             }
+            if met(self.tolerance) {
+                self.tolerance = self.next_tolerance();
+            }
+            let target = self.tolerance * largest;
             let mut places = self.choose(&developed, target);
             extra.retain(|&place| self.scan.tree.find(place).is_none());
             places.append(&mut extra);
@@ -177,8 +202,8 @@ impl<E: Emission> Engine<'_, E> {
             }
             let affordable = meter.evaluations_left() as f64 / (COST_MARGIN * cost_per_node);
             if places.len() as f64 > affordable {
-                within_budget = false;
                 places.truncate(floor(affordable));
+                within_budget = places.len() >= LEAST_ROUND;
             }
             places.sort_unstable();
             places.dedup();
@@ -187,6 +212,15 @@ impl<E: Emission> Engine<'_, E> {
             cost_per_node = (meter.evaluations() - before.0) as f64 / before.1.max(1) as f64;
             developed = self.develop();
         }
+    }
+
+    /// The tolerance that the rest of the budget may reach.
+    fn next_tolerance(&self) -> f64 {
+        let meter = self.scan.view.meter;
+        let (spent, left) = (meter.evaluations() as f64, meter.evaluations_left() as f64);
+        let finer = ((spent + left) / spent).powf(-1.0 / COST_EXPONENT);
+        // Half at the least: a smaller step would cost more than it brings.
+        (self.tolerance * finer.min(0.5)).max(self.asked)
     }
 
     /// The lines of the base lattice, each refined by itself; whether the budget allowed it.
@@ -235,10 +269,12 @@ impl<E: Emission> Engine<'_, E> {
         target: f64,
     ) -> Result<bool, RenderError<E::Error>> {
         let first = self.scan.tree.len();
+        let standing = self.scan.sights.standing();
         self.scan.add(places);
         let allowed = within_budget(self.scan.scan(first, guarded, self.line_share * target))?;
         if !allowed {
             self.scan.truncate(first);
+            self.scan.sights.restore(&standing);
         }
         self.set_values(0);
         Ok(allowed)

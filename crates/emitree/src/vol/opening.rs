@@ -14,7 +14,7 @@ use rustc_hash::FxHashSet;
 /// Every pixel is to be expected below this share of the tolerance.
 const GOAL: f64 = 0.7;
 /// What opening a node takes away of its contribution.
-const EXPECTED_GAIN: f64 = 0.8;
+const EXPECTED_GAIN: f64 = 0.95;
 /// A contribution below this share of the tolerance is left alone.
 const LEAST_CONTRIBUTION: f64 = 1e-3;
 

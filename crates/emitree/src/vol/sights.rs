@@ -62,6 +62,10 @@ pub(crate) struct Sights {
     pub(crate) ways: Vec<Way>,
 }
 
+/// Lines that follow rules, each with its rule and integral.
+#[derive(Debug)]
+pub(crate) struct Standing(Vec<(usize, Way, f64)>);
+
 /// Depths of a line beyond this level, if jumps are near, are its own: neighbours jump elsewhere.
 const SHARED_JUMP_LEVEL: u8 = 6;
 /// A sample is looked for on neighbouring lines if its significance is beyond this many tolerances.
@@ -83,6 +87,20 @@ impl Sights {
     pub(crate) fn truncate(&mut self, nodes: usize) {
         self.lines.truncate(nodes);
         self.ways.truncate(nodes);
+    }
+
+    /// How the lines that follow rules stand, so that they can be restored.
+    pub(crate) fn standing(&self) -> Standing {
+        let ruled = (0..self.lines.len()).filter(|&i| !self.is_full(i));
+        Standing(ruled.map(|i| (i, self.ways[i], self.lines[i].integral)).collect())
+    }
+
+    /// Gives lines back the rules that they had.
+    pub(crate) fn restore(&mut self, standing: &Standing) {
+        for &(i, way, integral) in &standing.0 {
+            self.ways[i] = way;
+            self.lines[i].integral = integral;
+        }
     }
 
     /// Takes a new line out of the full ones, until a rule has given it its integral.

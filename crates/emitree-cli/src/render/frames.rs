@@ -1,0 +1,196 @@
+//! The frames of `--progressive`: ever finer images in a folder.
+
+use super::outputs::{encode, same_file};
+use crate::failure::Failure;
+use emitree::{Frame, Image, RenderedTree, Rendering, image_of_tree};
+use emitree_io::{Format, OutputFile, OutputSet, Scene, ValueRange, encode_npy_image};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// What the names of frames start with.
+const FRAME: &str = "frame-";
+
+/// Writes the images that a rendering has on its way, each as soon as it is there.
+pub(crate) struct FrameWriter<'a> {
+    folder: &'a Path,
+    scene: &'a Scene,
+    // A callback is shared between threads, so what it leaves behind is behind a lock.
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    frames: usize,
+    written: Vec<PathBuf>,
+    failure: Option<Failure>,
+}
+
+impl<'a> FrameWriter<'a> {
+    pub(crate) fn new(folder: &'a Path, scene: &'a Scene) -> Self {
+        Self { folder, scene, state: Mutex::default() }
+    }
+
+    /// Writes a frame; breaks off if that fails, and [`finish`](Self::finish) tells why.
+    pub(crate) fn write(&self, frame: &Frame<'_>) -> ControlFlow<()> {
+        self.write_images(frame.image, frame.error, frame.evaluations)
+    }
+
+    fn write_images(&self, image: &Image, error: &Image, evaluations: u64) -> ControlFlow<()> {
+        // Bytes are made before the lock is taken: it is held while files are written only.
+        let bytes = self.encode(image, error);
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        match bytes.and_then(|bytes| self.store(&mut state, evaluations, bytes)) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(failure) => {
+                state.failure.get_or_insert(failure);
+                ControlFlow::Break(())
+            }
+        }
+    }
+
+    /// The files of a frame, by the endings of their names. Colours are those of the frame's own
+    /// range: that of the last image is not known yet.
+    fn encode(
+        &self,
+        image: &Image,
+        error: &Image,
+    ) -> Result<[(&'static str, Vec<u8>); 3], Failure> {
+        Ok([
+            (".npy", encode_npy_image(image)),
+            ("-error.npy", encode_npy_image(error)),
+            (".png", encode(image, Format::Png, self.scene, None)?),
+        ])
+    }
+
+    fn store<const N: usize>(
+        &self,
+        state: &mut State,
+        evaluations: u64,
+        files: [(&str, Vec<u8>); N],
+    ) -> Result<(), Failure> {
+        let number = state.frames;
+        let path =
+            |ending| self.folder.join(format!("{FRAME}{number:02}-{evaluations:08}{ending}"));
+        let outputs = OutputSet::create(files.each_ref().map(|(ending, _)| path(*ending)))?;
+        for (output, (_, bytes)) in outputs.into_iter().zip(files) {
+            let path = output.path().to_owned();
+            output.commit(&bytes)?;
+            state.written.push(path);
+        }
+        state.frames += 1;
+        Ok(())
+    }
+
+    /// The names of the files written, or what went wrong first.
+    pub(crate) fn finish(self) -> Result<Vec<PathBuf>, Failure> {
+        let State { written, failure, .. } =
+            self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
+        failure.map_or(Ok(written), Err)
+    }
+}
+
+/// Writes the images with more and more coefficients of a tree, all in the colours of the last.
+pub(super) fn write_progression(
+    folder: &Path,
+    scene: &Scene,
+    rendering: &Rendering,
+) -> Result<Vec<PathBuf>, Failure> {
+    let Some(RenderedTree { tree, .. }) = &rendering.tree else { return Ok(Vec::new()) };
+    let range = ValueRange::of(&[&rendering.image]);
+    let shape = [scene.height, scene.width];
+    let mut written = Vec::new();
+    for (i, frame) in tree.progression::<2>(2).enumerate() {
+        let image = image_of_tree(&frame.tree, scene.camera.projection(), shape);
+        for (format, ending) in [(Format::Png, "png"), (Format::Npy, "npy")] {
+            let name = format!("{FRAME}{i:02}-{:08}.{ending}", frame.coefficients);
+            let file = OutputFile::create(folder.join(name))?;
+            written.push(file.path().to_owned());
+            file.commit(&encode(&image, format, scene, Some(range))?)?;
+        }
+    }
+    Ok(written)
+}
+
+/// Makes the folder of the frames, and sees that it can be written and that no frames of another
+/// run would stand among the new ones.
+pub(super) fn prepare_folder(folder: &Path) -> Result<(), Failure> {
+    let refuse = |why: String| {
+        Err(Failure::Request(format!("--progressive: the folder {} {why}", folder.display())))
+    };
+    if let Err(error) = std::fs::create_dir_all(folder) {
+        return refuse(format!("can't be made: {error}"));
+    }
+    OutputFile::create(folder.join(FRAME))?;
+    let entries = match std::fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) => return refuse(format!("can't be read: {error}")),
+    };
+    if entries.flatten().any(|entry| is_frame_of(&entry.path(), folder)) {
+        return refuse("has frames already: expected a new or empty one".to_owned());
+    }
+    Ok(())
+}
+
+/// Whether a path is named like a frame and lies in the folder of the frames.
+pub(super) fn is_frame_of(path: &Path, folder: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // The parent of a bare name is the empty path, which stands for this folder.
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    name.starts_with(FRAME) && same_file(parent.unwrap_or(Path::new(".")), folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene() -> Scene {
+        let text = r#"
+            emission.expression = "x"
+            projection.type = "canonical"
+            image = { width = 3, height = 2 }
+        "#;
+        Scene::parse("scene.toml", text, &[]).unwrap()
+    }
+
+    #[test]
+    fn each_frame_is_there_at_once_with_its_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = scene();
+        let writer = FrameWriter::new(folder.path(), &scene);
+        let image = |value| Image::from_pixels(2, 3, vec![value; 6]);
+        for (files, evaluations, value) in [(3, 729, 1.0), (6, 123_456_789, 2.0)] {
+            assert!(writer.write_images(&image(value), &image(0.1), evaluations).is_continue());
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), files);
+        }
+        let npy = std::fs::read(folder.path().join("frame-01-123456789.npy")).unwrap();
+        assert_eq!(npy, encode_npy_image(&image(2.0)));
+        let error = std::fs::read(folder.path().join("frame-00-00000729-error.npy")).unwrap();
+        assert_eq!(error, encode_npy_image(&image(0.1)));
+        let names = writer.finish().unwrap();
+        let expected = ["00-00000729", "01-123456789"].map(|name| {
+            [".npy", "-error.npy", ".png"].map(|ending| format!("frame-{name}{ending}"))
+        });
+        assert_eq!(
+            names,
+            expected.as_flattened().iter().map(|n| folder.path().join(n)).collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn a_frame_that_fails_ends_the_rendering_with_its_own_failure() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = scene();
+        let writer = FrameWriter::new(folder.path(), &scene);
+        let image = Image::zeros(2, 3);
+        assert!(writer.write_images(&image, &image, 729).is_continue());
+        // The error map can't be written: neither is the image.
+        let obstacle = folder.path().join("frame-01-00001000-error.npy");
+        std::fs::create_dir(&obstacle).unwrap();
+        assert!(writer.write_images(&image, &image, 1000).is_break());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3 + 1);
+        let failure = writer.finish().unwrap_err();
+        let expected = "is a directory: expected a new or an ordinary file";
+        assert_eq!(failure.to_string(), format!("`{}` {expected}", obstacle.display()));
+    }
+}
