@@ -8,7 +8,7 @@ use super::pixels::pixel_means;
 use super::remaining::{Children, Remaining, guarded_details, remaining};
 use super::round::Scan;
 use super::seeds::Looks;
-use super::sights::{Sights, Stop, View, base_depths};
+use super::sights::{Sights, Stop, View, Wanted, base_depths};
 use super::{BASE_LEVELS, VolOptions};
 use crate::emission::Emission;
 use crate::error::RenderError;
@@ -35,10 +35,6 @@ const FINEST_LEVEL: u8 = 22;
 const COST_MARGIN: f64 = 1.3;
 /// A round of fewer nodes is not worth another one, when the budget is all but spent.
 const LEAST_ROUND: usize = 8;
-/// A first estimate of the largest pixel is good if the next one is no smaller than this share.
-const SAME_SCALE: f64 = 0.98;
-/// First estimates are made this often at the most.
-const MOST_ESTIMATES: usize = 4;
 
 /// A budget below this many times the first look may be short: then the tolerance is approached in
 /// steps, so that the evaluations go into the whole image and not into the digits of its first lines.
@@ -232,32 +228,29 @@ impl<E: Emission> Engine<'_, E> {
             .flat_map(|i| lattice.clone().map(move |j| [i * step, j * step]))
             .collect();
         self.scan.add(&places);
-        let all = 0..places.len();
         let depths = base_depths(self.scan.base_level);
-        let wanted = all.clone().map(|i| (i, depths.clone())).collect();
-        let looked = self.scan.refine(wanted, f64::INFINITY).and_then(|()| {
-            let largest = |scan: &Scan<'_, E>| {
-                let radiances = all.clone().map(|i| scan.sights.lines[i].integral.abs());
-                radiances.fold(0.0, f64::max)
-            };
-            let mut scale = largest(&self.scan);
-            for _ in 0..MOST_ESTIMATES {
-                let tolerance = self.line_share * self.tolerance * scale;
-                let seeds = &self.scan.seeds;
-                let again = all.clone().map(|i| (i, seeds.depths(places[i]))).collect();
-                self.scan.refine(again, tolerance)?;
-                let next = largest(&self.scan);
-                let same = next >= SAME_SCALE * scale;
-                scale = next;
-                if same {
-                    break;
-                }
-            }
-            let found: Vec<usize> = all.clone().collect();
-            self.scan.follow(&found, self.line_share * self.tolerance * scale)
-        });
+        let wanted = |(i, &place): (usize, &Place)| {
+            (i, [depths.as_slice(), &self.scan.seeds.depths(place)].concat())
+        };
+        let wanted = places.iter().enumerate().map(wanted).collect();
+        let looked = self.refine_base(wanted);
         self.set_values(0);
         within_budget(looked)
+    }
+
+    /// Refines all lines of the base, step by step: the tolerance follows the largest of them.
+    fn refine_base(&mut self, mut wanted: Wanted) -> Result<(), Stop<E::Error>> {
+        let Scan { view, tree, sights, base_level, .. } = &mut self.scan;
+        let mut tolerance = f64::INFINITY;
+        while !wanted.is_empty() {
+            sights.sample(view, tree, &wanted)?;
+            sights.assess(wanted.iter().map(|(i, _)| *i), tolerance, *base_level);
+            let largest = sights.lines.iter().map(|line| line.integral.abs()).fold(0.0, f64::max);
+            tolerance = self.line_share * self.tolerance * largest;
+            wanted = sights.assess(0..tree.len(), tolerance, *base_level);
+        }
+        let found: Vec<usize> = (0..self.scan.tree.len()).collect();
+        self.scan.follow(&found, tolerance)
     }
 
     /// The radiances of nodes at new `places`; whether the budget allowed it. If not, the nodes are

@@ -28,6 +28,9 @@ const DECAY_MARGIN: f64 = 3.0;
 const TOGETHER: f64 = 0.5;
 /// …or to this share of the tolerance, if that is less.
 const NEGLIGIBLE: f64 = 0.125;
+/// No line is refined beyond this share of its integral: a line that is far brighter than the image
+/// was thought to be would be sampled down to rounding.
+const ROUNDING: f64 = 1e-12;
 /// Halves deeper than this are not looked at.
 const FINEST_LEVEL: u8 = DEEPEST_LEVEL - 2;
 /// Coarser neighbours that predict a sample on each side; more would only be further away.
@@ -42,6 +45,7 @@ impl Line {
     pub(crate) fn assess(&mut self, tolerance: f64, base_level: u8) -> Vec<u32> {
         self.find_jumps(tolerance, base_level);
         self.integrate();
+        let tolerance = tolerance.max(ROUNDING * self.integral.abs());
         self.find_significances();
         let mut remaining = self.remaining(base_level);
         let total: f64 = remaining.iter().map(|of| of.error).sum();

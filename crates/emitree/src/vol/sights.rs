@@ -159,8 +159,8 @@ impl Sights {
         Ok(())
     }
 
-    /// Assesses the given lines, whose numbers ascend, and returns what they want.
-    fn assess(
+    /// Assesses the given lines and returns what they want, the lines in ascending order.
+    pub(crate) fn assess(
         &mut self,
         numbers: impl Iterator<Item = usize>,
         tolerance: f64,

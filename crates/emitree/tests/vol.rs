@@ -1,0 +1,249 @@
+//! Method `vol` against exact images, against itself, and at its limits.
+#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use emitree::{
+    Canonical, Ending, Equirectangular, Frame, FromFn, Image, Method, RenderError, RenderOptions,
+    Rendering, Seed, Viewpoint, VolOptions, render,
+};
+use emitree_problems::catalogue::{Problem, problem};
+use emitree_problems::relative_error;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+
+const SHAPE: [usize; 2] = [64, 64];
+
+fn vol(tolerance: f64) -> Method {
+    Method::Vol(VolOptions { tolerance, ..Default::default() })
+}
+
+fn rendered(problem: &Problem, shape: [usize; 2], options: &RenderOptions<'_>) -> Rendering {
+    render(&FromFn(|position, _| problem.rate(position)), &Canonical, shape, options).unwrap()
+}
+
+fn at_tolerance(name: &str, tolerance: f64) -> (Rendering, f64) {
+    let problem = problem(name).unwrap();
+    let rendering = rendered(&problem, SHAPE, &RenderOptions::new(vol(tolerance)));
+    let error = relative_error(&rendering.image, &problem.exact_image(SHAPE));
+    (rendering, error)
+}
+
+#[test]
+fn promises_are_kept_from_10_percent_to_1e_5() {
+    for name in ["eq8", "beta", "gaussians", "shock"] {
+        for tolerance in [0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5] {
+            let (rendering, error) = at_tolerance(name, tolerance);
+            let estimate = rendering.estimated_error().unwrap();
+            assert!(rendering.converged(), "{name} {tolerance}: {:?}", rendering.ending);
+            assert!(error <= estimate, "{name} {tolerance}: true {error}, estimate {estimate}");
+            assert!(estimate <= tolerance, "{name} {tolerance}: {estimate}");
+        }
+    }
+    for tolerance in [0.1, 0.01, 1e-3] {
+        let (rendering, error) = at_tolerance("shell", tolerance);
+        assert!(rendering.converged() && error <= tolerance, "shell {tolerance}: {error}");
+    }
+}
+
+/// Pinned: a change that costs more is seen. The issue's own limits are beside them.
+#[test]
+fn images_cost_what_they_cost() {
+    let cost = |(name, tolerance)| at_tolerance(name, tolerance).0.evaluations;
+    let eq8 = [0.1, 0.01, 1e-3, 1e-4].map(|tolerance| cost(("eq8", tolerance)));
+    assert_eq!(eq8, [1, 1, 1, 1]);
+    let others = [("beta", 0.01), ("gaussians", 0.01), ("shell", 0.01), ("shock", 0.01)].map(cost);
+    assert_eq!(others, [1, 1, 1, 1]);
+    assert_eq!([("ball", 0.1), ("nebula", 0.1)].map(cost), [1, 1]);
+}
+
+/// Where g jumps, the tolerance is met or said not to be met; and no pixel of g ≥ 0 is negative
+/// beyond its estimate.
+#[test]
+fn jumps_are_met_or_reported() {
+    for (name, tolerance) in [("shock", 1e-3), ("ball", 0.1), ("ball", 0.02), ("nebula", 0.1)] {
+        let (rendering, error) = at_tolerance(name, tolerance);
+        assert!(!rendering.converged() || error <= tolerance, "{name} {tolerance}: {error}");
+        let estimates = rendering.error.as_ref().unwrap().pixels();
+        for (pixel, estimate) in rendering.image.pixels().iter().zip(estimates) {
+            assert!(*pixel >= -estimate, "{name} {tolerance}: {pixel} with estimate {estimate}");
+        }
+    }
+}
+
+#[test]
+fn small_pixels_cost_no_evaluations() {
+    let problem = problem("eq8").unwrap();
+    let cost = |pixels| {
+        rendered(&problem, [pixels; 2], &RenderOptions::new(vol(1e-3))).evaluations as f64
+    };
+    let (few, many) = (cost(64), cost(4096));
+    assert!(many <= 1.2 * few, "{few} for 64 x 64, {many} for 4096 x 4096");
+}
+
+#[test]
+fn odd_shapes_keep_the_promise() {
+    let problem = problem("gaussians").unwrap();
+    for shape in [[1, 1], [1, 100], [77, 3], [33, 50]] {
+        let rendering = rendered(&problem, shape, &RenderOptions::new(vol(0.01)));
+        let error = relative_error(&rendering.image, &problem.exact_image(shape));
+        assert!(rendering.converged() && error <= 0.01, "{shape:?}: {error}");
+    }
+}
+
+#[test]
+fn threads_and_batch_sizes_do_not_change_a_bit() {
+    let problem = problem("beta").unwrap();
+    let with_threads = |threads: usize, batch_size: u64| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let options = RenderOptions { batch_size, ..RenderOptions::new(vol(0.01)) };
+        pool.install(|| rendered(&problem, SHAPE, &options))
+    };
+    let one = with_threads(1, u64::MAX);
+    for (threads, batch_size) in [(2, u64::MAX), (3, 100), (1, 7)] {
+        let other = with_threads(threads, batch_size);
+        assert_eq!((&one.image, &one.error), (&other.image, &other.error));
+        assert_eq!(one.evaluations, other.evaluations);
+        assert!(other.evaluations <= other.batches.saturating_mul(batch_size));
+    }
+}
+
+#[test]
+fn a_budget_is_kept_and_its_image_is_as_good_as_is_said() {
+    let problem = problem("eq8").unwrap();
+    let exact = problem.exact_image(SHAPE);
+    let mut errors = Vec::new();
+    for max_evaluations in [27, 100, 400, 800, 1500, 3000, 6000, 12_000] {
+        let options = RenderOptions { max_evaluations, ..RenderOptions::new(vol(1e-7)) };
+        let rendering = rendered(&problem, SHAPE, &options);
+        assert!(rendering.evaluations <= max_evaluations);
+        assert!(2 * rendering.evaluations > max_evaluations, "{}", rendering.evaluations);
+        assert_eq!(rendering.ending, Ending::Budget);
+        let (error, estimate) =
+            (relative_error(&rendering.image, &exact), rendering.estimated_error().unwrap());
+        // Nothing has been seen of the peak by the first few samples.
+        assert!(max_evaluations < 800 || error <= estimate, "{max_evaluations}: {error} {estimate}");
+        errors.push(error);
+    }
+    assert!(errors[4] < 0.1 && errors[5] < 0.01 && errors[7] < 1e-3, "{errors:?}");
+
+    let too_few = RenderOptions { max_evaluations: 26, ..RenderOptions::new(vol(0.01)) };
+    let emission = FromFn(|position, _| problem.rate(position));
+    let error = render(&emission, &Canonical, SHAPE, &too_few).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "`max_evaluations` allows 26 evaluations, but a first look at 3 x 3 lines in 3 depths \
+         needs 27"
+    );
+}
+
+/// A knot of radius 0.004, between the samples of the base lattice.
+fn knot(position: [f64; 3], _: [f64; 3]) -> f64 {
+    let centre = [0.3, 0.62, 0.4];
+    let squares: f64 = (0..3).map(|i| (position[i] - centre[i]).powi(2)).sum();
+    1.0 + 400.0 * (-squares / (2.0 * 0.004_f64.powi(2))).exp()
+}
+
+#[test]
+fn a_seed_shows_a_knot_between_the_samples() {
+    let seeds = [Seed { position: [0.301, 0.618, 0.4], radius: 0.004 }];
+    let image = |seeds: &[Seed]| {
+        let options = RenderOptions { seeds, ..RenderOptions::new(vol(0.01)) };
+        render(&FromFn(knot), &Canonical, SHAPE, &options).unwrap().image
+    };
+    // The knot's integral over the cube: 400 (2 π)^(3/2) 0.004³.
+    let exact = 1.0 + 400.0 * (2.0 * core::f64::consts::PI).powf(1.5) * 0.004_f64.powi(3);
+    let mean = |image: &Image| image.pixels().iter().sum::<f64>() / 4096.0;
+    assert!((mean(&image(&seeds)) - exact).abs() < 1e-5, "{}", mean(&image(&seeds)));
+    assert!(image(&seeds).min_max().1 > 2.0, "{:?}", image(&seeds).min_max());
+    assert!((mean(&image(&[])) - 1.0).abs() < 1e-12, "found without: choose a smaller knot");
+}
+
+#[test]
+fn a_finer_base_sees_what_a_coarse_one_steps_over() {
+    let sheet = |[_, _, z]: [f64; 3], _: [f64; 3]| (-((z - 0.44) / 0.008).powi(2)).exp();
+    let exact = 0.008 * core::f64::consts::PI.sqrt();
+    let mean = |base_level| {
+        let options = VolOptions { tolerance: 0.01, base_level };
+        let options = RenderOptions::new(Method::Vol(options));
+        render(&FromFn(sheet), &Canonical, [8, 8], &options).unwrap().image[(3, 3)]
+    };
+    assert!(mean(3) < 0.01 * exact);
+    assert!((mean(5) - exact).abs() < 0.01 * exact);
+}
+
+#[test]
+fn a_small_bright_knot_that_one_sample_meets_is_followed_down() {
+    // One base sample, (0.5, 0.25, 0.625), is 0.004 beside the middle of a knot of width 0.01.
+    let knot = |[x, y, z]: [f64; 3], _: [f64; 3]| {
+        let squares = (x - 0.503_f64).powi(2) + (y - 0.252_f64).powi(2) + (z - 0.626_f64).powi(2);
+        0.1 + 20.0 * (-squares / (2.0 * 0.01_f64.powi(2))).exp()
+    };
+    let options = RenderOptions::new(vol(0.01));
+    let rendering = render(&FromFn(knot), &Canonical, SHAPE, &options).unwrap();
+    let exact = 0.1 + 20.0 * (2.0 * core::f64::consts::PI).powf(1.5) * 0.01_f64.powi(3);
+    let mean = rendering.image.pixels().iter().sum::<f64>() / 4096.0;
+    assert!((mean - exact).abs() < 1e-3 * exact, "{mean} {exact}");
+    assert!(rendering.converged());
+}
+
+#[test]
+fn the_images_on_the_way_get_better_and_end_at_the_last() {
+    let problem = problem("gaussians").unwrap();
+    let exact = problem.exact_image(SHAPE);
+    let frames: Mutex<Vec<(u64, u64, Image)>> = Mutex::default();
+    let keep = |frame: &Frame<'_>| {
+        let mut frames = frames.lock().unwrap();
+        frames.push((frame.evaluations, frame.batches, frame.image.clone()));
+        ControlFlow::Continue(())
+    };
+    let options = RenderOptions { frame: Some(&keep), ..RenderOptions::new(vol(1e-3)) };
+    let rendering = rendered(&problem, SHAPE, &options);
+    let frames = frames.into_inner().unwrap();
+    let (first, last) = (&frames[0], &frames[frames.len() - 1]);
+    assert_eq!(last.2, rendering.image);
+    assert_eq!((last.0, last.1), (rendering.evaluations, rendering.batches));
+    assert!(frames.is_sorted_by_key(|frame| frame.0));
+    assert!(relative_error(&first.2, &exact) > 30.0 * relative_error(&last.2, &exact));
+
+    let stop = |_: &Frame<'_>| ControlFlow::Break(());
+    let options = RenderOptions { frame: Some(&stop), ..RenderOptions::new(vol(1e-3)) };
+    let emission = FromFn(|position, _| problem.rate(position));
+    let error = render(&emission, &Canonical, SHAPE, &options).unwrap_err();
+    assert_eq!(error, RenderError::Interrupted);
+}
+
+/// A glow of one brightness fills each pixel of a wide camera with the same radiance: pixels are
+/// means over solid angles, and those at the poles are small.
+#[test]
+fn a_uniform_glow_is_uniform_over_the_whole_sky() {
+    let viewpoint = Viewpoint { position: [0.0; 3], target: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] };
+    let sky = [core::f64::consts::TAU, core::f64::consts::PI];
+    let camera = Equirectangular::new(viewpoint, sky, [0.0, 2.0]).unwrap();
+    let uniform = FromFn(|_, _| 3.0);
+    let rendering = render(&uniform, &camera, [18, 40], &RenderOptions::new(vol(1e-3))).unwrap();
+    let (low, high) = rendering.image.min_max();
+    assert!((low - 6.0).abs() < 6e-3 && (high - 6.0).abs() < 6e-3, "{low} {high}");
+}
+
+#[test]
+fn nothing_gives_an_image_of_nothing() {
+    let dark = FromFn(|_, _| 0.0);
+    let rendering = render(&dark, &Canonical, [5, 9], &RenderOptions::new(vol(1e-5))).unwrap();
+    assert_eq!(rendering.image, Image::zeros(5, 9));
+    assert!(rendering.converged());
+    assert_eq!(rendering.estimated_error(), Some(0.0));
+}
+
+#[test]
+fn options_out_of_range_are_named() {
+    let message = |tolerance, base_level| {
+        let method = Method::Vol(VolOptions { tolerance, base_level });
+        let uniform = FromFn(|_, _| 1.0);
+        render(&uniform, &Canonical, [2, 2], &RenderOptions::new(method)).unwrap_err().to_string()
+    };
+    let expected = "a fraction above 0 and below 1";
+    assert_eq!(message(0.0, 3), format!("`tolerance` is 0: expected {expected}"));
+    assert_eq!(message(1.0, 3), format!("`tolerance` is 1: expected {expected}"));
+    assert_eq!(message(f64::NAN, 3), format!("`tolerance` is NaN: expected {expected}"));
+    assert_eq!(message(0.1, 1), "`base_level` is 1: expected 2 to 7");
+    assert_eq!(message(0.1, 8), "`base_level` is 8: expected 2 to 7");
+}
