@@ -5,8 +5,7 @@
 //! makes the image, its error and its bill:
 //!
 //! ```
-//! use emitree::tree::BuildOptions;
-//! use emitree::{Equirectangular, FromFn, Method, RenderOptions, Viewpoint, render};
+//! use emitree::{Equirectangular, FromFn, Method, RenderOptions, Viewpoint, VolOptions, render};
 //!
 //! // A corona that fades with the distance r from the origin, seen from 10 away.
 //! let corona = FromFn(|[x, y, z]: [f64; 3], _direction: [f64; 3]| {
@@ -14,9 +13,10 @@
 //! });
 //! let viewpoint = Viewpoint { position: [10.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
 //! let camera = Equirectangular::new(viewpoint, [0.8, 0.6], [0.0, 20.0])?;
-//! let options = RenderOptions::new(Method::Paper(BuildOptions::default()));
+//! let options = RenderOptions::new(Method::Vol(VolOptions { tolerance: 0.01, base_level: 3 }));
 //!
 //! let rendering = render(&corona, &camera, [60, 80], &options)?;
+//! assert!(rendering.converged() && rendering.estimated_error() < Some(0.01));
 //! let centre = rendering.image[(30, 40)];
 //! assert!((centre - 2.0).abs() < 0.1); // ∫ exp(−|s|) ds = 2 through the middle
 //! println!("{} evaluations", rendering.evaluations);
@@ -27,14 +27,16 @@
 //!
 //! * [`emission`]: g in batches, evaluated and counted in one place;
 //! * [`projection`]: a camera maps the world to the canonical cube, z along the line of sight;
+//! * [`vol`]: the engine: a tree of the image plane whose nodes are lines of sight, refined until the
+//!   error that was asked for is met;
 //! * [`cell`], [`quadrature`], [`prediction`], [`refinement`]: dyadic cells, their averages, the
 //!   prediction of a cell's children, and which cells are split;
-//! * [`tree`]: the sparse tree of cell averages: built, projected along z by one sum for each
+//! * [`tree`]: the paper's sparse tree of cell averages: built, projected along z by one sum for each
 //!   coefficient, sampled to pixels;
 //! * [`image`]: pixels, and the one orientation that they have everywhere;
 //! * [`los`]: lines of sight pixel by pixel, the baseline.
 //!
-//! The method is that of M. Holmström, *Fast Visualization of Volume Emissions using Conservative
+//! It starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
 //! Subdivision* ("the paper").
 
 pub mod emission;
