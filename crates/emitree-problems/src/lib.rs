@@ -32,6 +32,7 @@ pub mod nebula;
 mod panels;
 pub mod shell;
 pub mod shock;
+pub mod solids;
 
 use emitree::Image;
 

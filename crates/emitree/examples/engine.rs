@@ -2,8 +2,9 @@
 #![expect(clippy::print_stdout, reason = "this program prints tables")]
 //!
 //! `cargo run --release -p emitree --example engine -- named 1e-2,1e-3` renders the named problems
-//! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239, and
-//! `… -- paper 0 72 1e-2` looks for the cheapest threshold of method `paper` for each of them.
+//! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239,
+//! `… -- solids 0 120 1e-2` random solids with sharp surfaces, and `… -- paper 0 72 1e-2` looks for
+//! the cheapest threshold of method `paper` for each of the random scenes.
 //! Tolerances are asked for, images have 64 × 64 pixels.
 
 use emitree::tree::BuildOptions;
@@ -12,8 +13,9 @@ use emitree::{
     render,
 };
 use emitree_problems::catalogue::{problem, problems};
-use emitree_problems::family::{RandomScene, random_scene};
+use emitree_problems::family::{Reference, random_scene};
 use emitree_problems::relative_error;
+use emitree_problems::solids::random_solids;
 use std::collections::HashMap;
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -28,14 +30,18 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["named", tolerances] => named(&numbers(tolerances)?, ""),
         ["named", tolerances, name] => named(&numbers(tolerances)?, name),
         ["family", from, to, tolerances] => {
-            family(from.parse()?, to.parse()?, &numbers(tolerances)?)
+            let scenes = (from.parse()?..to.parse()?).map(smooth_scene).collect();
+            many(scenes, &numbers(tolerances)?)
+        }
+        ["solids", from, to, tolerances] => {
+            let scenes = (from.parse()?..to.parse()?).map(solid_scene).collect();
+            many(scenes, &numbers(tolerances)?)
         }
         ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
-        _ => Err(
-            "expected: named T,… [NAME] | family FROM TO T,… | paper FROM TO T,… | trace NAME T"
-                .into(),
-        ),
+        _ => Err("expected: named T,… [NAME] | family FROM TO T,… | solids FROM TO T,… | \
+                  paper FROM TO T,… | trace NAME T"
+            .into()),
     }
 }
 
@@ -111,29 +117,42 @@ fn trace(name: &str, tolerance: f64) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn family(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
-    let scenes: Vec<(RandomScene, Image, f64)> = (from..to)
-        .map(|seed| {
-            let scene = random_scene(seed);
-            let reference = scene.reference_image(SHAPE);
-            (scene, reference.image, reference.error)
-        })
-        .collect();
+/// A scene of a family by number, and its exact image.
+struct Scene {
+    name: String,
+    rate: Box<dyn Fn([f64; 3]) -> f64 + Sync>,
+    reference: Reference,
+}
+
+fn smooth_scene(seed: u64) -> Scene {
+    let scene = random_scene(seed);
+    let (name, reference) = (scene.name(), scene.reference_image(SHAPE));
+    Scene { name, rate: Box::new(move |r| scene.rate(r)), reference }
+}
+
+fn solid_scene(seed: u64) -> Scene {
+    let solids = random_solids(seed);
+    let reference = solids.reference_image(SHAPE);
+    Scene { name: format!("solids-{seed}"), rate: Box::new(move |r| solids.rate(r)), reference }
+}
+
+/// How often a tolerance is kept, and at what cost.
+fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     for &tolerance in tolerances {
         let (mut kept, mut logs, mut ratios, mut insides) = (0, 0.0, Vec::new(), 0.0);
-        for (scene, exact, slack) in &scenes {
-            let rendering = vol(|r| scene.rate(r), tolerance)?;
+        for Scene { name, rate, reference } in &scenes {
+            let (exact, slack) = (&reference.image, reference.error);
+            let rendering = vol(rate, tolerance)?;
             let error = relative_error(&rendering.image, exact);
             let estimate = rendering.estimated_error().unwrap_or(f64::NAN);
             let is_kept = error <= tolerance + slack && rendering.converged();
             kept += usize::from(is_kept);
             logs += (rendering.evaluations as f64).ln();
             ratios.push(estimate / error.max(1e-15));
-            insides += inside(&rendering, exact, *slack);
+            insides += inside(&rendering, exact, slack);
             if !is_kept {
                 println!(
-                    "{}: {} evaluations, true {error:.1e}, estimate {estimate:.1e}, converged {}",
-                    scene.name(),
+                    "{name}: {} evaluations, true {error:.1e}, estimate {estimate:.1e}, converged {}",
                     rendering.evaluations,
                     rendering.converged()
                 );

@@ -72,9 +72,8 @@ fn jumps_are_met_or_reported() {
 #[test]
 fn small_pixels_cost_no_evaluations() {
     let problem = problem("eq8").unwrap();
-    let cost = |pixels| {
-        rendered(&problem, [pixels; 2], &RenderOptions::new(vol(1e-3))).evaluations as f64
-    };
+    let cost =
+        |pixels| rendered(&problem, [pixels; 2], &RenderOptions::new(vol(1e-3))).evaluations as f64;
     let (few, many) = (cost(64), cost(4096));
     assert!(many <= 1.2 * few, "{few} for 64 x 64, {many} for 4096 x 4096");
 }
@@ -120,7 +119,10 @@ fn a_budget_is_kept_and_its_image_is_as_good_as_is_said() {
         let (error, estimate) =
             (relative_error(&rendering.image, &exact), rendering.estimated_error().unwrap());
         // Nothing has been seen of the peak by the first few samples.
-        assert!(max_evaluations < 800 || error <= estimate, "{max_evaluations}: {error} {estimate}");
+        assert!(
+            max_evaluations < 800 || error <= estimate,
+            "{max_evaluations}: {error} {estimate}"
+        );
         errors.push(error);
     }
     assert!(errors[4] < 0.1 && errors[5] < 0.01 && errors[7] < 1e-3, "{errors:?}");

@@ -10,13 +10,13 @@ use core::ops::RangeInclusive;
 
 /// A stream of pseudo-random numbers.
 #[derive(Clone, Debug)]
-pub(super) struct Generator {
+pub(crate) struct Generator {
     state: [u64; 4],
 }
 
 impl Generator {
     /// The stream of a seed.
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         let mut counter = seed;
         let mut split_mix = || {
             counter = counter.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -42,17 +42,17 @@ impl Generator {
     }
 
     /// A number between two, all equally likely.
-    pub(super) fn between(&mut self, from: f64, to: f64) -> f64 {
+    pub(crate) fn between(&mut self, from: f64, to: f64) -> f64 {
         from + (to - from) * self.uniform()
     }
 
     /// A number between two positive ones, all ratios equally likely.
-    pub(super) fn log_between(&mut self, from: f64, to: f64) -> f64 {
+    pub(crate) fn log_between(&mut self, from: f64, to: f64) -> f64 {
         libm::exp(self.between(libm::log(from), libm::log(to)))
     }
 
     /// One of a few whole numbers, to 2⁻³² equally likely.
-    pub(super) fn whole(&mut self, range: RangeInclusive<u32>) -> u32 {
+    pub(crate) fn whole(&mut self, range: RangeInclusive<u32>) -> u32 {
         let count = u64::from(range.end() - range.start()) + 1;
         let below = ((self.bits() >> 32) * count) >> 32;
         // Below `count`, which fits; the last number stands for what cannot happen.
@@ -61,7 +61,7 @@ impl Generator {
 
     /// Three orthonormal vectors, all orientations equally likely: a random unit quaternion
     /// (Shoemake 1992, Graphics Gems III, p. 124).
-    pub(super) fn axes(&mut self) -> [[f64; 3]; 3] {
+    pub(crate) fn axes(&mut self) -> [[f64; 3]; 3] {
         let (u, first, second) = (self.uniform(), TAU * self.uniform(), TAU * self.uniform());
         let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
         let [x, y] = [a * libm::sin(first), a * libm::cos(first)];

@@ -35,6 +35,12 @@ pub(crate) fn beside(place: u32, distance: u32, up: bool) -> Option<u32> {
     if up { Some(place + distance).filter(|&p| p <= STEPS) } else { place.checked_sub(distance) }
 }
 
+/// The place of the coarsest lattice that has one from `low` to `high`; the lowest of them.
+pub(crate) fn coarsest_between(low: u32, high: u32) -> u32 {
+    let place = |level: u8| low.next_multiple_of(spacing(level));
+    (1..DEEPEST_LEVEL).map(place).find(|&place| place <= high).unwrap_or(low)
+}
+
 /// Weights of the polynomial through the points 0, 1, …, N − 1 at `OFFSET` + ½, for each OFFSET.
 const fn halfway<const N: usize>() -> [[f64; N]; N] {
     let mut table = [[1.0; N]; N];
@@ -58,21 +64,27 @@ const fn halfway<const N: usize>() -> [[f64; N]; N] {
 
 static HALFWAY_2: [[f64; 2]; 2] = halfway();
 static HALFWAY_3: [[f64; 3]; 3] = halfway();
+static HALFWAY_4: [[f64; 4]; 4] = halfway();
 static HALFWAY_5: [[f64; 5]; 5] = halfway();
 static HALFWAY_6: [[f64; 6]; 6] = halfway();
 
 /// The first index and the weights that predict the value midway between indices `interval` and
 /// `interval` + 1 of a lattice of `intervals` = 2^l intervals.
 ///
-/// Interpolating subdivision after Deslauriers & Dubuc 1989 (doi:10.1007/BF01889598), of order 6,
-/// with the closest stencil at the ends, and all points of a lattice that has fewer.
-pub(crate) fn midpoint_weights(intervals: usize, interval: usize) -> (usize, &'static [f64]) {
-    let points = (intervals + 1).min(STENCIL);
+/// Interpolating subdivision after Deslauriers & Dubuc 1989 (doi:10.1007/BF01889598), of `order` 4
+/// or 6, with the closest stencil at the ends, and all points of a lattice that has fewer.
+pub(crate) fn midpoint_weights(
+    order: usize,
+    intervals: usize,
+    interval: usize,
+) -> (usize, &'static [f64]) {
+    let points = (intervals + 1).min(order);
     let first = interval.saturating_sub(points / 2 - 1).min(intervals + 1 - points);
     let offset = interval - first;
     let weights: &[f64] = match points {
         2 => &HALFWAY_2[offset],
         3 => &HALFWAY_3[offset],
+        4 => &HALFWAY_4[offset],
         5 => &HALFWAY_5[offset],
         _ => &HALFWAY_6[offset],
     };
@@ -116,20 +128,32 @@ mod tests {
         }
         assert_eq!(beside(STEPS, 1, true), None);
         assert_eq!(beside(0, 1, false), None);
+        assert_eq!(coarsest_between(1, STEPS - 1), STEPS / 2);
+        assert_eq!(coarsest_between(STEPS / 2 + 1, STEPS / 4 * 3 + 1), STEPS / 4 * 3);
+        assert_eq!(coarsest_between(5, 5), 5);
     }
 
     #[test]
-    fn a_quintic_is_predicted_from_6_points_and_interpolated() {
-        let quintic = |x: f64| ((((3.0 * x - 1.0) * x + 0.5) * x - 2.0) * x + 1.0) * x - 0.25;
-        for intervals in [8, 16, 64] {
-            for interval in 0..intervals {
-                let (first, weights) = midpoint_weights(intervals, interval);
-                let at = |k: f64| quintic(k / intervals as f64);
-                let predicted: f64 =
-                    weights.iter().enumerate().map(|(k, w)| w * at((first + k) as f64)).sum();
-                assert!((predicted - at(interval as f64 + 0.5)).abs() < 1e-14);
+    fn polynomials_below_the_order_are_predicted() {
+        for (order, degree) in [(4, 3), (6, 5)] {
+            let polynomial = |x: f64| (1..=degree).fold(1.0, |sum, k| sum * x - f64::from(k));
+            for intervals in [8, 16, 64] {
+                for interval in 0..intervals {
+                    let (first, weights) = midpoint_weights(order, intervals, interval);
+                    assert_eq!(weights.len(), order);
+                    let at = |k: f64| polynomial(k / intervals as f64);
+                    let predicted: f64 =
+                        weights.iter().enumerate().map(|(k, w)| w * at((first + k) as f64)).sum();
+                    let exact = at(interval as f64 + 0.5);
+                    assert!((predicted - exact).abs() < 1e-13 * exact.abs().max(1.0));
+                }
             }
         }
+    }
+
+    #[test]
+    fn a_quintic_is_interpolated_from_6_points() {
+        let quintic = |x: f64| ((((3.0 * x - 1.0) * x + 0.5) * x - 2.0) * x + 1.0) * x - 0.25;
         let points: Vec<_> =
             [0.0, 0.1, 0.15, 0.5, 0.7, 1.0].iter().map(|&x| (x, quintic(x))).collect();
         assert!((polynomial(&points, 0.3) - quintic(0.3)).abs() < 1e-14);

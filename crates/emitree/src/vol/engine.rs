@@ -27,6 +27,14 @@ const STOP: f64 = 0.85;
 const LINE_SHARE: f64 = 0.2;
 /// If lines are all that is left to be improved, their share is halved this often.
 const MOST_HALVINGS: u32 = 4;
+/// A jump within an interval as short as the spacing of this level is one; a loose tolerance leaves
+/// it no shorter.
+const ROUGH_JUMP_LEVEL: u8 = 5;
+/// If this share of the base lines has a jump, surfaces are tracked from line to line, and the image
+/// has kinks where they turn away…
+const ROUGH_SHARE: f64 = 0.03;
+/// …and predictions of this order, which reach less far across them, are the better ones.
+const ROUGH_ORDER: usize = 4;
 /// Nodes are no closer to each other than 2^−this of a pixel.
 const BELOW_PIXEL_LEVELS: u32 = 4;
 /// Levels of nodes that the places have room for, with two for the children and their neighbours.
@@ -234,6 +242,10 @@ impl<E: Emission> Engine<'_, E> {
         };
         let wanted = places.iter().enumerate().map(wanted).collect();
         let looked = self.refine_base(wanted);
+        if self.is_rough() {
+            self.scan.sights.tracks_jumps = true;
+            self.scan.tree.set_order(ROUGH_ORDER);
+        }
         self.set_values(0);
         within_budget(looked)
     }
@@ -251,6 +263,14 @@ impl<E: Emission> Engine<'_, E> {
         }
         let found: Vec<usize> = (0..self.scan.tree.len()).collect();
         self.scan.follow(&found, tolerance)
+    }
+
+    /// Whether g jumps on surfaces that many of the base lines cross.
+    fn is_rough(&self) -> bool {
+        let lines = &self.scan.sights.lines;
+        let of_interest = spacing(ROUGH_JUMP_LEVEL);
+        let jumping = lines.iter().filter(|line| line.has_jump_within(of_interest));
+        jumping.count() as f64 >= ROUGH_SHARE * lines.len() as f64
     }
 
     /// The radiances of nodes at new `places`; whether the budget allowed it. If not, the nodes are

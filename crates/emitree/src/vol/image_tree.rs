@@ -5,7 +5,7 @@
 //! lattice point that is not a node has its own prediction for a value, so that a tree with holes
 //! stands for the same function as the full lattice with those details zero.
 
-use super::dyadic::{STEPS, level_of, midpoint_weights, spacing};
+use super::dyadic::{STENCIL, STEPS, level_of, midpoint_weights, spacing};
 use crate::cell;
 use rustc_hash::FxHashMap;
 
@@ -24,10 +24,17 @@ pub(crate) struct Node {
 }
 
 /// Nodes of the image plane, in the order in which they were added.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct ImageTree {
     nodes: Vec<Node>,
     index: FxHashMap<u64, u32>,
+    order: usize,
+}
+
+impl Default for ImageTree {
+    fn default() -> Self {
+        Self { nodes: Vec::new(), index: FxHashMap::default(), order: STENCIL }
+    }
 }
 
 impl ImageTree {
@@ -37,6 +44,17 @@ impl ImageTree {
 
     pub(crate) fn len(&self) -> usize {
         self.nodes.len()
+    }
+
+    /// The order of the predictions: 6, or what it has been set to.
+    pub(crate) fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Predicts with stencils of 4 or 6 points; details are those of the former order until they are
+    /// updated.
+    pub(crate) fn set_order(&mut self, order: usize) {
+        self.order = order;
     }
 
     /// The number of the node at a place.
@@ -94,7 +112,7 @@ impl ImageTree {
     /// The value expected at a place from the lattice one level coarser than its own.
     fn predict(&self, place: Place, ghosts: &mut FxHashMap<u64, f64>) -> f64 {
         let step = spacing(level_of_place(place));
-        let [x, y] = place.map(|along| stencil(along, step));
+        let [x, y] = place.map(|along| stencil(self.order, along, step));
         let mut sum = 0.0;
         for (i, weight_x) in x.weights.iter().enumerate() {
             for (j, weight_y) in y.weights.iter().enumerate() {
@@ -117,13 +135,13 @@ struct Stencil {
     weights: &'static [f64],
 }
 
-/// The stencil of one axis on the lattice of twice the spacing `step`.
-fn stencil(along: u32, step: u32) -> Stencil {
+/// The stencil of `order` points along one axis on the lattice of twice the spacing `step`.
+fn stencil(order: usize, along: u32, step: u32) -> Stencil {
     if (along / step).is_multiple_of(2) {
         return Stencil { first: along, weights: &[1.0] };
     }
     let intervals = (STEPS / (2 * step)) as usize;
-    let (first, weights) = midpoint_weights(intervals, (along / (2 * step)) as usize);
+    let (first, weights) = midpoint_weights(order, intervals, (along / (2 * step)) as usize);
     Stencil { first: cell::to_u32(first) * 2 * step, weights }
 }
 

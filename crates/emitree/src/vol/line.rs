@@ -34,7 +34,9 @@ pub(crate) struct Line {
     pub(crate) error: f64,
 }
 
-/// Points of a polynomial at the end of a smooth stretch: extrapolation wants a lower degree.
+/// A jump in a longer interval may turn out to be a steep slope, and its ends are no ends then.
+const CLOSED_IN: f64 = 0.03;
+/// Points of a polynomial at the end of a segment: extrapolation wants a lower degree.
 const ONE_SIDED: usize = 4;
 
 impl Line {
@@ -82,6 +84,13 @@ impl Line {
     pub(crate) fn is_near_jump(&self, i: usize) -> bool {
         let near = i.saturating_sub(5)..(i + 5).min(self.jumps.len());
         self.jumps[near].contains(&true)
+    }
+
+    /// Whether sample `i` is beside a jump that has been closed in on: the end of a segment on which
+    /// G is taken for smooth.
+    pub(crate) fn is_beside_jump(&self, i: usize) -> bool {
+        let beside = i.saturating_sub(1)..(i + 1).min(self.jumps.len());
+        beside.into_iter().any(|k| self.jumps[k] && self.length(k) <= CLOSED_IN)
     }
 
     /// Whether G jumps within an interval no longer than `length` steps.
@@ -136,12 +145,19 @@ impl Line {
     pub(crate) fn integrate(&mut self) {
         let of_interval = |i: usize| {
             let length = self.length(i);
+            let trapezoid = length * 0.5 * (self.samples[i].rate + self.samples[i + 1].rate);
             if self.jumps[i] {
-                return length * 0.5 * (self.samples[i].rate + self.samples[i + 1].rate);
+                return trapezoid;
             }
             let (points, count) = self.points_of(i);
-            let at = |t: f64| polynomial(&points[..count], self.z(i) + t * length);
-            GAUSS.iter().map(|&(t, weight)| weight * at(t)).sum::<f64>() * length
+            let points = &points[..count];
+            let at = |t: f64| polynomial(points, self.z(i) + t * length);
+            let integral = GAUSS.iter().map(|&(t, weight)| weight * at(t)).sum::<f64>() * length;
+            // Where samples lie unevenly the polynomial may swing out: not beyond their range.
+            let rates = || points.iter().map(|point| point.1);
+            let range =
+                rates().fold(f64::NEG_INFINITY, f64::max) - rates().fold(f64::INFINITY, f64::min);
+            if (integral - trapezoid).abs() > length * range { trapezoid } else { integral }
         };
         self.integral = (0..self.samples.len().saturating_sub(1)).map(of_interval).sum();
     }

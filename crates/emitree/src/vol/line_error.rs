@@ -4,19 +4,35 @@
 //! by is its detail d, which reaches the integral as its effect d · 2^−l. What may remain unseen
 //! around a sample is its significance, smaller where significances have been seen to decay, until
 //! the halves on both sides are sampled. A jump is an interval that is far steeper than its
-//! neighbours explain: it is bisected, one sample for each factor of two.
+//! neighbours explain: it is bisected, one sample for each factor of two, the largest first and only
+//! as far as the tolerance needs. Between jumps lie segments, of which the ends belong to every
+//! level: they may be anywhere, and nothing is expected beyond them.
 
-use super::dyadic::{DEEPEST_LEVEL, beside, level_of, polynomial, spacing};
+use super::dyadic::{DEEPEST_LEVEL, beside, coarsest_between, level_of, polynomial, spacing, unit};
 use super::line::Line;
 
 /// A jump is this much steeper than both neighbours together.
 const JUMP_STEEPNESS: f64 = 4.0;
-/// |error| of an interval with a jump, in units of its length times the jump. Half would suffice for
-/// one line; but lines that differ by what theirs have left look rough to the image tree, and cost
-/// more there than the bisections here.
-const JUMP_ERROR: f64 = 1.6;
-/// A jump that is smaller than this share of the tolerance, times its interval, is none.
+/// |error| of an interval with a jump, in units of its length times the jump: the jump may be at
+/// either end, and then the trapezoid is wrong by half of this; the rest is for the image tree, to
+/// which what is left of jumps looks like roughness.
+pub(crate) const JUMP_ERROR: f64 = 1.0;
+/// A jump that is smaller than this share of the tolerance, times its interval, is none…
 const LEAST_JUMP: f64 = 0.02;
+/// …unless the interval is shorter than this: there a jump has been closed in on, and no polynomial
+/// may run through it…
+const NARROW: f64 = 0.002;
+/// …and a step below this share of the largest |rate| is rounding at any length.
+const NO_STEP: f64 = 1e-7;
+/// Jumps are bisected until the error is expected to be this share of the tolerance…
+const BISECTED: f64 = 0.9;
+/// …with this share of their own error gone for each bisection.
+const BISECTION_GAIN: f64 = 0.5;
+/// A segment of two ends is sampled inside if more than this share of the tolerance is on it.
+const SHORT_SEGMENT: f64 = 0.25;
+/// Share of the intervals beside a sample next to the end of a segment that its detail can change:
+/// half of each, and half as much again.
+const EFFECT_AT_END: f64 = 0.75;
 /// Share of the |effects| that is added to what is left of them when neighbours cancel: an
 /// accidental zero is not trusted.
 const CANCELLATION_GUARD: f64 = 0.1;
@@ -31,6 +47,8 @@ const NEGLIGIBLE: f64 = 0.125;
 /// No line is refined beyond this share of its integral: a line that is far brighter than the image
 /// was thought to be would be sampled down to rounding.
 const ROUNDING: f64 = 1e-12;
+/// Segments of fewer steps are not divided.
+const LEAST_LENGTH: u32 = 16;
 /// Halves deeper than this are not looked at.
 const FINEST_LEVEL: u8 = DEEPEST_LEVEL - 2;
 /// Coarser neighbours that predict a sample on each side; more would only be further away.
@@ -49,16 +67,39 @@ impl Line {
         self.find_significances();
         let mut remaining = self.remaining(base_level);
         let total: f64 = remaining.iter().map(|of| of.error).sum();
+        let mut wanted = self.inside_short_segments(tolerance);
+        if !wanted.is_empty() {
+            // None of them is believed to hold more than this.
+            self.error = total + wanted.len() as f64 * self.integral.abs();
+            return wanted;
+        }
         let mut error = total;
-        let mut wanted = Vec::new();
         while error > tolerance && wanted.is_empty() {
             let largest = remaining.iter().map(|of| of.error).fold(0.0, f64::max);
             if largest <= 0.0 {
                 break;
             }
             let least = (TOGETHER * largest).min(NEGLIGIBLE * tolerance);
-            for of in remaining.iter_mut().filter(|of| of.error > least) {
+            let mut expected = error;
+            for of in &mut remaining {
+                if let Place::Sample(_) = of.place
+                    && of.error > least
+                {
+                    error -= of.error;
+                    expected -= of.error;
+                    of.error = 0.0;
+                    self.look_at(of.place, &mut wanted);
+                }
+            }
+            let is_jump = |of: &&mut Remaining| matches!(of.place, Place::Interval(_));
+            let mut jumps: Vec<&mut Remaining> = remaining.iter_mut().filter(is_jump).collect();
+            jumps.sort_by(|a, b| b.error.total_cmp(&a.error));
+            for of in jumps {
+                if expected <= BISECTED * tolerance || of.error <= 0.0 {
+                    break;
+                }
                 error -= of.error;
+                expected -= BISECTION_GAIN * of.error;
                 of.error = 0.0;
                 self.look_at(of.place, &mut wanted);
             }
@@ -71,13 +112,31 @@ impl Line {
         wanted
     }
 
+    /// A depth inside each segment of two ends that may hold too much to be guessed.
+    fn inside_short_segments(&self, tolerance: f64) -> Vec<u32> {
+        let is_short = |&i: &usize| {
+            let between_jumps = i > 0 && i + 1 < self.jumps.len();
+            between_jumps && self.jumps[i - 1] && !self.jumps[i] && self.jumps[i + 1]
+        };
+        let depth = |i: usize| {
+            let (below, above) = (&self.samples[i], &self.samples[i + 1]);
+            let length = above.depth - below.depth;
+            let most = self.length(i) * below.rate.abs().max(above.rate.abs());
+            let matters = length >= LEAST_LENGTH && most > SHORT_SEGMENT * tolerance;
+            matters.then(|| coarsest_between(below.depth + length / 4, above.depth - length / 4))
+        };
+        (0..self.jumps.len()).filter(is_short).filter_map(depth).collect()
+    }
+
     fn find_jumps(&mut self, tolerance: f64, base_level: u8) {
         let longest = spacing(base_level + 1);
+        let largest = self.samples.iter().map(|sample| sample.rate.abs()).fold(0.0, f64::max);
         let intervals = self.samples.len().saturating_sub(1);
         let is_jump = |i: usize| {
             let (length, step) = (self.length(i), self.step(i).abs());
             let steps = self.samples[i + 1].depth - self.samples[i].depth;
-            if steps > longest || step * length < LEAST_JUMP * tolerance {
+            let is_negligible = step * length < LEAST_JUMP * tolerance && length >= NARROW;
+            if steps > longest || step < NO_STEP * largest || is_negligible {
                 return false;
             }
             let slope = |k: usize| self.step(k).abs() / self.length(k);
@@ -91,7 +150,7 @@ impl Line {
     /// What sample `i` differs by from the polynomial through coarser samples around it.
     fn detail(&self, i: usize) -> f64 {
         let level = self.samples[i].level;
-        let coarser = |k: &usize| self.samples[*k].level < level;
+        let coarser = |k: &usize| self.samples[*k].level < level || self.is_beside_jump(*k);
         // Four on each side: the fourth makes up for what the other side may lack.
         let below = (0..i).rev().take_while(|&k| !self.jumps[k]).filter(coarser).take(4);
         let above = (i + 1..self.samples.len()).take_while(|&k| !self.jumps[k - 1]);
@@ -111,10 +170,21 @@ impl Line {
         self.samples[i].rate - polynomial(&points, self.z(i))
     }
 
+    /// The length over which the detail of sample `i` changes the integral.
+    fn reach(&self, i: usize) -> f64 {
+        let usual = unit(spacing(self.samples[i].level));
+        let at_end = self.is_beside_jump(i - 1) || self.is_beside_jump(i + 1);
+        if !at_end {
+            return usual;
+        }
+        let smooth = |k: usize| if self.jumps[k] { 0.0 } else { self.length(k) };
+        usual.min(EFFECT_AT_END * (smooth(i - 1) + smooth(i)))
+    }
+
     fn find_significances(&mut self) {
         let effect = |i: usize| match self.samples[i].level {
             0 | 1 => 0.0,
-            level => self.detail(i) / f64::from(1_u32 << level),
+            _ => self.detail(i) * self.reach(i),
         };
         let effects: Vec<f64> = (0..self.samples.len()).map(effect).collect();
         for i in 0..self.samples.len() {
@@ -150,8 +220,7 @@ impl Line {
             }
             let [below, above] = self.missing_halves(i);
             self.samples[i].opened = below.is_none() && above.is_none();
-            // Bisection looks after jumps.
-            if (below.is_none() || self.jumps[i - 1]) && (above.is_none() || self.jumps[i]) {
+            if below.is_none() && above.is_none() {
                 continue;
             }
             let error = sample.significance * self.decay(i, base_level);
@@ -160,11 +229,20 @@ impl Line {
         remaining
     }
 
-    /// The middles of the halves beside sample `i` (not an end) that have not been sampled.
+    /// The middles of the halves beside sample `i` (not an end of the line) that have not been
+    /// sampled and lie on its segment.
     fn missing_halves(&self, i: usize) -> [Option<u32>; 2] {
+        if self.is_beside_jump(i) {
+            return [None; 2];
+        }
+        let depth = self.samples[i].depth;
         let half = spacing(self.samples[i].level + 1);
-        let missing = |up| beside(self.samples[i].depth, half, up).filter(|&d| !self.has(d));
-        [missing(false), missing(true)]
+        let missing = |up, neighbour: usize| {
+            let beyond_end = self.is_beside_jump(neighbour)
+                && self.samples[neighbour].depth.abs_diff(depth) <= half;
+            beside(depth, half, up).filter(|&d| !beyond_end && !self.has(d))
+        };
+        [missing(false, i - 1), missing(true, i + 1)]
     }
 
     /// Which part of the significance of sample `i` is expected to remain unseen.
@@ -194,8 +272,7 @@ impl Line {
             }
             Place::Sample(i) => {
                 let [below, above] = self.missing_halves(i);
-                wanted.extend(below.filter(|_| !self.jumps[i - 1]));
-                wanted.extend(above.filter(|_| !self.jumps[i]));
+                wanted.extend(below.into_iter().chain(above));
             }
         }
     }
@@ -256,7 +333,7 @@ mod tests {
             assert!((line.integral - exact).abs() <= tolerance, "{}", line.integral);
             line.samples.len()
         });
-        assert_eq!(cost, [24, 27, 30]);
+        assert_eq!(cost, [23, 26, 30]);
     }
 
     #[test]

@@ -6,6 +6,8 @@
 //!
 //! * `dyadic`: places on the unit interval, predictions and polynomials;
 //! * `line`, `line_error`: samples along one line, its integral, its error and where to look next;
+//! * `jumps`, `local_fit`, `tracking`: the jumps of lines, and where those of a new line are expected
+//!   from its neighbours;
 //! * `block`, `depth_rule`: a few depths that integrate all lines of a part of the image;
 //! * `sights`, `round`: the lines of all nodes, sampled in batches; the radiances of new nodes;
 //! * `image_tree`, `remaining`: values and details in the image plane, and what remains unseen;
@@ -21,14 +23,17 @@ mod dyadic;
 mod engine;
 mod error_map;
 mod image_tree;
+mod jumps;
 mod line;
 mod line_error;
+mod local_fit;
 mod opening;
 mod pixels;
 mod remaining;
 mod round;
 mod seeds;
 mod sights;
+mod tracking;
 
 pub(crate) use engine::render;
 

@@ -33,9 +33,12 @@ impl AxisWeights {
     }
 
     /// The weights of the same function's values on the next coarser lattice.
-    fn coarser(&self) -> Self {
+    fn coarser(&self, order: usize) -> Self {
         let intervals = self.intervals / 2;
-        Self { intervals, pixels: self.pixels.iter().map(|p| p.coarser(intervals)).collect() }
+        Self {
+            intervals,
+            pixels: self.pixels.iter().map(|p| p.coarser(order, intervals)).collect(),
+        }
     }
 
     /// The pixels on which the value at `index` may have a weight.
@@ -48,7 +51,7 @@ impl AxisWeights {
 }
 
 impl PixelWeights {
-    fn coarser(&self, intervals: usize) -> Self {
+    fn coarser(&self, order: usize, intervals: usize) -> Self {
         let last = self.first + self.weights.len() - 1;
         let first = (self.first / 2).saturating_sub(STENCIL - 1);
         let end = (last / 2 + STENCIL + 1).min(intervals + 1);
@@ -58,7 +61,7 @@ impl PixelWeights {
             if index.is_multiple_of(2) {
                 weights[index / 2 - first] += weight;
             } else {
-                let (start, prediction) = midpoint_weights(intervals, index / 2);
+                let (start, prediction) = midpoint_weights(order, intervals, index / 2);
                 for (j, share) in prediction.iter().enumerate() {
                     weights[start + j - first] += weight * share;
                 }
@@ -115,7 +118,7 @@ pub(crate) fn pixel_means(tree: &ImageTree, [height, width]: [usize; 2]) -> Vec<
     for level in (filled + 1..=finest).rev() {
         let nodes = tree.nodes().iter().filter(|node| node.level == level);
         nodes.for_each(|node| add_detail(&mut means, node, &x, &y));
-        (x, y) = (x.coarser(), y.coarser());
+        (x, y) = (x.coarser(tree.order()), y.coarser(tree.order()));
     }
     let lattice = fill(tree, filled);
     let points = (1_usize << filled) + 1;
@@ -163,7 +166,7 @@ fn fill(tree: &ImageTree, level: u8) -> Vec<f64> {
     for (depth, nodes) in by_level.iter().enumerate() {
         let intervals = 1_usize << depth;
         if depth > 0 {
-            values = subdivide(&values, intervals / 2);
+            values = subdivide(tree.order(), &values, intervals / 2);
         }
         for node in nodes {
             let [i, j] = node.place.map(|along| along as usize * intervals / STEPS as usize);
@@ -173,8 +176,8 @@ fn fill(tree: &ImageTree, level: u8) -> Vec<f64> {
     values
 }
 
-/// The next finer lattice by prediction alone, from one of `intervals` along each axis.
-fn subdivide(values: &[f64], intervals: usize) -> Vec<f64> {
+/// The next finer lattice by prediction of `order` alone, from one of `intervals` along each axis.
+fn subdivide(order: usize, values: &[f64], intervals: usize) -> Vec<f64> {
     let (points, finer) = (intervals + 1, 2 * intervals + 1);
     let mut wide = vec![0.0; points * finer];
     wide.par_chunks_mut(finer).zip(values.par_chunks(points)).for_each(|(wide, values)| {
@@ -182,7 +185,7 @@ fn subdivide(values: &[f64], intervals: usize) -> Vec<f64> {
             *value = if i.is_multiple_of(2) {
                 values[i / 2]
             } else {
-                let (first, weights) = midpoint_weights(intervals, i / 2);
+                let (first, weights) = midpoint_weights(order, intervals, i / 2);
                 weights.iter().zip(&values[first..]).map(|(w, v)| w * v).sum()
             };
         }
@@ -193,7 +196,7 @@ fn subdivide(values: &[f64], intervals: usize) -> Vec<f64> {
             fine.copy_from_slice(&wide[j / 2 * finer..][..finer]);
             return;
         }
-        let (first, weights) = midpoint_weights(intervals, j / 2);
+        let (first, weights) = midpoint_weights(order, intervals, j / 2);
         for (k, weight) in weights.iter().enumerate() {
             let row = &wide[(first + k) * finer..][..finer];
             for (fine, value) in fine.iter_mut().zip(row) {
@@ -258,9 +261,17 @@ mod tests {
     fn nodes_finer_than_the_pixels_count_as_on_the_filled_lattice() {
         let peak = |x: f64, y: f64| (-400.0 * ((x - 0.43).powi(2) + (y - 0.02).powi(2))).exp();
         let near = |[x, y]: &Place| unit(*x).hypot(unit(*y) - 0.2) < 0.7;
-        let tree = tree_of(lattice(3).chain(lattice(7).filter(near)), peak);
+        let mut tree = tree_of(lattice(3).chain(lattice(7).filter(near)), peak);
+        for order in [4, 6] {
+            tree.set_order(order);
+            tree.update_details();
+            few_pixels_add_up(&tree);
+        }
+    }
+
+    fn few_pixels_add_up(tree: &ImageTree) {
         // 8 pixels along an axis fill level 3 only; 128 pixels fill all levels.
-        let (few, many) = (pixel_means(&tree, [8, 8]), pixel_means(&tree, [128, 128]));
+        let (few, many) = (pixel_means(tree, [8, 8]), pixel_means(tree, [128, 128]));
         for (p, few) in few.iter().enumerate() {
             let rows = (p / 8) * 16..(p / 8 + 1) * 16;
             let columns = (p % 8) * 16..(p % 8 + 1) * 16;

@@ -5,10 +5,12 @@
 //! decay, and the decay is believed only below the levels that are always looked at. A node is
 //! followed in two steps: first its four diagonal children, which see what varies along x, along y
 //! or along both; then, if those still matter, the four children beside it. Most nodes never need
-//! the second step, and it has two thirds of the children.
+//! the second step, and it has two thirds of the children. Last, what the children of neighbours
+//! have found is expected of a node's own.
 
-use super::dyadic::{beside, spacing};
+use super::dyadic::{STENCIL, beside, spacing};
 use super::image_tree::{ImageTree, Place, level_of_place};
+use rayon::prelude::*;
 
 /// Share of the details one spacing away that guards a node's own.
 const NEXT_GUARD: f64 = 0.5;
@@ -20,6 +22,11 @@ const FIRST_LEAST_DECAY: f64 = 0.4;
 const LEAST_DECAY: f64 = 0.15;
 /// …and else this times the decay from the coarser neighbours.
 const DECAY_MARGIN: f64 = 3.0;
+/// A missing child differs by this share of the details beside it, on its own level: they may have
+/// found the next part of a kink, of which coarser nodes chanced to see nothing…
+const SIBLING_SHARE: f64 = 0.25;
+/// …and by this share where g jumps, and kinks are expected.
+const SIBLING_SHARE_OF_KINKS: f64 = 0.5;
 /// Once the diagonal children are there, what remains is their largest guarded detail, or this share
 /// of what remained before.
 const AFTER_DIAGONALS: f64 = 0.1;
@@ -76,6 +83,8 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
 /// What remains around each node, given the `guarded` details; `always` is the finest level that
 /// every rendering looks at.
 pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Remaining> {
+    let has_kinks = tree.order() < STENCIL;
+    let sibling_share = if has_kinks { SIBLING_SHARE_OF_KINKS } else { SIBLING_SHARE };
     let of_node = |i: usize| {
         let node = tree.nodes()[i];
         if node.level + 1 < always {
@@ -93,9 +102,22 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Re
             }
             _ => before,
         };
-        Remaining { children, size }
+        let of_siblings = sibling_share * largest_sibling(tree, node.place, node.level);
+        Remaining { children, size: size.max(of_siblings) }
     };
-    (0..tree.len()).map(of_node).collect()
+    (0..tree.len()).into_par_iter().map(of_node).collect()
+}
+
+/// The largest |detail| beside a missing child of a node, on the child's level.
+fn largest_sibling(tree: &ImageTree, place: Place, level: u8) -> f64 {
+    let missing =
+        around(place, spacing(level + 1), 1).filter(|(_, _, child)| tree.find(*child).is_none());
+    let siblings = missing.flat_map(|(_, _, child)| around(child, spacing(level + 1), 1));
+    let details = siblings.filter_map(|(_, _, at)| {
+        let sibling = &tree.nodes()[tree.find(at)?];
+        (sibling.level == level + 1).then_some(sibling.detail.abs())
+    });
+    details.fold(0.0, f64::max)
 }
 
 /// Which children of a node are there, and the largest guarded detail of the diagonal ones.

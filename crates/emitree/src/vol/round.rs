@@ -244,7 +244,7 @@ impl<E: Emission> Scan<'_, E> {
     ) -> Result<(), Stop<E::Error>> {
         plan.ruled.keys().for_each(|&i| self.sights.await_rule(i));
         plan.full.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
-        let mut wanted = self.start(plan.full.iter().copied(), first);
+        let mut wanted = self.start(&plan.full, first, tolerance);
         let position: FxHashMap<usize, usize> =
             plan.full.iter().enumerate().map(|(k, &i)| (i, k)).collect();
         for (i, number) in &plan.validated {
@@ -256,14 +256,12 @@ impl<E: Emission> Scan<'_, E> {
     }
 
     /// The depths that new full lines start with, given the lines before node `first`.
-    fn start(&self, nodes: impl Iterator<Item = usize>, first: usize) -> Wanted {
-        let of_node = |i: usize| {
-            let place = self.tree.nodes()[i].place;
-            let mut depths = self.sights.starting_depths(&self.tree, place, first, self.base_level);
-            depths.extend(self.seeds.depths(place));
-            (i, depths)
-        };
-        nodes.map(of_node).collect()
+    fn start(&mut self, nodes: &[usize], first: usize, tolerance: f64) -> Wanted {
+        let mut wanted = self.sights.start(&self.tree, nodes, first, tolerance, self.base_level);
+        for (i, depths) in &mut wanted {
+            depths.extend(self.seeds.depths(self.tree.nodes()[*i].place));
+        }
+        wanted
     }
 
     /// Gives the nodes of quarters in which a rule has failed to a better rule; returns those that
@@ -341,7 +339,8 @@ impl<E: Emission> Scan<'_, E> {
         first: usize,
         tolerance: f64,
     ) -> Result<(), Stop<E::Error>> {
-        let wanted = self.start(nodes.iter().copied(), first);
+        let numbers: Vec<usize> = nodes.iter().copied().collect();
+        let wanted = self.start(&numbers, first, tolerance);
         nodes.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
         self.refine(wanted, tolerance)
     }

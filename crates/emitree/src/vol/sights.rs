@@ -3,8 +3,10 @@
 use super::block::Block;
 use super::dyadic::{spacing, unit};
 use super::image_tree::{ImageTree, Place};
-use super::line::Line;
+use super::jumps::{are_known, jumps, probes};
+use super::line::{Line, Sample};
 use super::remaining::around;
+use super::tracking::{Bracket, NEIGHBOURS, Neighbour, Predicted, predict};
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::meter::{Meter, Weight};
@@ -46,6 +48,16 @@ impl<E: Emission> View<'_, E> {
 /// Depths that are wanted on a line, by the number of its node.
 pub(crate) type Wanted = Vec<(usize, Vec<u32>)>;
 
+/// A depth of one line that those next to it should know of.
+#[derive(Clone, Copy, Debug)]
+struct Shared {
+    depth: u32,
+    /// The spacing of its level.
+    length: u32,
+    /// Whether there is only a jump that it is shared for.
+    of_jump: bool,
+}
+
 /// How a line came by its integral.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Way {
@@ -60,6 +72,10 @@ pub(crate) enum Way {
 pub(crate) struct Sights {
     pub(crate) lines: Vec<Line>,
     pub(crate) ways: Vec<Way>,
+    /// Whether jumps are looked for where those of neighbours are.
+    pub(crate) tracks_jumps: bool,
+    /// Where jumps are expected on lines that have not been refined yet.
+    brackets: Vec<Vec<Bracket>>,
 }
 
 /// Lines that follow rules, each with its rule and integral.
@@ -76,17 +92,24 @@ const COARSER: u32 = 4;
 const MOST_HOPS: usize = 6;
 /// Lines whose depths a new line starts with.
 const NEAREST: usize = 4;
+/// If one of those has a jump, depths beyond this level are not taken from them…
+const STARTING_LEVEL: u8 = 7;
+/// …nor samples with a significance below this share of the tolerance: they were made to close in on
+/// jumps, or to look whether there is more.
+const STARTING_SIGNIFICANCE: f64 = 0.25;
 
 impl Sights {
     /// Adds lines without samples until there is one for each of `nodes` nodes.
     pub(crate) fn grow(&mut self, nodes: usize) {
         self.lines.resize_with(nodes, Line::default);
         self.ways.resize(nodes, Way::Full);
+        self.brackets.resize(nodes, Vec::new());
     }
 
     pub(crate) fn truncate(&mut self, nodes: usize) {
         self.lines.truncate(nodes);
         self.ways.truncate(nodes);
+        self.brackets.truncate(nodes);
     }
 
     /// How the lines that follow rules stand, so that they can be restored.
@@ -159,7 +182,8 @@ impl Sights {
         Ok(())
     }
 
-    /// Assesses the given lines and returns what they want, the lines in ascending order.
+    /// Assesses the given lines and returns what they want, the lines in ascending order: first the
+    /// jumps that are expected, until all have been found or given up.
     pub(crate) fn assess(
         &mut self,
         numbers: impl Iterator<Item = usize>,
@@ -168,51 +192,111 @@ impl Sights {
     ) -> Wanted {
         let mut chosen = vec![false; self.lines.len()];
         numbers.for_each(|i| chosen[i] = true);
-        let lines = self.lines.par_iter_mut().zip(chosen).enumerate();
-        let wanted = lines
-            .filter(|(_, (_, chosen))| *chosen)
-            .map(|(i, (line, _))| (i, line.assess(tolerance, base_level)));
+        let lines = self.lines.par_iter_mut().zip(&mut self.brackets).zip(chosen).enumerate();
+        let wanted = lines.filter(|(_, (_, chosen))| *chosen).map(|(i, ((line, brackets), _))| {
+            let searched: Vec<u32> = brackets.iter_mut().filter_map(|b| b.next(line)).collect();
+            if searched.is_empty() {
+                brackets.clear();
+                (i, line.assess(tolerance, base_level))
+            } else {
+                (i, searched)
+            }
+        });
         wanted.filter(|(_, depths)| !depths.is_empty()).collect()
     }
 
-    /// The depths that a new full line at `place` starts with: those of the base level, and what the
-    /// nearest of the full lines before node `before` have opened.
-    pub(crate) fn starting_depths(
+    /// The depths that the new full lines `numbers` start with, and where they are expected to
+    /// jump, given the full lines before node `before`.
+    pub(crate) fn start(
+        &mut self,
+        tree: &ImageTree,
+        numbers: &[usize],
+        before: usize,
+        tolerance: f64,
+        base_level: u8,
+    ) -> Wanted {
+        let of_line = |&i: &usize| {
+            let place = tree.nodes()[i].place;
+            (i, self.starting_depths(tree, place, before, tolerance, base_level))
+        };
+        let starts: Vec<_> = numbers.par_iter().map(of_line).collect();
+        let of_line = |(i, (depths, brackets))| {
+            self.brackets[i] = brackets;
+            (i, depths)
+        };
+        starts.into_iter().map(of_line).collect()
+    }
+
+    /// The depths that a new full line at `place` starts with: those of the base level, what the
+    /// nearest of the full lines before node `before` have opened, and brackets of the jumps.
+    fn starting_depths(
         &self,
         tree: &ImageTree,
         place: Place,
         before: usize,
+        tolerance: f64,
         base_level: u8,
-    ) -> Vec<u32> {
+    ) -> (Vec<u32>, Vec<Bracket>) {
         let mut depths = base_depths(base_level);
-        for i in self.nearest_full(tree, place, before) {
-            let line = &self.lines[i];
+        let near = self.nearest_full(tree, place, before);
+        let neighbours =
+            if self.tracks_jumps { self.neighbours(tree, place, &near) } else { Vec::new() };
+        // Two, or more if they are as near as the second.
+        let farthest = near.get(1).map_or(0, |(distance, _)| *distance);
+        let nearest = near.iter().take(NEAREST).filter(|(distance, _)| *distance <= farthest);
+        let has_jumps = neighbours.iter().take(NEAREST).any(|one| !one.jumps.is_empty());
+        for line in nearest.map(|&(_, i)| &self.lines[i]) {
             let worthwhile = line.samples.iter().enumerate().filter(|(k, sample)| {
+                if has_jumps {
+                    let significant = sample.significance > STARTING_SIGNIFICANCE * tolerance;
+                    return significant
+                        && sample.level <= STARTING_LEVEL
+                        && !line.is_beside_jump(*k);
+                }
                 sample.opened || (sample.level <= SHARED_JUMP_LEVEL && line.is_near_jump(*k))
             });
             depths.extend(worthwhile.map(|(_, sample)| sample.depth));
         }
+        let Predicted { brackets, probes } = predict(&neighbours, tolerance);
+        depths.extend(brackets.iter().flat_map(|bracket| [bracket.low, bracket.high]));
+        depths.extend(probes);
         depths.sort_unstable();
         depths.dedup();
-        depths
+        (depths, brackets)
     }
 
-    /// The nearest full lines before node `before`: two, or up to [`NEAREST`] as near as the second.
-    fn nearest_full(&self, tree: &ImageTree, place: Place, before: usize) -> Vec<usize> {
-        let mut nearest: Vec<(u64, usize)> = Vec::with_capacity(NEAREST + 1);
+    /// The [`NEIGHBOURS`] nearest full lines before node `before`, with the squares of their
+    /// distances.
+    fn nearest_full(&self, tree: &ImageTree, place: Place, before: usize) -> Vec<(u64, usize)> {
+        let mut nearest: Vec<(u64, usize)> = Vec::with_capacity(NEIGHBOURS + 1);
         for i in (0..before).filter(|&i| self.is_full(i)) {
             let along =
                 |axis: usize| u64::from(tree.nodes()[i].place[axis].abs_diff(place[axis])).pow(2);
             let entry = (along(0) + along(1), i);
-            if nearest.len() < NEAREST || entry < nearest[NEAREST - 1] {
+            if nearest.len() < NEIGHBOURS || entry < nearest[NEIGHBOURS - 1] {
                 let at = nearest.partition_point(|other| *other < entry);
                 nearest.insert(at, entry);
-                nearest.truncate(NEAREST);
+                nearest.truncate(NEIGHBOURS);
             }
         }
-        let farthest = nearest.get(1).map_or(0, |(distance, _)| *distance);
-        nearest.retain(|(distance, _)| *distance <= farthest);
-        nearest.into_iter().map(|(_, i)| i).collect()
+        nearest
+    }
+
+    /// The jumps of full lines near `place`; none at all if the nearest have none.
+    fn neighbours(&self, tree: &ImageTree, place: Place, near: &[(u64, usize)]) -> Vec<Neighbour> {
+        let unit_distance =
+            near.first().map_or(1.0, |(square, _)| (*square as f64).sqrt().max(1.0));
+        let neighbour = |&(_, i): &(u64, usize)| {
+            let from = tree.nodes()[i].place;
+            let along =
+                |axis: usize| (f64::from(from[axis]) - f64::from(place[axis])) / unit_distance;
+            Neighbour { place: [along(0), along(1)], jumps: jumps(&self.lines[i]) }
+        };
+        let mut neighbours: Vec<Neighbour> = near.iter().take(NEAREST).map(neighbour).collect();
+        if neighbours.iter().any(|one| !one.jumps.is_empty()) {
+            neighbours.extend(near.iter().skip(NEAREST).map(neighbour));
+        }
+        neighbours
     }
 
     /// Looks on neighbouring full lines for what the lines `found` have found, and from there on.
@@ -231,12 +315,22 @@ impl Sights {
                 let node = &tree.nodes()[i];
                 let step = spacing(node.level.max(base_level));
                 let depths = self.shared_depths(i, tolerance, base_level);
+                let own = if self.tracks_jumps { jumps(&self.lines[i]) } else { Vec::new() };
+                if own.is_empty() && depths.is_empty() {
+                    continue;
+                }
                 for (_, _, neighbour) in around(node.place, step, 1) {
                     let Some(k) = tree.find(neighbour).filter(|&k| self.is_full(k)) else {
                         continue;
                     };
-                    let unseen = |&&(depth, length): &&(u32, u32)| self.is_coarse(k, depth, length);
-                    let unseen: Vec<u32> = depths.iter().filter(unseen).map(|d| d.0).collect();
+                    let line = &self.lines[k];
+                    let theirs = if own.is_empty() { Vec::new() } else { jumps(line) };
+                    let is_unseen = |shared: &&Shared| {
+                        let is_theirs = shared.of_jump && are_known(&own, &theirs, shared.depth);
+                        !is_theirs && self.is_coarse(k, shared.depth, shared.length)
+                    };
+                    let mut unseen = probes(&own, &theirs, line);
+                    unseen.extend(depths.iter().filter(is_unseen).map(|shared| shared.depth));
                     if !unseen.is_empty() {
                         wanted.entry(k).or_default().extend(unseen);
                     }
@@ -256,18 +350,23 @@ impl Sights {
         Ok(())
     }
 
-    /// The depths of line `i` that its neighbours should know of, each with its spacing.
-    fn shared_depths(&self, i: usize, tolerance: f64, base_level: u8) -> Vec<(u32, u32)> {
+    /// The depths of line `i` that its neighbours should know of.
+    fn shared_depths(&self, i: usize, tolerance: f64, base_level: u8) -> Vec<Shared> {
         let line = &self.lines[i];
-        let worthwhile = line.samples.iter().enumerate().filter(|(k, sample)| {
-            let significant =
-                sample.opened && sample.significance > SHARED_SIGNIFICANCE * tolerance;
+        let of_sample = |(k, sample): (usize, &Sample)| {
+            let significant = sample.opened
+                && sample.level >= base_level
+                && sample.significance > SHARED_SIGNIFICANCE * tolerance;
             let beside_jump = sample.level <= SHARED_JUMP_LEVEL
                 && sample.level > base_level
-                && line.is_near_jump(*k);
-            (significant && sample.level >= base_level) || beside_jump
-        });
-        worthwhile.map(|(_, sample)| (sample.depth, spacing(sample.level))).collect()
+                && line.is_near_jump(k);
+            (significant || beside_jump).then(|| Shared {
+                depth: sample.depth,
+                length: spacing(sample.level),
+                of_jump: !significant,
+            })
+        };
+        line.samples.iter().enumerate().filter_map(of_sample).collect()
     }
 
     /// Whether line `k` has no sample at `depth`, and none near it in terms of `length`.
