@@ -44,10 +44,9 @@ struct ImageReport {
 impl Report {
     pub(crate) fn new(scene: &Scene, rendering: &Rendering) -> Self {
         let (min, max) = rendering.image.min_max();
-        let (order, base_level) = match scene.render.method {
-            Method::Vol(options) => (None, Some(options.base_level)),
-            Method::Paper(options) => (Some(options.order), Some(options.base_level)),
-            _ => (None, None),
+        let order = match scene.render.method {
+            Method::Paper(options) => Some(options.order),
+            _ => None,
         };
         let tree = rendering.tree.as_ref();
         Self {
@@ -59,7 +58,7 @@ impl Report {
             converged: rendering.converged(),
             threshold: tree.map(|built| built.threshold),
             order,
-            base_level,
+            base_level: rendering.base_level,
             leaves_per_level: tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level()),
             seconds: Seconds {
                 total: rendering.total_time.as_secs_f64(),

@@ -153,6 +153,9 @@ pub struct Rendering {
     pub ending: Ending,
     /// The tree that was built, if the method builds one.
     pub tree: Option<RenderedTree>,
+    /// The base level that was used, if the method has one: [`Method::Vol`] takes a coarser one than
+    /// asked for if the budget does not suffice, and has not converged then.
+    pub base_level: Option<u8>,
     /// Time spent in g, for one of the threads.
     pub emission_time: Duration,
     /// Time spent altogether.
@@ -203,6 +206,7 @@ pub fn render<E: Emission>(
         let (name, expected) = ("batch_size", "1 or more evaluations in a batch");
         return Err(RenderError::Option { name, value: "0".into(), expected });
     }
+    check_seeds(options.seeds)?;
     check_size(shape, options)?;
     let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
     let limits = Limits { max_evaluations, batch_size: options.batch_size };
@@ -218,13 +222,34 @@ pub fn render<E: Emission>(
     rendering.batches = meter.batches();
     rendering.emission_time = meter.emission_time();
     rendering.total_time = start.elapsed();
-    let mut pixels = rendering.image.pixels().iter();
-    if let Some(pixel) = pixels.position(|pixel| !pixel.is_finite()) {
-        let (row, column) = (pixel / shape[1], pixel % shape[1]);
-        let value = rendering.image[(row, column)];
-        return Err(RenderError::ImageNotFinite { row, column, value });
-    }
+    check_finite(&rendering.image)?;
     Ok(rendering)
+}
+
+/// Finds a pixel whose sum is beyond all numbers, although the rates are not.
+pub(crate) fn check_finite<E>(image: &Image) -> Result<(), RenderError<E>> {
+    match image.pixels().iter().position(|pixel| !pixel.is_finite()) {
+        None => Ok(()),
+        Some(pixel) => {
+            let (row, column) = (pixel / image.width(), pixel % image.width());
+            Err(RenderError::ImageNotFinite { row, column, value: image[(row, column)] })
+        }
+    }
+}
+
+/// Finds a seed that is no place or has no size.
+fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
+    for seed in seeds {
+        let (name, expected) = if !seed.position.iter().all(|x| x.is_finite()) {
+            ("seed.position", "three finite coordinates")
+        } else if !(seed.radius > 0.0 && seed.radius.is_finite()) {
+            ("seed.radius", "a finite length above 0")
+        } else {
+            continue;
+        };
+        return Err(RenderError::Option { name, value: format!("{seed:?}"), expected });
+    }
+    Ok(())
 }
 
 /// The tree behind an image.
@@ -246,6 +271,7 @@ impl Rendering {
             evaluations: 0,
             batches: 0,
             tree: None,
+            base_level: None,
             emission_time: Duration::ZERO,
             total_time: Duration::ZERO,
         }
@@ -273,6 +299,7 @@ fn render_tree<E: Emission>(
     }
     let mut rendering = Rendering::new(image, Some(error), built.ending);
     let threshold = built.threshold / weight;
+    rendering.base_level = Some(options.base_level);
     rendering.tree = Some(RenderedTree { tree: built.tree, threshold });
     Ok(rendering)
 }

@@ -152,15 +152,17 @@ fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
     if let Some(error) = rendering.estimated_error() {
         provenance.push(Card::new("ESTERROR", error, "estimated error / largest pixel"));
     }
-    if let Method::Vol(options) = scene.render.method {
-        let base_level = i32::from(options.base_level);
-        provenance.push(Card::new("BASELEVL", base_level, "2^this base intervals along each axis"));
-    }
     if let Some(RenderedTree { tree, threshold }) = &rendering.tree {
         provenance.push(Card::new("THRESHLD", *threshold, "details below it were dropped"));
         provenance.push(Card::new("ORDER", tree.order(), "order of the prediction"));
-        let base_level = i32::from(tree.base_level());
-        provenance.push(Card::new("BASELEVL", base_level, "2^this base cells along each axis"));
+    }
+    if let Some(base_level) = rendering.base_level {
+        let base_level = i32::from(base_level);
+        provenance.push(Card::new(
+            "BASELEVL",
+            base_level,
+            "2^this intervals along each axis at first",
+        ));
     }
     if let Some(unit) = &scene.length_unit {
         provenance.push(Card::new("LENUNIT", unit.as_str(), "unit of length of the scene"));

@@ -8,14 +8,14 @@ use super::pixels::pixel_means;
 use super::remaining::{Children, Remaining, guarded_details, remaining};
 use super::round::Scan;
 use super::seeds::Looks;
-use super::sights::{Sights, Stop, View, Wanted, base_depths};
+use super::sights::{Sights, Stop, View, Wanted, Way, base_depths};
 use super::{BASE_LEVELS, VolOptions};
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::meter::Meter;
 use crate::projection::Projection;
-use crate::render::{Frame, RenderOptions, Rendering};
+use crate::render::{Frame, RenderOptions, Rendering, check_finite};
 use crate::tree::Ending;
 use core::ops::ControlFlow;
 
@@ -41,6 +41,11 @@ const BELOW_PIXEL_LEVELS: u32 = 4;
 const FINEST_LEVEL: u8 = 22;
 /// A round may cost this much more for each node than the one before.
 const COST_MARGIN: f64 = 1.3;
+/// A round that the budget did not allow has cost this much more than was expected, at the least.
+const TOO_DEAR: f64 = 3.0;
+/// An image whose pixels cancel below this share of ∫ |G| dz on a line is good enough if it is good to
+/// the tolerance of that.
+const CANCELLED: f64 = 1e-6;
 /// A round of fewer nodes is not worth another one, when the budget is all but spent.
 const LEAST_ROUND: usize = 8;
 
@@ -82,10 +87,17 @@ pub(crate) fn render<E: Emission>(
     engine.scan.seeds = Looks::at(options.seeds, projection, base_level, engine.finest_level);
     let (developed, ending) = engine.run(options)?;
     // The budget may end a search that has been stricter than what was asked for.
-    let met = developed.always_seen
+    let met = engine.has_seen(&developed)
         && developed.error.largest() <= vol.tolerance * developed.image.largest();
-    let ending = if met { Ending::Complete } else { ending };
-    Ok(Rendering::new(developed.image, Some(developed.error), ending))
+    // A base coarser than the one asked for has not looked where it was asked to.
+    let ending = match ending {
+        _ if base_level < vol.base_level => Ending::Budget,
+        _ if met => Ending::Complete,
+        ending => ending,
+    };
+    let mut rendering = Rendering::new(developed.image, Some(developed.error), ending);
+    rendering.base_level = Some(base_level);
+    Ok(rendering)
 }
 
 /// The base level asked for, or the finest one whose first look the budget allows.
@@ -161,8 +173,7 @@ impl<E: Emission> Engine<'_, E> {
         options: &RenderOptions<'_>,
     ) -> Result<(Developed, Ending), RenderError<E::Error>> {
         let mut within_budget = self.look_at_base()?;
-        let mut developed = self.develop();
-        let mut extra = self.scan.seeds.places.clone();
+        let mut developed = self.develop()?;
         // Lines that were refined by themselves: rules are cheaper.
         let mut cost_per_node =
             self.scan.view.meter.evaluations() as f64 / self.scan.tree.len() as f64;
@@ -180,9 +191,9 @@ impl<E: Emission> Engine<'_, E> {
                     return Err(RenderError::Interrupted);
                 }
             }
-            let largest = developed.image.largest();
+            let largest = developed.image.largest().max(CANCELLED * self.scan.sights.brightest());
             let met = |tolerance: f64| {
-                developed.always_seen && developed.error.largest() <= STOP * tolerance * largest
+                self.has_seen(&developed) && developed.error.largest() <= STOP * tolerance * largest
             };
             if met(self.asked) {
                 return Ok((developed, Ending::Complete));
@@ -194,9 +205,8 @@ impl<E: Emission> Engine<'_, E> {
                 self.tolerance = self.next_tolerance();
             }
             let target = self.tolerance * largest;
-            let mut places = self.choose(&developed, target);
-            extra.retain(|&place| self.scan.tree.find(place).is_none());
-            places.append(&mut extra);
+            let mut places = self.unseen_seeds();
+            places.extend(self.choose(&developed, target));
             if places.is_empty() {
                 if halvings == MOST_HALVINGS {
                     return Ok((developed, Ending::DeepestLevel));
@@ -211,10 +221,18 @@ impl<E: Emission> Engine<'_, E> {
             }
             places.sort_unstable();
             places.dedup();
-            let before = (meter.evaluations(), places.len());
-            within_budget &= self.look(&places, &developed.guarded, target)?;
-            cost_per_node = (meter.evaluations() - before.0) as f64 / before.1.max(1) as f64;
-            developed = self.develop();
+            let before = meter.evaluations();
+            if self.look(&places, &developed.guarded, target)? {
+                let spent = (meter.evaluations() - before) as f64;
+                if !places.is_empty() {
+                    cost_per_node = spent / places.len() as f64;
+                }
+            } else {
+                // Fewer nodes may do, with what is left.
+                cost_per_node *= TOO_DEAR;
+                within_budget &= places.len() >= LEAST_ROUND;
+            }
+            developed = self.develop()?;
         }
     }
 
@@ -236,30 +254,35 @@ impl<E: Emission> Engine<'_, E> {
             .flat_map(|i| lattice.clone().map(move |j| [i * step, j * step]))
             .collect();
         self.scan.add(&places);
+        self.scan.sights.ways.fill(Way::Full);
         let depths = base_depths(self.scan.base_level);
-        let wanted = |(i, &place): (usize, &Place)| {
-            (i, [depths.as_slice(), &self.scan.seeds.depths(place)].concat())
-        };
-        let wanted = places.iter().enumerate().map(wanted).collect();
-        let looked = self.refine_base(wanted);
+        let looked = self.refine_base((0..places.len()).map(|i| (i, depths.clone())).collect());
         if self.is_rough() {
             self.scan.sights.tracks_jumps = true;
             self.scan.tree.set_order(ROUGH_ORDER);
         }
-        self.set_values(0);
+        self.set_values();
         within_budget(looked)
     }
 
     /// Refines all lines of the base, step by step: the tolerance follows the largest of them.
     fn refine_base(&mut self, mut wanted: Wanted) -> Result<(), Stop<E::Error>> {
-        let Scan { view, tree, sights, base_level, .. } = &mut self.scan;
+        let Scan { view, tree, sights, seeds, base_level } = &mut self.scan;
         let mut tolerance = f64::INFINITY;
+        let mut seeded: Wanted = (0..tree.len())
+            .map(|i| (i, seeds.depths(tree.nodes()[i].place)))
+            .filter(|(_, depths)| !depths.is_empty())
+            .collect();
         while !wanted.is_empty() {
             sights.sample(view, tree, &wanted)?;
             sights.assess(wanted.iter().map(|(i, _)| *i), tolerance, *base_level);
             let largest = sights.lines.iter().map(|line| line.integral.abs()).fold(0.0, f64::max);
+            let largest = largest.max(CANCELLED * sights.brightest());
             tolerance = self.line_share * self.tolerance * largest;
             wanted = sights.assess(0..tree.len(), tolerance, *base_level);
+            if wanted.is_empty() {
+                wanted = core::mem::take(&mut seeded);
+            }
         }
         let found: Vec<usize> = (0..self.scan.tree.len()).collect();
         self.scan.follow(&found, tolerance)
@@ -289,13 +312,13 @@ impl<E: Emission> Engine<'_, E> {
             self.scan.truncate(first);
             self.scan.sights.restore(&standing);
         }
-        self.set_values(0);
+        self.set_values();
         Ok(allowed)
     }
 
-    /// The irradiance density of the nodes from `first` on.
-    fn set_values(&mut self, first: usize) {
-        for i in first..self.scan.tree.len() {
+    /// The irradiance density of all nodes, from their radiances.
+    fn set_values(&mut self) {
+        for i in 0..self.scan.tree.len() {
             let xy = self.scan.tree.nodes()[i].place.map(unit);
             let density = self.projection.solid_angle_density(xy);
             self.scan.tree.set(i, density * self.scan.sights.lines[i].integral);
@@ -303,13 +326,26 @@ impl<E: Emission> Engine<'_, E> {
         self.scan.tree.update_details();
     }
 
-    fn develop(&self) -> Developed {
+    /// Whether all that every rendering looks at has been looked at, and what seeds have named.
+    fn has_seen(&self, developed: &Developed) -> bool {
+        developed.always_seen && self.unseen_seeds().is_empty()
+    }
+
+    /// The places of seeds that no node is at yet.
+    fn unseen_seeds(&self) -> Vec<Place> {
+        let unseen = |place: &&Place| self.scan.tree.find(**place).is_none();
+        self.scan.seeds.places.iter().filter(unseen).copied().collect()
+    }
+
+    /// The image and its error, from what has been seen so far.
+    fn develop(&self) -> Result<Developed, RenderError<E::Error>> {
         let Scan { tree, sights, .. } = &self.scan;
         let [height, width] = self.shape;
         let mut image = Image::from_pixels(height, width, pixel_means(tree, self.shape));
         for (pixel, scale) in image.pixels_mut().iter_mut().zip(self.scale.pixels()) {
             *pixel *= scale;
         }
+        check_finite(&image)?;
         let guarded = guarded_details(tree);
         let remaining = remaining(tree, &guarded, self.always);
         let footprint = |(node, remaining): (_, &Remaining)| {
@@ -326,7 +362,7 @@ impl<E: Emission> Engine<'_, E> {
         let always_seen = nodes
             .filter(|(node, _)| node.level < self.always)
             .all(|(_, remaining)| remaining.children == Children::All);
-        Developed { image, error, guarded, remaining, footprints, always_seen }
+        Ok(Developed { image, error, guarded, remaining, footprints, always_seen })
     }
 
     /// The places to be looked at next, the most worthwhile first.

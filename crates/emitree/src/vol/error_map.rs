@@ -8,10 +8,10 @@ use core::ops::Range;
 
 /// Where what remains around one node reaches the image: the mean over each pixel of a hat as wide
 /// as the node's spacing on both sides.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint {
-    columns: Hat,
-    rows: Hat,
+    centre: [f64; 2],
+    half_width: f64,
     /// What remains, times the share that does not cancel within a pixel.
     size: f64,
 }
@@ -57,21 +57,24 @@ impl Footprint {
         // Errors smaller than a pixel partly cancel in it: like those along a curve, as the root of
         // their number.
         let left = (half_width * height.max(width) as f64).min(1.0).sqrt();
-        Self {
-            columns: Hat::new(x, half_width, width),
-            rows: Hat::new(y, half_width, height),
-            size: remaining.size * left,
-        }
+        Self { centre: [x, y], half_width, size: remaining.size * left }
+    }
+
+    /// The hats along the columns and the rows of a map: not kept, a coarse node covers much of it.
+    fn hats(&self, map: &Image) -> (Hat, Hat) {
+        let [x, y] = self.centre;
+        (Hat::new(x, self.half_width, map.width()), Hat::new(y, self.half_width, map.height()))
     }
 
     /// Adds `times` this footprint, pixel by pixel scaled with `scale`.
     pub(crate) fn add_to(&self, map: &mut Image, scale: &Image, times: f64) {
-        let columns = self.columns.first..self.columns.first + self.columns.means.len();
-        for (row, of_row) in (self.rows.first..).zip(&self.rows.means) {
+        let (along_columns, along_rows) = self.hats(map);
+        let columns = along_columns.first..along_columns.first + along_columns.means.len();
+        for (row, of_row) in (along_rows.first..).zip(&along_rows.means) {
             let size = times * self.size * of_row;
             let scales = &scale.row(row)[columns.clone()];
             let pixels = &mut map.row_mut(row)[columns.clone()];
-            for ((pixel, mean), scale) in pixels.iter_mut().zip(&self.columns.means).zip(scales) {
+            for ((pixel, mean), scale) in pixels.iter_mut().zip(&along_columns.means).zip(scales) {
                 *pixel += size * mean * scale;
             }
         }
@@ -79,10 +82,11 @@ impl Footprint {
 
     /// Whether a pixel that this footprint reaches is above `limit`.
     pub(crate) fn touches_above(&self, map: &Image, limit: f64) -> bool {
-        let columns = self.columns.first..self.columns.first + self.columns.means.len();
-        let rows = (self.rows.first..).zip(&self.rows.means).filter(|(_, mean)| **mean > 0.0);
+        let (along_columns, along_rows) = self.hats(map);
+        let columns = along_columns.first..along_columns.first + along_columns.means.len();
+        let rows = (along_rows.first..).zip(&along_rows.means).filter(|(_, mean)| **mean > 0.0);
         rows.into_iter().any(|(row, _)| {
-            let pixels = map.row(row)[columns.clone()].iter().zip(&self.columns.means);
+            let pixels = map.row(row)[columns.clone()].iter().zip(&along_columns.means);
             pixels.into_iter().any(|(&pixel, &mean)| mean > 0.0 && pixel > limit)
         })
     }

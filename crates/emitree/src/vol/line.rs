@@ -141,6 +141,14 @@ impl Line {
         }
     }
 
+    /// ∫ |G| dz, by trapezoids.
+    pub(crate) fn brightness(&self) -> f64 {
+        let of_interval = |i: usize| {
+            0.5 * self.length(i) * (self.samples[i].rate.abs() + self.samples[i + 1].rate.abs())
+        };
+        (0..self.samples.len().saturating_sub(1)).map(of_interval).sum()
+    }
+
     /// ∫ G dz from the samples; an interval with a jump gives its trapezoid.
     pub(crate) fn integrate(&mut self) {
         let of_interval = |i: usize| {

@@ -44,7 +44,7 @@ const DECAY_MARGIN: f64 = 3.0;
 const TOGETHER: f64 = 0.5;
 /// …or to this share of the tolerance, if that is less.
 const NEGLIGIBLE: f64 = 0.125;
-/// No line is refined beyond this share of its integral: a line that is far brighter than the image
+/// No line is refined beyond this share of its ∫ |G| dz: a line that is far brighter than the image
 /// was thought to be would be sampled down to rounding.
 const ROUNDING: f64 = 1e-12;
 /// Segments of fewer steps are not divided.
@@ -63,14 +63,14 @@ impl Line {
     pub(crate) fn assess(&mut self, tolerance: f64, base_level: u8) -> Vec<u32> {
         self.find_jumps(tolerance, base_level);
         self.integrate();
-        let tolerance = tolerance.max(ROUNDING * self.integral.abs());
+        let tolerance = tolerance.max(ROUNDING * self.brightness());
         self.find_significances();
         let mut remaining = self.remaining(base_level);
         let total: f64 = remaining.iter().map(|of| of.error).sum();
         let mut wanted = self.inside_short_segments(tolerance);
         if !wanted.is_empty() {
             // None of them is believed to hold more than this.
-            self.error = total + wanted.len() as f64 * self.integral.abs();
+            self.error = total + self.brightness();
             return wanted;
         }
         let mut error = total;
@@ -104,9 +104,8 @@ impl Line {
                 self.look_at(of.place, &mut wanted);
             }
         }
-        // What is wanted may not be sampled, if the budget ends before; what can't be looked at more
-        // closely is no error that more samples could remove.
-        self.error = if wanted.is_empty() { error.max(0.0) } else { total };
+        // What is wanted may not be sampled, if the budget ends before.
+        self.error = total;
         wanted.sort_unstable();
         wanted.dedup();
         wanted
@@ -183,7 +182,7 @@ impl Line {
 
     fn find_significances(&mut self) {
         let effect = |i: usize| match self.samples[i].level {
-            0 | 1 => 0.0,
+            0 => 0.0,
             _ => self.detail(i) * self.reach(i),
         };
         let effects: Vec<f64> = (0..self.samples.len()).map(effect).collect();

@@ -64,7 +64,7 @@ impl Default for VolOptions {
 
 /// Memory that one evaluation takes: its sample, and its share of the nodes and of what a round
 /// makes of them.
-pub(crate) const BYTES_PER_EVALUATION: u64 = 256;
+pub(crate) const BYTES_PER_EVALUATION: u64 = 640;
 /// Numbers for each pixel beside the image and its error: the copy that the choice is made on, the
 /// scale, and the columns of one axis.
 pub(crate) const MAPS: u64 = 4;

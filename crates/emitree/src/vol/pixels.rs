@@ -110,8 +110,8 @@ fn quintic(intervals: usize, pixel: usize, pixels: usize) -> PixelWeights {
 /// The mean of the tree's function over each of `height` × `width` pixels, row after row.
 pub(crate) fn pixel_means(tree: &ImageTree, [height, width]: [usize; 2]) -> Vec<f64> {
     let finest = tree.finest_level().max(3);
-    // No lattice has to be finer than the pixels.
-    let of_pixels = height.max(width).next_power_of_two().trailing_zeros();
+    // No lattice has to be finer than the pixels are along their longer side.
+    let of_pixels = height.min(width).next_power_of_two().trailing_zeros();
     let filled = finest.min(u8::try_from(of_pixels).unwrap_or(u8::MAX).max(3));
     let mut means = vec![0.0; height * width];
     let (mut x, mut y) = (AxisWeights::finest(finest, width), AxisWeights::finest(finest, height));

@@ -27,7 +27,7 @@ const MOST_DEPTHS_AGAIN: usize = 40;
 /// Of n nodes of a rule, this many times √n get a full line.
 const VALIDATED: f64 = 0.4;
 /// A rule has failed where it is wrong by this many tolerances.
-const FAILURE: f64 = 1.5;
+const FAILURE: f64 = 1.0;
 /// Lines are refined again if they are beyond the tolerance by more than this.
 const AGAIN: f64 = 1.02;
 
@@ -94,7 +94,6 @@ impl<E: Emission> Scan<'_, E> {
         tolerance: f64,
     ) -> Result<(), Stop<E::Error>> {
         let mut new: Vec<usize> = self.no_longer_good(first, tolerance)?;
-        (first..self.tree.len()).for_each(|i| self.sights.await_rule(i));
         new.extend(first..self.tree.len());
         // Where there is no rule yet, a third of the lines may be enough to learn one.
         let plan = self.plan(&new, first, guarded, tolerance, true);
@@ -242,7 +241,6 @@ impl<E: Emission> Scan<'_, E> {
         first: usize,
         tolerance: f64,
     ) -> Result<(), Stop<E::Error>> {
-        plan.ruled.keys().for_each(|&i| self.sights.await_rule(i));
         plan.full.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
         let mut wanted = self.start(&plan.full, first, tolerance);
         let position: FxHashMap<usize, usize> =
@@ -272,8 +270,12 @@ impl<E: Emission> Scan<'_, E> {
             let BlockRule { block, rule } = &plan.rules[number];
             let line = &self.sights.lines[i];
             let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
-            if (rule.integral(&rates) - line.integral).abs() > FAILURE * tolerance {
+            let error = (rule.integral(&rates) - line.integral).abs();
+            if error > FAILURE * tolerance {
                 failed.insert((*block, block.quarter(self.tree.nodes()[i].place)));
+            } else {
+                let rule = &mut plan.rules[number].rule;
+                rule.error = rule.error.max(error);
             }
         }
         let mut without = BTreeSet::new();
@@ -294,7 +296,7 @@ impl<E: Emission> Scan<'_, E> {
                 let of_failed = match (plan.ruled.get(&i), self.sights.ways[i]) {
                     (Some(&number), _) => plan.rules[number].block == block,
                     (None, Way::Rule { block: of_node, .. }) => of_node == block,
-                    (None, Way::Full) => false,
+                    (None, Way::Full | Way::Unknown) => false,
                 };
                 if !of_failed || !quarter.contains(self.tree.nodes()[i].place, FAILED_MARGIN) {
                     continue;

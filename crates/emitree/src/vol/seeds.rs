@@ -18,7 +18,8 @@ pub(crate) struct Looks {
 #[derive(Clone, Copy, Debug)]
 struct SeedBox {
     centre: [f64; 3],
-    half: [f64; 3],
+    /// How near to it, along x and y, lines are sampled around its depth.
+    reach: f64,
     finest_level: u8,
 }
 
@@ -55,8 +56,13 @@ impl Looks {
             for level in base_level + 1..=of_image {
                 looks.places.extend(places(centre, level));
             }
-            let finest_level = level_of_size(half[2]).max(base_level);
-            looks.boxes.push(SeedBox { centre, half, finest_level });
+            let of_depth = level_of_size(half[2]);
+            if of_image <= base_level && of_depth <= base_level {
+                continue; // Every rendering looks as closely.
+            }
+            // Nodes may be no closer to the seed than the image's finest level lets them be.
+            let reach = f64::max(2.0 * half[0].max(half[1]), unit(spacing(finest_level)));
+            looks.boxes.push(SeedBox { centre, reach, finest_level: of_depth.max(base_level) });
         }
         looks.places.sort_unstable();
         looks.places.dedup();
@@ -67,8 +73,8 @@ impl Looks {
     pub(crate) fn depths(&self, place: Place) -> Vec<u32> {
         let mut depths = Vec::new();
         for seed in &self.boxes {
-            let near = (0..2)
-                .all(|axis| (unit(place[axis]) - seed.centre[axis]).abs() <= 2.0 * seed.half[axis]);
+            let near =
+                (0..2).all(|axis| (unit(place[axis]) - seed.centre[axis]).abs() <= seed.reach);
             if !near {
                 continue;
             }

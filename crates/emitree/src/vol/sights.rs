@@ -61,6 +61,8 @@ struct Shared {
 /// How a line came by its integral.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Way {
+    /// It has none yet.
+    Unknown,
     /// It was refined by itself.
     Full,
     /// By the depth rule of a block, which was right to `error` on the lines it was learned from.
@@ -102,7 +104,7 @@ impl Sights {
     /// Adds lines without samples until there is one for each of `nodes` nodes.
     pub(crate) fn grow(&mut self, nodes: usize) {
         self.lines.resize_with(nodes, Line::default);
-        self.ways.resize(nodes, Way::Full);
+        self.ways.resize(nodes, Way::Unknown);
         self.brackets.resize(nodes, Vec::new());
     }
 
@@ -126,13 +128,14 @@ impl Sights {
         }
     }
 
-    /// Takes a new line out of the full ones, until a rule has given it its integral.
-    pub(crate) fn await_rule(&mut self, i: usize) {
-        self.ways[i] = Way::Rule { block: Block::around([0; 2], 0), error: f64::INFINITY };
-    }
-
     pub(crate) fn is_full(&self, i: usize) -> bool {
         self.ways[i] == Way::Full
+    }
+
+    /// The largest ∫ |G| dz of a full line.
+    pub(crate) fn brightest(&self) -> f64 {
+        let full = self.lines.iter().zip(&self.ways).filter(|(_, way)| **way == Way::Full);
+        full.map(|(line, _)| line.brightness()).fold(0.0, f64::max)
     }
 
     /// The estimated |error| of the integral of line `i`.
@@ -140,6 +143,7 @@ impl Sights {
         match self.ways[i] {
             Way::Full => self.lines[i].error,
             Way::Rule { error, .. } => error,
+            Way::Unknown => f64::INFINITY,
         }
     }
 
