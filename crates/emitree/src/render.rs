@@ -142,8 +142,9 @@ pub struct Rendering {
     pub image: Image,
     /// The estimated |error| of each pixel, in the unit of the image, if the method has one.
     ///
-    /// `Vol`: what the error is promised to be within. `Paper`: what the last generation of cells changed. Adaptive `Los`: the error along the
-    /// lines; that of too few lines for a pixel is not in it. Fixed steps have no estimate.
+    /// `Vol`: what remains unseen, as the tolerance bounds it. `Paper`: what the last generation of
+    /// cells changed. Adaptive `Los`: the error along the lines; that of too few lines for a pixel is
+    /// not in it. Fixed steps have no estimate.
     pub error: Option<Image>,
     /// How often g was evaluated.
     pub evaluations: u64,

@@ -54,7 +54,7 @@ fn images_cost_what_they_cost() {
     assert_eq!(eq8, [1873, 2790, 5069, 9014]);
     let others = [("beta", 0.01), ("gaussians", 0.01), ("shell", 0.01), ("shock", 0.01)].map(cost);
     assert_eq!(others, [5554, 4264, 37_708, 5477]);
-    assert_eq!([("ball", 0.1), ("nebula", 0.1)].map(cost), [33_749, 89_884]);
+    assert_eq!([("ball", 0.1), ("nebula", 0.1)].map(cost), [40_247, 108_051]);
 }
 
 /// Where g jumps, the tolerance is met or said not to be met; and no pixel of g ≥ 0 is negative

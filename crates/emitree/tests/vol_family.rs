@@ -99,17 +99,17 @@ macro_rules! promises {
 // are 0.06 apart, the kind of structure that a seed is for.
 promises! {
     ten_percent_seeds_0: 0.1, part 0, 120, "4165";
-    ten_percent_seeds_120: 0.1, part 1, 119, "4388";
-    ten_percent_seeds_240: 0.1, part 2, 118, "4616";
-    ten_percent_seeds_360: 0.1, part 3, 120, "4884";
-    one_percent_seeds_0: 0.01, part 0, 118, "7845";
-    one_percent_seeds_120: 0.01, part 1, 119, "8637";
-    one_percent_seeds_240: 0.01, part 2, 120, "9078";
-    one_percent_seeds_360: 0.01, part 3, 120, "9545";
-    a_tenth_of_a_percent_seeds_0: 1e-3, part 0, 120, "19341";
+    ten_percent_seeds_120: 0.1, part 1, 119, "4390";
+    ten_percent_seeds_240: 0.1, part 2, 118, "4624";
+    ten_percent_seeds_360: 0.1, part 3, 120, "4887";
+    one_percent_seeds_0: 0.01, part 0, 118, "7859";
+    one_percent_seeds_120: 0.01, part 1, 119, "8655";
+    one_percent_seeds_240: 0.01, part 2, 120, "9095";
+    one_percent_seeds_360: 0.01, part 3, 120, "9570";
+    a_tenth_of_a_percent_seeds_0: 1e-3, part 0, 120, "19384";
     a_tenth_of_a_percent_seeds_120: 1e-3, part 1, 119, "21329";
-    a_tenth_of_a_percent_seeds_240: 1e-3, part 2, 117, "22802";
-    a_tenth_of_a_percent_seeds_360: 1e-3, part 3, 120, "23771";
-    one_in_10_000_seeds_0: 1e-4, part 0, 119, "44024";
-    one_in_10_000_seeds_120: 1e-4, part 1, 119, "48664";
+    a_tenth_of_a_percent_seeds_240: 1e-3, part 2, 117, "22858";
+    a_tenth_of_a_percent_seeds_360: 1e-3, part 3, 120, "23810";
+    one_in_10_000_seeds_0: 1e-4, part 0, 119, "44106";
+    one_in_10_000_seeds_120: 1e-4, part 1, 119, "48749";
 }

@@ -27,6 +27,8 @@ const DECAY_MARGIN: f64 = 3.0;
 const SIBLING_SHARE: f64 = 0.25;
 /// …and by this share where g jumps, and kinks are expected.
 const SIBLING_SHARE_OF_KINKS: f64 = 0.5;
+/// Kinks leave this much more than their details tell: those do not shrink evenly with the level.
+const KINK_MARGIN: f64 = 1.2;
 /// Once the diagonal children are there, what remains is their largest guarded detail, or this share
 /// of what remained before.
 const AFTER_DIAGONALS: f64 = 0.1;
@@ -84,6 +86,7 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
 /// every rendering looks at.
 pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Remaining> {
     let has_kinks = tree.order() < STENCIL;
+    let margin = if has_kinks { KINK_MARGIN } else { 1.0 };
     let sibling_share = if has_kinks { SIBLING_SHARE_OF_KINKS } else { SIBLING_SHARE };
     let of_node = |i: usize| {
         let node = tree.nodes()[i];
@@ -103,7 +106,7 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Re
             _ => before,
         };
         let of_siblings = sibling_share * largest_sibling(tree, node.place, node.level);
-        Remaining { children, size: size.max(of_siblings) }
+        Remaining { children, size: margin * size.max(of_siblings) }
     };
     (0..tree.len()).into_par_iter().map(of_node).collect()
 }
