@@ -1,0 +1,26 @@
+//! Method `vol` on bodies with sharp edges, whose images have kinks along their limbs.
+#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use emitree::{Canonical, FromFn, Method, RenderOptions, VolOptions, render};
+use emitree_problems::relative_error;
+use emitree_problems::solids::random_solids;
+use rayon::prelude::*;
+
+/// Promises of 5 % on twenty scenes, and what they cost together.
+#[test]
+fn promises_are_kept_where_g_jumps() {
+    let outcome = |seed| {
+        let solids = random_solids(seed);
+        let exact = solids.reference_image([64, 64]);
+        let options = VolOptions { tolerance: 0.05, ..Default::default() };
+        let options = RenderOptions::new(Method::Vol(options));
+        let emission = FromFn(|position, _| solids.rate(position));
+        let rendering = render(&emission, &Canonical, [64, 64], &options).unwrap();
+        let error = relative_error(&rendering.image, &exact.image);
+        (rendering.converged() && error <= 0.05 + exact.error, rendering.evaluations)
+    };
+    let outcomes: Vec<(bool, u64)> = (0..20_u64).into_par_iter().map(outcome).collect();
+    let evaluations: u64 = outcomes.iter().map(|outcome| outcome.1).sum();
+    assert_eq!(outcomes.iter().filter(|outcome| outcome.0).count(), 20);
+    assert_eq!(evaluations, 1_511_738);
+}
