@@ -1,5 +1,4 @@
 //! Method `vol` on bodies with sharp edges, whose images have kinks along their limbs.
-#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use emitree::{Canonical, FromFn, Method, RenderOptions, VolOptions, render};
 use emitree_problems::relative_error;
