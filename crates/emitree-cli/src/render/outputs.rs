@@ -158,11 +158,7 @@ fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
     }
     if let Some(base_level) = rendering.base_level {
         let base_level = i32::from(base_level);
-        provenance.push(Card::new(
-            "BASELEVL",
-            base_level,
-            "2^this intervals along each axis at first",
-        ));
+        provenance.push(Card::new("BASELEVL", base_level, "2^this base intervals along each axis"));
     }
     if let Some(unit) = &scene.length_unit {
         provenance.push(Card::new("LENUNIT", unit.as_str(), "unit of length of the scene"));
