@@ -16,7 +16,6 @@ use emitree_problems::catalogue::{problem, problems};
 use emitree_problems::family::{Reference, random_scene};
 use emitree_problems::relative_error;
 use emitree_problems::solids::random_solids;
-use std::collections::HashMap;
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -37,10 +36,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scenes = (from.parse()?..to.parse()?).map(solid_scene).collect();
             many(scenes, &numbers(tolerances)?)
         }
+        ["paper", tolerances] => paper_named(&numbers(tolerances)?),
         ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
         _ => Err("expected: named T,… [NAME] | family FROM TO T,… | solids FROM TO T,… | \
-                  paper FROM TO T,… | trace NAME T"
+                  paper [FROM TO] T,… | trace NAME T"
             .into()),
     }
 }
@@ -173,47 +173,63 @@ fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The cheapest evaluations of method `paper` for each tolerance: base 8³, thresholds from a ladder.
-fn paper(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
-    let mut logs: HashMap<usize, (f64, usize)> = HashMap::new();
-    for seed in from..to {
-        let scene = random_scene(seed);
-        let exact = scene.reference_image(SHAPE).image;
-        let emission = FromFn(|position, _| scene.rate(position));
-        let mut cheapest: Vec<Option<u64>> = vec![None; tolerances.len()];
-        let (mut threshold, mut most) = (0.3, 0);
-        while cheapest.contains(&None) && most < 1_000_000 {
-            let build = BuildOptions {
-                threshold: Threshold::Relative(threshold),
-                finest_level: Some(7),
-                ..Default::default()
-            };
-            let options = RenderOptions::new(Method::Paper(build));
-            let rendering = render(&emission, &Canonical, SHAPE, &options)?;
-            let error = relative_error(&rendering.image, &exact);
-            most = rendering.evaluations;
-            for (cheapest, &tolerance) in cheapest.iter_mut().zip(tolerances) {
-                if error <= tolerance && cheapest.is_none() {
-                    *cheapest = Some(most);
-                }
-            }
-            threshold *= 0.6;
-            if threshold < 1e-7 {
-                break;
+/// The evaluations of the coarsest threshold that reaches each tolerance, and of the finest tried.
+type Cheapest = (Vec<Option<u64>>, u64);
+
+/// Method `paper` on one scene, base 8³, with thresholds from a ladder.
+fn cheapest(
+    rate: impl Fn([f64; 3]) -> f64 + Sync,
+    exact: &Image,
+    tolerances: &[f64],
+) -> Result<Cheapest, Box<dyn Error>> {
+    let emission = FromFn(|position, _| rate(position));
+    let mut cheapest: Vec<Option<u64>> = vec![None; tolerances.len()];
+    let (mut threshold, mut most) = (0.3, 0);
+    while cheapest.contains(&None) && most < 1_000_000 && threshold > 1e-7 {
+        let build = BuildOptions {
+            threshold: Threshold::Relative(threshold),
+            finest_level: Some(7),
+            ..Default::default()
+        };
+        let options = RenderOptions::new(Method::Paper(build));
+        let rendering = render(&emission, &Canonical, SHAPE, &options)?;
+        let error = relative_error(&rendering.image, exact);
+        most = rendering.evaluations;
+        for (cheapest, &tolerance) in cheapest.iter_mut().zip(tolerances) {
+            if error <= tolerance && cheapest.is_none() {
+                *cheapest = Some(most);
             }
         }
-        for (k, cheapest) in cheapest.iter().enumerate() {
-            let entry = logs.entry(k).or_default();
-            entry.0 += (cheapest.unwrap_or(most) as f64).ln();
-            entry.1 += usize::from(cheapest.is_none());
+        threshold *= 0.6;
+    }
+    Ok((cheapest, most))
+}
+
+/// Method `paper` on the named problems.
+fn paper_named(tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
+    for problem in problems() {
+        let (found, most) = cheapest(|r| problem.rate(r), &problem.exact_image(SHAPE), tolerances)?;
+        println!("{}: {found:?} for {tolerances:?}, {most} at the most", problem.name);
+    }
+    Ok(())
+}
+
+/// Method `paper` on the random scenes: geometric means.
+fn paper(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
+    let mut sums = vec![(0.0, 0); tolerances.len()];
+    for seed in from..to {
+        let Scene { rate, reference, .. } = smooth_scene(seed);
+        let (found, most) = cheapest(rate, &reference.image, tolerances)?;
+        for ((logs, never), found) in sums.iter_mut().zip(found) {
+            *logs += (found.unwrap_or(most) as f64).ln();
+            *never += usize::from(found.is_none());
         }
     }
-    for (k, tolerance) in tolerances.iter().enumerate() {
-        let (sum, never) = logs[&k];
+    for (tolerance, (logs, never)) in tolerances.iter().zip(sums) {
         println!(
             "{tolerance:.0e}: {:.0} evaluations (geometric mean of {}; {never} never reached it and \
              count with their largest tree)",
-            (sum / (to - from) as f64).exp(),
+            (logs / (to - from) as f64).exp(),
             to - from,
         );
     }

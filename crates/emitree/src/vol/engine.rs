@@ -9,7 +9,7 @@ use super::remaining::{Children, Remaining, guarded_details, remaining};
 use super::round::Scan;
 use super::seeds::Looks;
 use super::sights::{Sights, Stop, View, Wanted, Way, base_depths};
-use super::{BASE_LEVELS, VolOptions};
+use super::{BASE_LEVELS, VolOptions, whole};
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
@@ -216,7 +216,7 @@ impl<E: Emission> Engine<'_, E> {
             }
             let affordable = meter.evaluations_left() as f64 / (COST_MARGIN * cost_per_node);
             if places.len() as f64 > affordable {
-                places.truncate(floor(affordable));
+                places.truncate(whole(affordable));
                 within_budget = places.len() >= LEAST_ROUND;
             }
             places.sort_unstable();
@@ -396,9 +396,4 @@ fn within_budget<E>(result: Result<(), Stop<E>>) -> Result<bool, RenderError<E>>
         Err(Stop::Budget) => Ok(false),
         Err(Stop::Failed(error)) => Err(error),
     }
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of nodes")]
-fn floor(number: f64) -> usize {
-    number.floor() as usize
 }

@@ -68,3 +68,13 @@ pub(crate) const BYTES_PER_EVALUATION: u64 = 640;
 /// Numbers for each pixel beside the image and its error: the copy that the choice is made on, the
 /// scale, and the columns of one axis.
 pub(crate) const MAPS: u64 = 4;
+
+/// The whole part of a number of nodes or depths, which is 0 or more.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates as it should"
+)]
+fn whole(number: f64) -> usize {
+    number as usize
+}

@@ -12,6 +12,7 @@ use super::image_tree::{ImageTree, Place};
 use super::remaining::around;
 use super::seeds::Looks;
 use super::sights::{Sights, Stop, View, Wanted, Way};
+use super::whole;
 use crate::emission::Emission;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
@@ -226,7 +227,7 @@ impl<E: Emission> Scan<'_, E> {
         };
         let mut ranked: Vec<(f64, usize)> = nodes.iter().map(|i| (nearby(i), *i)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let count = ceil(VALIDATED * (nodes.len() as f64).sqrt()).min(nodes.len());
+        let count = whole((VALIDATED * (nodes.len() as f64).sqrt()).ceil()).min(nodes.len());
         let largest = count.div_ceil(2);
         let rest = &ranked[largest..];
         let stride = rest.len().checked_div(count - largest).unwrap_or(0).max(1);
@@ -350,15 +351,5 @@ impl<E: Emission> Scan<'_, E> {
 
 /// The most depths of a rule, when `lines` full lines have so many `samples` together.
 fn most_depths(samples: usize, lines: usize) -> usize {
-    floor(MOST_DEPTHS * samples as f64 / lines.max(1) as f64)
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and positive")]
-fn ceil(number: f64) -> usize {
-    number.ceil() as usize
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and positive")]
-fn floor(number: f64) -> usize {
-    number.floor() as usize
+    whole(MOST_DEPTHS * samples as f64 / lines.max(1) as f64)
 }
