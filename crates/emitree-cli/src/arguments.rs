@@ -16,6 +16,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Render a scene file to images.
     Render(Box<RenderArguments>),
+    /// Build the tree of a scene's emission: a FITS file that scenes can see from any camera.
+    Build(Box<BuildArguments>),
     /// List the built-in emission models, or all about one of them.
     Models {
         /// The model to tell about.
@@ -119,17 +121,61 @@ impl RenderArguments {
             ("render.lines", "lines", &self.lines),
             ("render.steps", "steps", &self.steps),
         ];
-        let given = options.into_iter().filter_map(|(key, option, value)| {
-            let value = value.clone()?;
-            Some(Override { key: key.into(), value, option: option.into() })
-        });
-        let set = self.set.iter().map(|(key, value)| Override {
-            key: key.clone(),
-            value: value.clone(),
-            option: "set".into(),
-        });
-        given.chain(set).collect()
+        overrides(&options, &self.set)
     }
+}
+
+/// `emitree build`: the box and all other options are the scene's, in `[build]`.
+#[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
+pub(crate) struct BuildArguments {
+    /// The scene file (TOML), with a table [build].
+    pub(crate) scene: PathBuf,
+
+    /// Write the tree here; .fits.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Drop details below this fraction of the largest rate.
+    #[arg(long, value_name = "T")]
+    tolerance: Option<String>,
+    /// Stop after this many evaluations.
+    #[arg(long, value_name = "N")]
+    max_evaluations: Option<String>,
+    /// Replace any value of the scene, as in --set emission.constants.a=50. May be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    set: Vec<(String, String)>,
+
+    /// The number of threads; all cores without it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Print neither progress nor summary.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+impl BuildArguments {
+    /// The options that replace values of the scene; --set comes last.
+    pub(crate) fn overrides(&self) -> Vec<Override> {
+        let options = [
+            ("build.tolerance", "tolerance", &self.tolerance),
+            ("build.max_evaluations", "max-evaluations", &self.max_evaluations),
+        ];
+        overrides(&options, &self.set)
+    }
+}
+
+/// Overrides of the options that are given, then those of --set.
+fn overrides(options: &[(&str, &str, &Option<String>)], set: &[(String, String)]) -> Vec<Override> {
+    let given = options.iter().filter_map(|(key, option, value)| {
+        let value = (*value).clone()?;
+        Some(Override { key: (*key).into(), value, option: (*option).into() })
+    });
+    let set = set.iter().map(|(key, value)| Override {
+        key: key.clone(),
+        value: value.clone(),
+        option: "set".into(),
+    });
+    given.chain(set).collect()
 }
 
 fn key_value(text: &str) -> Result<(String, String), String> {

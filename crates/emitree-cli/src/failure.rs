@@ -1,7 +1,10 @@
 //! Failures, their messages and their exit codes.
 
-use emitree::RenderError;
-use emitree_io::{FitsEncodeError, OutputError, PictureError, SceneError, UnknownEnding};
+use emitree::{RenderError, WorldTreeError};
+use emitree_io::{
+    EmissionFailure, FitsEncodeError, NpyError, OutputError, PictureError, SceneError,
+    UnknownEnding,
+};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use std::convert::Infallible;
 use std::io::{IsTerminal, Write};
@@ -22,13 +25,20 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Render(#[from] RenderError<Infallible>),
+    Render(#[from] RenderError<EmissionFailure>),
+    /// A rendering of a problem with an exact image, which can't fail by itself.
+    #[error(transparent)]
+    Problem(#[from] RenderError<Infallible>),
+    #[error(transparent)]
+    Tree(#[from] WorldTreeError<EmissionFailure>),
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error("output: {0}")]
     Ending(#[from] UnknownEnding),
     #[error(transparent)]
     Fits(#[from] FitsEncodeError),
+    #[error(transparent)]
+    Npy(#[from] NpyError),
     #[error(transparent)]
     Picture(#[from] PictureError),
     #[error(transparent)]
@@ -39,15 +49,22 @@ pub(crate) enum Failure {
     Terminal(#[from] std::io::Error),
 }
 
+fn code_of<E>(error: &RenderError<E>) -> u8 {
+    match error {
+        RenderError::NotFinite { .. }
+        | RenderError::ImageNotFinite { .. }
+        | RenderError::Emission(_) => BAD_EMISSION,
+        RenderError::Interrupted => INTERRUPTED,
+        _ => BAD_REQUEST,
+    }
+}
+
 impl Failure {
     fn code(&self) -> u8 {
         match self {
-            Self::Render(
-                RenderError::NotFinite { .. }
-                | RenderError::ImageNotFinite { .. }
-                | RenderError::Emission(_),
-            ) => BAD_EMISSION,
-            Self::Render(RenderError::Interrupted) => INTERRUPTED,
+            Self::Tree(WorldTreeError::Directional { .. }) => BAD_EMISSION,
+            Self::Render(error) | Self::Tree(WorldTreeError::Render(error)) => code_of(error),
+            Self::Problem(error) => code_of(error),
             _ => BAD_REQUEST,
         }
     }

@@ -1,6 +1,7 @@
 //! The `emitree` command: from a scene file to an image.
 
 mod arguments;
+mod build;
 mod failure;
 mod interrupt;
 mod models;
@@ -16,6 +17,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match &arguments.command {
         Command::Render(options) => render::run(options),
+        Command::Build(options) => build::run(options),
         Command::Models { name } => models::run(name.as_deref()),
         Command::Reproduce { output } => reproduce::run(output),
     };

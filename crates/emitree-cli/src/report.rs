@@ -38,7 +38,7 @@ struct ImageReport {
     min: f64,
     max: f64,
     quantity: &'static str,
-    unit: &'static str,
+    unit: String,
 }
 
 impl Report {
@@ -70,8 +70,8 @@ impl Report {
                 width: scene.width,
                 min,
                 max,
-                quantity: "radiance",
-                unit: scene.emission.image_unit(),
+                quantity: scene.quantity.name(),
+                unit: scene.image_unit().to_owned(),
             },
             version: env!("CARGO_PKG_VERSION"),
             scene: scene.name.clone(),

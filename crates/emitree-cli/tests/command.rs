@@ -352,7 +352,9 @@ fn models_are_listed_with_units_defaults_and_sources() {
     unknown.fails_with(2);
     assert_eq!(
         unknown.stderr,
-        "emitree: unknown model `cmen`: expected one of cmem, jorgensen, holmstrom\n"
+        "emitree: unknown model `cmen`: expected one of cmem, jorgensen, geocorona, \
+         chamberlain, airglow, mars_hydrogen, mars_oxygen, ena, k_corona, beta_model, \
+         shell_nebula, power_law, uniform, holmstrom\n"
     );
 }
 

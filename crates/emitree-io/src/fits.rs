@@ -4,17 +4,21 @@
 //! that [`Image`] keeps them, without a flip.
 
 mod card;
+mod healpix;
+mod provenance;
 mod wcs;
 
 pub use card::{Card, CardValue};
+pub use healpix::{HealpixColumn, HealpixFile};
 pub use wcs::{Wcs, WcsAxis};
 
-use card::{history_lines, set};
+pub(crate) use card::set;
 use emitree::Image;
-use fits_well::header::{CommentaryName, Header};
+use fits_well::header::Header;
 use fits_well::image::{Borrowed, Scaling, View};
 use fits_well::{FitsError, FitsWriter};
-use std::time::{SystemTime, UNIX_EPOCH};
+pub(crate) use provenance::Provenance;
+use std::time::SystemTime;
 
 /// One image of a FITS file: the primary one or an extension.
 #[derive(Clone, Copy, Debug)]
@@ -88,6 +92,18 @@ pub enum FitsEncodeError {
         /// The keyword.
         keyword: String,
     },
+    /// A number of values that is not that of any map of the whole sphere.
+    #[error(
+        "column `{column}` has {values} values: expected {expected}, in each column of a HEALPix map"
+    )]
+    Pixels {
+        /// The column.
+        column: String,
+        /// Its values.
+        values: usize,
+        /// What would be accepted.
+        expected: String,
+    },
     /// The encoder failed.
     #[error("cannot encode the FITS file: {0}")]
     Encode(#[from] FitsError),
@@ -102,27 +118,8 @@ impl FitsFile<'_> {
     /// written by this function itself.
     pub fn encode(&self) -> Result<Vec<u8>, FitsEncodeError> {
         let mut header = self.header(&self.primary)?;
-        set(&mut header, &Card::new("CREATOR", "emitree", "software that wrote this file"))?;
-        let version = env!("CARGO_PKG_VERSION");
-        set(&mut header, &Card::new("VERSION", version, "version of the software"))?;
-        if let Some(date) = self.date {
-            set(&mut header, &Card::new("DATE", utc(date), "when this file was made, UTC"))?;
-        }
-        for card in &self.provenance {
-            let keyword = &card.keyword;
-            let taken = || FitsEncodeError::Taken { keyword: keyword.clone() };
-            if STRUCTURE.contains(&&**keyword) || keyword.starts_with("NAXIS") {
-                return Err(taken());
-            }
-            let source = |source| FitsEncodeError::Card { keyword: keyword.clone(), source };
-            if header.contains(&**keyword).map_err(source)? {
-                return Err(taken());
-            }
-            set(&mut header, card)?;
-        }
-        for line in history_lines(&self.history) {
-            header.push_commentary(CommentaryName::HISTORY, &line)?;
-        }
+        let Self { provenance: cards, history, date, .. } = self;
+        Provenance { cards, history, date: *date }.write(&mut header)?;
 
         let mut writer = FitsWriter::new(Vec::new()).with_checksums();
         write_image(&mut writer, self.primary.image, &header)?;
@@ -151,12 +148,6 @@ impl FitsFile<'_> {
     }
 }
 
-/// Keywords that the encoder writes itself and would drop from a header given to it.
-const STRUCTURE: [&str; 12] = [
-    "SIMPLE", "XTENSION", "BITPIX", "PCOUNT", "GCOUNT", "GROUPS", "EXTEND", "BSCALE", "BZERO",
-    "BLANK", "CHECKSUM", "DATASUM",
-];
-
 fn write_image(
     writer: &mut FitsWriter<Vec<u8>>,
     image: &Image,
@@ -165,31 +156,6 @@ fn write_image(
     let shape = [image.width(), image.height()];
     let pixels = Borrowed::new(&shape, View::F64(image.pixels()), Scaling::IDENTITY)?;
     writer.write_image(pixels, Some(header))
-}
-
-/// The time as FITS writes it, `2026-11-21T02:30:00`, whole seconds of UTC; times before 1970 are
-/// that year's first second.
-fn utc(time: SystemTime) -> String {
-    let seconds = time.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
-    let (days, second) = (seconds / 86_400, seconds % 86_400);
-    let (mut year, mut day) = (1970, days);
-    let leap =
-        |year: u64| year.is_multiple_of(4) && !year.is_multiple_of(100) || year.is_multiple_of(400);
-    while day >= 365 + u64::from(leap(year)) {
-        day -= 365 + u64::from(leap(year));
-        year += 1;
-    }
-    let february = 28 + u64::from(leap(year));
-    let mut month = 1;
-    for length in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30] {
-        if day < length {
-            break;
-        }
-        day -= length;
-        month += 1;
-    }
-    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
-    format!("{year:04}-{month:02}-{:02}T{hour:02}:{minute:02}:{second:02}", day + 1)
 }
 
 #[cfg(test)]

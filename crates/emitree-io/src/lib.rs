@@ -1,6 +1,6 @@
 //! Files of emitree: scene files in, FITS, NPY and PNG images out.
 //!
-//! [`Scene`] reads a scene file and checks everything in it.
+//! [`Scene`] reads a scene file and checks everything in it; [`grid`] reads cubes of data.
 //! Encoders turn an [`Image`](emitree::Image) into bytes in memory; an [`OutputFile`] turns bytes
 //! into a file that is whole or absent. Numbers leave as FITS or NPY, PNG is for looking.
 //!
@@ -26,15 +26,26 @@ mod colour;
 pub mod figure;
 mod fits;
 mod format;
+pub mod grid;
+mod mollweide;
 mod npy;
 mod output;
 mod png;
 pub mod scene;
+mod tree_file;
+pub mod units;
 
 pub use colour::{ColourMap, ValueRange};
-pub use fits::{Card, CardValue, FitsEncodeError, FitsFile, FitsImage, Wcs, WcsAxis};
+pub use fits::{
+    Card, CardValue, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs, WcsAxis,
+};
 pub use format::{Format, UnknownEnding};
+pub use mollweide::{East, mollweide};
 pub use npy::{NpyError, encode_npy, encode_npy_image};
 pub use output::{OutputError, OutputFile, OutputSet};
 pub use png::{PictureError, PictureOptions, encode_png};
-pub use scene::{Camera, Override, RenderSettings, Scene, SceneEmission, SceneError};
+pub use scene::{
+    BuildSettings, Camera, CameraKind, EmissionFailure, EmissionSource, GridEmission, Override,
+    Quantity, RenderSettings, Scene, SceneEmission, SceneError,
+};
+pub use tree_file::{TreeFile, TreeFileError};

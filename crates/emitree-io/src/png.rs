@@ -14,6 +14,9 @@ pub struct PictureOptions {
     pub title: Option<String>,
     /// The unit of the pixels, kept in the file's text beside the range.
     pub unit: Option<String>,
+    /// Whether pixels that are not numbers are left blank, transparent, and not grey: for a disc or
+    /// an ellipse, outside of which there is nothing.
+    pub blank_outside: bool,
 }
 
 /// An image that no picture can be made of.
@@ -39,8 +42,9 @@ pub enum PictureError {
 /// The bytes of a PNG file, width × height pixels, y up: the last row of `image` is the first on
 /// the screen.
 ///
-/// Colours are linear in the value. Pixels that are not numbers are grey. The file's text names
-/// the software, the title, the range and the unit.
+/// Colours are linear in the value. Pixels that are not numbers are grey, or blank if the options
+/// say so: the file then has an alpha channel. The file's text names the software, the title, the
+/// range and the unit.
 ///
 /// # Errors
 ///
@@ -69,7 +73,8 @@ pub fn encode_png(image: &Image, options: &PictureOptions) -> Result<Vec<u8>, Pi
 
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, columns, rows);
-    encoder.set_color(png::ColorType::Rgb);
+    let blank = options.blank_outside;
+    encoder.set_color(if blank { png::ColorType::Rgba } else { png::ColorType::Rgb });
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     let unit = options.unit.as_deref().map(|unit| format!(" {unit}")).unwrap_or_default();
@@ -81,7 +86,9 @@ pub fn encode_png(image: &Image, options: &PictureOptions) -> Result<Vec<u8>, Pi
     add_text(&mut encoder, "Description", format!("Colours from {low:e} to {high:e}{unit}"))?;
 
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&rgb_rows(image, options.colour_map, range))?;
+    let map = options.colour_map;
+    let rows = if blank { rgba_rows(image, map, range) } else { rgb_rows(image, map, range) };
+    writer.write_image_data(&rows)?;
     writer.finish()?;
     Ok(bytes)
 }
@@ -90,6 +97,15 @@ pub fn encode_png(image: &Image, options: &PictureOptions) -> Result<Vec<u8>, Pi
 fn rgb_rows(image: &Image, map: ColourMap, range: ValueRange) -> Vec<u8> {
     let pixels = image.rows().rev().flatten();
     pixels.flat_map(|&pixel| map.rgb(range.fraction(pixel))).collect()
+}
+
+/// Four bytes for each pixel, the highest row first: opaque, or transparent for what is no number.
+fn rgba_rows(image: &Image, map: ColourMap, range: ValueRange) -> Vec<u8> {
+    let rgba = |&pixel: &f64| {
+        let [red, green, blue] = map.rgb(range.fraction(pixel));
+        if pixel.is_nan() { [0; 4] } else { [red, green, blue, u8::MAX] }
+    };
+    image.rows().rev().flatten().flat_map(rgba).collect()
 }
 
 /// A text in the chunk that every reader knows if it is ASCII, else in the one for UTF-8.
@@ -127,6 +143,19 @@ mod tests {
         let expected: Vec<u8> =
             upper_row_first.iter().flat_map(|p| ColourMap::Inferno.rgb(p / 4.0)).collect();
         assert_eq!(pixels, expected);
+    }
+
+    #[test]
+    fn pixels_that_are_no_numbers_can_be_left_blank() {
+        let image = Image::from_pixels(2, 2, vec![0.0, f64::NAN, f64::INFINITY, 1.0]);
+        let options = PictureOptions { blank_outside: true, ..Default::default() };
+        let (info, pixels) = decode(&encode_png(&image, &options).unwrap());
+        assert_eq!(info.color_type, png::ColorType::Rgba);
+        let opaque = |fraction| {
+            let [red, green, blue] = ColourMap::Viridis.rgb(fraction);
+            [red, green, blue, 255]
+        };
+        assert_eq!(pixels, [opaque(1.0), opaque(1.0), opaque(0.0), [0; 4]].concat());
     }
 
     #[test]

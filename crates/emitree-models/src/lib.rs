@@ -4,8 +4,10 @@
 //! * [`build_model`]: a published model by its name, with named parameters; [`catalogue()`] lists
 //!   what there is, with units, defaults and sources.
 //!
-//! Both are an [`Emission`](emitree::Emission) that can't fail, evaluated in batches, and cheap to
-//! share between threads.
+//! * [`Grid`]: values at the nodes of a rectilinear grid, interpolated.
+//!
+//! Each is an [`Emission`](emitree::Emission), evaluated in batches, and cheap to share between
+//! threads. The first two can't fail; a grid can be told to refuse positions outside.
 //!
 //! ```
 //! use emitree::{Emission, Samples};
@@ -24,8 +26,10 @@
 
 pub mod catalogue;
 pub mod expression;
+pub mod grid;
 pub mod models;
 mod spelling;
 
 pub use catalogue::{Model, ModelDescription, ModelError, build_model, catalogue};
 pub use expression::{Expression, ExpressionError};
+pub use grid::{Grid, GridError, Interpolation, Outside, OutsideGrid};

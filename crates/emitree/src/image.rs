@@ -39,6 +39,17 @@ impl Image {
         Self { height, width, pixels }
     }
 
+    /// Images of equal width one above the other, the lowest first.
+    pub(crate) fn stacked<'a>(images: impl Iterator<Item = &'a Self>) -> Self {
+        let mut stack = Self::zeros(0, 0);
+        for image in images {
+            stack.width = image.width;
+            stack.height += image.height;
+            stack.pixels.extend_from_slice(&image.pixels);
+        }
+        stack
+    }
+
     /// The number of rows.
     pub fn height(&self) -> usize {
         self.height
@@ -78,7 +89,7 @@ impl Image {
         &mut self.pixels[row * self.width..][..self.width]
     }
 
-    /// The largest |pixel|.
+    /// The largest |pixel|, pixels that are not numbers left out.
     pub(crate) fn largest(&self) -> f64 {
         self.pixels.iter().fold(0.0, |largest: f64, pixel| largest.max(pixel.abs()))
     }

@@ -33,6 +33,7 @@
 //!   prediction of a cell's children, and which cells are split;
 //! * [`tree`]: the paper's sparse tree of cell averages: built, projected along z by one sum for each
 //!   coefficient, sampled to pixels;
+//! * [`world_tree`]: a tree of g itself in a box of the world, an emission for any camera;
 //! * [`image`]: pixels, and the one orientation that they have everywhere;
 //! * [`los`]: lines of sight pixel by pixel, the baseline.
 //!
@@ -47,6 +48,7 @@ pub mod quadrature;
 pub mod prediction;
 pub mod refinement;
 pub mod tree;
+pub mod world_tree;
 pub mod vol;
 pub mod los;
 pub mod image;
@@ -62,12 +64,15 @@ pub use los::{LosOptions, Steps};
 pub use meter::Progress;
 pub use prediction::Predictor;
 pub use projection::{
-    Canonical, Equirectangular, GeometryError, MappedPoint, Projection, Viewpoint,
+    Bounds, Camera, Canonical, DiscMapping, Ellipsoid, Equirectangular, Fisheye, GeometryError,
+    Healpix, ImagePlane, Layer, MappedPoint, Orthographic, Perspective, Polar, Projection, Region,
+    Sight, Viewpoint,
 };
 pub use refinement::Threshold;
 pub use render::{
     DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions, RenderedTree, Rendering,
-    Seed, image_of_tree, render,
+    Seed, image_of_tree, irradiance_of, render,
 };
 pub use tree::{Ending, SparseTree};
 pub use vol::VolOptions;
+pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};

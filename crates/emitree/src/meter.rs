@@ -2,10 +2,11 @@
 
 use crate::emission::{Emission, Samples};
 use crate::error::RenderError;
-use crate::projection::Projection;
+use crate::image::Image;
+use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{Integrand, Points};
 use core::ops::ControlFlow;
-use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use core::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use core::time::Duration;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -19,15 +20,17 @@ const LEAST_SAMPLES_PER_CALL: usize = 64;
 /// Hears how many evaluations have been made so far, and may end the rendering.
 pub type Progress<'a> = dyn Fn(u64) -> ControlFlow<()> + Sync + 'a;
 
-/// An emission seen through a projection, with the bill.
+/// The emission, with the bill.
 pub(crate) struct Meter<'a, E> {
     emission: &'a E,
-    projection: &'a dyn Projection,
     progress: Option<&'a Progress<'a>>,
     limits: Limits,
     evaluations: AtomicU64,
     batches: AtomicU64,
     emission_nanoseconds: AtomicU64,
+    /// Evaluations on the lines of sight of each pixel, row after row.
+    of_pixels: Vec<AtomicU32>,
+    shape: [usize; 2],
 }
 
 /// How often g may be called.
@@ -39,34 +42,46 @@ pub(crate) struct Limits {
     pub(crate) batch_size: u64,
 }
 
-/// What is multiplied into g at a sample point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Weight {
-    /// ds/dz, so that an integral over depth is a radiance.
-    Path,
-    /// ds/dz · dΩ/(dx dy), so that an integral over the cube is an irradiance.
-    PathAndSolidAngle,
+/// A map from the canonical cube of a part of the image, with the weight of g in place of ds/dz.
+#[derive(Clone, Copy)]
+pub(crate) struct Mapping<'a> {
+    pub(crate) map: &'a (dyn Fn([f64; 3]) -> MappedPoint + Sync),
+    /// Which of the tiles of the image it is, and of how many.
+    pub(crate) tile: (usize, usize),
 }
 
-/// The canonical integrand of the trees: g · ds/dz · dΩ/(dx dy) on the unit cube.
-pub(crate) struct CanonicalIntegrand<'a, 'b, E>(pub(crate) &'b Meter<'a, E>);
+/// The canonical integrand of the trees, g · ds/dz · dΩ/(dx dy) on the unit cube: an integral over
+/// the cube is an irradiance.
+pub(crate) struct CanonicalIntegrand<'a, 'b, E> {
+    pub(crate) meter: &'b Meter<'a, E>,
+    pub(crate) projection: &'b dyn Projection,
+    pub(crate) tile: (usize, usize),
+}
 
 impl<'a, E: Emission> Meter<'a, E> {
     pub(crate) fn new(
         emission: &'a E,
-        projection: &'a dyn Projection,
+        shape: [usize; 2],
         limits: Limits,
         progress: Option<&'a Progress<'a>>,
     ) -> Self {
         Self {
             emission,
-            projection,
             progress,
             limits,
             evaluations: AtomicU64::new(0),
             batches: AtomicU64::new(0),
             emission_nanoseconds: AtomicU64::new(0),
+            of_pixels: (0..shape[0] * shape[1]).map(|_| AtomicU32::new(0)).collect(),
+            shape,
         }
+    }
+
+    /// How many evaluations were made on the lines of sight of each pixel; those on a border count
+    /// for the pixel above or to the right of it.
+    pub(crate) fn evaluations_of_pixels(&self) -> Image {
+        let counts = self.of_pixels.iter().map(|count| f64::from(count.load(Ordering::Relaxed)));
+        Image::from_pixels(self.shape[0], self.shape[1], counts.collect())
     }
 
     pub(crate) fn evaluations(&self) -> u64 {
@@ -90,14 +105,14 @@ impl<'a, E: Emission> Meter<'a, E> {
     pub(crate) fn evaluate(
         &self,
         points: Points<'_, 3>,
-        weight: Weight,
+        mapping: Mapping<'_>,
         values: &mut [f64],
     ) -> Result<(), RenderError<E::Error>> {
         let batch_size = usize::try_from(self.limits.batch_size).unwrap_or(usize::MAX).max(1);
         for (batch, values) in values.chunks_mut(batch_size).enumerate() {
             let first = batch * batch_size;
             let point = |i: usize| points.at(first + i);
-            self.evaluate_batch(Points::new(values.len(), &point), weight, values)?;
+            self.evaluate_batch(Points::new(values.len(), &point), mapping, values)?;
         }
         Ok(())
     }
@@ -105,7 +120,7 @@ impl<'a, E: Emission> Meter<'a, E> {
     fn evaluate_batch(
         &self,
         points: Points<'_, 3>,
-        weight: Weight,
+        mapping: Mapping<'_>,
         values: &mut [f64],
     ) -> Result<(), RenderError<E::Error>> {
         self.batches.fetch_add(1, Ordering::Relaxed);
@@ -121,7 +136,7 @@ impl<'a, E: Emission> Meter<'a, E> {
             if chunk > failed.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            let result = self.call(scratch, points, chunk * per_call, weight, values, &in_calls);
+            let result = self.call(scratch, points, chunk * per_call, mapping, values, &in_calls);
             if result.is_err() {
                 failed.fetch_min(chunk, Ordering::Relaxed);
             }
@@ -135,52 +150,78 @@ impl<'a, E: Emission> Meter<'a, E> {
         results.into_iter().collect()
     }
 
-    /// One call of g, from point `first` on.
+    /// One call of g, from point `first` on; where nothing can be seen g is not called.
     fn call(
         &self,
         scratch: &mut Scratch,
         points: Points<'_, 3>,
         first: usize,
-        weight: Weight,
-        rates: &mut [f64],
+        mapping: Mapping<'_>,
+        values: &mut [f64],
         in_calls: &AtomicU64,
     ) -> Result<(), RenderError<E::Error>> {
         scratch.clear();
-        for i in first..first + rates.len() {
-            let u = points.at(i);
-            let mapped = self.projection.world_from_canonical(u);
-            let density = match weight {
-                Weight::Path => 1.0,
-                Weight::PathAndSolidAngle => self.projection.solid_angle_density([u[0], u[1]]),
-            };
+        values.fill(0.0);
+        for i in 0..values.len() {
+            let u = points.at(first + i);
+            let mapped = (mapping.map)(u);
+            if mapped.path_per_depth == 0.0 {
+                continue;
+            }
+            self.count([u[0], u[1]], mapping.tile);
+            scratch.numbers.push(i);
             scratch.positions.push(mapped.position);
             scratch.directions.push(mapped.direction);
-            scratch.weights.push(mapped.path_per_depth * density);
+            scratch.weights.push(mapped.path_per_depth);
         }
+        let count = scratch.numbers.len();
+        scratch.rates.resize(count, 0.0);
         let samples = Samples::new(&scratch.positions, &scratch.directions);
         let start = Instant::now();
-        let result = self.emission.emission_rates(&samples, rates);
+        let result = match count {
+            0 => Ok(()),
+            _ => self.emission.emission_rates(&samples, &mut scratch.rates),
+        };
         let spent = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
         in_calls.fetch_add(spent, Ordering::Relaxed);
         let evaluations =
-            self.evaluations.fetch_add(rates.len() as u64, Ordering::Relaxed) + rates.len() as u64;
+            self.evaluations.fetch_add(count as u64, Ordering::Relaxed) + count as u64;
         result.map_err(RenderError::Emission)?;
-        for (i, (rate, weight)) in rates.iter_mut().zip(&scratch.weights).enumerate() {
+        for (k, &number) in scratch.numbers.iter().enumerate() {
             // A finite rate may be beyond all numbers once it is weighted.
-            let weighted = *rate * weight;
+            let weighted = scratch.rates[k] * scratch.weights[k];
             if !weighted.is_finite() {
                 return Err(RenderError::NotFinite {
-                    rate: *rate,
-                    position: scratch.positions[i],
-                    direction: scratch.directions[i],
+                    rate: scratch.rates[k],
+                    position: scratch.positions[k],
+                    direction: scratch.directions[k],
                 });
             }
-            *rate = weighted;
+            values[number] = weighted;
         }
         match self.progress.map(|progress| progress(evaluations)) {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
             _ => Ok(()),
         }
+    }
+
+    /// Counts an evaluation at canonical (x, y) of a tile for its pixel, if there are pixels.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to the pixels"
+    )]
+    fn count(&self, xy: [f64; 2], (tile, tiles): (usize, usize)) {
+        let [height, width] = self.shape;
+        if self.of_pixels.is_empty() {
+            return;
+        }
+        let rows = height / tiles;
+        let index = |along: f64, pixels: usize| {
+            ((along * pixels as f64).max(0.0) as usize).min(pixels.saturating_sub(1))
+        };
+        let row = tile * rows + index(xy[1], rows);
+        self.of_pixels[row * width + index(xy[0], width)].fetch_add(1, Ordering::Relaxed);
     }
 }
 
@@ -188,24 +229,34 @@ impl<E: Emission> Integrand<3> for CanonicalIntegrand<'_, '_, E> {
     type Error = RenderError<E::Error>;
 
     fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Self::Error> {
-        self.0.evaluate(points, Weight::PathAndSolidAngle, values)
+        let weighted = |u: [f64; 3]| {
+            let mapped = self.projection.world_from_canonical(u);
+            let density = self.projection.solid_angle_density([u[0], u[1]]);
+            MappedPoint { path_per_depth: mapped.path_per_depth * density, ..mapped }
+        };
+        let mapping = Mapping { map: &weighted, tile: self.tile };
+        self.meter.evaluate(points, mapping, values)
     }
 
     fn evaluations_left(&self) -> u64 {
-        self.0.evaluations_left()
+        self.meter.evaluations_left()
     }
 }
 
 /// Sample points of one call, kept from call to call.
 #[derive(Default)]
 struct Scratch {
+    /// Which of the values wanted each sample point is for.
+    numbers: Vec<usize>,
     positions: Vec<[f64; 3]>,
     directions: Vec<[f64; 3]>,
     weights: Vec<f64>,
+    rates: Vec<f64>,
 }
 
 impl Scratch {
     fn clear(&mut self) {
+        self.numbers.clear();
         self.positions.clear();
         self.directions.clear();
         self.weights.clear();

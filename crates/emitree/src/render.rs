@@ -6,7 +6,7 @@ use crate::image::Image;
 use crate::los::{LosOptions, Steps, adaptive, fixed};
 use crate::memory::{check_size, evaluations_in_memory};
 use crate::meter::{CanonicalIntegrand, Limits, Meter, Progress};
-use crate::projection::Projection;
+use crate::projection::{Projection, Region};
 use crate::refinement::Threshold;
 use crate::tree::{BuildOptions, Ending, SparseTree, build};
 use crate::vol::{self, VolOptions};
@@ -148,11 +148,13 @@ pub struct Rendering {
     pub error: Option<Image>,
     /// How often g was evaluated.
     pub evaluations: u64,
+    /// How often g was evaluated on the lines of sight of each pixel.
+    pub evaluations_of_pixels: Image,
     /// The number of batches in which that was done: one for each refinement step.
     pub batches: u64,
     /// What ended the rendering.
     pub ending: Ending,
-    /// The tree that was built, if the method builds one.
+    /// The tree that was built, if the method builds one, and one only.
     pub tree: Option<RenderedTree>,
     /// The base level that was used, if the method has one: [`Method::Vol`] takes a coarser one than
     /// asked for if the budget does not suffice, and has not converged then.
@@ -171,9 +173,8 @@ impl Rendering {
 
     /// The largest estimated error of a pixel over the largest |pixel|.
     pub fn estimated_error(&self) -> Option<f64> {
-        let largest = |image: &Image| image.pixels().iter().fold(0.0, |m: f64, p| m.max(p.abs()));
-        let error = largest(self.error.as_ref()?);
-        let image = largest(&self.image);
+        let error = self.error.as_ref()?.largest();
+        let image = self.image.largest();
         Some(if error > 0.0 { error / image } else { 0.0 })
     }
 }
@@ -211,31 +212,98 @@ pub fn render<E: Emission>(
     check_size(shape, options)?;
     let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
     let limits = Limits { max_evaluations, batch_size: options.batch_size };
-    let meter = Meter::new(emission, projection, limits, options.progress);
+    let tiles = Tile::of(projection, shape)?;
+    let meter = Meter::new(emission, shape, limits, options.progress);
     let mut rendering = match options.method {
-        Method::Vol(vol_options) => vol::render(&meter, projection, shape, &vol_options, options)?,
-        Method::Paper(build_options) => render_tree(&meter, projection, shape, &build_options)?,
+        Method::Vol(vol_options) => vol::render(&meter, &tiles, &vol_options, options)?,
+        Method::Paper(build_options) => {
+            stacked(&tiles, |tile| render_tree(&meter, tile, &build_options))?
+        }
         Method::Los(LosOptions { lines, steps }) => {
-            render_los(&meter, projection, shape, lines, steps)?
+            stacked(&tiles, |tile| render_los(&meter, tile, lines, steps))?
         }
     };
+    rendering.evaluations_of_pixels = meter.evaluations_of_pixels();
     rendering.evaluations = meter.evaluations();
     rendering.batches = meter.batches();
     rendering.emission_time = meter.emission_time();
     rendering.total_time = start.elapsed();
-    check_finite(&rendering.image)?;
     Ok(rendering)
 }
 
-/// Finds a pixel whose sum is beyond all numbers, although the rates are not.
-pub(crate) fn check_finite<E>(image: &Image) -> Result<(), RenderError<E>> {
-    match image.pixels().iter().position(|pixel| !pixel.is_finite()) {
-        None => Ok(()),
-        Some(pixel) => {
-            let (row, column) = (pixel / image.width(), pixel % image.width());
-            Err(RenderError::ImageNotFinite { row, column, value: image[(row, column)] })
+/// One square of an image: all of it, or one of several that lie one above the other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tile<'a> {
+    pub(crate) projection: &'a dyn Projection,
+    /// Height and width in pixels.
+    pub(crate) shape: [usize; 2],
+    /// Its number from the lowest, and the number of all.
+    pub(crate) place: (usize, usize),
+}
+
+impl<'a> Tile<'a> {
+    /// The tiles of a projection's image, the lowest first.
+    fn of<E>(
+        projection: &'a dyn Projection,
+        [height, width]: [usize; 2],
+    ) -> Result<Vec<Self>, RenderError<E>> {
+        let tiles = projection.tiles();
+        let count = tiles.len();
+        if count == 0 {
+            return Ok(vec![Self { projection, shape: [height, width], place: (0, 1) }]);
         }
+        if !height.is_multiple_of(count) {
+            let (name, expected) = ("height", "as many rows for each tile of the projection");
+            return Err(RenderError::Option { name, value: height.to_string(), expected });
+        }
+        let tile = |(number, projection)| Self {
+            projection,
+            shape: [height / count, width],
+            place: (number, count),
+        };
+        Ok(tiles.into_iter().enumerate().map(tile).collect())
     }
+
+    /// Finds a pixel whose sum is beyond all numbers, although the rates are not.
+    pub(crate) fn check_finite<E>(&self, image: &Image) -> Result<(), RenderError<E>> {
+        let [height, width] = self.shape;
+        for row in 0..height {
+            for (column, &value) in image.row(row).iter().enumerate() {
+                let middle = [(column, width), (row, height)];
+                let middle = middle.map(|(at, pixels)| (at as f64 + 0.5) / pixels as f64);
+                if !value.is_finite() && self.projection.region(middle) != Region::Outside {
+                    let row = row + self.place.0 * height;
+                    return Err(RenderError::ImageNotFinite { row, column, value });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One rendering from those of all tiles.
+fn stacked<E>(
+    tiles: &[Tile<'_>],
+    render: impl Fn(&Tile<'_>) -> Result<Rendering, RenderError<E>>,
+) -> Result<Rendering, RenderError<E>> {
+    let mut renderings = Vec::with_capacity(tiles.len());
+    for tile in tiles {
+        let rendering = render(tile)?;
+        tile.check_finite(&rendering.image)?;
+        renderings.push(rendering);
+    }
+    if renderings.len() == 1 {
+        return Ok(renderings.remove(0));
+    }
+    let image = Image::stacked(renderings.iter().map(|rendering| &rendering.image));
+    let errors: Option<Vec<&Image>> =
+        renderings.iter().map(|rendering| rendering.error.as_ref()).collect();
+    let error = errors.map(|errors| Image::stacked(errors.into_iter()));
+    let stopped = renderings.iter().map(|rendering| rendering.ending);
+    let ending = stopped.reduce(|a, b| if a == Ending::Complete { b } else { a });
+    let mut rendering = Rendering::new(image, error, ending.unwrap_or(Ending::Complete));
+    rendering.base_level = renderings.iter().find_map(|rendering| rendering.base_level);
+    Ok(rendering)
 }
 
 /// Finds a seed that is no place or has no size.
@@ -270,6 +338,7 @@ impl Rendering {
             error,
             ending,
             evaluations: 0,
+            evaluations_of_pixels: Image::zeros(0, 0),
             batches: 0,
             tree: None,
             base_level: None,
@@ -281,8 +350,7 @@ impl Rendering {
 
 fn render_tree<E: Emission>(
     meter: &Meter<'_, E>,
-    projection: &dyn Projection,
-    shape: [usize; 2],
+    &Tile { projection, shape, place: tile }: &Tile<'_>,
     options: &BuildOptions,
 ) -> Result<Rendering, RenderError<E::Error>> {
     let middle = projection.world_from_canonical([0.5; 3]);
@@ -292,7 +360,8 @@ fn render_tree<E: Emission>(
         relative @ Threshold::Relative(_) => relative,
     };
     let options = BuildOptions { threshold, ..*options };
-    let built = build(&CanonicalIntegrand(meter), projection.periodic(), &options)?;
+    let integrand = CanonicalIntegrand { meter, projection, tile };
+    let built = build(&integrand, projection.periodic(), &options)?;
     let image = image_of_tree(&built.tree.project(2), projection, shape);
     let mut error = image_of_tree(&built.previous.project(2), projection, shape);
     for (error, pixel) in error.pixels_mut().iter_mut().zip(image.pixels()) {
@@ -307,8 +376,7 @@ fn render_tree<E: Emission>(
 
 fn render_los<E: Emission>(
     meter: &Meter<'_, E>,
-    projection: &dyn Projection,
-    shape: [usize; 2],
+    tile: &Tile<'_>,
     lines: usize,
     steps: Steps,
 ) -> Result<Rendering, RenderError<E::Error>> {
@@ -319,21 +387,50 @@ fn render_los<E: Emission>(
     match steps {
         Steps::Fixed(0) => option("steps", "0".into(), "1 or more steps along each line"),
         Steps::Fixed(steps) => {
-            let image = fixed::render(meter, projection, shape, lines, steps)?;
+            let image = fixed::render(meter, tile, lines, steps)?;
             Ok(Rendering::new(image, None, Ending::Complete))
         }
         Steps::Adaptive(tolerance) if !(tolerance > 0.0 && tolerance.is_finite()) => {
             option("tolerance", tolerance.to_string(), "a number above 0")
         }
         Steps::Adaptive(tolerance) => {
-            let found = adaptive::render(meter, projection, shape, lines, tolerance)?;
+            let found = adaptive::render(meter, tile, lines, tolerance)?;
             let ending = if found.converged { Ending::Complete } else { Ending::Budget };
             Ok(Rendering::new(found.image, Some(found.error), ending))
         }
     }
 }
 
-/// The radiance of each pixel from the tree of the irradiance density on the image plane.
+/// The irradiance F(Ω) of each pixel from its radiance F(Ω)/Ω, or their errors: each pixel times its
+/// solid angle \[sr\].
+///
+/// ```
+/// use emitree::{Equirectangular, Image, Viewpoint, irradiance_of};
+/// use std::f64::consts::{PI, TAU};
+///
+/// let viewpoint =
+///     Viewpoint { position: [0.0; 3], target: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] };
+/// let sky = Equirectangular::new(viewpoint, [TAU, PI], [0.0, 1.0])?;
+/// let even = Image::from_pixels(2, 3, vec![0.5; 6]);
+/// let irradiance = irradiance_of(&even, &sky);
+/// assert!((irradiance.pixels().iter().sum::<f64>() - TAU).abs() < 1e-12); // half of 4π
+/// # Ok::<(), emitree::GeometryError>(())
+/// ```
+pub fn irradiance_of(radiance: &Image, projection: &dyn Projection) -> Image {
+    let (height, width) = (radiance.height(), radiance.width());
+    let mut image = radiance.clone();
+    for row in 0..height {
+        let y = [row, row + 1].map(|r| r as f64 / height as f64);
+        for (column, pixel) in image.row_mut(row).iter_mut().enumerate() {
+            let x = [column, column + 1].map(|c| c as f64 / width as f64);
+            *pixel *= projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
+        }
+    }
+    image
+}
+
+/// The radiance of each pixel from the tree of the irradiance density on the image plane; NaN where
+/// the projection has no image.
 ///
 /// # Panics
 ///
@@ -351,7 +448,9 @@ pub fn image_of_tree(
         for column in 0..width {
             let x = [column as f64 / width as f64, (column + 1) as f64 / width as f64];
             let solid_angle = projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
-            image[(row, column)] *= dx * dy / solid_angle;
+            let pixel = &mut image[(row, column)];
+            // Where there is no image a pixel has no value, whatever the tree has near its edge.
+            *pixel = if solid_angle > 0.0 { *pixel * dx * dy / solid_angle } else { f64::NAN };
         }
     }
     image

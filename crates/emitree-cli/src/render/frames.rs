@@ -1,9 +1,10 @@
 //! The frames of `--progressive`: ever finer images in a folder.
 
+use super::in_quantity;
 use super::outputs::{encode, same_file};
 use crate::failure::Failure;
 use emitree::{Frame, Image, RenderedTree, Rendering, image_of_tree};
-use emitree_io::{Format, OutputFile, OutputSet, Scene, ValueRange, encode_npy_image};
+use emitree_io::{Format, OutputFile, OutputSet, Scene, ValueRange};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -38,7 +39,8 @@ impl<'a> FrameWriter<'a> {
 
     fn write_images(&self, image: &Image, error: &Image, evaluations: u64) -> ControlFlow<()> {
         // Bytes are made before the lock is taken: it is held while files are written only.
-        let bytes = self.encode(image, error);
+        let [image, error] = [image, error].map(|image| in_quantity(self.scene, image));
+        let bytes = self.encode(&image, &error);
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         match bytes.and_then(|bytes| self.store(&mut state, evaluations, bytes)) {
             Ok(()) => ControlFlow::Continue(()),
@@ -57,8 +59,8 @@ impl<'a> FrameWriter<'a> {
         error: &Image,
     ) -> Result<[(&'static str, Vec<u8>); 3], Failure> {
         Ok([
-            (".npy", encode_npy_image(image)),
-            ("-error.npy", encode_npy_image(error)),
+            (".npy", encode(image, Format::Npy, self.scene, None)?),
+            ("-error.npy", encode(error, Format::Npy, self.scene, None)?),
             (".png", encode(image, Format::Png, self.scene, None)?),
         ])
     }
@@ -102,6 +104,7 @@ pub(super) fn write_progression(
     let mut written = Vec::new();
     for (i, frame) in tree.progression::<2>(2).enumerate() {
         let image = image_of_tree(&frame.tree, scene.camera.projection(), shape);
+        let image = in_quantity(scene, &image);
         for (format, ending) in [(Format::Png, "png"), (Format::Npy, "npy")] {
             let name = format!("{FRAME}{i:02}-{:08}.{ending}", frame.coefficients);
             let file = OutputFile::create(folder.join(name))?;
@@ -143,6 +146,7 @@ pub(super) fn is_frame_of(path: &Path, folder: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use emitree_io::encode_npy_image;
 
     fn scene() -> Scene {
         let text = r#"

@@ -5,19 +5,28 @@ mod outputs;
 mod progress;
 mod summary;
 
-pub(crate) use summary::grouped;
+pub(crate) use outputs::history;
+pub(crate) use progress::ProgressLine;
+pub(crate) use summary::{grouped, percent, seconds};
 
 use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::report::{Report, available_memory_bytes};
-use emitree::{Frame, Method, RenderError, RenderOptions, render};
-use emitree_io::Scene;
+use emitree::{Frame, Image, Method, RenderError, RenderOptions, irradiance_of, render};
+use emitree_io::{Quantity, Scene};
 use frames::FrameWriter;
 use outputs::Outputs;
-use progress::ProgressLine;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
+
+/// An image, or its error, in the quantity that the scene asks for.
+fn in_quantity(scene: &Scene, radiance: &Image) -> Image {
+    match scene.quantity {
+        Quantity::Irradiance => irradiance_of(radiance, scene.camera.projection()),
+        _ => radiance.clone(),
+    }
+}
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     let scene = Scene::open(&arguments.scene, &arguments.overrides())?;
@@ -64,9 +73,13 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     // A frame that can't be written ends the rendering as an interruption does: its own failure
     // says more.
     let frames = frames.map_or_else(|| Ok(Vec::new()), FrameWriter::finish)?;
-    let rendering = rendering?;
+    let mut rendering = rendering?;
+    if scene.quantity == Quantity::Irradiance {
+        rendering.image = in_quantity(&scene, &rendering.image);
+        rendering.error = rendering.error.map(|error| in_quantity(&scene, &error));
+    }
     if interrupt::requested() {
-        return Err(RenderError::Interrupted.into());
+        return Err(Failure::Render(RenderError::Interrupted));
     }
     let report = Report::new(&scene, &rendering);
     let mut written = pool.install(|| outputs.write(&scene, &rendering, &report))?;

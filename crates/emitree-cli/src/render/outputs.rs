@@ -4,10 +4,13 @@ use super::frames::{is_frame_of, prepare_folder, write_progression};
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::report::Report;
-use emitree::{Image, Method, RenderedTree, Rendering, Steps};
+use emitree::projection::healpix::pixel_of_direction;
+use emitree::{Healpix, Image, Method, RenderedTree, Rendering, Steps};
+use emitree_io::units::Unit;
 use emitree_io::{
-    Card, FitsFile, FitsImage, Format, OutputFile, OutputSet, PictureOptions, Scene, ValueRange,
-    encode_npy_image, encode_png,
+    CameraKind, Card, East, FitsFile, FitsImage, Format, HealpixColumn, HealpixFile, OutputFile,
+    OutputSet, PictureOptions, Quantity, Scene, ValueRange, encode_npy, encode_npy_image,
+    encode_png, mollweide,
 };
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -106,40 +109,108 @@ fn beside_nothing(scene: &Path) -> Vec<PathBuf> {
     ["fits", "npy", "png"].map(|ending| name.with_extension(ending)).to_vec()
 }
 
+/// The bytes of a bare image; colours of a picture in `range`, or in the image's own.
 pub(super) fn encode(
     image: &Image,
     format: Format,
     scene: &Scene,
     range: Option<ValueRange>,
 ) -> Result<Vec<u8>, Failure> {
+    let is_sky = scene.camera.kind() == CameraKind::Healpix;
     if format == Format::Npy {
-        return Ok(encode_npy_image(image));
+        let nested = is_sky.then(|| Healpix::nested(image));
+        return Ok(match nested {
+            Some(pixels) => encode_npy(&[pixels.len()], &pixels)?,
+            None => encode_npy_image(image),
+        });
     }
-    let unit = Some(scene.emission.image_unit().to_owned()).filter(|unit| !unit.is_empty());
-    let options =
-        PictureOptions { range, title: Some(scene.name.clone()), unit, ..Default::default() };
-    Ok(encode_png(image, &options)?)
+    let unit = unit(scene).map(str::to_owned);
+    let options = PictureOptions {
+        range,
+        title: Some(scene.name.clone()),
+        unit,
+        // A disc and a sky have corners where there is nothing.
+        blank_outside: scene.camera.projection().has_regions() || is_sky,
+        ..Default::default()
+    };
+    let picture = is_sky.then(|| picture_of_sky(image));
+    Ok(encode_png(picture.as_ref().unwrap_or(image), &options)?)
+}
+
+/// Rows of the picture of a sky, for each pixel along the edge of a face and at the least.
+const SKY_ROWS_PER_PIXEL: usize = 4;
+const LEAST_SKY_ROWS: usize = 256;
+const MOST_SKY_ROWS: usize = 2048;
+
+/// The whole sky as an ellipse.
+fn picture_of_sky(image: &Image) -> Image {
+    let side = u32::try_from(image.width()).unwrap_or(u32::MAX);
+    let rows = (SKY_ROWS_PER_PIXEL * image.width()).clamp(LEAST_SKY_ROWS, MOST_SKY_ROWS);
+    let map = Healpix::nested(image);
+    let value = |direction| {
+        let pixel = usize::try_from(pixel_of_direction(side, direction)).unwrap_or(usize::MAX);
+        map.get(pixel).copied().unwrap_or(f64::NAN)
+    };
+    mollweide(rows, East::Left, value)
+}
+
+/// The unit of the image, if the scene tells it.
+fn unit(scene: &Scene) -> Option<&str> {
+    Some(scene.image_unit()).filter(|unit| !unit.is_empty())
 }
 
 fn fits(scene: &Scene, rendering: &Rendering) -> Result<Vec<u8>, Failure> {
-    let unit = Some(scene.emission.image_unit()).filter(|unit| !unit.is_empty());
-    let named = |name, image| FitsImage { name, image, unit };
+    let name = match scene.quantity {
+        Quantity::Irradiance => "IRRADIANCE",
+        _ => "RADIANCE",
+    };
+    let error = rendering.error.iter().map(|error| ("ERROR", error, unit(scene)));
+    let evaluations = ("EVALUATIONS", &rendering.evaluations_of_pixels, None);
+    let others = error.chain([evaluations]).collect();
+    encode_fits(scene, rendering, (name, &rendering.image, unit(scene)), others)
+}
+
+fn fits_of_error(scene: &Scene, rendering: &Rendering, error: &Image) -> Result<Vec<u8>, Failure> {
+    encode_fits(scene, rendering, ("ERROR", error, unit(scene)), Vec::new())
+}
+
+/// The name, the pixels and the unit of one map.
+type Map<'a> = (&'static str, &'a Image, Option<&'a str>);
+
+/// The bytes of a FITS file: images in HDUs, or columns of one table for a sky.
+fn encode_fits(
+    scene: &Scene,
+    rendering: &Rendering,
+    first: Map<'_>,
+    others: Vec<Map<'_>>,
+) -> Result<Vec<u8>, Failure> {
+    let (provenance, history) = (provenance(scene, rendering), history(scene));
+    let date = Some(SystemTime::now());
+    if scene.camera.kind() == CameraKind::Healpix {
+        let maps: Vec<Map<'_>> = std::iter::once(first).chain(others).collect();
+        let nested: Vec<Vec<f64>> = maps.iter().map(|map| Healpix::nested(map.1)).collect();
+        let columns = maps.iter().zip(&nested);
+        let columns = columns
+            .map(|((name, _, unit), values)| HealpixColumn { name, unit: *unit, values })
+            .collect();
+        return Ok(HealpixFile { columns, coordinates: None, provenance, history, date }.encode()?);
+    }
+    let image = |(name, image, unit)| FitsImage { name, image, unit };
+    let length = scene.length_unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
+    let wcs = scene.camera.wcs(scene.height, scene.width, &length.unwrap_or_else(Unit::one));
     let file = FitsFile {
-        primary: named("RADIANCE", &rendering.image),
-        extensions: rendering.error.iter().map(|error| named("ERROR", error)).collect(),
-        ..header(scene, rendering)
+        primary: image(first),
+        extensions: others.into_iter().map(image).collect(),
+        wcs,
+        provenance,
+        history,
+        date,
     };
     Ok(file.encode()?)
 }
 
-fn fits_of_error(scene: &Scene, rendering: &Rendering, error: &Image) -> Result<Vec<u8>, Failure> {
-    let unit = Some(scene.emission.image_unit()).filter(|unit| !unit.is_empty());
-    let primary = FitsImage { name: "ERROR", image: error, unit };
-    Ok(FitsFile { primary, ..header(scene, rendering) }.encode()?)
-}
-
-/// Coordinates and provenance, with the radiance as the only image.
-fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
+/// How the image came about.
+fn provenance(scene: &Scene, rendering: &Rendering) -> Vec<Card> {
     let mut provenance = vec![
         Card::new("SCENE", scene.name.as_str(), "scene file, in full under HISTORY"),
         Card::new("METHOD", scene.render.method.name(), "from the emission to the image"),
@@ -163,18 +234,16 @@ fn header<'a>(scene: &Scene, rendering: &'a Rendering) -> FitsFile<'a> {
     if let Some(unit) = &scene.length_unit {
         provenance.push(Card::new("LENUNIT", unit.as_str(), "unit of length of the scene"));
     }
+    provenance
+}
+
+/// The scene with what the command line changed.
+pub(crate) fn history(scene: &Scene) -> String {
     let mut history = scene.text.trim_end().to_owned() + "\n";
     for change in &scene.overrides {
         history.push_str(&format!("# command line: {change}\n"));
     }
-    FitsFile {
-        primary: FitsImage { name: "RADIANCE", image: &rendering.image, unit: None },
-        extensions: Vec::new(),
-        wcs: Some(scene.camera.wcs(scene.height, scene.width)),
-        provenance,
-        history,
-        date: Some(SystemTime::now()),
-    }
+    history
 }
 
 pub(super) fn same_file(a: &Path, b: &Path) -> bool {

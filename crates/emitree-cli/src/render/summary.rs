@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use emitree::{Ending, Method, Rendering, Steps, Threshold};
-use emitree_io::Scene;
+use emitree_io::{CameraKind, Scene};
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -13,10 +13,14 @@ pub(crate) fn print(
     written: &[PathBuf],
 ) -> Result<(), Failure> {
     let pixels = (scene.height * scene.width) as f64;
-    let unit = scene.emission.image_unit();
+    let unit = scene.image_unit();
     let (low, high) = rendering.image.min_max();
     let mut out = std::io::stdout().lock();
-    writeln!(out, "{}: {} x {} pixels (width x height)", scene.name, scene.width, scene.height)?;
+    let size = match scene.camera.kind() {
+        CameraKind::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
+        _ => format!("{} x {} pixels (width x height)", scene.width, scene.height),
+    };
+    writeln!(out, "{}: {size}", scene.name)?;
     writeln!(out, "  method       {}", method(scene.render.method))?;
     writeln!(
         out,
@@ -27,7 +31,11 @@ pub(crate) fn print(
         rendering.evaluations as f64 / pixels,
     )?;
     writeln!(out, "  error        {}", error(scene, rendering))?;
-    writeln!(out, "{}", format!("  radiance     {low:.4e} to {high:.4e} {unit}").trim_end())?;
+    writeln!(
+        out,
+        "{}",
+        format!("  {:11}  {low:.4e} to {high:.4e} {unit}", scene.quantity.name()).trim_end()
+    )?;
     let [total, emission] = [rendering.total_time, rendering.emission_time].map(seconds);
     writeln!(out, "  time         {total}, of which the emission {emission}")?;
     let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
@@ -95,7 +103,7 @@ fn method(method: Method) -> String {
 
 /// A fraction in per cent: "1 %". Without the last digits, which are of the binary number and not
 /// of what was written: 0.007 is not 0.7000000000000001 %.
-fn percent(fraction: f64) -> String {
+pub(crate) fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     let rounded: f64 = format!("{percent:.9e}").parse().unwrap_or(percent);
     format!("{rounded} %")
@@ -113,7 +121,7 @@ fn error(scene: &Scene, rendering: &Rendering) -> String {
 }
 
 /// A time of a few digits: "13 ms", "2.4 s".
-fn seconds(time: Duration) -> String {
+pub(crate) fn seconds(time: Duration) -> String {
     match time.as_secs_f64() {
         short if short < 0.1 => format!("{:.2} ms", 1e3 * short),
         long => format!("{long:.2} s"),

@@ -102,7 +102,7 @@ impl From<bool> for CardValue {
 }
 
 /// Puts `card` into `header`, its comment cut to the room that the value leaves.
-pub(super) fn set(header: &mut Header, card: &Card) -> Result<(), FitsEncodeError> {
+pub(crate) fn set(header: &mut Header, card: &Card) -> Result<(), FitsEncodeError> {
     let keyword = card.keyword.as_str();
     let value = match &card.value {
         CardValue::Text(text) => Value::Text(ascii(text).into_owned()),
@@ -151,7 +151,7 @@ pub(super) fn ascii(text: &str) -> Cow<'_, str> {
 
 /// The `HISTORY` records of a text. Only a record that goes on in the next ends in a backslash in
 /// its last column, so that the lines can be had back.
-pub(super) fn history_lines(text: &str) -> Vec<String> {
+pub(crate) fn history_lines(text: &str) -> Vec<String> {
     let mut records = Vec::new();
     for line in text.lines() {
         let line = ascii(line.trim_end());

@@ -1,83 +1,129 @@
-//! `[emission]`: an expression or a built-in model.
+//! `[emission]`: an expression, a built-in model, a grid of data, or a tree.
+
+mod grid;
+
+pub use grid::GridEmission;
 
 use super::document::Node;
 use super::error::SceneError;
+use super::radiometry::EmissionUnits;
 use super::source::Place;
 use super::table::Table;
+use super::tree;
+use crate::tree_file::TreeFile;
 use emitree::{Emission, Samples};
-use emitree_models::{Expression, Model, ModelError, build_model};
+use emitree_models::{Expression, Model, ModelError, OutsideGrid, build_model};
 use std::collections::BTreeMap;
-use std::convert::Infallible;
+use std::sync::Arc;
 
-/// The emission of a scene.
+/// What glows in a scene, in units of its own.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub enum SceneEmission {
+pub enum EmissionSource {
     /// An expression, in the units that its writer had in mind.
     Expression(Expression),
     /// A built-in model.
     Model(Model),
+    /// Data on a grid, from a file.
+    Grid(GridEmission),
+    /// A tree that was built before.
+    Tree(Arc<TreeFile>),
 }
 
-impl SceneEmission {
+/// An emission that could not be evaluated at a point.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EmissionFailure {
+    /// A grid that is to be an error outside was asked for a point there.
+    #[error("{0} (or `emission.grid.outside = \"zero\"`)")]
+    OutsideGrid(#[from] OutsideGrid),
+}
+
+impl EmissionSource {
     /// The length unit that positions are in; `None` where the scene is free to choose.
-    pub fn length_unit(&self) -> Option<&'static str> {
+    pub fn length_unit(&self) -> Option<&str> {
         match self {
-            Self::Expression(_) => None,
+            Self::Expression(_) | Self::Grid(_) => None,
             Self::Model(model) => Some(model.description().length_unit).filter(|&unit| unit != "1"),
+            Self::Tree(file) => file.length_unit.as_deref(),
         }
     }
 
-    /// The unit of an image, FITS grammar; empty if the scene does not tell.
-    pub fn image_unit(&self) -> &'static str {
+    /// The unit of an image, FITS grammar; empty if the source does not tell.
+    pub fn image_unit(&self) -> &str {
         match self {
-            Self::Expression(_) => "",
+            Self::Expression(_) | Self::Grid(_) => "",
             Self::Model(model) => model.description().image_unit,
+            Self::Tree(file) => &file.image_unit,
         }
     }
 }
 
-impl Emission for SceneEmission {
-    type Error = Infallible;
+impl Emission for EmissionSource {
+    type Error = EmissionFailure;
 
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+    fn emission_rates(
+        &self,
+        samples: &Samples<'_>,
+        rates: &mut [f64],
+    ) -> Result<(), EmissionFailure> {
         match self {
-            Self::Expression(expression) => expression.emission_rates(samples, rates),
-            Self::Model(model) => model.emission_rates(samples, rates),
+            Self::Expression(expression) => {
+                expression.emission_rates(samples, rates).map_err(|never| match never {})
+            }
+            Self::Model(model) => {
+                model.emission_rates(samples, rates).map_err(|never| match never {})
+            }
+            Self::Grid(emission) => Ok(emission.grid.emission_rates(samples, rates)?),
+            Self::Tree(file) => {
+                file.tree.emission_rates(samples, rates).map_err(|never| match never {})
+            }
         }
     }
 }
 
-pub(super) fn read(mut table: Table) -> Result<SceneEmission, SceneError> {
-    let place = table.place().clone();
+/// The kinds of emission, each by the key that a scene has it under.
+const KINDS: &str = "`expression = \"…\"`, `model = \"…\"`, `grid = { file = \"…\" }` or \
+                     `tree = \"…\"`";
+
+/// The emission, and what the scene says of its units.
+pub(super) fn read(mut table: Table) -> Result<(EmissionSource, EmissionUnits), SceneError> {
+    let whole = table.place().clone();
     let expression = table.text("expression")?;
     let model = table.text("model")?;
-    let emission = match (expression, model) {
-        (Some(expression), None) => {
+    let grid = table.take("grid");
+    let tree = table.text("tree")?;
+    let emission = match (expression, model, grid, tree) {
+        (Some(expression), None, None, None) => {
             let constants = table.table("constants")?;
             read_expression(expression, constants)?
         }
-        (None, Some(model)) => {
+        (None, Some(model), None, None) => {
             let parameters = table.take("parameters");
             read_model(&model, parameters)?
         }
-        (Some((_, place)), Some(_)) => {
-            return Err(SceneError::at(&place, "the scene has two emissions")
-                .label("expected either `expression` or `model`"));
+        (None, None, Some(grid), None) => EmissionSource::Grid(grid::read(Table::new(grid)?)?),
+        (None, None, None, Some(tree)) => tree::read_emission(&tree)?,
+        (None, None, None, None) => {
+            return Err(SceneError::at(&whole, "the scene has no emission")
+                .label(format!("expected {KINDS} here")));
         }
-        (None, None) => {
-            return Err(SceneError::at(&place, "the scene has no emission")
-                .label("expected `expression = \"…\"` or `model = \"…\"` here"));
+        (_, model, grid, tree) => {
+            let second = tree.map(|(_, place)| place).or(grid.map(|node| node.place));
+            let second = second.or(model.map(|(_, place)| place)).unwrap_or(whole);
+            return Err(SceneError::at(&second, "the scene has two emissions")
+                .label(format!("expected only one of {KINDS}")));
         }
     };
+    let units = EmissionUnits::read(&mut table)?;
     table.finish()?;
-    Ok(emission)
+    Ok((emission, units))
 }
 
 fn read_expression(
     (text, place): (String, Place),
     constants: Option<Table>,
-) -> Result<SceneEmission, SceneError> {
+) -> Result<EmissionSource, SceneError> {
     let constants = constants.map(Table::numbers).transpose()?.unwrap_or_default();
     let values = constants.iter().map(|(name, (value, _))| (name.clone(), *value)).collect();
     let expression = Expression::parse(&text, &values).map_err(|error| {
@@ -94,7 +140,7 @@ fn read_expression(
         return Err(SceneError::at(&entry.key, format!("the constant `{name}` is not used"))
             .label("expected a name that stands in `emission.expression`"));
     }
-    Ok(SceneEmission::Expression(expression))
+    Ok(EmissionSource::Expression(expression))
 }
 
 /// The place in the scene of a span of a string's content. Where escapes make the text differ from
@@ -119,7 +165,7 @@ fn span_in_string(place: &Place, span: std::ops::Range<usize>) -> std::ops::Rang
 fn read_model(
     (name, place): &(String, Place),
     parameters: Option<Node>,
-) -> Result<SceneEmission, SceneError> {
+) -> Result<EmissionSource, SceneError> {
     let parameters = parameters.map(Table::new).transpose()?;
     let parameters = parameters.map(Table::numbers).transpose()?.unwrap_or_default();
     let values: BTreeMap<String, f64> =
@@ -138,5 +184,8 @@ fn read_model(
         .unwrap_or(place);
         SceneError::at(place, error.to_string())
     })?;
-    Ok(SceneEmission::Model(model))
+    Ok(EmissionSource::Model(model))
 }
+
+#[cfg(test)]
+mod tests;

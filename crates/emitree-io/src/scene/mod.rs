@@ -8,17 +8,23 @@ mod camera;
 mod document;
 mod emission;
 mod error;
+mod radiometry;
 mod seed;
 mod settings;
 mod source;
 mod table;
+mod tree;
 
-pub use camera::Camera;
-pub use emission::SceneEmission;
+pub use camera::{Camera, CameraKind};
+pub use emission::{EmissionFailure, EmissionSource, GridEmission};
 pub use error::SceneError;
+pub use radiometry::{Quantity, SceneEmission};
 pub use settings::RenderSettings;
+pub use tree::BuildSettings;
 
 use document::Node;
+use emitree::Healpix;
+use radiometry::ImageUnits;
 use source::{Place, Source};
 use std::path::Path;
 use std::sync::Arc;
@@ -51,15 +57,26 @@ pub struct Scene {
     pub camera: Camera,
     /// The length unit, if the scene or its model has one.
     pub length_unit: Option<String>,
-    /// Rows of the image.
+    /// Rows of the image; of a `HEALPix` map, those of all twelve faces one above the other.
     pub height: usize,
-    /// Columns of the image.
+    /// Columns of the image; of a `HEALPix` map, those of a face.
     pub width: usize,
+    /// What the pixels are.
+    pub quantity: Quantity,
+    /// The unit of the pixels, FITS grammar; empty if the scene does not tell.
+    unit: String,
     /// How it is rendered.
     pub render: RenderSettings,
+    /// The tree that `emitree build` makes of it, if the scene asks for one.
+    pub build: Option<BuildSettings>,
 }
 
 impl Scene {
+    /// The unit of the image, FITS grammar; empty if the scene does not tell.
+    pub fn image_unit(&self) -> &str {
+        &self.unit
+    }
+
     /// Reads the scene file at `path`, with values replaced by `overrides`, the later ones last.
     ///
     /// # Errors
@@ -100,64 +117,86 @@ impl Scene {
         let start = Place { span: 0..0, ..whole };
         let mut table = Table::new(root)?;
         let Some(emission) = table.table("emission")? else {
-            return Err(SceneError::at(&start, "the scene has no `[emission]`")
-                .label("expected a table `[emission]` with `expression` or `model`"));
+            return Err(SceneError::at(&start, "the scene has no `[emission]`").label(
+                "expected a table `[emission]` with `expression`, `model`, `grid` or `tree`",
+            ));
         };
-        let emission = emission::read(emission)?;
-        let (camera, length_unit) = camera::read(table.table("projection")?, &start)?;
-        if let Some(occulter) = table.take("occulter") {
-            return Err(SceneError::at(&occulter.place, "`[[occulter]]` is not available yet")
-                .label("expected a scene without opaque bodies in this version"));
-        }
+        let (source, of_emission) = emission::read(emission)?;
+        let projection = table.table("projection")?;
+        let occulters = table.tables("occulter", "tables `[[occulter]]`, each with a `type`")?;
+        let bounds = table.table("bounds")?;
+        let (camera, length_unit) = camera::read(projection, bounds, occulters, &start)?;
         if let Some(energy) = table.take("energy") {
             return Err(SceneError::at(&energy.place, "`[energy]` is not available yet")
                 .label("expected a scene without an energy axis in this version"));
         }
-        let (height, width) = image_shape(table.table("image")?, &start)?;
+        let (shape, of_image) = read_image(table.table("image")?, camera.kind(), &start)?;
         let seeds = table.tables("seed", "tables `[[seed]]`, each with `position` and `radius`")?;
         let seeds = seed::read(seeds)?;
         let render = table.table("render")?.unwrap_or_else(|| Table::absent("render", &start));
         let render = settings::read(render, seeds)?;
+        let build = table.table("build")?.map(tree::read_build).transpose()?;
         table.finish()?;
 
-        let length_unit = match (emission.length_unit(), length_unit) {
-            (Some(needed), Some((given, place))) if needed != given => {
-                return Err(SceneError::at(&place, format!("`length_unit` is \"{given}\""))
-                    .label(format!("expected \"{needed}\", the length unit of the model")));
-            }
-            (needed, given) => given.map(|(unit, _)| unit).or(needed.map(str::to_owned)),
-        };
+        let has_solid_angles = camera.has_solid_angles();
+        let found =
+            radiometry::resolve(source, &of_emission, &of_image, length_unit, has_solid_angles)?;
+        let [height, width] = shape;
         let overrides = overrides.iter().map(|o| format!("{} = {}", o.key, o.value)).collect();
         Ok(Self {
             name: name.to_owned(),
             text: text.to_owned(),
             overrides,
-            emission,
+            emission: found.emission,
             camera,
-            length_unit,
+            length_unit: found.length_unit,
             height,
             width,
+            quantity: found.quantity,
+            unit: found.unit,
             render,
+            build,
         })
     }
 }
 
-fn image_shape(table: Option<Table>, start: &Place) -> Result<(usize, usize), SceneError> {
-    const EXPECTED: &str = "a number of pixels, 1 to 2^24";
+/// Height and width of the image, and what is said of its unit.
+fn read_image(
+    table: Option<Table>,
+    camera: CameraKind,
+    start: &Place,
+) -> Result<([usize; 2], ImageUnits), SceneError> {
+    const PIXELS: &str = "a number of pixels, 1 to 2^24";
+    const NSIDE: &str = "a power of two, 1 to 2^13: pixels along the edge of a face";
+    let keys = match camera {
+        CameraKind::Healpix => "`nside`",
+        _ => "`width` and `height`",
+    };
     let Some(mut table) = table else {
         return Err(SceneError::at(start, "the scene has no `[image]`")
-            .label("expected a table `[image]` with `width` and `height`"));
+            .label(format!("expected a table `[image]` with {keys}")));
     };
-    let mut pixels = |key| {
-        let node = table.require(key, EXPECTED)?;
-        match node.count(EXPECTED)? {
-            pixels @ 1..=0x100_0000 => Ok(pixels),
-            other => Err(node.refuse(&other.to_string(), EXPECTED)),
+    let mut pixels = |key, expected, most, power_of_two: bool| {
+        let node = table.require(key, expected)?;
+        match node.count::<usize>(expected)? {
+            pixels
+                if (1..=most).contains(&pixels) && (!power_of_two || pixels.is_power_of_two()) =>
+            {
+                Ok(pixels)
+            }
+            other => Err(node.refuse(&other.to_string(), expected)),
         }
     };
-    let (width, height) = (pixels("width")?, pixels("height")?);
+    let shape = match camera {
+        CameraKind::Healpix => Healpix::shape(pixels("nside", NSIDE, 1 << 13, true)?),
+        _ => {
+            let width = pixels("width", PIXELS, 1 << 24, false)?;
+            [pixels("height", PIXELS, 1 << 24, false)?, width]
+        }
+    };
+    let units = ImageUnits::read(&mut table)?;
     table.finish()?;
-    Ok((height, width))
+    Ok((shape, units))
 }
 
 /// What the names of sources that are options of the command line start with.

@@ -134,6 +134,14 @@ impl Node {
         }
     }
 
+    /// A number that may be `inf` or `-inf`.
+    pub(super) fn number_or_infinite(&self) -> Result<f64, SceneError> {
+        match self.value {
+            Value::Real(real) if real.is_infinite() => Ok(real),
+            _ => self.number(),
+        }
+    }
+
     /// An integer that fits `T`.
     pub(super) fn count<T: TryFrom<i64>>(&self, expected: &str) -> Result<T, SceneError> {
         match self.value {

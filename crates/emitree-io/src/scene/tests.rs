@@ -103,11 +103,11 @@ fn a_scene_is_read() {
         ..BuildOptions::default()
     };
     assert_eq!(scene.render.method, Method::Paper(expected));
-    assert_eq!((scene.emission.image_unit(), scene.length_unit), ("", None));
+    assert_eq!((scene.image_unit(), &scene.length_unit), ("", &None));
 
     let scene = Scene::parse("scene.toml", SMILE, &[]).unwrap();
     assert_eq!(scene.length_unit.as_deref(), Some("R_E"));
-    assert_eq!(scene.emission.image_unit(), "keV cm-2 s-1 sr-1");
+    assert_eq!(scene.image_unit(), "keV cm-2 s-1 sr-1");
     let expected = LosOptions { lines: 1, steps: Steps::Fixed(160) };
     assert_eq!(scene.render.method, Method::Los(expected));
 }
@@ -177,8 +177,8 @@ fn unknown_keys_are_refused_where_they_stand() {
     let message = "unknown key `image.widht`";
     expect(SCENE, ["width = 50", "widht = 50\nwidth = 50"], 10, message, "did you mean `width`?");
     let message = "unknown key `colour`";
-    let keys =
-        "expected one of `emission`, `projection`, `occulter`, `energy`, `image`, `seed`, `render`";
+    let keys = "expected one of `emission`, `projection`, `occulter`, `bounds`, `energy`, \
+                `image`, `seed`, `render`, `build`";
     expect(SCENE, ["\n[emission]", "colour = 3\n[emission]"], 1, message, keys);
     let message = "unknown key `projection.far`";
     expect(
@@ -218,16 +218,18 @@ fn missing_parts_say_what_is_missing() {
         ["[projection]\ntype = \"canonical\"", ""],
         1,
         "the scene has no `[projection]`",
-        "expected a table `[projection]` with `type` = `canonical` or `equirectangular`",
+        "expected a table `[projection]` with `type` = `canonical`, `orthographic`, \
+         `perspective`, `equirectangular`, `polar`, `fisheye` or `healpix`",
     );
     let message = "`image.height` is missing";
     let expected = "expected `height` here: a number of pixels, 1 to 2^24";
     expect(SCENE, ["height = 100", ""], 9, message, expected);
     let message = "`projection.far` is missing";
-    let expected = "expected `far` here: a depth in `length_unit`";
+    let expected = "expected `far` here: a depth in `length_unit`, or inf (or a table `[bounds]`)";
     expect(SMILE, ["far = 80.0", ""], 6, message, expected);
     let message = "the scene has no emission";
-    let expected = "expected `expression = \"…\"` or `model = \"…\"` here";
+    let expected = "expected `expression = \"…\"`, `model = \"…\"`, `grid = { file = \"…\" }` or \
+                    `tree = \"…\"` here";
     expect(SMILE, ["model = \"cmem\"\nparameters = { density = 5.0 }", ""], 2, message, expected);
 }
 
@@ -242,9 +244,11 @@ fn models_and_their_parameters_are_checked_where_they_stand() {
     let (line, message, _) = error(SMILE, "density = 5.0", "density = -5.0");
     assert_eq!(line, 4);
     assert!(message.contains("`density` of model `cmem` is -5.0: expected"), "{message}");
-    let message = "`length_unit` is \"km\"";
-    let expected = "expected \"R_E\", the length unit of the model";
-    expect(SMILE, ["\"R_E\"", "\"km\""], 12, message, expected);
+    let message = "`length_unit` is \"s\": ";
+    let (line, found, expected) = error(SMILE, "\"R_E\"", "\"s\"");
+    assert!(line == 12 && found.starts_with(message), "{line}: {found}");
+    let of_model = "expected \"R_E\", the length unit of the emission, or another";
+    assert_eq!(expected, of_model);
 }
 
 #[test]
@@ -280,9 +284,8 @@ fn cameras_that_make_no_sense_are_refused() {
     let (line, message, _) = error(SMILE, "far = 80.0", "far = 80.0\nup = [-4.0, 30.0, 0.0]");
     assert_eq!(line, 12);
     assert!(message.contains("is along the pointing"), "{message}");
-    let kinds = "expected `canonical` or `equirectangular`";
-    let message = "the projection `fisheye` is not available in this version";
-    expect(SMILE, ["equirectangular", "fisheye"], 7, message, kinds);
+    let kinds = "expected `canonical`, `orthographic`, `perspective`, `equirectangular`, `polar`, \
+                 `fisheye` or `healpix`";
     expect(SMILE, ["equirectangular", "round"], 7, "unknown projection `round`", kinds);
 }
 

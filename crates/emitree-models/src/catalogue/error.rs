@@ -9,10 +9,8 @@ use crate::spelling::did_you_mean;
 /// use std::collections::BTreeMap;
 ///
 /// let error = build_model("cmen", &BTreeMap::new()).unwrap_err();
-/// assert_eq!(
-///     error.to_string(),
-///     "unknown model `cmen`: did you mean `cmem`? (known: cmem, jorgensen, holmstrom)",
-/// );
+/// let message = error.to_string();
+/// assert!(message.starts_with("unknown model `cmen`: did you mean `cmem`? (known: cmem, "));
 /// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

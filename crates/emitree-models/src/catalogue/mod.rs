@@ -13,7 +13,22 @@ use crate::spelling::closest;
 use std::collections::BTreeMap;
 
 /// All models, one line each.
-static CATALOGUE: [ModelDescription; 3] = [models::CMEM, models::JORGENSEN, models::HOLMSTROM];
+static CATALOGUE: [ModelDescription; 14] = [
+    models::CMEM,
+    models::JORGENSEN,
+    models::GEOCORONA,
+    models::CHAMBERLAIN,
+    models::AIRGLOW,
+    models::MARS_HYDROGEN,
+    models::MARS_OXYGEN,
+    models::ENA,
+    models::K_CORONA,
+    models::BETA_MODEL,
+    models::SHELL_NEBULA,
+    models::POWER_LAW,
+    models::UNIFORM,
+    models::HOLMSTROM,
+];
 
 /// The descriptions of all built-in models.
 ///

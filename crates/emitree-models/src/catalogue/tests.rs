@@ -28,7 +28,7 @@ fn every_model_builds_with_its_defaults() {
 fn every_model_is_finite_at_the_origin_and_on_the_axes() {
     let mut positions = vec![[0.0; 3], [-0.0; 3]];
     for axis in 0..3 {
-        for distance in [1e-300, 1e-9, 1e-3, 1.0, 10.0, 1e3, 1e9] {
+        for distance in [1e-300, 1e-9, 1e-3, 1.0, 10.0, 1e3, 1e9, 1e30, 1e100] {
             let mut position = [0.0; 3];
             position[axis] = distance;
             positions.push(position);
@@ -87,11 +87,14 @@ fn defaults_can_be_shown() {
 
 #[test]
 fn unknown_names() {
+    const KNOWN: &str = "(known: cmem, jorgensen, geocorona, chamberlain, airglow, mars_hydrogen, \
+                         mars_oxygen, ena, k_corona, beta_model, shell_nebula, power_law, uniform, \
+                         holmstrom)";
     assert_eq!(
         failure("cmem_2", []),
-        "unknown model `cmem_2`: did you mean `cmem`? (known: cmem, jorgensen, holmstrom)"
+        format!("unknown model `cmem_2`: did you mean `cmem`? {KNOWN}")
     );
-    assert_eq!(failure("corona", []), "unknown model `corona` (known: cmem, jorgensen, holmstrom)");
+    assert_eq!(failure("aurora", []), format!("unknown model `aurora` {KNOWN}"));
     assert_eq!(
         failure("cmem", [("a1", 1e-5)]),
         "model `cmem` has no parameter `a1`: did you mean `A1`? (known: density, velocity, bx, by, \

@@ -1,12 +1,13 @@
 //! What the magnetosheath models have in common: falloffs of the emissivity, and its unit.
 
+use super::constants::EARTH_RADIUS_CM;
 use super::sun_angles::SunAngles;
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription};
 use core::f64::consts::PI;
 
 /// Directional rate \[keV cm⁻² s⁻¹ sr⁻¹ per `R_E`\] of an emissivity of 1 eV cm⁻³ s⁻¹: one `R_E` is
 /// 6.371·10⁸ cm, the emission goes into 4π sr, and a keV has 1000 eV.
-pub(super) const RATE_PER_EMISSIVITY: f64 = 6.371e8 / (4.0 * PI) / 1000.0;
+pub(super) const RATE_PER_EMISSIVITY: f64 = EARTH_RADIUS_CM / (4.0 * PI) / 1000.0;
 
 /// The unit of images over `R_E` of [`RATE_PER_EMISSIVITY`], in the grammar of FITS.
 pub(super) const IMAGE_UNIT: &str = "keV cm-2 s-1 sr-1";

@@ -3,22 +3,59 @@
 //! To add one, write its file with a description (the table of its parameters is all that scenes
 //! need to know of it) and name it in the [catalogue](mod@crate::catalogue).
 
+mod airglow;
+mod beta_model;
+mod chamberlain;
+mod charge_exchange;
 mod cmem;
+mod constants;
+mod ena;
+mod geocorona;
 mod holmstrom;
+mod incomplete_gamma;
 mod jorgensen;
+mod k_corona;
 mod lin;
 mod magnetosheath;
+mod mars_exosphere;
+mod power_law;
+mod radial;
+mod shell_nebula;
 mod shue;
 mod solar_wind;
+mod speed_integral;
 mod sun_angles;
+mod thomson;
+mod uniform;
 
+pub use airglow::Airglow;
+pub use beta_model::BetaModel;
+pub use chamberlain::Chamberlain;
 pub use cmem::Cmem;
+pub use ena::Ena;
+pub use geocorona::Geocorona;
 pub use holmstrom::Holmstrom;
 pub use jorgensen::Jorgensen;
+pub use k_corona::KCorona;
+pub use mars_exosphere::MarsExosphere;
+pub use power_law::PowerLaw;
+pub use shell_nebula::ShellNebula;
+pub use uniform::Uniform;
 
+pub(crate) use airglow::DESCRIPTION as AIRGLOW;
+pub(crate) use beta_model::DESCRIPTION as BETA_MODEL;
+pub(crate) use chamberlain::DESCRIPTION as CHAMBERLAIN;
 pub(crate) use cmem::DESCRIPTION as CMEM;
+pub(crate) use ena::DESCRIPTION as ENA;
+pub(crate) use geocorona::DESCRIPTION as GEOCORONA;
 pub(crate) use holmstrom::DESCRIPTION as HOLMSTROM;
 pub(crate) use jorgensen::DESCRIPTION as JORGENSEN;
+pub(crate) use k_corona::DESCRIPTION as K_CORONA;
+pub(crate) use mars_exosphere::HYDROGEN as MARS_HYDROGEN;
+pub(crate) use mars_exosphere::OXYGEN as MARS_OXYGEN;
+pub(crate) use power_law::DESCRIPTION as POWER_LAW;
+pub(crate) use shell_nebula::DESCRIPTION as SHELL_NEBULA;
+pub(crate) use uniform::DESCRIPTION as UNIFORM;
 
 use emitree::Samples;
 
@@ -26,5 +63,17 @@ use emitree::Samples;
 fn fill_rates(samples: &Samples<'_>, rates: &mut [f64], g: impl Fn([f64; 3]) -> f64) {
     for (rate, &position) in rates.iter_mut().zip(samples.positions()) {
         *rate = g(position);
+    }
+}
+
+/// Writes `g` at every position in its direction to `rates`.
+fn fill_directional_rates(
+    samples: &Samples<'_>,
+    rates: &mut [f64],
+    g: impl Fn([f64; 3], [f64; 3]) -> f64,
+) {
+    let points = samples.positions().iter().zip(samples.directions());
+    for (rate, (&position, &direction)) in rates.iter_mut().zip(points) {
+        *rate = g(position, direction);
     }
 }

@@ -9,9 +9,9 @@ use super::Lines;
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
-use crate::meter::{Meter, Weight};
-use crate::projection::Projection;
+use crate::meter::{Mapping, Meter};
 use crate::quadrature::Points;
+use crate::render::Tile;
 use bilby::{GKPair, GaussKronrod};
 use core::cell::{Cell, RefCell};
 
@@ -51,8 +51,7 @@ pub(crate) struct Adaptive {
 /// The image by adaptive integration of each line to `tolerance` times the largest line.
 pub(crate) fn render<E: Emission>(
     meter: &Meter<'_, E>,
-    projection: &dyn Projection,
-    [height, width]: [usize; 2],
+    &Tile { projection, shape: [height, width], place: tile }: &Tile<'_>,
     per_side: usize,
     tolerance: f64,
 ) -> Result<Adaptive, RenderError<E::Error>> {
@@ -73,6 +72,8 @@ pub(crate) fn render<E: Emission>(
         return Err(RenderError::Budget { what, needed, allowed });
     }
     let rule = GaussKronrod::new(GKPair::G7K15);
+    let map = |u| projection.world_from_canonical(u);
+    let mapping = Mapping { map: &map, tile };
     let blocks = || (0..lines.count()).step_by(LINES_PER_BLOCK);
     let block_lines = |first: usize| first..(first + LINES_PER_BLOCK).min(lines.count());
 
@@ -80,7 +81,7 @@ pub(crate) fn render<E: Emission>(
     let mut panels = Vec::with_capacity(lines.count() * FIRST_PANELS);
     for first in blocks() {
         let mut block: Vec<Panel> = block_lines(first).flat_map(panels_of).collect();
-        integrate(meter, &lines, &rule, &mut block)?;
+        integrate(meter, mapping, &lines, &rule, &mut block)?;
         panels.extend(block);
     }
     let largest = panels
@@ -109,7 +110,7 @@ pub(crate) fn render<E: Emission>(
                 break;
             }
             split = split.into_iter().flat_map(halves).collect();
-            integrate(meter, &lines, &rule, &mut split)?;
+            integrate(meter, mapping, &lines, &rule, &mut split)?;
             waiting = split;
         }
     }
@@ -159,6 +160,7 @@ fn settle(
 /// Evaluates all nodes of the panels in one batch, and integrates each panel.
 fn integrate<E: Emission>(
     meter: &Meter<'_, E>,
+    mapping: Mapping<'_>,
     lines: &Lines,
     rule: &GaussKronrod,
     panels: &mut [Panel],
@@ -175,7 +177,7 @@ fn integrate<E: Emission>(
         let [x, y] = lines.position(panel.line);
         [x, y, panel.from + unit_nodes[i % NODES] * (panel.to - panel.from)]
     };
-    meter.evaluate(Points::new(rates.len(), &point), Weight::Path, &mut rates)?;
+    meter.evaluate(Points::new(rates.len(), &point), mapping, &mut rates)?;
     for (panel, rates) in panels.iter_mut().zip(rates.chunks_exact(NODES)) {
         let next = Cell::new(0);
         let told = |_: f64| {

@@ -4,9 +4,9 @@ use super::Lines;
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
-use crate::meter::{Meter, Weight};
-use crate::projection::Projection;
+use crate::meter::{Mapping, Meter};
 use crate::quadrature::Points;
+use crate::render::Tile;
 
 /// Sample points of one batch: large enough to keep every thread busy, small beside an image.
 const SAMPLES_PER_BATCH: usize = 1 << 20;
@@ -14,8 +14,7 @@ const SAMPLES_PER_BATCH: usize = 1 << 20;
 /// The image by `steps` equal steps along each of `per_side`² lines for each pixel.
 pub(crate) fn render<E: Emission>(
     meter: &Meter<'_, E>,
-    projection: &dyn Projection,
-    [height, width]: [usize; 2],
+    &Tile { projection, shape: [height, width], place: tile }: &Tile<'_>,
     per_side: usize,
     steps: usize,
 ) -> Result<Image, RenderError<E::Error>> {
@@ -26,6 +25,8 @@ pub(crate) fn render<E: Emission>(
         let what = format!("{} lines of {steps} steps", lines.count());
         return Err(RenderError::Budget { what, needed, allowed });
     }
+    let map = |u| projection.world_from_canonical(u);
+    let mapping = Mapping { map: &map, tile };
     let mut radiances = vec![0.0; lines.count()];
     let steps_at_once = steps.min(SAMPLES_PER_BATCH);
     let lines_at_once = SAMPLES_PER_BATCH / steps_at_once;
@@ -39,7 +40,7 @@ pub(crate) fn render<E: Emission>(
                 let [x, y] = lines.position(first_line + i / count);
                 [x, y, ((first_step + i % count) as f64 + 0.5) / steps as f64]
             };
-            meter.evaluate(Points::new(rates.len(), &point), Weight::Path, rates)?;
+            meter.evaluate(Points::new(rates.len(), &point), mapping, rates)?;
             for (radiance, rates) in radiances.iter_mut().zip(rates.chunks_exact(count)) {
                 *radiance += rates.iter().sum::<f64>() / steps as f64;
             }

@@ -1,5 +1,7 @@
 //! Where the observer stands and which way is up: shared by all cameras with a pointing.
 
+use super::vector::{cross, difference, dot, unit, unit_across};
+
 /// The observer's position, the point looked at, and which way is up, in world coordinates.
 ///
 /// ```
@@ -46,9 +48,30 @@ pub enum GeometryError {
         /// What would be accepted.
         expected: &'static str,
     },
+    /// A vector or point that a body or a bounding shape can't have.
+    #[error("`{name}` is {value:?}: expected {expected}")]
+    Vector {
+        /// The parameter, as scenes name it.
+        name: &'static str,
+        /// The value given.
+        value: [f64; 3],
+        /// What would be accepted.
+        expected: &'static str,
+    },
+    /// The observer stands inside an opaque body.
+    #[error(
+        "the observer at {position:?} is inside occulter {number}, or on its surface: expected a \
+         position outside of all opaque bodies"
+    )]
+    InsideOcculter {
+        /// The body, counted from 1 in the order given.
+        number: usize,
+        /// The observer.
+        position: [f64; 3],
+    },
 }
 
-/// A right-handed orthonormal frame at the observer: right × up = −forward.
+/// An orthonormal frame at the observer: what cameras call right, up and forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frame {
     pub(crate) origin: [f64; 3],
@@ -58,24 +81,24 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
+    /// The frame of a viewpoint, right × up = −forward as for anyone who looks that way.
     pub(crate) fn new(viewpoint: &Viewpoint) -> Result<Self, GeometryError> {
         let Viewpoint { position, target, up } = *viewpoint;
-        let towards = core::array::from_fn(|i| target[i] - position[i]);
-        let forward = unit(towards).ok_or(GeometryError::TargetIsPosition(position))?;
-        let along = dot(up, forward);
-        let across = core::array::from_fn(|i| up[i] - along * forward[i]);
+        let forward =
+            unit(difference(target, position)).ok_or(GeometryError::TargetIsPosition(position))?;
         let tilted = GeometryError::UpAlongPointing { up, pointing: forward };
-        // Less than about 1e-10 rad between the two leaves no significant digit of the rotation.
-        if norm(across) <= 1e-10 * norm(up) {
-            return Err(tilted);
-        }
-        let up = unit(across).ok_or(tilted)?;
+        let up = unit_across(up, forward).ok_or(tilted)?;
         Ok(Self { origin: position, right: cross(forward, up), up, forward })
+    }
+
+    /// The axes of the world: right is x, up is y and forward is z.
+    pub(crate) fn of_world(origin: [f64; 3]) -> Self {
+        Self { origin, right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], forward: [0.0, 0.0, 1.0] }
     }
 
     /// Camera components (right, up, forward) of the vector from the observer to `position`.
     pub(crate) fn camera_from_world(&self, position: [f64; 3]) -> [f64; 3] {
-        let towards = core::array::from_fn(|i| position[i] - self.origin[i]);
+        let towards = difference(position, self.origin);
         [self.right, self.up, self.forward].map(|axis| dot(axis, towards))
     }
 
@@ -83,21 +106,4 @@ impl Frame {
     pub(crate) fn world_from_camera(&self, [r, u, f]: [f64; 3]) -> [f64; 3] {
         core::array::from_fn(|i| r * self.right[i] + u * self.up[i] + f * self.forward[i])
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-
-fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
-    let length = norm(a);
-    (length > 0.0 && length.is_finite()).then(|| a.map(|component| component / length))
 }

@@ -3,14 +3,34 @@
 //! The canonical cube is [0, 1]³: x and y on the image plane (see [the orientation](crate::image)),
 //! z along the line of sight, 0 at the observer's side. A projection is the only thing that knows
 //! the geometry: the trees and the renderers see functions on the unit cube.
+//!
+//! A [`Camera`] is an [image plane](ImagePlane) (which line of sight belongs to which pixel) at a
+//! [`Viewpoint`], with a range of depths, [`Bounds`] of what can glow, and opaque bodies.
 
+mod all_sky;
+mod bounds;
+mod camera;
 mod canonical;
-mod equirectangular;
+mod ellipsoid;
 pub(crate) mod frame;
+pub mod healpix;
+mod layer;
+mod plane;
+mod section;
+mod span;
+mod vector;
 
+pub use all_sky::Healpix;
+pub use bounds::{Bounds, Cuboid};
+pub use camera::{Camera, Equirectangular, Fisheye, Orthographic, Perspective, Polar};
 pub use canonical::Canonical;
-pub use equirectangular::Equirectangular;
+pub use ellipsoid::Ellipsoid;
 pub use frame::{GeometryError, Viewpoint};
+pub use layer::{Layer, Region};
+pub use plane::{
+    DiscMapping, DiscPlane, EquirectangularPlane, FacePlane, ImagePlane, ParallelPlane, PolarPlane,
+    Sight, TangentPlane,
+};
 
 /// Where a point of the canonical cube lies in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,10 +40,11 @@ pub struct MappedPoint {
     /// Unit vector of emission: from the point to the observer.
     pub direction: [f64; 3],
     /// ds/dz: the path length along the line of sight, in the length unit, per unit of depth z.
+    /// Where it is 0 there is nothing to see, and g is not evaluated.
     pub path_per_depth: f64,
 }
 
-/// A camera: a smooth map from the canonical cube to the world.
+/// A camera: a piecewise smooth map from the canonical cube to the world.
 ///
 /// The image's radiance is f(x, y) = ∫ g ds = ∫ G dz with G = g · ds/dz, and a pixel's value is its
 /// irradiance over its solid angle, F(Ω)/Ω: the mean of f weighted with
@@ -38,7 +59,8 @@ pub trait Projection: Sync + core::fmt::Debug {
     /// camera does not see; `None` if the point is on no line of sight or on all of them.
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]>;
 
-    /// Solid angle \[sr\] per unit of the canonical image plane, dΩ/(dx dy), at (x, y).
+    /// Solid angle \[sr\] per unit of the canonical image plane, dΩ/(dx dy), at (x, y); 0 where there
+    /// is no image.
     fn solid_angle_density(&self, xy: [f64; 2]) -> f64;
 
     /// Solid angle \[sr\] of the rectangle from `min` to `max` of the canonical image plane: the
@@ -48,5 +70,31 @@ pub trait Projection: Sync + core::fmt::Debug {
     /// Which axes of the cube are closed upon themselves (an azimuth over the full circle).
     fn periodic(&self) -> [bool; 3] {
         [false; 3]
+    }
+
+    /// What is seen at (x, y): the map is smooth where this does not change.
+    fn region(&self, _xy: [f64; 2]) -> Region {
+        Region::Sky
+    }
+
+    /// Whether [`region`](Self::region) may be anything but [`Region::Sky`].
+    fn has_regions(&self) -> bool {
+        false
+    }
+
+    /// Places on the image plane where a region may be that is smaller than a pixel.
+    fn landmarks(&self) -> Vec<[f64; 2]> {
+        Vec::new()
+    }
+
+    /// The layers that the image is the sum of, each smooth across the edges of regions.
+    fn layers(&self) -> Vec<Box<dyn Layer + '_>> {
+        vec![Box::new(layer::Whole(self))]
+    }
+
+    /// The parts of an image that is several squares, from the lowest rows up, all alike in shape;
+    /// none if the image is one piece.
+    fn tiles(&self) -> Vec<&dyn Projection> {
+        Vec::new()
     }
 }

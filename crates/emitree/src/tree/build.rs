@@ -2,6 +2,7 @@
 
 use super::SparseTree;
 use super::level::{LEAF, Level};
+use super::points::PointPredictor;
 use crate::cell::{CellIndex, to_u32};
 use crate::prediction::{OrderError, Predictor};
 use crate::quadrature::{Averager, CellRule, Integrand};
@@ -168,6 +169,29 @@ pub fn build<const D: usize, I: Integrand<D>>(
     periodic: [bool; D],
     options: &BuildOptions,
 ) -> Result<Built<D>, BuildError<I::Error>> {
+    let Grown { mut tree, threshold, ending } = grow(integrand, periodic, options, None)?;
+    let previous = tree.without_last_generation();
+    tree.restrict();
+    tree.update_details();
+    Ok(Built { tree, previous, threshold, ending })
+}
+
+/// A tree as the loop leaves it: every number is the one that was evaluated.
+pub(super) struct Grown<const D: usize> {
+    pub(super) tree: SparseTree<D>,
+    /// The threshold that the last step used.
+    pub(super) threshold: f64,
+    pub(super) ending: Ending,
+}
+
+/// The loop of [`build()`]; the numbers are cell averages, or values at the centres of the cells if
+/// there is a prediction of `points`.
+pub(super) fn grow<const D: usize, I: Integrand<D>>(
+    integrand: &I,
+    periodic: [bool; D],
+    options: &BuildOptions,
+    points: Option<PointPredictor>,
+) -> Result<Grown<D>, BuildError<I::Error>> {
     let predictor = options.check::<D, I::Error>()?;
     let mut averager = Averager::new(options.rule, periodic);
 
@@ -181,7 +205,7 @@ pub fn build<const D: usize, I: Integrand<D>>(
     let mut largest = detail_size(averages);
 
     let mut split: Vec<u32> = (0..to_u32(base.own_cells())).collect();
-    let mut tree = SparseTree { predictor, periodic, levels: vec![base] };
+    let mut tree = SparseTree { predictor, points, periodic, levels: vec![base] };
     let mut ending = Ending::Complete;
     while !split.is_empty() {
         let parents = &tree.levels[tree.levels.len() - 1];
@@ -215,10 +239,7 @@ pub fn build<const D: usize, I: Integrand<D>>(
             split = tree.levels[last].cells_to_split(options.threshold.absolute(largest));
         }
     }
-    let previous = tree.without_last_generation();
-    tree.restrict();
-    tree.update_details();
-    Ok(Built { tree, previous, threshold: options.threshold.absolute(largest), ending })
+    Ok(Grown { tree, threshold: options.threshold.absolute(largest), ending })
 }
 
 impl<const D: usize> Level<D> {
@@ -260,7 +281,7 @@ impl<const D: usize> Level<D> {
 impl<const D: usize> SparseTree<D> {
     /// Adds a level with the families of the cells `split` of the finest one, which are at these
     /// positions, averages still 0, and the ghosts that their prediction needs.
-    fn add_level(&mut self, split: Vec<u32>, families: Vec<[u32; D]>) {
+    pub(super) fn add_level(&mut self, split: Vec<u32>, families: Vec<[u32; D]>) {
         let depth = self.levels.len() - 1;
         let parents = &mut self.levels[depth];
         for (family, &cell) in split.iter().enumerate() {
@@ -275,8 +296,12 @@ impl<const D: usize> SparseTree<D> {
     fn without_last_generation(&self) -> Self {
         let mut base = self.levels[0].clone();
         base.children.fill(LEAF);
-        let mut pruned =
-            Self { predictor: self.predictor.clone(), periodic: self.periodic, levels: vec![base] };
+        let mut pruned = Self {
+            predictor: self.predictor.clone(),
+            points: None,
+            periodic: self.periodic,
+            levels: vec![base],
+        };
         // Where each own cell of the level above has gone.
         let mut moved: Vec<u32> = (0..to_u32(self.levels[0].own_cells())).collect();
         for level in &self.levels[1..] {

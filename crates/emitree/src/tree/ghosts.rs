@@ -135,7 +135,10 @@ impl<const D: usize> SparseTree<D> {
     fn predict(&self, depth: usize, position: [u32; D], buffer: &mut StencilBuffer) {
         let (order, offsets) = self.gather(depth, position, buffer);
         let StencilBuffer { block, scratch, .. } = buffer;
-        self.predictor.predict_family(order, offsets, block, scratch);
+        match &self.points {
+            None => self.predictor.predict_family(order, offsets, block, scratch),
+            Some(points) => points.predict_family(order, offsets, block, scratch),
+        }
     }
 
     /// Predicted averages of families `from..to` of level `depth`, in their order.
@@ -159,16 +162,40 @@ impl<const D: usize> SparseTree<D> {
     /// Makes sure that the stencils around `cells` of level `depth` are complete: missing families
     /// become ghosts there and, for the stencils of those, at coarser levels.
     pub(super) fn complete(&mut self, depth: usize, cells: impl Iterator<Item = [u32; D]>) {
-        let mut first_ghost = vec![0; depth + 1];
-        for (first, level) in first_ghost.iter_mut().zip(&self.levels) {
-            *first = level.families.len();
-        }
+        let first_ghost = self.families_to(depth);
         self.add_missing(depth, cells);
+        self.settle_ghosts(depth, &first_ghost);
+    }
+
+    /// Makes sure that `families` of level `depth` are there: missing ones become ghosts.
+    pub(super) fn complete_families(
+        &mut self,
+        depth: usize,
+        families: impl Iterator<Item = [u32; D]>,
+    ) {
+        let first_ghost = self.families_to(depth);
+        let level = &mut self.levels[depth];
+        for family in families {
+            if level.family_at(family).is_none() {
+                level.push_ghost(family);
+            }
+        }
+        self.settle_ghosts(depth, &first_ghost);
+    }
+
+    /// The number of families of each level down to `depth`.
+    fn families_to(&self, depth: usize) -> Vec<usize> {
+        self.levels[..=depth].iter().map(|level| level.families.len()).collect()
+    }
+
+    /// Completes the coarser levels for the ghosts of level `depth` from `first_ghost` on, and
+    /// predicts all ghosts that are new.
+    fn settle_ghosts(&mut self, depth: usize, first_ghost: &[usize]) {
         for depth in (1..depth).rev() {
             let ghosts = self.levels[depth + 1].families[first_ghost[depth + 1]..].to_vec();
             self.add_missing(depth, ghosts.into_iter());
         }
-        for (depth, first) in first_ghost.into_iter().enumerate().skip(1) {
+        for (depth, &first) in first_ghost.iter().enumerate().skip(1) {
             self.predict_ghosts(depth, first, self.levels[depth].families.len());
         }
     }

@@ -9,27 +9,40 @@
 //!   stands for one full grid of averages at each level.
 //! * The details of a family sum to 0, since prediction is conservative.
 //!
+//! A tree of values at the centres of cells ([`crate::world_tree`]) is the same with other weights:
+//! its numbers are no averages, so that nothing is restricted and the second and the last of these
+//! do not hold. It never leaves `point_tree.rs`.
+//!
 //! The tree knows neither cameras nor units: it sees a function on the unit cube.
 
 mod build;
 mod ghosts;
 mod level;
+mod points;
+mod point_tree;
+mod point_value;
 mod progressive;
 mod project;
 mod reconstruct;
 mod sample;
 
 pub use build::{BuildError, BuildOptions, Built, Ending, build};
+pub use point_tree::{Family, FamilyDefect};
+pub(crate) use point_tree::{GrownPoints, PointTree};
+pub(crate) use point_value::PointStencil;
 pub use progressive::Progression;
 
 use crate::cell::CellIndex;
 use crate::prediction::Predictor;
 use level::{LEAF, Level};
+use points::PointPredictor;
 
 /// A sparse tree of cell averages in D dimensions; see [the invariants](self).
 #[derive(Clone, Debug)]
 pub struct SparseTree<const D: usize> {
     predictor: Predictor,
+    /// How values at the centres of cells are predicted; `None` where the numbers are averages.
+    points: Option<PointPredictor>,
     periodic: [bool; D],
     /// The base grid, then one refined level after the other.
     levels: Vec<Level<D>>,

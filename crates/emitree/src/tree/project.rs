@@ -72,6 +72,7 @@ impl<const D: usize> SparseTree<D> {
         }
         SparseTree {
             predictor: self.predictor.clone(),
+            points: None,
             periodic: without(axis, self.periodic),
             levels,
         }

@@ -1,21 +1,18 @@
 //! The loop: look, develop the image and its error, open what is worth it, until it is good enough.
 
-use super::dyadic::{spacing, unit};
-use super::error_map::Footprint;
 use super::image_tree::{ImageTree, Place};
-use super::opening::Choice;
-use super::pixels::pixel_means;
-use super::remaining::{Children, Remaining, guarded_details, remaining};
 use super::round::Scan;
 use super::seeds::Looks;
-use super::sights::{Sights, Stop, View, Wanted, Way, base_depths};
+use super::shares::{Regions, Shares};
+use super::sheet::{Seen, Sheet};
+use super::sights::{Sights, Stop, View, Wanted};
 use super::{BASE_LEVELS, VolOptions, whole};
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::projection::Projection;
-use crate::render::{Frame, RenderOptions, Rendering, check_finite};
+use crate::projection::{Layer, Projection};
+use crate::render::{Frame, RenderOptions, Rendering, Tile};
 use crate::tree::Ending;
 use core::ops::ControlFlow;
 
@@ -27,16 +24,10 @@ const STOP: f64 = 0.85;
 const LINE_SHARE: f64 = 0.2;
 /// If lines are all that is left to be improved, their share is halved this often.
 const MOST_HALVINGS: u32 = 4;
-/// A jump within an interval as short as the spacing of this level is one; a loose tolerance leaves
-/// it no shorter.
-const ROUGH_JUMP_LEVEL: u8 = 5;
-/// If this share of the base lines has a jump, surfaces are tracked from line to line, and the image
-/// has kinks where they turn away…
-const ROUGH_SHARE: f64 = 0.03;
-/// …and predictions of this order, which reach less far across them, are the better ones.
-const ROUGH_ORDER: usize = 4;
-/// Nodes are no closer to each other than 2^−this of a pixel.
+/// Nodes are no closer to each other than 2^−this of a pixel…
 const BELOW_PIXEL_LEVELS: u32 = 4;
+/// …but on an image of few pixels may be as close as this level.
+const FINE_ENOUGH_LEVEL: u8 = 10;
 /// Levels of nodes that the places have room for, with two for the children and their neighbours.
 const FINEST_LEVEL: u8 = 22;
 /// A round may cost this much more for each node than the one before.
@@ -59,49 +50,68 @@ const COST_EXPONENT: f64 = 0.4;
 /// The image that a camera sees, to the tolerance of `vol`.
 pub(crate) fn render<E: Emission>(
     meter: &Meter<'_, E>,
-    projection: &dyn Projection,
-    shape: [usize; 2],
+    tiles: &[Tile<'_>],
     vol: &VolOptions,
     options: &RenderOptions<'_>,
 ) -> Result<Rendering, RenderError<E::Error>> {
-    let base_level = affordable_base_level(vol, meter.evaluations_left())?;
+    let layers: Vec<Vec<Box<dyn Layer + '_>>> =
+        tiles.iter().map(|tile| tile.projection.layers()).collect();
+    let sheets = layers.iter().map(Vec::len).sum::<usize>() as u64;
+    // Each of several tiles is a small part of the view, and finer in itself.
+    let wanted_level = vol.base_level.saturating_sub(u8::from(tiles.len() > 1)).max(1);
+    let base_level = affordable_base_level(vol, wanted_level, sheets, meter.evaluations_left())?;
     let asked = vol.tolerance.min(LOOSEST_TOLERANCE);
-    let short = meter.evaluations_left() < SHORT_BUDGET * first_look(base_level);
+    let short = meter.evaluations_left() < SHORT_BUDGET * sheets * first_look(base_level);
+    let finest_level = finest_level(tiles[0].shape, base_level);
     let mut engine = Engine {
-        scan: Scan {
-            view: View { meter },
-            base_level,
-            tree: ImageTree::default(),
-            sights: Sights::default(),
-            seeds: Looks::default(),
-        },
-        projection,
-        scale: radiance_per_density(projection, shape),
-        shape,
+        meter,
+        tiles,
+        sheets: Vec::new(),
+        scales: tiles.iter().map(|p| radiance_per_density(p.projection, p.shape)).collect(),
         asked,
         tolerance: if short { LOOSEST_TOLERANCE } else { asked },
         line_share: LINE_SHARE,
         always: base_level + 1,
-        finest_level: finest_level(shape, base_level),
+        finest_level,
     };
-    engine.scan.seeds = Looks::at(options.seeds, projection, base_level, engine.finest_level);
+    for (number, (tile, layers)) in tiles.iter().zip(&layers).enumerate() {
+        let regions = Regions::of(tile.projection, tile.shape);
+        for layer in layers {
+            let scan = Scan {
+                view: View { meter, layer: &**layer, tile: tile.place },
+                base_level,
+                tree: ImageTree::default(),
+                sights: Sights::default(),
+                seeds: Looks::at(options.seeds, &**layer, base_level, finest_level),
+            };
+            let shares = regions.as_ref().map(|regions| Shares::new(&**layer, regions));
+            let scale = &engine.scales[number];
+            engine.sheets.push(Sheet::new(scan, number, layers.len(), shares, scale));
+        }
+    }
     let (developed, ending) = engine.run(options)?;
     // The budget may end a search that has been stricter than what was asked for.
     let met = engine.has_seen(&developed)
-        && developed.error.largest() <= vol.tolerance * developed.image.largest();
+        && developed.largest_error() <= vol.tolerance * developed.largest_pixel();
     // A base coarser than the one asked for has not looked where it was asked to.
     let ending = match ending {
-        _ if base_level < vol.base_level => Ending::Budget,
+        _ if base_level < wanted_level => Ending::Budget,
         _ if met => Ending::Complete,
         ending => ending,
     };
-    let mut rendering = Rendering::new(developed.image, Some(developed.error), ending);
+    let [image, error] = engine.finished(&developed);
+    let mut rendering = Rendering::new(image, Some(error), ending);
     rendering.base_level = Some(base_level);
     Ok(rendering)
 }
 
-/// The base level asked for, or the finest one whose first look the budget allows.
-fn affordable_base_level<E>(vol: &VolOptions, allowed: u64) -> Result<u8, RenderError<E>> {
+/// The base level wanted, or the finest one whose first look the budget allows.
+fn affordable_base_level<E>(
+    vol: &VolOptions,
+    wanted: u8,
+    sheets: u64,
+    allowed: u64,
+) -> Result<u8, RenderError<E>> {
     let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     if !(vol.tolerance > 0.0 && vol.tolerance < 1.0) {
         return option("tolerance", vol.tolerance.to_string(), "a fraction above 0 and below 1");
@@ -109,9 +119,10 @@ fn affordable_base_level<E>(vol: &VolOptions, allowed: u64) -> Result<u8, Render
     if !BASE_LEVELS.contains(&vol.base_level) {
         return option("base_level", vol.base_level.to_string(), "2 to 7");
     }
-    (1..=vol.base_level).rev().find(|&level| first_look(level) <= allowed).ok_or_else(|| {
+    let needed = |level| sheets * first_look(level);
+    (1..=wanted).rev().find(|&level| needed(level) <= allowed).ok_or_else(|| {
         let what = "a first look at 3 x 3 lines in 3 depths".to_owned();
-        RenderError::Budget { what, needed: first_look(1), allowed }
+        RenderError::Budget { what, needed: needed(1), allowed }
     })
 }
 
@@ -123,10 +134,12 @@ fn first_look(base_level: u8) -> u64 {
 /// The deepest level of nodes that the pixels can be the better for.
 fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
     let of_pixels = height.max(width).next_power_of_two().trailing_zeros() + BELOW_PIXEL_LEVELS;
-    u8::try_from(of_pixels).unwrap_or(FINEST_LEVEL).clamp(base_level + 2, FINEST_LEVEL)
+    let least = FINE_ENOUGH_LEVEL.max(base_level + 2);
+    u8::try_from(of_pixels).unwrap_or(FINEST_LEVEL).clamp(least, FINEST_LEVEL)
 }
 
-/// For each pixel, its radiance over the mean of the irradiance density on it.
+/// For each pixel, its radiance over the mean of the irradiance density on it; 0 where the projection
+/// has no image.
 fn radiance_per_density(projection: &dyn Projection, [height, width]: [usize; 2]) -> Image {
     let area = 1.0 / (height as f64 * width as f64);
     let mut scale = Image::zeros(height, width);
@@ -135,17 +148,20 @@ fn radiance_per_density(projection: &dyn Projection, [height, width]: [usize; 2]
         let y = [row, row + 1].map(|r| r as f64 / height as f64);
         for (column, scale) in scale.row_mut(row).iter_mut().enumerate() {
             let x = [column, column + 1].map(|c| c as f64 / width as f64);
-            *scale = area / projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
+            let solid_angle = projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
+            *scale = if solid_angle > 0.0 { area / solid_angle } else { 0.0 };
         }
     }
     scale
 }
 
-struct Engine<'a, E> {
-    scan: Scan<'a, E>,
-    projection: &'a dyn Projection,
-    scale: Image,
-    shape: [usize; 2],
+struct Engine<'a, 'b, E> {
+    meter: &'b Meter<'a, E>,
+    tiles: &'b [Tile<'b>],
+    /// The layers of all tiles, those of the first tile first.
+    sheets: Vec<Sheet<'b, E>>,
+    /// For each tile, its radiances over means of the irradiance density.
+    scales: Vec<Image>,
     /// The error to be met in the end, relative to the largest pixel.
     asked: f64,
     /// The error to be met first.
@@ -158,16 +174,23 @@ struct Engine<'a, E> {
 
 /// The image so far, and what is known of its error.
 struct Developed {
-    image: Image,
-    error: Image,
-    guarded: Vec<f64>,
-    remaining: Vec<Remaining>,
-    footprints: Vec<Option<Footprint>>,
-    /// Whether all nodes of the levels that are always looked at are there.
-    always_seen: bool,
+    /// Image and error of each tile.
+    maps: Vec<[Image; 2]>,
+    /// What each sheet has seen.
+    seen: Vec<Seen>,
 }
 
-impl<E: Emission> Engine<'_, E> {
+impl Developed {
+    fn largest_pixel(&self) -> f64 {
+        self.maps.iter().map(|[image, _]| image.largest()).fold(0.0, f64::max)
+    }
+
+    fn largest_error(&self) -> f64 {
+        self.maps.iter().map(|[_, error]| error.largest()).fold(0.0, f64::max)
+    }
+}
+
+impl<E: Emission> Engine<'_, '_, E> {
     fn run(
         &mut self,
         options: &RenderOptions<'_>,
@@ -175,25 +198,22 @@ impl<E: Emission> Engine<'_, E> {
         let mut within_budget = self.look_at_base()?;
         let mut developed = self.develop()?;
         // Lines that were refined by themselves: rules are cheaper.
-        let mut cost_per_node =
-            self.scan.view.meter.evaluations() as f64 / self.scan.tree.len() as f64;
+        let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
+        let mut cost_per_node = self.meter.evaluations() as f64 / nodes as f64;
         let mut halvings = 0;
         loop {
-            let meter = self.scan.view.meter;
+            let meter = self.meter;
             if let Some(callback) = options.frame {
-                let frame = Frame {
-                    image: &developed.image,
-                    error: &developed.error,
-                    evaluations: meter.evaluations(),
-                    batches: meter.batches(),
-                };
+                let [image, error] = &self.finished(&developed);
+                let (evaluations, batches) = (meter.evaluations(), meter.batches());
+                let frame = Frame { image, error, evaluations, batches };
                 if let ControlFlow::Break(()) = callback(&frame) {
                     return Err(RenderError::Interrupted);
                 }
             }
-            let largest = developed.image.largest().max(CANCELLED * self.scan.sights.brightest());
+            let largest = developed.largest_pixel().max(CANCELLED * self.brightest());
             let met = |tolerance: f64| {
-                self.has_seen(&developed) && developed.error.largest() <= STOP * tolerance * largest
+                self.has_seen(&developed) && developed.largest_error() <= STOP * tolerance * largest
             };
             if met(self.asked) {
                 return Ok((developed, Ending::Complete));
@@ -205,9 +225,9 @@ impl<E: Emission> Engine<'_, E> {
                 self.tolerance = self.next_tolerance();
             }
             let target = self.tolerance * largest;
-            let mut places = self.unseen_seeds();
-            places.extend(self.choose(&developed, target));
-            if places.is_empty() {
+            let mut places = self.choose(&developed, target);
+            let count = total(&places);
+            if count == 0 {
                 if halvings == MOST_HALVINGS {
                     return Ok((developed, Ending::DeepestLevel));
                 }
@@ -215,22 +235,27 @@ impl<E: Emission> Engine<'_, E> {
                 self.line_share *= 0.5;
             }
             let affordable = meter.evaluations_left() as f64 / (COST_MARGIN * cost_per_node);
-            if places.len() as f64 > affordable {
-                places.truncate(whole(affordable));
-                within_budget = places.len() >= LEAST_ROUND;
+            if count as f64 > affordable {
+                // Each sheet keeps its most worthwhile ones.
+                let kept = whole(affordable);
+                places.iter_mut().for_each(|places| places.truncate(places.len() * kept / count));
+                within_budget = total(&places) >= LEAST_ROUND;
             }
-            places.sort_unstable();
-            places.dedup();
+            for places in &mut places {
+                places.sort_unstable();
+                places.dedup();
+            }
+            let looked = total(&places);
             let before = meter.evaluations();
-            if self.look(&places, &developed.guarded, target)? {
+            if self.look(&places, &developed, target)? {
                 let spent = (meter.evaluations() - before) as f64;
-                if !places.is_empty() {
-                    cost_per_node = spent / places.len() as f64;
+                if looked > 0 {
+                    cost_per_node = spent / looked as f64;
                 }
             } else {
                 // Fewer nodes may do, with what is left.
                 cost_per_node *= TOO_DEAR;
-                within_budget &= places.len() >= LEAST_ROUND;
+                within_budget &= looked >= LEAST_ROUND;
             }
             developed = self.develop()?;
         }
@@ -238,155 +263,124 @@ impl<E: Emission> Engine<'_, E> {
 
     /// The tolerance that the rest of the budget may reach.
     fn next_tolerance(&self) -> f64 {
-        let meter = self.scan.view.meter;
-        let (spent, left) = (meter.evaluations() as f64, meter.evaluations_left() as f64);
+        let (spent, left) = (self.meter.evaluations() as f64, self.meter.evaluations_left() as f64);
         let finer = ((spent + left) / spent).powf(-1.0 / COST_EXPONENT);
         // Half at the least: a smaller step would cost more than it brings.
         (self.tolerance * finer.min(0.5)).max(self.asked)
     }
 
+    /// The largest ∫ |G| dz of a line.
+    fn brightest(&self) -> f64 {
+        self.sheets.iter().map(|sheet| sheet.scan.sights.brightest()).fold(0.0, f64::max)
+    }
+
     /// The lines of the base lattice, each refined by itself; whether the budget allowed it.
     fn look_at_base(&mut self) -> Result<bool, RenderError<E::Error>> {
-        let step = spacing(self.scan.base_level);
-        let lattice = 0..=1_u32 << self.scan.base_level;
-        let places: Vec<Place> = lattice
-            .clone()
-            .flat_map(|i| lattice.clone().map(move |j| [i * step, j * step]))
-            .collect();
-        self.scan.add(&places);
-        self.scan.sights.ways.fill(Way::Full);
-        let depths = base_depths(self.scan.base_level);
-        let looked = self.refine_base((0..places.len()).map(|i| (i, depths.clone())).collect());
-        if self.is_rough() {
-            self.scan.sights.tracks_jumps = true;
-            self.scan.tree.set_order(ROUGH_ORDER);
+        let wanted = self.sheets.iter_mut().map(Sheet::add_base).collect();
+        let looked = self.refine_base(wanted);
+        for sheet in &mut self.sheets {
+            sheet.settle();
+            sheet.set_values();
         }
-        self.set_values();
         within_budget(looked)
     }
 
     /// Refines all lines of the base, step by step: the tolerance follows the largest of them.
-    fn refine_base(&mut self, mut wanted: Wanted) -> Result<(), Stop<E::Error>> {
-        let Scan { view, tree, sights, seeds, base_level } = &mut self.scan;
+    fn refine_base(&mut self, mut wanted: Vec<Wanted>) -> Result<(), Stop<E::Error>> {
         let mut tolerance = f64::INFINITY;
-        let mut seeded: Wanted = (0..tree.len())
-            .map(|i| (i, seeds.depths(tree.nodes()[i].place)))
-            .filter(|(_, depths)| !depths.is_empty())
-            .collect();
-        while !wanted.is_empty() {
-            sights.sample(view, tree, &wanted)?;
-            sights.assess(wanted.iter().map(|(i, _)| *i), tolerance, *base_level);
-            let largest = sights.lines.iter().map(|line| line.integral.abs()).fold(0.0, f64::max);
-            let largest = largest.max(CANCELLED * sights.brightest());
+        let mut seeded: Vec<Wanted> = self.sheets.iter().map(Sheet::seeded).collect();
+        while wanted.iter().any(|wanted| !wanted.is_empty()) {
+            for (sheet, wanted) in self.sheets.iter_mut().zip(&wanted) {
+                let Scan { view, tree, sights, base_level, .. } = &mut sheet.scan;
+                sights.sample(view, tree, wanted)?;
+                sights.assess(wanted.iter().map(|(i, _)| *i), tolerance, *base_level);
+            }
+            let largest = self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max);
+            let largest = largest.max(CANCELLED * self.brightest());
             tolerance = self.line_share * self.tolerance * largest;
-            wanted = sights.assess(0..tree.len(), tolerance, *base_level);
-            if wanted.is_empty() {
+            let assess = |sheet: &mut Sheet<'_, E>| {
+                let of_layer = tolerance / sheet.layers as f64;
+                let Scan { tree, sights, base_level, .. } = &mut sheet.scan;
+                sights.assess(0..tree.len(), of_layer, *base_level)
+            };
+            wanted = self.sheets.iter_mut().map(assess).collect();
+            if wanted.iter().all(Vec::is_empty) {
                 wanted = core::mem::take(&mut seeded);
             }
         }
-        let found: Vec<usize> = (0..self.scan.tree.len()).collect();
-        self.scan.follow(&found, tolerance)
+        for sheet in &mut self.sheets {
+            let found: Vec<usize> = (0..sheet.scan.tree.len()).collect();
+            sheet.scan.follow(&found, tolerance / sheet.layers as f64)?;
+        }
+        Ok(())
     }
 
-    /// Whether g jumps on surfaces that many of the base lines cross.
-    fn is_rough(&self) -> bool {
-        let lines = &self.scan.sights.lines;
-        let of_interest = spacing(ROUGH_JUMP_LEVEL);
-        let jumping = lines.iter().filter(|line| line.has_jump_within(of_interest));
-        jumping.count() as f64 >= ROUGH_SHARE * lines.len() as f64
-    }
-
-    /// The radiances of nodes at new `places`; whether the budget allowed it. If not, the nodes are
-    /// left out again.
+    /// The radiances of nodes at new `places` of each sheet; whether the budget allowed it.
     fn look(
         &mut self,
-        places: &[Place],
-        guarded: &[f64],
+        places: &[Vec<Place>],
+        developed: &Developed,
         target: f64,
     ) -> Result<bool, RenderError<E::Error>> {
-        let first = self.scan.tree.len();
-        let standing = self.scan.sights.standing();
-        self.scan.add(places);
-        let allowed = within_budget(self.scan.scan(first, guarded, self.line_share * target))?;
-        if !allowed {
-            self.scan.truncate(first);
-            self.scan.sights.restore(&standing);
+        let mut allowed = true;
+        for ((sheet, places), seen) in self.sheets.iter_mut().zip(places).zip(&developed.seen) {
+            let tolerance = self.line_share * target / sheet.layers as f64;
+            allowed &= within_budget(sheet.look(places, &seen.guarded, tolerance))?;
         }
-        self.set_values();
         Ok(allowed)
-    }
-
-    /// The irradiance density of all nodes, from their radiances.
-    fn set_values(&mut self) {
-        for i in 0..self.scan.tree.len() {
-            let xy = self.scan.tree.nodes()[i].place.map(unit);
-            let density = self.projection.solid_angle_density(xy);
-            self.scan.tree.set(i, density * self.scan.sights.lines[i].integral);
-        }
-        self.scan.tree.update_details();
     }
 
     /// Whether all that every rendering looks at has been looked at, and what seeds have named.
     fn has_seen(&self, developed: &Developed) -> bool {
-        developed.always_seen && self.unseen_seeds().is_empty()
-    }
-
-    /// The places of seeds that no node is at yet.
-    fn unseen_seeds(&self) -> Vec<Place> {
-        let unseen = |place: &&Place| self.scan.tree.find(**place).is_none();
-        self.scan.seeds.places.iter().filter(unseen).copied().collect()
+        developed.seen.iter().all(|seen| seen.always_seen)
+            && self.sheets.iter().all(|sheet| sheet.unseen_seeds().is_empty())
     }
 
     /// The image and its error, from what has been seen so far.
     fn develop(&self) -> Result<Developed, RenderError<E::Error>> {
-        let Scan { tree, sights, .. } = &self.scan;
-        let [height, width] = self.shape;
-        let mut image = Image::from_pixels(height, width, pixel_means(tree, self.shape));
-        for (pixel, scale) in image.pixels_mut().iter_mut().zip(self.scale.pixels()) {
-            *pixel *= scale;
-        }
-        check_finite(&image)?;
-        let guarded = guarded_details(tree);
-        let remaining = remaining(tree, &guarded, self.always);
-        let footprint = |(node, remaining): (_, &Remaining)| {
-            (remaining.size > 0.0).then(|| Footprint::new(node, remaining, self.shape))
+        let empty = |tile: &Tile<'_>| {
+            let [height, width] = tile.shape;
+            [Image::zeros(height, width), Image::zeros(height, width)]
         };
-        let footprints: Vec<Option<Footprint>> =
-            tree.nodes().iter().zip(&remaining).map(footprint).collect();
-        let of_lines = (0..tree.len()).map(|i| sights.error(i)).fold(0.0, f64::max);
-        let mut error = Image::from_pixels(height, width, vec![of_lines; height * width]);
-        for footprint in footprints.iter().flatten() {
-            footprint.add_to(&mut error, &self.scale, 1.0);
+        let mut maps: Vec<[Image; 2]> = self.tiles.iter().map(empty).collect();
+        let mut seen = Vec::with_capacity(self.sheets.len());
+        for sheet in &self.sheets {
+            let [image, error] = &mut maps[sheet.tile];
+            seen.push(sheet.develop(image, error, &self.scales[sheet.tile], self.always));
         }
-        let nodes = tree.nodes().iter().zip(&remaining);
-        let always_seen = nodes
-            .filter(|(node, _)| node.level < self.always)
-            .all(|(_, remaining)| remaining.children == Children::All);
-        Ok(Developed { image, error, guarded, remaining, footprints, always_seen })
+        for (tile, [image, _]) in self.tiles.iter().zip(&maps) {
+            tile.check_finite(image)?;
+        }
+        Ok(Developed { maps, seen })
     }
 
-    /// The places to be looked at next, the most worthwhile first.
-    fn choose(&self, developed: &Developed, target: f64) -> Vec<Place> {
-        let choice = Choice {
-            tree: &self.scan.tree,
-            remaining: &developed.remaining,
-            footprints: &developed.footprints,
-            error: &developed.error,
-            scale: &self.scale,
-            tolerance: target,
-            finest_level: self.finest_level,
-            always: self.always,
+    /// The image and its error in one piece, and NaN where the projection has none.
+    fn finished(&self, developed: &Developed) -> [Image; 2] {
+        let of_kind = |kind: usize| {
+            let mut map = Image::stacked(developed.maps.iter().map(|maps| &maps[kind]));
+            let scales = self.scales.iter().flat_map(Image::pixels);
+            for (pixel, scale) in map.pixels_mut().iter_mut().zip(scales) {
+                if *scale == 0.0 {
+                    *pixel = f64::NAN;
+                }
+            }
+            map
         };
-        let mut nodes = choice.nodes();
-        if !developed.always_seen {
-            let unseen = |&i: &usize| {
-                self.scan.tree.nodes()[i].level < self.always
-                    && developed.remaining[i].children != Children::All
-            };
-            nodes.extend((0..self.scan.tree.len()).filter(unseen));
-        }
-        choice.places(&nodes)
+        [of_kind(0), of_kind(1)]
     }
+
+    /// The places to be looked at next on each sheet, the most worthwhile first.
+    fn choose(&self, developed: &Developed, target: f64) -> Vec<Vec<Place>> {
+        let of_sheet = |(sheet, seen): (&Sheet<'_, E>, &Seen)| {
+            let [_, error] = &developed.maps[sheet.tile];
+            sheet.choose(seen, error, target, self.finest_level, self.always)
+        };
+        self.sheets.iter().zip(&developed.seen).map(of_sheet).collect()
+    }
+}
+
+fn total(places: &[Vec<Place>]) -> usize {
+    places.iter().map(Vec::len).sum()
 }
 
 /// Whether the budget allowed something that may have been stopped by it.

@@ -80,14 +80,18 @@ impl Footprint {
         }
     }
 
-    /// Whether a pixel that this footprint reaches is above `limit`.
-    pub(crate) fn touches_above(&self, map: &Image, limit: f64) -> bool {
+    /// Whether a pixel that this footprint reaches, and whose `scale` is not 0, is above `limit`.
+    pub(crate) fn touches_above(&self, map: &Image, scale: &Image, limit: f64) -> bool {
         let (along_columns, along_rows) = self.hats(map);
         let columns = along_columns.first..along_columns.first + along_columns.means.len();
         let rows = (along_rows.first..).zip(&along_rows.means).filter(|(_, mean)| **mean > 0.0);
         rows.into_iter().any(|(row, _)| {
+            let scales = &scale.row(row)[columns.clone()];
             let pixels = map.row(row)[columns.clone()].iter().zip(&along_columns.means);
-            pixels.into_iter().any(|(&pixel, &mean)| mean > 0.0 && pixel > limit)
+            let reached = |((&pixel, &mean), &scale): ((&f64, &f64), &f64)| {
+                mean > 0.0 && pixel > limit && scale > 0.0
+            };
+            pixels.zip(scales).any(reached)
         })
     }
 }

@@ -9,11 +9,14 @@
 //! * `jumps`, `local_fit`, `tracking`: the jumps of lines, and where those of a new line are expected
 //!   from its neighbours;
 //! * `block`, `depth_rule`: a few depths that integrate all lines of a part of the image;
+//! * `nearest`: the nearest of many lines;
 //! * `sights`, `round`: the lines of all nodes, sampled in batches; the radiances of new nodes;
 //! * `image_tree`, `remaining`: values and details in the image plane, and what remains unseen;
 //! * `error_map`, `opening`: that spread over the pixels, and the nodes that are worth opening;
 //! * `pixels`: the means over pixels;
-//! * `engine`: the loop over all this.
+//! * `shares`: what each pixel has of a layer, where the image has edges that geometry knows;
+//! * `sheet`: the image tree of one [layer](crate::Layer), and its part in the image;
+//! * `engine`: the loop over all this, for all layers of the view.
 //!
 //! What is promised, and what can't be, is told at [`VolOptions::tolerance`].
 
@@ -27,11 +30,14 @@ mod jumps;
 mod line;
 mod line_error;
 mod local_fit;
+mod nearest;
 mod opening;
 mod pixels;
 mod remaining;
 mod round;
 mod seeds;
+mod shares;
+mod sheet;
 mod sights;
 mod tracking;
 

@@ -54,7 +54,7 @@ impl Choice<'_> {
         let mut opened = Vec::new();
         for (_, i) in candidates {
             let Some(footprint) = &self.footprints[i] else { continue };
-            if footprint.touches_above(&expected, GOAL * self.tolerance) {
+            if footprint.touches_above(&expected, self.scale, GOAL * self.tolerance) {
                 footprint.add_to(&mut expected, self.scale, -EXPECTED_GAIN);
                 opened.push(i);
             }

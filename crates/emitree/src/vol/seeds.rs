@@ -3,7 +3,7 @@
 use super::dyadic::{spacing, unit};
 use super::image_tree::Place;
 use super::remaining::around;
-use crate::projection::Projection;
+use crate::projection::Layer;
 use crate::render::Seed;
 
 /// What seeds ask to be looked at.
@@ -28,21 +28,16 @@ const FINEST_LEVEL: u8 = 20;
 
 impl Looks {
     /// Where to look for seeds that are in the view.
-    pub(crate) fn at(
-        seeds: &[Seed],
-        projection: &dyn Projection,
-        base_level: u8,
-        finest_level: u8,
-    ) -> Self {
+    pub(crate) fn at(seeds: &[Seed], layer: &dyn Layer, base_level: u8, finest_level: u8) -> Self {
         let mut looks = Self::default();
         for seed in seeds {
-            let Some(centre) = projection.canonical_from_world(seed.position) else { continue };
+            let Some(centre) = layer.canonical_from_world(seed.position) else { continue };
             let mut half = [0.0; 3];
             for axis in 0..3 {
                 for sign in [-1.0, 1.0] {
                     let mut position = seed.position;
                     position[axis] += sign * seed.radius;
-                    if let Some(u) = projection.canonical_from_world(position) {
+                    if let Some(u) = layer.canonical_from_world(position) {
                         half =
                             core::array::from_fn(|i| f64::max(half[i], (u[i] - centre[i]).abs()));
                     }

@@ -5,11 +5,13 @@ use super::dyadic::{spacing, unit};
 use super::image_tree::{ImageTree, Place};
 use super::jumps::{are_known, jumps, probes};
 use super::line::{Line, Sample};
+use super::nearest::Nearest;
 use super::remaining::around;
 use super::tracking::{Bracket, NEIGHBOURS, Neighbour, Predicted, predict};
 use crate::emission::Emission;
 use crate::error::RenderError;
-use crate::meter::{Meter, Weight};
+use crate::meter::{Mapping, Meter};
+use crate::projection::Layer;
 use crate::quadrature::Points;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -25,6 +27,9 @@ pub(crate) enum Stop<E> {
 /// Where G is sampled.
 pub(crate) struct View<'a, E> {
     pub(crate) meter: &'a Meter<'a, E>,
+    pub(crate) layer: &'a dyn Layer,
+    /// Which of the tiles of the image it belongs to, and of how many.
+    pub(crate) tile: (usize, usize),
 }
 
 impl<E: Emission> View<'_, E> {
@@ -38,8 +43,10 @@ impl<E: Emission> View<'_, E> {
             let ([x, y], depth) = points[i];
             [unit(x), unit(y), unit(depth)]
         };
+        let map = |u| self.layer.world_from_canonical(u);
+        let mapping = Mapping { map: &map, tile: self.tile };
         self.meter
-            .evaluate(Points::new(points.len(), &point), Weight::Path, &mut rates)
+            .evaluate(Points::new(points.len(), &point), mapping, &mut rates)
             .map_err(Stop::Failed)?;
         Ok(rates)
     }
@@ -219,9 +226,13 @@ impl Sights {
         tolerance: f64,
         base_level: u8,
     ) -> Wanted {
+        let full = (0..before).filter(|&i| self.is_full(i));
+        let full: Vec<(Place, usize)> = full.map(|i| (tree.nodes()[i].place, i)).collect();
+        let full = Nearest::new(full.into_iter());
         let of_line = |&i: &usize| {
             let place = tree.nodes()[i].place;
-            (i, self.starting_depths(tree, place, before, tolerance, base_level))
+            let near = full.find(place, NEIGHBOURS);
+            (i, self.starting_depths(tree, place, &near, tolerance, base_level))
         };
         let starts: Vec<_> = numbers.par_iter().map(of_line).collect();
         let of_line = |(i, (depths, brackets))| {
@@ -232,19 +243,18 @@ impl Sights {
     }
 
     /// The depths that a new full line at `place` starts with: those of the base level, what the
-    /// nearest of the full lines before node `before` have opened, and brackets of the jumps.
+    /// nearest of the full lines `near` it have opened, and brackets of the jumps.
     fn starting_depths(
         &self,
         tree: &ImageTree,
         place: Place,
-        before: usize,
+        near: &[(u64, usize)],
         tolerance: f64,
         base_level: u8,
     ) -> (Vec<u32>, Vec<Bracket>) {
         let mut depths = base_depths(base_level);
-        let near = self.nearest_full(tree, place, before);
         let neighbours =
-            if self.tracks_jumps { self.neighbours(tree, place, &near) } else { Vec::new() };
+            if self.tracks_jumps { self.neighbours(tree, place, near) } else { Vec::new() };
         // Two, or more if they are as near as the second.
         let farthest = near.get(1).map_or(0, |(distance, _)| *distance);
         let nearest = near.iter().take(NEAREST).filter(|(distance, _)| *distance <= farthest);
@@ -267,23 +277,6 @@ impl Sights {
         depths.sort_unstable();
         depths.dedup();
         (depths, brackets)
-    }
-
-    /// The [`NEIGHBOURS`] nearest full lines before node `before`, with the squares of their
-    /// distances.
-    fn nearest_full(&self, tree: &ImageTree, place: Place, before: usize) -> Vec<(u64, usize)> {
-        let mut nearest: Vec<(u64, usize)> = Vec::with_capacity(NEIGHBOURS + 1);
-        for i in (0..before).filter(|&i| self.is_full(i)) {
-            let along =
-                |axis: usize| u64::from(tree.nodes()[i].place[axis].abs_diff(place[axis])).pow(2);
-            let entry = (along(0) + along(1), i);
-            if nearest.len() < NEIGHBOURS || entry < nearest[NEIGHBOURS - 1] {
-                let at = nearest.partition_point(|other| *other < entry);
-                nearest.insert(at, entry);
-                nearest.truncate(NEIGHBOURS);
-            }
-        }
-        nearest
     }
 
     /// The jumps of full lines near `place`; none at all if the nearest have none.

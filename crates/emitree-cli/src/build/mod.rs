@@ -1,0 +1,86 @@
+//! `emitree build`: a scene file in, the tree of its emission out.
+
+mod summary;
+
+use crate::arguments::BuildArguments;
+use crate::failure::{BUDGET_ENDED, Failure};
+use crate::interrupt;
+use crate::render::{ProgressLine, history};
+use crate::report::available_memory_bytes;
+use emitree::{Ending, RenderError, WorldTreeError, WorldTreeOptions, build_world_tree};
+use emitree_io::{OutputFile, Scene, TreeFile};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::ExitCode;
+
+pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
+    let scene = Scene::open(&arguments.scene, &arguments.overrides())?;
+    let Some(settings) = &scene.build else {
+        return Err(Failure::Request(format!(
+            "{}: the scene has no `[build]`: expected a table `[build]` with `min` and `max`, the \
+             corners of a box",
+            scene.name
+        )));
+    };
+    let mut pool = rayon::ThreadPoolBuilder::new();
+    if let Some(threads) = arguments.threads {
+        pool = pool.num_threads(usize::from(threads));
+    }
+    let pool = pool
+        .build()
+        .map_err(|error| Failure::Request(format!("--threads: can't start them: {error}")))?;
+
+    interrupt::catch();
+    let output = prepare(&arguments.output, &arguments.scene)?;
+    let line = ProgressLine::new(arguments.quiet);
+    let progress = |evaluations| {
+        line.set(evaluations);
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let defaults = WorldTreeOptions::default();
+    let options = WorldTreeOptions {
+        order: settings.order,
+        base_level: settings.base_level,
+        tolerance: settings.tolerance,
+        finest_level: settings.finest_level,
+        max_evaluations: settings.max_evaluations.unwrap_or(defaults.max_evaluations),
+        max_memory_bytes: available_memory_bytes().unwrap_or(defaults.max_memory_bytes),
+        progress: Some(&progress),
+        ..defaults
+    };
+    let built = pool.install(|| build_world_tree(&scene.emission, settings.bounds, &options));
+    line.finish();
+    let built = built?;
+    if interrupt::requested() {
+        return Err(WorldTreeError::Render(RenderError::Interrupted).into());
+    }
+    let summary = summary::text(&scene, settings, &built, output.path());
+    let complete = built.ending == Ending::Complete;
+    let file = TreeFile::new(built, settings.tolerance)
+        .with_units(scene.length_unit.as_deref(), scene.image_unit())
+        .with_scene(&history(&scene));
+    output.commit(&file.encode()?)?;
+    if !arguments.quiet {
+        // The file is written: that nobody reads the summary changes nothing.
+        let _ = summary::print(&summary);
+    }
+    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
+}
+
+/// The temporary file beside the target: what can't be written is found before g is called.
+fn prepare(path: &Path, scene: &Path) -> Result<OutputFile, Failure> {
+    let ending = path.extension().unwrap_or_default();
+    if !["fits", "fit"].iter().any(|fits| ending.eq_ignore_ascii_case(fits)) {
+        let path = path.display();
+        let why = "a tree has no format for this ending: expected .fits or .fit";
+        return Err(Failure::Request(format!("output: `{path}`: {why}")));
+    }
+    if let (Ok(target), Ok(scene)) = (std::fs::canonicalize(path), std::fs::canonicalize(scene))
+        && target == scene
+    {
+        let path = path.display();
+        let why = "is the scene itself: expected another name";
+        return Err(Failure::Request(format!("the output {path} {why}")));
+    }
+    Ok(OutputFile::create(path)?)
+}

@@ -1,0 +1,169 @@
+//! Arrays as files have them, and what every format answers.
+
+use super::error::GridReadError;
+use super::order::ArrayOrder;
+
+/// An array of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Array {
+    /// The length of each axis, in the order that the format writes indices in.
+    pub(super) shape: Vec<usize>,
+    /// How far apart in `values` neighbours along each axis are.
+    strides: Vec<usize>,
+    /// As many as the shape has room for.
+    values: Vec<f64>,
+    /// The unit of the values.
+    pub(super) unit: Option<String>,
+    /// The names of the axes; none where the format has no names for them.
+    pub(super) axis_names: Vec<String>,
+}
+
+impl Array {
+    /// An array whose last axis varies fastest. The caller has counted the values.
+    pub(super) fn c_order(shape: Vec<usize>, values: Vec<f64>) -> Self {
+        let mut strides = products(shape.iter().rev());
+        strides.reverse();
+        Self { shape, strides, values, unit: None, axis_names: Vec::new() }
+    }
+
+    /// An array whose first axis varies fastest. The caller has counted the values.
+    pub(super) fn fortran_order(shape: Vec<usize>, values: Vec<f64>) -> Self {
+        let strides = products(shape.iter());
+        Self { shape, strides, values, unit: None, axis_names: Vec::new() }
+    }
+
+    /// The numbers of an array that has no second axis longer than 1.
+    pub(super) fn into_line(self) -> Result<Vec<f64>, GridReadError> {
+        if self.shape.iter().filter(|&&length| length != 1).count() <= 1 {
+            Ok(self.values)
+        } else {
+            Err(GridReadError::NotALine { shape: self.shape })
+        }
+    }
+
+    /// The order of the axes: the one asked for, which must not contradict their names, or the one
+    /// that the names tell, or z, y, x.
+    pub(super) fn order(&self, asked: Option<ArrayOrder>) -> Result<ArrayOrder, GridReadError> {
+        match (asked, ArrayOrder::from_names(&self.axis_names)) {
+            (Some(asked), Some(named)) if asked != named => {
+                Err(GridReadError::Order { asked, named })
+            }
+            (asked, named) => Ok(asked.or(named).unwrap_or(ArrayOrder::ZYX)),
+        }
+    }
+
+    /// The values of an array of three axes, x varying fastest, then y.
+    pub(super) fn into_x_fastest(self, order: ArrayOrder) -> Vec<f64> {
+        let places = [0, 1, 2].map(|axis| order.place_of(axis));
+        let [nx, ny, nz] = places.map(|place| self.shape[place]);
+        let [x_stride, y_stride, z_stride] = places.map(|place| self.strides[place]);
+        if [x_stride, y_stride, z_stride] == [1, nx, nx * ny] {
+            return self.values;
+        }
+        let mut values = Vec::with_capacity(self.values.len());
+        for z in 0..nz {
+            for y in 0..ny {
+                let row = z * z_stride + y * y_stride;
+                values.extend((0..nx).map(|x| self.values[row + x * x_stride]));
+            }
+        }
+        values
+    }
+}
+
+/// The products of all lengths before each: 1, then the first, and so on.
+fn products<'a>(lengths: impl Iterator<Item = &'a usize>) -> Vec<usize> {
+    let next = |product: &mut usize, length: &usize| {
+        let before = *product;
+        *product = product.saturating_mul(*length);
+        Some(before)
+    };
+    lengths.scan(1, next).collect()
+}
+
+/// A file that has been opened, of whatever format.
+pub(super) trait Container {
+    /// The values: those of this name, or those that the format has by default.
+    fn values(&mut self, name: Option<&str>) -> Result<Array, GridReadError>;
+
+    /// An array by its name.
+    fn array(&mut self, name: &str) -> Result<Array, GridReadError>;
+
+    /// What the file says by itself of the nodes along `axis` (0 is x), which is the one at `place`
+    /// of the array of the values.
+    fn nodes(
+        &mut self,
+        axis: usize,
+        place: usize,
+        values: &Array,
+    ) -> Result<Vec<f64>, GridReadError>;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 100 z + 10 y + x at [z, y, x] of 2 x 3 x 4, as an array of any order of axes.
+    fn array(order: ArrayOrder, fortran: bool) -> Array {
+        let lengths = [4, 3, 2];
+        let axis_at = |place: usize| (0..3).find(|&axis| order.place_of(axis) == place).unwrap();
+        let axes = [0, 1, 2].map(axis_at);
+        let shape: Vec<usize> = axes.iter().map(|&axis| lengths[axis]).collect();
+        let weight = |axis: usize| [1.0, 10.0, 100.0][axis];
+        let mut values = vec![0.0; 24];
+        for (at, value) in values.iter_mut().enumerate() {
+            let mut rest = at;
+            let mut places = [0, 1, 2];
+            if !fortran {
+                places.reverse();
+            }
+            for place in places {
+                *value += weight(axes[place]) * (rest % shape[place]) as f64;
+                rest /= shape[place];
+            }
+        }
+        if fortran { Array::fortran_order(shape, values) } else { Array::c_order(shape, values) }
+    }
+
+    #[test]
+    fn any_order_is_turned_to_x_fastest() {
+        let mut expected = Vec::new();
+        for z in [0.0, 100.0] {
+            for y in [0.0, 10.0, 20.0] {
+                expected.extend([0.0, 1.0, 2.0, 3.0].map(|x| x + y + z));
+            }
+        }
+        for text in ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"] {
+            let order: ArrayOrder = text.parse().unwrap();
+            assert_eq!(order.to_string(), text);
+            for fortran in [false, true] {
+                let values = array(order, fortran).into_x_fastest(order);
+                assert_eq!(values, expected, "{text} {fortran}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_lines_are_axes() {
+        let line = Array::c_order(vec![1, 3, 1], vec![1.0, 2.0, 3.0]);
+        assert_eq!(line.into_line().unwrap(), [1.0, 2.0, 3.0]);
+        let error = Array::c_order(vec![2, 2], vec![0.0; 4]).into_line().unwrap_err();
+        assert_eq!(error.to_string(), "it is an array of shape [2, 2]: expected one axis");
+    }
+
+    #[test]
+    fn names_of_axes_tell_their_order() {
+        let mut array = Array::c_order(vec![1, 1, 1], vec![0.0]);
+        assert_eq!(array.order(None).unwrap(), ArrayOrder::ZYX);
+        array.axis_names = ["X", "y", "z"].map(str::to_owned).to_vec();
+        assert_eq!(array.order(None).unwrap(), ArrayOrder::XYZ);
+        assert_eq!(array.order(Some(ArrayOrder::XYZ)).unwrap(), ArrayOrder::XYZ);
+        let error = array.order(Some(ArrayOrder::ZYX)).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the order of axes is given as zyx, but the file names them xyz: expected the same"
+        );
+        array.axis_names = ["lat", "y", "z"].map(str::to_owned).to_vec();
+        assert_eq!(array.order(Some(ArrayOrder::XYZ)).unwrap(), ArrayOrder::XYZ);
+    }
+}

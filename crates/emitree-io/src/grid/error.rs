@@ -1,0 +1,146 @@
+//! Why a file has no grid.
+
+use super::order::ArrayOrder;
+use super::request::GridFormat;
+use emitree_models::GridError;
+use std::path::PathBuf;
+
+/// A file that no grid could be read from.
+#[derive(Debug, thiserror::Error)]
+#[error("the grid {}: {cause}", path.display())]
+#[non_exhaustive]
+pub struct GridFileError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    #[source]
+    pub cause: GridReadError,
+}
+
+/// What is wrong with the content of a file, or with what was asked of it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GridReadError {
+    /// The file can't be opened or read.
+    #[error("it can't be read: {0}")]
+    Unreadable(#[source] std::io::Error),
+    /// The ending of the name stands for no format.
+    #[error("no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5 or .nc")]
+    Ending,
+    /// The library was built without this format.
+    #[error("this program was built without {0}: expected a build with the feature `hdf5`")]
+    NotBuilt(GridFormat),
+    /// The bytes are not what the format has, or use a part of it that can't be read.
+    #[error("it can't be read as {format}: {reason}")]
+    Malformed {
+        /// The format.
+        format: GridFormat,
+        /// What is wrong.
+        reason: String,
+    },
+    /// Nothing of this name is in the file.
+    #[error("it has no array `{name}`: expected {}", one_of(available))]
+    Missing {
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        available: Vec<String>,
+    },
+    /// The file does not tell the nodes along an axis.
+    #[error("the file does not tell its nodes: expected {0}")]
+    NoNodes(String),
+    /// The values are no cube.
+    #[error("the values are an array of shape {shape:?}: expected three axes")]
+    NotACube {
+        /// The length of each axis.
+        shape: Vec<usize>,
+    },
+    /// The nodes of an axis are in an array of more than one axis.
+    #[error("it is an array of shape {shape:?}: expected one axis")]
+    NotALine {
+        /// The length of each axis.
+        shape: Vec<usize>,
+    },
+    /// The nodes of an axis are not as many as the values along it.
+    #[error(
+        "it has {found} nodes: expected {length}, since the values are an array of shape {shape:?}, \
+         with axes in the order {order}"
+    )]
+    AxisLength {
+        /// The nodes found or given.
+        found: usize,
+        /// The values along the axis.
+        length: usize,
+        /// The shape of the values.
+        shape: Vec<usize>,
+        /// The order of the axes of the values.
+        order: ArrayOrder,
+    },
+    /// The order asked for is not the one that the names of the axes tell.
+    #[error(
+        "the order of axes is given as {asked}, but the file names them {named}: \
+         expected the same"
+    )]
+    Order {
+        /// The order asked for.
+        asked: ArrayOrder,
+        /// The order of the names in the file.
+        named: ArrayOrder,
+    },
+    /// Something is wrong about one axis.
+    #[error("the {axis} axis: {cause}")]
+    Axis {
+        /// The axis: `x`, `y` or `z`.
+        axis: char,
+        /// What is wrong.
+        #[source]
+        cause: Box<Self>,
+    },
+    /// The nodes and values make no grid.
+    #[error(transparent)]
+    Grid(GridError),
+    /// A value is NaN or infinite, or was missing in the file.
+    #[error("{0} (blanks and fill values are read as NaN)")]
+    NotFinite(#[source] GridError),
+}
+
+impl GridReadError {
+    /// What of a [`GridRequest`](super::GridRequest) it is about, as scenes name it: `file`,
+    /// `values`, `order`, `x`, `y` or `z`.
+    pub fn concerns(&self) -> &'static str {
+        match self {
+            Self::Missing { .. } | Self::NotACube { .. } => "values",
+            Self::Order { .. } => "order",
+            Self::Axis { axis, .. }
+            | Self::Grid(
+                GridError::TooFewNodes { axis, .. }
+                | GridError::NodeNotFinite { axis, .. }
+                | GridError::NotIncreasing { axis, .. },
+            ) => match axis {
+                'x' => "x",
+                'y' => "y",
+                _ => "z",
+            },
+            _ => "file",
+        }
+    }
+
+    /// Bytes that the format does not allow.
+    pub(super) fn malformed(format: GridFormat, reason: impl ToString) -> Self {
+        Self::Malformed { format, reason: reason.to_string() }
+    }
+}
+
+/// "one of `a`, `b`", at most so many that a line holds them.
+fn one_of(names: &[String]) -> String {
+    const SHOWN: usize = 12;
+    if names.is_empty() {
+        return "a file with arrays, but it has none".to_owned();
+    }
+    let shown: Vec<String> = names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect();
+    let more = match names.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("one of {}{more}", shown.join(", "))
+}

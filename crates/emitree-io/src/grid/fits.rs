@@ -1,0 +1,144 @@
+//! Cubes in FITS: an image of three axes, the first of them x, and its nodes.
+//!
+//! The layout of the modelling groups of the SMILE mission has the cube in the primary HDU, as
+//! `numpy` sees it `[z, y, x]`, and the nodes, evenly spaced or not, in image extensions `x`, `y`
+//! and `z`. A cube without them has its nodes from the linear coordinates of its header.
+
+use super::AXES;
+use super::array::{Array, Container};
+use super::error::GridReadError;
+use super::request::GridFormat;
+use fits_well::FitsReader;
+use fits_well::io::{Hdu, SliceSource};
+
+/// What a term of the coordinates that should be 0 may be.
+const ROUNDING: f64 = 1e-12;
+
+/// A FITS file, and which of its HDUs has the values.
+#[derive(Debug)]
+pub(super) struct FitsCube<'a> {
+    reader: FitsReader<SliceSource<'a>>,
+    values: usize,
+}
+
+impl<'a> FitsCube<'a> {
+    pub(super) fn open(bytes: &'a [u8]) -> Result<Self, GridReadError> {
+        let reader = FitsReader::from_bytes(bytes).map_err(malformed)?;
+        match reader.scan_defect() {
+            Some(defect) => Err(malformed(defect)),
+            None => Ok(Self { reader, values: 0 }),
+        }
+    }
+
+    /// The image in an HDU, its axes as C has them: the last one of FITS first.
+    fn image(&mut self, index: usize) -> Result<Array, GridReadError> {
+        let mut image = self.reader.image(index).map_err(malformed)?;
+        let shape: Vec<usize> = image.metadata().shape.iter().rev().copied().collect();
+        let mut values = Vec::new();
+        image.physical_into(.., &mut values).map_err(malformed)?;
+        let mut array = Array::c_order(shape, values);
+        let header = &self.reader.hdus()[index].header;
+        let unit = header.get_text("BUNIT").map_err(malformed)?.map(str::trim);
+        array.unit = unit.filter(|unit| !unit.is_empty()).map(str::to_owned);
+        Ok(array)
+    }
+
+    /// The image extension of this name, in either case.
+    fn named(&self, name: &str) -> Option<usize> {
+        self.reader
+            .images()
+            .find(|hdu| name_of(hdu).eq_ignore_ascii_case(name))
+            .map(|hdu| hdu.index)
+    }
+
+    /// The images beside the values, if they have no names and are one for each axis at least.
+    fn nameless(&self, axis: usize) -> Option<usize> {
+        let others = || self.reader.images().filter(|hdu| hdu.index != self.values);
+        if others().count() < AXES.len() || others().any(|hdu| !name_of(hdu).is_empty()) {
+            return None;
+        }
+        others().nth(axis).map(|hdu| hdu.index)
+    }
+
+    /// The nodes that the linear coordinates of the header give to an axis of FITS, from 1.
+    fn linear_nodes(&self, n: usize, length: usize) -> Result<Option<Vec<f64>>, GridReadError> {
+        let header = &self.reader.hdus()[self.values].header;
+        let real = |keyword: String| header.get_real(keyword.as_str()).map_err(malformed);
+        let matrix = real(format!("CD{n}_{n}"))?;
+        let step = real(format!("CDELT{n}"))?.or(matrix);
+        let pixel = real(format!("CRPIX{n}"))?;
+        let (Some(pixel), Some(value), Some(step)) = (pixel, real(format!("CRVAL{n}"))?, step)
+        else {
+            return Ok(None);
+        };
+        for other in 1..=AXES.len() {
+            let identity = if other == n { 1.0 } else { 0.0 };
+            let counts = |term: f64| term.abs() > ROUNDING;
+            let rotation = real(format!("PC{n}_{other}"))?.filter(|term| counts(term - identity));
+            let skew = real(format!("CD{n}_{other}"))?.filter(|&term| other != n && counts(term));
+            if rotation.or(skew).is_some() {
+                return Err(malformed(format!(
+                    "its coordinate {n} depends on several axes of the image: expected none of the \
+                     terms PC{n}_{other} and CD{n}_{other}"
+                )));
+            }
+        }
+        let node = |index: usize| value + (index as f64 + 1.0 - pixel) * step;
+        Ok(Some((0..length).map(node).collect()))
+    }
+}
+
+impl Container for FitsCube<'_> {
+    fn values(&mut self, name: Option<&str>) -> Result<Array, GridReadError> {
+        self.values = match name {
+            Some(name) => self.named(name).ok_or_else(|| self.missing(name))?,
+            None => match self.reader.images().next() {
+                Some(hdu) => hdu.index,
+                None => return Err(malformed("it has no image")),
+            },
+        };
+        self.image(self.values)
+    }
+
+    fn array(&mut self, name: &str) -> Result<Array, GridReadError> {
+        let index = self.named(name).ok_or_else(|| self.missing(name))?;
+        self.image(index)
+    }
+
+    fn nodes(
+        &mut self,
+        axis: usize,
+        place: usize,
+        values: &Array,
+    ) -> Result<Vec<f64>, GridReadError> {
+        let name = AXES[axis].to_string();
+        if let Some(index) = self.named(&name).or_else(|| self.nameless(axis)) {
+            return self.image(index)?.into_line();
+        }
+        let n = AXES.len() - place;
+        self.linear_nodes(n, values.shape[place])?.ok_or_else(|| {
+            GridReadError::NoNodes(format!(
+                "an image extension `{name}`, or CRPIX{n}, CRVAL{n} and CDELT{n} in the header of \
+                 the values"
+            ))
+        })
+    }
+}
+
+impl FitsCube<'_> {
+    fn missing(&self, name: &str) -> GridReadError {
+        let names = self.reader.images().map(name_of).filter(|name| !name.is_empty());
+        let available = names.map(str::to_owned).collect();
+        GridReadError::Missing { name: name.to_owned(), available }
+    }
+}
+
+/// The name of an HDU, `PRIMARY` for a primary one without; empty if there is none to be read.
+fn name_of(hdu: &Hdu) -> &str {
+    let default = if hdu.index == 0 { "PRIMARY" } else { "" };
+    hdu.extname().ok().flatten().unwrap_or(default).trim()
+}
+
+fn malformed(reason: impl ToString) -> GridReadError {
+    GridReadError::malformed(GridFormat::Fits, reason)
+}

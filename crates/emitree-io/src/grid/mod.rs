@@ -1,0 +1,157 @@
+//! Cubes of gridded data from files: FITS, NPY, NPZ, HDF5 and `NetCDF`.
+//!
+//! [`read_grid`] makes a [`Grid`] of a file and a [`GridRequest`], which says where in the file the
+//! values and the nodes of the axes are. An array's axes are in the order z, y, x with x varying
+//! fastest, as in a FITS image with NAXIS1 = x, unless the request or the file says otherwise.
+//!
+//! | format | values by default | nodes by default |
+//! | --- | --- | --- |
+//! | FITS | the first image | the image extensions `x`, `y`, `z`, by name or, without names, by order; else CRPIX, CRVAL, CDELT |
+//! | NPY | the array | none: the request has to tell |
+//! | NPZ | `values` | the arrays `x`, `y`, `z` |
+//! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else `x`, `y`, `z` |
+//!
+//! The files of this module: `request.rs`, `order.rs` and `error.rs` are what it speaks to others
+//! with, `array.rs` is what is common to all formats, and each format has a file.
+
+mod array;
+mod error;
+mod fits;
+#[cfg(feature = "hdf5")]
+mod hdf5;
+mod npy;
+mod npz;
+mod order;
+mod request;
+
+pub use error::{GridFileError, GridReadError};
+pub use order::ArrayOrder;
+pub use request::{AxisNodes, GridFormat, GridRequest};
+
+use array::{Array, Container};
+use emitree_models::{Grid, GridError};
+use std::path::Path;
+
+/// The names of the axes, in the order of positions.
+const AXES: [char; 3] = ['x', 'y', 'z'];
+
+/// What a file has: the grid, and the unit of its values if the file tells.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct GridFile {
+    /// The values at their nodes, times the scale of the request.
+    pub grid: Grid,
+    /// The unit of the values: BUNIT of FITS, the attribute `units` of HDF5 and `NetCDF`.
+    pub unit: Option<String>,
+}
+
+/// Reads the grid in the file at `path`.
+///
+/// ```
+/// use emitree_io::encode_npy;
+/// use emitree_io::grid::{AxisNodes, GridRequest, read_grid};
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("cube.npy");
+/// let values: Vec<f64> = (0..24).map(f64::from).collect();
+/// std::fs::write(&path, encode_npy(&[2, 3, 4], &values)?)?; // [z, y, x]
+///
+/// let mut request = GridRequest::default();
+/// request.nodes = [
+///     AxisNodes::Range { min: -1.0, max: 1.0 },
+///     AxisNodes::List(vec![0.0, 1.0, 10.0]),
+///     AxisNodes::Range { min: 0.0, max: 1.0 },
+/// ];
+/// let file = read_grid(&path, &request)?;
+/// assert_eq!(file.grid.shape(), [4, 3, 2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+///
+/// [`GridFileError`] names the file, what is wrong in it, and what was expected.
+pub fn read_grid(path: &Path, request: &GridRequest) -> Result<GridFile, GridFileError> {
+    let in_file = |cause| GridFileError { path: path.to_owned(), cause };
+    let format = match request.format {
+        Some(format) => format,
+        None => GridFormat::from_path(path).map_err(in_file)?,
+    };
+    let bytes = std::fs::read(path).map_err(|cause| in_file(GridReadError::Unreadable(cause)))?;
+    decode_grid(bytes, format, request).map_err(in_file)
+}
+
+/// Reads the grid in the bytes of a file, whatever format the request names.
+///
+/// # Errors
+///
+/// [`GridReadError`] says what is wrong, and what was expected.
+pub fn decode_grid(
+    bytes: Vec<u8>,
+    format: GridFormat,
+    request: &GridRequest,
+) -> Result<GridFile, GridReadError> {
+    match format {
+        GridFormat::Fits => assemble(&mut fits::FitsCube::open(&bytes)?, request),
+        GridFormat::Npy => assemble(&mut npy::NpyCube::open(&bytes)?, request),
+        GridFormat::Npz => assemble(&mut npz::NpzCube::open(bytes)?, request),
+        #[cfg(feature = "hdf5")]
+        GridFormat::Hdf5 | GridFormat::NetCdf => {
+            assemble(&mut hdf5::Hdf5Cube::open(bytes, format)?, request)
+        }
+        #[cfg(not(feature = "hdf5"))]
+        GridFormat::Hdf5 | GridFormat::NetCdf => Err(GridReadError::NotBuilt(format)),
+    }
+}
+
+fn assemble(
+    container: &mut dyn Container,
+    request: &GridRequest,
+) -> Result<GridFile, GridReadError> {
+    let array = container.values(request.values.as_deref())?;
+    let &[_, _, _] = array.shape.as_slice() else {
+        return Err(GridReadError::NotACube { shape: array.shape });
+    };
+    let order = array.order(request.order)?;
+    let mut nodes = [const { Vec::new() }; 3];
+    for (axis, nodes) in nodes.iter_mut().enumerate() {
+        *nodes = read_nodes(container, &request.nodes[axis], axis, &array, order)
+            .map_err(|cause| GridReadError::Axis { axis: AXES[axis], cause: Box::new(cause) })?;
+    }
+    let unit = array.unit.clone();
+    let mut values = array.into_x_fastest(order);
+    if request.scale.to_bits() != 1.0_f64.to_bits() {
+        values.iter_mut().for_each(|value| *value *= request.scale);
+    }
+    let grid = Grid::new(nodes, values).map_err(|error| match error {
+        GridError::ValueNotFinite { .. } => GridReadError::NotFinite(error),
+        other => GridReadError::Grid(other),
+    })?;
+    Ok(GridFile { grid, unit })
+}
+
+/// The nodes along an axis (0 is x), as many as the array has there.
+fn read_nodes(
+    container: &mut dyn Container,
+    request: &AxisNodes,
+    axis: usize,
+    array: &Array,
+    order: ArrayOrder,
+) -> Result<Vec<f64>, GridReadError> {
+    let place = order.place_of(axis);
+    let length = array.shape[place];
+    let nodes = match request {
+        AxisNodes::FromFile => container.nodes(axis, place, array)?,
+        AxisNodes::Named(name) => container.array(name)?.into_line()?,
+        AxisNodes::List(nodes) => nodes.clone(),
+        &AxisNodes::Range { min, max } => emitree_models::grid::uniform_nodes(min, max, length),
+    };
+    if nodes.len() == length {
+        Ok(nodes)
+    } else {
+        let shape = array.shape.clone();
+        Err(GridReadError::AxisLength { found: nodes.len(), length, shape, order })
+    }
+}
+
+#[cfg(test)]
+mod tests;

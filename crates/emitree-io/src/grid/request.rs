@@ -1,0 +1,122 @@
+//! What to read from a file: its format, and where the values and the nodes are.
+
+use super::error::GridReadError;
+use super::order::ArrayOrder;
+use std::fmt;
+use std::path::Path;
+
+/// A format that grids are read from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum GridFormat {
+    /// FITS: images.
+    Fits,
+    /// One array of `numpy`.
+    Npy,
+    /// Arrays of `numpy` by name, compressed or not.
+    Npz,
+    /// HDF5.
+    Hdf5,
+    /// `NetCDF`, classic or version 4.
+    NetCdf,
+}
+
+impl GridFormat {
+    /// The endings that choose a format, lower case and without the dot.
+    pub const ENDINGS: [(&'static str, Self); 7] = [
+        ("fits", Self::Fits),
+        ("fit", Self::Fits),
+        ("npy", Self::Npy),
+        ("npz", Self::Npz),
+        ("h5", Self::Hdf5),
+        ("hdf5", Self::Hdf5),
+        ("nc", Self::NetCdf),
+    ];
+
+    /// The formats by the names that scenes have for them.
+    pub const NAMES: [(&'static str, Self); 5] = [
+        ("fits", Self::Fits),
+        ("npy", Self::Npy),
+        ("npz", Self::Npz),
+        ("hdf5", Self::Hdf5),
+        ("netcdf", Self::NetCdf),
+    ];
+
+    /// The format that the ending of `path` stands for, upper or lower case.
+    ///
+    /// ```
+    /// use emitree_io::grid::GridFormat;
+    ///
+    /// assert_eq!(GridFormat::from_path("cubes/run7.FITS".as_ref())?, GridFormat::Fits);
+    /// let error = GridFormat::from_path("run7.dat".as_ref()).unwrap_err();
+    /// assert_eq!(
+    ///     error.to_string(),
+    ///     "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5 or .nc"
+    /// );
+    /// # Ok::<(), emitree_io::grid::GridReadError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`GridReadError::Ending`] with the endings that there are.
+    pub fn from_path(path: &Path) -> Result<Self, GridReadError> {
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        let format = Self::ENDINGS.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(ending));
+        format.map(|(_, format)| format).ok_or(GridReadError::Ending)
+    }
+}
+
+impl fmt::Display for GridFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Fits => "FITS",
+            Self::Npy => "NPY",
+            Self::Npz => "NPZ",
+            Self::Hdf5 => "HDF5",
+            Self::NetCdf => "NetCDF",
+        })
+    }
+}
+
+/// Where the nodes along an axis come from.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum AxisNodes {
+    /// From where the format has them by default.
+    #[default]
+    FromFile,
+    /// An array of the file, by its name: a FITS extension, an array, a dataset.
+    Named(String),
+    /// These.
+    List(Vec<f64>),
+    /// At equal distances.
+    Range {
+        /// The first node.
+        min: f64,
+        /// The last node.
+        max: f64,
+    },
+}
+
+/// What to read from a file. The default has everything as the format has it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct GridRequest {
+    /// The format; by the ending of the file's name if it is not given.
+    pub format: Option<GridFormat>,
+    /// The name of the values: a FITS extension, an array, a dataset.
+    pub values: Option<String>,
+    /// The nodes along x, y and z, in the length unit of the scene.
+    pub nodes: [AxisNodes; 3],
+    /// The order of the array's axes; what the file says, or z, y, x, if it is not given.
+    pub order: Option<ArrayOrder>,
+    /// What values are multiplied by.
+    pub scale: f64,
+}
+
+impl Default for GridRequest {
+    fn default() -> Self {
+        let nodes = [AxisNodes::FromFile, AxisNodes::FromFile, AxisNodes::FromFile];
+        Self { format: None, values: None, nodes, order: None, scale: 1.0 }
+    }
+}

@@ -1,0 +1,99 @@
+//! `[bounds]` and `[[occulter]]`: what lines of sight are clipped to, and what they end at.
+
+use super::super::document::Node;
+use super::super::error::SceneError;
+use super::super::source::Place;
+use super::super::table::Table;
+use emitree::{Bounds, Ellipsoid, GeometryError};
+
+/// The shapes of a scene.
+pub(super) struct Shapes {
+    pub(super) bounds: Option<Bounds>,
+    pub(super) bodies: Vec<Ellipsoid>,
+    /// Where each body was written.
+    pub(super) places: Vec<Place>,
+}
+
+const POINT: &str = "three numbers [x, y, z] in `length_unit`";
+const DIRECTION: &str = "three numbers [x, y, z]";
+const LENGTH: &str = "a length in `length_unit`";
+
+pub(super) fn read(bounds: Option<Table>, occulters: Vec<Table>) -> Result<Shapes, SceneError> {
+    let mut shapes = Shapes { bounds: None, bodies: Vec::new(), places: Vec::new() };
+    for table in occulters {
+        shapes.places.push(table.place().clone());
+        shapes.bodies.push(read_body(table)?);
+    }
+    shapes.bounds = bounds.map(read_bounds).transpose()?;
+    Ok(shapes)
+}
+
+fn read_body(mut table: Table) -> Result<Ellipsoid, SceneError> {
+    const KINDS: &str = "`sphere` or `ellipsoid`";
+    let (kind, place) = table.require("type", KINDS)?.text()?;
+    let body = match kind.as_str() {
+        "sphere" => sphere(&mut table)?,
+        "ellipsoid" => ellipsoid(&mut table)?,
+        _ => return Err(unknown("body", &kind, &place, KINDS)),
+    };
+    table.finish()?;
+    Ok(body)
+}
+
+fn read_bounds(mut table: Table) -> Result<Bounds, SceneError> {
+    const KINDS: &str = "`sphere`, `ellipsoid` or `box`";
+    let (kind, place) = table.require("type", KINDS)?.text()?;
+    let bounds = match kind.as_str() {
+        "sphere" => Bounds::Ellipsoid(sphere(&mut table)?),
+        "ellipsoid" => Bounds::Ellipsoid(ellipsoid(&mut table)?),
+        "box" => cuboid(&mut table)?,
+        _ => return Err(unknown("shape", &kind, &place, KINDS)),
+    };
+    table.finish()?;
+    Ok(bounds)
+}
+
+fn unknown(what: &str, kind: &str, place: &Place, kinds: &str) -> SceneError {
+    SceneError::at(place, format!("unknown {what} `{kind}`")).label(format!("expected {kinds}"))
+}
+
+fn sphere(table: &mut Table) -> Result<Ellipsoid, SceneError> {
+    let (center, radius) = (table.require("center", POINT)?, table.require("radius", LENGTH)?);
+    let sphere = Ellipsoid::sphere(center.vector(POINT)?, radius.number()?);
+    sphere.map_err(|error| refuse(&error, &center, &[("radius", &radius)]))
+}
+
+fn ellipsoid(table: &mut Table) -> Result<Ellipsoid, SceneError> {
+    const LENGTHS: &str = "three lengths [a, b, c] in `length_unit`";
+    let center = table.require("center", POINT)?;
+    let semi_axes = table.require("semi_axes", LENGTHS)?;
+    let (pole, meridian) = (table.take("pole"), table.take("meridian"));
+    let direction = |node: &Option<Node>, default: [f64; 3]| {
+        node.as_ref().map_or(Ok(default), |node| node.vector(DIRECTION))
+    };
+    let toward_pole = direction(&pole, [0.0, 0.0, 1.0])?;
+    let toward_meridian = direction(&meridian, [1.0, 0.0, 0.0])?;
+    let body = Ellipsoid::new(center.vector(POINT)?, semi_axes.vector(LENGTHS)?);
+    body.and_then(|body| body.oriented(toward_pole, toward_meridian)).map_err(|error| {
+        let pole = pole.as_ref().unwrap_or(&semi_axes);
+        let meridian = meridian.as_ref().unwrap_or(pole);
+        let others = [("semi_axes", &semi_axes), ("pole", pole), ("meridian", meridian)];
+        refuse(&error, &center, &others)
+    })
+}
+
+fn cuboid(table: &mut Table) -> Result<Bounds, SceneError> {
+    let (min, max) = (table.require("min", POINT)?, table.require("max", POINT)?);
+    let cuboid = Bounds::cuboid(min.vector(POINT)?, max.vector(POINT)?);
+    cuboid.map_err(|error| refuse(&error, &min, &[("max", &max)]))
+}
+
+/// The error of a shape, at the key among `others` that it names, or else at `first`.
+fn refuse(error: &GeometryError, first: &Node, others: &[(&str, &Node)]) -> SceneError {
+    let named = match error {
+        GeometryError::OutOfRange { name, .. } | GeometryError::Vector { name, .. } => *name,
+        _ => "",
+    };
+    let found = others.iter().find(|(name, _)| *name == named);
+    SceneError::at(&found.map_or(first, |(_, node)| node).place, error.to_string())
+}

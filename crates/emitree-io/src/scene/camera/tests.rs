@@ -1,0 +1,172 @@
+//! Cameras of scenes: their keys, and what is wrong with them.
+
+use super::CameraKind;
+use crate::scene::{Scene, SceneError};
+use emitree::Region;
+
+/// A scene with the given lines in `[projection]`, and tables after it.
+fn scene(projection: &str, tables: &str) -> Result<Scene, SceneError> {
+    let image = match projection.contains("healpix") {
+        true => "nside = 4",
+        false => "width = 4\nheight = 4",
+    };
+    let text = format!(
+        "emission.expression = \"x\"\nimage = {{ {} }}\n[projection]\n{projection}\n{tables}",
+        image.replace('\n', ", ")
+    );
+    Scene::parse("scene.toml", &text, &[])
+}
+
+const LOOKING: &str = "position = [10, 0, 0]\ntarget = [0, 0, 0]\n";
+
+/// Line (of the projection and the tables), message and expectation of an error.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn error(projection: &str, tables: &str) -> (usize, String, String) {
+    let error = scene(projection, tables).unwrap_err();
+    let (_, line) = error.line().unwrap();
+    (line - 3, error.message().to_owned(), error.expected().to_owned())
+}
+
+#[test]
+fn every_kind_of_camera_is_read() {
+    let kind = |lines: &str| scene(lines, "").unwrap().camera.kind();
+    let with = |lines: &str| kind(&format!("{LOOKING}{lines}"));
+    assert_eq!(kind("type = \"canonical\""), CameraKind::Canonical);
+    let camera = with("type = \"orthographic\"\nextent = [4, 2]\nnear = -inf\nfar = inf");
+    assert_eq!(camera, CameraKind::Orthographic { extent: [4.0, 2.0] });
+    let camera = with("type = \"perspective\"\nfield_of_view = [20, 10]\nfar = inf");
+    assert_eq!(camera, CameraKind::Perspective { fov_deg: [20.0, 10.0] });
+    let camera = with("type = \"equirectangular\"\nfield_of_view = [360, 180]\nfar = 20");
+    assert_eq!(camera, CameraKind::Equirectangular { fov_deg: [360.0, 180.0] });
+    for angle in ["120", "[120.0]"] {
+        let camera = with(&format!("type = \"polar\"\nfield_of_view = {angle}\nfar = 20"));
+        assert_eq!(camera, CameraKind::Polar { fov_deg: 120.0 });
+    }
+    let disc = "type = \"fisheye\"\nfield_of_view = 120\nfar = 20";
+    for (mapping, equal_area) in
+        [("", false), ("equidistant", false), ("ARC", false), ("equal_area", true), ("ZEA", true)]
+    {
+        let key = if mapping.is_empty() { "" } else { &format!("\nmapping = \"{mapping}\"") };
+        let camera = with(&format!("{disc}{key}"));
+        assert_eq!(camera, CameraKind::Fisheye { fov_deg: 120.0, equal_area });
+    }
+    let sky = scene("type = \"healpix\"\nposition = [0, 0, 0]\nfar = 20", "").unwrap();
+    assert_eq!(sky.camera.kind(), CameraKind::Healpix);
+    assert_eq!((sky.height, sky.width), (48, 4));
+}
+
+#[test]
+fn bounds_make_depths_optional() {
+    let camera = format!("{LOOKING}type = \"perspective\"\nfield_of_view = [20, 20]");
+    for bounds in [
+        "type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 2",
+        "type = \"ellipsoid\"\ncenter = [0, 0, 0]\nsemi_axes = [2, 3, 4]\npole = [0, 1, 0]",
+        "type = \"box\"\nmin = [-2, -2, -2]\nmax = [2, 2, 2]",
+    ] {
+        let scene = scene(&camera, &format!("[bounds]\n{bounds}")).unwrap();
+        let middle = scene.camera.projection().world_from_canonical([0.5, 0.5, 0.5]);
+        assert!(middle.position[0].abs() < 1e-6, "{bounds}: {middle:?}");
+        assert!((middle.path_per_depth - 4.0).abs() < 1e-6, "{bounds}: {middle:?}");
+    }
+    // Parallel lines have all of the bounds, also what lies behind the viewpoint's plane.
+    let camera = format!("{LOOKING}type = \"orthographic\"\nextent = [4, 4]");
+    let bounds = "[bounds]\ntype = \"sphere\"\ncenter = [20, 0, 0]\nradius = 2";
+    let scene = scene(&camera, bounds).unwrap();
+    let middle = scene.camera.projection().world_from_canonical([0.5, 0.5, 0.5]);
+    assert!((middle.position[0] - 20.0).abs() < 1e-6, "{middle:?}");
+}
+
+#[test]
+fn bodies_hide_what_lies_behind() {
+    let camera = format!("{LOOKING}type = \"perspective\"\nfield_of_view = [60, 60]\nfar = 30");
+    let bodies = "[[occulter]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 2\n\
+                  [[occulter]]\ntype = \"ellipsoid\"\ncenter = [5, 0, 2]\nsemi_axes = [1, 1, 0.5]";
+    let scene = scene(&camera, bodies).unwrap();
+    let region = |y: f64| scene.camera.projection().region([0.5, y]);
+    // The nearest counts first: the ellipsoid is above the middle.
+    assert_eq!(region(0.5), Region::Body(1));
+    assert_eq!(region(0.84), Region::Body(0));
+    assert_eq!(region(0.1), Region::Sky);
+    let cube =
+        scene_of_cube("[[occulter]]\ntype = \"sphere\"\ncenter = [0.5, 0.5, 0.5]\nradius = 0.2");
+    assert_eq!(cube.camera.projection().region([0.5, 0.5]), Region::Body(0));
+    assert_eq!(cube.camera.kind(), CameraKind::Canonical);
+}
+
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn scene_of_cube(tables: &str) -> Scene {
+    scene("type = \"canonical\"", tables).unwrap()
+}
+
+#[test]
+fn keys_are_checked_where_they_stand() {
+    let camera = |lines: &str| format!("type = \"perspective\"\n{LOOKING}{lines}");
+    let is = |found: (usize, String, String), line, message: &str, expected: &str| {
+        assert_eq!(found, (line, message.to_owned(), expected.to_owned()));
+    };
+    let angles = "expected two angles [width, height] in degrees";
+    let found = error(&camera("field_of_view = 20\nfar = 3"), "");
+    is(found, 4, "`projection.field_of_view` is an integer", angles);
+    let found = error(&camera("field_of_view = [20, 180]\nfar = 3"), "");
+    let message = "`[projection]`: `field_of_view` is 180: expected a width and a height above 0 \
+                   and below 180 degrees";
+    is(found, 4, message, "");
+    let found = error(&camera("field_of_view = [20, 20]\nnear = -1\nfar = 3"), "");
+    is(found, 5, "`[projection]`: `near` is -1: expected a finite depth of 0 or more", "");
+    let found = error(&camera("field_of_view = [20, 20]\nfar = nan"), "");
+    is(found, 5, "`projection.far` is NaN", "expected a finite number");
+    let found = error(&camera("field_of_view = [20, 20]"), "");
+    assert_eq!(found.1, "`projection.far` is missing");
+    let disc = format!("type = \"fisheye\"\n{LOOKING}field_of_view = 120\nfar = 3\n");
+    let found = error(&format!("{disc}mapping = \"stereographic\""), "");
+    let mappings = "expected `equidistant` (ARC) or `equal_area` (ZEA)";
+    is(found, 6, "unknown mapping `stereographic`", mappings);
+}
+
+#[test]
+fn shapes_are_checked_where_they_stand() {
+    let camera = format!("type = \"perspective\"\n{LOOKING}field_of_view = [20, 20]\nfar = 30");
+    let of_shape = |tables: &str| {
+        let (line, message, expected) = error(&camera, tables);
+        (line - 5, message, expected)
+    };
+    let is = |found: (usize, String, String), line, message: &str, expected: &str| {
+        assert_eq!(found, (line, message.to_owned(), expected.to_owned()));
+    };
+    let body = "[[occulter]]\ntype = \"cube\"";
+    is(of_shape(body), 2, "unknown body `cube`", "expected `sphere` or `ellipsoid`");
+    let body = "[[occulter]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = -1";
+    is(of_shape(body), 4, "`radius` is -1: expected a finite length above 0", "");
+    let body = "[[occulter]]\ntype = \"sphere\"\ncenter = [9, 0, 0]\nradius = 2";
+    let message = "the observer at [10.0, 0.0, 0.0] is inside occulter 1, or on its surface: \
+                   expected a position outside of all opaque bodies";
+    is(of_shape(body), 1, message, "");
+    let body = "[[occulter]]\ntype = \"ellipsoid\"\ncenter = [0, 0, 0]\nsemi_axes = [1, 2, 3]\n\
+                pole = [1, 0, 0]";
+    let message = "`meridian` is [1.0, 0.0, 0.0]: expected a direction across `pole`";
+    is(of_shape(body), 5, message, "");
+    let bounds = "[bounds]\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, -1, 1]";
+    let message = "`max` is [1.0, -1.0, 1.0]: expected three finite coordinates, each above that \
+                   of `min`";
+    is(of_shape(bounds), 4, message, "");
+    let bounds = "[bounds]\ntype = \"cylinder\"";
+    is(of_shape(bounds), 2, "unknown shape `cylinder`", "expected `sphere`, `ellipsoid` or `box`");
+    let (_, message, _) = of_shape("[[occulter]]\ntype = \"sphere\"\nradius = 2");
+    assert_eq!(message, "`occulter[0].center` is missing");
+}
+
+#[test]
+fn a_sky_has_its_own_image() {
+    let sky = "type = \"healpix\"\nposition = [0, 0, 0]\nfar = 20";
+    let text = |image: &str| {
+        format!("emission.expression = \"x\"\nimage = {{ {image} }}\n[projection]\n{sky}")
+    };
+    let message = |image: &str| {
+        let error = Scene::parse("scene.toml", &text(image), &[]).unwrap_err();
+        (error.message().to_owned(), error.expected().to_owned())
+    };
+    let expected = "expected a power of two, 1 to 2^13: pixels along the edge of a face".to_owned();
+    assert_eq!(message("nside = 12"), ("`image.nside` is 12".to_owned(), expected));
+    let (found, _) = message("width = 4, height = 4");
+    assert_eq!(found, "`image.nside` is missing");
+}

@@ -1,0 +1,364 @@
+//! Units: from those of the emission to those of the image.
+//!
+//! An emission has a rate unit and a length unit of its own; the scene has a length unit, and may ask
+//! for the image in another unit. All of it becomes two factors: one on positions, one on rates. The
+//! renderer sees pure numbers.
+
+use super::emission::{EmissionFailure, EmissionSource};
+use super::error::SceneError;
+use super::source::Place;
+use super::table::Table;
+use crate::units::{Unit, UnitError, image_unit};
+use emitree::{Emission, Samples};
+
+/// A text and where it was written.
+type Text = (String, Place);
+
+/// What the pixels of an image are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Quantity {
+    /// F(Ω)/Ω: the mean over the pixel's solid angle.
+    Radiance,
+    /// F(Ω): the integral over the pixel's solid angle.
+    Irradiance,
+}
+
+impl Quantity {
+    /// The name, as scenes and reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Radiance => "radiance",
+            Self::Irradiance => "irradiance",
+        }
+    }
+}
+
+/// What `[emission]` says of units.
+pub(super) struct EmissionUnits {
+    unit: Option<Text>,
+    photon_energy_ev: Option<(f64, Place)>,
+}
+
+impl EmissionUnits {
+    pub(super) fn read(table: &mut Table) -> Result<Self, SceneError> {
+        const EXPECTED: &str = "an energy in eV above 0";
+        let unit = table.text("unit")?;
+        let photon_energy_ev = match table.take("photon_energy") {
+            None => None,
+            Some(node) => match node.number()? {
+                energy if energy > 0.0 => Some((energy, node.place)),
+                other => return Err(node.refuse(&other.to_string(), EXPECTED)),
+            },
+        };
+        Ok(Self { unit, photon_energy_ev })
+    }
+}
+
+/// What `[image]` says of units.
+pub(super) struct ImageUnits {
+    unit: Option<Text>,
+    quantity: Option<Text>,
+}
+
+impl ImageUnits {
+    pub(super) fn read(table: &mut Table) -> Result<Self, SceneError> {
+        Ok(Self { unit: table.text("unit")?, quantity: table.text("quantity")? })
+    }
+}
+
+/// What glows in a scene, in the scene's units: an [`Emission`] whose line-of-sight integral over the
+/// scene's length unit is the image in its own unit.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SceneEmission {
+    /// What glows, in units of its own.
+    pub source: EmissionSource,
+    /// Length units of the source in one of the scene.
+    pub length_factor: f64,
+    /// What the source's rates are multiplied with.
+    pub rate_factor: f64,
+}
+
+impl Emission for SceneEmission {
+    type Error = EmissionFailure;
+
+    #[expect(clippy::float_cmp, reason = "only a factor of exactly 1 changes nothing")]
+    fn emission_rates(
+        &self,
+        samples: &Samples<'_>,
+        rates: &mut [f64],
+    ) -> Result<(), EmissionFailure> {
+        if self.length_factor == 1.0 {
+            self.source.emission_rates(samples, rates)?;
+        } else {
+            let scaled = |position: &[f64; 3]| position.map(|along| along * self.length_factor);
+            let positions: Vec<[f64; 3]> = samples.positions().iter().map(scaled).collect();
+            let samples = Samples::new(&positions, samples.directions());
+            self.source.emission_rates(&samples, rates)?;
+        }
+        if self.rate_factor != 1.0 {
+            rates.iter_mut().for_each(|rate| *rate *= self.rate_factor);
+        }
+        Ok(())
+    }
+}
+
+/// The emission in the units of the scene, the scene's length unit, and quantity and unit of the
+/// image.
+pub(super) struct Radiometry {
+    pub(super) emission: SceneEmission,
+    pub(super) length_unit: Option<String>,
+    pub(super) quantity: Quantity,
+    pub(super) unit: String,
+}
+
+pub(super) fn resolve(
+    source: EmissionSource,
+    of_emission: &EmissionUnits,
+    of_image: &ImageUnits,
+    length_unit: Option<Text>,
+    has_solid_angles: bool,
+) -> Result<Radiometry, SceneError> {
+    let quantity = quantity(of_image.quantity.as_ref(), has_solid_angles)?;
+    let length_factor = length_factor(source.length_unit(), length_unit.as_ref())?;
+    let scene_length = length_unit.as_ref().map(|(unit, _)| unit.clone());
+    let scene_length = scene_length.or(source.length_unit().map(str::to_owned));
+    let native = native(&source, of_emission, scene_length.as_deref(), length_unit.as_ref())?;
+    let (unit, factor) = in_wanted_unit(native, of_emission, of_image, quantity)?;
+    // The source's rates are for its own length unit.
+    let rate_factor = length_factor * factor;
+    Ok(Radiometry {
+        emission: SceneEmission { source, length_factor, rate_factor },
+        length_unit: scene_length,
+        quantity,
+        unit,
+    })
+}
+
+fn quantity(text: Option<&Text>, has_solid_angles: bool) -> Result<Quantity, SceneError> {
+    let refuse = |place, message: String, expected: &str| {
+        Err(SceneError::at(place, message).label(format!("expected {expected}")))
+    };
+    match text {
+        None => Ok(Quantity::Radiance),
+        Some((name, _)) if name == "radiance" => Ok(Quantity::Radiance),
+        Some((name, _)) if name == "irradiance" && has_solid_angles => Ok(Quantity::Irradiance),
+        Some((name, place)) if name == "irradiance" => {
+            let message = "`image.quantity` is \"irradiance\"".to_owned();
+            let expected = "`radiance`: the pixels of parallel lines of sight have no solid angles";
+            refuse(place, message, expected)
+        }
+        Some((name, place)) => {
+            refuse(place, format!("unknown quantity `{name}`"), "`radiance` or `irradiance`")
+        }
+    }
+}
+
+/// Length units of the source in one of the scene.
+fn length_factor(of_source: Option<&str>, of_scene: Option<&Text>) -> Result<f64, SceneError> {
+    let (Some(source), Some((scene, place))) = (of_source, of_scene) else { return Ok(1.0) };
+    if source == scene {
+        return Ok(1.0);
+    }
+    let converted = Unit::parse(scene)
+        .and_then(|scene| scene.factor_to(&Unit::parse(source)?))
+        .map_err(|error| SceneError::at(place, format!("`length_unit` is \"{scene}\": {error}")));
+    converted.map_err(|error| {
+        error.label(format!("expected \"{source}\", the length unit of the emission, or another"))
+    })
+}
+
+/// The unit of the image before anything is asked for, and what the rates are multiplied with for
+/// it; none if the scene does not tell.
+fn native(
+    source: &EmissionSource,
+    of_emission: &EmissionUnits,
+    scene_length: Option<&str>,
+    length_place: Option<&Text>,
+) -> Result<Option<(Unit, f64)>, SceneError> {
+    let of_source = source.image_unit();
+    let (text, place) = match (&of_emission.unit, source) {
+        (Some((_, place)), _) if !of_source.is_empty() => {
+            return Err(SceneError::at(place, "`emission.unit` has no meaning here")
+                .label(format!("expected none: images of this emission are in \"{of_source}\"")));
+        }
+        (Some((unit, place)), _) => (unit.as_str(), Some(place)),
+        (None, EmissionSource::Grid(grid)) => match &grid.unit {
+            // A file's unit that nobody asked for may be anything.
+            Some(unit) if Unit::parse(unit).is_ok() && scene_length.is_some() => {
+                (unit.as_str(), None)
+            }
+            _ => return Ok(None),
+        },
+        (None, _) => {
+            return match Unit::parse(of_source) {
+                Ok(unit) if !of_source.is_empty() => Ok(Some((unit, 1.0))),
+                _ => Ok(None),
+            };
+        }
+    };
+    let at = |error: &UnitError, key: &str, place: Option<&Place>| match place {
+        Some(place) => Err(SceneError::at(place, format!("`{key}`: {error}"))),
+        None => Ok(None),
+    };
+    let rate = match Unit::parse(text) {
+        Ok(rate) => rate,
+        Err(error) => return at(&error, "emission.unit", place),
+    };
+    let Some(length) = scene_length else {
+        return match place {
+            Some(place) => Err(SceneError::at(place, "`emission.unit` needs a length unit")
+                .label("expected `length_unit` in `[projection]` too, as in \"km\"")),
+            None => Ok(None),
+        };
+    };
+    let length_place = length_place.map(|(_, place)| place).or(place);
+    match Unit::parse(length) {
+        Err(error) => at(&error, "projection.length_unit", length_place),
+        Ok(length) => match image_unit(&rate, &length) {
+            Ok(found) => Ok(Some(found)),
+            Err(error) => at(&error, "emission.unit", place),
+        },
+    }
+}
+
+/// The text of the image's unit, and what the rates are multiplied with for it.
+fn in_wanted_unit(
+    native: Option<(Unit, f64)>,
+    of_emission: &EmissionUnits,
+    of_image: &ImageUnits,
+    quantity: Quantity,
+) -> Result<(String, f64), SceneError> {
+    let Some((native, factor)) = native else {
+        return match &of_image.unit {
+            None => Ok((String::new(), 1.0)),
+            Some((_, place)) => Err(SceneError::at(place, "`image.unit` can't be reached")
+                .label("expected `emission.unit` too, the unit that the rates have")),
+        };
+    };
+    let native = match (quantity, Unit::parse("sr")) {
+        (Quantity::Irradiance, Ok(steradian)) => native.times(&steradian),
+        _ => native,
+    };
+    let Some((text, place)) = &of_image.unit else {
+        let (text, of_text) = native.fits();
+        return Ok((text.unwrap_or_default(), factor * of_text));
+    };
+    let converted = Unit::parse(text).and_then(|wanted| {
+        let of_wanted = match of_emission.photon_energy_ev {
+            None => native.factor_to_image(&wanted)?,
+            Some((energy, _)) => {
+                native.factor_with_photon_energy(&wanted, energy * JOULES_PER_EV)?
+            }
+        };
+        let (text, of_text) = wanted.fits();
+        Ok((text.unwrap_or_default(), factor * of_wanted * of_text))
+    });
+    converted.map_err(|error| SceneError::at(place, format!("`image.unit`: {error}")))
+}
+
+/// Exact since 2019: the elementary charge in coulombs.
+const JOULES_PER_EV: f64 = 1.602_176_634e-19;
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::{Quantity, Scene, SceneError};
+    use emitree::{Emission, Samples};
+
+    /// A scene with these lines in `[emission]`, `[image]` and `[projection]`.
+    fn scene(emission: &str, image: &str, projection: &str) -> Result<Scene, SceneError> {
+        let text = format!(
+            "[image]\nwidth = 2\nheight = 2\n{image}\n[emission]\n{emission}\n[projection]\n\
+             type = \"perspective\"\nposition = [1, 0, 0]\ntarget = [0, 0, 0]\n\
+             field_of_view = [9, 9]\nfar = 2\n{projection}"
+        );
+        Scene::parse("scene.toml", &text, &[])
+    }
+
+    #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+    fn unit_and_factor(emission: &str, image: &str, projection: &str) -> (String, f64) {
+        let scene = scene(emission, image, projection).unwrap();
+        (scene.image_unit().to_owned(), scene.emission.rate_factor)
+    }
+
+    fn is(found: &(String, f64), unit: &str, factor: f64) {
+        assert_eq!(found.0, unit);
+        assert!((found.1 / factor - 1.0).abs() < 1e-13, "{found:?}, not {factor}");
+    }
+
+    #[test]
+    fn rates_and_lengths_make_the_image_unit() {
+        let rate = "expression = \"1\"\nunit = \"cm-3 s-1 sr-1\"";
+        let found = unit_and_factor(rate, "", "length_unit = \"R_E\"");
+        is(&found, "cm-2 s-1 sr-1", 6.371e8);
+        let found = unit_and_factor(rate, "unit = \"m-2 s-1 sr-1\"", "length_unit = \"km\"");
+        is(&found, "m-2 s-1 sr-1", 1e9);
+        let no_unit = unit_and_factor("expression = \"1\"", "", "length_unit = \"km\"");
+        is(&no_unit, "", 1.0);
+    }
+
+    #[test]
+    fn isotropic_rates_become_rayleigh() {
+        // 1 R is a column of 10^6 photons cm^-2 s^-1 that shines into all directions.
+        let rate = "expression = \"1\"\nunit = \"ph cm-3 s-1\"";
+        is(&unit_and_factor(rate, "unit = \"R\"", "length_unit = \"km\""), "R", 1e5 * 1e-6);
+        let energy = "expression = \"1\"\nunit = \"ph m-3 s-1 sr-1\"\nphoton_energy = 10.0";
+        let found = unit_and_factor(energy, "unit = \"J m-2 s-1 sr-1\"", "length_unit = \"m\"");
+        is(&found, "J m-2 s-1 sr-1", 1.602_176_634e-18);
+    }
+
+    #[test]
+    fn models_are_seen_in_any_length_unit() {
+        let scene = scene("model = \"cmem\"", "", "length_unit = \"km\"").unwrap();
+        assert_eq!(scene.image_unit(), "keV cm-2 s-1 sr-1");
+        let in_km = [[12.0 * 6371.0, 0.0, 0.0]];
+        let (mut ours, mut theirs) = ([0.0], [0.0]);
+        let direction = [[0.0, 1.0, 0.0]];
+        scene.emission.emission_rates(&Samples::new(&in_km, &direction), &mut ours).unwrap();
+        let samples = Samples::new(&[[12.0, 0.0, 0.0]], &direction);
+        scene.emission.source.emission_rates(&samples, &mut theirs).unwrap();
+        assert!(theirs[0] > 0.0);
+        assert!((ours[0] * 6371.0 / theirs[0] - 1.0).abs() < 1e-12, "{ours:?} {theirs:?}");
+    }
+
+    #[test]
+    fn an_irradiance_has_no_steradian() {
+        let rate = "expression = \"1\"\nunit = \"cm-3 s-1 sr-1\"";
+        let scene = scene(rate, "quantity = \"irradiance\"", "length_unit = \"cm\"").unwrap();
+        assert_eq!((scene.quantity, scene.image_unit()), (Quantity::Irradiance, "cm-2 s-1"));
+    }
+
+    #[test]
+    fn units_that_do_not_go_together_are_refused_where_they_stand() {
+        let error = |emission: &str, image: &str, projection: &str| {
+            let error = scene(emission, image, projection).unwrap_err();
+            (error.line().unwrap().1, error.message().to_owned(), error.expected().to_owned())
+        };
+        let rate = "expression = \"1\"\nunit = \"cm-3 s-1 sr-1\"";
+        let (line, message, _) = error(rate, "unit = \"erg\"", "length_unit = \"km\"");
+        assert_eq!(line, 4);
+        assert!(message.starts_with("`image.unit`: "), "{message}");
+        let (line, message, expected) = error(rate, "", "");
+        assert_eq!((line, &*message), (7, "`emission.unit` needs a length unit"));
+        assert_eq!(expected, "expected `length_unit` in `[projection]` too, as in \"km\"");
+        let (line, message, _) =
+            error("expression = \"1\"\nunit = \"cm-3 sx\"", "", "length_unit = \"km\"");
+        assert_eq!(line, 7);
+        assert!(message.contains("`sx`"), "{message}");
+        let (line, message, expected) = error("model = \"cmem\"\nunit = \"m-3\"", "", "");
+        assert_eq!((line, &*message), (7, "`emission.unit` has no meaning here"));
+        let of_model = "expected none: images of this emission are in \"keV cm-2 s-1 sr-1\"";
+        assert_eq!(expected, of_model);
+        let (line, message, expected) = error("expression = \"1\"", "unit = \"R\"", "");
+        assert_eq!((line, &*message), (4, "`image.unit` can't be reached"));
+        assert_eq!(expected, "expected `emission.unit` too, the unit that the rates have");
+        let (_, message, expected) = error(rate, "quantity = \"flux\"", "length_unit = \"km\"");
+        assert_eq!(message, "unknown quantity `flux`");
+        assert_eq!(expected, "expected `radiance` or `irradiance`");
+        let (_, message, expected) =
+            error("expression = \"1\"\nphoton_energy = 0", "", "length_unit = \"km\"");
+        assert_eq!(message, "`emission.photon_energy` is 0");
+        assert_eq!(expected, "expected an energy in eV above 0");
+    }
+}

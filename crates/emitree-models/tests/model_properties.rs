@@ -1,0 +1,78 @@
+//! What holds for every place and direction, and for every parameter that is accepted.
+
+use emitree::{Emission, Samples};
+use emitree_models::models::{Chamberlain, Ena};
+use emitree_models::{build_model, catalogue};
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+
+/// A unit vector.
+fn direction() -> impl Strategy<Value = [f64; 3]> {
+    (-1.0..=1.0_f64, 0.0..std::f64::consts::TAU).prop_map(|(z, phi)| {
+        let rho = (1.0 - z * z).sqrt();
+        [rho * phi.cos(), rho * phi.sin(), z]
+    })
+}
+
+/// A number of a magnitude between two powers of 10.
+fn magnitude(from: f64, to: f64) -> impl Strategy<Value = f64> {
+    (from..to).prop_map(|exponent| 10.0_f64.powf(exponent))
+}
+
+fn given<const N: usize>(parameters: [(&str, f64); N]) -> BTreeMap<String, f64> {
+    parameters.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+proptest! {
+    #[test]
+    fn rates_are_finite_and_not_negative(
+        distance in magnitude(-12.0, 60.0),
+        place in direction(),
+        towards in direction(),
+    ) {
+        let position = [place.map(|component| distance * component)];
+        for description in catalogue() {
+            let mut rate = [f64::NAN];
+            let model = build_model(description.name, &BTreeMap::new()).unwrap();
+            let samples = Samples::new(&position, std::slice::from_ref(&towards));
+            model.emission_rates(&samples, &mut rate).unwrap();
+            prop_assert!(rate[0].is_finite() && rate[0] >= 0.0, "{}", description.name);
+        }
+    }
+
+    #[test]
+    fn exospheres_of_any_binding_fall_with_the_distance(
+        temperature in magnitude(0.0, 7.0),
+        particle_mass in magnitude(-27.0, -24.0),
+        lower in magnitude(0.0, 6.0),
+        step in magnitude(-6.0, 1.0),
+    ) {
+        let parameters = given([("temperature", temperature), ("particle_mass", particle_mass)]);
+        let exosphere = Chamberlain::new(&parameters).unwrap();
+        let [below, above] = [lower, lower * (1.0 + step)]
+            .map(|in_radii| exosphere.density_m3([0.0, 0.0, 6.871e6 * in_radii]));
+        prop_assert!(below.is_finite() && above >= 0.0);
+        prop_assert!(above < below || below <= f64::MIN_POSITIVE, "{below:e}, {above:e}");
+    }
+
+    #[test]
+    fn atoms_know_only_the_drift_along_their_way(
+        temperature in magnitude(3.0, 9.0),
+        velocity in prop::array::uniform3(-3e6..3e6_f64),
+        towards in direction(),
+    ) {
+        let [x, y, z] = velocity;
+        let drift = [("velocity_x", x), ("velocity_y", y), ("velocity_z", z)];
+        // The same wind and direction with their axes exchanged.
+        let turned = [("velocity_x", z), ("velocity_y", x), ("velocity_z", y)];
+        let [rate, again] = [(drift, towards), (turned, [towards[2], towards[0], towards[1]])].map(
+            |(drift, towards)| {
+                let mut parameters = given(drift);
+                parameters.insert("ion_temperature".to_owned(), temperature);
+                Ena::new(&parameters).unwrap().rate([5e6, 0.0, 0.0], towards)
+            },
+        );
+        prop_assert!(rate.is_finite() && rate >= 0.0);
+        prop_assert!((again - rate).abs() <= 1e-8 * rate + f64::MIN_POSITIVE, "{rate:e}, {again:e}");
+    }
+}

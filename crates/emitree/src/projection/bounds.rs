@@ -1,0 +1,99 @@
+//! Bounding shapes: outside of them nothing glows, and nothing is evaluated.
+
+use super::ellipsoid::Ellipsoid;
+use super::frame::GeometryError;
+
+/// A shape that holds all that glows: lines of sight are looked at only inside of it.
+///
+/// ```
+/// use emitree::{Bounds, Ellipsoid};
+///
+/// let halo = Bounds::Ellipsoid(Ellipsoid::sphere([0.0; 3], 12.0)?);
+/// let room = Bounds::cuboid([-1.0; 3], [1.0, 1.0, 2.0])?;
+/// # Ok::<(), emitree::GeometryError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Bounds {
+    /// A sphere or another ellipsoid.
+    Ellipsoid(Ellipsoid),
+    /// A box along the axes of the world; made by [`cuboid`](Self::cuboid).
+    Cuboid(Cuboid),
+}
+
+/// A box along the axes of the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cuboid {
+    min: [f64; 3],
+    max: [f64; 3],
+}
+
+impl Bounds {
+    /// The box between two opposite corners, in the length unit of the scene.
+    ///
+    /// # Errors
+    ///
+    /// [`GeometryError::Vector`] if a corner is not finite, or `max` not above `min` along each axis.
+    pub fn cuboid(min: [f64; 3], max: [f64; 3]) -> Result<Self, GeometryError> {
+        let finite = |corner: [f64; 3]| corner.iter().all(|x| x.is_finite());
+        let (name, value, expected) = if !finite(min) {
+            ("min", min, "three finite coordinates")
+        } else if !(finite(max) && (0..3).all(|i| max[i] > min[i])) {
+            ("max", max, "three finite coordinates, each above that of `min`")
+        } else {
+            return Ok(Self::Cuboid(Cuboid { min, max }));
+        };
+        Err(GeometryError::Vector { name, value, expected })
+    }
+
+    /// The distances at which the line of `origin` and `direction` enters and leaves the shape.
+    pub(crate) fn crossing(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
+        match self {
+            Self::Ellipsoid(ellipsoid) => ellipsoid.crossing(origin, direction),
+            Self::Cuboid(cuboid) => cuboid.crossing(origin, direction),
+        }
+    }
+}
+
+impl Cuboid {
+    fn crossing(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
+        let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+        for axis in 0..3 {
+            if direction[axis] == 0.0 {
+                if !(self.min[axis]..=self.max[axis]).contains(&origin[axis]) {
+                    return None;
+                }
+                continue;
+            }
+            let [a, b] = [self.min, self.max].map(|c| (c[axis] - origin[axis]) / direction[axis]);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        (enter < leave).then_some([enter, leave])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_cross_a_box_where_they_should() {
+        let room = Bounds::cuboid([-1.0, -2.0, -3.0], [1.0, 2.0, 3.0]).unwrap();
+        let crossing = |origin, direction| room.crossing(origin, direction);
+        assert_eq!(crossing([-5.0, 0.0, 0.0], [1.0, 0.0, 0.0]), Some([4.0, 6.0]));
+        assert_eq!(crossing([0.0, 0.0, 0.0], [0.0, 0.0, -1.0]), Some([-3.0, 3.0]));
+        assert_eq!(crossing([-5.0, 2.5, 0.0], [1.0, 0.0, 0.0]), None);
+        let diagonal = crossing([-2.0, -2.0, 0.0], [0.6, 0.8, 0.0]).unwrap();
+        assert!((diagonal[0] - 1.0 / 0.6).abs() < 1e-15 && (diagonal[1] - 5.0).abs() < 1e-15);
+        assert_eq!(crossing([-9.0, 0.0, 0.0], [0.6, 0.8, 0.0]), None);
+    }
+
+    #[test]
+    fn a_box_inside_out_is_refused() {
+        let message = Bounds::cuboid([0.0; 3], [1.0, -1.0, 1.0]).unwrap_err().to_string();
+        let expected = "three finite coordinates, each above that of `min`";
+        assert_eq!(message, format!("`max` is [1.0, -1.0, 1.0]: expected {expected}"));
+        assert!(Bounds::cuboid([f64::NAN; 3], [1.0; 3]).is_err());
+    }
+}

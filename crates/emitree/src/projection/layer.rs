@@ -1,0 +1,57 @@
+//! Layers: an image with edges as a sum of smooth images, each with a share that is known.
+//!
+//! An opaque body ends lines of sight, and the image jumps at its limb. But where the limb is, is
+//! geometry: no evaluation has to find it. So a view is cut along depth into *layers* whose
+//! radiances are smooth across limbs, and the image is the sum over layers of radiance times
+//! *share*, where the share of a layer at (x, y) follows from what stands in the way there.
+
+use super::{MappedPoint, Projection};
+
+/// What is seen at one point of the image plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Region {
+    /// Nothing: the point belongs to no image.
+    Outside,
+    /// A line of sight through all of the view's depth.
+    Sky,
+    /// A line of sight that ends at an opaque body, counted from the nearest.
+    Body(usize),
+}
+
+/// One layer of a view: a map from the canonical cube to a part of the world, smooth on the whole
+/// image plane, and its share in the image.
+pub trait Layer: Sync + core::fmt::Debug {
+    /// As [`Projection::world_from_canonical`].
+    fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint;
+
+    /// As [`Projection::canonical_from_world`].
+    fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]>;
+
+    /// As [`Projection::solid_angle_density`], continued smoothly where there is no image.
+    fn solid_angle_density(&self, xy: [f64; 2]) -> f64;
+
+    /// What of the layer's radiance at (x, y) is in the image, −1 to 1, if that lies in `region`.
+    fn share(&self, xy: [f64; 2], region: Region) -> f64;
+}
+
+/// A whole projection as its only layer.
+#[derive(Debug)]
+pub(super) struct Whole<'a, P: ?Sized>(pub(super) &'a P);
+
+impl<P: Projection + ?Sized> Layer for Whole<'_, P> {
+    fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint {
+        self.0.world_from_canonical(u)
+    }
+
+    fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
+        self.0.canonical_from_world(position)
+    }
+
+    fn solid_angle_density(&self, xy: [f64; 2]) -> f64 {
+        self.0.solid_angle_density(xy)
+    }
+
+    fn share(&self, _xy: [f64; 2], region: Region) -> f64 {
+        if region == Region::Outside { 0.0 } else { 1.0 }
+    }
+}

@@ -1,0 +1,64 @@
+//! The tangent plane: a pinhole camera. FITS: TAN.
+
+use super::solid_angle::integral;
+use super::{ImagePlane, Sight, field_of_view};
+use crate::projection::frame::GeometryError;
+use core::f64::consts::PI;
+
+/// Lines of sight from an eye through a flat screen at right angles to the pointing.
+///
+/// On the plane at distance 1 the image reaches from −tan(w/2) to tan(w/2), the gnomonic projection
+/// of Calabretta & Greisen 2002 (doi:10.1051/0004-6361:20021327), section 5.1.3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TangentPlane {
+    /// tan of half the field of view, along right and up.
+    half: [f64; 2],
+}
+
+/// A pixel at least this large on the plane has its solid angle from the closed form, whose digits
+/// cancel on smaller ones.
+const LARGE_PIXEL: f64 = 1e-4;
+
+impl TangentPlane {
+    /// A screen of fields of view `fov_rad` = \[width, height\] \[rad\], each above 0 and below π.
+    pub(crate) fn new(fov_rad: [f64; 2]) -> Result<Self, GeometryError> {
+        match fov_rad.iter().find(|&&angle| !(angle > 0.0 && angle < PI)) {
+            None => Ok(Self { half: fov_rad.map(|angle| (0.5 * angle).tan()) }),
+            Some(&angle) => {
+                Err(field_of_view(angle, "a width and a height above 0 and below 180 degrees"))
+            }
+        }
+    }
+
+    fn on_plane(&self, xy: [f64; 2]) -> [f64; 2] {
+        core::array::from_fn(|i| self.half[i] * (2.0 * xy[i] - 1.0))
+    }
+}
+
+impl ImagePlane for TangentPlane {
+    fn sight(&self, xy: [f64; 2]) -> Sight {
+        let [right, up] = self.on_plane(xy);
+        let length = right.hypot(up).hypot(1.0);
+        Sight::from_eye([right / length, up / length, 1.0 / length])
+    }
+
+    fn xy_of(&self, [right, up, forward]: [f64; 3]) -> Option<[f64; 2]> {
+        let plane = [right / forward, up / forward];
+        (forward > 0.0).then(|| core::array::from_fn(|i| 0.5 + 0.5 * plane[i] / self.half[i]))
+    }
+
+    fn solid_angle_density(&self, xy: [f64; 2]) -> f64 {
+        let [right, up] = self.on_plane(xy);
+        4.0 * self.half[0] * self.half[1] * (1.0 + right * right + up * up).powf(-1.5)
+    }
+
+    fn solid_angle(&self, min: [f64; 2], max: [f64; 2]) -> f64 {
+        let ([x0, y0], [x1, y1]) = (self.on_plane(min), self.on_plane(max));
+        if (x1 - x0) * (y1 - y0) < LARGE_PIXEL {
+            let row = |y| integral(min[0], max[0], |x| self.solid_angle_density([x, y]));
+            return integral(min[1], max[1], row);
+        }
+        let corner = |x: f64, y: f64| (x * y / (1.0 + x * x + y * y).sqrt()).atan();
+        corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
+    }
+}

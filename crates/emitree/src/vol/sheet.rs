@@ -1,0 +1,227 @@
+//! A sheet: the image tree of one layer of one tile, and its part in the image.
+
+use super::dyadic::spacing;
+use super::dyadic::unit;
+use super::error_map::Footprint;
+use super::image_tree::Place;
+use super::opening::Choice;
+use super::pixels::pixel_means;
+use super::remaining::{Children, Remaining, guarded_details, remaining};
+use super::round::Scan;
+use super::shares::Shares;
+use super::sights::{Stop, Wanted, Way, base_depths};
+use crate::emission::Emission;
+use crate::image::Image;
+
+/// If this share of the base lines has a jump, surfaces are tracked from line to line, and the image
+/// has kinks where they turn away…
+const ROUGH_SHARE: f64 = 0.03;
+/// …and predictions of this order, which reach less far across them, are the better ones.
+const ROUGH_ORDER: usize = 4;
+/// A jump within an interval as short as the spacing of this level is one; a loose tolerance leaves
+/// it no shorter.
+const ROUGH_JUMP_LEVEL: u8 = 5;
+
+/// One layer of one tile as a tree of lines.
+pub(crate) struct Sheet<'a, E> {
+    pub(crate) scan: Scan<'a, E>,
+    /// The number of its tile.
+    pub(crate) tile: usize,
+    /// The layers of its tile: the errors of their lines add up.
+    pub(crate) layers: usize,
+    /// What of the layer each pixel has; all of it if there is none.
+    pub(crate) shares: Option<Shares>,
+    /// For each pixel, its radiance over the mean of the irradiance density on it, times the part
+    /// of it that the layer reaches.
+    pub(crate) scale: Image,
+}
+
+/// What a sheet has seen, for the choice of what is to be looked at next.
+pub(crate) struct Seen {
+    pub(crate) guarded: Vec<f64>,
+    remaining: Vec<Remaining>,
+    footprints: Vec<Option<Footprint>>,
+    /// Whether all nodes of the levels that are always looked at are there.
+    pub(crate) always_seen: bool,
+}
+
+impl<'a, E: Emission> Sheet<'a, E> {
+    /// A sheet without nodes; `scale` is the same for all layers of a tile.
+    pub(crate) fn new(
+        scan: Scan<'a, E>,
+        tile: usize,
+        layers: usize,
+        shares: Option<Shares>,
+        scale: &Image,
+    ) -> Self {
+        let mut scale = scale.clone();
+        if let Some(shares) = &shares {
+            let reached = scale.pixels_mut().iter_mut().zip(shares.reach.pixels());
+            reached.for_each(|(scale, reach)| *scale *= reach);
+        }
+        Self { scan, tile, layers, shares, scale }
+    }
+
+    /// Adds the nodes of the base lattice, and returns the depths that they start with.
+    pub(crate) fn add_base(&mut self) -> Wanted {
+        let level = self.scan.base_level;
+        let lattice = 0..=1_u32 << level;
+        let along = |k: u32| k * spacing(level);
+        let places: Vec<Place> = lattice
+            .clone()
+            .flat_map(|i| lattice.clone().map(move |j| [along(i), along(j)]))
+            .collect();
+        self.scan.add(&places);
+        self.scan.sights.ways.fill(Way::Full);
+        let depths = base_depths(level);
+        (0..places.len()).map(|i| (i, depths.clone())).collect()
+    }
+
+    /// The depths that seeds want on the lines of the base.
+    pub(crate) fn seeded(&self) -> Wanted {
+        let nodes = self.scan.tree.nodes().iter().enumerate();
+        nodes
+            .map(|(i, node)| (i, self.scan.seeds.depths(node.place)))
+            .filter(|(_, depths)| !depths.is_empty())
+            .collect()
+    }
+
+    /// Chooses how jumps are treated, once the base has been looked at.
+    pub(crate) fn settle(&mut self) {
+        if self.is_rough() {
+            self.scan.sights.tracks_jumps = true;
+            self.scan.tree.set_order(ROUGH_ORDER);
+        }
+    }
+
+    /// Whether g jumps on surfaces that many of the base lines cross.
+    fn is_rough(&self) -> bool {
+        let lines = &self.scan.sights.lines;
+        let of_interest = spacing(ROUGH_JUMP_LEVEL);
+        let jumping = lines.iter().filter(|line| line.has_jump_within(of_interest));
+        jumping.count() as f64 >= ROUGH_SHARE * lines.len() as f64
+    }
+
+    /// The largest |radiance| of a line so far.
+    pub(crate) fn largest_line(&self) -> f64 {
+        self.scan.sights.lines.iter().map(|line| line.integral.abs()).fold(0.0, f64::max)
+    }
+
+    /// The radiances of nodes at new `places`, each to `tolerance`; whether the budget allowed it. If
+    /// not, the nodes are left out again.
+    pub(crate) fn look(
+        &mut self,
+        places: &[Place],
+        guarded: &[f64],
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
+        let first = self.scan.tree.len();
+        let standing = self.scan.sights.standing();
+        self.scan.add(places);
+        let looked = self.scan.scan(first, guarded, tolerance);
+        if let Err(Stop::Budget) = looked {
+            self.scan.truncate(first);
+            self.scan.sights.restore(&standing);
+        }
+        self.set_values();
+        looked
+    }
+
+    /// The irradiance density of all nodes, from their radiances.
+    pub(crate) fn set_values(&mut self) {
+        let Scan { tree, sights, view, .. } = &mut self.scan;
+        for i in 0..tree.len() {
+            let xy = tree.nodes()[i].place.map(unit);
+            let density = view.layer.solid_angle_density(xy);
+            tree.set(i, density * sights.lines[i].integral);
+        }
+        tree.update_details();
+    }
+
+    /// The places of seeds that no node is at yet.
+    pub(crate) fn unseen_seeds(&self) -> Vec<Place> {
+        let unseen = |place: &&Place| self.scan.tree.find(**place).is_none();
+        self.scan.seeds.places.iter().filter(unseen).copied().collect()
+    }
+
+    /// Adds the layer to the image of its tile, and what is not known of it to the error; `scale` is
+    /// that of the tile.
+    pub(crate) fn develop(
+        &self,
+        image: &mut Image,
+        error: &mut Image,
+        scale: &Image,
+        always: u8,
+    ) -> Seen {
+        let Scan { tree, sights, .. } = &self.scan;
+        let shape = [image.height(), image.width()];
+        let of_lines = (0..tree.len()).map(|i| sights.error(i)).fold(0.0, f64::max);
+        match &self.shares {
+            None => {
+                add(image, &pixel_means(tree, shape), scale);
+                error.pixels_mut().iter_mut().for_each(|error| *error += of_lines);
+            }
+            Some(shares) => {
+                let [seen, unknown] = shares.apply(&pixel_means(tree, shares.shape()));
+                add(image, seen.pixels(), scale);
+                add(error, unknown.pixels(), scale);
+                let reached = error.pixels_mut().iter_mut().zip(shares.reach.pixels());
+                reached.for_each(|(error, reach)| *error += of_lines * reach);
+            }
+        }
+        let guarded = guarded_details(tree);
+        let remaining = remaining(tree, &guarded, always);
+        let footprint = |(node, remaining): (_, &Remaining)| {
+            (remaining.size > 0.0).then(|| Footprint::new(node, remaining, shape))
+        };
+        let footprints: Vec<Option<Footprint>> =
+            tree.nodes().iter().zip(&remaining).map(footprint).collect();
+        for footprint in footprints.iter().flatten() {
+            footprint.add_to(error, &self.scale, 1.0);
+        }
+        let nodes = tree.nodes().iter().zip(&remaining);
+        let always_seen = nodes
+            .filter(|(node, _)| node.level < always)
+            .all(|(_, remaining)| remaining.children == Children::All);
+        Seen { guarded, remaining, footprints, always_seen }
+    }
+
+    /// The places to be looked at next, the most worthwhile first, given the tile's error.
+    pub(crate) fn choose(
+        &self,
+        seen: &Seen,
+        error: &Image,
+        tolerance: f64,
+        finest_level: u8,
+        always: u8,
+    ) -> Vec<Place> {
+        let choice = Choice {
+            tree: &self.scan.tree,
+            remaining: &seen.remaining,
+            footprints: &seen.footprints,
+            error,
+            scale: &self.scale,
+            tolerance,
+            finest_level,
+            always,
+        };
+        let mut nodes = choice.nodes();
+        if !seen.always_seen {
+            let unseen = |&i: &usize| {
+                self.scan.tree.nodes()[i].level < always
+                    && seen.remaining[i].children != Children::All
+            };
+            nodes.extend((0..self.scan.tree.len()).filter(unseen));
+        }
+        let mut places = self.unseen_seeds();
+        places.extend(choice.places(&nodes));
+        places
+    }
+}
+
+/// Adds `values` times `scale` to a map.
+fn add(map: &mut Image, values: &[f64], scale: &Image) {
+    for ((pixel, value), scale) in map.pixels_mut().iter_mut().zip(values).zip(scale.pixels()) {
+        *pixel += value * scale;
+    }
+}
