@@ -8,7 +8,7 @@ use crate::interrupt;
 use crate::render::{ProgressLine, history};
 use crate::report::available_memory_bytes;
 use emitree::{Ending, RenderError, WorldTreeError, WorldTreeOptions, build_world_tree};
-use emitree_io::{OutputFile, Scene, TreeFile};
+use emitree_io::{OutputFile, Quantity, Scene, TreeFile};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
@@ -22,6 +22,10 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
             scene.name
         )));
     };
+    if scene.quantity == Quantity::Irradiance {
+        let why = "a tree holds rates, whose integrals are radiances: expected \"radiance\"";
+        return Err(Failure::Request(format!("{}: `image.quantity`: {why}", scene.name)));
+    }
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = arguments.threads {
         pool = pool.num_threads(usize::from(threads));

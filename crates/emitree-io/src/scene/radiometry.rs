@@ -237,9 +237,13 @@ fn in_wanted_unit(
                 .label("expected `emission.unit` too, the unit that the rates have")),
         };
     };
-    let native = match (quantity, Unit::parse("sr")) {
-        (Quantity::Irradiance, Ok(steradian)) => native.times(&steradian),
-        _ => native,
+    let (native, factor) = match (quantity, Unit::parse("sr")) {
+        // What shines into all directions, 4π sr, has its share in each of them.
+        (Quantity::Irradiance, Ok(_)) if native.dimension().angle == 0 => {
+            (native, factor / (4.0 * std::f64::consts::PI))
+        }
+        (Quantity::Irradiance, Ok(steradian)) => (native.times(&steradian), factor),
+        _ => (native, factor),
     };
     let Some((text, place)) = &of_image.unit else {
         let (text, of_text) = native.fits();
@@ -327,6 +331,13 @@ mod tests {
         let rate = "expression = \"1\"\nunit = \"cm-3 s-1 sr-1\"";
         let scene = scene(rate, "quantity = \"irradiance\"", "length_unit = \"cm\"").unwrap();
         assert_eq!((scene.quantity, scene.image_unit()), (Quantity::Irradiance, "cm-2 s-1"));
+    }
+
+    #[test]
+    fn an_isotropic_rate_has_its_share_in_each_direction() {
+        let rate = "expression = \"1\"\nunit = \"ph cm-3 s-1\"";
+        let found = unit_and_factor(rate, "quantity = \"irradiance\"", "length_unit = \"cm\"");
+        is(&found, "ph cm-2 s-1", 0.25 * std::f64::consts::FRAC_1_PI);
     }
 
     #[test]

@@ -294,6 +294,11 @@ impl<P: ImagePlane> Camera<P> {
         seen
     }
 
+    /// Whether a place is within the bounds.
+    pub(super) fn may_glow(&self, position: [f64; 3]) -> bool {
+        self.bounds.is_none_or(|bounds| bounds.contains(position))
+    }
+
     /// The distance at which layers behind and before `body` meet.
     pub(super) fn parting(&self, line: &Line, body: &Ellipsoid) -> f64 {
         if self.plane.is_parallel() {
@@ -384,9 +389,8 @@ impl<P: ImagePlane> Projection for Camera<P> {
     }
 
     fn layers(&self) -> Vec<Box<dyn Layer + '_>> {
-        let bodies = self.bodies.len();
-        let between = (0..=bodies).map(Piece::Between);
-        let pieces = between.chain((0..bodies).map(Piece::Hidden));
+        let of_body = |number| [Piece::Front(number), Piece::Hidden(number)];
+        let pieces = core::iter::once(Piece::Sky).chain((0..self.bodies.len()).flat_map(of_body));
         pieces.map(|piece| Box::new(Section::new(self, piece)) as Box<dyn Layer>).collect()
     }
 }

@@ -7,6 +7,22 @@
 
 use super::{MappedPoint, Projection};
 
+/// Where a point of a layer lies in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LayerPoint {
+    /// Where g is wanted.
+    pub point: MappedPoint,
+    /// A second place, for a line of sight that is inside an opaque body, where g is not known: it is
+    /// continued linearly from the surface, to 2 g(point) − g(mirror).
+    pub mirror: Option<[f64; 3]>,
+}
+
+impl From<MappedPoint> for LayerPoint {
+    fn from(point: MappedPoint) -> Self {
+        Self { point, mirror: None }
+    }
+}
+
 /// What is seen at one point of the image plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Region {
@@ -22,13 +38,19 @@ pub enum Region {
 /// image plane, and its share in the image.
 pub trait Layer: Sync + core::fmt::Debug {
     /// As [`Projection::world_from_canonical`].
-    fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint;
+    fn world_from_canonical(&self, u: [f64; 3]) -> LayerPoint;
 
     /// As [`Projection::canonical_from_world`].
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]>;
 
     /// As [`Projection::solid_angle_density`], continued smoothly where there is no image.
     fn solid_angle_density(&self, xy: [f64; 2]) -> f64;
+
+    /// Whether the layer has to be looked at at (x, y): its share is not 0 there, or it is smooth
+    /// without end.
+    fn is_open(&self, _xy: [f64; 2]) -> bool {
+        true
+    }
 
     /// What of the layer's radiance at (x, y) is in the image, −1 to 1, if that lies in `region`.
     fn share(&self, xy: [f64; 2], region: Region) -> f64;
@@ -39,8 +61,8 @@ pub trait Layer: Sync + core::fmt::Debug {
 pub(super) struct Whole<'a, P: ?Sized>(pub(super) &'a P);
 
 impl<P: Projection + ?Sized> Layer for Whole<'_, P> {
-    fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint {
-        self.0.world_from_canonical(u)
+    fn world_from_canonical(&self, u: [f64; 3]) -> LayerPoint {
+        self.0.world_from_canonical(u).into()
     }
 
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {

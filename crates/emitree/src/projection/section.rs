@@ -1,25 +1,27 @@
-//! The layers of a camera: parts of its depth between opaque bodies.
+//! The layers of a camera with opaque bodies.
 //!
-//! Each body has a *parting*, a distance that is smooth in (x, y), lies inside the body where the
-//! line of sight meets it, and at the limb where it touches it. Between partings the layers go on
-//! through bodies as if they were not there; inside a body g is taken for what it is at the surface
-//! above, so that it is never asked where there is nothing. A line that ends at a body sees the
-//! layers before its parting, less the piece from its surface to the parting: that is the layer
-//! *hidden* in the body, whose length, known from geometry, is its share. So no layer jumps at a limb
-//! or has its square root, and the edges cost no evaluations.
+//! Lines of sight that meet no body are one layer, and those that end at a body are two, since what
+//! they see has the square root of the limb in it: each body has a *parting*, a distance that is
+//! smooth in (x, y), lies inside the body where the line meets it, and at the limb where it touches
+//! it. The *front* reaches to the parting, through the surface; inside a body g is continued linearly
+//! from the surface above, so that it is never asked where there is nothing. The piece from the
+//! surface to the parting, *hidden* in the body, is taken off again: its length, known from geometry,
+//! is its share. So no layer jumps at a limb or has its square root, whatever g is continued to.
 
-use super::MappedPoint;
+use super::Projection;
 use super::camera::{Camera, Line};
-use super::layer::{Layer, Region};
+use super::ellipsoid::Ellipsoid;
+use super::layer::{Layer, LayerPoint, Region};
 use super::plane::ImagePlane;
 
 /// Which part of the depth a layer is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Piece {
-    /// From the parting of the body before this number to that of the body of this number; the first
-    /// begins where the line does, the last ends there.
-    Between(usize),
-    /// From the surface of the body of this number to its parting.
+    /// All of it, for lines that meet no body.
+    Sky,
+    /// From its beginning to the parting of the body of this number, for lines that end there.
+    Front(usize),
+    /// From the surface of the body of this number to its parting, to be taken off again.
     Hidden(usize),
 }
 
@@ -35,28 +37,30 @@ impl<'a, P: ImagePlane> Section<'a, P> {
         Self { camera, piece }
     }
 
-    /// The distance at which the layers on both sides of the first `number` bodies meet.
+    /// The distance of a body's parting, within the line.
     fn parting(&self, line: &Line, number: usize) -> f64 {
         let [from, to] = line.ends;
-        let bodies = self.camera.bodies();
-        if number > bodies.len() {
-            return to;
-        }
-        let farther = |at: f64, body| at.max(self.camera.parting(line, body));
-        bodies[..number].iter().fold(from, farther).min(to)
+        self.camera.parting(line, &self.camera.bodies()[number]).max(from).min(to)
     }
 
     /// From where to where the layer reaches along a line.
     fn ends(&self, line: &Line) -> [f64; 2] {
         match self.piece {
-            Piece::Between(number) => [self.parting(line, number), self.parting(line, number + 1)],
+            Piece::Sky => line.ends,
+            Piece::Front(number) => [line.ends[0], self.parting(line, number)],
             Piece::Hidden(number) => {
-                let to = self.parting(line, number + 1);
+                let to = self.parting(line, number);
                 let body = &self.camera.bodies()[number];
                 let surface = body.crossing(line.origin, line.direction);
                 [surface.map_or(to, |[enter, _]| enter.max(line.ends[0]).min(to)), to]
             }
         }
+    }
+
+    /// Whether g may be asked at a place above the surface of `body`.
+    fn is_open(&self, position: [f64; 3], body: &Ellipsoid) -> bool {
+        let mut others = self.camera.bodies().iter().filter(|other| *other != body);
+        self.camera.may_glow(position) && !others.any(|other| other.contains(position))
     }
 
     /// The unit of length of a hidden layer, which has its mean rate times this for a radiance.
@@ -66,22 +70,24 @@ impl<'a, P: ImagePlane> Section<'a, P> {
 }
 
 impl<P: ImagePlane> Layer for Section<'_, P> {
-    fn world_from_canonical(&self, [x, y, z]: [f64; 3]) -> MappedPoint {
+    fn world_from_canonical(&self, [x, y, z]: [f64; 3]) -> LayerPoint {
         let line = self.camera.line([x, y]);
         let [from, to] = self.ends(&line);
         let mut point = line.point(&self.camera.span(from, to), z);
-        match self.piece {
-            Piece::Between(_) => {
-                for body in self.camera.bodies() {
-                    point.position = body.outside(point.position);
-                }
+        let bodies = self.camera.bodies();
+        let around = match self.piece {
+            Piece::Sky | Piece::Front(_) => {
+                bodies.iter().find(|body| body.contains(point.position))
             }
             Piece::Hidden(number) => {
-                point.position = self.camera.bodies()[number].on_surface(point.position);
                 point.path_per_depth = self.hidden_length(number);
+                Some(&bodies[number])
             }
-        }
-        point
+        };
+        let Some(body) = around else { return point.into() };
+        let mirror = body.mirror(point.position).filter(|&mirror| self.is_open(mirror, body));
+        point.position = body.on_surface(point.position);
+        LayerPoint { point, mirror }
     }
 
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
@@ -96,14 +102,22 @@ impl<P: ImagePlane> Layer for Section<'_, P> {
 
     fn share(&self, xy: [f64; 2], region: Region) -> f64 {
         match (self.piece, region) {
-            (_, Region::Outside) | (Piece::Hidden(_), Region::Sky) => 0.0,
-            (Piece::Between(_), Region::Sky) => 1.0,
-            (Piece::Between(number), Region::Body(body)) => f64::from(u8::from(number <= body)),
+            (Piece::Sky, Region::Sky) => 1.0,
+            (Piece::Front(number), Region::Body(body)) if number == body => 1.0,
             (Piece::Hidden(number), Region::Body(body)) if number == body => {
                 let [from, to] = self.ends(&self.camera.line(xy));
                 (from - to) / self.hidden_length(number)
             }
-            (Piece::Hidden(_), Region::Body(_)) => 0.0,
+            _ => 0.0,
+        }
+    }
+
+    fn is_open(&self, xy: [f64; 2]) -> bool {
+        let seen = self.camera.region(xy);
+        match self.piece {
+            // The sky goes on beyond the rim of a disc.
+            Piece::Sky => !matches!(seen, Region::Body(_)),
+            Piece::Front(number) | Piece::Hidden(number) => seen == Region::Body(number),
         }
     }
 }

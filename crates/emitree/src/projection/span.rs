@@ -129,6 +129,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::float_cmp, reason = "ends and the middle are exact")]
     fn an_infinite_end_has_no_weight() {
         let span = Depth::new([0.0, INFINITE], 3.0, false).unwrap().span(0.0, INFINITE);
         assert_eq!(span.at(1.0), (3.0, 0.0));

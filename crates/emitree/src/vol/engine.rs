@@ -83,6 +83,7 @@ pub(crate) fn render<E: Emission>(
                 tree: ImageTree::default(),
                 sights: Sights::default(),
                 seeds: Looks::at(options.seeds, &**layer, base_level, finest_level),
+                closes: false,
             };
             let shares = regions.as_ref().map(|regions| Shares::new(&**layer, regions));
             let scale = &engine.scales[number];

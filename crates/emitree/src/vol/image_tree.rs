@@ -21,6 +21,15 @@ pub(crate) struct Node {
     pub(crate) value: f64,
     /// The value minus its prediction from the next coarser lattice.
     pub(crate) detail: f64,
+    /// Whether nothing was seen here, and the value is continued from other nodes.
+    pub(crate) is_continued: bool,
+}
+
+impl Node {
+    /// The size of the detail, as far as something was seen.
+    pub(crate) fn seen(&self) -> f64 {
+        if self.is_continued { 0.0 } else { self.detail.abs() }
+    }
 }
 
 /// Nodes of the image plane, in the order in which they were added.
@@ -66,11 +75,17 @@ impl ImageTree {
     pub(crate) fn add(&mut self, place: Place) {
         let level = level_of_place(place);
         self.index.insert(cell::key(place), cell::to_u32(self.nodes.len()));
-        self.nodes.push(Node { place, level, value: 0.0, detail: 0.0 });
+        self.nodes.push(Node { place, level, value: 0.0, detail: 0.0, is_continued: false });
     }
 
     pub(crate) fn set(&mut self, node: usize, value: f64) {
         self.nodes[node].value = value;
+    }
+
+    /// Sets a value that is continued from other nodes.
+    pub(crate) fn set_continued(&mut self, node: usize, value: f64) {
+        self.nodes[node].value = value;
+        self.nodes[node].is_continued = true;
     }
 
     /// Forgets all nodes but the first `len`.

@@ -12,6 +12,7 @@
 //! * `nearest`: the nearest of many lines;
 //! * `sights`, `round`: the lines of all nodes, sampled in batches; the radiances of new nodes;
 //! * `image_tree`, `remaining`: values and details in the image plane, and what remains unseen;
+//! * `closed`: nodes that no pixel sees, and the values that stencils find there;
 //! * `error_map`, `opening`: that spread over the pixels, and the nodes that are worth opening;
 //! * `pixels`: the means over pixels;
 //! * `shares`: what each pixel has of a layer, where the image has edges that geometry knows;
@@ -21,6 +22,7 @@
 //! What is promised, and what can't be, is told at [`VolOptions::tolerance`].
 
 mod block;
+mod closed;
 mod depth_rule;
 mod dyadic;
 mod engine;

@@ -29,6 +29,8 @@ const SIBLING_SHARE: f64 = 0.25;
 const SIBLING_SHARE_OF_KINKS: f64 = 0.5;
 /// Kinks leave this much more than their details tell: those do not shrink evenly with the level.
 const KINK_MARGIN: f64 = 1.2;
+/// Beside an edge the image is extrapolated, which is so much worse than interpolation.
+const EDGE_MARGIN: f64 = 3.0;
 /// Once the diagonal children are there, what remains is their largest guarded detail, or this share
 /// of what remained before.
 const AFTER_DIAGONALS: f64 = 0.1;
@@ -75,11 +77,11 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
         let neighbours = around(place, spacing(level), 2).filter_map(|(i, j, at)| {
             let neighbour = nodes[tree.find(at)?];
             let share = if i.abs().max(j.abs()) == 1 { NEXT_GUARD } else { SECOND_GUARD };
-            (neighbour.level == level).then_some(share * neighbour.detail.abs())
+            (neighbour.level == level).then_some(share * neighbour.seen())
         });
-        neighbours.fold(detail.abs(), f64::max)
+        neighbours.fold(detail, f64::max)
     };
-    nodes.iter().map(|node| guarded(node.place, node.level, node.detail)).collect()
+    nodes.iter().map(|node| guarded(node.place, node.level, node.seen())).collect()
 }
 
 /// What remains around each node, given the `guarded` details; `always` is the finest level that
@@ -106,9 +108,16 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Re
             _ => before,
         };
         let of_siblings = sibling_share * largest_sibling(tree, node.place, node.level);
-        Remaining { children, size: margin * size.max(of_siblings) }
+        let of_edge = if is_beside_edge(tree, node.place, node.level) { EDGE_MARGIN } else { 1.0 };
+        Remaining { children, size: margin * of_edge * size.max(of_siblings) }
     };
     (0..tree.len()).into_par_iter().map(of_node).collect()
+}
+
+/// Whether a node is beside one that nothing is seen of.
+fn is_beside_edge(tree: &ImageTree, place: Place, level: u8) -> bool {
+    let mut beside = around(place, spacing(level), 1);
+    beside.any(|(_, _, at)| tree.find(at).is_some_and(|k| tree.nodes()[k].is_continued))
 }
 
 /// The largest |detail| beside a missing child of a node, on the child's level.
@@ -118,7 +127,7 @@ fn largest_sibling(tree: &ImageTree, place: Place, level: u8) -> f64 {
     let siblings = missing.flat_map(|(_, _, child)| around(child, spacing(level + 1), 1));
     let details = siblings.filter_map(|(_, _, at)| {
         let sibling = &tree.nodes()[tree.find(at)?];
-        (sibling.level == level + 1).then_some(sibling.detail.abs())
+        (sibling.level == level + 1).then_some(sibling.seen())
     });
     details.fold(0.0, f64::max)
 }

@@ -7,7 +7,7 @@
 
 use super::block::{Block, FINEST_BLOCKS};
 use super::depth_rule::{DepthRule, Profile};
-use super::dyadic::spacing;
+use super::dyadic::{spacing, unit};
 use super::image_tree::{ImageTree, Place};
 use super::remaining::around;
 use super::seeds::Looks;
@@ -40,6 +40,8 @@ pub(crate) struct Scan<'a, E> {
     pub(crate) sights: Sights,
     /// Structures that were named: no rule has learned of them.
     pub(crate) seeds: Looks,
+    /// Whether nothing is evaluated at places that no pixel sees.
+    pub(crate) closes: bool,
 }
 
 /// A depth rule and where it holds.
@@ -66,8 +68,16 @@ struct Plan {
 impl<E: Emission> Scan<'_, E> {
     /// Adds nodes, without radiances.
     pub(crate) fn add(&mut self, places: &[Place]) {
+        let first = self.tree.len();
         places.iter().for_each(|&place| self.tree.add(place));
         self.sights.grow(self.tree.len());
+        if self.closes {
+            for (i, &place) in (first..).zip(places) {
+                if !self.view.layer.is_open(place.map(unit)) {
+                    self.sights.ways[i] = Way::Closed;
+                }
+            }
+        }
     }
 
     /// Forgets all nodes but the first `len`.
@@ -95,7 +105,7 @@ impl<E: Emission> Scan<'_, E> {
         tolerance: f64,
     ) -> Result<(), Stop<E::Error>> {
         let mut new: Vec<usize> = self.no_longer_good(first, tolerance)?;
-        new.extend(first..self.tree.len());
+        new.extend((first..self.tree.len()).filter(|&i| !self.sights.is_closed(i)));
         // Where there is no rule yet, a third of the lines may be enough to learn one.
         let plan = self.plan(&new, first, guarded, tolerance, true);
         let rest = plan.postponed.clone();
@@ -297,7 +307,7 @@ impl<E: Emission> Scan<'_, E> {
                 let of_failed = match (plan.ruled.get(&i), self.sights.ways[i]) {
                     (Some(&number), _) => plan.rules[number].block == block,
                     (None, Way::Rule { block: of_node, .. }) => of_node == block,
-                    (None, Way::Full | Way::Unknown) => false,
+                    (None, Way::Full | Way::Unknown | Way::Closed) => false,
                 };
                 if !of_failed || !quarter.contains(self.tree.nodes()[i].place, FAILED_MARGIN) {
                     continue;

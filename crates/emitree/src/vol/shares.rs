@@ -104,24 +104,27 @@ fn part_at(xy: [f64; 2], [rows, columns]: [usize; 2]) -> usize {
     index(xy[1], rows) * columns + index(xy[0], columns)
 }
 
-/// Nodes of a part with edges: Gauss–Legendre between the edges along each row.
+/// Nodes of a part with edges: Gauss–Legendre between the edges along each row. The rows themselves
+/// are parted where an edge crosses the middle column: it may run along them.
 fn nodes(projection: &dyn Projection, [rows, columns]: [usize; 2], part: usize) -> Vec<Node> {
     let (row, column) = (part / columns, part % columns);
     let Ok(rule) = GaussLegendre::new(ROW_NODES) else { return Vec::new() };
     let pairs = || rule.nodes().iter().zip(rule.weights()).map(|(t, w)| (0.5 * t, 0.5 * w));
+    let region = |x: f64, y: f64| {
+        let at = |place: f64, k: usize, parts: usize| (k as f64 + 0.5 + place) / parts as f64;
+        projection.region([at(x, column, columns), at(y, row, rows)])
+    };
     let mut nodes = Vec::new();
-    for panel in 0..ROW_PANELS {
-        for (t, of_row) in pairs() {
-            let y = (panel as f64 + 0.5 + t) / ROW_PANELS as f64 - 0.5;
-            let region = |x: f64| {
-                let at =
-                    |place: f64, k: usize, parts: usize| (k as f64 + 0.5 + place) / parts as f64;
-                projection.region([at(x, column, columns), at(y, row, rows)])
-            };
-            for (from, to, region) in pieces(region) {
+    for (low, high, _) in pieces(|y| region(0.0, y)) {
+        let height = (high - low) / ROW_PANELS as f64;
+        for (panel, (t, of_row)) in
+            (0..ROW_PANELS).flat_map(|panel| pairs().map(move |p| (panel, p)))
+        {
+            let y = low + (panel as f64 + 0.5 + t) * height;
+            for (from, to, region) in pieces(|x| region(x, y)) {
                 for (s, weight) in pairs() {
                     let x = 0.5 * (from + to) + s * (to - from);
-                    let weight = weight * (to - from) * of_row / ROW_PANELS as f64;
+                    let weight = weight * (to - from) * of_row * height;
                     nodes.push(Node { place: [x, y], weight, region });
                 }
             }
@@ -130,7 +133,7 @@ fn nodes(projection: &dyn Projection, [rows, columns]: [usize; 2], part: usize) 
     nodes
 }
 
-/// The parts of a row from −½ to ½ with one region each.
+/// The parts of a row, or column, from −½ to ½ with one region each.
 fn pieces(region: impl Fn(f64) -> Region) -> Vec<(f64, f64, Region)> {
     let probe = |k: usize| k as f64 / (PROBES - 1) as f64 - 0.5;
     let mut pieces = Vec::new();
@@ -330,7 +333,7 @@ mod tests {
             let shares = Shares::new(&*layers[0], &regions);
             let pixels = (shape[0] * shape[1]) as f64;
             let area = shares.reach.pixels().iter().sum::<f64>() / pixels;
-            assert!((area - core::f64::consts::FRAC_PI_4).abs() < 5e-6, "{shape:?}: {area}");
+            assert!((area - core::f64::consts::FRAC_PI_4).abs() < 3e-6, "{shape:?}: {area}");
             // The middle is in the disc, the corner is not: up to the seventh of the small image.
             assert!((shares.reach[(shape[0] / 2, shape[1] / 2)] - 1.0).abs() < 1e-14);
             assert!(shares.reach[(0, 0)] < 0.2, "{shape:?}");
@@ -356,9 +359,9 @@ mod tests {
         let sum = image.pixels().iter().sum::<f64>() / 1600.0;
         let row_mean = 0.5 - 0.5 / rows as f64;
         let exact = core::f64::consts::PI * (1.0 / 64.0 + (1.0 + row_mean) / 4.0);
-        assert!((sum - exact).abs() < 3e-6, "{sum} {exact}");
-        // Quadratics are known from their means.
+        assert!((sum - exact).abs() < 1e-6, "{sum} {exact}");
+        // Quadratics are known from their means, but for the border of the image.
         let largest = unknown.largest();
-        assert!(largest < 1e-12, "{largest}");
+        assert!(largest < 1e-8, "{largest}");
     }
 }

@@ -1,5 +1,6 @@
 //! A sheet: the image tree of one layer of one tile, and its part in the image.
 
+use super::closed::continue_values;
 use super::dyadic::spacing;
 use super::dyadic::unit;
 use super::error_map::Footprint;
@@ -21,6 +22,10 @@ const ROUGH_ORDER: usize = 4;
 /// A jump within an interval as short as the spacing of this level is one; a loose tolerance leaves
 /// it no shorter.
 const ROUGH_JUMP_LEVEL: u8 = 5;
+
+/// With fewer open nodes on the base lattice than this, there is nothing to continue from: all are
+/// looked at.
+const LEAST_OPEN: usize = 6;
 
 /// One layer of one tile as a tree of lines.
 pub(crate) struct Sheet<'a, E> {
@@ -71,16 +76,22 @@ impl<'a, E: Emission> Sheet<'a, E> {
             .clone()
             .flat_map(|i| lattice.clone().map(move |j| [along(i), along(j)]))
             .collect();
+        let layer = self.scan.view.layer;
+        let open = places.iter().filter(|place| layer.is_open(place.map(unit))).count();
+        self.scan.closes = (LEAST_OPEN..places.len()).contains(&open);
         self.scan.add(&places);
-        self.scan.sights.ways.fill(Way::Full);
         let depths = base_depths(level);
-        (0..places.len()).map(|i| (i, depths.clone())).collect()
+        let open: Vec<usize> =
+            (0..places.len()).filter(|&i| !self.scan.sights.is_closed(i)).collect();
+        open.iter().for_each(|&i| self.scan.sights.ways[i] = Way::Full);
+        open.into_iter().map(|i| (i, depths.clone())).collect()
     }
 
     /// The depths that seeds want on the lines of the base.
     pub(crate) fn seeded(&self) -> Wanted {
         let nodes = self.scan.tree.nodes().iter().enumerate();
         nodes
+            .filter(|(i, _)| !self.scan.sights.is_closed(*i))
             .map(|(i, node)| (i, self.scan.seeds.depths(node.place)))
             .filter(|(_, depths)| !depths.is_empty())
             .collect()
@@ -99,7 +110,8 @@ impl<'a, E: Emission> Sheet<'a, E> {
         let lines = &self.scan.sights.lines;
         let of_interest = spacing(ROUGH_JUMP_LEVEL);
         let jumping = lines.iter().filter(|line| line.has_jump_within(of_interest));
-        jumping.count() as f64 >= ROUGH_SHARE * lines.len() as f64
+        let open = (0..lines.len()).filter(|&i| !self.scan.sights.is_closed(i));
+        jumping.count() as f64 >= ROUGH_SHARE * open.count() as f64
     }
 
     /// The largest |radiance| of a line so far.
@@ -129,12 +141,14 @@ impl<'a, E: Emission> Sheet<'a, E> {
 
     /// The irradiance density of all nodes, from their radiances.
     pub(crate) fn set_values(&mut self) {
-        let Scan { tree, sights, view, .. } = &mut self.scan;
+        let Scan { tree, sights, view, base_level, .. } = &mut self.scan;
         for i in 0..tree.len() {
             let xy = tree.nodes()[i].place.map(unit);
             let density = view.layer.solid_angle_density(xy);
             tree.set(i, density * sights.lines[i].integral);
         }
+        let closed: Vec<bool> = (0..tree.len()).map(|i| sights.is_closed(i)).collect();
+        continue_values(tree, &closed, *base_level + 1);
         tree.update_details();
     }
 

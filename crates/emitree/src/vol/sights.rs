@@ -70,6 +70,8 @@ struct Shared {
 pub(crate) enum Way {
     /// It has none yet.
     Unknown,
+    /// It needs none: no pixel sees it.
+    Closed,
     /// It was refined by itself.
     Full,
     /// By the depth rule of a block, which was right to `error` on the lines it was learned from.
@@ -135,6 +137,10 @@ impl Sights {
         }
     }
 
+    pub(crate) fn is_closed(&self, i: usize) -> bool {
+        self.ways[i] == Way::Closed
+    }
+
     pub(crate) fn is_full(&self, i: usize) -> bool {
         self.ways[i] == Way::Full
     }
@@ -151,6 +157,7 @@ impl Sights {
             Way::Full => self.lines[i].error,
             Way::Rule { error, .. } => error,
             Way::Unknown => f64::INFINITY,
+            Way::Closed => 0.0,
         }
     }
 
