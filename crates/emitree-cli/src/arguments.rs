@@ -52,6 +52,13 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "DIR")]
     pub(crate) progressive: Option<PathBuf>,
 
+    /// Draw PNG outputs with axes, a title and a colour bar (frames of --progressive stay bare).
+    #[arg(long)]
+    pub(crate) annotate: bool,
+    /// Equal steps of colour for equal ratios, down to 1e-3 of the largest pixel.
+    #[arg(long, requires = "annotate")]
+    pub(crate) log: bool,
+
     /// The method: vol, paper or los; vol if the scene names none.
     #[arg(long)]
     method: Option<String>,

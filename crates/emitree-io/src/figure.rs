@@ -20,14 +20,16 @@ mod font;
 mod frame;
 mod heatmap;
 mod marker;
+mod panel;
 mod placement;
 mod plot;
 mod svg;
 mod ticks;
 
 pub use axis::Axis;
-pub use heatmap::{Heatmap, Panel};
+pub use heatmap::Heatmap;
 pub use marker::Series;
+pub use panel::Panel;
 pub use plot::Plot;
 
 use crate::png::PictureError;

@@ -1,8 +1,11 @@
-//! Files of emitree: scene files in, FITS, NPY and PNG images out.
+//! Files of emitree: scenes, grids and trees in; images as FITS, `HEALPix` FITS, NPY and PNG out.
 //!
-//! [`Scene`] reads a scene file and checks everything in it; [`grid`] reads cubes of data.
-//! Encoders turn an [`Image`](emitree::Image) into bytes in memory; an [`OutputFile`] turns bytes
-//! into a file that is whole or absent. Numbers leave as FITS or NPY, PNG is for looking.
+//! [`Scene`] reads a scene file and checks everything in it; [`grid`] reads cubes of data, from FITS,
+//! NPY, NPZ, HDF5 and `NetCDF`; [`TreeFile`] keeps a tree of an emission; [`units`] reads units in the
+//! grammar of FITS and converts them. Encoders turn an [`Image`](emitree::Image) into bytes in memory:
+//! [`FitsFile`] with coordinates ([`Wcs`]), [`HealpixFile`] for the whole sky, [`mollweide()`] for a
+//! picture of it. An [`OutputFile`] turns bytes into a file that is whole or absent. Numbers leave as
+//! FITS or NPY, PNG is for looking.
 //!
 //! ```
 //! use emitree::Image;

@@ -1,10 +1,10 @@
-//! Emission models for emitree: expressions parsed at run time, and published models.
+//! Emission models for emitree: expressions parsed at run time, published models, and data on a grid.
 //!
 //! * [`Expression`]: g as a scene writes it, `"exp(-a*(x^2 + y^2 + z^2))"`, with named constants.
 //! * [`build_model`]: a published model by its name, with named parameters; [`catalogue()`] lists
-//!   what there is, with units, defaults and sources.
-//!
-//! * [`Grid`]: values at the nodes of a rectilinear grid, interpolated.
+//!   what there is, with units, defaults and sources. Models of planets and of the Sun glow outside of
+//!   the body, and leave it to the camera to make it opaque.
+//! * [`Grid`]: values at the nodes of a rectilinear grid, linear or monotone cubic in between.
 //!
 //! Each is an [`Emission`](emitree::Emission), evaluated in batches, and cheap to share between
 //! threads. The first two can't fail; a grid can be told to refuse positions outside.

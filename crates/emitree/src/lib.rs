@@ -26,9 +26,10 @@
 //! The modules are the way of the data:
 //!
 //! * [`emission`]: g in batches, evaluated and counted in one place;
-//! * [`projection`]: a camera maps the world to the canonical cube, z along the line of sight;
+//! * [`projection`]: a camera maps the world to the canonical cube, z along the line of sight: image
+//!   planes of seven kinds, depths finite or not, bounds, opaque bodies, the sky in `HEALPix` faces;
 //! * [`vol`]: the engine: a tree of the image plane whose nodes are lines of sight, refined until the
-//!   error that was asked for is met;
+//!   error that was asked for is met; one tree for each layer between and inside opaque bodies;
 //! * [`cell`], [`quadrature`], [`prediction`], [`refinement`]: dyadic cells, their averages, the
 //!   prediction of a cell's children, and which cells are split;
 //! * [`tree`]: the paper's sparse tree of cell averages: built, projected along z by one sum for each

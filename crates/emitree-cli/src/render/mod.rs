@@ -2,6 +2,7 @@
 
 mod frames;
 mod outputs;
+mod picture;
 mod progress;
 mod summary;
 

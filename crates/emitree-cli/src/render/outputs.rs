@@ -1,16 +1,15 @@
 //! The files of a rendering: all of them prepared before g is called, all written at the end.
 
 use super::frames::{is_frame_of, prepare_folder, write_progression};
+use super::picture::{self, Style};
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::report::Report;
-use emitree::projection::healpix::pixel_of_direction;
 use emitree::{Healpix, Image, Method, RenderedTree, Rendering, Steps};
 use emitree_io::units::Unit;
 use emitree_io::{
-    CameraKind, Card, East, FitsFile, FitsImage, Format, HealpixColumn, HealpixFile, OutputFile,
-    OutputSet, PictureOptions, Quantity, Scene, ValueRange, encode_npy, encode_npy_image,
-    encode_png, mollweide,
+    CameraKind, Card, FitsFile, FitsImage, Format, HealpixColumn, HealpixFile, OutputFile,
+    OutputSet, Quantity, Scene, ValueRange, encode_npy, encode_npy_image,
 };
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -21,6 +20,7 @@ pub(crate) struct Outputs {
     error_map: Option<(OutputFile, Format)>,
     report: Option<OutputFile>,
     progressive: Option<PathBuf>,
+    style: Style,
 }
 
 impl Outputs {
@@ -50,6 +50,11 @@ impl Outputs {
         let formats: Vec<Format> =
             images.iter().map(Format::from_path).collect::<Result<_, _>>()?;
         let error_format = arguments.error_map.as_ref().map(Format::from_path).transpose()?;
+        let style = Style::of(arguments);
+        if style != Style::Bare && !formats.iter().chain(&error_format).any(|f| *f == Format::Png) {
+            let why = "no output is a picture: expected one that ends in .png";
+            return Err(Failure::Request(format!("--annotate: {why}")));
+        }
         if let Some(folder) = &arguments.progressive {
             prepare_folder(folder)?;
             if let Some(path) = paths().find(|path| is_frame_of(path, folder)) {
@@ -62,7 +67,7 @@ impl Outputs {
         let images = files.by_ref().take(formats.len()).zip(formats).collect();
         let error_map = error_format.and_then(|format| Some((files.next()?, format)));
         let report = files.next();
-        Ok(Self { images, error_map, report, progressive: arguments.progressive.clone() })
+        Ok(Self { images, error_map, report, progressive: arguments.progressive.clone(), style })
     }
 
     /// Writes everything and returns the names of the files.
@@ -75,15 +80,22 @@ impl Outputs {
         // All bytes are made before the first file is: a failure leaves none of them.
         let mut ready = Vec::new();
         for (file, format) in self.images {
-            let bytes = match format {
-                Format::Fits => fits(scene, rendering)?,
+            let bytes = match (format, self.style) {
+                (Format::Fits, _) => fits(scene, rendering)?,
+                (Format::Png, Style::Annotated { logarithmic }) => {
+                    let meaning = picture::meaning(scene);
+                    picture::annotated(&rendering.image, scene, meaning, logarithmic)?
+                }
                 _ => encode(&rendering.image, format, scene, None)?,
             };
             ready.push((file, bytes));
         }
         if let (Some((file, format)), Some(error)) = (self.error_map, &rendering.error) {
-            let bytes = match format {
-                Format::Fits => fits_of_error(scene, rendering, error)?,
+            let bytes = match (format, self.style) {
+                (Format::Fits, _) => fits_of_error(scene, rendering, error)?,
+                (Format::Png, Style::Annotated { logarithmic }) => {
+                    picture::annotated(error, scene, "estimated error", logarithmic)?
+                }
                 _ => encode(error, format, scene, None)?,
             };
             ready.push((file, bytes));
@@ -116,42 +128,15 @@ pub(super) fn encode(
     scene: &Scene,
     range: Option<ValueRange>,
 ) -> Result<Vec<u8>, Failure> {
-    let is_sky = scene.camera.kind() == CameraKind::Healpix;
-    if format == Format::Npy {
-        let nested = is_sky.then(|| Healpix::nested(image));
-        return Ok(match nested {
-            Some(pixels) => encode_npy(&[pixels.len()], &pixels)?,
-            None => encode_npy_image(image),
-        });
+    if format != Format::Npy {
+        return picture::bare(image, scene, range);
     }
-    let unit = unit(scene).map(str::to_owned);
-    let options = PictureOptions {
-        range,
-        title: Some(scene.name.clone()),
-        unit,
-        // A disc and a sky have corners where there is nothing.
-        blank_outside: scene.camera.projection().has_regions() || is_sky,
-        ..Default::default()
-    };
-    let picture = is_sky.then(|| picture_of_sky(image));
-    Ok(encode_png(picture.as_ref().unwrap_or(image), &options)?)
-}
-
-/// Rows of the picture of a sky, for each pixel along the edge of a face and at the least.
-const SKY_ROWS_PER_PIXEL: usize = 4;
-const LEAST_SKY_ROWS: usize = 256;
-const MOST_SKY_ROWS: usize = 2048;
-
-/// The whole sky as an ellipse.
-fn picture_of_sky(image: &Image) -> Image {
-    let side = u32::try_from(image.width()).unwrap_or(u32::MAX);
-    let rows = (SKY_ROWS_PER_PIXEL * image.width()).clamp(LEAST_SKY_ROWS, MOST_SKY_ROWS);
-    let map = Healpix::nested(image);
-    let value = |direction| {
-        let pixel = usize::try_from(pixel_of_direction(side, direction)).unwrap_or(usize::MAX);
-        map.get(pixel).copied().unwrap_or(f64::NAN)
-    };
-    mollweide(rows, East::Left, value)
+    let is_sky = scene.camera.kind() == CameraKind::Healpix;
+    let nested = is_sky.then(|| Healpix::nested(image));
+    Ok(match nested {
+        Some(pixels) => encode_npy(&[pixels.len()], &pixels)?,
+        None => encode_npy_image(image),
+    })
 }
 
 /// The unit of the image, if the scene tells it.

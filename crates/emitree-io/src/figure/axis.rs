@@ -14,19 +14,42 @@ use super::ticks::{self, Ticks};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     pub(super) label: String,
-    logarithmic: bool,
+    scale: Scale,
     range: Option<[f64; 2]>,
+}
+
+/// Which steps are equal on an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scale {
+    /// Equal differences.
+    Linear,
+    /// Equal ratios.
+    Logarithmic,
+    /// Equal differences of the tangent of an angle in degrees.
+    Tangent,
 }
 
 impl Axis {
     /// An axis on which equal steps are equal differences.
     pub fn linear(label: impl Into<String>) -> Self {
-        Self { label: label.into(), logarithmic: false, range: None }
+        Self { label: label.into(), scale: Scale::Linear, range: None }
     }
 
     /// An axis on which equal steps are equal ratios.
     pub fn log(label: impl Into<String>) -> Self {
-        Self { label: label.into(), logarithmic: true, range: None }
+        Self { label: label.into(), scale: Scale::Logarithmic, range: None }
+    }
+
+    /// An axis of angles in degrees on which equal steps are equal differences of the tangent, as on
+    /// the image plane of a pinhole camera. It wants a [`range`](Self::range) between −90 and 90.
+    ///
+    /// ```
+    /// use emitree_io::figure::Axis;
+    ///
+    /// let across = Axis::tangent("to the right [deg]").range([-30.0, 30.0]);
+    /// ```
+    pub fn tangent(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Tangent, range: None }
     }
 
     /// From where to where the axis goes; without it, it holds all data.
@@ -44,12 +67,12 @@ impl Axis {
         let label = || self.label.clone();
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
         for value in values.filter(|value| value.is_finite()) {
-            if self.logarithmic && value <= 0.0 {
+            if self.scale == Scale::Logarithmic && value <= 0.0 {
                 return Err(FigureError::NotPositive { label: label(), value });
             }
             ends = [ends[0].min(value), ends[1].max(value)];
         }
-        let axis = ResolvedAxis { logarithmic: self.logarithmic, low: 0.0, high: 1.0 };
+        let axis = ResolvedAxis { scale: self.scale, low: 0.0, high: 1.0 };
         let [low, high] = match self.range {
             Some(range) => range,
             None if ends[0] > ends[1] => {
@@ -57,9 +80,12 @@ impl Axis {
             }
             None => axis.with_room(ends),
         };
-        let expected = if self.logarithmic { "0 < low < high < ∞" } else { "finite low < high" };
-        let positive = !self.logarithmic || low > 0.0;
-        if !(positive && low < high && low.is_finite() && high.is_finite()) {
+        let (within, expected) = match self.scale {
+            Scale::Linear => (true, "finite low < high"),
+            Scale::Logarithmic => (low > 0.0, "0 < low < high < ∞"),
+            Scale::Tangent => (low > -90.0 && high < 90.0, "−90 < low < high < 90"),
+        };
+        if !(within && low < high && low.is_finite() && high.is_finite()) {
             return Err(FigureError::Range { label: label(), low, high, expected });
         }
         Ok(ResolvedAxis { low, high, ..axis })
@@ -69,7 +95,7 @@ impl Axis {
 /// An axis that knows its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ResolvedAxis {
-    pub(super) logarithmic: bool,
+    pub(super) scale: Scale,
     pub(super) low: f64,
     pub(super) high: f64,
 }
@@ -77,25 +103,41 @@ pub(super) struct ResolvedAxis {
 impl ResolvedAxis {
     /// Where a value lies between the ends, 0 at the low and 1 at the high one.
     pub(super) fn fraction(&self, value: f64) -> f64 {
-        if self.logarithmic {
-            (value / self.low).log10() / (self.high / self.low).log10()
-        } else {
-            (value - self.low) / (self.high - self.low)
+        match self.scale {
+            Scale::Linear => (value - self.low) / (self.high - self.low),
+            Scale::Logarithmic => (value / self.low).log10() / (self.high / self.low).log10(),
+            Scale::Tangent => {
+                let [value, low, high] =
+                    [value, self.low, self.high].map(|angle| angle.to_radians().tan());
+                (value - low) / (high - low)
+            }
+        }
+    }
+
+    /// The length of the axis in steps that are equal.
+    pub(super) fn extent(&self) -> f64 {
+        match self.scale {
+            Scale::Linear => self.high - self.low,
+            Scale::Logarithmic => (self.high / self.low).log10(),
+            // In degrees near the middle, so that two axes of a small field compare as angles do.
+            Scale::Tangent => {
+                let [low, high] = [self.low, self.high].map(|angle| angle.to_radians().tan());
+                (high - low).to_degrees()
+            }
         }
     }
 
     /// Ticks for an axis of `length`, at least `spacing` from label to label.
     pub(super) fn ticks(&self, length: f64, spacing: f64) -> Ticks {
-        if self.logarithmic {
-            ticks::logarithmic(self.low, self.high)
-        } else {
-            ticks::linear(self.low, self.high, (length / spacing).max(2.0))
+        match self.scale {
+            Scale::Logarithmic => ticks::logarithmic(self.low, self.high),
+            _ => ticks::linear(self.low, self.high, (length / spacing).max(2.0)),
         }
     }
 
     /// Four per cent of room beyond each end of the data; some for a single value.
     fn with_room(&self, [low, high]: [f64; 2]) -> [f64; 2] {
-        if self.logarithmic {
+        if self.scale == Scale::Logarithmic {
             let factor = if low < high { (high / low).powf(0.04) } else { 2.0 };
             [low / factor, high * factor]
         } else {
@@ -136,6 +178,19 @@ mod tests {
             message(Axis::linear("x").range([1.0, 1.0]), &[]),
             "the axis `x` from 1 to 1: expected finite low < high"
         );
+        assert_eq!(
+            message(Axis::tangent("x").range([-90.0, 10.0]), &[]),
+            "the axis `x` from -90 to 10: expected −90 < low < high < 90"
+        );
         assert!(message(Axis::linear("x"), &[f64::NAN]).contains("without finite data"));
+    }
+
+    #[test]
+    fn angles_lie_where_a_pinhole_camera_sees_them() {
+        let axis = Axis::tangent("x").range([-60.0, 60.0]).resolve(std::iter::empty()).unwrap();
+        let fractions = [-60.0, 0.0, 45.0, 60.0].map(|angle| axis.fraction(angle));
+        let expected = [0.0, 0.5, 0.5 + 0.5 / 3.0_f64.sqrt(), 1.0];
+        assert!(fractions.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-12));
+        assert!((axis.extent() - (2.0 * 3.0_f64.sqrt()).to_degrees()).abs() < 1e-9);
     }
 }

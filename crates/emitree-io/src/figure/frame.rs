@@ -38,6 +38,11 @@ impl<'a> Frame<'a> {
         TICK + GAP + widest(&self.ticks[1]) + label
     }
 
+    /// The length of the label that reads upwards.
+    pub(super) fn upright_length(&self) -> f64 {
+        Text::new(self.labels[1], LABEL_SIZE, Anchor::Middle).width()
+    }
+
     /// Room below the area.
     pub(super) fn bottom(&self) -> f64 {
         let label = if self.labels[0].is_empty() { 0.0 } else { LABEL_SIZE + 8.0 };
@@ -116,6 +121,11 @@ impl<'a> SideAxis<'a> {
     pub(super) fn right(&self) -> f64 {
         let label = if self.label.is_empty() { 0.0 } else { LABEL_SIZE + 8.0 };
         TICK + GAP + widest(&self.ticks) + label
+    }
+
+    /// The length of the label, which reads upwards.
+    pub(super) fn upright_length(&self) -> f64 {
+        Text::new(self.label, LABEL_SIZE, Anchor::Middle).width()
     }
 
     pub(super) fn draw(&self, svg: &mut Svg, area: Rect) {

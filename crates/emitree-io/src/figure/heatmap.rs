@@ -2,10 +2,9 @@
 
 use super::axis::{Axis, ResolvedAxis};
 use super::frame::{Frame, LABEL_SIZE, MARGIN, SideAxis, TITLE_SIZE};
-use super::svg::{Anchor, Rect, Svg, Text};
+use super::panel::{Border, Panel, encode, length};
+use super::svg::{Anchor, INK, Rect, Stroke, Svg, Text};
 use super::{Figure, FigureError};
-use crate::colour::{ColourMap, ValueRange};
-use crate::png::{PictureOptions, encode_png};
 use emitree::Image;
 
 /// Images side by side, y up.
@@ -31,119 +30,6 @@ use emitree::Image;
 pub struct Heatmap<'a> {
     title: String,
     panels: Vec<Panel<'a>>,
-}
-
-/// One image of a [`Heatmap`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct Panel<'a> {
-    image: &'a Image,
-    title: String,
-    axes: [Axis; 2],
-    colour_map: ColourMap,
-    range: Option<ValueRange>,
-    logarithmic: bool,
-    bar: Option<String>,
-}
-
-impl<'a> Panel<'a> {
-    /// The image with its columns and rows as coordinates, in viridis, without a colour bar.
-    pub fn new(image: &'a Image) -> Self {
-        Self {
-            image,
-            title: String::new(),
-            axes: [
-                Axis::linear("column").range([0.0, length(image.width())]),
-                Axis::linear("row").range([0.0, length(image.height())]),
-            ],
-            colour_map: ColourMap::default(),
-            range: None,
-            logarithmic: false,
-            bar: None,
-        }
-    }
-
-    /// The title above the panel.
-    #[must_use]
-    pub fn title(mut self, title: impl Into<String>) -> Self {
-        self.title = title.into();
-        self
-    }
-
-    /// The label of the x axis, and its values at the left and right edges of the image.
-    #[must_use]
-    pub fn x(mut self, label: impl Into<String>, edges: [f64; 2]) -> Self {
-        self.axes[0] = Axis::linear(label).range(edges);
-        self
-    }
-
-    /// The label of the y axis, and its values at the lower and upper edges of the image. The panel
-    /// has the proportions of the two ranges.
-    #[must_use]
-    pub fn y(mut self, label: impl Into<String>, edges: [f64; 2]) -> Self {
-        self.axes[1] = Axis::linear(label).range(edges);
-        self
-    }
-
-    /// The colour map.
-    #[must_use]
-    pub fn colour_map(mut self, map: ColourMap) -> Self {
-        self.colour_map = map;
-        self
-    }
-
-    /// The values of the first and the last colour; without it [`ValueRange::of`] the image.
-    #[must_use]
-    pub fn range(mut self, range: ValueRange) -> Self {
-        self.range = Some(range);
-        self
-    }
-
-    /// Equal steps of colour for equal ratios, for maps of errors. Without a [`range`](Self::range)
-    /// the colours start at the smallest positive pixel; pixels below get the first colour.
-    #[must_use]
-    pub fn logarithmic(mut self) -> Self {
-        self.logarithmic = true;
-        self
-    }
-
-    /// A colour bar to the right, with what the colours mean and their unit.
-    #[must_use]
-    pub fn colour_bar(mut self, label: impl Into<String>) -> Self {
-        self.bar = Some(label.into());
-        self
-    }
-
-    /// The axis of colours.
-    fn colours(&self) -> Result<ResolvedAxis, FigureError> {
-        let label = self.bar.as_deref().unwrap_or("colours");
-        let all = ValueRange::of(&[self.image]);
-        let ValueRange { low, high } = self.range.unwrap_or(if self.logarithmic {
-            let positive = self.image.pixels().iter().filter(|&&pixel| pixel > 0.0);
-            let lowest = positive.fold(f64::INFINITY, |lowest, &pixel| lowest.min(pixel));
-            // One value alone still needs a span of colours.
-            ValueRange { low: lowest.min(0.1 * all.high), ..all }
-        } else {
-            all
-        });
-        let axis = if self.logarithmic { Axis::log(label) } else { Axis::linear(label) };
-        axis.range([low, high]).resolve(std::iter::empty())
-    }
-
-    /// The picture, its colours linear between 0 and 1.
-    fn picture(&self, colours: ResolvedAxis) -> Result<Vec<u8>, FigureError> {
-        let fraction = |&pixel: &f64| {
-            // The logarithm of what is not positive is no number, but the pixel is one.
-            if colours.logarithmic && pixel <= 0.0 { 0.0 } else { colours.fraction(pixel) }
-        };
-        let fractions = self.image.pixels().iter().map(fraction).collect();
-        let (height, width) = (self.image.height(), self.image.width());
-        encode(&Image::from_pixels(height, width, fractions), self.colour_map)
-    }
-}
-
-fn encode(fractions: &Image, colour_map: ColourMap) -> Result<Vec<u8>, FigureError> {
-    let range = Some(ValueRange { low: 0.0, high: 1.0 });
-    Ok(encode_png(fractions, &PictureOptions { colour_map, range, ..Default::default() })?)
 }
 
 /// The longer edge of a panel, about; a multiple of many usual numbers of pixels.
@@ -186,7 +72,8 @@ impl<'a> Heatmap<'a> {
         let panel_titles = self.panels.iter().map(|p| line(&p.title, LABEL_SIZE));
         let panel_title = panel_titles.fold(0.0, f64::max);
         let top = (MARGIN + line(&self.title, TITLE_SIZE) + panel_title).ceil();
-        let tallest = ready.iter().map(|panel| panel.size[1]).fold(0.0, f64::max);
+        // A label that reads upwards may be longer than its panel is high.
+        let tallest = ready.iter().map(Ready::height).fold(0.0, f64::max);
 
         let mut svg = Svg::default();
         let (mut x, mut bottom) = (MARGIN, 0.0_f64);
@@ -196,7 +83,7 @@ impl<'a> Heatmap<'a> {
             let area = Rect { left, top: top + (0.5 * (tallest - height)).floor(), width, height };
             panel.draw(&mut svg, area)?;
             x = area.right() + panel.right() + PANEL_GAP;
-            bottom = bottom.max(area.bottom() + panel.frame.bottom());
+            bottom = bottom.max(area.bottom() + panel.below()).max(top + tallest);
         }
         let title = Text::new(&self.title, TITLE_SIZE, Anchor::Middle);
         let right = (x - PANEL_GAP + MARGIN).max(title.width() + 2.0 * MARGIN).ceil();
@@ -210,7 +97,8 @@ struct Ready<'a> {
     panel: &'a Panel<'a>,
     size: [f64; 2],
     crisp: bool,
-    frame: Frame<'a>,
+    /// None without axes.
+    frame: Option<Frame<'a>>,
     colours: ResolvedAxis,
     bar: Option<SideAxis<'a>>,
 }
@@ -219,16 +107,14 @@ impl<'a> Ready<'a> {
     fn of(panel: &'a Panel<'a>) -> Result<Self, FigureError> {
         let resolve = |axis: &Axis| axis.resolve(std::iter::empty());
         let resolved = [resolve(&panel.axes[0])?, resolve(&panel.axes[1])?];
-        let [extent_x, extent_y] = resolved.map(|axis| axis.high - axis.low);
-        // A strip thinner than 1:6 would leave no room for its labels.
-        let proportion = (extent_x / extent_y).clamp(1.0 / 6.0, 6.0);
-        let wanted = [EDGE * proportion.min(1.0), EDGE / proportion.max(1.0)];
         let pixels = [length(panel.image.width()), length(panel.image.height())];
-        let size = std::array::from_fn(|i| edge(wanted[i], pixels[i]));
+        let [x, y] = if panel.square_pixels { pixels } else { resolved.map(|axis| axis.extent()) };
+        let size = edges(x / y, pixels);
         let crisp = pixels[0] <= 2.0 * size[0] && pixels[1] <= 2.0 * size[1];
         let colours = panel.colours()?;
         let [x, y] = &panel.axes;
-        let frame = Frame::new([x, y], resolved, size);
+        let has_axes = panel.border == Border::Axes;
+        let frame = has_axes.then(|| Frame::new([x, y], resolved, size));
         let bar = panel.bar.as_deref().map(|label| SideAxis::new(label, colours, size[1]));
         Ok(Self { panel, size, crisp, frame, colours, bar })
     }
@@ -242,18 +128,39 @@ impl<'a> Ready<'a> {
         0.5 * (self.title().width() - self.size[0])
     }
 
+    /// The height of the panel or of its longest label beside it.
+    fn height(&self) -> f64 {
+        let of_axis = self.frame.as_ref().map_or(0.0, Frame::upright_length);
+        let of_bar = self.bar.as_ref().map_or(0.0, SideAxis::upright_length);
+        self.size[1].max(of_axis).max(of_bar)
+    }
+
     fn left(&self) -> f64 {
-        self.frame.left().max(self.overhang())
+        self.frame.as_ref().map_or(0.0, Frame::left).max(self.overhang())
     }
 
     fn right(&self) -> f64 {
         let bar = self.bar.as_ref().map_or(0.0, |bar| BAR_GAP + BAR_WIDTH + bar.right());
-        bar.max(self.frame.right()).max(self.overhang())
+        bar.max(self.frame.as_ref().map_or(0.0, Frame::right)).max(self.overhang())
+    }
+
+    fn below(&self) -> f64 {
+        self.frame.as_ref().map_or(0.0, Frame::bottom)
     }
 
     fn draw(&self, svg: &mut Svg, area: Rect) -> Result<(), FigureError> {
-        svg.image(area, &self.panel.picture(self.colours)?, self.crisp);
-        self.frame.draw(svg, area);
+        let picture = self.panel.picture(self.colours)?;
+        match &self.frame {
+            Some(frame) => {
+                svg.image(area, &picture, self.crisp);
+                frame.draw(svg, area);
+            }
+            // Pixels at the rim are partly outside.
+            None => {
+                svg.clipped_to_ellipse(area, |svg| svg.image(area, &picture, self.crisp));
+                svg.ellipse(area, None, Some(Stroke::solid(INK, 1.0)));
+            }
+        }
         svg.text([area.left + 0.5 * area.width, area.top - 0.5 * LABEL_SIZE - 4.0], self.title());
         if let Some(bar) = &self.bar {
             let left = area.right() + BAR_GAP;
@@ -267,6 +174,20 @@ impl<'a> Ready<'a> {
     }
 }
 
+/// Width and height of a panel of this proportion. A thin strip is longer than others, so that its
+/// labels have room; one thinner than 1:24 loses its proportion.
+fn edges(proportion: f64, pixels: [f64; 2]) -> [f64; 2] {
+    const THINNEST: f64 = EDGE / 6.0;
+    const LONGEST: f64 = 4.0 * EDGE;
+    let shape = [proportion.min(1.0), 1.0 / proportion.max(1.0)];
+    let longer = (THINNEST / (EDGE * shape[0].min(shape[1]))).clamp(1.0, LONGEST / EDGE);
+    let wanted = shape.map(|along| (EDGE * longer * along).max(THINNEST));
+    let whole: [f64; 2] = std::array::from_fn(|i| edge(wanted[i], pixels[i]));
+    // Whole pixels must not cost the proportion: not all pixels are square.
+    let skew = (whole[0] / whole[1]) / (wanted[0] / wanted[1]) - 1.0;
+    if skew.abs() < 0.01 { whole } else { wanted }
+}
+
 /// The edge of a panel near the `wanted` one. Where the image's pixels are small, unequal ones would
 /// show, so that each gets a whole number of halves, which are device pixels at scale 2.
 fn edge(wanted: f64, pixels: f64) -> f64 {
@@ -276,15 +197,10 @@ fn edge(wanted: f64, pixels: f64) -> f64 {
     if halves < 6.0 && near { whole } else { wanted }
 }
 
-/// A number of pixels as f64.
-#[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
-fn length(pixels: usize) -> f64 {
-    pixels as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::colour::ColourMap;
 
     #[test]
     fn small_pixels_get_whole_device_pixels() {
@@ -305,6 +221,64 @@ mod tests {
         assert!(Heatmap::new().panel(panel).draw().unwrap().png(1.0).is_ok());
         let dark = Image::zeros(2, 2);
         assert!(Heatmap::new().panel(Panel::new(&dark).logarithmic()).draw().is_ok());
+    }
+
+    #[test]
+    fn panels_keep_their_proportions() {
+        for proportion in [0.05, 0.2, 0.59, 1.0, 1.5, 2.0, 7.0, 20.0] {
+            for pixels in [[50.0, 100.0], [64.0, 64.0], [240.0, 180.0], [500.0, 20.0]] {
+                let [width, height] = edges(proportion, pixels);
+                assert!((width / height / proportion - 1.0).abs() < 0.0101, "{proportion}");
+                assert!(width.min(height) > 0.75 * EDGE / 6.0, "{proportion} {pixels:?}");
+            }
+        }
+        assert!(edges(1.0, [64.0, 64.0]).iter().all(|edge| (edge - EDGE).abs() < 1e-9));
+        let [width, height] = edges(1e9, [64.0, 64.0]);
+        assert!(width / height > 20.0 && height > 50.0, "{width} {height}");
+    }
+
+    /// Colours of the pixels of a figure at scale 1.
+    fn pixels(figure: &Figure) -> (usize, Vec<[u8; 4]>) {
+        let bytes = figure.png(1.0).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        let colours = pixels.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
+        (info.width as usize, colours)
+    }
+
+    #[test]
+    fn what_is_no_number_is_blank() {
+        let image = Image::from_pixels(1, 2, vec![1.0, f64::NAN]);
+        for panel in [Panel::new(&image), Panel::new(&image).logarithmic()] {
+            let figure = Heatmap::new().panel(panel).draw().unwrap();
+            let (width, colours) = pixels(&figure);
+            let row = colours.len() / width / 2;
+            let row = &colours[row * width..(row + 1) * width];
+            let yellow = ColourMap::Viridis.rgb(1.0);
+            let is_yellow = |c: &&[u8; 4]| c[..3] == yellow;
+            assert!(row.iter().filter(is_yellow).count() > 100);
+            assert!(!row.contains(&[128, 128, 128, 255]));
+            assert!(row.iter().filter(|c| **c == [255; 4]).count() > 100);
+        }
+    }
+
+    #[test]
+    fn tiny_values_have_labels() {
+        let image = Image::from_pixels(1, 2, vec![1e-23, 3.2e-23]);
+        let panel = || Panel::new(&image).colour_bar("radiance");
+        let svg = |panel: Panel<'_>| Heatmap::new().panel(panel).draw().unwrap().svg().to_owned();
+        assert!(svg(panel()).contains(">3×10⁻²³<"));
+        assert!(svg(panel().logarithmic()).contains(">2×10⁻²³<"));
+    }
+
+    #[test]
+    fn long_labels_of_low_panels_are_not_cut_off() {
+        let image = Image::zeros(1, 24);
+        let label = "a label that is much longer than its panel is high, by far";
+        let panel = Panel::new(&image).square_pixels().colour_bar(label);
+        let figure = Heatmap::new().panel(panel).draw().unwrap();
+        assert!(figure.height > Text::new(label, LABEL_SIZE, Anchor::Middle).width());
     }
 
     #[test]

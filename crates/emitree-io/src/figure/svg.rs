@@ -139,11 +139,18 @@ impl Svg {
         ));
     }
 
+    /// The ellipse that fills `rect`.
+    pub(super) fn ellipse(&mut self, rect: Rect, fill: Option<Rgb>, stroke: Option<Stroke>) {
+        let (fill, stroke) = paint(fill, stroke);
+        let (rx, ry) = (0.5 * rect.width, 0.5 * rect.height);
+        let (cx, cy) = (rect.left + rx, rect.top + ry);
+        self.element(format_args!(
+            r#"<ellipse cx="{cx:.2}" cy="{cy:.2}" rx="{rx:.2}" ry="{ry:.2}" fill="{fill}"{stroke}/>"#
+        ));
+    }
+
     pub(super) fn rect(&mut self, rect: Rect, fill: Option<Rgb>, stroke: Option<Stroke>) {
-        let fill = fill.map_or_else(|| "none".to_owned(), hex);
-        let stroke = stroke
-            .map(|s| format!(r#" stroke="{}" stroke-width="{}""#, hex(s.colour), s.width))
-            .unwrap_or_default();
+        let (fill, stroke) = paint(fill, stroke);
         let Rect { left, top, width, height } = rect;
         self.element(format_args!(
             r#"<rect x="{left:.2}" y="{top:.2}" width="{width:.2}" height="{height:.2}" fill="{fill}"{stroke}/>"#
@@ -188,10 +195,19 @@ impl Svg {
 
     /// Draws what `draw` draws, cut off at the edges of `rect`.
     pub(super) fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
+        self.clipped_to(|svg| svg.rect(rect, Some(INK), None), draw);
+    }
+
+    /// Draws what `draw` draws, cut off at the ellipse that fills `rect`.
+    pub(super) fn clipped_to_ellipse(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
+        self.clipped_to(|svg| svg.ellipse(rect, Some(INK), None), draw);
+    }
+
+    fn clipped_to(&mut self, shape: impl FnOnce(&mut Self), draw: impl FnOnce(&mut Self)) {
         self.clips += 1;
         let clip = self.clips;
         self.element(format_args!(r#"<clipPath id="clip{clip}">"#));
-        self.rect(rect, Some(INK), None);
+        shape(self);
         self.element(format_args!(r#"</clipPath><g clip-path="url(#clip{clip})">"#));
         draw(self);
         self.element(format_args!("</g>"));
@@ -208,6 +224,15 @@ impl Svg {
         );
         super::Figure { svg, width, height }
     }
+}
+
+/// The attributes of a closed shape.
+fn paint(fill: Option<Rgb>, stroke: Option<Stroke>) -> (String, String) {
+    let fill = fill.map_or_else(|| "none".to_owned(), hex);
+    let stroke = stroke
+        .map(|s| format!(r#" stroke="{}" stroke-width="{}""#, hex(s.colour), s.width))
+        .unwrap_or_default();
+    (fill, stroke)
 }
 
 fn hex([red, green, blue]: Rgb) -> String {

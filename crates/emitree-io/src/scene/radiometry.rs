@@ -280,7 +280,6 @@ mod tests {
         Scene::parse("scene.toml", &text, &[])
     }
 
-    #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
     fn unit_and_factor(emission: &str, image: &str, projection: &str) -> (String, f64) {
         let scene = scene(emission, image, projection).unwrap();
         (scene.image_unit().to_owned(), scene.emission.rate_factor)

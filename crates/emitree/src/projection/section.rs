@@ -75,18 +75,18 @@ impl<P: ImagePlane> Layer for Section<'_, P> {
         let [from, to] = self.ends(&line);
         let mut point = line.point(&self.camera.span(from, to), z);
         let bodies = self.camera.bodies();
-        let around = match self.piece {
-            Piece::Sky | Piece::Front(_) => {
-                bodies.iter().find(|body| body.contains(point.position))
-            }
-            Piece::Hidden(number) => {
-                point.path_per_depth = self.hidden_length(number);
-                Some(&bodies[number])
-            }
-        };
+        // The same body for all layers: where bodies overlap, what is taken off is what was there.
+        let mut around = bodies.iter().find(|body| body.contains(point.position));
+        if let Piece::Hidden(number) = self.piece {
+            point.path_per_depth = self.hidden_length(number);
+            around = around.or(Some(&bodies[number]));
+        }
         let Some(body) = around else { return point.into() };
         let mirror = body.mirror(point.position).filter(|&mirror| self.is_open(mirror, body));
         point.position = body.on_surface(point.position);
+        for other in bodies {
+            point.position = other.outside(point.position);
+        }
         LayerPoint { point, mirror }
     }
 

@@ -1,6 +1,7 @@
 //! The loop: look, develop the image and its error, open what is worth it, until it is good enough.
 
 use super::image_tree::{ImageTree, Place};
+use super::opening::{Choice, worthwhile};
 use super::round::Scan;
 use super::seeds::Looks;
 use super::shares::{Regions, Shares};
@@ -56,7 +57,8 @@ pub(crate) fn render<E: Emission>(
 ) -> Result<Rendering, RenderError<E::Error>> {
     let layers: Vec<Vec<Box<dyn Layer + '_>>> =
         tiles.iter().map(|tile| tile.projection.layers()).collect();
-    let sheets = layers.iter().map(Vec::len).sum::<usize>() as u64;
+    let visible = visible_layers(tiles, &layers);
+    let sheets = visible.len() as u64;
     // Each of several tiles is a small part of the view, and finer in itself.
     let wanted_level = vol.base_level.saturating_sub(u8::from(tiles.len() > 1)).max(1);
     let base_level = affordable_base_level(vol, wanted_level, sheets, meter.evaluations_left())?;
@@ -74,21 +76,19 @@ pub(crate) fn render<E: Emission>(
         always: base_level + 1,
         finest_level,
     };
-    for (number, (tile, layers)) in tiles.iter().zip(&layers).enumerate() {
-        let regions = Regions::of(tile.projection, tile.shape);
-        for layer in layers {
-            let scan = Scan {
-                view: View { meter, layer: &**layer, tile: tile.place },
-                base_level,
-                tree: ImageTree::default(),
-                sights: Sights::default(),
-                seeds: Looks::at(options.seeds, &**layer, base_level, finest_level),
-                closes: false,
-            };
-            let shares = regions.as_ref().map(|regions| Shares::new(&**layer, regions));
-            let scale = &engine.scales[number];
-            engine.sheets.push(Sheet::new(scan, number, layers.len(), shares, scale));
-        }
+    let mut layers_of_tile = vec![0; tiles.len()];
+    visible.iter().for_each(|layer| layers_of_tile[layer.tile] += 1);
+    for Visible { tile, layer, shares } in visible {
+        let scan = Scan {
+            view: View { meter, layer, tile: tiles[tile].place },
+            base_level,
+            tree: ImageTree::default(),
+            sights: Sights::default(),
+            seeds: Looks::at(options.seeds, layer, base_level, finest_level),
+            closes: false,
+        };
+        let (layers, scale) = (layers_of_tile[tile], &engine.scales[tile]);
+        engine.sheets.push(Sheet::new(scan, tile, layers, shares, scale));
     }
     let (developed, ending) = engine.run(options)?;
     // The budget may end a search that has been stricter than what was asked for.
@@ -104,6 +104,33 @@ pub(crate) fn render<E: Emission>(
     let mut rendering = Rendering::new(image, Some(error), ending);
     rendering.base_level = Some(base_level);
     Ok(rendering)
+}
+
+/// A layer that some pixels have a share of.
+struct Visible<'a> {
+    tile: usize,
+    layer: &'a dyn Layer,
+    shares: Option<Shares>,
+}
+
+/// The layers of all tiles, those of the first tile first, without what no pixel sees: the far side
+/// of a body that fills the view, or the shadow of one that is on another tile.
+fn visible_layers<'a>(
+    tiles: &[Tile<'_>],
+    layers: &'a [Vec<Box<dyn Layer + 'a>>],
+) -> Vec<Visible<'a>> {
+    let mut visible = Vec::new();
+    for (number, (tile, layers)) in tiles.iter().zip(layers).enumerate() {
+        let regions = Regions::of(tile.projection, tile.shape);
+        for layer in layers {
+            let layer: &dyn Layer = &**layer;
+            let shares = regions.as_ref().map(|regions| Shares::new(layer, regions));
+            if shares.as_ref().is_none_or(|shares| shares.reach.largest() > 0.0) {
+                visible.push(Visible { tile: number, layer, shares });
+            }
+        }
+    }
+    visible
 }
 
 /// The base level wanted, or the finest one whose first look the budget allows.
@@ -370,13 +397,25 @@ impl<E: Emission> Engine<'_, '_, E> {
         [of_kind(0), of_kind(1)]
     }
 
-    /// The places to be looked at next on each sheet, the most worthwhile first.
+    /// The places to be looked at next on each sheet, the most worthwhile first. The sheets of a tile
+    /// compete for its error.
     fn choose(&self, developed: &Developed, target: f64) -> Vec<Vec<Place>> {
-        let of_sheet = |(sheet, seen): (&Sheet<'_, E>, &Seen)| {
-            let [_, error] = &developed.maps[sheet.tile];
-            sheet.choose(seen, error, target, self.finest_level, self.always)
-        };
-        self.sheets.iter().zip(&developed.seen).map(of_sheet).collect()
+        let mut places = Vec::with_capacity(self.sheets.len());
+        let sheets: Vec<_> = self.sheets.iter().zip(&developed.seen).collect();
+        for of_tile in sheets.chunk_by(|a, b| a.0.tile == b.0.tile) {
+            let choices: Vec<Choice<'_>> = of_tile
+                .iter()
+                .map(|&(sheet, seen)| {
+                    let [_, error] = &developed.maps[sheet.tile];
+                    sheet.choice(seen, error, target, self.finest_level, self.always)
+                })
+                .collect();
+            let nodes = worthwhile(&choices);
+            for ((&(sheet, seen), choice), nodes) in of_tile.iter().zip(&choices).zip(nodes) {
+                places.push(sheet.places(seen, choice, nodes));
+            }
+        }
+        places
     }
 }
 

@@ -34,9 +34,32 @@ pub(crate) struct Choice<'a> {
     pub(crate) always: u8,
 }
 
+/// The nodes to be opened of each of the trees whose images add up, the most worthwhile first: they
+/// compete for the same error.
+pub(crate) fn worthwhile(choices: &[Choice<'_>]) -> Vec<Vec<usize>> {
+    let mut opened = vec![Vec::new(); choices.len()];
+    let Some(first) = choices.first() else { return opened };
+    let of_tree = |(tree, choice): (usize, &Choice<'_>)| {
+        let found = choice.candidates().into_iter();
+        found.map(|(contribution, i)| (contribution, tree, i)).collect::<Vec<_>>()
+    };
+    let mut candidates: Vec<_> = choices.iter().enumerate().flat_map(of_tree).collect();
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut expected = first.error.clone();
+    for (_, tree, i) in candidates {
+        let choice = &choices[tree];
+        let Some(footprint) = &choice.footprints[i] else { continue };
+        if footprint.touches_above(&expected, choice.scale, GOAL * choice.tolerance) {
+            footprint.add_to(&mut expected, choice.scale, -EXPECTED_GAIN);
+            opened[tree].push(i);
+        }
+    }
+    opened
+}
+
 impl Choice<'_> {
-    /// The nodes to be opened, the most worthwhile first.
-    pub(crate) fn nodes(&self) -> Vec<usize> {
+    /// The nodes that may be opened, with what each may contribute to a pixel's error.
+    fn candidates(&self) -> Vec<(f64, usize)> {
         let [height, width] = [self.error.height(), self.error.width()].map(|n| n as f64);
         let mut candidates = Vec::new();
         for (i, node) in self.tree.nodes().iter().enumerate() {
@@ -49,17 +72,7 @@ impl Choice<'_> {
                 }
             }
         }
-        candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let mut expected = self.error.clone();
-        let mut opened = Vec::new();
-        for (_, i) in candidates {
-            let Some(footprint) = &self.footprints[i] else { continue };
-            if footprint.touches_above(&expected, self.scale, GOAL * self.tolerance) {
-                footprint.add_to(&mut expected, self.scale, -EXPECTED_GAIN);
-                opened.push(i);
-            }
-        }
-        opened
+        candidates
     }
 
     /// The places of the children that are missing around `nodes`, in that order, each once.

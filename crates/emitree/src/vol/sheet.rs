@@ -200,16 +200,16 @@ impl<'a, E: Emission> Sheet<'a, E> {
         Seen { guarded, remaining, footprints, always_seen }
     }
 
-    /// The places to be looked at next, the most worthwhile first, given the tile's error.
-    pub(crate) fn choose(
-        &self,
-        seen: &Seen,
-        error: &Image,
+    /// What the choice of nodes is made from, given the tile's error.
+    pub(crate) fn choice<'s>(
+        &'s self,
+        seen: &'s Seen,
+        error: &'s Image,
         tolerance: f64,
         finest_level: u8,
         always: u8,
-    ) -> Vec<Place> {
-        let choice = Choice {
+    ) -> Choice<'s> {
+        Choice {
             tree: &self.scan.tree,
             remaining: &seen.remaining,
             footprints: &seen.footprints,
@@ -218,11 +218,19 @@ impl<'a, E: Emission> Sheet<'a, E> {
             tolerance,
             finest_level,
             always,
-        };
-        let mut nodes = choice.nodes();
+        }
+    }
+
+    /// The places to be looked at next, the most worthwhile first, given the worthwhile nodes.
+    pub(crate) fn places(
+        &self,
+        seen: &Seen,
+        choice: &Choice<'_>,
+        mut nodes: Vec<usize>,
+    ) -> Vec<Place> {
         if !seen.always_seen {
             let unseen = |&i: &usize| {
-                self.scan.tree.nodes()[i].level < always
+                self.scan.tree.nodes()[i].level < choice.always
                     && seen.remaining[i].children != Children::All
             };
             nodes.extend((0..self.scan.tree.len()).filter(unseen));

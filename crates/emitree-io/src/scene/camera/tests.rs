@@ -20,7 +20,6 @@ fn scene(projection: &str, tables: &str) -> Result<Scene, SceneError> {
 const LOOKING: &str = "position = [10, 0, 0]\ntarget = [0, 0, 0]\n";
 
 /// Line (of the projection and the tables), message and expectation of an error.
-#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn error(projection: &str, tables: &str) -> (usize, String, String) {
     let error = scene(projection, tables).unwrap_err();
     let (_, line) = error.line().unwrap();
@@ -93,7 +92,6 @@ fn bodies_hide_what_lies_behind() {
     assert_eq!(cube.camera.kind(), CameraKind::Canonical);
 }
 
-#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn scene_of_cube(tables: &str) -> Scene {
     scene("type = \"canonical\"", tables).unwrap()
 }

@@ -2,6 +2,8 @@
 //!
 //! The image is asymmetric, row · 1000 + column + ¼, so that no flip or transposition passes.
 
+mod views;
+
 use emitree::Image;
 use emitree::projection::healpix::{face_pixel, pixel_of_direction, sight_of_face};
 use emitree_io::units::{Unit, image_unit};
@@ -66,6 +68,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     write("units.fits", units_file()?)?;
     write("healpix.fits", healpix_file()?)?;
+    for (name, bytes) in views::files()?.into_iter().chain(views::sky()?) {
+        write(&name, bytes)?;
+    }
 
     write("image.npy", encode_npy_image(&image))?;
     write("error.npy", encode_npy_image(&error))?;

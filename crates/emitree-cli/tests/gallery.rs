@@ -1,0 +1,163 @@
+//! The scenes of `examples` and the pictures of `docs/gallery.md`.
+
+mod support;
+
+use emitree_io::{CameraKind, Scene};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use support::{Folder, HOLMSTROM, decode_png, pixels};
+
+/// The scenes whose images are pure numbers, or in units that only their writer knows.
+const WITHOUT_UNIT: [&str; 4] = ["helix", "holmstrom", "k_corona", "knot"];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The scenes of the folder `examples`, by name.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn scenes() -> Vec<(String, PathBuf)> {
+    let entries = std::fs::read_dir(root().join("examples")).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let scenes = paths.filter(|path| path.extension().is_some_and(|ending| ending == "toml"));
+    let name = |path: &Path| path.file_stem().unwrap().to_str().unwrap().to_owned();
+    let mut scenes: Vec<_> = scenes.map(|path| (name(&path), path)).collect();
+    scenes.sort();
+    scenes
+}
+
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn gallery() -> String {
+    std::fs::read_to_string(root().join("docs/gallery.md")).unwrap()
+}
+
+/// Options that make the scene small and quick.
+fn reduced(scene: &Scene) -> Vec<String> {
+    const LONGEST_EDGE: usize = 48;
+    let reduce = |pixels: usize| (LONGEST_EDGE * pixels).div_ceil(scene.width.max(scene.height));
+    let mut options = match scene.camera.kind() {
+        CameraKind::Healpix => vec!["--set=image.nside=8".to_owned()],
+        _ => vec![
+            format!("--width={}", reduce(scene.width)),
+            format!("--height={}", reduce(scene.height)),
+        ],
+    };
+    options.push(match scene.render.method.name() {
+        "paper" => "--finest-level=6".to_owned(),
+        _ => "--tolerance=0.05".to_owned(),
+    });
+    options
+}
+
+/// Renders a scene of the folder `examples` at a reduced size, and looks at all that it leaves.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn check(name: &str, path: &Path) {
+    let scene = Scene::open(path, &[]).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_emitree"));
+    command.arg("render").arg(path).args(reduced(&scene)).current_dir(&folder);
+    command.args(["-o", "a.npy", "-o", "a.png", "--annotate", "--report", "r.json"]);
+    let run = command.output().unwrap();
+    let texts = [run.stdout, run.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert_eq!(run.status.code(), Some(0), "{name}:\n{}\n{}", texts[0], texts[1]);
+
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let image = pixels(&read("a.npy"));
+    let inside = image.iter().filter(|pixel| pixel.is_finite());
+    if matches!(scene.camera.kind(), CameraKind::Fisheye { .. }) {
+        // A disc is π/4 of its square.
+        assert!(inside.clone().count() * 4 > image.len() * 3, "{name}: a disc with holes");
+        assert!(image.iter().all(|pixel| !pixel.is_infinite()), "{name}");
+    } else {
+        assert_eq!(inside.clone().count(), image.len(), "{name}: pixels that are no numbers");
+    }
+    let largest = inside.copied().fold(f64::NEG_INFINITY, f64::max);
+    assert!(largest > 0.0, "{name}: nothing shines");
+
+    let report: serde_json::Value = serde_json::from_slice(&read("r.json")).unwrap();
+    assert_eq!(report["converged"], true, "{name}");
+    assert_eq!(report["image"]["unit"], scene.image_unit(), "{name}");
+    assert_eq!(scene.image_unit().is_empty(), WITHOUT_UNIT.contains(&name), "{name}");
+    let (width, height, _) = decode_png(&read("a.png"));
+    assert!(width > 300 && height > 100, "{name}: {width} x {height}");
+}
+
+#[test]
+fn every_example_becomes_a_picture() {
+    let scenes = scenes();
+    assert!(scenes.len() >= 14, "{scenes:?}");
+    for (name, path) in scenes {
+        check(&name, &path);
+    }
+}
+
+#[test]
+fn every_example_tells_what_it_shows() {
+    for (name, path) in scenes() {
+        let text = std::fs::read_to_string(path).unwrap();
+        assert!(text.lines().take(2).all(|line| line.starts_with("# ")), "{name}");
+    }
+}
+
+#[test]
+fn the_gallery_has_every_model_and_every_picture() {
+    let gallery = gallery();
+    let models = Folder::with_scene("").emitree("models");
+    models.succeeds();
+    let names: Vec<&str> = models
+        .stdout
+        .lines()
+        .filter(|line| line.starts_with(char::is_lowercase))
+        .filter_map(|line| line.split_once(": ").map(|(name, _)| name))
+        .collect();
+    assert!(names.len() >= 14, "{}", models.stdout);
+    for name in names {
+        assert!(gallery.contains(&format!("`{name}`")), "no `{name}` in the gallery");
+    }
+    for (name, _) in scenes() {
+        assert!(gallery.contains(&format!("(../examples/{name}.toml)")), "no scene {name}");
+    }
+    let pictures: Vec<&str> = gallery
+        .split("](")
+        .filter_map(|rest| rest.split_once(')').map(|(target, _)| target))
+        .filter(|target| target.ends_with(".png"))
+        .collect();
+    assert!(pictures.len() >= 14, "{pictures:?}");
+    for picture in pictures {
+        let bytes = std::fs::read(root().join("docs").join(picture)).unwrap();
+        assert!(bytes.len() < 150_000, "{picture} has {} bytes", bytes.len());
+        let (width, height, _) = decode_png(&bytes);
+        assert!(width > 300 && height > 100, "{picture}: {width} x {height}");
+    }
+}
+
+#[test]
+fn annotations_are_around_the_pixels() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    folder.emitree("render scene.toml -o bare.png --quiet").succeeds();
+    let options = "--annotate --error-map error.png --quiet";
+    folder.emitree(&format!("render scene.toml -o linear.png {options}")).succeeds();
+    folder.emitree("render scene.toml -o log.png --annotate --log --quiet").succeeds();
+    let size = |name: &str| {
+        let (width, height, _) = decode_png(&folder.bytes(name));
+        [width, height]
+    };
+    assert_eq!(size("bare.png"), [64, 64]);
+    for name in ["linear.png", "log.png", "error.png"] {
+        assert!(size(name)[0] > 700 && size(name)[1] > 650, "{name}: {:?}", size(name));
+    }
+    assert_ne!(folder.bytes("linear.png"), folder.bytes("log.png"));
+}
+
+#[test]
+fn annotations_without_a_picture_are_refused() {
+    let folder = Folder::with_scene(HOLMSTROM);
+    let run = folder.emitree("render scene.toml -o a.npy --annotate");
+    run.fails_with(2);
+    let expected = "--annotate: no output is a picture: expected one that ends in .png";
+    assert!(run.stderr.contains(expected), "{}", run.stderr);
+    let run = folder.emitree("render scene.toml -o a.png --log");
+    run.fails_with(2);
+    assert!(run.stderr.contains("--annotate"), "{}", run.stderr);
+    folder.holds(&["scene.toml"]);
+}
