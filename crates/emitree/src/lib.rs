@@ -66,8 +66,8 @@ pub use meter::Progress;
 pub use prediction::Predictor;
 pub use projection::{
     Bounds, Camera, Canonical, DiscMapping, Ellipsoid, Equirectangular, Fisheye, GeometryError,
-    Healpix, ImagePlane, Layer, LayerPoint, MappedPoint, Orthographic, Perspective, Polar,
-    Projection, Region, Sight, Viewpoint,
+    Healpix, ImagePlane, Layer, MappedPoint, Orthographic, Perspective, Polar, Projection, Region,
+    Sight, Viewpoint,
 };
 pub use refinement::Threshold;
 pub use render::{

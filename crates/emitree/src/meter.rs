@@ -3,7 +3,7 @@
 use crate::emission::{Emission, Samples};
 use crate::error::RenderError;
 use crate::image::Image;
-use crate::projection::{LayerPoint, MappedPoint, Projection};
+use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{Integrand, Points};
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
@@ -45,7 +45,7 @@ pub(crate) struct Limits {
 /// A map from the canonical cube of a part of the image, with the weight of g in place of ds/dz.
 #[derive(Clone, Copy)]
 pub(crate) struct Mapping<'a> {
-    pub(crate) map: &'a (dyn Fn([f64; 3]) -> LayerPoint + Sync),
+    pub(crate) map: &'a (dyn Fn([f64; 3]) -> MappedPoint + Sync),
     /// Which of the tiles of the image it is, and of how many.
     pub(crate) tile: (usize, usize),
 }
@@ -164,19 +164,11 @@ impl<'a, E: Emission> Meter<'a, E> {
         values.fill(0.0);
         for i in 0..values.len() {
             let u = points.at(first + i);
-            let LayerPoint { point, mirror } = (mapping.map)(u);
+            let point = (mapping.map)(u);
             if point.path_per_depth == 0.0 {
                 continue;
             }
-            let weight = point.path_per_depth;
-            match mirror {
-                None => scratch.push(i, &point, weight),
-                Some(position) => {
-                    scratch.push(i, &point, 2.0 * weight);
-                    scratch.push(i, &MappedPoint { position, ..point }, -weight);
-                    self.count([u[0], u[1]], mapping.tile);
-                }
-            }
+            scratch.push(i, &point);
             self.count([u[0], u[1]], mapping.tile);
         }
         let count = scratch.numbers.len();
@@ -202,7 +194,7 @@ impl<'a, E: Emission> Meter<'a, E> {
                     direction: scratch.directions[k],
                 });
             }
-            values[number] += weighted;
+            values[number] = weighted;
         }
         match self.progress.map(|progress| progress(evaluations)) {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
@@ -237,7 +229,7 @@ impl<E: Emission> Integrand<3> for CanonicalIntegrand<'_, '_, E> {
         let weighted = |u: [f64; 3]| {
             let mapped = self.projection.world_from_canonical(u);
             let density = self.projection.solid_angle_density([u[0], u[1]]);
-            MappedPoint { path_per_depth: mapped.path_per_depth * density, ..mapped }.into()
+            MappedPoint { path_per_depth: mapped.path_per_depth * density, ..mapped }
         };
         let mapping = Mapping { map: &weighted, tile: self.tile };
         self.meter.evaluate(points, mapping, values)
@@ -260,11 +252,11 @@ struct Scratch {
 }
 
 impl Scratch {
-    fn push(&mut self, number: usize, point: &MappedPoint, weight: f64) {
+    fn push(&mut self, number: usize, point: &MappedPoint) {
         self.numbers.push(number);
         self.positions.push(point.position);
         self.directions.push(point.direction);
-        self.weights.push(weight);
+        self.weights.push(point.path_per_depth);
     }
 
     fn clear(&mut self) {

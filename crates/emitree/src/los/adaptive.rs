@@ -72,7 +72,7 @@ pub(crate) fn render<E: Emission>(
         return Err(RenderError::Budget { what, needed, allowed });
     }
     let rule = GaussKronrod::new(GKPair::G7K15);
-    let map = |u| projection.world_from_canonical(u).into();
+    let map = |u| projection.world_from_canonical(u);
     let mapping = Mapping { map: &map, tile };
     let blocks = || (0..lines.count()).step_by(LINES_PER_BLOCK);
     let block_lines = |first: usize| first..(first + LINES_PER_BLOCK).min(lines.count());

@@ -25,7 +25,7 @@ pub(crate) fn render<E: Emission>(
         let what = format!("{} lines of {steps} steps", lines.count());
         return Err(RenderError::Budget { what, needed, allowed });
     }
-    let map = |u| projection.world_from_canonical(u).into();
+    let map = |u| projection.world_from_canonical(u);
     let mapping = Mapping { map: &map, tile };
     let mut radiances = vec![0.0; lines.count()];
     let steps_at_once = steps.min(SAMPLES_PER_BATCH);

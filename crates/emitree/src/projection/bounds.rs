@@ -46,16 +46,6 @@ impl Bounds {
         Err(GeometryError::Vector { name, value, expected })
     }
 
-    /// Whether a point is inside, or on the border.
-    pub(crate) fn contains(&self, position: [f64; 3]) -> bool {
-        match self {
-            Self::Ellipsoid(ellipsoid) => ellipsoid.contains(position),
-            Self::Cuboid(Cuboid { min, max }) => {
-                (0..3).all(|i| (min[i]..=max[i]).contains(&position[i]))
-            }
-        }
-    }
-
     /// The distances at which the line of `origin` and `direction` enters and leaves the shape.
     pub(crate) fn crossing(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
         match self {

@@ -294,11 +294,6 @@ impl<P: ImagePlane> Camera<P> {
         seen
     }
 
-    /// Whether a place is within the bounds.
-    pub(super) fn may_glow(&self, position: [f64; 3]) -> bool {
-        self.bounds.is_none_or(|bounds| bounds.contains(position))
-    }
-
     /// The distance at which layers behind and before `body` meet.
     pub(super) fn parting(&self, line: &Line, body: &Ellipsoid) -> f64 {
         if self.plane.is_parallel() {

@@ -25,9 +25,6 @@ pub struct Ellipsoid {
 /// model can tell. A model that glows only outside is not to find the point inside.
 const ABOVE_SURFACE: f64 = 1e-12;
 
-/// How far above a body g is asked for what it may be inside, in radii.
-const HIGHEST_MIRROR: f64 = 0.25;
-
 impl Ellipsoid {
     /// The sphere of this `radius` around `centre`, both in the length unit of the scene.
     ///
@@ -135,23 +132,6 @@ impl Ellipsoid {
             return along(self.centre, self.semi_axes[2] * (1.0 + ABOVE_SURFACE), self.axes[2]);
         }
         along(self.centre, factor, difference(position, self.centre))
-    }
-
-    /// For a point inside, the point as far above the surface as it is below it, near the surface;
-    /// farther in, no higher than [`HIGHEST_MIRROR`] of the radius. None for a point outside.
-    ///
-    /// The height is a function of the square of the distance from the centre, so that it is smooth
-    /// there.
-    pub(crate) fn mirror(&self, position: [f64; 3]) -> Option<[f64; 3]> {
-        let scaled = self.scaled_point(position);
-        let squared = dot(scaled, scaled);
-        if !(squared < 1.0 && squared > 0.0) {
-            return None;
-        }
-        let depth = 0.5 * (1.0 - squared);
-        let height = depth / (1.0 + depth / (2.0 * HIGHEST_MIRROR));
-        let factor = (1.0 + ABOVE_SURFACE + height) / squared.sqrt();
-        Some(along(self.centre, factor, difference(position, self.centre)))
     }
 
     /// `position`, or the point of the surface above it if it is inside.

@@ -7,22 +7,6 @@
 
 use super::{MappedPoint, Projection};
 
-/// Where a point of a layer lies in the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LayerPoint {
-    /// Where g is wanted.
-    pub point: MappedPoint,
-    /// A second place, for a line of sight that is inside an opaque body, where g is not known: it is
-    /// continued linearly from the surface, to 2 g(point) − g(mirror).
-    pub mirror: Option<[f64; 3]>,
-}
-
-impl From<MappedPoint> for LayerPoint {
-    fn from(point: MappedPoint) -> Self {
-        Self { point, mirror: None }
-    }
-}
-
 /// What is seen at one point of the image plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Region {
@@ -38,7 +22,7 @@ pub enum Region {
 /// image plane, and its share in the image.
 pub trait Layer: Sync + core::fmt::Debug {
     /// As [`Projection::world_from_canonical`].
-    fn world_from_canonical(&self, u: [f64; 3]) -> LayerPoint;
+    fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint;
 
     /// As [`Projection::canonical_from_world`].
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]>;
@@ -61,8 +45,8 @@ pub trait Layer: Sync + core::fmt::Debug {
 pub(super) struct Whole<'a, P: ?Sized>(pub(super) &'a P);
 
 impl<P: Projection + ?Sized> Layer for Whole<'_, P> {
-    fn world_from_canonical(&self, u: [f64; 3]) -> LayerPoint {
-        self.0.world_from_canonical(u).into()
+    fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint {
+        self.0.world_from_canonical(u)
     }
 
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {

@@ -26,7 +26,7 @@ pub use camera::{Camera, Equirectangular, Fisheye, Orthographic, Perspective, Po
 pub use canonical::Canonical;
 pub use ellipsoid::Ellipsoid;
 pub use frame::{GeometryError, Viewpoint};
-pub use layer::{Layer, LayerPoint, Region};
+pub use layer::{Layer, Region};
 pub use plane::{
     DiscMapping, DiscPlane, EquirectangularPlane, FacePlane, ImagePlane, ParallelPlane, PolarPlane,
     Sight, TangentPlane,

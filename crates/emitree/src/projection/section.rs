@@ -3,15 +3,15 @@
 //! Lines of sight that meet no body are one layer, and those that end at a body are two, since what
 //! they see has the square root of the limb in it: each body has a *parting*, a distance that is
 //! smooth in (x, y), lies inside the body where the line meets it, and at the limb where it touches
-//! it. The *front* reaches to the parting, through the surface; inside a body g is continued linearly
-//! from the surface above, so that it is never asked where there is nothing. The piece from the
+//! it. The *front* reaches to the parting, through the surface; inside a body g is taken for what it is
+//! at the surface above, so that it is never asked where there is nothing. The piece from the
 //! surface to the parting, *hidden* in the body, is taken off again: its length, known from geometry,
 //! is its share. So no layer jumps at a limb or has its square root, whatever g is continued to.
 
+use super::MappedPoint;
 use super::Projection;
 use super::camera::{Camera, Line};
-use super::ellipsoid::Ellipsoid;
-use super::layer::{Layer, LayerPoint, Region};
+use super::layer::{Layer, Region};
 use super::plane::ImagePlane;
 
 /// Which part of the depth a layer is.
@@ -57,12 +57,6 @@ impl<'a, P: ImagePlane> Section<'a, P> {
         }
     }
 
-    /// Whether g may be asked at a place above the surface of `body`.
-    fn is_open(&self, position: [f64; 3], body: &Ellipsoid) -> bool {
-        let mut others = self.camera.bodies().iter().filter(|other| *other != body);
-        self.camera.may_glow(position) && !others.any(|other| other.contains(position))
-    }
-
     /// The unit of length of a hidden layer, which has its mean rate times this for a radiance.
     fn hidden_length(&self, number: usize) -> f64 {
         self.camera.bodies()[number].longest()
@@ -70,24 +64,22 @@ impl<'a, P: ImagePlane> Section<'a, P> {
 }
 
 impl<P: ImagePlane> Layer for Section<'_, P> {
-    fn world_from_canonical(&self, [x, y, z]: [f64; 3]) -> LayerPoint {
+    fn world_from_canonical(&self, [x, y, z]: [f64; 3]) -> MappedPoint {
         let line = self.camera.line([x, y]);
         let [from, to] = self.ends(&line);
         let mut point = line.point(&self.camera.span(from, to), z);
         let bodies = self.camera.bodies();
-        // The same body for all layers: where bodies overlap, what is taken off is what was there.
-        let mut around = bodies.iter().find(|body| body.contains(point.position));
         if let Piece::Hidden(number) = self.piece {
             point.path_per_depth = self.hidden_length(number);
-            around = around.or(Some(&bodies[number]));
+            if !bodies.iter().any(|body| body.contains(point.position)) {
+                point.position = bodies[number].on_surface(point.position);
+            }
         }
-        let Some(body) = around else { return point.into() };
-        let mirror = body.mirror(point.position).filter(|&mirror| self.is_open(mirror, body));
-        point.position = body.on_surface(point.position);
-        for other in bodies {
-            point.position = other.outside(point.position);
+        // The same for all layers: where bodies overlap, what is taken off is what was there.
+        for body in bodies {
+            point.position = body.outside(point.position);
         }
-        LayerPoint { point, mirror }
+        point
     }
 
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {

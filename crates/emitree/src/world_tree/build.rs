@@ -185,7 +185,7 @@ fn evaluate<E: Emission>(
 ) -> Result<(), RenderError<E::Error>> {
     let map = |u| {
         let position = bounds.world_from_unit(u);
-        MappedPoint { position, direction, path_per_depth: 1.0 }.into()
+        MappedPoint { position, direction, path_per_depth: 1.0 }
     };
     meter.evaluate(points, Mapping { map: &map, tile: (0, 1) }, rates)
 }

@@ -1,7 +1,6 @@
 //! Cameras: points are found again, solid angles add up, layers add up to the whole line.
 
 use super::*;
-use crate::projection::LayerPoint;
 use crate::projection::plane::Sight;
 use core::f64::consts::{PI, TAU};
 
@@ -146,18 +145,12 @@ fn bodies() -> Vec<Ellipsoid> {
 }
 
 /// ∫ g ds along the line at (x, y) of a map, by many midpoints.
-fn radiance(map: impl Fn([f64; 3]) -> LayerPoint, [x, y]: [f64; 2]) -> f64 {
+fn radiance(map: impl Fn([f64; 3]) -> MappedPoint, [x, y]: [f64; 2]) -> f64 {
     let g = |[a, b, c]: [f64; 3]| 1.0 / (1.0 + (a - 6.0).powi(2) + b * b + c * c) + 0.01 * a;
     let steps = 4000;
     let sum: f64 = (0..steps)
         .map(|k| map([x, y, (f64::from(k) + 0.5) / f64::from(steps)]))
-        .map(|LayerPoint { point, mirror }| {
-            let rate = match mirror {
-                Some(mirror) => 2.0 * g(point.position) - g(mirror),
-                None => g(point.position),
-            };
-            rate * point.path_per_depth
-        })
+        .map(|point| g(point.position) * point.path_per_depth)
         .sum();
     sum / f64::from(steps)
 }
@@ -184,7 +177,7 @@ fn check_layers<P: ImagePlane>(camera: &Camera<P>, [low, high]: [f64; 2]) {
             Region::Body(body) => seen[body] += 1,
             _ => seen[2] += 1,
         }
-        let whole = radiance(|u| camera.world_from_canonical(u).into(), xy);
+        let whole = radiance(|u| camera.world_from_canonical(u), xy);
         let sum: f64 = layers
             .iter()
             .map(|layer| layer.share(xy, region) * radiance(|u| layer.world_from_canonical(u), xy))
@@ -213,8 +206,7 @@ fn layers_have_no_edge_at_the_limb() {
     assert_eq!(open(outside), [true, false, false, false, false]);
     assert_eq!(open(inside), [false, false, false, true, true]);
     // The image itself jumps.
-    let [a, b] =
-        [inside, outside].map(|xy| radiance(|u| camera.world_from_canonical(u).into(), xy));
+    let [a, b] = [inside, outside].map(|xy| radiance(|u| camera.world_from_canonical(u), xy));
     assert!(b > 1.1 * a, "{a} {b}");
 }
 
