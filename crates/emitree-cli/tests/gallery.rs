@@ -82,13 +82,28 @@ fn check(name: &str, path: &Path) {
     assert!(width > 300 && height > 100, "{name}: {width} x {height}");
 }
 
-#[test]
-fn every_example_becomes_a_picture() {
+/// Renders every third scene, from `first` on: three tests, so that none takes long.
+fn check_every_third(first: usize) {
     let scenes = scenes();
     assert!(scenes.len() >= 14, "{scenes:?}");
-    for (name, path) in scenes {
+    for (name, path) in scenes.into_iter().skip(first).step_by(3) {
         check(&name, &path);
     }
+}
+
+#[test]
+fn every_first_of_three_examples_becomes_a_picture() {
+    check_every_third(0);
+}
+
+#[test]
+fn every_second_of_three_examples_becomes_a_picture() {
+    check_every_third(1);
+}
+
+#[test]
+fn every_last_of_three_examples_becomes_a_picture() {
+    check_every_third(2);
 }
 
 #[test]
