@@ -61,7 +61,7 @@ fn stopped(method: Method, ending: Ending, evaluations: u64) -> Option<String> {
     match (ending, method) {
         (Ending::Complete, _) => None,
         (Ending::DeepestLevel, Method::Vol(_)) => {
-            Some("at the finest level (a sixteenth of a pixel)".to_owned())
+            Some("at the finest level (a sixteenth of a pixel or less)".to_owned())
         }
         (Ending::DeepestLevel, _) => {
             Some("at the deepest level; a finest_level would end it earlier".to_owned())
@@ -166,7 +166,7 @@ mod tests {
         assert_eq!(vol(Ending::Complete), None);
         let budget = "by its budget after 1,234 evaluations";
         assert_eq!(vol(Ending::Budget).unwrap(), budget);
-        let finest = "at the finest level (a sixteenth of a pixel)";
+        let finest = "at the finest level (a sixteenth of a pixel or less)";
         assert_eq!(vol(Ending::DeepestLevel).unwrap(), finest);
         let paper = |ending| stopped(Method::Paper(BuildOptions::default()), ending, 1_234);
         assert_eq!(paper(Ending::Budget).unwrap(), budget);

@@ -28,7 +28,6 @@ pub struct Camera<P> {
     plane: P,
     depth: Depth,
     bounds: Option<Bounds>,
-    /// The nearest first.
     bodies: Vec<Ellipsoid>,
 }
 
@@ -236,18 +235,13 @@ impl<P: ImagePlane> Camera<P> {
     /// # Errors
     ///
     /// [`GeometryError::InsideOcculter`] if the observer is inside one of them.
-    pub fn with_occulters(mut self, mut bodies: Vec<Ellipsoid>) -> Result<Self, GeometryError> {
+    pub fn with_occulters(mut self, bodies: Vec<Ellipsoid>) -> Result<Self, GeometryError> {
         let position = self.frame.origin;
         if !self.plane.is_parallel()
             && let Some(inside) = bodies.iter().position(|body| body.contains(position))
         {
             return Err(GeometryError::InsideOcculter { number: inside + 1, position });
         }
-        let distance = |body: &Ellipsoid| {
-            let towards = difference(body.centre(), position);
-            if self.plane.is_parallel() { dot(towards, self.frame.forward) } else { norm(towards) }
-        };
-        bodies.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         self.bodies = bodies;
         Ok(self)
     }
@@ -294,7 +288,8 @@ impl<P: ImagePlane> Camera<P> {
         seen
     }
 
-    /// The distance at which layers behind and before `body` meet.
+    /// A body's parting: a distance that is inside of it if the line meets it, and at its limb if the
+    /// line touches it.
     pub(super) fn parting(&self, line: &Line, body: &Ellipsoid) -> f64 {
         if self.plane.is_parallel() {
             body.closest_distance(line.origin, line.direction)

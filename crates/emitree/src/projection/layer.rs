@@ -1,8 +1,8 @@
 //! Layers: an image with edges as a sum of smooth images, each with a share that is known.
 //!
 //! An opaque body ends lines of sight, and the image jumps at its limb. But where the limb is, is
-//! geometry: no evaluation has to find it. So a view is cut along depth into *layers* whose
-//! radiances are smooth across limbs, and the image is the sum over layers of radiance times
+//! geometry: no evaluation has to find it. So a view is parted into *layers* whose radiances are
+//! smooth on their own side of a limb, and the image is the sum over layers of radiance times
 //! *share*, where the share of a layer at (x, y) follows from what stands in the way there.
 
 use super::{MappedPoint, Projection};
@@ -14,12 +14,12 @@ pub enum Region {
     Outside,
     /// A line of sight through all of the view's depth.
     Sky,
-    /// A line of sight that ends at an opaque body, counted from the nearest.
+    /// A line of sight that ends at an opaque body, by its number in the order given.
     Body(usize),
 }
 
-/// One layer of a view: a map from the canonical cube to a part of the world, smooth on the whole
-/// image plane, and its share in the image.
+/// One layer of a view: a map from the canonical cube to a part of the world, smooth where it
+/// [is open](Self::is_open), and its share in the image.
 pub trait Layer: Sync + core::fmt::Debug {
     /// As [`Projection::world_from_canonical`].
     fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint;

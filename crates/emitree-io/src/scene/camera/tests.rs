@@ -82,9 +82,9 @@ fn bodies_hide_what_lies_behind() {
                   [[occulter]]\ntype = \"ellipsoid\"\ncenter = [5, 0, 2]\nsemi_axes = [1, 1, 0.5]";
     let scene = scene(&camera, bodies).unwrap();
     let region = |y: f64| scene.camera.projection().region([0.5, y]);
-    // The nearest counts first: the ellipsoid is above the middle.
-    assert_eq!(region(0.5), Region::Body(1));
-    assert_eq!(region(0.84), Region::Body(0));
+    // In the order of the scene: the ellipsoid is above the middle.
+    assert_eq!(region(0.5), Region::Body(0));
+    assert_eq!(region(0.84), Region::Body(1));
     assert_eq!(region(0.1), Region::Sky);
     let cube =
         scene_of_cube("[[occulter]]\ntype = \"sphere\"\ncenter = [0.5, 0.5, 0.5]\nradius = 0.2");
