@@ -47,6 +47,10 @@ pub(crate) struct RenderArguments {
     /// Write the estimated error of each pixel here; .fits, .npy or .png.
     #[arg(long, value_name = "FILE")]
     pub(crate) error_map: Option<PathBuf>,
+    /// Write the image of the whole energy band here, the sum of a cube over its energies; .fits,
+    /// .npy or .png. May be repeated.
+    #[arg(long = "band", value_name = "FILE")]
+    pub(crate) bands: Vec<PathBuf>,
     /// Write a series of ever finer images (PNG and NPY) into this folder. vol: the image after
     /// each step and its error; paper: the coefficients projected by size, the largest first.
     #[arg(long, value_name = "DIR")]

@@ -1,7 +1,8 @@
 //! The report of a rendering, for programs to read. Its keys are a contract.
 
-use emitree::{Method, Rendering};
-use emitree_io::Scene;
+use crate::render::Rendered;
+use emitree::Method;
+use emitree_io::{Energies, Scene};
 use serde::Serialize;
 
 /// report.json.
@@ -20,6 +21,8 @@ pub(crate) struct Report {
     seconds: Seconds,
     peak_memory_bytes: Option<u64>,
     image: ImageReport,
+    energy: Option<EnergyReport>,
+    energies: Option<usize>,
     version: &'static str,
     scene: String,
     overrides: Vec<String>,
@@ -41,28 +44,50 @@ struct ImageReport {
     unit: String,
 }
 
+#[derive(Debug, Serialize)]
+struct EnergyReport {
+    min: f64,
+    max: f64,
+    unit: String,
+    bins: usize,
+    scale: &'static str,
+}
+
+impl EnergyReport {
+    fn new(energies: &Energies) -> Self {
+        let axis = energies.axis();
+        Self {
+            min: axis.min(),
+            max: axis.max(),
+            unit: energies.unit_name().to_owned(),
+            bins: axis.bins(),
+            scale: energies.scale_name(),
+        }
+    }
+}
+
 impl Report {
-    pub(crate) fn new(scene: &Scene, rendering: &Rendering) -> Self {
-        let (min, max) = rendering.image.min_max();
+    pub(crate) fn new(scene: &Scene, rendered: &Rendered) -> Self {
+        let (min, max) = rendered.map.cube().min_max();
         let order = match scene.render.method {
             Method::Paper(options) => Some(options.order),
             _ => None,
         };
-        let tree = rendering.tree.as_ref();
+        let tree = rendered.tree.as_ref();
         Self {
-            evaluations: rendering.evaluations,
-            batches: rendering.batches,
+            evaluations: rendered.evaluations,
+            batches: rendered.batches,
             method: scene.render.method.name(),
             tolerance: scene.render.tolerance,
-            estimated_error: rendering.estimated_error(),
-            converged: rendering.converged(),
+            estimated_error: rendered.estimated_error(),
+            converged: rendered.converged(),
             threshold: tree.map(|built| built.threshold),
             order,
-            base_level: rendering.base_level,
+            base_level: rendered.base_level,
             leaves_per_level: tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level()),
             seconds: Seconds {
-                total: rendering.total_time.as_secs_f64(),
-                emission: rendering.emission_time.as_secs_f64(),
+                total: rendered.total_time.as_secs_f64(),
+                emission: rendered.emission_time.as_secs_f64(),
             },
             peak_memory_bytes: peak_memory_bytes(),
             image: ImageReport {
@@ -73,6 +98,8 @@ impl Report {
                 quantity: scene.quantity.name(),
                 unit: scene.image_unit().to_owned(),
             },
+            energy: scene.energy.as_ref().map(EnergyReport::new),
+            energies: rendered.energies,
             version: env!("CARGO_PKG_VERSION"),
             scene: scene.name.clone(),
             overrides: scene.overrides.clone(),

@@ -1,6 +1,7 @@
 //! Annotated pictures and plots: axes, labels, colour bars and legends for the documentation.
 //!
-//! A [`Heatmap`] shows images side by side, a [`Plot`] lines and markers. Both draw a [`Figure`]:
+//! A [`Heatmap`] shows images side by side, a [`Sheet`] many in a grid, a [`Plot`] lines and markers.
+//! All draw a [`Figure`]:
 //! an SVG text, turned into PNG with a renderer and a font that are part of this crate, so that a
 //! figure looks the same on every machine.
 //!
@@ -23,6 +24,7 @@ mod marker;
 mod panel;
 mod placement;
 mod plot;
+mod sheet;
 mod svg;
 mod ticks;
 
@@ -31,6 +33,7 @@ pub use heatmap::Heatmap;
 pub use marker::Series;
 pub use panel::Panel;
 pub use plot::Plot;
+pub use sheet::Sheet;
 
 use crate::png::PictureError;
 use resvg::{tiny_skia, usvg};

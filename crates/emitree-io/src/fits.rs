@@ -1,9 +1,10 @@
-//! FITS: images with units, coordinates and provenance, for numbers.
+//! FITS: images and cubes with units, coordinates and provenance, for numbers.
 //!
 //! The first axis is x and row 0 comes first, as FITS has it: the pixels are stored in the order
-//! that [`Image`] keeps them, without a flip.
+//! that [`Image`] and [`Cube`] keep them, without a flip.
 
 mod card;
+mod energies;
 mod healpix;
 mod provenance;
 mod wcs;
@@ -12,24 +13,58 @@ pub use card::{Card, CardValue};
 pub use healpix::{HealpixColumn, HealpixFile};
 pub use wcs::{Wcs, WcsAxis};
 
+use crate::energies::Energies;
 pub(crate) use card::set;
-use emitree::Image;
+use emitree::{Cube, Image};
 use fits_well::header::Header;
 use fits_well::image::{Borrowed, Scaling, View};
 use fits_well::{FitsError, FitsWriter};
 pub(crate) use provenance::Provenance;
+use std::borrow::Cow;
 use std::time::SystemTime;
 
-/// One image of a FITS file: the primary one or an extension.
+/// One image of a FITS file, or one cube: the primary one or an extension.
 #[derive(Clone, Copy, Debug)]
 pub struct FitsImage<'a> {
-    /// The name of the extension (`EXTNAME`): `ERROR`, `EVALUATIONS`.
-    pub name: &'a str,
-    /// The pixels.
-    pub image: &'a Image,
-    /// The unit of the pixels (`BUNIT`) in the grammar of FITS, `m-2 sr-1 s-1` for example; none
-    /// for pure numbers.
-    pub unit: Option<&'a str>,
+    name: &'a str,
+    bands: &'a [Image],
+    is_cube: bool,
+    unit: Option<&'a str>,
+}
+
+impl<'a> FitsImage<'a> {
+    /// An image with the name of its HDU (`EXTNAME`), such as `ERROR`, and the unit of its pixels
+    /// (`BUNIT`) in the grammar of FITS, `m-2 sr-1 s-1` for example; none for pure numbers.
+    pub fn new(name: &'a str, image: &'a Image, unit: Option<&'a str>) -> Self {
+        Self { name, bands: core::slice::from_ref(image), is_cube: false, unit }
+    }
+
+    /// A cube, likewise: three axes, the third of which is the energy.
+    pub fn cube(name: &'a str, cube: &'a Cube, unit: Option<&'a str>) -> Self {
+        Self { name, bands: cube.bands(), is_cube: true, unit }
+    }
+
+    /// The shape of one band.
+    fn shape(&self) -> Option<[usize; 2]> {
+        self.bands.first().map(|band| [band.width(), band.height()])
+    }
+
+    /// Writes the pixels with this header.
+    fn write(
+        &self,
+        writer: &mut FitsWriter<Vec<u8>>,
+        header: &Header,
+    ) -> Result<(), FitsEncodeError> {
+        let [width, height] = self.shape().unwrap_or_default();
+        let shape = [width, height, self.bands.len()];
+        let shape = if self.is_cube { &shape[..] } else { &shape[..2] };
+        let pixels: Cow<'_, [f64]> = match self.bands {
+            [image] => Cow::Borrowed(image.pixels()),
+            bands => bands.iter().flat_map(Image::pixels).copied().collect(),
+        };
+        let pixels = Borrowed::new(shape, View::F64(&pixels), Scaling::IDENTITY)?;
+        Ok(writer.write_image(pixels, Some(header))?)
+    }
 }
 
 /// What a FITS file says; [`encode`](Self::encode) turns it into bytes.
@@ -43,9 +78,10 @@ pub struct FitsImage<'a> {
 ///
 /// let image = Image::zeros(4, 8);
 /// let file = FitsFile {
-///     primary: FitsImage { name: "RADIANCE", image: &image, unit: Some("m-2 sr-1 s-1") },
-///     extensions: vec![FitsImage { name: "ERROR", image: &image, unit: Some("m-2 sr-1 s-1") }],
+///     primary: FitsImage::new("RADIANCE", &image, Some("m-2 sr-1 s-1")),
+///     extensions: vec![FitsImage::new("ERROR", &image, Some("m-2 sr-1 s-1"))],
 ///     wcs: Some(Wcs::canonical(4, 8)),
+///     energies: None,
 ///     provenance: vec![Card::new("NEVAL", 4066, "evaluations of the emission rate")],
 ///     history: "[projection]\ntype = \"canonical\"\n".to_owned(),
 ///     date: None,
@@ -58,10 +94,14 @@ pub struct FitsImage<'a> {
 pub struct FitsFile<'a> {
     /// The image of the primary HDU.
     pub primary: FitsImage<'a>,
-    /// More images, each in an extension; those of the primary's shape get its coordinates.
+    /// More images or cubes, each in an extension; those of the primary's height and width get its
+    /// coordinates.
     pub extensions: Vec<FitsImage<'a>>,
-    /// Where the pixels lie.
+    /// Where the pixels of an image lie.
     pub wcs: Option<Wcs>,
+    /// The bins of the cubes, if there are any: their third axis, and the table `ENERGIES` as the
+    /// last extension, with the ends of each bin.
+    pub energies: Option<&'a Energies>,
     /// Keywords of the primary header that say how the image came about.
     pub provenance: Vec<Card>,
     /// A text of any number of lines, the scene for example, kept as `HISTORY`. A line of over 72
@@ -104,6 +144,9 @@ pub enum FitsEncodeError {
         /// What would be accepted.
         expected: String,
     },
+    /// More columns than a table may have.
+    #[error("{0} columns: expected at most 999, as many as FITS allows")]
+    Columns(usize),
     /// The encoder failed.
     #[error("cannot encode the FITS file: {0}")]
     Encode(#[from] FitsError),
@@ -122,9 +165,12 @@ impl FitsFile<'_> {
         Provenance { cards, history, date: *date }.write(&mut header)?;
 
         let mut writer = FitsWriter::new(Vec::new()).with_checksums();
-        write_image(&mut writer, self.primary.image, &header)?;
+        self.primary.write(&mut writer, &header)?;
         for extension in &self.extensions {
-            write_image(&mut writer, extension.image, &self.header(extension)?)?;
+            extension.write(&mut writer, &self.header(extension)?)?;
+        }
+        if let Some(energies) = self.energies {
+            energies::write_table(&mut writer, energies)?;
         }
         Ok(writer.into_inner())
     }
@@ -136,26 +182,18 @@ impl FitsFile<'_> {
         if let Some(unit) = of.unit {
             set(&mut header, &Card::new("BUNIT", unit, "unit of the pixels"))?;
         }
-        let shape = |image: &Image| (image.height(), image.width());
-        if let Some(wcs) = &self.wcs
-            && shape(of.image) == shape(self.primary.image)
-        {
+        let Some(wcs) = &self.wcs else { return Ok(header) };
+        if of.shape() == self.primary.shape() {
+            let wcs = match self.energies {
+                Some(energies) if of.is_cube => wcs.clone().with_energies(energies),
+                _ => wcs.clone(),
+            };
             for card in wcs.cards() {
                 set(&mut header, &card)?;
             }
         }
         Ok(header)
     }
-}
-
-fn write_image(
-    writer: &mut FitsWriter<Vec<u8>>,
-    image: &Image,
-    header: &Header,
-) -> Result<(), FitsError> {
-    let shape = [image.width(), image.height()];
-    let pixels = Borrowed::new(&shape, View::F64(image.pixels()), Scaling::IDENTITY)?;
-    writer.write_image(pixels, Some(header))
 }
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 //!
 //! [`Scene`] reads a scene file and checks everything in it; [`grid`] reads cubes of data, from FITS,
 //! NPY, NPZ, HDF5 and `NetCDF`; [`TreeFile`] keeps a tree of an emission; [`units`] reads units in the
-//! grammar of FITS and converts them. Encoders turn an [`Image`](emitree::Image) into bytes in memory:
+//! grammar of FITS and converts them. Encoders turn an [`Image`](emitree::Image) or a
+//! [`Cube`](emitree::Cube) into bytes in memory:
 //! [`FitsFile`] with coordinates ([`Wcs`]), [`HealpixFile`] for the whole sky, [`mollweide()`] for a
 //! picture of it. An [`OutputFile`] turns bytes into a file that is whole or absent. Numbers leave as
 //! FITS or NPY, PNG is for looking.
@@ -25,6 +26,7 @@
 //! ```
 
 mod colour;
+mod energies;
 #[cfg(feature = "figure")]
 pub mod figure;
 mod fits;
@@ -39,12 +41,13 @@ mod tree_file;
 pub mod units;
 
 pub use colour::{ColourMap, ValueRange};
+pub use energies::Energies;
 pub use fits::{
     Card, CardValue, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs, WcsAxis,
 };
 pub use format::{Format, UnknownEnding};
 pub use mollweide::{East, mollweide};
-pub use npy::{NpyError, encode_npy, encode_npy_image};
+pub use npy::{NpyError, encode_npy, encode_npy_cube, encode_npy_image};
 pub use output::{OutputError, OutputFile, OutputSet};
 pub use png::{PictureError, PictureOptions, encode_png};
 pub use scene::{

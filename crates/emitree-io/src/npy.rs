@@ -3,7 +3,7 @@
 //! Version 1.0 of the format, described in `numpy.lib.format`: a magic string, a header that is a
 //! Python dictionary, padded so that the data start at a multiple of 64 bytes, and the data.
 
-use emitree::Image;
+use emitree::{Cube, Image};
 
 /// The limit of `numpy` itself on the number of axes.
 const MAX_AXES: usize = 64;
@@ -51,7 +51,7 @@ pub fn encode_npy(shape: &[usize], values: &[f64]) -> Result<Vec<u8>, NpyError> 
     if elements != Some(values.len()) {
         return Err(NpyError::Length { shape: shape.to_vec(), found: values.len() });
     }
-    Ok(encode(shape, values))
+    Ok(encode(shape, values.iter().copied()))
 }
 
 /// The bytes of a .npy file with `image` as an array of shape (height, width), row 0 the lowest y.
@@ -63,10 +63,24 @@ pub fn encode_npy(shape: &[usize], values: &[f64]) -> Result<Vec<u8>, NpyError> 
 /// assert!(bytes.starts_with(b"\x93NUMPY"));
 /// ```
 pub fn encode_npy_image(image: &Image) -> Vec<u8> {
-    encode(&[image.height(), image.width()], image.pixels())
+    encode(&[image.height(), image.width()], image.pixels().iter().copied())
 }
 
-fn encode(shape: &[usize], values: &[f64]) -> Vec<u8> {
+/// The bytes of a .npy file with `cube` as an array of shape (bins, height, width), the lowest
+/// energies first and row 0 the lowest y.
+///
+/// ```
+/// use emitree::{Cube, Image};
+///
+/// let cube = Cube::from_bands(vec![Image::zeros(2, 3); 4]);
+/// let bytes = emitree_io::encode_npy_cube(&cube);
+/// assert_eq!(bytes.len(), 128 + 4 * 2 * 3 * 8);
+/// ```
+pub fn encode_npy_cube(cube: &Cube) -> Vec<u8> {
+    encode(&cube.shape(), cube.voxels())
+}
+
+fn encode(shape: &[usize], values: impl Iterator<Item = f64>) -> Vec<u8> {
     let shape = match shape {
         // A tuple of one needs its comma in Python.
         [length] => format!("({length},)"),
@@ -83,11 +97,12 @@ fn encode(shape: &[usize], values: &[f64]) -> Vec<u8> {
     )]
     let length = header.len() as u16;
 
-    let mut bytes = Vec::with_capacity(MAGIC.len() + 2 + header.len() + size_of_val(values));
+    let data = values.size_hint().0 * size_of::<f64>();
+    let mut bytes = Vec::with_capacity(MAGIC.len() + 2 + header.len() + data);
     bytes.extend_from_slice(MAGIC);
     bytes.extend_from_slice(&length.to_le_bytes());
     bytes.extend_from_slice(header.as_bytes());
-    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes.extend(values.flat_map(f64::to_le_bytes));
     bytes
 }
 
@@ -107,6 +122,9 @@ mod tests {
         expected.extend([0, 0, 0, 0, 0, 0, 0x04, 0xc0]);
         assert_eq!(bytes, expected);
         assert_eq!(encode_npy(&[1, 2], &[1.0, -2.5]).unwrap(), expected);
+        let bands = [1.0, -2.5].map(|pixel| Image::from_pixels(1, 1, vec![pixel]));
+        let cube = encode_npy_cube(&Cube::from_bands(bands.into()));
+        assert_eq!(cube, encode_npy(&[2, 1, 1], &[1.0, -2.5]).unwrap());
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! * [`Expression`]: g as a scene writes it, `"exp(-a*(x^2 + y^2 + z^2))"`, with named constants.
 //! * [`build_model`]: a published model by its name, with named parameters; [`catalogue()`] lists
-//!   what there is, with units, defaults and sources. Models of planets and of the Sun glow outside of
+//!   what there is, with units, defaults and sources. Some have a spectrum, and
+//!   [need energies](Model::needs_energy). Models of planets and of the Sun glow outside of
 //!   the body, and leave it to the camera to make it opaque.
 //! * [`Grid`]: values at the nodes of a rectilinear grid, linear or monotone cubic in between.
 //!

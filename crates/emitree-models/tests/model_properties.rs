@@ -1,7 +1,7 @@
 //! What holds for every place and direction, and for every parameter that is accepted.
 
 use emitree::{Emission, Samples};
-use emitree_models::models::{Chamberlain, Ena};
+use emitree_models::models::{Bremsstrahlung, Chamberlain, Ena, EnaRing};
 use emitree_models::{build_model, catalogue};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
@@ -29,15 +29,73 @@ proptest! {
         distance in magnitude(-12.0, 60.0),
         place in direction(),
         towards in direction(),
+        energy in magnitude(-12.0, 12.0),
     ) {
         let position = [place.map(|component| distance * component)];
         for description in catalogue() {
             let mut rate = [f64::NAN];
             let model = build_model(description.name, &BTreeMap::new()).unwrap();
-            let samples = Samples::new(&position, std::slice::from_ref(&towards));
+            let samples = Samples::new(&position, std::slice::from_ref(&towards))
+                .at_energies(std::slice::from_ref(&energy));
             model.emission_rates(&samples, &mut rate).unwrap();
             prop_assert!(rate[0].is_finite() && rate[0] >= 0.0, "{}", description.name);
         }
+    }
+
+    /// Whatever the cluster, however cold and far.
+    #[test]
+    fn spectra_of_any_cluster_are_numbers(
+        core_radius in magnitude(-3.0, 6.0),
+        beta in 0.0..100.0_f64,
+        temperature in magnitude(-6.0, 6.0),
+        (core_fraction, cooling_exponent) in (0.01..=1.0_f64, magnitude(-1.0, 2.0)),
+        (decline_radius, decline_exponent) in (magnitude(-3.0, 6.0), 0.0..100.0_f64),
+        distance in magnitude(-12.0, 200.0),
+        energy in magnitude(-12.0, 12.0),
+    ) {
+        let cluster = Bremsstrahlung::new(&given([
+            ("core_radius", core_radius),
+            ("beta", beta),
+            ("temperature", temperature),
+            ("core_fraction", core_fraction),
+            ("cooling_exponent", cooling_exponent),
+            ("decline_radius", decline_radius),
+            ("decline_exponent", decline_exponent),
+        ])).unwrap();
+        let [rate, harder] =
+            [energy, 2.0 * energy].map(|energy| cluster.rate([0.0, distance, 0.0], energy));
+        prop_assert!(rate.is_finite() && harder >= 0.0, "{rate:e}, {harder:e}");
+        prop_assert!(harder < rate || rate <= f64::MIN_POSITIVE, "{rate:e}, {harder:e}");
+    }
+
+    /// Whatever the ring, at any latitude, as if there were no charge exchange.
+    #[test]
+    fn spectra_of_any_ring_are_numbers(
+        temperature in magnitude(-3.0, 4.0),
+        (exponent, kappa) in (0.0..=10.0_f64, magnitude(0.21, 4.0)),
+        (shell, shell_width) in (1.08..=20.0_f64, magnitude(-2.0, 1.3)),
+        latitude_width in magnitude(-1.0, 6.0),
+        place in direction(),
+        distance in magnitude(0.034, 200.0),
+        energy in magnitude(-12.0, 12.0),
+    ) {
+        let ring = EnaRing::new(&given([
+            ("ion_temperature", temperature),
+            ("temperature_exponent", exponent),
+            ("kappa", kappa),
+            ("shell", shell),
+            ("shell_width", shell_width),
+            ("latitude_width", latitude_width),
+        ])).unwrap();
+        let position = place.map(|component| distance * component);
+        let (flux, rate) = (ring.proton_flux(position, energy), ring.rate(position, energy));
+        prop_assert!(flux.is_finite() && flux >= 0.0, "{flux:e}");
+        prop_assert!(rate.is_finite() && rate >= 0.0, "{rate:e}");
+        // Alike around the axis, and on both sides of the equator.
+        let [x, y, z] = position;
+        let turned = ring.proton_flux([y, -x, -z], energy);
+        let bound = 1e-9 * flux + f64::MIN_POSITIVE;
+        prop_assert!((turned - flux).abs() <= bound, "{flux:e}, {turned:e}");
     }
 
     #[test]

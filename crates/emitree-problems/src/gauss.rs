@@ -29,6 +29,14 @@ impl Gauss {
         &self.weights
     }
 
+    /// Calls `f` with each node of the rule on \[`from`, `to`\] and its weight.
+    pub(crate) fn weigh(&self, from: f64, to: f64, mut f: impl FnMut(f64, f64)) {
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        for (node, weight) in self.nodes.iter().zip(&self.weights) {
+            f(middle + half * node, half * weight);
+        }
+    }
+
     /// ∫ f over \[`from`, `to`\].
     pub(crate) fn integrate(&self, from: f64, to: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));

@@ -2,7 +2,8 @@
 //!
 //! Each module has the emission rate g of one problem on the unit cube and its exact image: the mean
 //! of ∫ g dz over each pixel, from a closed form or from quadrature with a known error.
-//! [`catalogue`] lists them as one type, and [`family`] makes as many more as one likes.
+//! [`catalogue`] lists them as one type, and [`family`] makes as many more as one likes. [`cubes`] are
+//! problems with an energy axis and their exact spectral cubes.
 //!
 //! ```
 //! use emitree::tree::BuildOptions;
@@ -22,6 +23,7 @@ pub mod beta_model;
 #[cfg(test)]
 mod brute;
 pub mod catalogue;
+pub mod cubes;
 pub mod equation8;
 pub mod family;
 mod gauss;

@@ -84,32 +84,67 @@ impl PanelAxis {
         Self::new(&borders, per_panel, pixels)
     }
 
-    /// The means of `f` over the pixels.
-    fn means(&self, f: impl Fn(f64) -> f64) -> Vec<f64> {
-        let values: Vec<f64> = self.nodes.iter().map(|&node| f(node)).collect();
-        let mean = |pixel: &PixelMean| {
-            let values = &values[pixel.first..];
-            pixel.weights.iter().zip(values).map(|(weight, value)| weight * value).sum()
-        };
-        self.pixels.iter().map(mean).collect()
+    /// The means over the pixels of `bands` functions of one variable at once: `f` adds their values
+    /// at a node to zeros. The bands of a pixel are neighbours in the result.
+    fn means(&self, bands: usize, f: impl Fn(f64, &mut [f64])) -> Vec<f64> {
+        let mut values = vec![0.0; bands * self.nodes.len()];
+        for (&node, values) in self.nodes.iter().zip(values.chunks_exact_mut(bands.max(1))) {
+            f(node, values);
+        }
+        let mut means = vec![0.0; bands * self.pixels.len()];
+        for (pixel, means) in self.pixels.iter().zip(means.chunks_exact_mut(bands.max(1))) {
+            pixel.add_mean(&values, means);
+        }
+        means
+    }
+}
+
+impl PixelMean {
+    /// Adds the mean of each column of `values`, which has a row for each node of the axis.
+    fn add_mean(&self, values: &[f64], means: &mut [f64]) {
+        let rows = values.chunks_exact(means.len().max(1)).skip(self.first);
+        for (weight, row) in self.weights.iter().zip(rows) {
+            for (mean, value) in means.iter_mut().zip(row) {
+                *mean += weight * value;
+            }
+        }
     }
 }
 
 /// The image whose pixels are the means of `line(x, y)`.
 pub(crate) fn image(x: &PanelAxis, y: &PanelAxis, line: impl Fn(f64, f64) -> f64 + Sync) -> Image {
+    let pixels = means(x, y, 1, |x, y, values| values[0] = line(x, y));
+    Image::from_pixels(y.pixels.len(), x.pixels.len(), pixels)
+}
+
+/// `bands` images at once: their pixels are the means of what `line(x, y, values)` adds to the zeros
+/// in `values`, one a band.
+pub(crate) fn images(
+    x: &PanelAxis,
+    y: &PanelAxis,
+    bands: usize,
+    line: impl Fn(f64, f64, &mut [f64]) + Sync,
+) -> Vec<Image> {
+    let means = means(x, y, bands, line);
+    let pixels = |band: usize| means.iter().skip(band).step_by(bands).copied().collect();
     let (height, width) = (y.pixels.len(), x.pixels.len());
-    let strips: Vec<Vec<f64>> =
-        y.nodes.par_iter().map(|&at| x.means(|x_at| line(x_at, at))).collect();
-    let mut image = Image::zeros(height, width);
-    let rows = image.pixels_mut().chunks_exact_mut(width.max(1));
-    for (row, mean) in rows.zip(&y.pixels) {
-        for (weight, strip) in mean.weights.iter().zip(&strips[mean.first..]) {
-            for (pixel, value) in row.iter_mut().zip(strip) {
-                *pixel += weight * value;
-            }
-        }
-    }
-    image
+    (0..bands).map(|band| Image::from_pixels(height, width, pixels(band))).collect()
+}
+
+/// The pixel means of `bands` functions, row after row; the bands of a pixel are neighbours.
+fn means(
+    x: &PanelAxis,
+    y: &PanelAxis,
+    bands: usize,
+    line: impl Fn(f64, f64, &mut [f64]) + Sync,
+) -> Vec<f64> {
+    let strip = |&at: &f64| x.means(bands, |x_at, values| line(x_at, at, values));
+    let strips: Vec<Vec<f64>> = y.nodes.par_iter().map(strip).collect();
+    let strips = strips.concat();
+    let mut means = vec![0.0; y.pixels.len() * x.pixels.len() * bands];
+    let rows = means.par_chunks_exact_mut((x.pixels.len() * bands).max(1));
+    rows.zip(&y.pixels).for_each(|(row, mean)| mean.add_mean(&strips, row));
+    means
 }
 
 /// How many panels of `extent` a function needs whose slices are as narrow as exp(−t²/`width`²).
@@ -162,7 +197,7 @@ mod tests {
             PanelAxis::uniform(0.02, 6, 4),
         ];
         for axis in axes {
-            let means = axis.means(|t| t.powi(5) - t);
+            let means = axis.means(1, |t, values| values[0] = t.powi(5) - t);
             let pixels = means.len() as f64;
             let primitive = |i: usize| {
                 let t = i as f64 / pixels;
@@ -183,5 +218,17 @@ mod tests {
             let expected = (column as f64 + 0.5) / 3.0 + 10.0 * (row as f64 + 0.5) / 2.0;
             assert!((image[(row, column)] - expected).abs() < 1e-14);
         }
+    }
+
+    #[test]
+    fn bands_are_images_of_their_own() {
+        let axis = |pixels| PanelAxis::new(&[0.0, 0.4, 1.0], 5, pixels);
+        let (x, y) = (axis(3), axis(2));
+        let bands = images(&x, &y, 2, |x, y, values| {
+            values[0] = x.exp() * y;
+            values[1] = (x - y).powi(2);
+        });
+        assert_eq!(bands[0], image(&x, &y, |x, y| x.exp() * y));
+        assert_eq!(bands[1], image(&x, &y, |x, y| (x - y).powi(2)));
     }
 }

@@ -7,10 +7,12 @@ use core::convert::Infallible;
 
 /// The sample points of one batch: where g is wanted, and towards which direction.
 ///
-/// A batch is a view of two arrays of equal length `n`, one row a sample:
+/// A batch is a view of arrays of equal length `n`, one row a sample:
 ///
 /// * `positions`, `n` × 3, in the length unit of the scene, in world coordinates;
-/// * `directions`, `n` × 3, unit vectors of *emission*: from the emitting point to the observer.
+/// * `directions`, `n` × 3, unit vectors of *emission*: from the emitting point to the observer;
+/// * `energies`, `n`, in the unit of the [energy axis](crate::EnergyAxis), where there is one: else
+///   the array is empty.
 ///
 /// ```
 /// use emitree::Samples;
@@ -22,17 +24,32 @@ use core::convert::Infallible;
 pub struct Samples<'a> {
     positions: &'a [[f64; 3]],
     directions: &'a [[f64; 3]],
+    energies: &'a [f64],
 }
 
 impl<'a> Samples<'a> {
-    /// A batch of sample points.
+    /// A batch of sample points without energies.
     ///
     /// # Panics
     ///
     /// If the two arrays differ in length.
     pub fn new(positions: &'a [[f64; 3]], directions: &'a [[f64; 3]]) -> Self {
         assert_eq!(positions.len(), directions.len(), "one direction for each position");
-        Self { positions, directions }
+        Self { positions, directions, energies: &[] }
+    }
+
+    /// The same batch at the given energies.
+    ///
+    /// # Panics
+    ///
+    /// If there is neither one energy for each position nor none at all.
+    #[must_use]
+    pub fn at_energies(self, energies: &'a [f64]) -> Self {
+        assert!(
+            energies.is_empty() || energies.len() == self.positions.len(),
+            "one energy for each position, or none"
+        );
+        Self { energies, ..self }
     }
 
     /// The number of sample points.
@@ -54,12 +71,18 @@ impl<'a> Samples<'a> {
     pub fn directions(&self) -> &'a [[f64; 3]] {
         self.directions
     }
+
+    /// Energies, in the unit of the energy axis; empty if there is none.
+    pub fn energies(&self) -> &'a [f64] {
+        self.energies
+    }
 }
 
 /// A directional volume emission rate g(r, d), evaluated in batches.
 ///
 /// In SI units g is in m⁻³ sr⁻¹ s⁻¹; a scene may name others, and the image then is in the unit of
-/// g times the scene's length unit. Implement this for a model that is fastest on many points at
+/// g times the scene's length unit. With an [energy axis](crate::EnergyAxis) it is the rate per unit
+/// of energy. Implement this for a model that is fastest on many points at
 /// once; wrap a closure of one point with [`FromFn`].
 ///
 /// Batches may be evaluated from several threads at a time, and the value at a point must not
@@ -125,6 +148,37 @@ where
         let points = samples.positions.iter().zip(samples.directions);
         for (rate, (&position, &direction)) in rates.iter_mut().zip(points) {
             *rate = (self.0)(position, direction);
+        }
+        Ok(())
+    }
+}
+
+/// An [`Emission`] from a closure `g(position, direction, energy) -> rate` of one point: the rate per
+/// unit of energy.
+///
+/// Without an energy axis the energy is NaN.
+///
+/// ```
+/// use emitree::FromSpectralFn;
+///
+/// let thermal = FromSpectralFn(|[x, y, z]: [f64; 3], _direction: [f64; 3], energy: f64| {
+///     (-(x * x + y * y + z * z) - energy / 2.0).exp()
+/// });
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct FromSpectralFn<F>(pub F);
+
+impl<F> Emission for FromSpectralFn<F>
+where
+    F: Fn([f64; 3], [f64; 3], f64) -> f64 + Sync,
+{
+    type Error = Infallible;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        let points = samples.positions.iter().zip(samples.directions);
+        for (i, (rate, (&position, &direction))) in rates.iter_mut().zip(points).enumerate() {
+            let energy = samples.energies.get(i).copied().unwrap_or(f64::NAN);
+            *rate = (self.0)(position, direction, energy);
         }
         Ok(())
     }

@@ -49,8 +49,9 @@ pub enum RenderError<E> {
     },
     /// g returned NaN or an infinite value.
     #[error(
-        "the emission rate is {rate:e} at position {position:?}, emission direction {direction:?}: \
-         expected a finite number, along the line of sight too"
+        "the emission rate is {rate:e} at position {position:?}, emission direction {direction:?}{}: \
+         expected a finite number, along the line of sight too",
+        energy.map(|energy| format!(", energy {energy}")).unwrap_or_default()
     )]
     NotFinite {
         /// The value returned.
@@ -59,6 +60,8 @@ pub enum RenderError<E> {
         position: [f64; 3],
         /// The unit vector of emission.
         direction: [f64; 3],
+        /// The energy, in the unit of the energy axis, if there is one.
+        energy: Option<f64>,
     },
     /// The rates are finite, but so large that a pixel's sum is not.
     #[error("the image is {value} in row {row}, column {column}: expected smaller emission rates")]

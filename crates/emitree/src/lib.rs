@@ -36,6 +36,7 @@
 //!   coefficient, sampled to pixels;
 //! * [`world_tree`]: a tree of g itself in a box of the world, an emission for any camera;
 //! * [`image`]: pixels, and the one orientation that they have everywhere;
+//! * [`energy`], [`cube`]: the energy axis, and an image for each of its bins ([`render_cube()`]);
 //! * [`los`]: lines of sight pixel by pixel, the baseline.
 //!
 //! It starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
@@ -53,12 +54,17 @@ pub mod world_tree;
 pub mod vol;
 pub mod los;
 pub mod image;
+pub mod energy;
+pub mod cube;
 mod memory;
 mod render;
+mod render_cube;
 mod error;
 
 pub use cell::CellIndex;
-pub use emission::{Emission, FromFn, Samples};
+pub use cube::Cube;
+pub use emission::{Emission, FromFn, FromSpectralFn, Samples};
+pub use energy::{EnergyAxis, EnergyError, EnergyScale};
 pub use error::RenderError;
 pub use image::Image;
 pub use los::{LosOptions, Steps};
@@ -74,6 +80,7 @@ pub use render::{
     DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions, RenderedTree, Rendering,
     Seed, image_of_tree, irradiance_of, render,
 };
+pub use render_cube::{CubeRendering, render_cube};
 pub use tree::{Ending, SparseTree};
 pub use vol::VolOptions;
 pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};

@@ -39,6 +39,7 @@ pub(crate) fn evaluations_in_memory(options: &RenderOptions<'_>) -> u64 {
 /// Refuses what can't fit in memory, before anything is allocated.
 pub(crate) fn check_size<E>(
     [height, width]: [usize; 2],
+    bins: usize,
     options: &RenderOptions<'_>,
 ) -> Result<(), RenderError<E>> {
     if height == 0 || width == 0 {
@@ -56,6 +57,8 @@ pub(crate) fn check_size<E>(
     }
     let (height, width) = (height as u64, width as u64);
     let number = size_of::<f64>() as u64;
+    let voxels = height.saturating_mul(width).saturating_mul(bins as u64);
+    let maps = |count: u64| voxels.saturating_mul(count);
     let needed = match options.method {
         Method::Paper(BuildOptions { base_level, .. }) => {
             // The grid that the image is sampled from, its cells no larger than pixels along the
@@ -65,12 +68,12 @@ pub(crate) fn check_size<E>(
             let cells = height.min(width).next_power_of_two().max(1 << level);
             let grid = cells.saturating_mul(cells.saturating_mul(3) / 2 + width);
             let weights = (height + width).saturating_mul(WEIGHTS_PER_PIXEL);
-            grid.saturating_add(weights).saturating_add(height.saturating_mul(width * MAPS))
+            grid.saturating_add(weights).saturating_add(maps(MAPS))
         }
         Method::Vol(_) => {
             // Borders of pixels are weighted one axis at a time; all else is maps.
             let weights = (height + width).saturating_mul(WEIGHTS_PER_PIXEL);
-            weights.saturating_add(height.saturating_mul(width * (MAPS + vol::MAPS)))
+            weights.saturating_add(maps(MAPS + vol::MAPS))
         }
         Method::Los(LosOptions { lines, steps }) => {
             let per_line = match steps {
@@ -78,7 +81,7 @@ pub(crate) fn check_size<E>(
                 Steps::Adaptive(_) => adaptive::BYTES_PER_LINE / number,
             };
             let of_lines = (lines as u64).saturating_mul(lines as u64).saturating_mul(per_line);
-            height.saturating_mul(width).saturating_mul(of_lines.saturating_add(MAPS))
+            height.saturating_mul(width).saturating_mul(of_lines).saturating_add(maps(MAPS))
         }
     };
     let image = format!("an image of {height} x {width} pixels (height x width)");

@@ -48,7 +48,25 @@ pub(crate) struct Mapping<'a> {
     pub(crate) map: &'a (dyn Fn([f64; 3]) -> MappedPoint + Sync),
     /// Which of the tiles of the image it is, and of how many.
     pub(crate) tile: (usize, usize),
+    /// The energy of all points, if there is an energy axis.
+    pub(crate) energy: Option<f64>,
 }
+
+/// One sample point of a batch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Site {
+    /// Canonical (x, y): the line of sight that it is on.
+    pub(crate) xy: [f64; 2],
+    /// Where it is in the world, with the weight of g in place of ds/dz.
+    pub(crate) point: MappedPoint,
+    /// Its energy, if there is an energy axis; all sites of a batch have one, or none has.
+    pub(crate) energy: Option<f64>,
+    /// Which of the tiles of the image it is on, and of how many.
+    pub(crate) tile: (usize, usize),
+}
+
+/// The sample points of a batch, made when they are asked for.
+pub(crate) type Sites<'a> = dyn Fn(usize) -> Site + Sync + 'a;
 
 /// The canonical integrand of the trees, g · ds/dz · dΩ/(dx dy) on the unit cube: an integral over
 /// the cube is an irradiance.
@@ -108,19 +126,32 @@ impl<'a, E: Emission> Meter<'a, E> {
         mapping: Mapping<'_>,
         values: &mut [f64],
     ) -> Result<(), RenderError<E::Error>> {
+        let site = |i: usize| {
+            let u = points.at(i);
+            let Mapping { map, tile, energy } = mapping;
+            Site { xy: [u[0], u[1]], point: map(u), energy, tile }
+        };
+        self.evaluate_sites(&site, values)
+    }
+
+    /// Evaluates the weighted rates of one site for each value: one batch, or several if it is too
+    /// large.
+    pub(crate) fn evaluate_sites(
+        &self,
+        sites: &Sites<'_>,
+        values: &mut [f64],
+    ) -> Result<(), RenderError<E::Error>> {
         let batch_size = usize::try_from(self.limits.batch_size).unwrap_or(usize::MAX).max(1);
         for (batch, values) in values.chunks_mut(batch_size).enumerate() {
             let first = batch * batch_size;
-            let point = |i: usize| points.at(first + i);
-            self.evaluate_batch(Points::new(values.len(), &point), mapping, values)?;
+            self.evaluate_batch(&|i: usize| sites(first + i), values)?;
         }
         Ok(())
     }
 
     fn evaluate_batch(
         &self,
-        points: Points<'_, 3>,
-        mapping: Mapping<'_>,
+        sites: &Sites<'_>,
         values: &mut [f64],
     ) -> Result<(), RenderError<E::Error>> {
         self.batches.fetch_add(1, Ordering::Relaxed);
@@ -136,7 +167,7 @@ impl<'a, E: Emission> Meter<'a, E> {
             if chunk > failed.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            let result = self.call(scratch, points, chunk * per_call, mapping, values, &in_calls);
+            let result = self.call(scratch, sites, chunk * per_call, values, &in_calls);
             if result.is_err() {
                 failed.fetch_min(chunk, Ordering::Relaxed);
             }
@@ -150,30 +181,29 @@ impl<'a, E: Emission> Meter<'a, E> {
         results.into_iter().collect()
     }
 
-    /// One call of g, from point `first` on; where nothing can be seen g is not called.
+    /// One call of g, from site `first` on; where nothing can be seen g is not called.
     fn call(
         &self,
         scratch: &mut Scratch,
-        points: Points<'_, 3>,
+        sites: &Sites<'_>,
         first: usize,
-        mapping: Mapping<'_>,
         values: &mut [f64],
         in_calls: &AtomicU64,
     ) -> Result<(), RenderError<E::Error>> {
         scratch.clear();
         values.fill(0.0);
         for i in 0..values.len() {
-            let u = points.at(first + i);
-            let point = (mapping.map)(u);
-            if point.path_per_depth == 0.0 {
+            let site = sites(first + i);
+            if site.point.path_per_depth == 0.0 {
                 continue;
             }
-            scratch.push(i, &point);
-            self.count([u[0], u[1]], mapping.tile);
+            scratch.push(i, &site);
+            self.count(site.xy, site.tile);
         }
         let count = scratch.numbers.len();
         scratch.rates.resize(count, 0.0);
         let samples = Samples::new(&scratch.positions, &scratch.directions);
+        let samples = samples.at_energies(&scratch.energies);
         let start = Instant::now();
         let result = match count {
             0 => Ok(()),
@@ -192,6 +222,7 @@ impl<'a, E: Emission> Meter<'a, E> {
                     rate: scratch.rates[k],
                     position: scratch.positions[k],
                     direction: scratch.directions[k],
+                    energy: scratch.energies.get(k).copied(),
                 });
             }
             values[number] = weighted;
@@ -231,7 +262,7 @@ impl<E: Emission> Integrand<3> for CanonicalIntegrand<'_, '_, E> {
             let density = self.projection.solid_angle_density([u[0], u[1]]);
             MappedPoint { path_per_depth: mapped.path_per_depth * density, ..mapped }
         };
-        let mapping = Mapping { map: &weighted, tile: self.tile };
+        let mapping = Mapping { map: &weighted, tile: self.tile, energy: None };
         self.meter.evaluate(points, mapping, values)
     }
 
@@ -247,13 +278,15 @@ struct Scratch {
     numbers: Vec<usize>,
     positions: Vec<[f64; 3]>,
     directions: Vec<[f64; 3]>,
+    energies: Vec<f64>,
     weights: Vec<f64>,
     rates: Vec<f64>,
 }
 
 impl Scratch {
-    fn push(&mut self, number: usize, point: &MappedPoint) {
+    fn push(&mut self, number: usize, Site { point, energy, .. }: &Site) {
         self.numbers.push(number);
+        self.energies.extend(*energy);
         self.positions.push(point.position);
         self.directions.push(point.direction);
         self.weights.push(point.path_per_depth);
@@ -263,6 +296,7 @@ impl Scratch {
         self.numbers.clear();
         self.positions.clear();
         self.directions.clear();
+        self.energies.clear();
         self.weights.clear();
     }
 }

@@ -1,5 +1,6 @@
 //! Rendering: from an emission and a projection to an image, its error and its bill.
 
+use crate::cube::Cube;
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
@@ -9,7 +10,7 @@ use crate::meter::{CanonicalIntegrand, Limits, Meter, Progress};
 use crate::projection::{Projection, Region};
 use crate::refinement::Threshold;
 use crate::tree::{BuildOptions, Ending, SparseTree, build};
-use crate::vol::{self, VolOptions};
+use crate::vol::{self, Found, VolOptions};
 use core::ops::ControlFlow;
 use core::time::Duration;
 use std::time::Instant;
@@ -88,6 +89,10 @@ pub struct RenderOptions<'a> {
     pub batch_size: u64,
     /// Structures to be looked at; only [`Method::Vol`] does.
     pub seeds: &'a [Seed],
+    /// Energies of spectral lines, in the unit of the [energy axis](crate::EnergyAxis), at which
+    /// spectra are looked at: a line much narrower than its bin may be missed else. Only
+    /// [`Method::Vol`] does, and only for cubes.
+    pub line_energies: &'a [f64],
     /// Called after each call of g, from any thread, with the evaluations so far; may break.
     pub progress: Option<&'a Progress<'a>>,
     /// Called after each step that has made a better image, coarse first; may break. Only
@@ -116,6 +121,7 @@ impl RenderOptions<'_> {
             max_memory_bytes: DEFAULT_MAX_MEMORY_BYTES,
             batch_size: u64::MAX,
             seeds: &[],
+            line_energies: &[],
             progress: None,
             frame: None,
         }
@@ -130,6 +136,7 @@ impl core::fmt::Debug for RenderOptions<'_> {
             .field("max_memory_bytes", &self.max_memory_bytes)
             .field("batch_size", &self.batch_size)
             .field("seeds", &self.seeds)
+            .field("line_energies", &self.line_energies)
             .finish_non_exhaustive()
     }
 }
@@ -204,23 +211,18 @@ pub fn render<E: Emission>(
     options: &RenderOptions<'_>,
 ) -> Result<Rendering, RenderError<E::Error>> {
     let start = Instant::now();
-    if options.batch_size == 0 {
-        let (name, expected) = ("batch_size", "1 or more evaluations in a batch");
-        return Err(RenderError::Option { name, value: "0".into(), expected });
-    }
-    check_seeds(options.seeds)?;
-    check_size(shape, options)?;
-    let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
-    let limits = Limits { max_evaluations, batch_size: options.batch_size };
+    check_options(shape, 1, options)?;
     let tiles = Tile::of(projection, shape)?;
-    let meter = Meter::new(emission, shape, limits, options.progress);
+    let meter = Meter::new(emission, shape, limits(options), options.progress);
     let mut rendering = match options.method {
-        Method::Vol(vol_options) => vol::render(&meter, &tiles, &vol_options, options)?,
+        Method::Vol(vol_options) => {
+            vol::render(&meter, &tiles, None, &vol_options, options)?.into()
+        }
         Method::Paper(build_options) => {
             stacked(&tiles, |tile| render_tree(&meter, tile, &build_options))?
         }
         Method::Los(LosOptions { lines, steps }) => {
-            stacked(&tiles, |tile| render_los(&meter, tile, lines, steps))?
+            stacked(&tiles, |tile| render_los(&meter, tile, lines, steps, None))?
         }
     };
     rendering.evaluations_of_pixels = meter.evaluations_of_pixels();
@@ -243,7 +245,7 @@ pub(crate) struct Tile<'a> {
 
 impl<'a> Tile<'a> {
     /// The tiles of a projection's image, the lowest first.
-    fn of<E>(
+    pub(crate) fn of<E>(
         projection: &'a dyn Projection,
         [height, width]: [usize; 2],
     ) -> Result<Vec<Self>, RenderError<E>> {
@@ -282,7 +284,7 @@ impl<'a> Tile<'a> {
 }
 
 /// One rendering from those of all tiles.
-fn stacked<E>(
+pub(crate) fn stacked<E>(
     tiles: &[Tile<'_>],
     render: impl Fn(&Tile<'_>) -> Result<Rendering, RenderError<E>>,
 ) -> Result<Rendering, RenderError<E>> {
@@ -304,6 +306,26 @@ fn stacked<E>(
     let mut rendering = Rendering::new(image, error, ending.unwrap_or(Ending::Complete));
     rendering.base_level = renderings.iter().find_map(|rendering| rendering.base_level);
     Ok(rendering)
+}
+
+/// Refuses options out of range, and an image or a cube of `bins` bands beyond the memory allowed.
+pub(crate) fn check_options<E>(
+    shape: [usize; 2],
+    bins: usize,
+    options: &RenderOptions<'_>,
+) -> Result<(), RenderError<E>> {
+    if options.batch_size == 0 {
+        let (name, expected) = ("batch_size", "1 or more evaluations in a batch");
+        return Err(RenderError::Option { name, value: "0".into(), expected });
+    }
+    check_seeds(options.seeds)?;
+    check_size(shape, bins, options)
+}
+
+/// How often g may be called.
+pub(crate) fn limits(options: &RenderOptions<'_>) -> Limits {
+    let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
+    Limits { max_evaluations, batch_size: options.batch_size }
 }
 
 /// Finds a seed that is no place or has no size.
@@ -348,6 +370,15 @@ impl Rendering {
     }
 }
 
+impl From<Found> for Rendering {
+    fn from(found: Found) -> Self {
+        let [image, error] = [found.cube, found.error].map(Cube::into_first);
+        let mut rendering = Self::new(image, Some(error), found.ending);
+        rendering.base_level = Some(found.base_level);
+        rendering
+    }
+}
+
 fn render_tree<E: Emission>(
     meter: &Meter<'_, E>,
     &Tile { projection, shape, place: tile }: &Tile<'_>,
@@ -374,11 +405,13 @@ fn render_tree<E: Emission>(
     Ok(rendering)
 }
 
-fn render_los<E: Emission>(
+/// The image by integration along lines of sight, at one `energy` if there is an energy axis.
+pub(crate) fn render_los<E: Emission>(
     meter: &Meter<'_, E>,
     tile: &Tile<'_>,
     lines: usize,
     steps: Steps,
+    energy: Option<f64>,
 ) -> Result<Rendering, RenderError<E::Error>> {
     let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     if lines == 0 {
@@ -387,14 +420,14 @@ fn render_los<E: Emission>(
     match steps {
         Steps::Fixed(0) => option("steps", "0".into(), "1 or more steps along each line"),
         Steps::Fixed(steps) => {
-            let image = fixed::render(meter, tile, lines, steps)?;
+            let image = fixed::render(meter, tile, lines, steps, energy)?;
             Ok(Rendering::new(image, None, Ending::Complete))
         }
         Steps::Adaptive(tolerance) if !(tolerance > 0.0 && tolerance.is_finite()) => {
             option("tolerance", tolerance.to_string(), "a number above 0")
         }
         Steps::Adaptive(tolerance) => {
-            let found = adaptive::render(meter, tile, lines, tolerance)?;
+            let found = adaptive::render(meter, tile, lines, tolerance, energy)?;
             let ending = if found.converged { Ending::Complete } else { Ending::Budget };
             Ok(Rendering::new(found.image, Some(found.error), ending))
         }

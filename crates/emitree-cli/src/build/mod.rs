@@ -22,6 +22,10 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
             scene.name
         )));
     };
+    if scene.energy.is_some() {
+        let why = "a tree holds rates of one energy: expected a scene without an energy axis";
+        return Err(Failure::Request(format!("{}: `[energy]`: {why}", scene.name)));
+    }
     if scene.quantity == Quantity::Irradiance {
         let why = "a tree holds rates, whose integrals are radiances: expected \"radiance\"";
         return Err(Failure::Request(format!("{}: `image.quantity`: {why}", scene.name)));

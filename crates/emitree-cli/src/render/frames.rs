@@ -1,9 +1,9 @@
 //! The frames of `--progressive`: ever finer images in a folder.
 
-use super::in_quantity;
+use super::map::{Map, Rendered};
 use super::outputs::{encode, same_file};
 use crate::failure::Failure;
-use emitree::{Frame, Image, RenderedTree, Rendering, image_of_tree};
+use emitree::{Frame, Image, RenderedTree, image_of_tree};
 use emitree_io::{Format, OutputFile, OutputSet, Scene, ValueRange};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,12 @@ impl<'a> FrameWriter<'a> {
 
     fn write_images(&self, image: &Image, error: &Image, evaluations: u64) -> ControlFlow<()> {
         // Bytes are made before the lock is taken: it is held while files are written only.
-        let [image, error] = [image, error].map(|image| in_quantity(self.scene, image));
+        // Frames of a cube are the images of its whole energy band.
+        let shown = |image: &Image| {
+            let image = self.scene.in_band_unit(image.clone());
+            Map::from(image).in_quantity(self.scene)
+        };
+        let [image, error] = [image, error].map(shown);
         let bytes = self.encode(&image, &error);
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         match bytes.and_then(|bytes| self.store(&mut state, evaluations, bytes)) {
@@ -53,15 +58,13 @@ impl<'a> FrameWriter<'a> {
 
     /// The files of a frame, by the endings of their names. Colours are those of the frame's own
     /// range: that of the last image is not known yet.
-    fn encode(
-        &self,
-        image: &Image,
-        error: &Image,
-    ) -> Result<[(&'static str, Vec<u8>); 3], Failure> {
+    fn encode(&self, image: &Map, error: &Map) -> Result<[(&'static str, Vec<u8>); 3], Failure> {
+        let scene = self.scene;
+        let unit = if scene.energy.is_some() { scene.band_unit() } else { scene.image_unit() };
         Ok([
-            (".npy", encode(image, Format::Npy, self.scene, None)?),
-            ("-error.npy", encode(error, Format::Npy, self.scene, None)?),
-            (".png", encode(image, Format::Png, self.scene, None)?),
+            (".npy", encode(image, unit, Format::Npy, scene, None)?),
+            ("-error.npy", encode(error, unit, Format::Npy, scene, None)?),
+            (".png", encode(image, unit, Format::Png, scene, None)?),
         ])
     }
 
@@ -96,20 +99,21 @@ impl<'a> FrameWriter<'a> {
 pub(super) fn write_progression(
     folder: &Path,
     scene: &Scene,
-    rendering: &Rendering,
+    rendered: &Rendered,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let Some(RenderedTree { tree, .. }) = &rendering.tree else { return Ok(Vec::new()) };
-    let range = ValueRange::of(&[&rendering.image]);
+    let Some(RenderedTree { tree, .. }) = &rendered.tree else { return Ok(Vec::new()) };
+    let images: Vec<&Image> = rendered.map.bands().iter().collect();
+    let range = ValueRange::of(&images);
     let shape = [scene.height, scene.width];
     let mut written = Vec::new();
     for (i, frame) in tree.progression::<2>(2).enumerate() {
         let image = image_of_tree(&frame.tree, scene.camera.projection(), shape);
-        let image = in_quantity(scene, &image);
+        let image = Map::from(image).in_quantity(scene);
         for (format, ending) in [(Format::Png, "png"), (Format::Npy, "npy")] {
             let name = format!("{FRAME}{i:02}-{:08}.{ending}", frame.coefficients);
             let file = OutputFile::create(folder.join(name))?;
             written.push(file.path().to_owned());
-            file.commit(&encode(&image, format, scene, Some(range))?)?;
+            file.commit(&encode(&image, scene.image_unit(), format, scene, Some(range))?)?;
         }
     }
     Ok(written)

@@ -1,12 +1,16 @@
 //! `emitree render`: a scene file in, images out.
 
+mod fits;
 mod frames;
+mod map;
 mod outputs;
 mod picture;
 mod progress;
+mod sheet;
 mod summary;
 
-pub(crate) use outputs::history;
+pub(crate) use fits::history;
+pub(crate) use map::Rendered;
 pub(crate) use progress::ProgressLine;
 pub(crate) use summary::{grouped, percent, seconds};
 
@@ -14,20 +18,12 @@ use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::report::{Report, available_memory_bytes};
-use emitree::{Frame, Image, Method, RenderError, RenderOptions, irradiance_of, render};
-use emitree_io::{Quantity, Scene};
+use emitree::{Frame, Method, RenderError, RenderOptions, render, render_cube};
+use emitree_io::Scene;
 use frames::FrameWriter;
 use outputs::Outputs;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
-
-/// An image, or its error, in the quantity that the scene asks for.
-fn in_quantity(scene: &Scene, radiance: &Image) -> Image {
-    match scene.quantity {
-        Quantity::Irradiance => irradiance_of(radiance, scene.camera.projection()),
-        _ => radiance.clone(),
-    }
-}
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     let scene = Scene::open(&arguments.scene, &arguments.overrides())?;
@@ -41,7 +37,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
 
     interrupt::catch();
     // Temporary files beside the targets: what can't be written is found before g is called.
-    let outputs = Outputs::prepare(arguments, scene.render.method)?;
+    let outputs = Outputs::prepare(arguments, &scene)?;
     let line = ProgressLine::new(arguments.quiet);
     let progress = |evaluations| {
         line.set(evaluations);
@@ -68,26 +64,26 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
         options.max_memory_bytes = available;
     }
     let shape = [scene.height, scene.width];
-    let rendering =
-        pool.install(|| render(&scene.emission, scene.camera.projection(), shape, &options));
+    let (emission, camera) = (&scene.emission, scene.camera.projection());
+    let rendered = pool.install(|| match &scene.energy {
+        None => render(emission, camera, shape, &options).map(|r| Rendered::image(&scene, r)),
+        Some(energies) => render_cube(emission, camera, shape, energies.axis(), &options)
+            .map(|r| Rendered::cube(&scene, r)),
+    });
     line.finish();
     // A frame that can't be written ends the rendering as an interruption does: its own failure
     // says more.
     let frames = frames.map_or_else(|| Ok(Vec::new()), FrameWriter::finish)?;
-    let mut rendering = rendering?;
-    if scene.quantity == Quantity::Irradiance {
-        rendering.image = in_quantity(&scene, &rendering.image);
-        rendering.error = rendering.error.map(|error| in_quantity(&scene, &error));
-    }
+    let rendered = rendered?;
     if interrupt::requested() {
         return Err(Failure::Render(RenderError::Interrupted));
     }
-    let report = Report::new(&scene, &rendering);
-    let mut written = pool.install(|| outputs.write(&scene, &rendering, &report))?;
+    let report = Report::new(&scene, &rendered);
+    let mut written = pool.install(|| outputs.write(&scene, &rendered, &report))?;
     written.extend(frames);
     if !arguments.quiet {
         // The files are written: that nobody reads the summary changes nothing.
-        let _ = summary::print(&scene, &rendering, &written);
+        let _ = summary::print(&scene, &rendered, &written);
     }
-    Ok(if rendering.converged() { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
+    Ok(if rendered.converged() { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
 }

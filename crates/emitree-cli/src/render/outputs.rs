@@ -1,57 +1,54 @@
 //! The files of a rendering: all of them prepared before g is called, all written at the end.
 
+use super::fits::{self, NamedMap};
 use super::frames::{is_frame_of, prepare_folder, write_progression};
+use super::map::{Map, Rendered};
 use super::picture::{self, Style};
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::report::Report;
-use emitree::{Healpix, Image, Method, RenderedTree, Rendering, Steps};
-use emitree_io::units::Unit;
+use emitree::{Healpix, Method, Steps};
 use emitree_io::{
-    CameraKind, Card, FitsFile, FitsImage, Format, HealpixColumn, HealpixFile, OutputFile,
-    OutputSet, Quantity, Scene, ValueRange, encode_npy, encode_npy_image,
+    CameraKind, Format, HealpixFile, OutputFile, OutputSet, Quantity, Scene, ValueRange,
+    encode_npy, encode_npy_cube, encode_npy_image,
 };
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+
+/// An output file and the format that its ending chose.
+type Target = (OutputFile, Format);
 
 /// What is to be written, each with its temporary file.
 pub(crate) struct Outputs {
-    images: Vec<(OutputFile, Format)>,
-    error_map: Option<(OutputFile, Format)>,
+    images: Vec<Target>,
+    bands: Vec<Target>,
+    error_map: Option<Target>,
     report: Option<OutputFile>,
     progressive: Option<PathBuf>,
     style: Style,
 }
 
 impl Outputs {
-    pub(crate) fn prepare(arguments: &RenderArguments, method: Method) -> Result<Self, Failure> {
-        let refuse = |option: &str, why: &str| {
-            Err(Failure::Request(format!("{option}: {why}: expected another method")))
-        };
-        if let Method::Los(options) = method {
-            if arguments.progressive.is_some() {
-                return refuse("--progressive", "lines of sight have no coefficients");
-            }
-            if arguments.error_map.is_some() && matches!(options.steps, Steps::Fixed(_)) {
-                return refuse("--error-map", "equal steps have no error estimate");
-            }
-        }
+    pub(crate) fn prepare(arguments: &RenderArguments, scene: &Scene) -> Result<Self, Failure> {
+        check_method(arguments, scene)?;
         let images = if arguments.outputs.is_empty() {
             beside_nothing(&arguments.scene)
         } else {
             arguments.outputs.clone()
         };
-        let paths = || images.iter().chain(&arguments.error_map).chain(&arguments.report);
+        let (bands, error_map) = (&arguments.bands, &arguments.error_map);
+        let paths = || images.iter().chain(bands).chain(error_map).chain(&arguments.report);
         if let Some(path) = paths().find(|path| same_file(path, &arguments.scene)) {
             let path = path.display();
             let why = "is the scene itself: expected another name";
             return Err(Failure::Request(format!("the output {path} {why}")));
         }
-        let formats: Vec<Format> =
-            images.iter().map(Format::from_path).collect::<Result<_, _>>()?;
-        let error_format = arguments.error_map.as_ref().map(Format::from_path).transpose()?;
+        let maps: Vec<&PathBuf> = images.iter().chain(bands).chain(error_map).collect();
+        let formats: Vec<Format> = maps.iter().map(Format::from_path).collect::<Result<_, _>>()?;
+        if formats.contains(&Format::Fits) {
+            check_columns(scene)?;
+        }
         let style = Style::of(arguments);
-        if style != Style::Bare && !formats.iter().chain(&error_format).any(|f| *f == Format::Png) {
+        if style != Style::Bare && !formats.contains(&Format::Png) {
             let why = "no output is a picture: expected one that ends in .png";
             return Err(Failure::Request(format!("--annotate: {why}")));
         }
@@ -63,42 +60,32 @@ impl Outputs {
                 return Err(Failure::Request(format!("the output {path} {why}")));
             }
         }
+        let counts = [images.len(), bands.len()];
         let mut files = OutputSet::create(paths())?.into_iter();
-        let images = files.by_ref().take(formats.len()).zip(formats).collect();
-        let error_map = error_format.and_then(|format| Some((files.next()?, format)));
+        let mut targets = files.by_ref().take(formats.len()).zip(formats);
+        let [images, bands] = counts.map(|count| targets.by_ref().take(count).collect());
+        let error_map = targets.next();
         let report = files.next();
-        Ok(Self { images, error_map, report, progressive: arguments.progressive.clone(), style })
+        let progressive = arguments.progressive.clone();
+        Ok(Self { images, bands, error_map, report, progressive, style })
     }
 
     /// Writes everything and returns the names of the files.
     pub(crate) fn write(
         self,
         scene: &Scene,
-        rendering: &Rendering,
+        rendered: &Rendered,
         report: &Report,
     ) -> Result<Vec<PathBuf>, Failure> {
         // All bytes are made before the first file is: a failure leaves none of them.
+        let image = self.images.into_iter().map(|target| (target, Product::image(scene, rendered)));
+        let bands = self.bands.into_iter();
+        let bands = bands.filter_map(|target| Some((target, Product::band(scene, rendered)?)));
+        let error = self.error_map.into_iter();
+        let error = error.filter_map(|target| Some((target, Product::error(scene, rendered)?)));
         let mut ready = Vec::new();
-        for (file, format) in self.images {
-            let bytes = match (format, self.style) {
-                (Format::Fits, _) => fits(scene, rendering)?,
-                (Format::Png, Style::Annotated { logarithmic }) => {
-                    let meaning = picture::meaning(scene);
-                    picture::annotated(&rendering.image, scene, meaning, logarithmic)?
-                }
-                _ => encode(&rendering.image, format, scene, None)?,
-            };
-            ready.push((file, bytes));
-        }
-        if let (Some((file, format)), Some(error)) = (self.error_map, &rendering.error) {
-            let bytes = match (format, self.style) {
-                (Format::Fits, _) => fits_of_error(scene, rendering, error)?,
-                (Format::Png, Style::Annotated { logarithmic }) => {
-                    picture::annotated(error, scene, "estimated error", logarithmic)?
-                }
-                _ => encode(error, format, scene, None)?,
-            };
-            ready.push((file, bytes));
+        for ((file, format), product) in image.chain(bands).chain(error) {
+            ready.push((file, product.encode(format, self.style, scene, rendered)?));
         }
         if let Some(file) = self.report {
             ready.push((file, report.to_json()));
@@ -109,7 +96,7 @@ impl Outputs {
             file.commit(&bytes)?;
         }
         if let Some(folder) = &self.progressive {
-            written.extend(write_progression(folder, scene, rendering)?);
+            written.extend(write_progression(folder, scene, rendered)?);
         }
         Ok(written)
     }
@@ -121,114 +108,134 @@ fn beside_nothing(scene: &Path) -> Vec<PathBuf> {
     ["fits", "npy", "png"].map(|ending| name.with_extension(ending)).to_vec()
 }
 
-/// The bytes of a bare image; colours of a picture in `range`, or in the image's own.
+/// One of the things that a rendering makes, and what files say of it.
+pub(super) struct Product<'a> {
+    /// The name of its HDU or column.
+    pub(super) name: &'static str,
+    /// What its values are, for people.
+    pub(super) meaning: &'static str,
+    pub(super) map: &'a Map,
+    /// The unit of its values, which may be empty.
+    pub(super) unit: &'a str,
+    /// What a FITS file has besides.
+    pub(super) others: Vec<NamedMap<'a>>,
+}
+
+impl<'a> Product<'a> {
+    /// The image, or the cube.
+    fn image(scene: &'a Scene, rendered: &'a Rendered) -> Self {
+        let (map, unit) = (&rendered.map, scene.image_unit());
+        let error = rendered.error.iter().map(|error| ("ERROR", error, unit));
+        let band = rendered.band.iter().map(|band| ("BAND", band, scene.band_unit()));
+        let others = error.chain([evaluations(rendered)]).chain(band).collect();
+        Self { name: name(scene), meaning: picture::meaning(scene), map, unit, others }
+    }
+
+    /// The image of the whole energy band, if there are energies.
+    fn band(scene: &'a Scene, rendered: &'a Rendered) -> Option<Self> {
+        let (map, unit) = (rendered.band.as_ref()?, scene.band_unit());
+        let error = rendered.band_error.iter().map(|error| ("ERROR", error, unit));
+        let others = error.chain([evaluations(rendered)]).collect();
+        Some(Self { name: name(scene), meaning: scene.quantity.name(), map, unit, others })
+    }
+
+    /// The estimated error, if there is one.
+    fn error(scene: &'a Scene, rendered: &'a Rendered) -> Option<Self> {
+        let (map, unit) = (rendered.error.as_ref()?, scene.image_unit());
+        Some(Self { name: "ERROR", meaning: "estimated error", map, unit, others: Vec::new() })
+    }
+
+    fn encode(
+        &self,
+        format: Format,
+        style: Style,
+        scene: &Scene,
+        rendered: &Rendered,
+    ) -> Result<Vec<u8>, Failure> {
+        match (format, style) {
+            (Format::Fits, _) => fits::encode(scene, rendered, self),
+            (Format::Png, Style::Annotated { logarithmic }) => {
+                picture::annotated(self, scene, logarithmic)
+            }
+            _ => encode(self.map, self.unit, format, scene, None),
+        }
+    }
+}
+
+/// The name of the image among the parts of a FITS file.
+fn name(scene: &Scene) -> &'static str {
+    match scene.quantity {
+        Quantity::Irradiance => "IRRADIANCE",
+        _ => "RADIANCE",
+    }
+}
+
+fn evaluations(rendered: &Rendered) -> NamedMap<'_> {
+    ("EVALUATIONS", &rendered.evaluations_of_pixels, "")
+}
+
+/// The bytes of a bare map; colours of a picture in `range`, or in the map's own.
 pub(super) fn encode(
-    image: &Image,
+    map: &Map,
+    unit: &str,
     format: Format,
     scene: &Scene,
     range: Option<ValueRange>,
 ) -> Result<Vec<u8>, Failure> {
     if format != Format::Npy {
-        return picture::bare(image, scene, range);
+        return picture::bare(map, unit, scene, range);
     }
-    let is_sky = scene.camera.kind() == CameraKind::Healpix;
-    let nested = is_sky.then(|| Healpix::nested(image));
-    Ok(match nested {
-        Some(pixels) => encode_npy(&[pixels.len()], &pixels)?,
-        None => encode_npy_image(image),
+    if scene.camera.kind() == CameraKind::Healpix {
+        let nested: Vec<f64> = map.bands().iter().flat_map(Healpix::nested).collect();
+        let bins = map.bands().len();
+        let shape = [bins, nested.len() / bins.max(1)];
+        let shape = if map.is_cube() { &shape[..] } else { &shape[1..] };
+        return Ok(encode_npy(shape, &nested)?);
+    }
+    Ok(match map.bands() {
+        [image] if !map.is_cube() => encode_npy_image(image),
+        _ => encode_npy_cube(map.cube()),
     })
 }
 
-/// The unit of the image, if the scene tells it.
-fn unit(scene: &Scene) -> Option<&str> {
-    Some(scene.image_unit()).filter(|unit| !unit.is_empty())
-}
-
-fn fits(scene: &Scene, rendering: &Rendering) -> Result<Vec<u8>, Failure> {
-    let name = match scene.quantity {
-        Quantity::Irradiance => "IRRADIANCE",
-        _ => "RADIANCE",
+/// Refuses options that the method, or a scene without energies, can't do.
+fn check_method(arguments: &RenderArguments, scene: &Scene) -> Result<(), Failure> {
+    let refuse = |option: &str, why: &str, expected: &str| {
+        Err(Failure::Request(format!("{option}: {why}: expected {expected}")))
     };
-    let error = rendering.error.iter().map(|error| ("ERROR", error, unit(scene)));
-    let evaluations = ("EVALUATIONS", &rendering.evaluations_of_pixels, None);
-    let others = error.chain([evaluations]).collect();
-    encode_fits(scene, rendering, (name, &rendering.image, unit(scene)), others)
+    if !arguments.bands.is_empty() && scene.energy.is_none() {
+        let why = "the scene has no `[energy]`, and its image no energy band";
+        return refuse("--band", why, "a scene with an energy axis");
+    }
+    let other = "another method";
+    match scene.render.method {
+        Method::Los(_) if arguments.progressive.is_some() => {
+            refuse("--progressive", "lines of sight have no coefficients", other)
+        }
+        Method::Los(options)
+            if arguments.error_map.is_some() && matches!(options.steps, Steps::Fixed(_)) =>
+        {
+            refuse("--error-map", "equal steps have no error estimate", other)
+        }
+        Method::Paper(_) if arguments.progressive.is_some() && scene.energy.is_some() => {
+            refuse("--progressive", "`paper` has no frames of a cube", "the method `vol`")
+        }
+        _ => Ok(()),
+    }
 }
 
-fn fits_of_error(scene: &Scene, rendering: &Rendering, error: &Image) -> Result<Vec<u8>, Failure> {
-    encode_fits(scene, rendering, ("ERROR", error, unit(scene)), Vec::new())
-}
-
-/// The name, the pixels and the unit of one map.
-type Map<'a> = (&'static str, &'a Image, Option<&'a str>);
-
-/// The bytes of a FITS file: images in HDUs, or columns of one table for a sky.
-fn encode_fits(
-    scene: &Scene,
-    rendering: &Rendering,
-    first: Map<'_>,
-    others: Vec<Map<'_>>,
-) -> Result<Vec<u8>, Failure> {
-    let (provenance, history) = (provenance(scene, rendering), history(scene));
-    let date = Some(SystemTime::now());
-    if scene.camera.kind() == CameraKind::Healpix {
-        let maps: Vec<Map<'_>> = std::iter::once(first).chain(others).collect();
-        let nested: Vec<Vec<f64>> = maps.iter().map(|map| Healpix::nested(map.1)).collect();
-        let columns = maps.iter().zip(&nested);
-        let columns = columns
-            .map(|((name, _, unit), values)| HealpixColumn { name, unit: *unit, values })
-            .collect();
-        return Ok(HealpixFile { columns, coordinates: None, provenance, history, date }.encode()?);
+/// Refuses a cube of the sky that has more bands and errors than a table of FITS has columns.
+fn check_columns(scene: &Scene) -> Result<(), Failure> {
+    let Some(energies) = &scene.energy else { return Ok(()) };
+    let has_error = !matches!(scene.render.method, Method::Los(options) if matches!(options.steps, Steps::Fixed(_)));
+    // Evaluations and the whole band have a column each.
+    let most = (HealpixFile::MOST_COLUMNS - 2) / if has_error { 2 } else { 1 };
+    let bins = energies.axis().bins();
+    if scene.camera.kind() == CameraKind::Healpix && bins > most {
+        let why = format!("a table of FITS has no columns for {bins} energy bins of a sky");
+        return Err(Failure::Request(format!("output: {why}: expected {most} or less, or .npy")));
     }
-    let image = |(name, image, unit)| FitsImage { name, image, unit };
-    let length = scene.length_unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
-    let wcs = scene.camera.wcs(scene.height, scene.width, &length.unwrap_or_else(Unit::one));
-    let file = FitsFile {
-        primary: image(first),
-        extensions: others.into_iter().map(image).collect(),
-        wcs,
-        provenance,
-        history,
-        date,
-    };
-    Ok(file.encode()?)
-}
-
-/// How the image came about.
-fn provenance(scene: &Scene, rendering: &Rendering) -> Vec<Card> {
-    let mut provenance = vec![
-        Card::new("SCENE", scene.name.as_str(), "scene file, in full under HISTORY"),
-        Card::new("METHOD", scene.render.method.name(), "from the emission to the image"),
-        Card::new("NEVAL", rendering.evaluations, "evaluations of the emission rate"),
-        Card::new("CONVERGD", rendering.converged(), "the method ended by itself"),
-    ];
-    if let Some(tolerance) = scene.render.tolerance {
-        provenance.push(Card::new("TOLERANC", tolerance, "error asked for / largest pixel"));
-    }
-    if let Some(error) = rendering.estimated_error() {
-        provenance.push(Card::new("ESTERROR", error, "estimated error / largest pixel"));
-    }
-    if let Some(RenderedTree { tree, threshold }) = &rendering.tree {
-        provenance.push(Card::new("THRESHLD", *threshold, "details below it were dropped"));
-        provenance.push(Card::new("ORDER", tree.order(), "order of the prediction"));
-    }
-    if let Some(base_level) = rendering.base_level {
-        let base_level = i32::from(base_level);
-        provenance.push(Card::new("BASELEVL", base_level, "2^this base intervals along each axis"));
-    }
-    if let Some(unit) = &scene.length_unit {
-        provenance.push(Card::new("LENUNIT", unit.as_str(), "unit of length of the scene"));
-    }
-    provenance
-}
-
-/// The scene with what the command line changed.
-pub(crate) fn history(scene: &Scene) -> String {
-    let mut history = scene.text.trim_end().to_owned() + "\n";
-    for change in &scene.overrides {
-        history.push_str(&format!("# command line: {change}\n"));
-    }
-    history
+    Ok(())
 }
 
 pub(super) fn same_file(a: &Path, b: &Path) -> bool {

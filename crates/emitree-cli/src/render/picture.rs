@@ -1,10 +1,13 @@
 //! PNG files: bare pixels, or pictures with axes, a title and a colour bar.
 
+use super::map::Map;
+use super::outputs::Product;
+use super::sheet::{self, Tile};
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use emitree::projection::healpix::pixel_of_direction;
 use emitree::{Healpix, Image};
-use emitree_io::figure::{Axis, Heatmap, Panel};
+use emitree_io::figure::{Axis, Heatmap, Panel, Sheet};
 use emitree_io::units::Unit;
 use emitree_io::{CameraKind, East, PictureOptions, Scene, ValueRange, encode_png, mollweide};
 use std::borrow::Cow;
@@ -29,21 +32,35 @@ impl Style {
     }
 }
 
-/// The bytes of a bare picture; its colours in `range`, or in the image's own.
+/// The bytes of a bare picture, a sheet of all bands if it is of a cube; its colours in `range`, or
+/// in the map's own.
 pub(super) fn bare(
-    image: &Image,
+    map: &Map,
+    unit: &str,
     scene: &Scene,
     range: Option<ValueRange>,
 ) -> Result<Vec<u8>, Failure> {
     let options = PictureOptions {
         range,
         title: Some(scene.name.clone()),
-        unit: Some(scene.image_unit().to_owned()).filter(|unit| !unit.is_empty()),
-        // A disc and a sky have corners where there is nothing.
-        blank_outside: scene.camera.projection().has_regions() || is_sky(scene),
+        unit: Some(unit.to_owned()).filter(|unit| !unit.is_empty()),
+        // A disc and a sky have corners where there is nothing, and a sheet has gaps.
+        blank_outside: scene.camera.projection().has_regions() || is_sky(scene) || map.is_cube(),
         ..Default::default()
     };
-    Ok(encode_png(&flat(image, scene, LEAST_SKY_ROWS), &options)?)
+    let tiles = tiles(map, scene);
+    let rows = if tiles.len() > 1 { SKY_ROWS_OF_TILE } else { [LEAST_SKY_ROWS, MOST_SKY_ROWS] };
+    let images: Vec<Image> =
+        tiles.into_iter().map(|tile| flat(tile.image, scene, rows).into_owned()).collect();
+    Ok(encode_png(&sheet::joined(&images), &options)?)
+}
+
+/// What a picture shows beside each other: an image alone, or the bands of a cube.
+fn tiles<'a>(map: &'a Map, scene: &Scene) -> Vec<Tile<'a>> {
+    match &scene.energy {
+        Some(energies) if map.is_cube() => sheet::tiles(map.bands(), energies),
+        _ => map.bands().iter().map(Tile::of_image).collect(),
+    }
 }
 
 /// Device pixels in a unit of a figure.
@@ -54,27 +71,52 @@ const SCALE: f64 = 2.0;
 /// means little.
 const FAINTEST: f64 = 1e-3;
 
-/// The bytes of an annotated picture of `image`, which is of what `meaning` says.
+/// The bytes of an annotated picture: the image with its axes, or a sheet of all bands.
 pub(super) fn annotated(
-    image: &Image,
+    product: &Product<'_>,
     scene: &Scene,
-    meaning: &str,
     logarithmic: bool,
 ) -> Result<Vec<u8>, Failure> {
-    let image = flat(image, scene, ANNOTATED_SKY_ROWS);
-    let mut panel = with_axes(Panel::new(&image), scene)
-        .title(title(&scene.name))
-        .colour_bar(format!("{meaning} [{}]", typeset(scene.image_unit())));
-    if logarithmic {
-        panel = panel.logarithmic();
-        let high = ValueRange::of(&[&image]).high;
-        let positive = image.pixels().iter().copied().filter(|&pixel| pixel > 0.0);
-        let low = positive.fold(f64::INFINITY, f64::min).max(FAINTEST * high);
-        if low < high {
-            panel = panel.range(ValueRange { low, high });
+    let tiles = tiles(product.map, scene);
+    let rows = if tiles.len() > 1 { SKY_ROWS_OF_TILE } else { [ANNOTATED_SKY_ROWS, MOST_SKY_ROWS] };
+    let labels: Vec<String> = tiles.iter().map(|tile| tile.label(scene)).collect();
+    let images: Vec<Cow<'_, Image>> =
+        tiles.into_iter().map(|tile| flat(tile.image, scene, rows)).collect();
+    let range = colour_range(&images, logarithmic);
+    let bar = format!("{} [{}]", product.meaning, typeset(product.unit));
+    let panel = |image| {
+        let panel = with_axes(Panel::new(image), scene).colour_bar(&bar);
+        let panel = if logarithmic { panel.logarithmic() } else { panel };
+        range.map_or(panel.clone(), |range| panel.range(range))
+    };
+    let title = title(&scene.name);
+    let figure = match images.as_slice() {
+        [image] if !product.map.is_cube() => {
+            Heatmap::new().panel(panel(image).title(title)).draw()?
         }
+        images => {
+            let proportion = images.first().map_or(1.0, |i| i.width() as f64 / i.height() as f64);
+            let sheet = Sheet::new(sheet::columns(images.len(), proportion)).title(title);
+            let panels = images.iter().zip(labels);
+            panels
+                .fold(sheet, |sheet, (image, label)| sheet.panel(panel(image).title(label)))
+                .draw()?
+        }
+    };
+    Ok(figure.png(SCALE)?)
+}
+
+/// The colours of all tiles; none for those that a panel finds by itself.
+fn colour_range(images: &[Cow<'_, Image>], logarithmic: bool) -> Option<ValueRange> {
+    let images: Vec<&Image> = images.iter().map(AsRef::as_ref).collect();
+    let all = ValueRange::of(&images);
+    if !logarithmic {
+        return Some(all);
     }
-    Ok(Heatmap::new().panel(panel).draw()?.png(SCALE)?)
+    let pixels = images.iter().flat_map(|image| image.pixels());
+    let lowest = pixels.copied().filter(|&pixel| pixel > 0.0).fold(f64::INFINITY, f64::min);
+    let low = lowest.max(FAINTEST * all.high);
+    (low < all.high).then_some(ValueRange { low, ..all })
 }
 
 /// What the pixels of the scene's image are: its quantity, or the column density that the integral
@@ -156,9 +198,10 @@ fn is_sky(scene: &Scene) -> bool {
     scene.camera.kind() == CameraKind::Healpix
 }
 
-/// The image as a picture shows it: the whole sky as an ellipse of so many rows at the least.
-fn flat<'a>(image: &'a Image, scene: &Scene, least_rows: usize) -> Cow<'a, Image> {
-    if is_sky(scene) { Cow::Owned(picture_of_sky(image, least_rows)) } else { Cow::Borrowed(image) }
+/// The image as a picture shows it: the whole sky as an ellipse of so many rows at the least and at
+/// the most.
+fn flat<'a>(image: Cow<'a, Image>, scene: &Scene, rows: [usize; 2]) -> Cow<'a, Image> {
+    if is_sky(scene) { Cow::Owned(picture_of_sky(&image, rows)) } else { image }
 }
 
 /// Rows of the picture of a sky, for each pixel along the edge of a face, at the least and the most.
@@ -167,11 +210,13 @@ const LEAST_SKY_ROWS: usize = 256;
 const MOST_SKY_ROWS: usize = 2048;
 /// As many as the panel of a figure has device pixels for.
 const ANNOTATED_SKY_ROWS: usize = 320;
+/// Of each of many bands, at the least and the most.
+const SKY_ROWS_OF_TILE: [usize; 2] = [96, 256];
 
 /// The whole sky as an ellipse.
-fn picture_of_sky(image: &Image, least_rows: usize) -> Image {
+fn picture_of_sky(image: &Image, [least_rows, most_rows]: [usize; 2]) -> Image {
     let side = u32::try_from(image.width()).unwrap_or(u32::MAX);
-    let rows = (SKY_ROWS_PER_PIXEL * image.width()).clamp(least_rows, MOST_SKY_ROWS);
+    let rows = (SKY_ROWS_PER_PIXEL * image.width()).clamp(least_rows, most_rows);
     let map = Healpix::nested(image);
     let value = |direction| {
         let pixel = usize::try_from(pixel_of_direction(side, direction)).unwrap_or(usize::MAX);

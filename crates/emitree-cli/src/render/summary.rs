@@ -1,7 +1,8 @@
 //! The summary of a rendering, for people.
 
+use super::map::Rendered;
 use crate::failure::Failure;
-use emitree::{Ending, Method, Rendering, Steps, Threshold};
+use emitree::{Ending, Method, Steps, Threshold};
 use emitree_io::{CameraKind, Scene};
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,34 +10,42 @@ use std::time::Duration;
 
 pub(crate) fn print(
     scene: &Scene,
-    rendering: &Rendering,
+    rendered: &Rendered,
     written: &[PathBuf],
 ) -> Result<(), Failure> {
-    let pixels = (scene.height * scene.width) as f64;
-    let unit = scene.image_unit();
-    let (low, high) = rendering.image.min_max();
+    let bins = rendered.map.bands().len();
+    let values = (scene.height * scene.width * bins) as f64;
+    let value = if rendered.map.is_cube() { "voxel" } else { "pixel" };
     let mut out = std::io::stdout().lock();
     let size = match scene.camera.kind() {
         CameraKind::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
         _ => format!("{} x {} pixels (width x height)", scene.width, scene.height),
     };
     writeln!(out, "{}: {size}", scene.name)?;
-    writeln!(out, "  method       {}", method(scene.render.method))?;
+    if let Some(energies) = &scene.energy {
+        let (label, scale) = (energies.label(0..bins), energies.scale_name());
+        let of_bins = format!("{bins} bin{}", if bins == 1 { "" } else { "s" });
+        writeln!(out, "  energies     {of_bins} of {label} ({scale}){}", evaluated(rendered))?;
+    }
+    writeln!(out, "  method       {}", method(scene.render.method, value))?;
     writeln!(
         out,
-        "  evaluations  {} in {} batch{}, {:.2} for each pixel",
-        grouped(rendering.evaluations),
-        rendering.batches,
-        if rendering.batches == 1 { "" } else { "es" },
-        rendering.evaluations as f64 / pixels,
+        "  evaluations  {} in {} batch{}, {:.2} for each {value}",
+        grouped(rendered.evaluations),
+        rendered.batches,
+        if rendered.batches == 1 { "" } else { "es" },
+        rendered.evaluations as f64 / values,
     )?;
-    writeln!(out, "  error        {}", error(scene, rendering))?;
-    writeln!(
-        out,
-        "{}",
-        format!("  {:11}  {low:.4e} to {high:.4e} {unit}", scene.quantity.name()).trim_end()
-    )?;
-    let [total, emission] = [rendering.total_time, rendering.emission_time].map(seconds);
+    writeln!(out, "  error        {}", error(scene, rendered, value))?;
+    let ranges = [
+        (scene.quantity.name(), Some(&rendered.map), scene.image_unit()),
+        ("whole band", rendered.band.as_ref(), scene.band_unit()),
+    ];
+    for (name, map, unit) in ranges {
+        let Some((low, high)) = map.map(|map| map.cube().min_max()) else { continue };
+        writeln!(out, "{}", format!("  {name:11}  {low:.4e} to {high:.4e} {unit}").trim_end())?;
+    }
+    let [total, emission] = [rendered.total_time, rendered.emission_time].map(seconds);
     writeln!(out, "  time         {total}, of which the emission {emission}")?;
     let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
     match names.as_slice() {
@@ -50,10 +59,15 @@ pub(crate) fn print(
         let (names, method) = (scene.render.ignored.join(", "), scene.render.method.name());
         writeln!(out, "  ignored      {names}: the method {method} has no such option")?;
     }
-    if let Some(how) = stopped(scene.render.method, rendering.ending, rendering.evaluations) {
+    if let Some(how) = stopped(scene.render.method, rendered.ending, rendered.evaluations) {
         writeln!(out, "  NOT CONVERGED: stopped {how}")?;
     }
     Ok(())
+}
+
+/// How many energies were evaluated, where the method takes some.
+fn evaluated(rendered: &Rendered) -> String {
+    rendered.energies.map_or_else(String::new, |count| format!(", {count} evaluated"))
 }
 
 /// How a rendering stopped before it had done all that was asked for.
@@ -70,12 +84,13 @@ fn stopped(method: Method, ending: Ending, evaluations: u64) -> Option<String> {
     }
 }
 
-fn method(method: Method) -> String {
+/// The method, of an image of pixels or a cube of voxels.
+fn method(method: Method, value: &str) -> String {
     match method {
         Method::Vol(options) => {
             let lines = (1_u32 << options.base_level) + 1;
             let tolerance = percent(options.tolerance);
-            format!("vol: to {tolerance} of the largest pixel, base {lines} x {lines} lines")
+            format!("vol: to {tolerance} of the largest {value}, base {lines} x {lines} lines")
         }
         Method::Paper(options) => {
             let cells = 1_u32 << options.base_level;
@@ -109,15 +124,15 @@ pub(crate) fn percent(fraction: f64) -> String {
     format!("{rounded} %")
 }
 
-fn error(scene: &Scene, rendering: &Rendering) -> String {
-    let Some(error) = rendering.estimated_error() else {
+fn error(scene: &Scene, rendered: &Rendered, value: &str) -> String {
+    let Some(error) = rendered.estimated_error() else {
         return "not estimated by this method".to_owned();
     };
     let kind = match scene.render.method {
         Method::Los(_) => "estimated, along the lines only",
         _ => "estimated",
     };
-    format!("{error:.2e} of the largest pixel ({kind})")
+    format!("{error:.2e} of the largest {value} ({kind})")
 }
 
 /// A time of a few digits: "13 ms", "2.4 s".
@@ -149,11 +164,13 @@ mod tests {
 
     #[test]
     fn methods_tell_what_they_were_asked_for() {
-        let vol = |tolerance, base_level| method(Method::Vol(VolOptions { tolerance, base_level }));
+        let vol = |tolerance, base_level| {
+            method(Method::Vol(VolOptions { tolerance, base_level }), "pixel")
+        };
         assert_eq!(vol(0.01, 3), "vol: to 1 % of the largest pixel, base 9 x 9 lines");
         assert_eq!(vol(0.007, 7), "vol: to 0.7 % of the largest pixel, base 129 x 129 lines");
         assert_eq!([1e-6, 2.0, 1.0 / 3.0].map(percent), ["0.0001 %", "200 %", "33.33333333 %"]);
-        let paper = method(Method::Paper(BuildOptions::default()));
+        let paper = method(Method::Paper(BuildOptions::default()), "pixel");
         assert_eq!(
             paper,
             "paper: order 3, base grid 8^3, threshold 1 % of the largest cell average"

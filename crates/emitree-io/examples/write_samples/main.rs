@@ -2,6 +2,7 @@
 //!
 //! The image is asymmetric, row · 1000 + column + ¼, so that no flip or transposition passes.
 
+mod cubes;
 mod views;
 
 use emitree::Image;
@@ -44,12 +45,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let counts = Image::from_pixels(1, 3, vec![1.0, 2.0, 3.0]);
 
     let file = |wcs| FitsFile {
-        primary: FitsImage { name: "RADIANCE", image: &image, unit: Some("m-2 sr-1 s-1") },
+        primary: FitsImage::new("RADIANCE", &image, Some("m-2 sr-1 s-1")),
         extensions: vec![
-            FitsImage { name: "ERROR", image: &error, unit: Some("m-2 sr-1 s-1") },
-            FitsImage { name: "EVALUATIONS", image: &counts, unit: None },
+            FitsImage::new("ERROR", &error, Some("m-2 sr-1 s-1")),
+            FitsImage::new("EVALUATIONS", &counts, None),
         ],
         wcs: Some(wcs),
+        energies: None,
         provenance: vec![
             Card::new("METHOD", "vol", "how the image was computed"),
             Card::new("TOL", 0.1 + 0.2, "tolerance, relative to the largest pixel"),
@@ -68,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     write("units.fits", units_file()?)?;
     write("healpix.fits", healpix_file()?)?;
-    for (name, bytes) in views::files()?.into_iter().chain(views::sky()?) {
+    for (name, bytes) in views::files()?.into_iter().chain(views::sky()?).chain(cubes::files()?) {
         write(&name, bytes)?;
     }
 
@@ -111,15 +113,14 @@ fn units_file() -> Result<Vec<u8>, Box<dyn Error>> {
         images.push((format!("{rate} x {length}"), Image::from_pixels(1, 1, vec![factor]), unit));
     }
     let texts: Vec<_> = images.iter().map(|(_, _, unit)| unit.fits().0).collect();
-    let mut extensions = images.iter().zip(&texts).map(|((name, image, _), unit)| FitsImage {
-        name,
-        image,
-        unit: unit.as_deref(),
-    });
+    let pairs = images.iter().zip(&texts);
+    let mut extensions =
+        pairs.map(|((name, image, _), unit)| FitsImage::new(name, image, unit.as_deref()));
     let primary = extensions.next().ok_or("no units")?;
     let extensions = extensions.collect();
     let (provenance, history) = (Vec::new(), String::new());
-    Ok(FitsFile { primary, extensions, wcs: None, provenance, history, date: None }.encode()?)
+    let (wcs, energies, date) = (None, None, None);
+    Ok(FitsFile { primary, extensions, wcs, energies, provenance, history, date }.encode()?)
 }
 
 /// Rates and lengths that make units of all kinds.
@@ -150,6 +151,7 @@ fn healpix_file() -> Result<Vec<u8>, Box<dyn Error>> {
             HealpixColumn { name: "NUMBER", unit: None, values: &numbers },
         ],
         coordinates: None,
+        energies: None,
         provenance: vec![Card::new("METHOD", "vol", "how the map was computed")],
         history: SCENE.to_owned(),
         date: Some(UNIX_EPOCH + Duration::from_secs(1_795_228_200)),

@@ -55,9 +55,10 @@ fn fits(scene: &Scene) -> Result<Vec<u8>, Box<dyn Error>> {
     let image = Image::zeros(scene.height, scene.width);
     let length = scene.length_unit.as_deref().map_or_else(|| Ok(Unit::one()), Unit::parse)?;
     Ok(FitsFile {
-        primary: FitsImage { name: "RADIANCE", image: &image, unit: None },
+        primary: FitsImage::new("RADIANCE", &image, None),
         extensions: Vec::new(),
         wcs: scene.camera.wcs(scene.height, scene.width, &length),
+        energies: None,
         provenance: Vec::new(),
         history: scene.text.clone(),
         date: None,
@@ -108,6 +109,7 @@ pub(crate) fn sky() -> Result<Vec<File>, Box<dyn Error>> {
     let file = HealpixFile {
         columns: vec![HealpixColumn { name: "RADIANCE", unit: None, values: &map }],
         coordinates: None,
+        energies: None,
         provenance: Vec::new(),
         history: scene.text.clone(),
         date: None,

@@ -5,6 +5,7 @@ use super::frame::{Frame, LABEL_SIZE, MARGIN, SideAxis, TITLE_SIZE};
 use super::panel::{Border, Panel, encode, length};
 use super::svg::{Anchor, INK, Rect, Stroke, Svg, Text};
 use super::{Figure, FigureError};
+use crate::colour::ColourMap;
 use emitree::Image;
 
 /// Images side by side, y up.
@@ -34,8 +35,8 @@ pub struct Heatmap<'a> {
 
 /// The longer edge of a panel, about; a multiple of many usual numbers of pixels.
 const EDGE: f64 = 320.0;
-const BAR_GAP: f64 = 12.0;
-const BAR_WIDTH: f64 = 14.0;
+pub(super) const BAR_GAP: f64 = 12.0;
+pub(super) const BAR_WIDTH: f64 = 14.0;
 const PANEL_GAP: f64 = 18.0;
 
 impl<'a> Heatmap<'a> {
@@ -107,10 +108,8 @@ impl<'a> Ready<'a> {
     fn of(panel: &'a Panel<'a>) -> Result<Self, FigureError> {
         let resolve = |axis: &Axis| axis.resolve(std::iter::empty());
         let resolved = [resolve(&panel.axes[0])?, resolve(&panel.axes[1])?];
-        let pixels = [length(panel.image.width()), length(panel.image.height())];
-        let [x, y] = if panel.square_pixels { pixels } else { resolved.map(|axis| axis.extent()) };
-        let size = edges(x / y, pixels);
-        let crisp = pixels[0] <= 2.0 * size[0] && pixels[1] <= 2.0 * size[1];
+        let size = edges(proportion(panel)?, pixels(panel));
+        let crisp = is_crisp(panel, size);
         let colours = panel.colours()?;
         let [x, y] = &panel.axes;
         let has_axes = panel.border == Border::Axes;
@@ -149,29 +148,70 @@ impl<'a> Ready<'a> {
     }
 
     fn draw(&self, svg: &mut Svg, area: Rect) -> Result<(), FigureError> {
-        let picture = self.panel.picture(self.colours)?;
-        match &self.frame {
-            Some(frame) => {
-                svg.image(area, &picture, self.crisp);
-                frame.draw(svg, area);
-            }
-            // Pixels at the rim are partly outside.
-            None => {
-                svg.clipped_to_ellipse(area, |svg| svg.image(area, &picture, self.crisp));
-                svg.ellipse(area, None, Some(Stroke::solid(INK, 1.0)));
-            }
+        draw_picture(svg, area, self.panel, self.colours, self.crisp)?;
+        if let Some(frame) = &self.frame {
+            frame.draw(svg, area);
         }
         svg.text([area.left + 0.5 * area.width, area.top - 0.5 * LABEL_SIZE - 4.0], self.title());
         if let Some(bar) = &self.bar {
             let left = area.right() + BAR_GAP;
             let area = Rect { left, width: BAR_WIDTH, ..area };
-            let steps = (0_u8..=255).map(|step| f64::from(step) / 255.0).collect();
-            let gradient = Image::from_pixels(256, 1, steps);
-            svg.image(area, &encode(&gradient, self.panel.colour_map)?, true);
-            bar.draw(svg, area);
+            draw_bar(svg, area, bar, self.panel.colour_map)?;
         }
         Ok(())
     }
+}
+
+/// Columns and rows.
+fn pixels(panel: &Panel<'_>) -> [f64; 2] {
+    [length(panel.image.width()), length(panel.image.height())]
+}
+
+/// The width of a panel over its height.
+pub(super) fn proportion(panel: &Panel<'_>) -> Result<f64, FigureError> {
+    let resolve = |axis: &Axis| axis.resolve(std::iter::empty());
+    let resolved = [resolve(&panel.axes[0])?, resolve(&panel.axes[1])?];
+    let [x, y] = if panel.square_pixels { pixels(panel) } else { resolved.map(|a| a.extent()) };
+    Ok(x / y)
+}
+
+/// Whether the pixels of a panel of this size are to have sharp edges.
+pub(super) fn is_crisp(panel: &Panel<'_>, size: [f64; 2]) -> bool {
+    pixels(panel).iter().zip(size).all(|(pixels, edge)| *pixels <= 2.0 * edge)
+}
+
+/// The pixels of a panel, with the line about its ellipse if it has one.
+pub(super) fn draw_picture(
+    svg: &mut Svg,
+    area: Rect,
+    panel: &Panel<'_>,
+    colours: ResolvedAxis,
+    crisp: bool,
+) -> Result<(), FigureError> {
+    let picture = panel.picture(colours)?;
+    match panel.border {
+        Border::Axes => svg.image(area, &picture, crisp),
+        // Pixels at the rim are partly outside.
+        Border::Ellipse => {
+            svg.clipped_to_ellipse(area, |svg| svg.image(area, &picture, crisp));
+            svg.ellipse(area, None, Some(Stroke::solid(INK, 1.0)));
+        }
+    }
+    Ok(())
+}
+
+/// A colour bar with its axis.
+pub(super) fn draw_bar(
+    svg: &mut Svg,
+    area: Rect,
+    bar: &SideAxis<'_>,
+    colour_map: ColourMap,
+) -> Result<(), FigureError> {
+    let steps = (0_u8..=255).map(|step| f64::from(step) / 255.0).collect();
+    let gradient = Image::from_pixels(256, 1, steps);
+    svg.image(area, &encode(&gradient, colour_map)?, true);
+    bar.draw(svg, area);
+    Ok(())
 }
 
 /// Width and height of a panel of this proportion. A thin strip is longer than others, so that its
@@ -200,7 +240,6 @@ fn edge(wanted: f64, pixels: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colour::ColourMap;
 
     #[test]
     fn small_pixels_get_whole_device_pixels() {

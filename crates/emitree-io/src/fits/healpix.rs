@@ -5,7 +5,8 @@
 
 use super::card::{ascii, set};
 use super::provenance::Provenance;
-use super::{Card, FitsEncodeError};
+use super::{Card, FitsEncodeError, energies};
+use crate::energies::Energies;
 use fits_well::FitsWriter;
 use fits_well::header::Header;
 use fits_well::table::{Builder, ColumnData, WriteColumn};
@@ -34,6 +35,7 @@ pub struct HealpixColumn<'a> {
 /// let file = HealpixFile {
 ///     columns: vec![HealpixColumn { name: "RADIANCE", unit: Some("R"), values: &radiance }],
 ///     coordinates: None,
+///     energies: None,
 ///     provenance: vec![Card::new("NEVAL", 4066, "evaluations of the emission rate")],
 ///     history: String::new(),
 ///     date: None,
@@ -49,6 +51,9 @@ pub struct HealpixFile<'a> {
     /// The system of the longitudes and latitudes (`COORDSYS`): `G` galactic, `E` ecliptic, `C`
     /// equatorial; none for directions in a scene.
     pub coordinates: Option<&'a str>,
+    /// The bins, if columns are energy bands: they become the table `ENERGIES` in HDU 2, with the
+    /// ends of each bin.
+    pub energies: Option<&'a Energies>,
     /// As of [`FitsFile`](super::FitsFile).
     pub provenance: Vec<Card>,
     /// As of [`FitsFile`](super::FitsFile).
@@ -58,14 +63,20 @@ pub struct HealpixFile<'a> {
 }
 
 impl HealpixFile<'_> {
+    /// The most columns that a table of FITS may have (standard 4.0, section 7.3.1).
+    pub const MOST_COLUMNS: usize = 999;
+
     /// The bytes of the file: 64-bit floats in nested order, with `DATASUM` and `CHECKSUM`.
     ///
     /// # Errors
     ///
     /// [`FitsEncodeError`] if the columns have not 12 · nside² values each with nside a power of
-    /// two, or a keyword of the provenance is not valid in FITS, comes twice, or is written by this
+    /// two, there are more than 999, or a keyword of the provenance is not valid in FITS, comes twice, or is written by this
     /// function itself.
     pub fn encode(&self) -> Result<Vec<u8>, FitsEncodeError> {
+        if self.columns.len() > Self::MOST_COLUMNS {
+            return Err(FitsEncodeError::Columns(self.columns.len()));
+        }
         let nside = self.nside()?;
         let pixels = 12 * nside * nside;
         let mut primary = Header::new();
@@ -100,6 +111,9 @@ impl HealpixFile<'_> {
         let mut writer = FitsWriter::new(Vec::new()).with_checksums();
         writer.write_empty_primary(Some(&primary))?;
         writer.write_table(&table, Some(&header))?;
+        if let Some(energies) = self.energies {
+            energies::write_table(&mut writer, energies)?;
+        }
         Ok(writer.into_inner())
     }
 
@@ -135,7 +149,14 @@ mod tests {
 
     fn file<'a>(columns: Vec<HealpixColumn<'a>>) -> HealpixFile<'a> {
         let history = "[projection]\ntype = \"healpix\"".to_owned();
-        HealpixFile { columns, coordinates: None, provenance: Vec::new(), history, date: None }
+        HealpixFile {
+            columns,
+            coordinates: None,
+            energies: None,
+            provenance: Vec::new(),
+            history,
+            date: None,
+        }
     }
 
     fn column<'a>(name: &'a str, values: &'a [f64]) -> HealpixColumn<'a> {
@@ -191,6 +212,8 @@ mod tests {
              HEALPix map"
         );
         assert!(message(Vec::new()).contains("expected at least one column"));
+        let many = vec![column("A", &values[..12]); 1000];
+        assert_eq!(message(many), "1000 columns: expected at most 999, as many as FITS allows");
     }
 
     #[test]

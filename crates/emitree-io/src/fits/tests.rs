@@ -1,4 +1,5 @@
 use super::*;
+use emitree::{EnergyAxis, EnergyScale};
 use fits_well::FitsReader;
 use fits_well::header::CommentaryName;
 
@@ -9,9 +10,10 @@ fn image() -> Image {
 
 fn file(image: &Image) -> FitsFile<'_> {
     FitsFile {
-        primary: FitsImage { name: "RADIANCE", image, unit: Some("m-2 sr-1 s-1") },
+        primary: FitsImage::new("RADIANCE", image, Some("m-2 sr-1 s-1")),
         extensions: Vec::new(),
         wcs: None,
+        energies: None,
         provenance: Vec::new(),
         history: String::new(),
         date: None,
@@ -23,8 +25,8 @@ fn pixels_come_back_bit_for_bit_in_the_same_order() {
     let (image, small) = (image(), Image::from_pixels(1, 1, vec![5.0]));
     let mut file = file(&image);
     file.wcs = Some(Wcs::canonical(2, 3));
-    file.extensions.push(FitsImage { name: "EVALUATIONS", image: &small, unit: None });
-    file.extensions.push(FitsImage { name: "ERROR", image: &image, unit: None });
+    file.extensions.push(FitsImage::new("EVALUATIONS", &small, None));
+    file.extensions.push(FitsImage::new("ERROR", &image, None));
     let bytes = file.encode().unwrap();
     let mut reader = FitsReader::open(std::io::Cursor::new(bytes)).unwrap();
     for (hdu, expected) in [(0, &image), (1, &small), (2, &image)] {
@@ -42,7 +44,7 @@ fn only_extensions_of_the_same_shape_get_coordinates() {
     let (image, small) = (image(), Image::zeros(1, 1));
     let mut file = file(&image);
     file.wcs = Some(Wcs::canonical(2, 3));
-    let header = |image| file.header(&FitsImage { name: "X", image, unit: None }).unwrap();
+    let header = |image| file.header(&FitsImage::new("X", image, None)).unwrap();
     assert_eq!(header(&image).get_text("CTYPE1").unwrap(), Some("X"));
     assert_eq!(header(&small).get_text("CTYPE1").unwrap(), None);
 }
@@ -78,4 +80,33 @@ fn any_scene_makes_a_history() {
     let history: Vec<_> = header.commentary(CommentaryName::HISTORY).collect();
     assert_eq!(history[..7], lines[..7]);
     assert_eq!(history[7], "a");
+}
+
+#[test]
+fn cubes_have_a_third_axis_and_a_table_of_bins() {
+    let axis = EnergyAxis::new(1.0, 4.0, 2, EnergyScale::Log).unwrap();
+    let energies = Energies::new(axis, "keV").unwrap();
+    let (low, high) = (image(), Image::from_pixels(2, 3, vec![7.0; 6]));
+    let cube = Cube::from_bands(vec![low.clone(), high.clone()]);
+    let mut file = file(&low);
+    file.primary = FitsImage::cube("RADIANCE", &cube, None);
+    file.extensions.push(FitsImage::new("BAND", &high, None));
+    file.wcs = Some(Wcs::canonical(2, 3));
+    file.energies = Some(&energies);
+    let bytes = file.encode().unwrap();
+    let mut reader = FitsReader::open(std::io::Cursor::new(bytes)).unwrap();
+    assert_eq!(reader.hdus().len(), 3);
+    let text =
+        |hdu: usize, key: &str| reader.hdus()[hdu].header.get_text(key).unwrap().map(str::to_owned);
+    assert_eq!(text(0, "CTYPE3").as_deref(), Some("ENER-LOG"));
+    assert_eq!(text(0, "CUNIT3").as_deref(), Some("J"));
+    assert_eq!((text(1, "CTYPE2").as_deref(), text(1, "CTYPE3")), (Some("Y"), None));
+    assert_eq!(text(2, "EXTNAME").as_deref(), Some("ENERGIES"));
+    assert_eq!(text(2, "TUNIT2").as_deref(), Some("keV"));
+    let mut hdu = reader.image(0).unwrap();
+    assert_eq!(hdu.metadata().shape, [3, 2, 2]);
+    let read = hdu.read(..).unwrap();
+    let View::F64(voxels) = read.samples().view() else { panic!("64-bit floats") };
+    let bits = |voxel: f64| voxel.to_bits();
+    assert!(voxels.iter().copied().map(bits).eq(cube.voxels().map(bits)));
 }

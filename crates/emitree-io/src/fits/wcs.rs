@@ -5,6 +5,7 @@
 //! has its centre at FITS pixel coordinates (column + 1, row + 1) and its edges half a pixel off.
 
 use super::Card;
+use crate::energies::Energies;
 use crate::units::Unit;
 
 /// World coordinates of an image: data that become header records.
@@ -20,8 +21,8 @@ use crate::units::Unit;
 pub struct Wcs {
     /// What the coordinates are (`WCSNAME`).
     pub name: String,
-    /// The axes, x then y.
-    pub axes: [WcsAxis; 2],
+    /// The axes: x, y, and the energy of a cube.
+    pub axes: Vec<WcsAxis>,
     /// Where the native pole lies \[deg\] (`LONPOLE`, `LATPOLE`); only for spherical coordinates.
     pub pole_deg: Option<[f64; 2]>,
 }
@@ -58,7 +59,7 @@ impl Wcs {
         };
         Self {
             name: "canonical".to_owned(),
-            axes: [axis("x", width), axis("y", height)],
+            axes: vec![axis("x", width), axis("y", height)],
             pole_deg: None,
         }
     }
@@ -84,7 +85,7 @@ impl Wcs {
         };
         Self {
             name: "orthographic".to_owned(),
-            axes: [
+            axes: vec![
                 axis("X", "x on the image plane", width, extent[0]),
                 axis("Y", "y on the image plane", height, extent[1]),
             ],
@@ -164,7 +165,7 @@ impl Wcs {
         };
         Self {
             name: "polar".to_owned(),
-            axes: [
+            axes: vec![
                 axis("AZIMUTH", "azimuth about the pointing", width, 360.0),
                 axis("ANGLE", "angle from the pointing", height, 0.5 * fov_deg),
             ],
@@ -187,7 +188,7 @@ impl Wcs {
         };
         Self {
             name: name.to_owned(),
-            axes: [
+            axes: vec![
                 axis("XLON", "longitude", width, extent_deg[0]),
                 axis("XLAT", "latitude", height, extent_deg[1]),
             ],
@@ -195,10 +196,27 @@ impl Wcs {
         }
     }
 
+    /// The coordinates of a cube of such images, one for each energy bin.
+    ///
+    /// ```
+    /// use emitree::{EnergyAxis, EnergyScale};
+    /// use emitree_io::{Energies, Wcs};
+    ///
+    /// let axis = EnergyAxis::new(0.5, 8.0, 4, EnergyScale::Log)?;
+    /// let wcs = Wcs::canonical(32, 64).with_energies(&Energies::new(axis, "keV")?);
+    /// assert_eq!(wcs.axes[2].ctype, "ENER-LOG");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn with_energies(mut self, energies: &Energies) -> Self {
+        self.axes.push(energies.wcs());
+        self
+    }
+
     /// The header records, in the order of the standard.
     pub(super) fn cards(&self) -> Vec<Card> {
         let mut cards = vec![
-            Card::new("WCSAXES", 2, "number of coordinate axes"),
+            Card::new("WCSAXES", self.axes.len(), "number of coordinate axes"),
             Card::new("WCSNAME", &*self.name, "projection"),
         ];
         for (axis, number) in self.axes.iter().zip(1..) {
@@ -245,7 +263,7 @@ const AT_THE_POLE: [f64; 2] = [180.0, 0.0];
 
 /// A number of pixels as f64; images have far fewer than 2⁵³ along an edge.
 #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
-fn count(pixels: usize) -> f64 {
+pub(super) fn count(pixels: usize) -> f64 {
     pixels as f64
 }
 

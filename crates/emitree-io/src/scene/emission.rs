@@ -86,8 +86,11 @@ impl Emission for EmissionSource {
 const KINDS: &str = "`expression = \"…\"`, `model = \"…\"`, `grid = { file = \"…\" }` or \
                      `tree = \"…\"`";
 
-/// The emission, and what the scene says of its units.
-pub(super) fn read(mut table: Table) -> Result<(EmissionSource, EmissionUnits), SceneError> {
+/// The emission, and what the scene says of its units; `spectral` if the scene has an energy axis.
+pub(super) fn read(
+    mut table: Table,
+    spectral: bool,
+) -> Result<(EmissionSource, EmissionUnits), SceneError> {
     let whole = table.place().clone();
     let expression = table.text("expression")?;
     let model = table.text("model")?;
@@ -100,10 +103,18 @@ pub(super) fn read(mut table: Table) -> Result<(EmissionSource, EmissionUnits), 
         }
         (None, Some(model), None, None) => {
             let parameters = table.take("parameters");
-            read_model(&model, parameters)?
+            let found = read_model(&model, parameters)?;
+            refuse_energies(spectral, "model", &model.1)?;
+            found
         }
-        (None, None, Some(grid), None) => EmissionSource::Grid(grid::read(Table::new(grid)?)?),
-        (None, None, None, Some(tree)) => tree::read_emission(&tree)?,
+        (None, None, Some(grid), None) => {
+            refuse_energies(spectral, "grid", &grid.place)?;
+            EmissionSource::Grid(grid::read(Table::new(grid)?)?)
+        }
+        (None, None, None, Some(tree)) => {
+            refuse_energies(spectral, "tree", &tree.1)?;
+            tree::read_emission(&tree)?
+        }
         (None, None, None, None) => {
             return Err(SceneError::at(&whole, "the scene has no emission")
                 .label(format!("expected {KINDS} here")));
@@ -118,6 +129,17 @@ pub(super) fn read(mut table: Table) -> Result<(EmissionSource, EmissionUnits), 
     let units = EmissionUnits::read(&mut table)?;
     table.finish()?;
     Ok((emission, units))
+}
+
+/// Refuses an emission that is the same at all energies by its nature where there is an energy axis.
+fn refuse_energies(spectral: bool, key: &str, place: &Place) -> Result<(), SceneError> {
+    if !spectral {
+        return Ok(());
+    }
+    let message = format!("`emission.{key}` has no spectrum, and the scene has `[energy]`");
+    Err(SceneError::at(place, message).label(
+        "expected an emission that depends on it, `expression = \"…\"` with `E`, or no `[energy]`",
+    ))
 }
 
 fn read_expression(

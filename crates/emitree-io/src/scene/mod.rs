@@ -7,6 +7,7 @@
 mod camera;
 mod document;
 mod emission;
+mod energy;
 mod error;
 mod radiometry;
 mod seed;
@@ -22,9 +23,10 @@ pub use radiometry::{Quantity, SceneEmission};
 pub use settings::RenderSettings;
 pub use tree::BuildSettings;
 
+use crate::energies::Energies;
 use document::Node;
-use emitree::Healpix;
-use radiometry::ImageUnits;
+use emitree::{Cube, Healpix, Image};
+use radiometry::{BandUnit, CameraUnits, ImageUnits};
 use source::{Place, Source};
 use std::path::Path;
 use std::sync::Arc;
@@ -63,8 +65,12 @@ pub struct Scene {
     pub width: usize,
     /// What the pixels are.
     pub quantity: Quantity,
+    /// The energy axis, if the scene has one: its image is a cube then.
+    pub energy: Option<Energies>,
     /// The unit of the pixels, FITS grammar; empty if the scene does not tell.
     unit: String,
+    /// The unit of the image of all energies, where there are energies.
+    band: BandUnit,
     /// How it is rendered.
     pub render: RenderSettings,
     /// The tree that `emitree build` makes of it, if the scene asks for one.
@@ -72,9 +78,51 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The unit of the image, FITS grammar; empty if the scene does not tell.
+    /// The unit of the image, or of the cube, FITS grammar; empty if the scene does not tell.
     pub fn image_unit(&self) -> &str {
         &self.unit
+    }
+
+    /// The unit of the image of the whole energy band: that of the cube times an energy, FITS
+    /// grammar; empty if the scene does not tell, or has no energies.
+    pub fn band_unit(&self) -> &str {
+        &self.band.unit
+    }
+
+    /// The image of the whole energy band of a cube, or of its errors, in
+    /// [`band_unit`](Self::band_unit); none if the scene has no energies.
+    ///
+    /// ```
+    /// use emitree::{Cube, Image};
+    /// use emitree_io::Scene;
+    ///
+    /// let text = r#"
+    ///     emission = { expression = "1", unit = "ph cm-3 s-1 sr-1 keV-1" }
+    ///     projection = { type = "canonical", length_unit = "cm" }
+    ///     image = { width = 1, height = 1 }
+    ///     energy = { min = 100, max = 300, bins = 2, unit = "eV" }
+    /// "#;
+    /// let scene = Scene::parse("example", text, &[])?;
+    /// let cube = Cube::from_bands([3.0, 4.0].map(|v| Image::from_pixels(1, 1, vec![v])).into());
+    /// let band = scene.band_image(&cube).ok_or("no energies")?;
+    /// assert_eq!((scene.image_unit(), scene.band_unit()), ("ph cm-2 s-1 sr-1 keV-1", "ph cm-2 s-1 sr-1"));
+    /// assert!((band[(0, 0)] - 0.7).abs() < 1e-15); // 0.1 keV · 3 + 0.1 keV · 4
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Panics
+    ///
+    /// If the cube has not as many bands as the scene has bins.
+    pub fn band_image(&self, cube: &Cube) -> Option<Image> {
+        let energies = self.energy.as_ref()?;
+        Some(self.in_band_unit(cube.sum_over_energy(energies.axis())))
+    }
+
+    /// An image of the whole energy band, the cube's unit times that of the energies, in
+    /// [`band_unit`](Self::band_unit): as for the frames of a rendering.
+    pub fn in_band_unit(&self, mut band: Image) -> Image {
+        band.pixels_mut().iter_mut().for_each(|pixel| *pixel *= self.band.factor);
+        band
     }
 
     /// Reads the scene file at `path`, with values replaced by `overrides`, the later ones last.
@@ -121,15 +169,12 @@ impl Scene {
                 "expected a table `[emission]` with `expression`, `model`, `grid` or `tree`",
             ));
         };
-        let (source, of_emission) = emission::read(emission)?;
+        let energy = table.table("energy")?.map(energy::read).transpose()?;
+        let (source, of_emission) = emission::read(emission, energy.is_some())?;
         let projection = table.table("projection")?;
         let occulters = table.tables("occulter", "tables `[[occulter]]`, each with a `type`")?;
         let bounds = table.table("bounds")?;
         let (camera, length_unit) = camera::read(projection, bounds, occulters, &start)?;
-        if let Some(energy) = table.take("energy") {
-            return Err(SceneError::at(&energy.place, "`[energy]` is not available yet")
-                .label("expected a scene without an energy axis in this version"));
-        }
         let (shape, of_image) = read_image(table.table("image")?, camera.kind(), &start)?;
         let seeds = table.tables("seed", "tables `[[seed]]`, each with `position` and `radius`")?;
         let seeds = seed::read(seeds)?;
@@ -138,9 +183,10 @@ impl Scene {
         let build = table.table("build")?.map(tree::read_build).transpose()?;
         table.finish()?;
 
-        let has_solid_angles = camera.has_solid_angles();
+        let camera_units =
+            CameraUnits { length: length_unit, has_solid_angles: camera.has_solid_angles() };
         let found =
-            radiometry::resolve(source, &of_emission, &of_image, length_unit, has_solid_angles)?;
+            radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
         let [height, width] = shape;
         let overrides = overrides.iter().map(|o| format!("{} = {}", o.key, o.value)).collect();
         Ok(Self {
@@ -153,7 +199,9 @@ impl Scene {
             height,
             width,
             quantity: found.quantity,
+            energy,
             unit: found.unit,
+            band: found.band,
             render,
             build,
         })

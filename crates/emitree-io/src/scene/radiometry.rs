@@ -8,7 +8,8 @@ use super::emission::{EmissionFailure, EmissionSource};
 use super::error::SceneError;
 use super::source::Place;
 use super::table::Table;
-use crate::units::{Unit, UnitError, image_unit};
+use crate::energies::Energies;
+use crate::units::{Dimension, Unit, UnitError, band_unit, image_unit};
 use emitree::{Emission, Samples};
 
 /// A text and where it was written.
@@ -53,6 +54,28 @@ impl EmissionUnits {
         };
         Ok(Self { unit, photon_energy_ev })
     }
+
+    /// Where there is an energy axis, refuses a number of photons or counts that is not per energy,
+    /// and an energy of the photons, which have those of their bins.
+    fn check_per_energy(&self) -> Result<(), SceneError> {
+        if let Some((energy, place)) = &self.photon_energy_ev {
+            let message = format!("`emission.photon_energy` is {energy}");
+            return Err(SceneError::at(place, message).label(
+                "expected none: with `[energy]` photons have all energies of their bin, and a cube \
+                 in photons can't become one in energies",
+            ));
+        }
+        let Some((text, place)) = &self.unit else { return Ok(()) };
+        // A unit that can't be read is refused where its dimension is needed.
+        let dimension = Unit::parse(text).map_or(Dimension::NONE, |unit| unit.dimension());
+        let is_number = dimension.photon != 0 || dimension.count != 0;
+        if is_number && dimension.mass == 0 {
+            let message = format!("`emission.unit` is \"{text}\", and the scene has `[energy]`");
+            return Err(SceneError::at(place, message)
+                .label(format!("expected the rate per unit of energy, as in \"{text} keV-1\"")));
+        }
+        Ok(())
+    }
 }
 
 /// What `[image]` says of units.
@@ -94,7 +117,8 @@ impl Emission for SceneEmission {
         } else {
             let scaled = |position: &[f64; 3]| position.map(|along| along * self.length_factor);
             let positions: Vec<[f64; 3]> = samples.positions().iter().map(scaled).collect();
-            let samples = Samples::new(&positions, samples.directions());
+            let samples =
+                Samples::new(&positions, samples.directions()).at_energies(samples.energies());
             self.source.emission_rates(&samples, rates)?;
         }
         if self.rate_factor != 1.0 {
@@ -104,6 +128,13 @@ impl Emission for SceneEmission {
     }
 }
 
+/// What the camera has to do with units.
+pub(super) struct CameraUnits {
+    /// The length unit that the scene names.
+    pub(super) length: Option<Text>,
+    pub(super) has_solid_angles: bool,
+}
+
 /// The emission in the units of the scene, the scene's length unit, and quantity and unit of the
 /// image.
 pub(super) struct Radiometry {
@@ -111,27 +142,58 @@ pub(super) struct Radiometry {
     pub(super) length_unit: Option<String>,
     pub(super) quantity: Quantity,
     pub(super) unit: String,
+    pub(super) band: BandUnit,
+}
+
+/// The unit of the image of all energies, empty if nobody tells, and what a sum of voxels times bins
+/// is multiplied with for it.
+#[derive(Clone, Debug)]
+pub(super) struct BandUnit {
+    pub(super) unit: String,
+    pub(super) factor: f64,
+}
+
+impl BandUnit {
+    /// Of a cube in `unit`, which may be empty.
+    fn of(unit: &str, energies: Option<&Energies>) -> Self {
+        let known = energies.filter(|_| !unit.is_empty());
+        let found = known.and_then(|energies| {
+            let (unit, factor) = band_unit(&Unit::parse(unit).ok()?, energies.unit()).ok()?;
+            let (text, of_text) = unit.fits();
+            Some(Self { unit: text.unwrap_or_default(), factor: factor * of_text })
+        });
+        found.unwrap_or_else(|| Self { unit: String::new(), factor: 1.0 })
+    }
 }
 
 pub(super) fn resolve(
     source: EmissionSource,
     of_emission: &EmissionUnits,
     of_image: &ImageUnits,
-    length_unit: Option<Text>,
-    has_solid_angles: bool,
+    CameraUnits { length: length_unit, has_solid_angles }: CameraUnits,
+    energies: Option<&Energies>,
 ) -> Result<Radiometry, SceneError> {
+    if energies.is_some() {
+        of_emission.check_per_energy()?;
+    }
     let quantity = quantity(of_image.quantity.as_ref(), has_solid_angles)?;
     let length_factor = length_factor(source.length_unit(), length_unit.as_ref())?;
     let scene_length = length_unit.as_ref().map(|(unit, _)| unit.clone());
     let scene_length = scene_length.or(source.length_unit().map(str::to_owned));
     let native = native(&source, of_emission, scene_length.as_deref(), length_unit.as_ref())?;
-    let (unit, factor) = in_wanted_unit(native, of_emission, of_image, quantity)?;
+    let (unit, factor) = in_wanted_unit(native, of_emission, of_image, quantity).map_err(
+        |error| match energies {
+            Some(_) => error.help("with `[energy]` images are per unit of energy, as in keV-1"),
+            None => error,
+        },
+    )?;
     // The source's rates are for its own length unit.
     let rate_factor = length_factor * factor;
     Ok(Radiometry {
         emission: SceneEmission { source, length_factor, rate_factor },
         length_unit: scene_length,
         quantity,
+        band: BandUnit::of(&unit, energies),
         unit,
     })
 }
@@ -266,109 +328,4 @@ fn in_wanted_unit(
 const JOULES_PER_EV: f64 = 1.602_176_634e-19;
 
 #[cfg(test)]
-mod tests {
-    use crate::scene::{Quantity, Scene, SceneError};
-    use emitree::{Emission, Samples};
-
-    /// A scene with these lines in `[emission]`, `[image]` and `[projection]`.
-    fn scene(emission: &str, image: &str, projection: &str) -> Result<Scene, SceneError> {
-        let text = format!(
-            "[image]\nwidth = 2\nheight = 2\n{image}\n[emission]\n{emission}\n[projection]\n\
-             type = \"perspective\"\nposition = [1, 0, 0]\ntarget = [0, 0, 0]\n\
-             field_of_view = [9, 9]\nfar = 2\n{projection}"
-        );
-        Scene::parse("scene.toml", &text, &[])
-    }
-
-    fn unit_and_factor(emission: &str, image: &str, projection: &str) -> (String, f64) {
-        let scene = scene(emission, image, projection).unwrap();
-        (scene.image_unit().to_owned(), scene.emission.rate_factor)
-    }
-
-    fn is(found: &(String, f64), unit: &str, factor: f64) {
-        assert_eq!(found.0, unit);
-        assert!((found.1 / factor - 1.0).abs() < 1e-13, "{found:?}, not {factor}");
-    }
-
-    #[test]
-    fn rates_and_lengths_make_the_image_unit() {
-        let rate = "expression = \"1\"\nunit = \"cm-3 s-1 sr-1\"";
-        let found = unit_and_factor(rate, "", "length_unit = \"R_E\"");
-        is(&found, "cm-2 s-1 sr-1", 6.371e8);
-        let found = unit_and_factor(rate, "unit = \"m-2 s-1 sr-1\"", "length_unit = \"km\"");
-        is(&found, "m-2 s-1 sr-1", 1e9);
-        let no_unit = unit_and_factor("expression = \"1\"", "", "length_unit = \"km\"");
-        is(&no_unit, "", 1.0);
-    }
-
-    #[test]
-    fn isotropic_rates_become_rayleigh() {
-        // 1 R is a column of 10^6 photons cm^-2 s^-1 that shines into all directions.
-        let rate = "expression = \"1\"\nunit = \"ph cm-3 s-1\"";
-        is(&unit_and_factor(rate, "unit = \"R\"", "length_unit = \"km\""), "R", 1e5 * 1e-6);
-        let energy = "expression = \"1\"\nunit = \"ph m-3 s-1 sr-1\"\nphoton_energy = 10.0";
-        let found = unit_and_factor(energy, "unit = \"J m-2 s-1 sr-1\"", "length_unit = \"m\"");
-        is(&found, "J m-2 s-1 sr-1", 1.602_176_634e-18);
-    }
-
-    #[test]
-    fn models_are_seen_in_any_length_unit() {
-        let scene = scene("model = \"cmem\"", "", "length_unit = \"km\"").unwrap();
-        assert_eq!(scene.image_unit(), "keV cm-2 s-1 sr-1");
-        let in_km = [[12.0 * 6371.0, 0.0, 0.0]];
-        let (mut ours, mut theirs) = ([0.0], [0.0]);
-        let direction = [[0.0, 1.0, 0.0]];
-        scene.emission.emission_rates(&Samples::new(&in_km, &direction), &mut ours).unwrap();
-        let samples = Samples::new(&[[12.0, 0.0, 0.0]], &direction);
-        scene.emission.source.emission_rates(&samples, &mut theirs).unwrap();
-        assert!(theirs[0] > 0.0);
-        assert!((ours[0] * 6371.0 / theirs[0] - 1.0).abs() < 1e-12, "{ours:?} {theirs:?}");
-    }
-
-    #[test]
-    fn an_irradiance_has_no_steradian() {
-        let rate = "expression = \"1\"\nunit = \"cm-3 s-1 sr-1\"";
-        let scene = scene(rate, "quantity = \"irradiance\"", "length_unit = \"cm\"").unwrap();
-        assert_eq!((scene.quantity, scene.image_unit()), (Quantity::Irradiance, "cm-2 s-1"));
-    }
-
-    #[test]
-    fn an_isotropic_rate_has_its_share_in_each_direction() {
-        let rate = "expression = \"1\"\nunit = \"ph cm-3 s-1\"";
-        let found = unit_and_factor(rate, "quantity = \"irradiance\"", "length_unit = \"cm\"");
-        is(&found, "ph cm-2 s-1", 0.25 * std::f64::consts::FRAC_1_PI);
-    }
-
-    #[test]
-    fn units_that_do_not_go_together_are_refused_where_they_stand() {
-        let error = |emission: &str, image: &str, projection: &str| {
-            let error = scene(emission, image, projection).unwrap_err();
-            (error.line().unwrap().1, error.message().to_owned(), error.expected().to_owned())
-        };
-        let rate = "expression = \"1\"\nunit = \"cm-3 s-1 sr-1\"";
-        let (line, message, _) = error(rate, "unit = \"erg\"", "length_unit = \"km\"");
-        assert_eq!(line, 4);
-        assert!(message.starts_with("`image.unit`: "), "{message}");
-        let (line, message, expected) = error(rate, "", "");
-        assert_eq!((line, &*message), (7, "`emission.unit` needs a length unit"));
-        assert_eq!(expected, "expected `length_unit` in `[projection]` too, as in \"km\"");
-        let (line, message, _) =
-            error("expression = \"1\"\nunit = \"cm-3 sx\"", "", "length_unit = \"km\"");
-        assert_eq!(line, 7);
-        assert!(message.contains("`sx`"), "{message}");
-        let (line, message, expected) = error("model = \"cmem\"\nunit = \"m-3\"", "", "");
-        assert_eq!((line, &*message), (7, "`emission.unit` has no meaning here"));
-        let of_model = "expected none: images of this emission are in \"keV cm-2 s-1 sr-1\"";
-        assert_eq!(expected, of_model);
-        let (line, message, expected) = error("expression = \"1\"", "unit = \"R\"", "");
-        assert_eq!((line, &*message), (4, "`image.unit` can't be reached"));
-        assert_eq!(expected, "expected `emission.unit` too, the unit that the rates have");
-        let (_, message, expected) = error(rate, "quantity = \"flux\"", "length_unit = \"km\"");
-        assert_eq!(message, "unknown quantity `flux`");
-        assert_eq!(expected, "expected `radiance` or `irradiance`");
-        let (_, message, expected) =
-            error("expression = \"1\"\nphoton_energy = 0", "", "length_unit = \"km\"");
-        assert_eq!(message, "`emission.photon_energy` is 0");
-        assert_eq!(expected, "expected an energy in eV above 0");
-    }
-}
+mod tests;

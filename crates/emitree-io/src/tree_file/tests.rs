@@ -70,7 +70,8 @@ fn a_file_that_is_missing_or_no_fits_is_named() {
     assert!(error.ends_with(": expected a file of `emitree build`"), "{error}");
     let image = emitree::Image::zeros(2, 2);
     let image = crate::FitsFile {
-        primary: crate::FitsImage { name: "RADIANCE", image: &image, unit: None },
+        primary: crate::FitsImage::new("RADIANCE", &image, None),
+        energies: None,
         extensions: Vec::new(),
         wcs: None,
         provenance: Vec::new(),

@@ -32,21 +32,55 @@ pub fn image_unit(rate: &Unit, length: &Unit) -> Result<(Unit, f64), UnitError> 
         let (unit, dimension) = (length.to_string(), length.dimension());
         return Err(UnitError::NotALength { unit, dimension });
     }
-    // The volume of the rate is what the length belongs to: its most negative power of a length.
-    let of_volume = rate
+    integrated(rate, length)
+}
+
+/// The unit of a spectral quantity in `density`, integrated over energies in `energy`, and the factor
+/// to values in it.
+///
+/// As [`image_unit`] does with lengths, it takes the energy in the unit of energy that the density is
+/// per: photons for each keV, summed over energies in eV, are photons, and a factor of 10⁻³.
+///
+/// # Errors
+///
+/// [`UnitError::NotAnEnergy`] if `energy` is none.
+///
+/// ```
+/// use emitree_io::units::{Unit, band_unit};
+///
+/// let density = Unit::parse("ph cm-2 s-1 sr-1 keV-1")?;
+/// let (unit, factor) = band_unit(&density, &Unit::parse("eV")?)?;
+/// assert_eq!((unit.to_string().as_str(), factor), ("ph cm-2 s-1 sr-1", 1e-3));
+/// // What is per no energy gets one.
+/// let (unit, _) = band_unit(&Unit::parse("cm-2 s-1 sr-1")?, &Unit::parse("keV")?)?;
+/// assert_eq!(unit.to_string(), "cm-2 s-1 sr-1 keV");
+/// # Ok::<(), emitree_io::units::UnitError>(())
+/// ```
+pub fn band_unit(density: &Unit, energy: &Unit) -> Result<(Unit, f64), UnitError> {
+    if energy.dimension() != Dimension::ENERGY {
+        let (unit, dimension) = (energy.to_string(), energy.dimension());
+        return Err(UnitError::NotAnEnergy { unit, dimension });
+    }
+    integrated(density, energy)
+}
+
+/// The unit of an integral of values in `density` over `path`, and the factor to values in it.
+fn integrated(density: &Unit, path: &Unit) -> Result<(Unit, f64), UnitError> {
+    // What the density is per is what the path belongs to: its most negative power of such a unit.
+    let per = density
         .factors()
         .iter()
-        .filter(|factor| factor.known.dimension == Dimension::LENGTH && factor.exponent < 0)
+        .filter(|factor| factor.known.dimension == path.dimension() && factor.exponent < 0)
         .min_by_key(|factor| factor.exponent);
-    let (path, factor) = match of_volume {
+    let (path, factor) = match per {
         Some(factor) => {
-            let path = Unit::named(Factor { exponent: 1, ..*factor });
-            let factor = length.factor_to(&path)?;
-            (path, factor)
+            let along = Unit::named(Factor { exponent: 1, ..*factor });
+            let factor = path.factor_to(&along)?;
+            (along, factor)
         }
-        None => (length.clone(), 1.0),
+        None => (path.clone(), 1.0),
     };
-    let (unit, rest) = rate.times(&path).in_fits();
+    let (unit, rest) = density.times(&path).in_fits();
     Ok((unit, factor * rest))
 }
 

@@ -72,6 +72,14 @@ pub enum UnitError {
         /// What it measures.
         dimension: Dimension,
     },
+    /// A unit of energy was needed, and this measures something else.
+    #[error("unit `{unit}` is of {dimension}: expected an energy")]
+    NotAnEnergy {
+        /// The unit.
+        unit: String,
+        /// What it measures.
+        dimension: Dimension,
+    },
     /// A factor of zero or infinity as a 64-bit float.
     #[error("the factor from `{from}` to `{to}` is {factor:e}: expected one from 1e-300 to 1e300")]
     OutOfRange {

@@ -34,7 +34,7 @@ mod parser;
 pub mod table;
 mod unit;
 
-pub use conversion::image_unit;
+pub use conversion::{band_unit, image_unit};
 pub use dimension::Dimension;
 pub use error::UnitError;
 pub use unit::Unit;

@@ -13,7 +13,7 @@ use crate::spelling::closest;
 use std::collections::BTreeMap;
 
 /// All models, one line each.
-static CATALOGUE: [ModelDescription; 14] = [
+static CATALOGUE: [ModelDescription; 16] = [
     models::CMEM,
     models::JORGENSEN,
     models::GEOCORONA,
@@ -22,8 +22,10 @@ static CATALOGUE: [ModelDescription; 14] = [
     models::MARS_HYDROGEN,
     models::MARS_OXYGEN,
     models::ENA,
+    models::ENA_RING,
     models::K_CORONA,
     models::BETA_MODEL,
+    models::BREMSSTRAHLUNG,
     models::SHELL_NEBULA,
     models::POWER_LAW,
     models::UNIFORM,

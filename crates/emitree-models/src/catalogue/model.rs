@@ -25,12 +25,27 @@ pub struct ModelDescription {
     pub length_unit: &'static str,
     /// The unit of an image of it, in the grammar of FITS; empty if it has none.
     pub image_unit: &'static str,
+    /// The unit of the energies that its rate depends on, in the grammar of FITS; `None` if it knows
+    /// no energy: with an energy axis it has the same rate per unit of energy everywhere on it.
+    pub energy_unit: Option<&'static str>,
     /// Its parameters; those with a derived default after the ones that they derive from.
     pub parameters: &'static [ParameterDescription],
     pub(crate) build: fn(&Values) -> Result<Arc<dyn ModelEmission>, ModelError>,
 }
 
 impl ModelDescription {
+    /// Whether the rate depends on the energy, so that a scene needs an energy axis.
+    ///
+    /// ```
+    /// use emitree_models::catalogue;
+    ///
+    /// let spectral = catalogue().iter().filter(|model| model.needs_energy());
+    /// assert!(spectral.map(|model| model.name).eq(["ena_ring", "bremsstrahlung"]));
+    /// ```
+    pub fn needs_energy(&self) -> bool {
+        self.energy_unit.is_some()
+    }
+
     /// The values of all parameters: as given, else their defaults.
     pub(crate) fn values(&self, given: &BTreeMap<String, f64>) -> Result<Values, ModelError> {
         let known = || self.parameters.iter().map(|parameter| parameter.name);
@@ -107,6 +122,22 @@ impl Model {
     /// What the model is.
     pub fn description(&self) -> &'static ModelDescription {
         self.description
+    }
+
+    /// Whether the rate depends on the energy: it then is one per unit of energy, and not a number
+    /// for samples without.
+    ///
+    /// ```
+    /// use emitree_models::build_model;
+    /// use std::collections::BTreeMap;
+    ///
+    /// let needs_energy = |name| build_model(name, &BTreeMap::new()).map(|m| m.needs_energy());
+    /// assert!(needs_energy("bremsstrahlung")?);
+    /// assert!(!needs_energy("beta_model")?);
+    /// # Ok::<(), emitree_models::ModelError>(())
+    /// ```
+    pub fn needs_energy(&self) -> bool {
+        self.description.needs_energy()
     }
 
     /// The names and values of all parameters, given or not, in the order of the description.

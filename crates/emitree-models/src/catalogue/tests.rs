@@ -36,14 +36,39 @@ fn every_model_is_finite_at_the_origin_and_on_the_axes() {
         }
     }
     let directions = vec![[0.0, 0.0, 1.0]; positions.len()];
+    let energies = vec![2.0; positions.len()];
+    let samples = Samples::new(&positions, &directions).at_energies(&energies);
     for description in catalogue() {
         let model = build_model(description.name, &BTreeMap::new()).unwrap();
         let mut rates = vec![f64::NAN; positions.len()];
-        model.emission_rates(&Samples::new(&positions, &directions), &mut rates).unwrap();
+        model.emission_rates(&samples, &mut rates).unwrap();
         for (rate, position) in rates.iter().zip(&positions) {
             assert!(rate.is_finite() && *rate >= 0.0, "{} at {position:?}", description.name);
         }
     }
+}
+
+#[test]
+fn models_that_need_energies_say_so_and_the_others_have_flat_spectra() {
+    let (positions, directions) = ([[3.0, -2.0, 1.0]; 3], [[0.0, 0.0, 1.0]; 3]);
+    let samples = Samples::new(&positions, &directions);
+    let mut spectral = Vec::new();
+    for description in catalogue() {
+        let model = build_model(description.name, &BTreeMap::new()).unwrap();
+        let (mut without, mut with) = ([f64::NAN; 3], [f64::NAN; 3]);
+        model.emission_rates(&samples, &mut without).unwrap();
+        model.emission_rates(&samples.at_energies(&[1.0, 5.0, 20.0]), &mut with).unwrap();
+        assert_eq!(model.needs_energy(), description.energy_unit.is_some());
+        if model.needs_energy() {
+            assert!(without.iter().all(|rate| rate.is_nan()), "{}", description.name);
+            assert!(with[0] > 0.0 && with[1] > 0.0 && with[2] > 0.0, "{}", description.name);
+            assert!((with[0] / with[1] - 1.0).abs() > 0.1, "{}", description.name);
+            spectral.push(description.name);
+        } else {
+            assert_eq!(with.map(f64::to_bits), without.map(f64::to_bits), "{}", description.name);
+        }
+    }
+    assert_eq!(spectral, ["ena_ring", "bremsstrahlung"]);
 }
 
 #[test]
@@ -88,8 +113,8 @@ fn defaults_can_be_shown() {
 #[test]
 fn unknown_names() {
     const KNOWN: &str = "(known: cmem, jorgensen, geocorona, chamberlain, airglow, mars_hydrogen, \
-                         mars_oxygen, ena, k_corona, beta_model, shell_nebula, power_law, uniform, \
-                         holmstrom)";
+                         mars_oxygen, ena, ena_ring, k_corona, beta_model, bremsstrahlung, \
+                         shell_nebula, power_law, uniform, holmstrom)";
     assert_eq!(
         failure("cmem_2", []),
         format!("unknown model `cmem_2`: did you mean `cmem`? {KNOWN}")
@@ -124,6 +149,15 @@ fn values_out_of_range() {
     assert_eq!(
         failure("holmstrom", [("alpha", -1.0)]),
         "parameter `alpha` of model `holmstrom` is -1.0: expected a finite number, 0 or more"
+    );
+    assert_eq!(
+        failure("bremsstrahlung", [("temperature", 0.0)]),
+        "parameter `temperature` of model `bremsstrahlung` is 0.0: expected a finite number more \
+         than 0"
+    );
+    assert_eq!(
+        failure("ena_ring", [("kappa", 1.5)]),
+        "parameter `kappa` of model `ena_ring` is 1.5: expected a number from 1.6 to 10000"
     );
 }
 

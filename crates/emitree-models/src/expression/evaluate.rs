@@ -31,24 +31,29 @@ pub(super) fn evaluate(tape: &Tape, samples: &Samples<'_>, rates: &mut [f64]) {
     }
     let positions = samples.positions().chunks(BLOCK);
     let directions = samples.directions().chunks(BLOCK);
-    for ((positions, directions), rates) in positions.zip(directions).zip(rates.chunks_mut(BLOCK)) {
-        run(tape, positions, directions, &mut registers);
+    // A batch without energies has none in any block.
+    let energies = samples.energies().chunks(BLOCK).chain(core::iter::repeat(&[][..]));
+    let blocks = positions.zip(directions).zip(energies);
+    for (((positions, directions), energies), rates) in blocks.zip(rates.chunks_mut(BLOCK)) {
+        let block = Samples::new(positions, directions).at_energies(energies);
+        run(tape, &block, &mut registers);
         rates.copy_from_slice(&registers[result][..rates.len()]);
     }
     REGISTERS.set(registers);
 }
 
 /// Runs the tape on one block of at most [`BLOCK`] samples.
-fn run(tape: &Tape, positions: &[[f64; 3]], directions: &[[f64; 3]], registers: &mut Registers) {
-    let lanes = positions.len();
+fn run(tape: &Tape, block: &Samples<'_>, registers: &mut Registers) {
+    let lanes = block.len();
     for instruction in &tape.instructions {
         // The register to write is never one to read: taking it out satisfies the borrow checker
         // at the cost of moving a pointer.
         let mut taken = core::mem::take(&mut registers[instruction.to]);
         let out = &mut taken[..lanes];
         match instruction.operation {
-            Operation::Load(Variable::Position(axis)) => load(out, positions, axis),
-            Operation::Load(Variable::Direction(axis)) => load(out, directions, axis),
+            Operation::Load(Variable::Position(axis)) => load(out, block.positions(), axis),
+            Operation::Load(Variable::Direction(axis)) => load(out, block.directions(), axis),
+            Operation::Load(Variable::Energy) => load_energies(out, block.energies()),
             Operation::Unary(operation, a) => unary(operation, out, Lanes::of(a, registers, lanes)),
             Operation::Binary(operation, a, b) => {
                 let (a, b) = (Lanes::of(a, registers, lanes), Lanes::of(b, registers, lanes));
@@ -84,6 +89,15 @@ impl<'a> Lanes<'a> {
 fn load(out: &mut [f64], vectors: &[[f64; 3]], axis: u8) {
     for (out, vector) in out.iter_mut().zip(vectors) {
         *out = vector[usize::from(axis)];
+    }
+}
+
+/// Without an energy axis there is no energy, and it is not a number.
+fn load_energies(out: &mut [f64], energies: &[f64]) {
+    if energies.is_empty() {
+        out.fill(f64::NAN);
+    } else {
+        out.copy_from_slice(energies);
     }
 }
 

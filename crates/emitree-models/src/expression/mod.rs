@@ -3,8 +3,9 @@
 //! # Language
 //!
 //! * Variables: `x`, `y`, `z`, the position in the scene's length unit; `r` = √(x² + y² + z²);
-//!   `dx`, `dy`, `dz`, the unit vector of emission, from the point to the observer. `E`, the
-//!   energy, is reserved. Constants have names of their own, and `pi` is 3.14159….
+//!   `dx`, `dy`, `dz`, the unit vector of emission, from the point to the observer; `E`, the
+//!   energy, in the unit of the scene's energy axis. Constants have names of their own, and `pi` is
+//!   3.14159….
 //! * Numbers: `2`, `.5`, `1e-3`, `1_000`.
 //! * Operators, the loosest first: `<` `<=` `>` `>=` `==` `!=` (1 where true, else 0; they do not
 //!   chain), `+` `-`, `*` `/`, a leading `-`, and `^`, from the right: `-x^2` is −(x²) and `2^3^2`
@@ -12,6 +13,9 @@
 //! * Functions: `if(condition, then, otherwise)`, `min` and `max` of two or more, `abs`, `sqrt`,
 //!   `exp`, `ln`, `log10`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `atan2(y, x)`, `sinh`,
 //!   `cosh`, `tanh`, `erf`, `floor`. Angles are in radians.
+//!
+//! Without an energy axis `E` is not a number. A scene refuses it then, at its
+//! [place](Expression::energy_span). An expression without `E` shines alike at all energies.
 //!
 //! `if` evaluates both branches and takes one: a value that is not a number in the other branch is
 //! never seen, nor does it cost less. A condition holds where it is not 0. `min` and `max` ignore
@@ -35,6 +39,7 @@ mod tape;
 pub use error::ExpressionError;
 
 use core::convert::Infallible;
+use core::ops::Range;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
 use tape::Tape;
@@ -65,13 +70,14 @@ use tape::Tape;
 /// let error = Expression::parse("exp(-aplha*x^2)", &constants).unwrap_err();
 /// assert_eq!(error.message(), "unknown name `aplha`: did you mean `alpha`?");
 /// assert_eq!(error.span(), 5..10);
-/// assert_eq!(error.help(), Some("known: x, y, z, dx, dy, dz, r, pi, alpha"));
+/// assert_eq!(error.help(), Some("known: x, y, z, dx, dy, dz, E, r, pi, alpha"));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
     text: String,
     tape: Tape,
     unused_constants: Vec<String>,
+    energy_span: Option<Range<usize>>,
 }
 
 impl Expression {
@@ -89,6 +95,7 @@ impl Expression {
             text: text.to_owned(),
             tape: Tape::new(&parsed.graph, parsed.root),
             unused_constants: unused.cloned().collect(),
+            energy_span: parsed.energy_span,
         })
     }
 
@@ -108,6 +115,27 @@ impl Expression {
     /// ```
     pub fn unused_constants(&self) -> &[String] {
         &self.unused_constants
+    }
+
+    /// The place of the first `E`, in bytes of the text; `None` if the expression does not name the
+    /// energy, and so has no need of an energy axis.
+    ///
+    /// ```
+    /// use emitree::{Emission, Samples};
+    /// use emitree_models::Expression;
+    /// use std::collections::BTreeMap;
+    ///
+    /// let line = Expression::parse("exp(-r^2)*exp(-((E - 0.57)/0.01)^2)", &BTreeMap::new())?;
+    /// assert_eq!(line.energy_span(), Some(17..18));
+    /// let mut rates = [0.0; 2];
+    /// let samples = Samples::new(&[[0.0; 3]; 2], &[[0.0, 0.0, 1.0]; 2]);
+    /// line.emission_rates(&samples.at_energies(&[0.57, 0.9]), &mut rates)?;
+    /// assert_eq!(rates[0], 1.0);
+    /// assert!(rates[1] < 1e-100);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn energy_span(&self) -> Option<Range<usize>> {
+        self.energy_span.clone()
     }
 }
 

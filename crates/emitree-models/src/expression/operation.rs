@@ -7,6 +7,8 @@ pub(super) enum Variable {
     Position(u8),
     /// A component of the direction of emission.
     Direction(u8),
+    /// The energy, in the unit of the energy axis.
+    Energy,
 }
 
 /// An operation on one value.
@@ -162,12 +164,13 @@ pub(super) fn function(name: &str) -> Option<Function> {
     FUNCTIONS.iter().find(|(known, _)| *known == name).map(|&(_, function)| function)
 }
 
-/// Variables that are components of a sample; `r` is made of them.
-pub(super) const VARIABLES: [(&str, Variable); 6] = [
+/// Variables that are parts of a sample; `r` is made of them.
+pub(super) const VARIABLES: [(&str, Variable); 7] = [
     ("x", Variable::Position(0)),
     ("y", Variable::Position(1)),
     ("z", Variable::Position(2)),
     ("dx", Variable::Direction(0)),
     ("dy", Variable::Direction(1)),
     ("dz", Variable::Direction(2)),
+    ("E", Variable::Energy),
 ];

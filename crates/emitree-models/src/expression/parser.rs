@@ -6,7 +6,7 @@
 use super::error::ExpressionError;
 use super::graph::{Graph, NodeId};
 use super::lexer::{Lexer, Token, is_name};
-use super::operation::{Binary, FUNCTIONS, Function, Unary, VARIABLES, function};
+use super::operation::{Binary, FUNCTIONS, Function, Unary, VARIABLES, Variable, function};
 use crate::spelling::{closest, did_you_mean};
 use core::f64::consts::PI;
 use core::ops::Range;
@@ -19,15 +19,17 @@ const MAX_NESTING: usize = 128;
 /// How tightly a leading sign binds: looser than ^, tighter than * and /.
 const SIGN_BINDING: u8 = 7;
 
-/// Names with a meaning of their own besides functions and components of a sample.
-const OTHER_NAMES: [&str; 3] = ["r", "pi", "E"];
+/// Names with a meaning of their own besides functions and parts of a sample.
+const OTHER_NAMES: [&str; 2] = ["r", "pi"];
 
-/// An expression's graph, the node of its value, and the constants that it names.
+/// An expression's graph, the node of its value, and what it names.
 #[derive(Debug)]
 pub(super) struct Parsed {
     pub(super) graph: Graph,
     pub(super) root: NodeId,
     pub(super) used_constants: BTreeSet<String>,
+    /// The place of the first `E`.
+    pub(super) energy_span: Option<Range<usize>>,
 }
 
 /// Parses `text`, in which `constants` may be named.
@@ -47,6 +49,7 @@ pub(super) fn parse(
         span,
         constants,
         used_constants: BTreeSet::new(),
+        energy_span: None,
         graph: Graph::default(),
         nesting: 0,
     };
@@ -59,7 +62,12 @@ pub(super) fn parse(
         }
         _ => return Err(parser.expected_operator()),
     }
-    Ok(Parsed { graph: parser.graph, root, used_constants: parser.used_constants })
+    Ok(Parsed {
+        graph: parser.graph,
+        root,
+        used_constants: parser.used_constants,
+        energy_span: parser.energy_span,
+    })
 }
 
 /// Refuses constants that could not be named or would hide something else.
@@ -125,6 +133,7 @@ struct Parser<'a> {
     span: Range<usize>,
     constants: &'a BTreeMap<String, f64>,
     used_constants: BTreeSet<String>,
+    energy_span: Option<Range<usize>>,
     graph: Graph,
     nesting: usize,
 }
@@ -209,6 +218,9 @@ impl<'a> Parser<'a> {
     /// A variable or a constant.
     fn named(&mut self, name: &str, span: Range<usize>) -> Result<NodeId, ExpressionError> {
         if let Some(&(_, variable)) = VARIABLES.iter().find(|(known, _)| *known == name) {
+            if variable == Variable::Energy {
+                self.energy_span.get_or_insert(span);
+            }
             return Ok(self.graph.variable(variable));
         }
         if let Some(&value) = self.constants.get(name) {
@@ -218,10 +230,6 @@ impl<'a> Parser<'a> {
         match name {
             "r" => Ok(self.graph.radius()),
             "pi" => Ok(self.graph.constant(PI)),
-            "E" => {
-                let message = "`E` is the energy, and the scene has no energy axis yet";
-                Err(ExpressionError::new(message, span))
-            }
             _ if function(name).is_some() => {
                 let error = ExpressionError::new(format!("`{name}` is a function"), span);
                 Err(error.with_help(format!("arguments follow in parentheses: {name}(…)")))
@@ -277,9 +285,13 @@ impl<'a> Parser<'a> {
         let variables = VARIABLES.iter().map(|&(variable, _)| variable).chain(["r", "pi"]);
         let constants = self.constants.keys().map(String::as_str);
         let listed = variables.chain(constants).collect::<Vec<_>>();
-        let suggestion = closest(name, listed.iter().copied());
-        let message = format!("unknown name `{name}`{}", did_you_mean(suggestion));
-        ExpressionError::new(message, span).with_help(format!("known: {}", listed.join(", ")))
+        let suggestion = match name {
+            // Rather Euler's number than a slip of the energy's name.
+            "e" => ": write exp(1), or E for the energy".to_owned(),
+            _ => did_you_mean(closest(name, listed.iter().copied())),
+        };
+        ExpressionError::new(format!("unknown name `{name}`{suggestion}"), span)
+            .with_help(format!("known: {}", listed.join(", ")))
     }
 
     fn unknown_function(&self, name: &str, span: Range<usize>) -> ExpressionError {

@@ -115,6 +115,67 @@ fn text_is_kept() {
     assert!(parse("alpha*x").unused_constants().is_empty());
 }
 
+/// Energies of 0.1 to 10, every time others.
+fn energies(n: usize) -> Vec<f64> {
+    (0..n).map(|i| 10.0_f64.powf(2.0 * (i as f64 * 7.0_f64.sqrt()).fract() - 1.0)).collect()
+}
+
+fn rates_at(expression: &Expression, positions: &[[f64; 3]], energies: &[f64]) -> Vec<f64> {
+    let directions = vec![[0.6, 0.0, -0.8]; positions.len()];
+    let mut rates = vec![f64::NAN; positions.len()];
+    let samples = Samples::new(positions, &directions).at_energies(energies);
+    expression.emission_rates(&samples, &mut rates).unwrap();
+    rates
+}
+
+#[test]
+fn energies_go_with_their_positions() {
+    let expression = parse("exp(-alpha*r^2 - E/(1 + x^2))/E*sqrt(1.5 + dz) + if(E > 5, y, 0)*dx");
+    let (positions, energies) = (points(1000), energies(1000));
+    assert!(positions.len() > 3 * BLOCK);
+    let rates = rates_at(&expression, &positions, &energies);
+    for (rate, (&[x, y, z], &energy)) in rates.iter().zip(positions.iter().zip(&energies)) {
+        let cloud = (-100.0 * (x * x + y * y + z * z) - energy / (1.0 + x * x)).exp();
+        let step = if energy > 5.0 { 0.6 * y } else { 0.0 };
+        let expected = cloud / energy * 0.7_f64.sqrt() + step;
+        assert!((rate - expected).abs() <= 1e-14, "{x}, {y}, {z}, {energy}: {rate}, {expected}");
+    }
+}
+
+#[test]
+fn any_batch_with_energies_gives_the_same_bits() {
+    let expression = parse("exp(-r*E)*sin(x*y) + E^y - dx/E");
+    let (positions, energies) = (points(600), energies(600));
+    let one_by_one: Vec<_> = positions
+        .iter()
+        .zip(&energies)
+        .map(|(&position, &energy)| rates_at(&expression, &[position], &[energy])[0].to_bits())
+        .collect();
+    for n in (0..=positions.len()).step_by(7).chain([BLOCK, 2 * BLOCK]) {
+        let batch = rates_at(&expression, &positions[..n], &energies[..n]);
+        let bits: Vec<_> = batch.iter().map(|rate| rate.to_bits()).collect();
+        assert_eq!(bits, one_by_one[..n], "batch of {n}");
+    }
+}
+
+#[test]
+fn the_energy_is_not_a_number_without_an_axis() {
+    let spectrum = parse("if(x < 0.5, 1, E)");
+    let positions = points(600);
+    // Energies of the batch before don't come back from the registers.
+    let with = rates_at(&spectrum, &positions, &vec![3.0; 600]);
+    let without = rates(&spectrum, &positions);
+    for ([x, _, _], (with, without)) in positions.iter().zip(with.iter().zip(without)) {
+        let expected = if *x < 0.5 { [1.0; 2] } else { [3.0, f64::NAN] };
+        assert!(same(*with, expected[0]) && same(without, expected[1]), "{x}: {with}, {without}");
+    }
+    assert_eq!(spectrum.energy_span(), Some(15..16));
+    // Without E the spectrum is flat.
+    let flat = parse("exp(-r^2)");
+    assert_eq!(flat.energy_span(), None);
+    assert_eq!(rates_at(&flat, &positions, &energies(600)), rates(&flat, &positions));
+}
+
 /// Same value to the last bit, or both not a number. The sign of a zero is left open, as the
 /// standard library leaves it open in `min` and `max`.
 fn same(a: f64, b: f64) -> bool {

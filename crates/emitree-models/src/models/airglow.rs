@@ -23,6 +23,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
              the defaults are round numbers for the green line, 380 rayleigh at the zenith",
     length_unit: "km",
     image_unit: "R",
+    energy_unit: None,
     parameters: &[
         ParameterDescription {
             name: "planet_radius",

@@ -16,6 +16,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     source: "A. Cavaliere and R. Fusco-Femiano 1976, Astron. Astrophys. 49, 137",
     length_unit: "1",
     image_unit: "",
+    energy_unit: None,
     parameters: &[
         AMPLITUDE,
         ParameterDescription {

@@ -18,6 +18,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     source: "J. W. Chamberlain 1963, Planet. Space Sci. 11, 901, doi:10.1016/0032-0633(63)90122-3",
     length_unit: "m",
     image_unit: "m-2",
+    energy_unit: None,
     parameters: &[
         ParameterDescription {
             name: "exobase_density",

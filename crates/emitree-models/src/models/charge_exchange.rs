@@ -1,22 +1,29 @@
 //! Charge exchange between protons and hydrogen atoms.
 
-use super::constants::{ELEMENTARY_CHARGE, PROTON_MASS_KG};
+use super::constants::{JOULE_PER_KEV, PROTON_MASS_KG};
 
-const JOULE_PER_KEV: f64 = 1e3 * ELEMENTARY_CHARGE;
+/// The cross section \[m²\] of H⁺ + H → H + H⁺ at a relative speed \[m/s\] more than 0.
+pub(super) fn cross_section_m2(speed_m_s: f64) -> f64 {
+    let energy_kev = 0.5 * PROTON_MASS_KG * speed_m_s * speed_m_s / JOULE_PER_KEV;
+    lindsay_stebbings(energy_kev) * 1e-20
+}
 
-/// The cross section \[m²\] of H⁺ + H → H + H⁺ at a relative speed \[m/s\] more than 0, with the
-/// energy E of a proton of that speed in keV:
+/// The same \[cm²\] for a proton of an energy \[keV\] more than 0 and an atom at rest.
+pub(super) fn cross_section_at_kev_cm2(energy_kev: f64) -> f64 {
+    lindsay_stebbings(energy_kev) * 1e-16
+}
+
+/// The cross section \[10⁻¹⁶ cm²\] for a proton of an energy E \[keV\],
 ///
-/// σ = (4.15 − 0.531 ln E)² (1 − e^(−67.3/E))^4.5 · 10⁻²⁰ m²,
+/// σ = (4.15 − 0.531 ln E)² (1 − e^(−67.3/E))^4.5,
 ///
 /// the fit of Lindsay and Stebbings 2005 (doi:10.1029/2005JA011298) to measurements from 5 eV to
 /// 250 keV. Elsewhere it is the same formula, which tends to 0 at high energies, and grows as
 /// ln² E at low ones, where few particles and little flux are.
-pub(super) fn cross_section_m2(speed_m_s: f64) -> f64 {
-    let energy_kev = 0.5 * PROTON_MASS_KG * speed_m_s * speed_m_s / JOULE_PER_KEV;
+fn lindsay_stebbings(energy_kev: f64) -> f64 {
     let slow = 4.15 - 0.531 * energy_kev.ln();
     let fast = -(-67.3 / energy_kev).exp_m1();
-    slow * slow * fast.powf(4.5) * 1e-20
+    slow * slow * fast.powf(4.5)
 }
 
 #[cfg(test)]
@@ -39,6 +46,8 @@ mod tests {
         ] {
             let error = cross_section_m2(speed_m_s(energy_kev)) / expected - 1.0;
             assert!(error.abs() < 1e-13, "{energy_kev} keV: {error:e}");
+            let of_energy = cross_section_at_kev_cm2(energy_kev) * 1e-4;
+            assert!((of_energy / expected - 1.0).abs() < 1e-13, "{energy_kev} keV: {of_energy:e}");
         }
     }
 

@@ -24,6 +24,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     source: "Wharton et al. 2025 (CMEM); magnetopause: Lin et al. 2010, doi:10.1029/2009JA014235",
     length_unit: "R_E",
     image_unit: IMAGE_UNIT,
+    energy_unit: None,
     parameters: &[
         DENSITY,
         VELOCITY,

@@ -7,7 +7,13 @@
 pub(super) const BOLTZMANN_CONSTANT: f64 = 1.380_649e-23;
 
 /// e \[C\], exact: one eV in J.
-pub(super) const ELEMENTARY_CHARGE: f64 = 1.602_176_634e-19;
+const ELEMENTARY_CHARGE: f64 = 1.602_176_634e-19;
+
+/// One keV \[J\], exact.
+pub(super) const JOULE_PER_KEV: f64 = 1e3 * ELEMENTARY_CHARGE;
+
+/// h \[erg s\], exact.
+pub(super) const PLANCK_CONSTANT_ERG_S: f64 = 6.626_070_15e-27;
 
 /// G \[m³ kg⁻¹ s⁻²\]
 pub(super) const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
@@ -23,6 +29,10 @@ pub(super) const EARTH_RADIUS_CM: f64 = 6.371e8;
 
 /// One `R_sun` \[cm\]: the nominal solar radius of IAU 2015 resolution B3.
 pub(super) const SOLAR_RADIUS_CM: f64 = 6.957e10;
+
+/// One kpc \[cm\], exact: 10³ · 648 000/π astronomical units (IAU 2015 resolution B2) of
+/// 149 597 870 700 m (IAU 2012 resolution B2).
+pub(super) const KILOPARSEC_CM: f64 = 3.085_677_581_491_367_3e21;
 
 /// Volume emission rates \[cm⁻³ s⁻¹\] along one cm, in rayleigh: 1 R is a column emission rate of
 /// 10⁶ photons cm⁻² s⁻¹ (Hunten, Roach and Chamberlain 1956, doi:10.1016/0021-9169(56)90111-8).

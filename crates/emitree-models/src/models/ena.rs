@@ -22,6 +22,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
              J. Geophys. Res. 110, A12213, doi:10.1029/2005JA011298",
     length_unit: "m",
     image_unit: "m-2 s-1 sr-1",
+    energy_unit: None,
     parameters: &[
         ParameterDescription {
             name: "ion_density",

@@ -10,7 +10,7 @@ use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
 
 /// The exobase of the fit \[`R_E`\], below which there is no density.
-const EXOBASE: f64 = 1.08;
+pub(super) const EXOBASE: f64 = 1.08;
 
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     name: "geocorona",
@@ -21,6 +21,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
              doi:10.1029/JA091iA12p13613",
     length_unit: "R_E",
     image_unit: "R",
+    energy_unit: None,
     parameters: &[
         ParameterDescription {
             name: "g_factor",
@@ -104,8 +105,13 @@ impl Geocorona {
         if !(self.inner_radius..=self.outer_radius).contains(&r) {
             return 0.0;
         }
-        (10.692 - 4.4431 * (r / EXOBASE).ln().powf(0.715_831)).exp()
+        hydrogen_density_cm3(r)
     }
+}
+
+/// The density of hydrogen \[cm⁻³\] at a distance of at least [`EXOBASE`] \[`R_E`\].
+pub(super) fn hydrogen_density_cm3(r: f64) -> f64 {
+    (10.692 - 4.4431 * (r / EXOBASE).ln().powf(0.715_831)).exp()
 }
 
 impl Emission for Geocorona {

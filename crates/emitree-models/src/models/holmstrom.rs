@@ -17,6 +17,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
              eq. (8)",
     length_unit: "1",
     image_unit: "",
+    energy_unit: None,
     parameters: &[ParameterDescription {
         name: "alpha",
         unit: "1",

@@ -27,6 +27,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     source: "Jorgensen et al. 2019, doi:10.1029/2018JA026153",
     length_unit: "R_E",
     image_unit: IMAGE_UNIT,
+    energy_unit: None,
     parameters: &[
         DENSITY,
         VELOCITY,

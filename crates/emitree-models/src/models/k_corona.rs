@@ -19,6 +19,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
              Hulst 1950, Bull. Astron. Inst. Neth. 11, 135",
     length_unit: "R_sun",
     image_unit: "",
+    energy_unit: None,
     parameters: &[ParameterDescription {
         name: "limb_darkening",
         unit: "1",

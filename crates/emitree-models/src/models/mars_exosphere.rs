@@ -51,6 +51,7 @@ pub(crate) const HYDROGEN: ModelDescription = ModelDescription {
     source: SOURCE,
     length_unit: "m",
     image_unit: "m-2",
+    energy_unit: None,
     parameters: &[COEFFICIENT, OFFSET, EXPONENT, EXOBASE_RADIUS],
     build: |values| Ok(std::sync::Arc::new(MarsExosphere::from_values(&HYDROGEN, values)?)),
 };

@@ -5,11 +5,13 @@
 
 mod airglow;
 mod beta_model;
+mod bremsstrahlung;
 mod chamberlain;
 mod charge_exchange;
 mod cmem;
 mod constants;
 mod ena;
+mod ena_ring;
 mod geocorona;
 mod holmstrom;
 mod incomplete_gamma;
@@ -30,9 +32,11 @@ mod uniform;
 
 pub use airglow::Airglow;
 pub use beta_model::BetaModel;
+pub use bremsstrahlung::Bremsstrahlung;
 pub use chamberlain::Chamberlain;
 pub use cmem::Cmem;
 pub use ena::Ena;
+pub use ena_ring::EnaRing;
 pub use geocorona::Geocorona;
 pub use holmstrom::Holmstrom;
 pub use jorgensen::Jorgensen;
@@ -44,9 +48,11 @@ pub use uniform::Uniform;
 
 pub(crate) use airglow::DESCRIPTION as AIRGLOW;
 pub(crate) use beta_model::DESCRIPTION as BETA_MODEL;
+pub(crate) use bremsstrahlung::DESCRIPTION as BREMSSTRAHLUNG;
 pub(crate) use chamberlain::DESCRIPTION as CHAMBERLAIN;
 pub(crate) use cmem::DESCRIPTION as CMEM;
 pub(crate) use ena::DESCRIPTION as ENA;
+pub(crate) use ena_ring::DESCRIPTION as ENA_RING;
 pub(crate) use geocorona::DESCRIPTION as GEOCORONA;
 pub(crate) use holmstrom::DESCRIPTION as HOLMSTROM;
 pub(crate) use jorgensen::DESCRIPTION as JORGENSEN;
@@ -75,5 +81,14 @@ fn fill_directional_rates(
     let points = samples.positions().iter().zip(samples.directions());
     for (rate, (&position, &direction)) in rates.iter_mut().zip(points) {
         *rate = g(position, direction);
+    }
+}
+
+/// Writes `g` at every position and energy to `rates`, for models that shine alike in all
+/// directions. Samples without energies have energies that are not numbers.
+fn fill_spectral_rates(samples: &Samples<'_>, rates: &mut [f64], g: impl Fn([f64; 3], f64) -> f64) {
+    let energies = samples.energies().iter().copied().chain(core::iter::repeat(f64::NAN));
+    for ((rate, &position), energy) in rates.iter_mut().zip(samples.positions()).zip(energies) {
+        *rate = g(position, energy);
     }
 }

@@ -15,6 +15,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     source: "none: a wind or an outflow of constant speed has the exponent 2",
     length_unit: "1",
     image_unit: "",
+    energy_unit: None,
     parameters: &[
         AMPLITUDE,
         ParameterDescription {

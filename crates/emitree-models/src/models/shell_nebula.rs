@@ -16,6 +16,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     source: "none: a test volume, whose image is exact",
     length_unit: "1",
     image_unit: "",
+    energy_unit: None,
     parameters: &[
         AMPLITUDE,
         ParameterDescription {

@@ -54,6 +54,7 @@ pub(crate) fn render<E: Emission>(
     &Tile { projection, shape: [height, width], place: tile }: &Tile<'_>,
     per_side: usize,
     tolerance: f64,
+    energy: Option<f64>,
 ) -> Result<Adaptive, RenderError<E::Error>> {
     let lines = Lines { height, width, per_side };
     let panels_of = |line: usize| {
@@ -73,7 +74,7 @@ pub(crate) fn render<E: Emission>(
     }
     let rule = GaussKronrod::new(GKPair::G7K15);
     let map = |u| projection.world_from_canonical(u);
-    let mapping = Mapping { map: &map, tile };
+    let mapping = Mapping { map: &map, tile, energy };
     let blocks = || (0..lines.count()).step_by(LINES_PER_BLOCK);
     let block_lines = |first: usize| first..(first + LINES_PER_BLOCK).min(lines.count());
 

@@ -17,6 +17,7 @@ pub(crate) fn render<E: Emission>(
     &Tile { projection, shape: [height, width], place: tile }: &Tile<'_>,
     per_side: usize,
     steps: usize,
+    energy: Option<f64>,
 ) -> Result<Image, RenderError<E::Error>> {
     let lines = Lines { height, width, per_side };
     let needed = (lines.count() as u64).saturating_mul(steps as u64);
@@ -26,7 +27,7 @@ pub(crate) fn render<E: Emission>(
         return Err(RenderError::Budget { what, needed, allowed });
     }
     let map = |u| projection.world_from_canonical(u);
-    let mapping = Mapping { map: &map, tile };
+    let mapping = Mapping { map: &map, tile, energy };
     let mut radiances = vec![0.0; lines.count()];
     let steps_at_once = steps.min(SAMPLES_PER_BATCH);
     let lines_at_once = SAMPLES_PER_BATCH / steps_at_once;

@@ -1,19 +1,22 @@
 //! The loop: look, develop the image and its error, open what is worth it, until it is good enough.
 
-use super::image_tree::{ImageTree, Place};
-use super::opening::{Choice, worthwhile};
+use super::energies::Energies;
+use super::image_tree::Place;
+use super::opening::{Choice, ChoiceLimits, worthwhile};
 use super::round::Scan;
-use super::seeds::Looks;
-use super::shares::{Regions, Shares};
 use super::sheet::{Seen, Sheet};
-use super::sights::{Sights, Stop, View, Wanted};
+use super::sights::{Stop, Wanted};
+use super::spectra::Spectra;
+use super::visible::{Visible, visible_layers};
 use super::{BASE_LEVELS, VolOptions, whole};
+use crate::cube::Cube;
 use crate::emission::Emission;
+use crate::energy::EnergyAxis;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::meter::Meter;
 use crate::projection::{Layer, Projection};
-use crate::render::{Frame, RenderOptions, Rendering, Tile};
+use crate::render::{Frame, RenderOptions, Seed, Tile};
 use crate::tree::Ending;
 use core::ops::ControlFlow;
 
@@ -48,48 +51,52 @@ const SHORT_BUDGET: u64 = 300;
 /// to three times as many.
 const COST_EXPONENT: f64 = 0.4;
 
-/// The image that a camera sees, to the tolerance of `vol`.
+/// What the engine has made: an image, or a cube if there is an energy axis.
+pub(crate) struct Found {
+    /// One band for each energy bin, or one altogether.
+    pub(crate) cube: Cube,
+    pub(crate) error: Cube,
+    pub(crate) ending: Ending,
+    pub(crate) base_level: u8,
+    /// The energies at which lines were integrated, in the unit of the axis.
+    pub(crate) energies: Vec<f64>,
+}
+
+/// The image that a camera sees, or the cube in the bins of `axis`, to the tolerance of `vol`.
 pub(crate) fn render<E: Emission>(
     meter: &Meter<'_, E>,
     tiles: &[Tile<'_>],
+    axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     options: &RenderOptions<'_>,
-) -> Result<Rendering, RenderError<E::Error>> {
+) -> Result<Found, RenderError<E::Error>> {
     let layers: Vec<Vec<Box<dyn Layer + '_>>> =
         tiles.iter().map(|tile| tile.projection.layers()).collect();
-    let visible = visible_layers(tiles, &layers);
-    let sheets = visible.len() as u64;
+    let scales: Vec<Image> =
+        tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape)).collect();
+    let layers = visible_layers(tiles, &layers, &scales);
+    let sheets = layers.len() as u64;
     // Each of several tiles is a small part of the view, and finer in itself.
     let wanted_level = vol.base_level.saturating_sub(u8::from(tiles.len() > 1)).max(1);
     let base_level = affordable_base_level(vol, wanted_level, sheets, meter.evaluations_left())?;
     let asked = vol.tolerance.min(LOOSEST_TOLERANCE);
     let short = meter.evaluations_left() < SHORT_BUDGET * sheets * first_look(base_level);
-    let finest_level = finest_level(tiles[0].shape, base_level);
     let mut engine = Engine {
         meter,
         tiles,
+        layers,
+        seeds: options.seeds,
         sheets: Vec::new(),
-        scales: tiles.iter().map(|p| radiance_per_density(p.projection, p.shape)).collect(),
+        energies: Energies::none(),
+        spectra: axis.map(|axis| Spectra::new(axis, options.line_energies)),
+        scales,
         asked,
         tolerance: if short { LOOSEST_TOLERANCE } else { asked },
         line_share: LINE_SHARE,
+        base_level,
         always: base_level + 1,
-        finest_level,
+        finest_level: finest_level(tiles[0].shape, base_level),
     };
-    let mut layers_of_tile = vec![0; tiles.len()];
-    visible.iter().for_each(|layer| layers_of_tile[layer.tile] += 1);
-    for Visible { tile, layer, shares } in visible {
-        let scan = Scan {
-            view: View { meter, layer, tile: tiles[tile].place },
-            base_level,
-            tree: ImageTree::default(),
-            sights: Sights::default(),
-            seeds: Looks::at(options.seeds, layer, base_level, finest_level),
-            closes: false,
-        };
-        let (layers, scale) = (layers_of_tile[tile], &engine.scales[tile]);
-        engine.sheets.push(Sheet::new(scan, tile, layers, shares, scale));
-    }
     let (developed, ending) = engine.run(options)?;
     // The budget may end a search that has been stricter than what was asked for.
     let met = engine.has_seen(&developed)
@@ -100,37 +107,9 @@ pub(crate) fn render<E: Emission>(
         _ if met => Ending::Complete,
         ending => ending,
     };
-    let [image, error] = engine.finished(&developed);
-    let mut rendering = Rendering::new(image, Some(error), ending);
-    rendering.base_level = Some(base_level);
-    Ok(rendering)
-}
-
-/// A layer that some pixels have a share of.
-struct Visible<'a> {
-    tile: usize,
-    layer: &'a dyn Layer,
-    shares: Option<Shares>,
-}
-
-/// The layers of all tiles, those of the first tile first, without what no pixel sees: the far side
-/// of a body that fills the view, or the shadow of one that is on another tile.
-fn visible_layers<'a>(
-    tiles: &[Tile<'_>],
-    layers: &'a [Vec<Box<dyn Layer + 'a>>],
-) -> Vec<Visible<'a>> {
-    let mut visible = Vec::new();
-    for (number, (tile, layers)) in tiles.iter().zip(layers).enumerate() {
-        let regions = Regions::of(tile.projection, tile.shape);
-        for layer in layers {
-            let layer: &dyn Layer = &**layer;
-            let shares = regions.as_ref().map(|regions| Shares::new(layer, regions));
-            if shares.as_ref().is_none_or(|shares| shares.reach.largest() > 0.0) {
-                visible.push(Visible { tile: number, layer, shares });
-            }
-        }
-    }
-    visible
+    let [cube, error] = engine.finished(&developed);
+    let energies = engine.energies_used();
+    Ok(Found { cube, error, ending, base_level, energies })
 }
 
 /// The base level wanted, or the finest one whose first look the budget allows.
@@ -183,38 +162,50 @@ fn radiance_per_density(projection: &dyn Projection, [height, width]: [usize; 2]
     scale
 }
 
-struct Engine<'a, 'b, E> {
-    meter: &'b Meter<'a, E>,
-    tiles: &'b [Tile<'b>],
+pub(crate) struct Engine<'a, 'b, E> {
+    pub(crate) meter: &'b Meter<'a, E>,
+    pub(crate) tiles: &'b [Tile<'b>],
     /// The layers of all tiles, those of the first tile first.
-    sheets: Vec<Sheet<'b, E>>,
+    pub(crate) layers: Vec<Visible<'b>>,
+    pub(crate) seeds: &'b [Seed],
+    /// All layers at the first energy, then all at the second, and so on.
+    pub(crate) sheets: Vec<Sheet<'b, E>>,
+    /// The energies of the sheets, and their weights in the bins.
+    pub(crate) energies: Energies,
+    /// How energies are found, if there is an energy axis.
+    pub(crate) spectra: Option<Spectra<'b>>,
     /// For each tile, its radiances over means of the irradiance density.
     scales: Vec<Image>,
     /// The error to be met in the end, relative to the largest pixel.
     asked: f64,
     /// The error to be met first.
-    tolerance: f64,
-    line_share: f64,
+    pub(crate) tolerance: f64,
+    pub(crate) line_share: f64,
+    pub(crate) base_level: u8,
     /// The finest level that every rendering looks at.
     always: u8,
-    finest_level: u8,
+    pub(crate) finest_level: u8,
 }
 
 /// The image so far, and what is known of its error.
-struct Developed {
-    /// Image and error of each tile.
-    maps: Vec<[Image; 2]>,
+pub(crate) struct Developed {
+    /// Image and error of each energy bin of each tile.
+    maps: Vec<Vec<[Image; 2]>>,
     /// What each sheet has seen.
     seen: Vec<Seen>,
 }
 
 impl Developed {
-    fn largest_pixel(&self) -> f64 {
-        self.maps.iter().map(|[image, _]| image.largest()).fold(0.0, f64::max)
+    pub(crate) fn largest_pixel(&self) -> f64 {
+        self.largest(0)
     }
 
     fn largest_error(&self) -> f64 {
-        self.maps.iter().map(|[_, error]| error.largest()).fold(0.0, f64::max)
+        self.largest(1)
+    }
+
+    fn largest(&self, kind: usize) -> f64 {
+        self.maps.iter().flatten().map(|maps| maps[kind].largest()).fold(0.0, f64::max)
     }
 }
 
@@ -223,7 +214,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         &mut self,
         options: &RenderOptions<'_>,
     ) -> Result<(Developed, Ending), RenderError<E::Error>> {
-        let mut within_budget = self.look_at_base()?;
+        let mut within_budget = self.look_first()?;
         let mut developed = self.develop()?;
         // Lines that were refined by themselves: rules are cheaper.
         let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
@@ -232,7 +223,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         loop {
             let meter = self.meter;
             if let Some(callback) = options.frame {
-                let [image, error] = &self.finished(&developed);
+                let [image, error] = &self.finished(&developed).map(|cube| self.in_all_bins(&cube));
                 let (evaluations, batches) = (meter.evaluations(), meter.batches());
                 let frame = Frame { image, error, evaluations, batches };
                 if let ControlFlow::Break(()) = callback(&frame) {
@@ -261,6 +252,7 @@ impl<E: Emission> Engine<'_, '_, E> {
                 }
                 halvings += 1;
                 self.line_share *= 0.5;
+                self.spectra.iter_mut().for_each(Spectra::tighten);
             }
             let affordable = meter.evaluations_left() as f64 / (COST_MARGIN * cost_per_node);
             if count as f64 > affordable {
@@ -285,7 +277,12 @@ impl<E: Emission> Engine<'_, '_, E> {
                 cost_per_node *= TOO_DEAR;
                 within_budget &= looked >= LEAST_ROUND;
             }
+            let largest = developed.largest_pixel();
             developed = self.develop()?;
+            if within_budget && self.spectra.is_some() {
+                within_budget = self.look_at_spectra(largest)?;
+                developed = self.develop()?;
+            }
         }
     }
 
@@ -302,45 +299,103 @@ impl<E: Emission> Engine<'_, '_, E> {
         self.sheets.iter().map(|sheet| sheet.scan.sights.brightest()).fold(0.0, f64::max)
     }
 
-    /// The lines of the base lattice, each refined by itself; whether the budget allowed it.
-    fn look_at_base(&mut self) -> Result<bool, RenderError<E::Error>> {
-        let wanted = self.sheets.iter_mut().map(Sheet::add_base).collect();
-        let looked = self.refine_base(wanted);
-        for sheet in &mut self.sheets {
-            sheet.settle();
-            sheet.set_values();
+    /// The lines of the base lattice at the first energy, and at all others that their spectra need;
+    /// whether the budget allowed it.
+    fn look_first(&mut self) -> Result<bool, RenderError<E::Error>> {
+        let energy = match self.brightest_energy() {
+            Ok(place) => place,
+            Err(Stop::Budget) => None,
+            Err(Stop::Failed(error)) => return Err(error),
+        };
+        self.add_sheets(energy);
+        let looked = self.look_at_base(0, None)?;
+        match &self.spectra {
+            Some(_) if looked => self.look_at_first_spectra(energy),
+            _ => Ok(looked),
         }
+    }
+
+    /// The lines of the base lattice of the sheets from `first` on, each refined by itself, to
+    /// the `tolerances` of all energies, or to that of the largest of them; whether the budget allowed it.
+    pub(crate) fn look_at_base(
+        &mut self,
+        first: usize,
+        tolerances: Option<&[f64]>,
+    ) -> Result<bool, RenderError<E::Error>> {
+        let wanted = self.sheets[first..].iter_mut().map(Sheet::add_base).collect();
+        let looked = self.refine_base(first, wanted, tolerances);
+        self.sheets[first..].iter_mut().for_each(Sheet::settle);
+        self.set_values(first);
         within_budget(looked)
     }
 
-    /// Refines all lines of the base, step by step: the tolerance follows the largest of them.
-    fn refine_base(&mut self, mut wanted: Vec<Wanted>) -> Result<(), Stop<E::Error>> {
-        let mut tolerance = f64::INFINITY;
-        let mut seeded: Vec<Wanted> = self.sheets.iter().map(Sheet::seeded).collect();
+    /// Refines all lines of the base, step by step: the tolerance follows the largest of them unless
+    /// there is one for each energy.
+    fn refine_base(
+        &mut self,
+        first: usize,
+        mut wanted: Vec<Wanted>,
+        fixed: Option<&[f64]>,
+    ) -> Result<(), Stop<E::Error>> {
+        let layers = self.layers.len();
+        let mut tolerances = vec![f64::INFINITY; self.sheets.len()];
+        let mut seeded: Vec<Wanted> = self.sheets[first..].iter().map(Sheet::seeded).collect();
         while wanted.iter().any(|wanted| !wanted.is_empty()) {
-            for (sheet, wanted) in self.sheets.iter_mut().zip(&wanted) {
+            let sheets = self.sheets.iter_mut().zip(&tolerances).skip(first);
+            for ((sheet, tolerance), wanted) in sheets.zip(&wanted) {
                 let Scan { view, tree, sights, base_level, .. } = &mut sheet.scan;
                 sights.sample(view, tree, wanted)?;
-                sights.assess(wanted.iter().map(|(i, _)| *i), tolerance, *base_level);
+                sights.assess(wanted.iter().map(|(i, _)| *i), *tolerance, *base_level);
             }
             let largest = self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max);
             let largest = largest.max(CANCELLED * self.brightest());
-            tolerance = self.line_share * self.tolerance * largest;
-            let assess = |sheet: &mut Sheet<'_, E>| {
-                let of_layer = tolerance / sheet.layers as f64;
+            let following = self.line_share * self.tolerance * largest;
+            for (i, (sheet, tolerance)) in self.sheets.iter().zip(&mut tolerances).enumerate() {
+                *tolerance =
+                    fixed.map_or(following, |fixed| fixed[i / layers]) / sheet.layers as f64;
+            }
+            let assess = |(sheet, tolerance): (&mut Sheet<'_, E>, &f64)| {
                 let Scan { tree, sights, base_level, .. } = &mut sheet.scan;
-                sights.assess(0..tree.len(), of_layer, *base_level)
+                sights.assess(0..tree.len(), *tolerance, *base_level)
             };
-            wanted = self.sheets.iter_mut().map(assess).collect();
+            wanted = self.sheets.iter_mut().zip(&tolerances).skip(first).map(assess).collect();
             if wanted.iter().all(Vec::is_empty) {
                 wanted = core::mem::take(&mut seeded);
             }
         }
-        for sheet in &mut self.sheets {
+        for (sheet, tolerance) in self.sheets.iter_mut().zip(&tolerances).skip(first) {
             let found: Vec<usize> = (0..sheet.scan.tree.len()).collect();
-            sheet.scan.follow(&found, tolerance / sheet.layers as f64)?;
+            sheet.scan.follow(&found, *tolerance)?;
         }
         Ok(())
+    }
+
+    /// The tolerance of a line at each energy, so that an error of `target` in a pixel leaves room for
+    /// all else: as much for each where it has its largest weight.
+    pub(crate) fn line_tolerances(&self, target: f64) -> Vec<f64> {
+        let nodal = self.energies.nodal_weights();
+        let largest = |k: usize| nodal.iter().map(|of_bin| of_bin[k].abs()).fold(0.0, f64::max);
+        let scales: Vec<f64> = (0..self.energies.len())
+            .map(largest)
+            .map(|largest| if largest > 0.0 { 1.0 / largest } else { 1.0 })
+            .collect();
+        let together = |of_bin: &Vec<f64>| {
+            of_bin.iter().zip(&scales).map(|(weight, scale)| weight.abs() * scale).sum()
+        };
+        let most = nodal.iter().map(together).fold(1.0, f64::max);
+        scales.iter().map(|scale| self.line_share * target * scale / most).collect()
+    }
+
+    /// The values of the sheets from `first` on, those of the earliest energy first.
+    fn set_values(&mut self, first: usize) {
+        let layers = self.layers.len();
+        for i in first..self.sheets.len() {
+            let (earlier, rest) = self.sheets.split_at_mut(i);
+            let of_layer: Vec<&Sheet<'_, E>> =
+                earlier.iter().skip(i % layers).step_by(layers).collect();
+            let amounts = self.energies.learned.get(i / layers).map(|one| &one.of_earlier[..]);
+            rest[0].set_values(&of_layer, amounts.unwrap_or_default());
+        }
     }
 
     /// The radiances of nodes at new `places` of each sheet; whether the budget allowed it.
@@ -351,10 +406,14 @@ impl<E: Emission> Engine<'_, '_, E> {
         target: f64,
     ) -> Result<bool, RenderError<E::Error>> {
         let mut allowed = true;
-        for ((sheet, places), seen) in self.sheets.iter_mut().zip(places).zip(&developed.seen) {
-            let tolerance = self.line_share * target / sheet.layers as f64;
+        let tolerances = self.line_tolerances(target);
+        let layers = self.layers.len();
+        let sheets = self.sheets.iter_mut().zip(places).zip(&developed.seen);
+        for (i, ((sheet, places), seen)) in sheets.enumerate() {
+            let tolerance = tolerances[i / layers] / sheet.layers as f64;
             allowed &= within_budget(sheet.look(places, &seen.guarded, tolerance))?;
         }
+        self.set_values(0);
         Ok(allowed)
     }
 
@@ -364,28 +423,44 @@ impl<E: Emission> Engine<'_, '_, E> {
             && self.sheets.iter().all(|sheet| sheet.unseen_seeds().is_empty())
     }
 
-    /// The image and its error, from what has been seen so far.
+    /// The image and its error in each bin, from what has been seen so far.
     fn develop(&self) -> Result<Developed, RenderError<E::Error>> {
+        let nodal = self.energies.nodal_weights();
+        let unexplained = self.spectra.as_ref().map_or(&[0.0][..], |spectra| &spectra.unexplained);
         let empty = |tile: &Tile<'_>| {
             let [height, width] = tile.shape;
-            [Image::zeros(height, width), Image::zeros(height, width)]
+            let of_bin = |&error: &f64| {
+                let constant = Image::from_pixels(height, width, vec![error; height * width]);
+                [Image::zeros(height, width), constant]
+            };
+            unexplained.iter().map(of_bin).collect()
         };
-        let mut maps: Vec<[Image; 2]> = self.tiles.iter().map(empty).collect();
+        let mut maps: Vec<Vec<[Image; 2]>> = self.tiles.iter().map(empty).collect();
         let mut seen = Vec::with_capacity(self.sheets.len());
-        for sheet in &self.sheets {
-            let [image, error] = &mut maps[sheet.tile];
-            seen.push(sheet.develop(image, error, &self.scales[sheet.tile], self.always));
+        for (i, sheet) in self.sheets.iter().enumerate() {
+            let (part, of_sheet) = sheet.develop(&self.scales[sheet.tile], self.always);
+            seen.push(of_sheet);
+            let number = i / self.layers.len();
+            let weights = &self.energies.learned[number].weights;
+            let bins = maps[sheet.tile].iter_mut().zip(weights).zip(&nodal);
+            for (([image, error], &weight), nodal) in
+                bins.filter(|((_, weight), _)| **weight != 0.0)
+            {
+                image.add_scaled(&part.image, weight);
+                error.add_scaled(&part.of_lines, nodal[number].abs());
+                error.add_scaled(&part.error, weight.abs());
+            }
         }
-        for (tile, [image, _]) in self.tiles.iter().zip(&maps) {
-            tile.check_finite(image)?;
+        for (tile, maps) in self.tiles.iter().zip(&maps) {
+            maps.iter().try_for_each(|[image, _]| tile.check_finite(image))?;
         }
         Ok(Developed { maps, seen })
     }
 
-    /// The image and its error in one piece, and NaN where the projection has none.
-    fn finished(&self, developed: &Developed) -> [Image; 2] {
-        let of_kind = |kind: usize| {
-            let mut map = Image::stacked(developed.maps.iter().map(|maps| &maps[kind]));
+    /// The image and its error in one piece for each bin, and NaN where the projection has none.
+    fn finished(&self, developed: &Developed) -> [Cube; 2] {
+        let of_bin = |bin: usize, kind: usize| {
+            let mut map = Image::stacked(developed.maps.iter().map(|maps| &maps[bin][kind]));
             let scales = self.scales.iter().flat_map(Image::pixels);
             for (pixel, scale) in map.pixels_mut().iter_mut().zip(scales) {
                 if *scale == 0.0 {
@@ -394,25 +469,36 @@ impl<E: Emission> Engine<'_, '_, E> {
             }
             map
         };
-        [of_kind(0), of_kind(1)]
+        let bins = developed.maps.first().map_or(0, Vec::len);
+        [0, 1].map(|kind| Cube::from_bands((0..bins).map(|bin| of_bin(bin, kind)).collect()))
+    }
+
+    /// The image in all bins together.
+    fn in_all_bins(&self, cube: &Cube) -> Image {
+        match &self.spectra {
+            Some(spectra) => cube.sum_over_energy(spectra.axis()),
+            None => cube.bands()[0].clone(),
+        }
     }
 
     /// The places to be looked at next on each sheet, the most worthwhile first. The sheets of a tile
     /// compete for its error.
     fn choose(&self, developed: &Developed, target: f64) -> Vec<Vec<Place>> {
-        let mut places = Vec::with_capacity(self.sheets.len());
-        let sheets: Vec<_> = self.sheets.iter().zip(&developed.seen).collect();
-        for of_tile in sheets.chunk_by(|a, b| a.0.tile == b.0.tile) {
-            let choices: Vec<Choice<'_>> = of_tile
-                .iter()
-                .map(|&(sheet, seen)| {
-                    let [_, error] = &developed.maps[sheet.tile];
-                    sheet.choice(seen, error, target, self.finest_level, self.always)
-                })
-                .collect();
-            let nodes = worthwhile(&choices);
-            for ((&(sheet, seen), choice), nodes) in of_tile.iter().zip(&choices).zip(nodes) {
-                places.push(sheet.places(seen, choice, nodes));
+        let Self { finest_level, always, .. } = *self;
+        let limits = ChoiceLimits { tolerance: target, finest_level, always };
+        let mut places = vec![Vec::new(); self.sheets.len()];
+        for (tile, maps) in developed.maps.iter().enumerate() {
+            let of_tile = (0..self.sheets.len()).filter(|&i| self.sheets[i].tile == tile);
+            let of_tile: Vec<usize> = of_tile.collect();
+            let choice = |&i: &usize| {
+                let weights = &self.energies.learned[i / self.layers.len()].weights;
+                self.sheets[i].choice(&developed.seen[i], weights, &limits)
+            };
+            let choices: Vec<Choice<'_>> = of_tile.iter().map(choice).collect();
+            let errors: Vec<&Image> = maps.iter().map(|[_, error]| error).collect();
+            let nodes = worthwhile(&choices, &errors);
+            for ((&i, choice), nodes) in of_tile.iter().zip(&choices).zip(nodes) {
+                places[i] = self.sheets[i].places(&developed.seen[i], choice, nodes);
             }
         }
         places
@@ -424,7 +510,7 @@ fn total(places: &[Vec<Place>]) -> usize {
 }
 
 /// Whether the budget allowed something that may have been stopped by it.
-fn within_budget<E>(result: Result<(), Stop<E>>) -> Result<bool, RenderError<E>> {
+pub(crate) fn within_budget<E>(result: Result<(), Stop<E>>) -> Result<bool, RenderError<E>> {
     match result {
         Ok(()) => Ok(true),
         Err(Stop::Budget) => Ok(false),

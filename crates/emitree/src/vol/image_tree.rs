@@ -111,7 +111,8 @@ impl ImageTree {
         }
     }
 
-    fn value(&self, place: Place, ghosts: &mut FxHashMap<u64, f64>) -> f64 {
+    /// The value at a place: a node's, or what is predicted there; predictions are kept in `ghosts`.
+    pub(crate) fn value(&self, place: Place, ghosts: &mut FxHashMap<u64, f64>) -> f64 {
         if let Some(i) = self.find(place) {
             return self.nodes[i].value;
         }

@@ -25,6 +25,7 @@ mod block;
 mod closed;
 mod depth_rule;
 mod dyadic;
+mod energies;
 mod engine;
 mod error_map;
 mod image_tree;
@@ -37,13 +38,17 @@ mod opening;
 mod pixels;
 mod remaining;
 mod round;
+mod scouts;
 mod seeds;
 mod shares;
 mod sheet;
 mod sights;
+mod spectra;
+mod spectrum;
 mod tracking;
+mod visible;
 
-pub(crate) use engine::render;
+pub(crate) use engine::{Found, render};
 
 /// Options of method `vol`.
 #[derive(Clone, Copy, Debug, PartialEq)]

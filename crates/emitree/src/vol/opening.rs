@@ -24,8 +24,15 @@ pub(crate) struct Choice<'a> {
     pub(crate) remaining: &'a [Remaining],
     /// For each node, where what remains reaches the image, if anything does.
     pub(crate) footprints: &'a [Option<Footprint>],
-    pub(crate) error: &'a Image,
+    /// What the tree's image is multiplied with in each energy bin.
+    pub(crate) weights: &'a [f64],
     pub(crate) scale: &'a Image,
+    pub(crate) limits: ChoiceLimits,
+}
+
+/// What is allowed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ChoiceLimits {
     /// The error allowed, in the unit of the image.
     pub(crate) tolerance: f64,
     /// The deepest level that nodes may have.
@@ -35,22 +42,32 @@ pub(crate) struct Choice<'a> {
 }
 
 /// The nodes to be opened of each of the trees whose images add up, the most worthwhile first: they
-/// compete for the same error.
-pub(crate) fn worthwhile(choices: &[Choice<'_>]) -> Vec<Vec<usize>> {
+/// compete for the same errors, one map for each energy bin.
+pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<usize>> {
     let mut opened = vec![Vec::new(); choices.len()];
-    let Some(first) = choices.first() else { return opened };
     let of_tree = |(tree, choice): (usize, &Choice<'_>)| {
         let found = choice.candidates().into_iter();
         found.map(|(contribution, i)| (contribution, tree, i)).collect::<Vec<_>>()
     };
     let mut candidates: Vec<_> = choices.iter().enumerate().flat_map(of_tree).collect();
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    let mut expected = first.error.clone();
-    for (_, tree, i) in candidates {
+    let mut expected: Vec<Image> = errors.iter().map(|error| (*error).clone()).collect();
+    for (contribution, tree, i) in candidates {
         let choice = &choices[tree];
         let Some(footprint) = &choice.footprints[i] else { continue };
-        if footprint.touches_above(&expected, choice.scale, GOAL * choice.tolerance) {
-            footprint.add_to(&mut expected, choice.scale, -EXPECTED_GAIN);
+        let ChoiceLimits { tolerance, .. } = choice.limits;
+        let matters = |weight: f64| {
+            contribution * weight.abs() >= LEAST_CONTRIBUTION * tolerance * choice.largest_weight()
+        };
+        let bins = || choice.weights.iter().enumerate().filter(|(_, weight)| matters(**weight));
+        let is_bad = |(bin, _): (usize, &f64)| {
+            footprint.touches_above(&expected[bin], choice.scale, GOAL * tolerance)
+        };
+        if bins().any(is_bad) {
+            for (bin, weight) in bins() {
+                let gain = -EXPECTED_GAIN * weight.abs();
+                footprint.add_to(&mut expected[bin], choice.scale, gain);
+            }
             opened[tree].push(i);
         }
     }
@@ -58,16 +75,22 @@ pub(crate) fn worthwhile(choices: &[Choice<'_>]) -> Vec<Vec<usize>> {
 }
 
 impl Choice<'_> {
-    /// The nodes that may be opened, with what each may contribute to a pixel's error.
+    fn largest_weight(&self) -> f64 {
+        self.weights.iter().fold(0.0, |largest: f64, weight| largest.max(weight.abs()))
+    }
+
+    /// The nodes that may be opened, with what each may contribute to a pixel's error in any bin.
     fn candidates(&self) -> Vec<(f64, usize)> {
-        let [height, width] = [self.error.height(), self.error.width()].map(|n| n as f64);
+        let ChoiceLimits { tolerance, finest_level, .. } = self.limits;
+        let [height, width] = [self.scale.height(), self.scale.width()].map(|n| n as f64);
+        let largest_weight = self.largest_weight();
         let mut candidates = Vec::new();
         for (i, node) in self.tree.nodes().iter().enumerate() {
-            if self.footprints[i].is_some() && node.level < self.finest_level {
+            if self.footprints[i].is_some() && node.level < finest_level {
                 let half_width = unit(spacing(node.level));
                 let share = (half_width * width).min(1.0) * (half_width * height).min(1.0);
-                let contribution = self.remaining[i].size * share;
-                if contribution >= LEAST_CONTRIBUTION * self.tolerance {
+                let contribution = self.remaining[i].size * share * largest_weight;
+                if contribution >= LEAST_CONTRIBUTION * tolerance {
                     candidates.push((contribution, i));
                 }
             }
@@ -82,7 +105,7 @@ impl Choice<'_> {
         for &i in nodes {
             let node = self.tree.nodes()[i];
             let diagonal_only =
-                node.level >= self.always && self.remaining[i].children == Children::None;
+                node.level >= self.limits.always && self.remaining[i].children == Children::None;
             for (dx, dy, child) in around(node.place, spacing(node.level + 1), 1) {
                 let beside = dx == 0 || dy == 0;
                 if (diagonal_only && beside) || self.tree.find(child).is_some() {

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 /// Weights of the means over the pixels along one axis, on the lattice of one level.
 #[derive(Clone, Debug)]
-struct AxisWeights {
+pub(crate) struct AxisWeights {
     intervals: usize,
     pixels: Vec<PixelWeights>,
 }
@@ -27,13 +27,13 @@ struct PixelWeights {
 
 impl AxisWeights {
     /// The integrals of the local quintics of a lattice of 2^`level` intervals, 8 or more.
-    fn finest(level: u8, pixels: usize) -> Self {
+    pub(crate) fn finest(level: u8, pixels: usize) -> Self {
         let intervals = 1_usize << level;
         Self { intervals, pixels: (0..pixels).map(|p| quintic(intervals, p, pixels)).collect() }
     }
 
     /// The weights of the same function's values on the next coarser lattice.
-    fn coarser(&self, order: usize) -> Self {
+    pub(crate) fn coarser(&self, order: usize) -> Self {
         let intervals = self.intervals / 2;
         Self {
             intervals,
@@ -42,11 +42,16 @@ impl AxisWeights {
     }
 
     /// The pixels on which the value at `index` may have a weight.
-    fn around(&self, index: usize) -> Range<usize> {
+    pub(crate) fn around(&self, index: usize) -> Range<usize> {
         // A fundamental function of subdivision spans five intervals on either side.
         let from = index.saturating_sub(STENCIL) * self.pixels.len() / self.intervals;
         let to = ((index + STENCIL) * self.pixels.len()).div_ceil(self.intervals);
         from..to.min(self.pixels.len())
+    }
+
+    /// The weight of the value at `index` in the mean over a pixel.
+    pub(crate) fn weight(&self, pixel: usize, index: usize) -> f64 {
+        self.pixels[pixel].at(index)
     }
 }
 

@@ -1,11 +1,10 @@
-//! A sheet: the image tree of one layer of one tile, and its part in the image.
+//! A sheet: the image tree of one layer of one tile at one energy, and its part in the image.
 
 use super::closed::continue_values;
-use super::dyadic::spacing;
-use super::dyadic::unit;
+use super::dyadic::{spacing, unit};
 use super::error_map::Footprint;
 use super::image_tree::Place;
-use super::opening::Choice;
+use super::opening::{Choice, ChoiceLimits};
 use super::pixels::pixel_means;
 use super::remaining::{Children, Remaining, guarded_details, remaining};
 use super::round::Scan;
@@ -13,6 +12,8 @@ use super::shares::Shares;
 use super::sights::{Stop, Wanted, Way, base_depths};
 use crate::emission::Emission;
 use crate::image::Image;
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
 
 /// If this share of the base lines has a jump, surfaces are tracked from line to line, and the image
 /// has kinks where they turn away…
@@ -27,7 +28,7 @@ const ROUGH_JUMP_LEVEL: u8 = 5;
 /// looked at.
 const LEAST_OPEN: usize = 6;
 
-/// One layer of one tile as a tree of lines.
+/// One layer of one tile at one energy, as a tree of lines.
 pub(crate) struct Sheet<'a, E> {
     pub(crate) scan: Scan<'a, E>,
     /// The number of its tile.
@@ -35,10 +36,19 @@ pub(crate) struct Sheet<'a, E> {
     /// The layers of its tile: the errors of their lines add up.
     pub(crate) layers: usize,
     /// What of the layer each pixel has; all of it if there is none.
-    pub(crate) shares: Option<Shares>,
+    pub(crate) shares: Option<Arc<Shares>>,
     /// For each pixel, its radiance over the mean of the irradiance density on it, times the part
     /// of it that the layer reaches.
-    pub(crate) scale: Image,
+    pub(crate) scale: Arc<Image>,
+}
+
+/// The image of a sheet, and what is not known of it.
+pub(crate) struct Part {
+    pub(crate) image: Image,
+    /// What remains unseen between the lines.
+    pub(crate) error: Image,
+    /// The error of the lines.
+    pub(crate) of_lines: Image,
 }
 
 /// What a sheet has seen, for the choice of what is to be looked at next.
@@ -51,22 +61,6 @@ pub(crate) struct Seen {
 }
 
 impl<'a, E: Emission> Sheet<'a, E> {
-    /// A sheet without nodes; `scale` is the same for all layers of a tile.
-    pub(crate) fn new(
-        scan: Scan<'a, E>,
-        tile: usize,
-        layers: usize,
-        shares: Option<Shares>,
-        scale: &Image,
-    ) -> Self {
-        let mut scale = scale.clone();
-        if let Some(shares) = &shares {
-            let reached = scale.pixels_mut().iter_mut().zip(shares.reach.pixels());
-            reached.for_each(|(scale, reach)| *scale *= reach);
-        }
-        Self { scan, tile, layers, shares, scale }
-    }
-
     /// Adds the nodes of the base lattice, and returns the depths that they start with.
     pub(crate) fn add_base(&mut self) -> Wanted {
         let level = self.scan.base_level;
@@ -120,7 +114,7 @@ impl<'a, E: Emission> Sheet<'a, E> {
     }
 
     /// The radiances of nodes at new `places`, each to `tolerance`; whether the budget allowed it. If
-    /// not, the nodes are left out again.
+    /// not, the nodes are left out again. Their values are to be set.
     pub(crate) fn look(
         &mut self,
         places: &[Place],
@@ -135,17 +129,23 @@ impl<'a, E: Emission> Sheet<'a, E> {
             self.scan.truncate(first);
             self.scan.sights.restore(&standing);
         }
-        self.set_values();
         looked
     }
 
-    /// The irradiance density of all nodes, from their radiances.
-    pub(crate) fn set_values(&mut self) {
+    /// The irradiance density of all nodes, from their radiances, less `of_earlier` times what each
+    /// of the `earlier` sheets of the layer has there.
+    pub(crate) fn set_values(&mut self, earlier: &[&Self], of_earlier: &[f64]) {
+        let mut ghosts = vec![FxHashMap::default(); earlier.len()];
         let Scan { tree, sights, view, base_level, .. } = &mut self.scan;
         for i in 0..tree.len() {
-            let xy = tree.nodes()[i].place.map(unit);
-            let density = view.layer.solid_angle_density(xy);
-            tree.set(i, density * sights.lines[i].integral);
+            let place = tree.nodes()[i].place;
+            let density = view.layer.solid_angle_density(place.map(unit));
+            let mut value = density * sights.lines[i].integral;
+            let sheets = earlier.iter().zip(of_earlier).zip(&mut ghosts);
+            for ((sheet, amount), ghosts) in sheets {
+                value -= amount * sheet.scan.tree.value(place, ghosts);
+            }
+            tree.set(i, value);
         }
         let closed: Vec<bool> = (0..tree.len()).map(|i| sights.is_closed(i)).collect();
         continue_values(tree, &closed, *base_level + 1);
@@ -158,29 +158,23 @@ impl<'a, E: Emission> Sheet<'a, E> {
         self.scan.seeds.places.iter().filter(unseen).copied().collect()
     }
 
-    /// Adds the layer to the image of its tile, and what is not known of it to the error; `scale` is
-    /// that of the tile.
-    pub(crate) fn develop(
-        &self,
-        image: &mut Image,
-        error: &mut Image,
-        scale: &Image,
-        always: u8,
-    ) -> Seen {
+    /// The sheet's image and what is not known of it; `scale` is that of the tile.
+    pub(crate) fn develop(&self, scale: &Image, always: u8) -> (Part, Seen) {
         let Scan { tree, sights, .. } = &self.scan;
-        let shape = [image.height(), image.width()];
-        let of_lines = (0..tree.len()).map(|i| sights.error(i)).fold(0.0, f64::max);
+        let shape = [scale.height(), scale.width()];
+        let empty = || Image::zeros(scale.height(), scale.width());
+        let [mut image, mut error, mut of_lines] = [empty(), empty(), empty()];
+        let of_a_line = (0..tree.len()).map(|i| sights.error(i)).fold(0.0, f64::max);
         match &self.shares {
             None => {
-                add(image, &pixel_means(tree, shape), scale);
-                error.pixels_mut().iter_mut().for_each(|error| *error += of_lines);
+                add(&mut image, &pixel_means(tree, shape), scale);
+                of_lines.pixels_mut().fill(of_a_line);
             }
             Some(shares) => {
                 let [seen, unknown] = shares.apply(&pixel_means(tree, shares.shape()));
-                add(image, seen.pixels(), scale);
-                add(error, unknown.pixels(), scale);
-                let reached = error.pixels_mut().iter_mut().zip(shares.reach.pixels());
-                reached.for_each(|(error, reach)| *error += of_lines * reach);
+                add(&mut image, seen.pixels(), scale);
+                add(&mut error, unknown.pixels(), scale);
+                of_lines.add_scaled(&shares.reach, of_a_line);
             }
         }
         let guarded = guarded_details(tree);
@@ -191,33 +185,30 @@ impl<'a, E: Emission> Sheet<'a, E> {
         let footprints: Vec<Option<Footprint>> =
             tree.nodes().iter().zip(&remaining).map(footprint).collect();
         for footprint in footprints.iter().flatten() {
-            footprint.add_to(error, &self.scale, 1.0);
+            footprint.add_to(&mut error, &self.scale, 1.0);
         }
         let nodes = tree.nodes().iter().zip(&remaining);
         let always_seen = nodes
             .filter(|(node, _)| node.level < always)
             .all(|(_, remaining)| remaining.children == Children::All);
-        Seen { guarded, remaining, footprints, always_seen }
+        let seen = Seen { guarded, remaining, footprints, always_seen };
+        (Part { image, error, of_lines }, seen)
     }
 
-    /// What the choice of nodes is made from, given the tile's error.
+    /// What the choice of nodes is made from; `weights` are those of the sheet in each bin.
     pub(crate) fn choice<'s>(
         &'s self,
         seen: &'s Seen,
-        error: &'s Image,
-        tolerance: f64,
-        finest_level: u8,
-        always: u8,
+        weights: &'s [f64],
+        limits: &ChoiceLimits,
     ) -> Choice<'s> {
         Choice {
             tree: &self.scan.tree,
             remaining: &seen.remaining,
             footprints: &seen.footprints,
-            error,
+            weights,
             scale: &self.scale,
-            tolerance,
-            finest_level,
-            always,
+            limits: *limits,
         }
     }
 
@@ -230,7 +221,7 @@ impl<'a, E: Emission> Sheet<'a, E> {
     ) -> Vec<Place> {
         if !seen.always_seen {
             let unseen = |&i: &usize| {
-                self.scan.tree.nodes()[i].level < choice.always
+                self.scan.tree.nodes()[i].level < choice.limits.always
                     && seen.remaining[i].children != Children::All
             };
             nodes.extend((0..self.scan.tree.len()).filter(unseen));

@@ -2,17 +2,18 @@
 
 use super::block::Block;
 use super::dyadic::{spacing, unit};
+use super::energies::Bins;
 use super::image_tree::{ImageTree, Place};
 use super::jumps::{are_known, jumps, probes};
 use super::line::{Line, Sample};
 use super::nearest::Nearest;
 use super::remaining::around;
+use super::scouts::Post;
 use super::tracking::{Bracket, NEIGHBOURS, Neighbour, Predicted, predict};
 use crate::emission::Emission;
 use crate::error::RenderError;
-use crate::meter::{Mapping, Meter};
+use crate::meter::{Meter, Site, Sites};
 use crate::projection::Layer;
-use crate::quadrature::Points;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -30,26 +31,75 @@ pub(crate) struct View<'a, E> {
     pub(crate) layer: &'a dyn Layer,
     /// Which of the tiles of the image it belongs to, and of how many.
     pub(crate) tile: (usize, usize),
+    /// The energy of all samples, if there is an energy axis.
+    pub(crate) energy: Option<EnergySample>,
+}
+
+/// An energy at which G is sampled.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EnergySample {
+    /// In the unit of the energy axis.
+    pub(crate) energy: f64,
+    /// dE/du over its mean: what G is weighted with.
+    pub(crate) density: f64,
+}
+
+impl EnergySample {
+    /// The energy at a dyadic place of the axis.
+    pub(crate) fn at(place: u32, bins: &Bins<'_>) -> Self {
+        let u = unit(place);
+        Self { energy: bins.axis.energy(u), density: bins.density(u) }
+    }
 }
 
 impl<E: Emission> View<'_, E> {
-    /// Samples of the radiance per depth, G = g · ds/dz, in one batch.
-    fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop<E::Error>> {
-        if points.len() as u64 > self.meter.evaluations_left() {
-            return Err(Stop::Budget);
+    /// One sample of the radiance per depth, G = g · ds/dz · dE/du.
+    fn site(&self, [x, y, depth]: [u32; 3], energy: Option<EnergySample>) -> Site {
+        let u = [unit(x), unit(y), unit(depth)];
+        let mut point = self.layer.world_from_canonical(u);
+        if let Some(energy) = energy {
+            point.path_per_depth *= energy.density;
         }
-        let mut rates = vec![0.0; points.len()];
-        let point = |i: usize| {
-            let ([x, y], depth) = points[i];
-            [unit(x), unit(y), unit(depth)]
-        };
-        let map = |u| self.layer.world_from_canonical(u);
-        let mapping = Mapping { map: &map, tile: self.tile };
-        self.meter
-            .evaluate(Points::new(points.len(), &point), mapping, &mut rates)
-            .map_err(Stop::Failed)?;
-        Ok(rates)
+        let energy = energy.map(|sample| sample.energy);
+        Site { xy: [u[0], u[1]], point, energy, tile: self.tile }
     }
+
+    /// Samples at the energy of the view, in one batch.
+    fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop<E::Error>> {
+        let site = |i: usize| {
+            let ([x, y], depth) = points[i];
+            self.site([x, y, depth], self.energy)
+        };
+        evaluate(self.meter, points.len(), &site)
+    }
+
+    /// Samples at points of the `layers`, each at its own place on the energy axis, in one batch.
+    pub(crate) fn spectral_rates(
+        layers: &[Self],
+        points: &[(Post, u32)],
+        bins: &Bins<'_>,
+    ) -> Result<Vec<f64>, Stop<E::Error>> {
+        let Some(first) = layers.first() else { return Ok(Vec::new()) };
+        let site = |i: usize| {
+            let (Post { layer, place: [x, y], depth }, energy) = points[i];
+            layers[layer].site([x, y, depth], Some(EnergySample::at(energy, bins)))
+        };
+        evaluate(first.meter, points.len(), &site)
+    }
+}
+
+/// Evaluates one batch, if the budget suffices for all of it.
+fn evaluate<E: Emission>(
+    meter: &Meter<'_, E>,
+    count: usize,
+    site: &Sites<'_>,
+) -> Result<Vec<f64>, Stop<E::Error>> {
+    if count as u64 > meter.evaluations_left() {
+        return Err(Stop::Budget);
+    }
+    let mut rates = vec![0.0; count];
+    meter.evaluate_sites(site, &mut rates).map_err(Stop::Failed)?;
+    Ok(rates)
 }
 
 /// Depths that are wanted on a line, by the number of its node.

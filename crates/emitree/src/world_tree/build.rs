@@ -187,7 +187,7 @@ fn evaluate<E: Emission>(
         let position = bounds.world_from_unit(u);
         MappedPoint { position, direction, path_per_depth: 1.0 }
     };
-    meter.evaluate(points, Mapping { map: &map, tile: (0, 1) }, rates)
+    meter.evaluate(points, Mapping { map: &map, tile: (0, 1), energy: None }, rates)
 }
 
 impl<E: Emission> Integrand<3> for Rates<'_, '_, E> {

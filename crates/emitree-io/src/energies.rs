@@ -1,0 +1,133 @@
+//! The energies of a spectral cube with their unit: what a scene's `[energy]` says.
+
+use crate::units::{Dimension, Unit, UnitError};
+use emitree::{EnergyAxis, EnergyScale};
+
+/// An energy axis whose numbers have a unit.
+///
+/// ```
+/// use emitree::{EnergyAxis, EnergyScale};
+/// use emitree_io::Energies;
+///
+/// let axis = EnergyAxis::new(0.5, 8.0, 4, EnergyScale::Log)?;
+/// let energies = Energies::new(axis, "keV")?;
+/// assert_eq!(energies.label(0..2), "0.5–2 keV");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Energies {
+    axis: EnergyAxis,
+    name: String,
+    unit: Unit,
+    joules: f64,
+}
+
+impl Energies {
+    /// The energies of `axis` in the `unit` of that name, in the grammar of [`units`](crate::units).
+    ///
+    /// # Errors
+    ///
+    /// [`UnitError`] if the unit is not one, is not one of energy, or is beyond all energies.
+    pub fn new(axis: EnergyAxis, unit: &str) -> Result<Self, UnitError> {
+        let (name, unit) = (unit.to_owned(), Unit::parse(unit)?);
+        if unit.dimension() != Dimension::ENERGY {
+            return Err(UnitError::NotAnEnergy { unit: name, dimension: unit.dimension() });
+        }
+        let joules = unit.factor_to(&Unit::parse("J")?)?;
+        Ok(Self { axis, name, unit, joules })
+    }
+
+    /// The bins, their energies in [`unit`](Self::unit).
+    pub fn axis(&self) -> &EnergyAxis {
+        &self.axis
+    }
+
+    /// The unit of the energies.
+    pub fn unit(&self) -> &Unit {
+        &self.unit
+    }
+
+    /// The unit of the energies, as it was written.
+    pub fn unit_name(&self) -> &str {
+        &self.name
+    }
+
+    /// Joules in one [`unit`](Self::unit).
+    pub fn joules(&self) -> f64 {
+        self.joules
+    }
+
+    /// The name of the scale, as scenes and reports write it.
+    pub fn scale_name(&self) -> &'static str {
+        match self.axis.scale() {
+            EnergyScale::Linear => "linear",
+            EnergyScale::Log => "log",
+        }
+    }
+
+    /// The range of energies that a range of bins has, for people: `0.5–2 keV`. It has as many
+    /// digits as tell the bins apart.
+    ///
+    /// # Panics
+    ///
+    /// If there are no such bins.
+    pub fn label(&self, bins: std::ops::Range<usize>) -> String {
+        let edges = self.axis.edges();
+        let [low, high] = [edges[bins.start], edges[bins.end]];
+        let number = |energy| short(energy, high - low);
+        format!("{}–{} {}", number(low), number(high), self.name)
+    }
+}
+
+/// A number with the digits that a difference of `step` needs, without zeros at the end.
+fn short(number: f64, step: f64) -> String {
+    let largest = number.abs().max(step);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to the digits of a 64-bit float"
+    )]
+    let digits = |below: f64| (2.0 - below.log10().floor()).clamp(0.0, 16.0) as usize;
+    if (1e-3..1e6).contains(&largest) {
+        let text = format!("{number:.*}", digits(step));
+        let trimmed = text.trim_end_matches('0').trim_end_matches('.');
+        return if text.contains('.') { trimmed.to_owned() } else { text };
+    }
+    let text = format!("{number:.*e}", digits(step / largest));
+    match text.split_once('e') {
+        Some((mantissa, power)) if mantissa.contains('.') => {
+            format!("{}e{power}", mantissa.trim_end_matches('0').trim_end_matches('.'))
+        }
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn energies(min: f64, max: f64, bins: usize, unit: &str) -> Energies {
+        let axis = EnergyAxis::new(min, max, bins, EnergyScale::Linear).unwrap();
+        Energies::new(axis, unit).unwrap()
+    }
+
+    #[test]
+    fn labels_tell_bins_apart() {
+        let axis = energies(0.5, 2.5, 16, "keV");
+        assert_eq!([axis.label(0..1), axis.label(15..16)], ["0.5–0.625 keV", "2.375–2.5 keV"]);
+        assert_eq!(energies(100.0, 3000.0, 1, "eV").label(0..1), "100–3000 eV");
+        assert_eq!(energies(0.0, 20.0, 2, "eV").label(0..1), "0–10 eV");
+        let lines = energies(6.3997, 6.4001, 4, "keV");
+        assert_eq!(lines.label(1..2), "6.3998–6.3999 keV");
+        assert_eq!(energies(0.0, 3.2e-16, 2, "J").label(1..2), "1.6e-16–3.2e-16 J");
+        assert_eq!(energies(1e6, 2e7, 1, "eV").label(0..1), "1e6–2e7 eV");
+    }
+
+    #[test]
+    fn units_of_other_quantities_are_refused() {
+        let axis = EnergyAxis::new(1.0, 2.0, 1, EnergyScale::Log).unwrap();
+        let message = |unit| Energies::new(axis, unit).unwrap_err().to_string();
+        assert_eq!(message("Angstrom"), "unit `Angstrom` is of length: expected an energy");
+        assert!(message("kev").contains("did you mean"), "{}", message("kev"));
+    }
+}
