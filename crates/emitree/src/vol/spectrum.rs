@@ -100,18 +100,20 @@ impl Spectrum {
     /// detail of size 1 at a place changes, in units of what is allowed.
     pub(crate) fn wanted(&self, bins: usize, effect: impl Fn(u32) -> f64) -> Vec<u32> {
         let mut wanted: Vec<u32> = Vec::new();
-        for (place, remains) in self.remaining(bins) {
-            if remains * effect(place) > 1.0 {
-                wanted.extend(self.missing_around(place));
-            }
+        for (place, guarded) in self.guarded() {
+            let allowed = 1.0 / (DECAY * guarded * effect(place));
+            // As wide as what has not been looked at, in the mean over a bin that is wider.
+            let share = |at: u32| (bins as f64 * unit(self.gap(at))).min(1.0);
+            wanted.extend(self.missing_around(place).filter(|&at| share(at) > allowed));
         }
         wanted.sort_unstable();
         wanted.dedup();
         wanted
     }
 
-    /// What may be missing in the mean over a bin around each place where samples are missing.
-    fn remaining(&self, bins: usize) -> Vec<(u32, f64)> {
+    /// The places that finer ones may be missing around, each with the detail that it has or that those
+    /// beside it let expect of it.
+    fn guarded(&self) -> Vec<(u32, f64)> {
         let details: BTreeMap<u32, f64> = self.details().into_iter().collect();
         let of_place = |&place: &u32| {
             let level = level_of(place).max(BASE_LEVEL);
@@ -129,19 +131,16 @@ impl Spectrum {
                 let detail = at.and_then(|at| details.get(&at)).map_or(0.0, |detail| detail.abs());
                 if distance == 0 { detail } else { GUARD * detail }
             };
-            let guarded = around.filter(on_level).map(size).fold(0.0, f64::max);
-            // As wide as what has not been looked at, in the mean over a bin that is wider.
-            let share = (bins as f64 * unit(self.gap(place))).min(1.0);
-            Some((place, DECAY * share * guarded))
+            Some((place, around.filter(on_level).map(size).fold(0.0, f64::max)))
         };
         details.keys().filter_map(of_place).collect()
     }
 
-    /// The distance to the nearest other sample.
+    /// The distance between the samples on either side of a place that has none.
     fn gap(&self, place: u32) -> u32 {
-        let below = self.samples.range(..place).next_back().map(|(at, _)| place - at);
-        let above = self.samples.range(place + 1..).next().map(|(at, _)| at - place);
-        below.into_iter().chain(above).min().unwrap_or(STEPS)
+        let below = self.samples.range(..place).next_back().map_or(0, |(at, _)| *at);
+        let above = self.samples.range(place + 1..).next().map_or(STEPS, |(at, _)| *at);
+        above - below
     }
 
     /// The places nearby that have not been sampled: half a spacing away for finer structure, a whole
