@@ -49,6 +49,14 @@ impl EmissionSource {
         }
     }
 
+    /// The unit that energies are in; `None` where the scene is free to choose.
+    pub fn energy_unit(&self) -> Option<&str> {
+        match self {
+            Self::Model(model) => model.description().energy_unit,
+            Self::Expression(_) | Self::Grid(_) | Self::Tree(_) => None,
+        }
+    }
+
     /// The unit of an image, FITS grammar; empty if the source does not tell.
     pub fn image_unit(&self) -> &str {
         match self {
@@ -99,13 +107,11 @@ pub(super) fn read(
     let emission = match (expression, model, grid, tree) {
         (Some(expression), None, None, None) => {
             let constants = table.table("constants")?;
-            read_expression(expression, constants)?
+            read_expression(expression, constants, spectral)?
         }
         (None, Some(model), None, None) => {
             let parameters = table.take("parameters");
-            let found = read_model(&model, parameters)?;
-            refuse_energies(spectral, "model", &model.1)?;
-            found
+            read_model(&model, parameters, spectral)?
         }
         (None, None, Some(grid), None) => {
             refuse_energies(spectral, "grid", &grid.place)?;
@@ -142,9 +148,17 @@ fn refuse_energies(spectral: bool, key: &str, place: &Place) -> Result<(), Scene
     ))
 }
 
+/// Refuses an emission that depends on the energy where there is none.
+fn needs_energies(what: &str, place: &Place) -> SceneError {
+    let message = format!("{what} depends on the energy `E`, and the scene has no `[energy]`");
+    SceneError::at(place, message)
+        .label("expected a table `[energy]` too, with `min`, `max` and `bins`")
+}
+
 fn read_expression(
     (text, place): (String, Place),
     constants: Option<Table>,
+    spectral: bool,
 ) -> Result<EmissionSource, SceneError> {
     let constants = constants.map(Table::numbers).transpose()?.unwrap_or_default();
     let values = constants.iter().map(|(name, (value, _))| (name.clone(), *value)).collect();
@@ -161,6 +175,10 @@ fn read_expression(
     {
         return Err(SceneError::at(&entry.key, format!("the constant `{name}` is not used"))
             .label("expected a name that stands in `emission.expression`"));
+    }
+    if let (false, Some(span)) = (spectral, expression.energy_span()) {
+        let place = Place { span: span_in_string(&place, span), ..place };
+        return Err(needs_energies("`emission.expression`", &place));
     }
     Ok(EmissionSource::Expression(expression))
 }
@@ -187,6 +205,7 @@ fn span_in_string(place: &Place, span: std::ops::Range<usize>) -> std::ops::Rang
 fn read_model(
     (name, place): &(String, Place),
     parameters: Option<Node>,
+    spectral: bool,
 ) -> Result<EmissionSource, SceneError> {
     let parameters = parameters.map(Table::new).transpose()?;
     let parameters = parameters.map(Table::numbers).transpose()?.unwrap_or_default();
@@ -206,6 +225,11 @@ fn read_model(
         .unwrap_or(place);
         SceneError::at(place, error.to_string())
     })?;
+    match model.description().needs_energy() {
+        false => refuse_energies(spectral, "model", place)?,
+        true if !spectral => return Err(needs_energies("`emission.model`", place)),
+        true => {}
+    }
     Ok(EmissionSource::Model(model))
 }
 

@@ -144,6 +144,26 @@ scale = "log"
     }
 
     #[test]
+    fn what_depends_on_the_energy_needs_some() {
+        let (head, _) = SCENE.split_once("[energy]").unwrap();
+        let refused = |emission: &str, line, column_text: &str| {
+            let text = head.replace("expression = \"1 + x\"", emission);
+            let error = Scene::parse("scene.toml", &text, &[]).unwrap_err();
+            assert_eq!(error.line().unwrap().1, line);
+            assert!(error.message().starts_with(column_text), "{error}");
+            assert_eq!(
+                error.expected(),
+                "expected a table `[energy]` too, with `min`, `max` and `bins`"
+            );
+        };
+        let expression = "`emission.expression` depends on the energy `E`, and the scene has no";
+        refused("expression = \"1 + exp(-E)\"", 3, expression);
+        refused("model = \"bremsstrahlung\"", 3, "`emission.model` depends on the energy");
+        let spectral = SCENE.replace("1 + x", "x * exp(-E)");
+        assert!(Scene::parse("scene.toml", &spectral, &[]).is_ok());
+    }
+
+    #[test]
     fn what_has_no_energies_is_refused_where_it_stands() {
         let expected = "expected an emission that depends on it, `expression = \"…\"` with `E`, or \
                         no `[energy]`";

@@ -99,6 +99,8 @@ pub struct SceneEmission {
     pub source: EmissionSource,
     /// Length units of the source in one of the scene.
     pub length_factor: f64,
+    /// Energy units of the source in one of the scene.
+    pub energy_factor: f64,
     /// What the source's rates are multiplied with.
     pub rate_factor: f64,
 }
@@ -112,13 +114,14 @@ impl Emission for SceneEmission {
         samples: &Samples<'_>,
         rates: &mut [f64],
     ) -> Result<(), EmissionFailure> {
-        if self.length_factor == 1.0 {
+        if self.length_factor == 1.0 && self.energy_factor == 1.0 {
             self.source.emission_rates(samples, rates)?;
         } else {
             let scaled = |position: &[f64; 3]| position.map(|along| along * self.length_factor);
             let positions: Vec<[f64; 3]> = samples.positions().iter().map(scaled).collect();
-            let samples =
-                Samples::new(&positions, samples.directions()).at_energies(samples.energies());
+            let energies = samples.energies().iter().map(|energy| energy * self.energy_factor);
+            let energies: Vec<f64> = energies.collect();
+            let samples = Samples::new(&positions, samples.directions()).at_energies(&energies);
             self.source.emission_rates(&samples, rates)?;
         }
         if self.rate_factor != 1.0 {
@@ -178,6 +181,7 @@ pub(super) fn resolve(
     }
     let quantity = quantity(of_image.quantity.as_ref(), has_solid_angles)?;
     let length_factor = length_factor(source.length_unit(), length_unit.as_ref())?;
+    let energy_factor = energy_factor(source.energy_unit(), energies);
     let scene_length = length_unit.as_ref().map(|(unit, _)| unit.clone());
     let scene_length = scene_length.or(source.length_unit().map(str::to_owned));
     let native = native(&source, of_emission, scene_length.as_deref(), length_unit.as_ref())?;
@@ -190,7 +194,7 @@ pub(super) fn resolve(
     // The source's rates are for its own length unit.
     let rate_factor = length_factor * factor;
     Ok(Radiometry {
-        emission: SceneEmission { source, length_factor, rate_factor },
+        emission: SceneEmission { source, length_factor, energy_factor, rate_factor },
         length_unit: scene_length,
         quantity,
         band: BandUnit::of(&unit, energies),
@@ -229,6 +233,14 @@ fn length_factor(of_source: Option<&str>, of_scene: Option<&Text>) -> Result<f64
     converted.map_err(|error| {
         error.label(format!("expected \"{source}\", the length unit of the emission, or another"))
     })
+}
+
+/// Energy units of the source in one of the scene.
+fn energy_factor(of_source: Option<&str>, energies: Option<&Energies>) -> f64 {
+    let (Some(source), Some(energies)) = (of_source, energies) else { return 1.0 };
+    // A model names a unit of energy; with another one the factor would stay 1.
+    let known = Unit::parse(source).and_then(|source| energies.unit().factor_to(&source));
+    known.unwrap_or(1.0)
 }
 
 /// The unit of the image before anything is asked for, and what the rates are multiplied with for

@@ -160,3 +160,21 @@ fn numbers_of_photons_are_per_energy_where_there_are_energies() {
         assert!(message.starts_with("`image.unit`: no conversion"), "{message}");
     }
 }
+
+#[test]
+fn spectral_models_are_seen_in_any_unit_of_energy() {
+    let scene = scene("model = \"bremsstrahlung\"", "", ENERGY.replace("km", "pc").as_str());
+    let scene = scene.unwrap();
+    let source = &scene.emission.source;
+    assert_eq!(source.energy_unit(), Some("keV"));
+    let length = if source.length_unit().is_some() { scene.emission.length_factor } else { 1.0 };
+    let at = [[3.0 / length, 0.0, 0.0]];
+    let (mut ours, mut theirs) = ([0.0], [0.0]);
+    let direction = [[0.0, 1.0, 0.0]];
+    let samples = Samples::new(&at, &direction);
+    scene.emission.emission_rates(&samples.at_energies(&[200.0]), &mut ours).unwrap();
+    let samples = Samples::new(&[[3.0, 0.0, 0.0]], &direction);
+    source.emission_rates(&samples.at_energies(&[0.2]), &mut theirs).unwrap();
+    assert!(theirs[0] > 0.0);
+    assert!((ours[0] / (theirs[0] * scene.emission.rate_factor) - 1.0).abs() < 1e-12, "{ours:?}");
+}
