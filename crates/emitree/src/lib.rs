@@ -59,6 +59,7 @@ pub mod cube;
 mod memory;
 mod render;
 mod render_cube;
+mod spectral_tree;
 mod error;
 
 pub use cell::CellIndex;

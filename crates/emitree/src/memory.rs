@@ -4,18 +4,21 @@ use crate::error::RenderError;
 use crate::los::{LosOptions, Steps, adaptive};
 use crate::quadrature::CellRule;
 use crate::render::{Method, RenderOptions};
-use crate::tree::BuildOptions;
+use crate::tree::{BuildOptions, sampled_level};
 use crate::vol;
 
 /// Memory that one cell of a tree takes while the tree is built, at the most, with its share of the
 /// ghosts, of the tree without the last generation and of the evaluations that are kept.
 ///
 /// Measured on trees of 10⁴ to 10⁶ cells (`tests/alloc.rs`), 33 to 47 bytes and 360 to 520, and
-/// rounded up: a hash table that has just grown is larger.
-fn bytes_per_cell(rule: CellRule) -> u64 {
-    match rule {
-        CellRule::Midpoint => 64,
-        CellRule::Simpson => 640,
+/// rounded up: a hash table that has just grown is larger. With an energy axis they are 29 to 39, and
+/// 1010 to 1160: a cell of four dimensions has three times as many nodes, and what is measured for
+/// each evaluation is at most 70.
+fn bytes_per_cell(rule: CellRule, axes: usize) -> u64 {
+    match (rule, axes) {
+        (CellRule::Midpoint, _) => 64,
+        (CellRule::Simpson, ..=3) => 640,
+        (CellRule::Simpson, _) => 1536,
     }
 }
 
@@ -30,18 +33,24 @@ const MAPS: u64 = 6;
 /// How many evaluations a tree may make before it fills the memory allowed.
 pub(crate) fn evaluations_in_memory(options: &RenderOptions<'_>) -> u64 {
     match options.method {
-        Method::Paper(BuildOptions { rule, .. }) => options.max_memory_bytes / bytes_per_cell(rule),
+        // The most that an evaluation can take, whatever the dimensions.
+        Method::Paper(BuildOptions { rule, .. }) => {
+            options.max_memory_bytes / bytes_per_cell(rule, 3)
+        }
         Method::Vol(_) => options.max_memory_bytes / vol::BYTES_PER_EVALUATION,
         Method::Los(_) => u64::MAX,
     }
 }
 
 /// Refuses what can't fit in memory, before anything is allocated.
+///
+/// With `bins` it is a cube, and a tree has an axis more.
 pub(crate) fn check_size<E>(
-    [height, width]: [usize; 2],
-    bins: usize,
+    shape: [usize; 2],
+    bins: Option<usize>,
     options: &RenderOptions<'_>,
 ) -> Result<(), RenderError<E>> {
+    let [height, width] = shape;
     if height == 0 || width == 0 {
         return Err(RenderError::EmptyImage { height, width });
     }
@@ -57,18 +66,13 @@ pub(crate) fn check_size<E>(
     }
     let (height, width) = (height as u64, width as u64);
     let number = size_of::<f64>() as u64;
-    let voxels = height.saturating_mul(width).saturating_mul(bins as u64);
+    let voxels = height.saturating_mul(width).saturating_mul(bins.unwrap_or(1) as u64);
     let maps = |count: u64| voxels.saturating_mul(count);
     let needed = match options.method {
         Method::Paper(BuildOptions { base_level, .. }) => {
-            // The grid that the image is sampled from, its cells no larger than pixels along the
-            // narrower axis, and half of it again while it is made; then that grid with the pixels
-            // of one axis; then the weights of an axis; then maps.
-            let level = u64::from(base_level.min(16));
-            let cells = height.min(width).next_power_of_two().max(1 << level);
-            let grid = cells.saturating_mul(cells.saturating_mul(3) / 2 + width);
-            let weights = (height + width).saturating_mul(WEIGHTS_PER_PIXEL);
-            grid.saturating_add(weights).saturating_add(maps(MAPS))
+            let weights =
+                (height + width + bins.unwrap_or(0) as u64).saturating_mul(WEIGHTS_PER_PIXEL);
+            grid(base_level, shape, bins).saturating_add(weights).saturating_add(maps(MAPS))
         }
         Method::Vol(_) => {
             // Borders of pixels are weighted one axis at a time; all else is maps.
@@ -84,16 +88,45 @@ pub(crate) fn check_size<E>(
             height.saturating_mul(width).saturating_mul(of_lines).saturating_add(maps(MAPS))
         }
     };
-    let image = format!("an image of {height} x {width} pixels (height x width)");
-    refuse(image, needed.saturating_mul(number))?;
+    let what = match bins {
+        None => format!("an image of {height} x {width} pixels (height x width)"),
+        Some(bins) => {
+            format!("a cube of {bins} x {height} x {width} voxels (bins x height x width)")
+        }
+    };
+    refuse(what, needed.saturating_mul(number))?;
     if let Method::Paper(build_options) = options.method {
         let level = build_options.base_level;
         // Each base cell is split at once.
-        let cells = build_options.base_cells::<3>().saturating_mul(8);
+        let (cells, axes) = match bins {
+            None => (build_options.base_cells::<3>().saturating_mul(8), 3),
+            Some(_) => (build_options.base_cells::<4>().saturating_mul(16), 4),
+        };
         refuse(
             format!("a base grid of level {level} (2^{level} cells along each axis, split once)"),
-            cells.saturating_mul(bytes_per_cell(build_options.rule)),
+            cells.saturating_mul(bytes_per_cell(build_options.rule, axes)),
         )?;
     }
     Ok(())
+}
+
+/// The numbers that sampling takes besides what it makes: the grid of the tree, its cells no larger
+/// than pixels along the axis that has the fewest, and half of it again while it is made; then the
+/// same with the pixels of one axis after the other in place of its cells.
+fn grid(base_level: u8, [height, width]: [usize; 2], bins: Option<usize>) -> u64 {
+    let product =
+        |factors: &[u64]| factors.iter().fold(1_u64, |product, &f| product.saturating_mul(f));
+    let pixels = [width, height, bins.unwrap_or(usize::MAX)];
+    let cells = 1_u64 << sampled_level(base_level.min(16), &pixels).min(24);
+    let [width, height] = [width, height].map(|along| along as u64);
+    // The grid itself, and the grid with the pixels of the axes before the last.
+    let terms = match bins {
+        None => [product(&[cells, cells]), product(&[cells, width]), 0],
+        Some(_) => [
+            product(&[cells, cells, cells]),
+            product(&[cells, cells, width]),
+            product(&[cells, width, height]),
+        ],
+    };
+    terms.iter().fold(terms[0] / 2, |sum, &term| sum.saturating_add(term))
 }

@@ -1,6 +1,7 @@
 //! The meter: the only place where g is called, and where its calls are counted.
 
 use crate::emission::{Emission, Samples};
+use crate::energy::EnergyAxis;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::projection::{MappedPoint, Projection};
@@ -74,6 +75,13 @@ pub(crate) struct CanonicalIntegrand<'a, 'b, E> {
     pub(crate) meter: &'b Meter<'a, E>,
     pub(crate) projection: &'b dyn Projection,
     pub(crate) tile: (usize, usize),
+}
+
+/// The canonical integrand with an energy axis, g · ds/dz · dΩ/(dx dy) · dE/du: an integral over the
+/// cube of four dimensions is an irradiance in the whole band.
+pub(crate) struct SpectralIntegrand<'a, 'b, E> {
+    pub(crate) canonical: CanonicalIntegrand<'a, 'b, E>,
+    pub(crate) axis: &'b EnergyAxis,
 }
 
 impl<'a, E: Emission> Meter<'a, E> {
@@ -253,21 +261,45 @@ impl<'a, E: Emission> Meter<'a, E> {
     }
 }
 
+impl<E> CanonicalIntegrand<'_, '_, E> {
+    /// The world point at `u`, with the weight ds/dz · dΩ/(dx dy) of g in place of ds/dz.
+    fn weighted(&self, u: [f64; 3]) -> MappedPoint {
+        let mapped = self.projection.world_from_canonical(u);
+        let density = self.projection.solid_angle_density([u[0], u[1]]);
+        MappedPoint { path_per_depth: mapped.path_per_depth * density, ..mapped }
+    }
+}
+
 impl<E: Emission> Integrand<3> for CanonicalIntegrand<'_, '_, E> {
     type Error = RenderError<E::Error>;
 
     fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Self::Error> {
-        let weighted = |u: [f64; 3]| {
-            let mapped = self.projection.world_from_canonical(u);
-            let density = self.projection.solid_angle_density([u[0], u[1]]);
-            MappedPoint { path_per_depth: mapped.path_per_depth * density, ..mapped }
-        };
+        let weighted = |u: [f64; 3]| self.weighted(u);
         let mapping = Mapping { map: &weighted, tile: self.tile, energy: None };
         self.meter.evaluate(points, mapping, values)
     }
 
     fn evaluations_left(&self) -> u64 {
         self.meter.evaluations_left()
+    }
+}
+
+impl<E: Emission> Integrand<4> for SpectralIntegrand<'_, '_, E> {
+    type Error = RenderError<E::Error>;
+
+    fn evaluate(&self, points: Points<'_, 4>, values: &mut [f64]) -> Result<(), Self::Error> {
+        let site = |i: usize| {
+            let [x, y, z, u] = points.at(i);
+            let mut point = self.canonical.weighted([x, y, z]);
+            point.path_per_depth *= self.axis.energy_per_canonical(u);
+            let (tile, energy) = (self.canonical.tile, Some(self.axis.energy(u)));
+            Site { xy: [x, y], tile, point, energy }
+        };
+        self.canonical.meter.evaluate_sites(&site, values)
+    }
+
+    fn evaluations_left(&self) -> u64 {
+        self.canonical.meter.evaluations_left()
     }
 }
 

@@ -211,7 +211,7 @@ pub fn render<E: Emission>(
     options: &RenderOptions<'_>,
 ) -> Result<Rendering, RenderError<E::Error>> {
     let start = Instant::now();
-    check_options(shape, 1, options)?;
+    check_options(shape, None, options)?;
     let tiles = Tile::of(projection, shape)?;
     let meter = Meter::new(emission, shape, limits(options), options.progress);
     let mut rendering = match options.method {
@@ -308,10 +308,10 @@ pub(crate) fn stacked<E>(
     Ok(rendering)
 }
 
-/// Refuses options out of range, and an image or a cube of `bins` bands beyond the memory allowed.
+/// Refuses options out of range, and an image, or a cube of `bins` bands, beyond the memory allowed.
 pub(crate) fn check_options<E>(
     shape: [usize; 2],
-    bins: usize,
+    bins: Option<usize>,
     options: &RenderOptions<'_>,
 ) -> Result<(), RenderError<E>> {
     if options.batch_size == 0 {
@@ -450,13 +450,23 @@ pub(crate) fn render_los<E: Emission>(
 /// # Ok::<(), emitree::GeometryError>(())
 /// ```
 pub fn irradiance_of(radiance: &Image, projection: &dyn Projection) -> Image {
-    let (height, width) = (radiance.height(), radiance.width());
     let mut image = radiance.clone();
+    let solid_angles = solid_angles(projection, [radiance.height(), radiance.width()]);
+    for (pixel, solid_angle) in image.pixels_mut().iter_mut().zip(solid_angles.pixels()) {
+        *pixel *= solid_angle;
+    }
+    image
+}
+
+/// The solid angle of each pixel \[sr\]: 0 where the projection has no image.
+pub(crate) fn solid_angles(projection: &dyn Projection, [height, width]: [usize; 2]) -> Image {
+    let mut image = Image::zeros(height, width);
     for row in 0..height {
+        // Borders of pixels as quotients, so that neighbours share them to the last bit.
         let y = [row, row + 1].map(|r| r as f64 / height as f64);
         for (column, pixel) in image.row_mut(row).iter_mut().enumerate() {
             let x = [column, column + 1].map(|c| c as f64 / width as f64);
-            *pixel *= projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
+            *pixel = projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
         }
     }
     image
@@ -474,17 +484,16 @@ pub fn image_of_tree(
     [height, width]: [usize; 2],
 ) -> Image {
     let mut image = tree.sample(height, width);
-    let (dx, dy) = (1.0 / width as f64, 1.0 / height as f64);
-    for row in 0..height {
-        // Borders of pixels as quotients, so that neighbours share them to the last bit.
-        let y = [row as f64 / height as f64, (row + 1) as f64 / height as f64];
-        for column in 0..width {
-            let x = [column as f64 / width as f64, (column + 1) as f64 / width as f64];
-            let solid_angle = projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
-            let pixel = &mut image[(row, column)];
-            // Where there is no image a pixel has no value, whatever the tree has near its edge.
-            *pixel = if solid_angle > 0.0 { *pixel * dx * dy / solid_angle } else { f64::NAN };
-        }
-    }
+    to_radiance(&mut image, &solid_angles(projection, [height, width]));
     image
+}
+
+/// Makes radiances of the means of the irradiance density over pixels, with the [`solid_angles`] of
+/// the image; NaN where the projection has none.
+pub(crate) fn to_radiance(image: &mut Image, solid_angles: &Image) {
+    let (dx, dy) = (1.0 / image.width() as f64, 1.0 / image.height() as f64);
+    for (pixel, &solid_angle) in image.pixels_mut().iter_mut().zip(solid_angles.pixels()) {
+        // Where there is no image a pixel has no value, whatever the tree has near its edge.
+        *pixel = if solid_angle > 0.0 { *pixel * dx * dy / solid_angle } else { f64::NAN };
+    }
 }

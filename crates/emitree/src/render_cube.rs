@@ -11,6 +11,7 @@ use crate::projection::Projection;
 use crate::render::{
     Method, RenderOptions, Rendering, Tile, check_options, limits, render_los, stacked,
 };
+use crate::spectral_tree;
 use crate::tree::Ending;
 use crate::vol::{self, Found};
 use core::time::Duration;
@@ -61,9 +62,11 @@ impl CubeRendering {
 /// The spectral cube of `shape` = \[height, width\] pixels and the bins of `axis` that a camera sees
 /// of an emission: each voxel is the mean of the radiance per unit of energy over its pixel and bin.
 ///
-/// g is the rate per unit of energy; it finds the energies in [`Samples`](crate::Samples). The
-/// tolerance of [`Method::Vol`] is relative to the largest |voxel|; `Los` takes as many energies in
-/// each bin as lines along each side of a pixel.
+/// g is the rate per unit of energy; it finds the energies in [`Samples`](crate::Samples).
+/// [`Method::Paper`] builds one tree along x, y, z and the energy axis and projects it along z; its
+/// absolute threshold is in the unit of g, with dE/du in the middle of the axis. The tolerance of
+/// [`Method::Vol`] is relative to the largest |voxel|; `Los` takes as many energies in each bin as
+/// lines along each side of a pixel.
 ///
 /// ```
 /// use emitree::{
@@ -94,7 +97,7 @@ pub fn render_cube<E: Emission>(
     options: &RenderOptions<'_>,
 ) -> Result<CubeRendering, RenderError<E::Error>> {
     let start = Instant::now();
-    check_options(shape, axis.bins(), options)?;
+    check_options(shape, Some(axis.bins()), options)?;
     let tiles = Tile::of(projection, shape)?;
     let meter = Meter::new(emission, shape, limits(options), options.progress);
     let mut rendering = match options.method {
@@ -102,9 +105,8 @@ pub fn render_cube<E: Emission>(
         Method::Vol(vol_options) => {
             vol::render(&meter, &tiles, Some(axis), &vol_options, options)?.into()
         }
-        Method::Paper(_) => {
-            let (name, expected) = ("method", "`vol` or `los` with an energy axis");
-            return Err(RenderError::Option { name, value: "paper".into(), expected });
+        Method::Paper(build_options) => {
+            spectral_tree::render(&meter, &tiles, axis, &build_options)?
         }
     };
     rendering.evaluations_of_pixels = meter.evaluations_of_pixels();
@@ -153,11 +155,7 @@ fn render_cube_los<E: Emission>(
     let (mut energies, mut ending) = (Vec::new(), Ending::Complete);
     for bin in 0..axis.bins() {
         let mut of_bin: Option<[Image; 2]> = None;
-        for part in 0..lines.max(1) {
-            let u = (bin as f64 + (part as f64 + 0.5) / lines.max(1) as f64) / axis.bins() as f64;
-            let energy = axis.energy(u);
-            let weight =
-                axis.energy_per_canonical(u) / (axis.width(bin) * (axis.bins() * lines) as f64);
+        for (energy, weight) in energies_of_bin(axis, bin, lines.max(1)) {
             let image = stacked(tiles, |tile| render_los(meter, tile, lines, steps, Some(energy)))?;
             let Rendering { image, error, ending: of_image, .. } = image;
             if of_image != Ending::Complete {
@@ -182,4 +180,16 @@ fn render_cube_los<E: Emission>(
     let mut rendering = CubeRendering::new(Cube::from_bands(bands), error, ending);
     rendering.energies = energies;
     Ok(rendering)
+}
+
+/// The energies in the middle of `parts` equal parts of a bin of the canonical axis, each with its
+/// share in the mean over the bin.
+fn energies_of_bin(axis: &EnergyAxis, bin: usize, parts: usize) -> Vec<(f64, f64)> {
+    let middle = |part: usize| {
+        let u = (bin as f64 + (part as f64 + 0.5) / parts as f64) / axis.bins() as f64;
+        (axis.energy(u), axis.energy_per_canonical(u))
+    };
+    let middles: Vec<(f64, f64)> = (0..parts).map(middle).collect();
+    let of_all: f64 = middles.iter().map(|(_, width)| width).sum();
+    middles.into_iter().map(|(energy, width)| (energy, width / of_all)).collect()
 }

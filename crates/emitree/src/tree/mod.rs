@@ -31,6 +31,7 @@ pub use point_tree::{Family, FamilyDefect};
 pub(crate) use point_tree::{GrownPoints, PointTree};
 pub(crate) use point_value::PointStencil;
 pub use progressive::Progression;
+pub(crate) use sample::sampled_level;
 
 use crate::cell::CellIndex;
 use crate::prediction::Predictor;

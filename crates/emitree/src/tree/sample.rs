@@ -1,15 +1,19 @@
-//! Sampling: the exact pixel averages of what a two-dimensional tree represents.
+//! Sampling: the exact averages over pixels, or voxels, of what a tree represents.
 //!
 //! Up to the level whose cells are about the size of a pixel, cells are subdivided (the paper's
 //! section 2.1); from there on the function is, in each leaf, the polynomial that prediction uses:
 //! the one whose means over the stencil's cells are their averages. It conserves the averages of all
-//! cells, so where pixels are unions of cells they are plain means, and for any width and height
-//! the sum over the pixels is the tree's integral to rounding.
+//! cells, so where pixels are unions of cells they are plain means, and for any number of them along
+//! each axis their sum is the tree's integral to rounding.
+//!
+//! All goes axis by axis, so that it is the same for images and for cubes. "Pixels" are what borders
+//! on all axes divide the unit cube into.
 
 use super::SparseTree;
 use super::ghosts::StencilBuffer;
-use super::level::LEAF;
+use super::level::{LEAF, Level};
 use crate::cell::to_u32;
+use crate::cube::Cube;
 use crate::image::Image;
 use crate::prediction::{Stencil, part_weights};
 use rayon::prelude::*;
@@ -76,6 +80,20 @@ impl Axis {
     }
 }
 
+/// A mean for each pixel, axis 0 fastest.
+struct Means<const D: usize> {
+    pixels: [usize; D],
+    values: Vec<f64>,
+}
+
+/// Working memory for the polynomial of one cell, kept from cell to cell.
+struct Buffer {
+    stencil: StencilBuffer,
+    /// Values around the cell, of which axis after axis becomes that of its parts.
+    values: Vec<f64>,
+    narrowed: Vec<f64>,
+}
+
 impl SparseTree<2> {
     /// The image of `height` × `width` pixels: each pixel is the exact mean, over its rectangle, of
     /// the function that the tree represents; see [the orientation](crate::image).
@@ -94,69 +112,116 @@ impl SparseTree<2> {
     ///
     /// If the height or the width is 0 or above 2^24.
     pub fn sample(&self, height: usize, width: usize) -> Image {
-        assert!((1..=1 << 24).contains(&height) && (1..=1 << 24).contains(&width));
-        let narrow = height.min(width).next_power_of_two().trailing_zeros();
-        let level = self.base_level().max(u8::try_from(narrow).unwrap_or(u8::MAX));
-        let mut image = self.sample_grid(level, height, width);
-        self.add_finer(level, &mut image);
-        image
+        Image::from_pixels(height, width, self.means([width, height]))
+    }
+}
+
+impl SparseTree<3> {
+    /// The cube of `bins` × `height` × `width` voxels of a tree in x, y and energy: each voxel is
+    /// the exact mean, over its box, of the function that the tree represents; see [the axis
+    /// order](crate::cube).
+    ///
+    /// ```
+    /// use emitree::quadrature::Pointwise;
+    /// use emitree::tree::{BuildOptions, build};
+    ///
+    /// let ramp = Pointwise(|[x, y, u]: [f64; 3]| x + y + 10.0 * u);
+    /// let cube = build(&ramp, [false; 3], &BuildOptions::default())?.tree.sample_cube(3, 10, 15);
+    /// let expected = 14.5 / 15.0 + 0.5 / 10.0 + 10.0 * 2.5 / 3.0;
+    /// assert!((cube.bands()[2][(0, 14)] - expected).abs() < 1e-13);
+    /// # Ok::<(), emitree::tree::BuildError<std::convert::Infallible>>(())
+    /// ```
+    ///
+    /// # Panics
+    ///
+    /// If the bins, the height or the width are 0 or above 2^24.
+    pub fn sample_cube(&self, bins: usize, height: usize, width: usize) -> Cube {
+        let voxels = self.means([width, height, bins]);
+        let bands = voxels.chunks(width * height);
+        let bands = bands.map(|band| Image::from_pixels(height, width, band.to_vec()));
+        Cube::from_bands(bands.collect())
+    }
+}
+
+impl<const D: usize> SparseTree<D> {
+    /// The mean over each pixel, axis 0 fastest; there are `pixels` along the axes.
+    fn means(&self, pixels: [usize; D]) -> Vec<f64> {
+        assert!(pixels.iter().all(|along| (1..=1 << 24).contains(along)), "{pixels:?} pixels");
+        let level = sampled_level(self.base_level(), &pixels);
+        let mut means = Means { pixels, values: self.means_of_grid(level, pixels) };
+        self.add_finer(level, &mut means);
+        means.values
     }
 
     /// Pixel means of the function that is one polynomial in each cell of the grid of `level`.
-    fn sample_grid(&self, level: u8, height: usize, width: usize) -> Image {
+    fn means_of_grid(&self, level: u8, pixels: [usize; D]) -> Vec<f64> {
         let grid = self.reconstruct(level);
         let cells = 1_usize << level;
-        let [columns, rows] = self.axes(level, height, width).map(|axis| axis.pixel_rows());
+        let axes = self.axes(level, pixels).map(|axis| axis.pixel_rows());
 
-        let mut narrowed = vec![0.0; cells * width];
-        narrowed.par_chunks_mut(width).zip(grid.par_chunks(cells)).for_each(|(to, from)| {
-            for (pixel, parts) in to.iter_mut().zip(&columns) {
+        let width = pixels[0];
+        let mut means = vec![0.0; grid.len() / cells * width];
+        means.par_chunks_mut(width).zip(grid.par_chunks(cells)).for_each(|(to, from)| {
+            for (pixel, parts) in to.iter_mut().zip(&axes[0]) {
                 *pixel = parts.iter().map(|&(cell, weight)| weight * from[cell]).sum();
             }
         });
         drop(grid);
-        let mut image = Image::zeros(height, width);
-        image.pixels_mut().par_chunks_mut(width).zip(&rows).for_each(|(to, parts)| {
-            for &(cell, weight) in parts {
-                let from = &narrowed[cell * width..][..width];
-                for (pixel, value) in to.iter_mut().zip(from) {
-                    *pixel += weight * value;
+        // What lies side by side: the pixels of the axes that are done.
+        let mut side_by_side = width;
+        for rows in &axes[1..] {
+            let cells_long = cells * side_by_side;
+            let mut narrowed = vec![0.0; means.len() / cells * rows.len()];
+            narrowed.par_chunks_mut(side_by_side).enumerate().for_each(|(at, to)| {
+                let (slab, pixel) = (at / rows.len(), at % rows.len());
+                let slab = &means[slab * cells_long..][..cells_long];
+                for &(cell, weight) in &rows[pixel] {
+                    let from = &slab[cell * side_by_side..][..side_by_side];
+                    for (pixel, value) in to.iter_mut().zip(from) {
+                        *pixel += weight * value;
+                    }
                 }
-            }
-        });
-        image
+            });
+            means = narrowed;
+            side_by_side *= rows.len();
+        }
+        means
     }
 
     /// Adds what cells finer than `level` change in pixels whose borders cut their parents. In all
     /// others they change nothing: a parent is the mean of its children.
-    fn add_finer(&self, level: u8, image: &mut Image) {
-        let (height, width) = (image.height(), image.width());
+    fn add_finer(&self, level: u8, means: &mut Means<D>) {
         let first = usize::from(level - self.base_level());
         if first + 1 >= self.levels.len() {
             return;
         }
         let mut tree = self.clone();
-        let mut buffer = StencilBuffer::new::<2>(self.order());
+        let mut buffer = Buffer {
+            stencil: StencilBuffer::new::<D>(self.order()),
+            values: Vec::new(),
+            narrowed: Vec::new(),
+        };
         for depth in first..self.levels.len() - 1 {
-            let axes = self.axes(self.levels[depth].level, height, width);
-            let finer_axes = self.axes(self.levels[depth + 1].level, height, width);
+            let axes = self.axes(self.levels[depth].level, means.pixels);
+            let finer_axes = self.axes(self.levels[depth + 1].level, means.pixels);
             let is_cut = |cell: usize| {
                 let position = self.levels[depth].cell_position(cell);
-                (0..2).any(|axis| axes[axis].cuts(position[axis]))
+                (0..D).any(|axis| axes[axis].cuts(position[axis]))
             };
             let children = &self.levels[depth].children;
             let cut: Vec<usize> =
                 (0..children.len()).filter(|&c| children[c] != LEAF && is_cut(c)).collect();
             let child_position = |&cell: &usize| {
-                let first = children[cell] as usize * 4;
-                (first..first + 4).map(|child| self.levels[depth + 1].cell_position(child))
+                let first = children[cell] as usize * Level::<D>::SIBLINGS;
+                (first..first + Level::<D>::SIBLINGS)
+                    .map(|child| self.levels[depth + 1].cell_position(child))
             };
             tree.complete(depth + 1, cut.iter().flat_map(child_position));
             for cell in &cut {
                 let position = self.levels[depth].cell_position(*cell);
-                tree.add_cell(depth, position, &axes, -1.0, &mut buffer, image);
+                tree.add_cell(depth, position, &axes, -1.0, &mut buffer, means);
                 for child in child_position(cell) {
-                    tree.add_cell(depth + 1, child, &finer_axes, 1.0, &mut buffer, image);
+                    tree.add_cell(depth + 1, child, &finer_axes, 1.0, &mut buffer, means);
                 }
             }
         }
@@ -166,39 +231,90 @@ impl SparseTree<2> {
     fn add_cell(
         &self,
         depth: usize,
-        position: [u32; 2],
-        axes: &[Axis; 2],
+        position: [u32; D],
+        axes: &[Axis; D],
         sign: f64,
-        buffer: &mut StencilBuffer,
-        image: &mut Image,
+        buffer: &mut Buffer,
+        means: &mut Means<D>,
     ) {
-        let (order, offsets) = self.gather(depth, position, buffer);
-        let [(x, columns), (y, rows)] = [0, 1].map(|axis| axes[axis].parts(position[axis]));
+        let (order, offsets) = self.gather(depth, position, &mut buffer.stencil);
+        let cuts: [(Stencil, Vec<Part>); D] =
+            core::array::from_fn(|axis| axes[axis].parts(position[axis]));
+        let orders = core::array::from_fn(|axis| cuts[axis].0.order);
         // A stencil of one cell is that cell, wherever the gathered block has it.
-        let from =
-            |stencil: Stencil, axis: usize| if stencil.order == 1 { offsets[axis] } else { 0 };
-        let (x, y) = (from(x, 0), from(y, 1));
-        for row in &rows {
-            for column in &columns {
-                let mut mean = 0.0;
-                for (j, v) in row.weights.iter().enumerate() {
-                    let line = &buffer.block[(y + j) * order + x..];
-                    let along: f64 = column.weights.iter().zip(line).map(|(u, a)| u * a).sum();
-                    mean += v * along;
-                }
-                image[(row.pixel, column.pixel)] += sign * mean;
+        let starts = core::array::from_fn(|axis| if orders[axis] == 1 { offsets[axis] } else { 0 });
+        buffer.values.clear();
+        for start in row_starts([order; D], starts, orders) {
+            buffer.values.extend_from_slice(&buffer.stencil.block[start..][..orders[0]]);
+        }
+        let mut side_by_side = 1;
+        for (_, parts) in &cuts {
+            take_parts(&buffer.values, side_by_side, parts, &mut buffer.narrowed);
+            core::mem::swap(&mut buffer.values, &mut buffer.narrowed);
+            side_by_side *= parts.len();
+        }
+        let pixels = core::array::from_fn(|axis| cuts[axis].1[0].pixel);
+        let counts = core::array::from_fn(|axis| cuts[axis].1.len());
+        let rows = row_starts(means.pixels, pixels, counts);
+        for (start, values) in rows.zip(buffer.values.chunks_exact(counts[0])) {
+            for (mean, value) in means.values[start..].iter_mut().zip(values) {
+                *mean += sign * value;
             }
         }
     }
 
-    fn axes(&self, level: u8, height: usize, width: usize) -> [Axis; 2] {
-        [(width, 0), (height, 1)].map(|(pixels, axis)| Axis {
-            pixels: to_u32(pixels),
+    fn axes(&self, level: u8, pixels: [usize; D]) -> [Axis; D] {
+        core::array::from_fn(|axis| Axis {
+            pixels: to_u32(pixels[axis]),
             level,
             order: self.order(),
             periodic: self.periodic[axis],
         })
     }
+}
+
+/// The level of the grid that pixels are sampled from: its cells are no larger than pixels along the
+/// axis that has the fewest, so that the grid is no larger than what it is for.
+pub(crate) fn sampled_level(base_level: u8, pixels: &[usize]) -> u8 {
+    let fewest = pixels.iter().copied().min().unwrap_or(1);
+    let level = fewest.next_power_of_two().trailing_zeros();
+    base_level.max(u8::try_from(level).unwrap_or(u8::MAX))
+}
+
+/// Makes values of the parts of a cell from those of its stencil, along one axis; `side_by_side`
+/// values of the axes that are done belong to each.
+fn take_parts(from: &[f64], side_by_side: usize, parts: &[Part], to: &mut Vec<f64>) {
+    let length = parts[0].weights.len() * side_by_side;
+    to.clear();
+    to.resize(from.len() / length * parts.len() * side_by_side, 0.0);
+    let slabs =
+        from.chunks_exact(length).flat_map(|slab| parts.iter().map(move |part| (slab, part)));
+    for ((slab, part), to) in slabs.zip(to.chunks_exact_mut(side_by_side)) {
+        for (weight, row) in part.weights.iter().zip(slab.chunks_exact(side_by_side)) {
+            for (mean, value) in to.iter_mut().zip(row) {
+                *mean += weight * value;
+            }
+        }
+    }
+}
+
+/// Where the rows of a box begin, which has `lengths` from `first` on along the axes of an array of
+/// these `extents`, axis 0 fastest.
+fn row_starts<const D: usize>(
+    extents: [usize; D],
+    first: [usize; D],
+    lengths: [usize; D],
+) -> impl Iterator<Item = usize> {
+    let rows: usize = lengths[1..].iter().product();
+    (0..rows).map(move |mut row| {
+        let (mut start, mut stride) = (first[0], 1);
+        for axis in 1..D {
+            stride *= extents[axis - 1];
+            start += (first[axis] + row % lengths[axis]) * stride;
+            row /= lengths[axis];
+        }
+        start
+    })
 }
 
 impl Axis {

@@ -294,6 +294,48 @@ fn binned_pixels_are_the_larger_pixels() {
     }
 }
 
+/// As in the plane; with a base grid as fine as the voxels both cubes are of one function.
+#[test]
+fn binned_voxels_are_the_larger_voxels() {
+    let tree = built(peak([0.3, 0.7, 0.4], 0.1), &options(3, 4, 1e-3));
+    assert!(tree.finest_level() >= 6, "finer cells are needed");
+    let (fine, coarse) = (tree.sample_cube(12, 14, 10), tree.sample_cube(6, 7, 5));
+    for bin in 0..6 {
+        for row in 0..7 {
+            for column in 0..5 {
+                let voxel = |n: usize| {
+                    let pixel = (2 * row + (n >> 1 & 1), 2 * column + (n & 1));
+                    fine.bands()[2 * bin + (n >> 2)][pixel]
+                };
+                let mean = (0..8).map(voxel).sum::<f64>() / 8.0;
+                assert!((mean - coarse.bands()[bin][(row, column)]).abs() < 1e-14);
+            }
+        }
+    }
+}
+
+#[test]
+fn voxels_that_are_cells_are_averages() {
+    let tree = built(peak([0.3, 0.7, 0.5], 0.2), &options(3, 2, 3e-2));
+    let voxels: Vec<f64> = tree.sample_cube(16, 16, 16).voxels().collect();
+    assert_eq!(voxels, tree.reconstruct(4));
+}
+
+/// The mean of 1 + t + … + t^(order − 1) from `from` to `to`.
+fn mean_of_powers(order: usize, from: f64, to: f64) -> f64 {
+    let degrees = (1..=order).map(|n| i32::try_from(n).unwrap_or(i32::MAX));
+    let primitive = |t: f64| degrees.clone().map(|n| t.powi(n) / f64::from(n)).sum::<f64>();
+    (primitive(to) - primitive(from)) / (to - from)
+}
+
+/// The exact average of [`mean_of_powers`] over the cell that has its centre at `centre`: such a
+/// coordinate is odd in units of half an edge.
+fn average_of_powers(order: usize, centre: f64) -> f64 {
+    let halves = (1..30).map(|level| 0.5_f64.powi(level));
+    let half = halves.into_iter().find(|half| (centre / half).fract() == 0.0).unwrap_or(0.0);
+    mean_of_powers(order, centre - half, centre + half)
+}
+
 #[test]
 fn threads_do_not_change_a_bit() {
     let render = |threads| {
@@ -338,6 +380,71 @@ proptest! {
                 let y = (row as f64 + 0.5) / height as f64;
                 prop_assert!((image[(row, column)] - f([x, y])).abs() < 1e-13);
             }
+        }
+    }
+
+    /// Voxels conserve the integral for any shape, uneven trees and every order.
+    #[test]
+    fn the_sum_over_voxels_is_the_integral(
+        shape in prop::array::uniform3(1_usize..24),
+        order in prop::sample::select(vec![1_usize, 3, 5, 7]),
+        centre in prop::array::uniform3(0.0..1.0_f64),
+        width_of_peak in 0.05..0.4_f64,
+        periodic in prop::array::uniform3(any::<bool>()),
+    ) {
+        let f = Budgeted(peak(centre, width_of_peak), Cell::new(6_000));
+        let tree = build(&f, periodic, &options(order, 2, 3e-3)).unwrap().tree;
+        let [bins, height, width] = shape;
+        let cube = tree.sample_cube(bins, height, width);
+        prop_assert_eq!(cube.shape(), shape);
+        let mean = cube.voxels().sum::<f64>() / (bins * height * width) as f64;
+        prop_assert!((mean - tree.integral()).abs() < 1e-13, "{mean} {}", tree.integral());
+    }
+
+    /// Products of polynomials below the order are sampled exactly, whatever the voxels.
+    #[test]
+    fn voxels_of_polynomials_below_the_order_are_exact(
+        shape in prop::array::uniform3(1_usize..24),
+        order in prop::sample::select(vec![1_usize, 3, 5, 7]),
+    ) {
+        let f = |u: [f64; 3]| u.map(|t| average_of_powers(order, t)).iter().product::<f64>();
+        let tree = built(f, &options(order, 3, 1e3));
+        let [bins, height, width] = shape;
+        let cube = tree.sample_cube(bins, height, width);
+        for (at, voxel) in cube.voxels().enumerate() {
+            let place = [(at % width, width), (at / width % height, height), (at / width / height, bins)];
+            let mean = |(i, n): (usize, usize)| {
+                mean_of_powers(order, i as f64 / n as f64, (i + 1) as f64 / n as f64)
+            };
+            let exact: f64 = place.map(mean).iter().product();
+            prop_assert!((voxel / exact - 1.0).abs() < 1e-11, "{place:?} {voxel} {exact}");
+        }
+    }
+
+    /// The mean over an axis of the voxels is what the projection along that axis is sampled to, where
+    /// all cells are as fine as voxels: beyond, a leaf that is one polynomial here may be subdivided
+    /// there.
+    #[test]
+    fn projecting_and_sampling_commute(
+        pixels in prop::array::uniform2(9_usize..17),
+        along in 9_usize..17,
+        axis in 0_usize..3,
+        order in prop::sample::select(vec![1_usize, 3, 5]),
+        centre in prop::array::uniform3(0.0..1.0_f64),
+    ) {
+        let options = BuildOptions { finest_level: Some(4), ..options(order, 2, 1e-2) };
+        let tree = built(peak(centre, 0.15), &options);
+        let [columns, rows] = pixels;
+        let mut shape = vec![columns, rows];
+        shape.insert(axis, along);
+        let voxels: Vec<f64> = tree.sample_cube(shape[2], shape[1], shape[0]).voxels().collect();
+        let stride: usize = shape[..axis].iter().product();
+        let image = tree.project::<2>(axis).sample(rows, columns);
+        for (at, pixel) in image.pixels().iter().enumerate() {
+            let (low, high) = (at % stride, at / stride);
+            let of_slice = |i: usize| voxels[(high * along + i) * stride + low];
+            let mean = (0..along).map(of_slice).sum::<f64>() / along as f64;
+            prop_assert!((mean - pixel).abs() < 1e-13, "{mean} {pixel}");
         }
     }
 
