@@ -353,8 +353,8 @@ fn models_are_listed_with_units_defaults_and_sources() {
     assert_eq!(
         unknown.stderr,
         "emitree: unknown model `cmen`: expected one of cmem, jorgensen, geocorona, \
-         chamberlain, airglow, mars_hydrogen, mars_oxygen, ena, k_corona, beta_model, \
-         shell_nebula, power_law, uniform, holmstrom\n"
+         chamberlain, airglow, mars_hydrogen, mars_oxygen, ena, ena_ring, k_corona, beta_model, \
+         bremsstrahlung, shell_nebula, power_law, uniform, holmstrom\n"
     );
 }
 
