@@ -4,6 +4,7 @@ use super::dyadic::{STEPS, spacing, unit};
 use super::energies::{self, Bins, Energies, Rest};
 use super::engine::{Engine, within_budget};
 use super::image_tree::ImageTree;
+use super::line::Line;
 use super::round::Scan;
 use super::scouts::{Glance, Post, Scouts};
 use super::seeds::Looks;
@@ -306,7 +307,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
             if sample.rate != 0.0 {
                 let place = scan.tree.nodes()[k].place;
                 let post = Post { layer: i % layers, place, depth: sample.depth };
-                let path = (line.brightness() / sample.rate.abs()).min(1.0);
+                let path = path_of(line, sample.rate);
                 spectra.scouts.add(post, path, number.is_multiple_of(FULL_SCOUTS));
             }
         }
@@ -329,10 +330,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
                     if b > a { k } else { best }
                 };
                 let brightest = &line.samples[(0..line.samples.len()).fold(0, brighter)];
-                let path = match brightest.rate.abs() {
-                    0.0 => 1.0,
-                    rate => (line.brightness() / rate).min(1.0),
-                };
+                let path = path_of(line, brightest.rate);
                 let post = Post { layer, place: tree.nodes()[i].place, depth: brightest.depth };
                 // Neighbours look at different energies.
                 let [x, y] = post.place.map(|along| along / spacing(*base_level));
@@ -353,4 +351,11 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
         let allowed = spectra.share * self.tolerance * largest;
         within_budget(spectra.scouts.glance(&views, &glances, allowed))
     }
+}
+
+/// The part of the unit depth that G fills when it is everywhere as large as at a sample of a line;
+/// all of it if that is not known.
+fn path_of(line: &Line, rate: f64) -> f64 {
+    let path = line.brightness() / rate.abs();
+    if path > 0.0 { path.min(1.0) } else { 1.0 }
 }

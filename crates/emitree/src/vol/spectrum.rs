@@ -101,10 +101,10 @@ impl Spectrum {
     pub(crate) fn wanted(&self, bins: usize, effect: impl Fn(u32) -> f64) -> Vec<u32> {
         let mut wanted: Vec<u32> = Vec::new();
         for (place, guarded) in self.guarded() {
-            let allowed = 1.0 / (DECAY * guarded * effect(place));
+            let remains = DECAY * guarded * effect(place);
             // As wide as what has not been looked at, in the mean over a bin that is wider.
             let share = |at: u32| (bins as f64 * unit(self.gap(at))).min(1.0);
-            wanted.extend(self.missing_around(place).filter(|&at| share(at) > allowed));
+            wanted.extend(self.missing_around(place).filter(|&at| remains * share(at) > 1.0));
         }
         wanted.sort_unstable();
         wanted.dedup();
