@@ -17,7 +17,9 @@ use std::collections::BTreeSet;
 
 /// The finest lattice that looks into every bin; with more bins than that, into some of them.
 const FINEST_FULL_LEVEL: u8 = 10;
-/// The lattice of glances is finer than the bins by so many levels…
+/// The lattice of glances, for few bins: a line is as narrow in a wide bin as in a narrow one…
+const LEAST_GLANCE_LEVEL: u8 = 7;
+/// …is finer than the bins by so many levels…
 const GLANCE_LEVELS: u8 = 2;
 /// …up to this one.
 const FINEST_GLANCE_LEVEL: u8 = 8;
@@ -124,7 +126,7 @@ impl<'a> Scouts<'a> {
     /// The lattice of the energies of glances.
     pub(crate) fn glance_level(&self) -> u8 {
         let level = self.level_of_bins();
-        (level + GLANCE_LEVELS).clamp(level, FINEST_GLANCE_LEVEL.max(level))
+        (level + GLANCE_LEVELS).clamp(LEAST_GLANCE_LEVEL, FINEST_GLANCE_LEVEL.max(level))
     }
 
     /// Has every spectrum sampled at these energies from now on, in the unit of the axis.

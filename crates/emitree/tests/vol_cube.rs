@@ -1,0 +1,294 @@
+//! Method `vol` with an energy axis: exact cubes, costs against images bin by bin, and its limits.
+#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use emitree::{
+    Canonical, Cube, CubeRendering, Ellipsoid, Emission, Ending, EnergyAxis, EnergyScale, FromFn,
+    FromSpectralFn, Healpix, Image, LosOptions, Method, Perspective, Projection, RenderOptions,
+    Steps, Viewpoint, VolOptions, render, render_cube,
+};
+use emitree_problems::cubes::{CubeProblem, problem, problems};
+use std::convert::Infallible;
+
+const SHAPE: [usize; 2] = [64, 64];
+const BINS: usize = 32;
+
+fn vol(tolerance: f64) -> RenderOptions<'static> {
+    RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
+}
+
+fn emission(problem: &CubeProblem) -> impl Emission<Error = Infallible> {
+    FromSpectralFn(|position, _, energy| problem.rate(position, energy))
+}
+
+/// A cube with its axis, and the exact one.
+struct Checked {
+    axis: EnergyAxis,
+    rendering: CubeRendering,
+    exact: Cube,
+    /// The largest error of a voxel over the largest voxel.
+    error: f64,
+}
+
+fn checked(name: &str, shape: [usize; 2], bins: usize, options: &RenderOptions<'_>) -> Checked {
+    let problem = problem(name).unwrap();
+    let axis = problem.default_axis(bins).unwrap();
+    let rendering = render_cube(&emission(&problem), &Canonical, shape, &axis, options).unwrap();
+    let exact = problem.exact(shape, &axis);
+    let error = rendering.cube.max_difference(&exact) / exact.largest();
+    Checked { axis, rendering, exact, error }
+}
+
+/// Voxels whose error is within its estimate, as a share.
+fn share_within_estimate(Checked { rendering, exact, .. }: &Checked, exact_error: f64) -> f64 {
+    let errors: Vec<f64> = rendering.error.as_ref().unwrap().voxels().collect();
+    let slack = exact_error * exact.largest();
+    let found = rendering.cube.voxels().zip(exact.voxels()).zip(&errors);
+    let within = found.filter(|((found, exact), error)| (found - exact).abs() <= *error + slack);
+    within.count() as f64 / errors.len() as f64
+}
+
+/// An image for each bin, at the middle of its energies, to a tolerance of its own largest pixel.
+fn evaluations_of_images(name: &str, tolerance: f64) -> u64 {
+    let problem = problem(name).unwrap();
+    let axis = problem.default_axis(BINS).unwrap();
+    let image = |bin: usize| {
+        let energy = axis.energy((bin as f64 + 0.5) / BINS as f64);
+        let emission = FromFn(|position, _| problem.rate(position, energy));
+        render(&emission, &Canonical, SHAPE, &vol(tolerance)).unwrap().evaluations
+    };
+    (0..BINS).map(image).sum()
+}
+
+/// The exact test: one spectrum everywhere is one image, to each tolerance, at a pinned cost.
+#[test]
+fn one_spectrum_everywhere_costs_one_image_and_a_few_spectra() {
+    for (tolerance, evaluations) in [(0.1, 4154), (0.01, 5164), (1e-3, 7481)] {
+        let found = checked("separable", SHAPE, BINS, &vol(tolerance));
+        let rendering = &found.rendering;
+        assert!(rendering.converged() && found.error <= tolerance, "{tolerance}: {}", found.error);
+        let estimate = rendering.estimated_error().unwrap();
+        assert!(found.error <= estimate && estimate <= tolerance, "{tolerance}: {estimate}");
+        assert_eq!(rendering.evaluations, evaluations, "{tolerance}");
+        assert_eq!(rendering.energies.len(), 1);
+    }
+}
+
+fn check_promise(name: &str) {
+    let exact_error = problem(name).unwrap().cube_error;
+    for (tolerance, bins) in [(0.1, BINS), (0.01, 5), (0.01, BINS), (1e-3, BINS)] {
+        let found = checked(name, SHAPE, bins, &vol(tolerance));
+        let estimate = found.rendering.estimated_error().unwrap();
+        assert!(found.rendering.converged(), "{name} {tolerance}");
+        assert!(found.error <= tolerance && estimate <= tolerance, "{name} {tolerance} {bins}");
+        assert!(found.error <= estimate, "{name} {tolerance} {bins}: {} {estimate}", found.error);
+        let within = share_within_estimate(&found, exact_error);
+        assert!(within >= 0.99, "{name} {tolerance} {bins}: {within}");
+    }
+}
+
+#[test]
+fn promises_are_kept_for_lines_and_edges() {
+    ["mixture", "narrow-line", "edge"].into_iter().for_each(check_promise);
+}
+
+#[test]
+fn promises_are_kept_for_smooth_spectra_that_change_with_place() {
+    ["bremsstrahlung", "ena-ring"].into_iter().for_each(check_promise);
+}
+
+/// A line that is elsewhere at each place is the dearest.
+#[test]
+fn promises_are_kept_for_a_line_that_is_shifted() {
+    for (tolerance, evaluations) in [(0.1, 192_419), (0.01, 407_165)] {
+        let found = checked("doppler", SHAPE, BINS, &vol(tolerance));
+        assert!(found.rendering.converged() && found.error <= tolerance, "{}", found.error);
+        assert_eq!(found.rendering.evaluations, evaluations);
+    }
+}
+
+/// Pinned, and against an image for each of 32 bins: smooth spectra cost less than a third, lines and
+/// edges less.
+#[test]
+fn cubes_cost_what_they_cost() {
+    for (name, evaluations, of_images) in [
+        ("mixture", 10_744, 76_688),
+        ("narrow-line", 9764, 75_611),
+        ("edge", 9605, 76_973),
+        ("bremsstrahlung", 8804, 119_287),
+        ("ena-ring", 19_086, 215_276),
+    ] {
+        let found = checked(name, SHAPE, BINS, &vol(0.01));
+        assert_eq!(found.rendering.evaluations, evaluations, "{name}");
+        assert_eq!(evaluations_of_images(name, 0.01), of_images, "{name}");
+        assert!(3 * evaluations < of_images, "{name}");
+    }
+}
+
+/// More bins cost spectra of more samples, not images.
+#[test]
+fn bins_cost_little() {
+    let cost = |bins| checked("bremsstrahlung", SHAPE, bins, &vol(0.01)).rendering.evaluations;
+    let [few, many] = [8, 256].map(cost);
+    assert!(many < 2 * few, "{few} {many}");
+}
+
+#[test]
+fn the_sum_over_energy_is_the_exact_band() {
+    for name in ["separable", "edge"] {
+        let found = checked(name, [40, 30], 12, &vol(0.01));
+        let band = found.rendering.cube.sum_over_energy(&found.axis);
+        let exact = found.exact.sum_over_energy(&found.axis);
+        let error = band.max_difference(&exact) / exact.min_max().1;
+        assert!(error < 0.01, "{name}: {error}");
+        let widths: Vec<f64> = found.axis.edges().windows(2).map(|e| e[1] - e[0]).collect();
+        let bands = found.rendering.cube.bands().iter().zip(&widths);
+        let by_hand: f64 = bands.map(|(band, width)| band[(7, 9)] * width).sum();
+        assert!((band[(7, 9)] - by_hand).abs() < 1e-12 * by_hand.abs());
+    }
+}
+
+#[test]
+fn threads_and_batches_change_no_bit() {
+    let reference = checked("ena-ring", [24, 32], 10, &vol(0.01)).rendering;
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let options = RenderOptions { batch_size: 1000 * threads as u64 + 1, ..vol(0.01) };
+        let again = pool.install(|| checked("ena-ring", [24, 32], 10, &options).rendering);
+        assert_eq!(again.evaluations, reference.evaluations);
+        assert!(again.cube == reference.cube && again.error == reference.error, "{threads}");
+        assert_eq!(again.energies, reference.energies);
+    }
+}
+
+/// A limit ends the rendering with what is there, and says that the promise is not kept.
+#[test]
+fn a_limit_is_kept_and_told() {
+    for limit in [1000, 5000, 12_000] {
+        let options = RenderOptions { max_evaluations: limit, ..vol(1e-3) };
+        let found = checked("ena-ring", SHAPE, BINS, &options);
+        assert!(found.rendering.evaluations <= limit, "{limit}");
+        assert!(!found.rendering.converged(), "{limit}");
+        assert_ne!(found.rendering.ending, Ending::Complete);
+        assert_eq!(found.rendering.cube.shape(), [BINS, 64, 64]);
+    }
+}
+
+#[test]
+fn darkness_and_a_flat_spectrum_have_one_energy() {
+    let axis = EnergyAxis::new(1.0, 2.0, 7, EnergyScale::Linear).unwrap();
+    let dark = FromSpectralFn(|_: [f64; 3], _, _: f64| 0.0);
+    let rendering = render_cube(&dark, &Canonical, [8, 8], &axis, &vol(0.01)).unwrap();
+    assert!(rendering.converged() && rendering.cube.largest() == 0.0);
+    assert_eq!(rendering.estimated_error(), Some(0.0));
+    let flat = FromSpectralFn(|[x, ..]: [f64; 3], _, _: f64| 1.0 + x);
+    let rendering = render_cube(&flat, &Canonical, [8, 8], &axis, &vol(0.01)).unwrap();
+    assert_eq!(rendering.energies.len(), 1);
+    for (column, expected) in (0..8).map(|column| (column, 1.0 + (column as f64 + 0.5) / 8.0)) {
+        for band in rendering.cube.bands() {
+            assert!((band[(3, column)] - expected).abs() < 1e-12, "{column}");
+        }
+    }
+}
+
+/// A line a thousandth of a bin wide is met by no sample; one is told where it is.
+#[test]
+fn a_very_narrow_line_is_found_where_it_is_announced() {
+    let axis = EnergyAxis::new(0.0, 10.0, 10, EnergyScale::Linear).unwrap();
+    let (line, width) = (6.4, 1e-3);
+    let rate = |[x, y, z]: [f64; 3], _, energy: f64| {
+        let square = (x - 0.3).powi(2) + (y - 0.5).powi(2) + (z - 0.5).powi(2);
+        1.0 + 400.0 * (-((energy - line) / width).powi(2)).exp() * (-20.0 * square).exp()
+    };
+    let options = RenderOptions { line_energies: &[line], ..vol(0.01) };
+    let told = render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &options).unwrap();
+    // Without the continuum the sixth bin has the column of the ball times the line's area.
+    let column =
+        |centre: f64, from: f64, to: f64| emitree_problems::means::gaussian(20.0, centre, from, to);
+    let pixel = |at: usize| {
+        let edges = |i: usize| [i as f64 / 16.0, (i + 1) as f64 / 16.0];
+        let ([x0, x1], [y0, y1]) = (edges(at % 16), edges(at / 16));
+        let ball = column(0.3, x0, x1) * column(0.5, y0, y1) * column(0.5, 0.0, 1.0);
+        1.0 + 400.0 * width * core::f64::consts::PI.sqrt() * ball
+    };
+    let exact = Image::from_pixels(16, 16, (0..256).map(pixel).collect());
+    let largest = exact.min_max().1;
+    assert!(largest > 1.25, "{largest}");
+    assert!(told.cube.bands()[6].max_difference(&exact) < 0.01 * largest);
+    assert!(
+        told.cube.bands()[5].max_difference(&Image::from_pixels(16, 16, vec![1.0; 256])) < 0.01
+    );
+}
+
+/// The mean over a bin of a spectrum with a scale height that grows with energy, by Gauss–Legendre.
+fn mean_over_bin(edges: [f64; 2], rate: impl Fn(f64) -> f64) -> f64 {
+    let nodes = [(-0.774_596_669_241_483_4, 5.0), (0.0, 8.0), (0.774_596_669_241_483_4, 5.0)];
+    let [middle, half] = [0.5 * (edges[0] + edges[1]), 0.5 * (edges[1] - edges[0])];
+    nodes.iter().map(|(node, weight)| weight / 18.0 * rate(middle + half * node)).sum()
+}
+
+/// Each band against an image of its own to a tenth of the tolerance.
+fn check_bands(
+    camera: &dyn Projection,
+    shape: [usize; 2],
+    rate: impl Fn([f64; 3], f64) -> f64 + Sync,
+) {
+    let axis = EnergyAxis::new(1.0, 3.0, 12, EnergyScale::Log).unwrap();
+    let emission = FromSpectralFn(|position, _, energy: f64| rate(position, energy));
+    let rendering = render_cube(&emission, camera, shape, &axis, &vol(0.01)).unwrap();
+    assert!(rendering.converged() && rendering.energies.len() > 1);
+    let largest = rendering.cube.largest();
+    for (band, edges) in rendering.cube.bands().iter().zip(axis.edges().windows(2)).step_by(5) {
+        let mean = |position, _| mean_over_bin([edges[0], edges[1]], |e| rate(position, e));
+        let image = render(&FromFn(mean), camera, shape, &vol(1e-3)).unwrap();
+        let error = band.max_difference(&image.image) / largest;
+        assert!(image.converged() && error < 0.01, "{error}");
+    }
+}
+
+fn radius([x, y, z]: [f64; 3]) -> f64 {
+    (x * x + y * y + z * z).sqrt()
+}
+
+#[test]
+fn an_opaque_body_hides_its_share_at_all_energies() {
+    let viewpoint = Viewpoint { position: [5.0, 1.0, 0.5], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
+    let camera = Perspective::new(viewpoint, [0.6, 0.5], [0.0, 10.0]).unwrap();
+    let body = Ellipsoid::sphere([0.0; 3], 1.0).unwrap();
+    let camera = camera.with_occulters(vec![body]).unwrap();
+    check_bands(&camera, [20, 24], |position, energy| {
+        (-(radius(position) - 1.0) / (0.3 * energy)).exp() / energy
+    });
+}
+
+#[test]
+fn the_whole_sky_has_a_cube() {
+    let sky = Healpix::new([0.2, 0.0, 0.1], [0.0, 4.0]).unwrap();
+    check_bands(&sky, Healpix::shape(8), |[x, y, z], energy| {
+        let at = radius([x - 1.0, y, z - 0.5]);
+        (-at * at * energy).exp() + 0.3 * (-radius([x, y, z])).exp() / energy.powi(2)
+    });
+}
+
+/// Line-of-sight integration of a cube is another way to it.
+#[test]
+fn lines_of_sight_see_the_same() {
+    let problem = problem("separable").unwrap();
+    let axis = problem.default_axis(6).unwrap();
+    let los = LosOptions { lines: 4, steps: Steps::Fixed(64) };
+    let options = RenderOptions::new(Method::Los(los));
+    let lines = render_cube(&emission(&problem), &Canonical, [12, 10], &axis, &options).unwrap();
+    let exact = problem.exact([12, 10], &axis);
+    let error = lines.cube.max_difference(&exact) / exact.largest();
+    assert!(error < 0.02, "{error}");
+    assert_eq!(lines.energies.len(), 24);
+    assert_eq!(lines.evaluations, 12 * 10 * 16 * 64 * 24);
+}
+
+/// No bin costs: one of them is an image of the band's mean.
+#[test]
+fn one_bin_is_an_image() {
+    for problem in problems().iter().filter(|problem| problem.name != "doppler") {
+        let found = checked(problem.name, [20, 20], 1, &vol(0.01));
+        assert!(found.rendering.converged() && found.error < 0.01, "{}", problem.name);
+    }
+}
