@@ -36,6 +36,9 @@ fn describe(to: &mut impl Write, model: &ModelDescription) -> Result<(), Failure
     writeln!(to, "    {}", model.summary)?;
     writeln!(to, "    source       {}", model.source)?;
     writeln!(to, "    length unit  {}", or_none(model.length_unit))?;
+    if let Some(unit) = model.energy_unit {
+        writeln!(to, "    energy unit  {unit}")?;
+    }
     writeln!(to, "    image unit   {}", or_none(model.image_unit))?;
     let default = |parameter: &ParameterDefault| match parameter {
         ParameterDefault::Value(value) => value.to_string(),

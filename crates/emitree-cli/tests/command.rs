@@ -348,6 +348,9 @@ fn models_are_listed_with_units_defaults_and_sources() {
     let one = folder.emitree("models jorgensen");
     one.succeeds();
     assert!(one.stdout.starts_with("jorgensen:") && !one.stdout.contains("cmem:"));
+    assert!(!one.stdout.contains("energy unit"));
+    let spectral = folder.emitree("models ena_ring");
+    assert!(spectral.stdout.contains("    energy unit  keV\n"), "{}", spectral.stdout);
     let unknown = folder.emitree("models cmen");
     unknown.fails_with(2);
     assert_eq!(

@@ -54,7 +54,7 @@ fn an_expression_that_does_not_parse() {
 }
 
 #[test]
-fn the_energy_that_is_not_there_yet() {
+fn an_energy_without_a_table_of_energies() {
     refused("sin(5*x)", "sin(5*E)", "", 2, &["`E`", "energy"]);
 }
 

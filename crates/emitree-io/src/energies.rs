@@ -20,6 +20,7 @@ pub struct Energies {
     name: String,
     unit: Unit,
     joules: f64,
+    lines: Vec<f64>,
 }
 
 impl Energies {
@@ -34,7 +35,18 @@ impl Energies {
             return Err(UnitError::NotAnEnergy { unit: name, dimension: unit.dimension() });
         }
         let joules = unit.factor_to(&Unit::parse("J")?)?;
-        Ok(Self { axis, name, unit, joules })
+        Ok(Self { axis, name, unit, joules, lines: Vec::new() })
+    }
+
+    /// With the energies of spectral lines, in the unit of the axis; see
+    /// [`RenderOptions::line_energies`](emitree::RenderOptions::line_energies).
+    pub fn with_lines(self, lines: Vec<f64>) -> Self {
+        Self { lines, ..self }
+    }
+
+    /// The energies of spectral lines that are known beforehand.
+    pub fn lines(&self) -> &[f64] {
+        &self.lines
     }
 
     /// The bins, their energies in [`unit`](Self::unit).

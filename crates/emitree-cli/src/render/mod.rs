@@ -56,6 +56,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
     options.batch_size = scene.render.batch_size.unwrap_or(options.batch_size);
     options.seeds = &scene.render.seeds;
+    options.line_energies = scene.energy.as_ref().map_or(&[], |energies| energies.lines());
     options.progress = Some(&progress);
     if frames.is_some() {
         options.frame = Some(&on_frame);

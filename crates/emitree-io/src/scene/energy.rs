@@ -13,9 +13,11 @@ const DEFAULT_UNIT: &str = "keV";
 pub(super) fn read(mut table: Table) -> Result<Energies, SceneError> {
     const END: &str = "an energy, in `energy.unit`";
     const BINS: &str = "a number of energy bins, 1 to 65536";
+    const LINES: &str = "an array of energies, as in [6.4, 6.7]";
     let whole = table.place().clone();
     let (min, max) = (table.require("min", END)?, table.require("max", END)?);
     let bins = table.require("bins", BINS)?;
+    let lines = table.take("lines");
     let unit = table.text("unit")?;
     let scale = table.text("scale")?.map_or(Ok(EnergyScale::Linear), |text| scale(&text))?;
     table.finish()?;
@@ -32,8 +34,13 @@ pub(super) fn read(mut table: Table) -> Result<Energies, SceneError> {
             EnergyError::Bins(count) => bins.refuse(&count.to_string(), BINS),
             other => SceneError::at(&whole, format!("`[energy]`: {other}")),
         })?;
+    let lines = lines.as_ref().map_or(Ok(Vec::new()), |lines| lines.list(LINES))?;
+    if let Some((line, node)) = lines.iter().find(|(line, _)| !(low..=high).contains(line)) {
+        return Err(node.refuse(&line.to_string(), &format!("energies from {low} to {high}")));
+    }
+    let lines = lines.into_iter().map(|(line, _)| line).collect();
     let name = unit.as_ref().map_or(DEFAULT_UNIT, |(name, _)| name);
-    Energies::new(axis, name).map_err(|error| {
+    Energies::new(axis, name).map(|energies| energies.with_lines(lines)).map_err(|error| {
         let place = unit.as_ref().map_or(&whole, |(_, place)| place);
         let refused = SceneError::at(place, format!("`energy.unit`: {error}"));
         // A unit that can't be read says itself what was expected.
@@ -103,6 +110,8 @@ scale = "log"
         let few = Scene::parse("scene.toml", head, &[change("energy.bins", "3")]).unwrap();
         let axis = EnergyAxis::new(0.5, 8.0, 3, EnergyScale::Linear).unwrap();
         assert_eq!(few.energy, Some(Energies::new(axis, "keV").unwrap()));
+        let with_lines = scene("bins = 12", "bins = 12\nlines = [6.4, 1]").unwrap();
+        assert_eq!(with_lines.energy.unwrap().lines(), [6.4, 1.0]);
         let (head, _) = SCENE.split_once("[energy]").unwrap();
         assert_eq!(Scene::parse("scene.toml", head, &[]).unwrap().energy, None);
         let changes = ["energy.min", "energy.max", "energy.bins"].map(|key| change(key, "2"));
@@ -139,6 +148,10 @@ scale = "log"
         let error = scene("\"eV\"", "\"kev\"").unwrap_err();
         assert!(error.message().starts_with("`energy.unit`: unit `kev`: unknown name `kev`"));
         assert_eq!((error.line().unwrap().1, error.expected()), (15, ""));
+        let within = "expected energies from 0.5 to 8";
+        expect(["12\n", "12\nlines = [1, 9.5]\n"], 17, "`energy.lines[1]` is 9.5", within);
+        let array = "expected an array of energies, as in [6.4, 6.7]";
+        expect(["12\n", "12\nlines = 6.4\n"], 17, "`energy.lines` is a number", array);
         let (message, slip) = ("unknown key `energy.scael`", "did you mean `scale`?");
         expect(["scale", "scael"], 17, message, slip);
     }

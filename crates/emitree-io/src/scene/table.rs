@@ -160,6 +160,12 @@ impl Node {
             .map_err(|_| self.refuse(&format!("an array of {count}"), expected))
     }
 
+    /// Any number of numbers, each with the node that it stands in.
+    pub(super) fn list(&self, expected: &str) -> Result<Vec<(f64, &Self)>, SceneError> {
+        let Value::Array(items) = &self.value else { return Err(wrong_kind(self, expected)) };
+        items.iter().map(|item| Ok((item.number()?, item))).collect()
+    }
+
     /// An error that says what the value is and what was expected.
     pub(super) fn refuse(&self, value: &str, expected: &str) -> SceneError {
         SceneError::at(&self.place, format!("`{}` is {value}", self.path))
