@@ -16,8 +16,12 @@
 //! * `error_map`, `opening`: that spread over the pixels, and the nodes that are worth opening;
 //! * `pixels`: the means over pixels;
 //! * `shares`: what each pixel has of a layer, where the image has edges that geometry knows;
+//! * `spectrum`: G along the energy axis at one point; `scouts`: the points where spectra are sampled;
+//! * `energies`: the energies that explain all spectra, and bins as sums of their images; `spectra`: when
+//!   to look at which;
+//! * `visible`: the layers of all tiles, before there are energies;
 //! * `sheet`: the image tree of one [layer](crate::Layer), and its part in the image;
-//! * `engine`: the loop over all this, for all layers of the view.
+//! * `engine`: the loop over all this, for all layers of the view and all energies.
 //!
 //! What is promised, and what can't be, is told at [`VolOptions::tolerance`].
 
