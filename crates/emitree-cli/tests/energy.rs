@@ -79,8 +79,7 @@ fn a_scene_with_energies_becomes_a_cube() {
     assert_eq!(shape(&npy), "(4, 5, 6)");
     let cube = pixels(&npy);
     for (index, voxel) in cube.iter().enumerate() {
-        // All bins have one ratio of their ends, and so one error of the rule along the energies.
-        assert!(close(voxel / cube[0], flat(index) / flat(0)), "{index}: {voxel}");
+        assert!(close(*voxel, flat(index)), "{index}: {voxel}");
     }
     let band_file = folder.bytes("b.npy");
     assert_eq!(shape(&band_file), "(5, 6)");
@@ -120,6 +119,55 @@ fn a_scene_with_energies_becomes_a_cube() {
     assert_eq!((width, height), (2 * 6 + 1, 2 * 5 + 1));
     let (width, height, _) = decode_png(&folder.bytes("b.png"));
     assert_eq!((width, height), (6, 5));
+}
+
+/// A Gaussian ball whose spectrum is steeper outside, by a method.
+fn spectral(method: &str) -> Folder {
+    let expression = "exp(-8*((x-0.5)^2 + (y-0.4)^2 + (z-0.5)^2)) * exp(-E*(1 + x)/2)";
+    let scene = CUBE
+        .replace("1 + x + 2*y + 3*z", expression)
+        .replace("min = 500\nmax = 8000\nunit = \"eV\"\nbins = 4", "min = 0.5\nmax = 8\nbins = 6")
+        .replace("method = \"los\"\nsteps = 10", method);
+    Folder::with_scene(&scene)
+}
+
+/// The default method, the paper's and lines of sight agree, and the first costs least.
+#[test]
+fn all_methods_see_the_same_cube() {
+    let methods = [
+        ("tolerance = 0.005", "vol: to 0.5 % of the largest voxel"),
+        ("method = \"paper\"\nthreshold = \"0.3%\"\nbase_level = 3", "paper: "),
+        ("method = \"los\"\nsteps = 32\nlines = 8", "los: "),
+    ];
+    let found = methods.map(|(method, summary)| {
+        let folder = spectral(method);
+        let run = folder.emitree("render scene.toml -o a.npy --report r.json");
+        run.succeeds();
+        assert!(run.stdout.contains(summary), "no `{summary}` in:\n{}", run.stdout);
+        let evaluations = folder.json("r.json")["evaluations"].as_u64().unwrap();
+        (pixels(&folder.bytes("a.npy")), evaluations)
+    });
+    let [vol, paper, los] = found;
+    let largest = los.0.iter().copied().fold(0.0, f64::max);
+    let difference = |other: &[f64]| {
+        other.iter().zip(&los.0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest
+    };
+    let [vol_error, paper_error] = [difference(&vol.0), difference(&paper.0)];
+    assert!(vol_error < 0.006 && paper_error < 0.02, "{vol_error} {paper_error}");
+    assert!(vol.1 < paper.1 && paper.1 < los.1, "{} {} {}", vol.1, paper.1, los.1);
+}
+
+/// A limit ends a cube as it ends an image: what there is is written, and the exit code tells.
+#[test]
+fn a_limit_ends_a_cube() {
+    let folder = spectral("tolerance = 1e-5\nmax_evaluations = 2000");
+    let run = folder.emitree("render scene.toml -o a.npy --error-map e.npy --report r.json");
+    run.fails_with(4);
+    folder.holds(&["a.npy", "e.npy", "r.json", "scene.toml"]);
+    let report = folder.json("r.json");
+    assert!(report["evaluations"].as_u64().unwrap() <= 2000);
+    assert_eq!(report["converged"], false);
+    assert_eq!(shape(&folder.bytes("e.npy")), "(6, 5, 6)");
 }
 
 #[test]
@@ -252,6 +300,6 @@ fn what_a_cube_can_not_be_is_refused() {
 fn a_cube_whose_emission_fails_leaves_nothing() {
     let folder = Folder::with_scene(&CUBE.replace("1 + x", "ln(x - 0.5)"));
     let run = folder.emitree("render scene.toml -o a.fits --band b.npy --report r.json");
-    run.fails_with(3);
+    run.fails_with(4);
     folder.holds(&["scene.toml"]);
 }
