@@ -51,6 +51,14 @@ pub(crate) struct RenderArguments {
     /// .npy or .png. May be repeated.
     #[arg(long = "band", value_name = "FILE")]
     pub(crate) bands: Vec<PathBuf>,
+    /// Write the counts that the scene's [instrument] is expected to make here, a cube of channels;
+    /// .fits, .npy or .png. May be repeated.
+    #[arg(long = "expected-counts", value_name = "FILE")]
+    pub(crate) expected_counts: Vec<PathBuf>,
+    /// Write counts drawn from the expected ones here, a Poisson realisation with the seed of the
+    /// scene; .fits, .npy or .png. May be repeated.
+    #[arg(long = "counts", value_name = "FILE")]
+    pub(crate) counts: Vec<PathBuf>,
     /// Write a series of ever finer images (PNG and NPY) into this folder. vol: the image after
     /// each step and its error; paper: the coefficients projected by size, the largest first.
     #[arg(long, value_name = "DIR")]
@@ -102,6 +110,9 @@ pub(crate) struct RenderArguments {
     /// Equal steps along each line of sight (method los).
     #[arg(long, value_name = "M")]
     steps: Option<String>,
+    /// The seed of --counts; another one draws other counts.
+    #[arg(long, value_name = "N")]
+    seed: Option<String>,
     /// Replace any value of the scene, as in --set emission.constants.a=50. May be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     set: Vec<(String, String)>,
@@ -131,6 +142,7 @@ impl RenderArguments {
             ("image.height", "height", &self.height),
             ("render.lines", "lines", &self.lines),
             ("render.steps", "steps", &self.steps),
+            ("instrument.seed", "seed", &self.seed),
         ];
         overrides(&options, &self.set)
     }

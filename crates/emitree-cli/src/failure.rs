@@ -1,6 +1,7 @@
 //! Failures, their messages and their exit codes.
 
 use emitree::{RenderError, WorldTreeError};
+use emitree_instrument::{ObservationError, PoissonError};
 use emitree_io::{
     EmissionFailure, FitsEncodeError, NpyError, OutputError, PictureError, SceneError,
     UnknownEnding,
@@ -31,6 +32,10 @@ pub(crate) enum Failure {
     Problem(#[from] RenderError<Infallible>),
     #[error(transparent)]
     Tree(#[from] WorldTreeError<EmissionFailure>),
+    #[error("expected counts: {0}")]
+    Observation(#[from] ObservationError),
+    #[error("--counts: {0}")]
+    Poisson(#[from] PoissonError),
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error("output: {0}")]

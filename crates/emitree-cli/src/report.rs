@@ -1,8 +1,9 @@
 //! The report of a rendering, for programs to read. Its keys are a contract.
 
-use crate::render::Rendered;
+use crate::render::{Counts, Rendered, total};
 use emitree::Method;
-use emitree_io::{Energies, Scene};
+use emitree_instrument::{Step, StepSum};
+use emitree_io::{Energies, Scene, SceneInstrument};
 use serde::Serialize;
 
 /// report.json.
@@ -23,6 +24,7 @@ pub(crate) struct Report {
     image: ImageReport,
     energy: Option<EnergyReport>,
     energies: Option<usize>,
+    instrument: Option<InstrumentReport>,
     version: &'static str,
     scene: String,
     overrides: Vec<String>,
@@ -66,6 +68,53 @@ impl EnergyReport {
     }
 }
 
+#[derive(Debug, Serialize)]
+struct InstrumentReport {
+    exposure: f64,
+    channels: usize,
+    steps: Vec<StepReport>,
+    expected_counts: f64,
+    counts: Option<f64>,
+    seed: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct StepReport {
+    step: &'static str,
+    before: f64,
+    added: f64,
+    lost: f64,
+    after: f64,
+}
+
+impl InstrumentReport {
+    fn new(counts: &Counts, instrument: &SceneInstrument) -> Self {
+        Self {
+            exposure: instrument.instrument.exposure_s,
+            channels: counts.expected.bands().len(),
+            steps: counts.steps.iter().map(StepReport::new).collect(),
+            expected_counts: total(&counts.expected),
+            counts: counts.drawn.as_ref().map(total),
+            seed: instrument.seed,
+        }
+    }
+}
+
+impl StepReport {
+    fn new(&StepSum { step, before, added, lost, after }: &StepSum) -> Self {
+        let step = match step {
+            Step::Photons => "photons",
+            Step::Area => "area",
+            Step::Psf => "psf",
+            Step::Energies => "energies",
+            Step::Redistribution => "redistribution",
+            Step::Background => "background",
+            _ => "other",
+        };
+        Self { step, before, added, lost, after }
+    }
+}
+
 impl Report {
     pub(crate) fn new(scene: &Scene, rendered: &Rendered) -> Self {
         let (min, max) = rendered.map.cube().min_max();
@@ -100,6 +149,11 @@ impl Report {
             },
             energy: scene.energy.as_ref().map(EnergyReport::new),
             energies: rendered.energies,
+            instrument: rendered
+                .counts
+                .as_ref()
+                .zip(scene.instrument.as_ref())
+                .map(|(counts, instrument)| InstrumentReport::new(counts, instrument)),
             version: env!("CARGO_PKG_VERSION"),
             scene: scene.name.clone(),
             overrides: scene.overrides.clone(),

@@ -85,10 +85,18 @@ impl Energies {
     /// If there are no such bins.
     pub fn label(&self, bins: std::ops::Range<usize>) -> String {
         let edges = self.axis.edges();
-        let [low, high] = [edges[bins.start], edges[bins.end]];
-        let number = |energy| short(energy, high - low);
-        format!("{}–{} {}", number(low), number(high), self.name)
+        energy_range([edges[bins.start], edges[bins.end]], &self.name)
     }
+}
+
+/// A range of energies in a unit, for people: `0.5–2 keV`. It has as many digits as its length needs.
+///
+/// ```
+/// assert_eq!(emitree_io::energy_range([0.5, 0.625], "keV"), "0.5–0.625 keV");
+/// ```
+pub fn energy_range([low, high]: [f64; 2], unit: &str) -> String {
+    let number = |energy| short(energy, high - low);
+    format!("{}–{} {unit}", number(low), number(high))
 }
 
 /// A number with the digits that a difference of `step` needs, without zeros at the end.

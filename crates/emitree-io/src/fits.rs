@@ -4,6 +4,7 @@
 //! that [`Image`] and [`Cube`] keep them, without a flip.
 
 mod card;
+mod channels;
 mod energies;
 mod healpix;
 mod provenance;
@@ -16,6 +17,7 @@ pub use wcs::{Wcs, WcsAxis};
 use crate::energies::Energies;
 pub(crate) use card::set;
 use emitree::{Cube, Image};
+use emitree_instrument::Channel;
 use fits_well::header::Header;
 use fits_well::image::{Borrowed, Scaling, View};
 use fits_well::{FitsError, FitsWriter};
@@ -28,20 +30,42 @@ use std::time::SystemTime;
 pub struct FitsImage<'a> {
     name: &'a str,
     bands: &'a [Image],
-    is_cube: bool,
+    third: Third<'a>,
     unit: Option<&'a str>,
+}
+
+/// What the third axis of an image is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Third<'a> {
+    /// There is none.
+    None,
+    /// The energy, in the bins of the file.
+    Energy,
+    /// The channel of a detector.
+    Channel(&'a [Channel]),
 }
 
 impl<'a> FitsImage<'a> {
     /// An image with the name of its HDU (`EXTNAME`), such as `ERROR`, and the unit of its pixels
     /// (`BUNIT`) in the grammar of FITS, `m-2 sr-1 s-1` for example; none for pure numbers.
     pub fn new(name: &'a str, image: &'a Image, unit: Option<&'a str>) -> Self {
-        Self { name, bands: core::slice::from_ref(image), is_cube: false, unit }
+        Self { name, bands: core::slice::from_ref(image), third: Third::None, unit }
     }
 
     /// A cube, likewise: three axes, the third of which is the energy.
     pub fn cube(name: &'a str, cube: &'a Cube, unit: Option<&'a str>) -> Self {
-        Self { name, bands: cube.bands(), is_cube: true, unit }
+        Self { name, bands: cube.bands(), third: Third::Energy, unit }
+    }
+
+    /// A cube whose third axis is the channel of a detector. As the primary one it brings the table
+    /// `EBOUNDS` as the last extension, with the number and the nominal energies of each channel.
+    pub fn channels(
+        name: &'a str,
+        cube: &'a Cube,
+        channels: &'a [Channel],
+        unit: Option<&'a str>,
+    ) -> Self {
+        Self { name, bands: cube.bands(), third: Third::Channel(channels), unit }
     }
 
     /// The shape of one band.
@@ -57,7 +81,7 @@ impl<'a> FitsImage<'a> {
     ) -> Result<(), FitsEncodeError> {
         let [width, height] = self.shape().unwrap_or_default();
         let shape = [width, height, self.bands.len()];
-        let shape = if self.is_cube { &shape[..] } else { &shape[..2] };
+        let shape = if self.third == Third::None { &shape[..2] } else { &shape[..] };
         let pixels: Cow<'_, [f64]> = match self.bands {
             [image] => Cow::Borrowed(image.pixels()),
             bands => bands.iter().flat_map(Image::pixels).copied().collect(),
@@ -172,6 +196,9 @@ impl FitsFile<'_> {
         if let Some(energies) = self.energies {
             energies::write_table(&mut writer, energies)?;
         }
+        if let Third::Channel(channels) = self.primary.third {
+            channels::write_table(&mut writer, channels)?;
+        }
         Ok(writer.into_inner())
     }
 
@@ -184,8 +211,9 @@ impl FitsFile<'_> {
         }
         let Some(wcs) = &self.wcs else { return Ok(header) };
         if of.shape() == self.primary.shape() {
-            let wcs = match self.energies {
-                Some(energies) if of.is_cube => wcs.clone().with_energies(energies),
+            let wcs = match (of.third, self.energies) {
+                (Third::Energy, Some(energies)) => wcs.clone().with_energies(energies),
+                (Third::Channel(channels), _) => wcs.clone().with_channels(channels),
                 _ => wcs.clone(),
             };
             for card in wcs.cards() {

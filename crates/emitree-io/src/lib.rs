@@ -41,7 +41,7 @@ mod tree_file;
 pub mod units;
 
 pub use colour::{ColourMap, ValueRange};
-pub use energies::Energies;
+pub use energies::{Energies, energy_range};
 pub use fits::{
     Card, CardValue, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs, WcsAxis,
 };
@@ -52,6 +52,6 @@ pub use output::{OutputError, OutputFile, OutputSet};
 pub use png::{PictureError, PictureOptions, encode_png};
 pub use scene::{
     BuildSettings, Camera, CameraKind, EmissionFailure, EmissionSource, GridEmission, Override,
-    Quantity, RenderSettings, Scene, SceneEmission, SceneError,
+    Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,
 };
 pub use tree_file::{TreeFile, TreeFileError};

@@ -17,10 +17,12 @@ pub(super) fn encode(
     rendered: &Rendered,
     product: &Product<'_>,
 ) -> Result<Vec<u8>, Failure> {
-    let (provenance, history) = (provenance(scene, rendered), history(scene));
+    let mut provenance = provenance(scene, rendered);
+    provenance.extend(product.provenance.iter().cloned());
+    let history = history(scene);
     let date = Some(SystemTime::now());
     let first = (product.name, product.map, product.unit);
-    let energies = scene.energy.as_ref().filter(|_| product.map.is_cube());
+    let energies = scene.energy.as_ref().filter(|_| product.map.has_energies());
     if scene.camera.kind() == CameraKind::Healpix {
         let maps = std::iter::once(&first).chain(&product.others);
         let columns: Vec<Column<'_>> = maps.flat_map(columns).collect();

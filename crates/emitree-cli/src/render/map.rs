@@ -1,6 +1,8 @@
 //! What a rendering makes, whether it has energies or not: maps of one band or of many.
 
+use super::counts::Counts;
 use emitree::{Cube, CubeRendering, Ending, Image, RenderedTree, Rendering, irradiance_of};
+use emitree_instrument::Channel;
 use emitree_io::{FitsImage, Quantity, Scene};
 use std::time::Duration;
 
@@ -8,25 +10,55 @@ use std::time::Duration;
 #[derive(Clone, Debug)]
 pub(crate) struct Map {
     bands: Cube,
-    is_cube: bool,
+    kind: Kind,
+}
+
+/// What the bands of a map are.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Kind {
+    /// The only one, of an image.
+    Image,
+    /// Means over the bins of the scene.
+    Energies,
+    /// Counts in channels, of which there may be as many as bins.
+    Counts {
+        channels: Vec<Channel>,
+        /// Whether each is a bin of the scene.
+        are_bins: bool,
+    },
 }
 
 impl From<Image> for Map {
     fn from(image: Image) -> Self {
-        Self { bands: Cube::from_bands(vec![image]), is_cube: false }
+        Self { bands: Cube::from_bands(vec![image]), kind: Kind::Image }
     }
 }
 
 impl From<Cube> for Map {
     fn from(bands: Cube) -> Self {
-        Self { bands, is_cube: true }
+        Self { bands, kind: Kind::Energies }
     }
 }
 
 impl Map {
-    /// Whether there is an energy axis, be it of one bin.
+    /// Counts in channels, each of which is a bin of the scene or not.
+    pub(super) fn counts(bands: Cube, channels: Vec<Channel>, are_bins: bool) -> Self {
+        Self { bands, kind: Kind::Counts { channels, are_bins } }
+    }
+
+    /// Whether there is a third axis, be it of one bin.
     pub(crate) fn is_cube(&self) -> bool {
-        self.is_cube
+        self.kind != Kind::Image
+    }
+
+    /// Whether the third axis is that of the energies of the scene.
+    pub(super) fn has_energies(&self) -> bool {
+        matches!(self.kind, Kind::Energies | Kind::Counts { are_bins: true, .. })
+    }
+
+    /// What the bands are.
+    pub(super) fn kind(&self) -> &Kind {
+        &self.kind
     }
 
     /// The bands, the lowest energies first; an image is one.
@@ -41,8 +73,11 @@ impl Map {
 
     /// As an HDU of FITS.
     pub(super) fn fits<'a>(&'a self, name: &'a str, unit: Option<&'a str>) -> FitsImage<'a> {
-        match self.bands() {
-            [image] if !self.is_cube => FitsImage::new(name, image, unit),
+        match (self.bands(), &self.kind) {
+            ([image], Kind::Image) => FitsImage::new(name, image, unit),
+            (_, Kind::Counts { channels, are_bins: false }) => {
+                FitsImage::channels(name, &self.bands, channels, unit)
+            }
             _ => FitsImage::cube(name, &self.bands, unit),
         }
     }
@@ -59,7 +94,7 @@ impl Map {
 
     /// The image of the whole energy band of a cube.
     fn whole_band(&self, scene: &Scene) -> Option<Self> {
-        Some(scene.band_image(&self.bands).filter(|_| self.is_cube)?.into())
+        Some(scene.band_image(&self.bands).filter(|_| self.is_cube())?.into())
     }
 }
 
@@ -74,6 +109,8 @@ pub(crate) struct Rendered {
     pub(crate) band: Option<Map>,
     /// A bound for the error of that image.
     pub(crate) band_error: Option<Map>,
+    /// What the instrument of the scene counts, if it has one.
+    pub(crate) counts: Option<Counts>,
     /// How many energies were evaluated, if the method takes some.
     pub(crate) energies: Option<usize>,
     pub(crate) evaluations: u64,
@@ -93,6 +130,7 @@ impl Rendered {
             error: rendering.error.map(|error| Map::from(error).in_quantity(scene)),
             band: None,
             band_error: None,
+            counts: None,
             energies: None,
             evaluations: rendering.evaluations,
             evaluations_of_pixels: rendering.evaluations_of_pixels.into(),
@@ -105,12 +143,13 @@ impl Rendered {
         }
     }
 
-    pub(crate) fn cube(scene: &Scene, rendering: CubeRendering) -> Self {
+    pub(crate) fn cube(scene: &Scene, rendering: CubeRendering, counts: Option<Counts>) -> Self {
         let map = Map::from(rendering.cube).in_quantity(scene);
         let error = rendering.error.map(|error| Map::from(error).in_quantity(scene));
         Self {
             band: map.whole_band(scene),
             band_error: error.as_ref().and_then(|error| error.whole_band(scene)),
+            counts,
             map,
             error,
             energies: Some(rendering.energies.len()).filter(|&energies| energies > 0),

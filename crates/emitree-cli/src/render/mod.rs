@@ -1,5 +1,6 @@
 //! `emitree render`: a scene file in, images out.
 
+mod counts;
 mod fits;
 mod frames;
 mod map;
@@ -9,6 +10,7 @@ mod progress;
 mod sheet;
 mod summary;
 
+pub(crate) use counts::{Counts, total};
 pub(crate) use fits::history;
 pub(crate) use map::Rendered;
 pub(crate) use progress::ProgressLine;
@@ -66,10 +68,14 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     }
     let shape = [scene.height, scene.width];
     let (emission, camera) = (&scene.emission, scene.camera.projection());
-    let rendered = pool.install(|| match &scene.energy {
-        None => render(emission, camera, shape, &options).map(|r| Rendered::image(&scene, r)),
-        Some(energies) => render_cube(emission, camera, shape, energies.axis(), &options)
-            .map(|r| Rendered::cube(&scene, r)),
+    let is_drawn = !arguments.counts.is_empty();
+    let rendered: Result<Rendered, Failure> = pool.install(|| match &scene.energy {
+        None => Ok(Rendered::image(&scene, render(emission, camera, shape, &options)?)),
+        Some(energies) => {
+            let found = render_cube(emission, camera, shape, energies.axis(), &options)?;
+            let counts = Counts::of(&scene, &found.cube, is_drawn)?;
+            Ok(Rendered::cube(&scene, found, counts))
+        }
     });
     line.finish();
     // A frame that can't be written ends the rendering as an interruption does: its own failure

@@ -1,15 +1,16 @@
 //! The files of a rendering: all of them prepared before g is called, all written at the end.
 
+use super::counts::{self, Counts};
 use super::fits::{self, NamedMap};
 use super::frames::{is_frame_of, prepare_folder, write_progression};
 use super::map::{Map, Rendered};
 use super::picture::{self, Style};
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
-use crate::report::Report;
-use emitree::{Healpix, Method, Steps};
+use crate::report::{Report, available_memory_bytes};
+use emitree::{Healpix, Method, RenderOptions, Steps};
 use emitree_io::{
-    CameraKind, Format, HealpixFile, OutputFile, OutputSet, Quantity, Scene, ValueRange,
+    CameraKind, Card, Format, HealpixFile, OutputFile, OutputSet, Quantity, Scene, ValueRange,
     encode_npy, encode_npy_cube, encode_npy_image,
 };
 use std::path::{Path, PathBuf};
@@ -21,6 +22,8 @@ type Target = (OutputFile, Format);
 pub(crate) struct Outputs {
     images: Vec<Target>,
     bands: Vec<Target>,
+    expected_counts: Vec<Target>,
+    counts: Vec<Target>,
     error_map: Option<Target>,
     report: Option<OutputFile>,
     progressive: Option<PathBuf>,
@@ -36,17 +39,23 @@ impl Outputs {
             arguments.outputs.clone()
         };
         let (bands, error_map) = (&arguments.bands, &arguments.error_map);
-        let paths = || images.iter().chain(bands).chain(error_map).chain(&arguments.report);
+        let (expected, drawn) = (&arguments.expected_counts, &arguments.counts);
+        let lists = [&images, bands, expected, drawn];
+        let maps = || lists.into_iter().flatten().chain(error_map);
+        let paths = || maps().chain(&arguments.report);
         if let Some(path) = paths().find(|path| same_file(path, &arguments.scene)) {
             let path = path.display();
             let why = "is the scene itself: expected another name";
             return Err(Failure::Request(format!("the output {path} {why}")));
         }
-        let maps: Vec<&PathBuf> = images.iter().chain(bands).chain(error_map).collect();
-        let formats: Vec<Format> = maps.iter().map(Format::from_path).collect::<Result<_, _>>()?;
-        if formats.contains(&Format::Fits) {
+        let formats: Vec<Format> = maps().map(Format::from_path).collect::<Result<_, _>>()?;
+        if images.iter().chain(bands).chain(error_map).any(is_fits) {
             check_columns(scene)?;
         }
+        let to_fits = expected.iter().chain(drawn).any(is_fits);
+        let allowed = available_memory_bytes()
+            .unwrap_or_else(|| RenderOptions::new(scene.render.method).max_memory_bytes);
+        counts::check(arguments, scene, to_fits, allowed)?;
         let style = Style::of(arguments);
         if style != Style::Bare && !formats.contains(&Format::Png) {
             let why = "no output is a picture: expected one that ends in .png";
@@ -60,14 +69,15 @@ impl Outputs {
                 return Err(Failure::Request(format!("the output {path} {why}")));
             }
         }
-        let counts = [images.len(), bands.len()];
+        let lengths = lists.map(Vec::len);
         let mut files = OutputSet::create(paths())?.into_iter();
         let mut targets = files.by_ref().take(formats.len()).zip(formats);
-        let [images, bands] = counts.map(|count| targets.by_ref().take(count).collect());
+        let [images, bands, expected_counts, counts] =
+            lengths.map(|length| targets.by_ref().take(length).collect());
         let error_map = targets.next();
         let report = files.next();
         let progressive = arguments.progressive.clone();
-        Ok(Self { images, bands, error_map, report, progressive, style })
+        Ok(Self { images, bands, expected_counts, counts, error_map, report, progressive, style })
     }
 
     /// Writes everything and returns the names of the files.
@@ -81,10 +91,19 @@ impl Outputs {
         let image = self.images.into_iter().map(|target| (target, Product::image(scene, rendered)));
         let bands = self.bands.into_iter();
         let bands = bands.filter_map(|target| Some((target, Product::band(scene, rendered)?)));
+        let of_instrument = rendered.counts.as_ref();
+        let expected = self.expected_counts.into_iter();
+        let expected =
+            expected.filter_map(|target| Some((target, Product::expected(scene, of_instrument?))));
+        let drawn = self.counts.into_iter();
+        let drawn =
+            drawn.filter_map(|target| Some((target, Product::drawn(scene, of_instrument?)?)));
         let error = self.error_map.into_iter();
         let error = error.filter_map(|target| Some((target, Product::error(scene, rendered)?)));
         let mut ready = Vec::new();
-        for ((file, format), product) in image.chain(bands).chain(error) {
+        for ((file, format), product) in
+            image.chain(bands).chain(expected).chain(drawn).chain(error)
+        {
             ready.push((file, product.encode(format, self.style, scene, rendered)?));
         }
         if let Some(file) = self.report {
@@ -100,6 +119,10 @@ impl Outputs {
         }
         Ok(written)
     }
+}
+
+fn is_fits(path: &PathBuf) -> bool {
+    Format::from_path(path).is_ok_and(|format| format == Format::Fits)
 }
 
 /// The outputs of a scene when none is asked for: in this folder, named like the scene.
@@ -119,6 +142,8 @@ pub(super) struct Product<'a> {
     pub(super) unit: &'a str,
     /// What a FITS file has besides.
     pub(super) others: Vec<NamedMap<'a>>,
+    /// What its FITS file tells beside what is true of the whole rendering.
+    pub(super) provenance: Vec<Card>,
 }
 
 impl<'a> Product<'a> {
@@ -128,7 +153,8 @@ impl<'a> Product<'a> {
         let error = rendered.error.iter().map(|error| ("ERROR", error, unit));
         let band = rendered.band.iter().map(|band| ("BAND", band, scene.band_unit()));
         let others = error.chain([evaluations(rendered)]).chain(band).collect();
-        Self { name: name(scene), meaning: picture::meaning(scene), map, unit, others }
+        let meaning = picture::meaning(scene);
+        Self { name: name(scene), meaning, map, unit, others, provenance: Vec::new() }
     }
 
     /// The image of the whole energy band, if there are energies.
@@ -136,13 +162,43 @@ impl<'a> Product<'a> {
         let (map, unit) = (rendered.band.as_ref()?, scene.band_unit());
         let error = rendered.band_error.iter().map(|error| ("ERROR", error, unit));
         let others = error.chain([evaluations(rendered)]).collect();
-        Some(Self { name: name(scene), meaning: scene.quantity.name(), map, unit, others })
+        let (name, meaning) = (name(scene), scene.quantity.name());
+        Some(Self { name, meaning, map, unit, others, provenance: Vec::new() })
+    }
+
+    /// The expected counts.
+    fn expected(scene: &Scene, counts: &'a Counts) -> Self {
+        Self {
+            name: "EXPECTED",
+            meaning: "expected counts",
+            map: &counts.expected,
+            unit: COUNT,
+            others: Vec::new(),
+            provenance: exposure(scene).into_iter().collect(),
+        }
+    }
+
+    /// The counts that were drawn, if any were.
+    fn drawn(scene: &Scene, counts: &'a Counts) -> Option<Self> {
+        let map = counts.drawn.as_ref()?;
+        let seed = scene.instrument.as_ref();
+        let seed = seed.map(|found| Card::new("SEED", found.seed, "of the counts that were drawn"));
+        let provenance = exposure(scene).into_iter().chain(seed).collect();
+        Some(Self {
+            name: "COUNTS",
+            meaning: "counts",
+            map,
+            unit: COUNT,
+            others: Vec::new(),
+            provenance,
+        })
     }
 
     /// The estimated error, if there is one.
     fn error(scene: &'a Scene, rendered: &'a Rendered) -> Option<Self> {
         let (map, unit) = (rendered.error.as_ref()?, scene.image_unit());
-        Some(Self { name: "ERROR", meaning: "estimated error", map, unit, others: Vec::new() })
+        let (others, provenance) = (Vec::new(), Vec::new());
+        Some(Self { name: "ERROR", meaning: "estimated error", map, unit, others, provenance })
     }
 
     fn encode(
@@ -160,6 +216,15 @@ impl<'a> Product<'a> {
             _ => encode(self.map, self.unit, format, scene, None),
         }
     }
+}
+
+/// The unit of counts, in the grammar of FITS.
+const COUNT: &str = "count";
+
+/// The exposure of the scene's instrument.
+fn exposure(scene: &Scene) -> Option<Card> {
+    let exposure_s = scene.instrument.as_ref()?.instrument.exposure_s;
+    Some(Card::new("EXPOSURE", exposure_s, "[s] of the counts"))
 }
 
 /// The name of the image among the parts of a FITS file.

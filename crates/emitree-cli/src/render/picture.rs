@@ -2,7 +2,7 @@
 
 use super::map::Map;
 use super::outputs::Product;
-use super::sheet::{self, Tile};
+use super::sheet;
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use emitree::projection::healpix::pixel_of_direction;
@@ -48,19 +48,11 @@ pub(super) fn bare(
         blank_outside: scene.camera.projection().has_regions() || is_sky(scene) || map.is_cube(),
         ..Default::default()
     };
-    let tiles = tiles(map, scene);
+    let tiles = sheet::tiles(map, scene.energy.as_ref());
     let rows = if tiles.len() > 1 { SKY_ROWS_OF_TILE } else { [LEAST_SKY_ROWS, MOST_SKY_ROWS] };
     let images: Vec<Image> =
         tiles.into_iter().map(|tile| flat(tile.image, scene, rows).into_owned()).collect();
     Ok(encode_png(&sheet::joined(&images), &options)?)
-}
-
-/// What a picture shows beside each other: an image alone, or the bands of a cube.
-fn tiles<'a>(map: &'a Map, scene: &Scene) -> Vec<Tile<'a>> {
-    match &scene.energy {
-        Some(energies) if map.is_cube() => sheet::tiles(map.bands(), energies),
-        _ => map.bands().iter().map(Tile::of_image).collect(),
-    }
 }
 
 /// Device pixels in a unit of a figure.
@@ -77,9 +69,9 @@ pub(super) fn annotated(
     scene: &Scene,
     logarithmic: bool,
 ) -> Result<Vec<u8>, Failure> {
-    let tiles = tiles(product.map, scene);
+    let tiles = sheet::tiles(product.map, scene.energy.as_ref());
     let rows = if tiles.len() > 1 { SKY_ROWS_OF_TILE } else { [ANNOTATED_SKY_ROWS, MOST_SKY_ROWS] };
-    let labels: Vec<String> = tiles.iter().map(|tile| tile.label(scene)).collect();
+    let labels: Vec<String> = tiles.iter().map(|tile| tile.label.clone()).collect();
     let images: Vec<Cow<'_, Image>> =
         tiles.into_iter().map(|tile| flat(tile.image, scene, rows)).collect();
     let range = colour_range(&images, logarithmic);

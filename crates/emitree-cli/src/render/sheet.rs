@@ -1,59 +1,81 @@
 //! The bands of a cube as one picture: tiles in reading order, the lowest energies first.
 
+use super::map::{Kind, Map};
 use emitree::Image;
-use emitree_io::{Energies, Scene};
+use emitree_instrument::Channel;
+use emitree_io::{Energies, energy_range};
 use std::borrow::Cow;
 use std::ops::Range;
 
 /// The most tiles of a sheet; of more bins, neighbours share one.
 const MOST_TILES: usize = 64;
 
-/// A tile: the bins that it shows, and their mean; an image without energies has none.
+/// A tile: the bands that it shows together, and what people call them; an image has no name.
 pub(super) struct Tile<'a> {
-    bins: Option<Range<usize>>,
+    pub(super) label: String,
     pub(super) image: Cow<'a, Image>,
 }
 
-impl<'a> Tile<'a> {
-    pub(super) fn of_image(image: &'a Image) -> Self {
-        Self { bins: None, image: Cow::Borrowed(image) }
-    }
-
-    /// The energies that it shows.
-    pub(super) fn label(&self, scene: &Scene) -> String {
-        let label = |energies: &Energies| Some(energies.label(self.bins.clone()?));
-        scene.energy.as_ref().and_then(label).unwrap_or_default()
+/// What a picture shows beside each other: an image alone, the bins of a cube, or channels of counts.
+/// Where bins share a tile it has the mean over their energies, which is the voxel of a wider bin;
+/// where channels do, the sum of their counts.
+pub(super) fn tiles<'a>(map: &'a Map, energies: Option<&Energies>) -> Vec<Tile<'a>> {
+    let bands = map.bands();
+    match (map.kind(), energies) {
+        (Kind::Counts { channels, .. }, _) => tiles_of(
+            bands,
+            |channels_of_tile| sum(bands, channels_of_tile.map(|channel| (channel, 1.0))),
+            |channels_of_tile| range_of(&channels[channels_of_tile]),
+        ),
+        (Kind::Energies, Some(energies)) => {
+            tiles_of(bands, |bins| mean(bands, bins, energies), |bins| energies.label(bins))
+        }
+        _ => tiles_of(bands, |all| sum(bands, all.map(|band| (band, 1.0))), |_| String::new()),
     }
 }
 
-/// The tiles of a cube's bands; where bins share one, it has the mean over their energies, which is
-/// the voxel of a wider bin.
-pub(super) fn tiles<'a>(bands: &'a [Image], energies: &Energies) -> Vec<Tile<'a>> {
-    let together = bands.len().div_ceil(MOST_TILES).max(1);
-    let starts = (0..bands.len()).step_by(together);
-    let ranges = starts.map(|first| first..(first + together).min(bands.len()));
-    let tile = |bins: Range<usize>| {
-        let image = match &bands[bins.clone()] {
+/// The tiles of bands, with what one has where several bands share it, and its name.
+fn tiles_of<'a>(
+    bands: &'a [Image],
+    together: impl Fn(Range<usize>) -> Image,
+    label: impl Fn(Range<usize>) -> String,
+) -> Vec<Tile<'a>> {
+    let of_tile = bands.len().div_ceil(MOST_TILES).max(1);
+    let starts = (0..bands.len()).step_by(of_tile);
+    let ranges = starts.map(|first| first..(first + of_tile).min(bands.len()));
+    let tile = |range: Range<usize>| {
+        let image = match &bands[range.clone()] {
             [band] => Cow::Borrowed(band),
-            _ => Cow::Owned(mean(bands, bins.clone(), energies)),
+            _ => Cow::Owned(together(range.clone())),
         };
-        Tile { bins: Some(bins), image }
+        Tile { label: label(range), image }
     };
     ranges.map(tile).collect()
+}
+
+/// The nominal energies of channels side by side.
+fn range_of(channels: &[Channel]) -> String {
+    let ends = channels.iter().flat_map(|channel| channel.range_kev);
+    let low = ends.clone().fold(f64::INFINITY, f64::min);
+    energy_range([low, ends.fold(f64::NEG_INFINITY, f64::max)], "keV")
 }
 
 fn mean(bands: &[Image], bins: Range<usize>, energies: &Energies) -> Image {
     let axis = energies.axis();
     let whole: f64 = bins.clone().map(|bin| axis.width(bin)).sum();
+    sum(bands, bins.map(|bin| (bin, axis.width(bin) / whole)))
+}
+
+/// The sum of some bands, each with its weight.
+fn sum(bands: &[Image], weights: impl Iterator<Item = (usize, f64)>) -> Image {
     let [height, width] = bands.first().map_or([0; 2], |band| [band.height(), band.width()]);
-    let mut mean = Image::zeros(height, width);
-    for bin in bins {
-        let weight = axis.width(bin) / whole;
-        for (mean, pixel) in mean.pixels_mut().iter_mut().zip(bands[bin].pixels()) {
-            *mean += weight * pixel;
+    let mut sum = Image::zeros(height, width);
+    for (band, weight) in weights {
+        for (sum, pixel) in sum.pixels_mut().iter_mut().zip(bands[band].pixels()) {
+            *sum += weight * pixel;
         }
     }
-    mean
+    sum
 }
 
 /// As many columns as make a sheet of so many tiles about square, each of them `proportion` times
@@ -97,7 +119,7 @@ pub(super) fn joined(tiles: &[Image]) -> Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use emitree::{EnergyAxis, EnergyScale};
+    use emitree::{Cube, EnergyAxis, EnergyScale};
 
     fn energies(bins: usize) -> Energies {
         let axis = EnergyAxis::new(1.0, 16.0, bins, EnergyScale::Log).unwrap();
@@ -110,18 +132,30 @@ mod tests {
 
     #[test]
     fn neighbours_share_a_tile_where_there_are_many() {
-        let bands_of = [64, 130, 200].map(bands);
-        let few = tiles(&bands_of[0], &energies(64));
-        assert!(few.len() == 64 && few[63].bins == Some(63..64));
-        let many = tiles(&bands_of[1], &energies(130));
-        assert_eq!((many.len(), many[43].bins.clone()), (44, Some(129..130)));
-        let all = tiles(&bands_of[2], &energies(200));
+        let maps = [64, 130, 200].map(|bins| Map::from(Cube::from_bands(bands(bins))));
+        let of = |map: usize, bins: usize| tiles(&maps[map], Some(&energies(bins)));
+        let few = of(0, 64);
+        assert!(few.len() == 64 && few[63].label == energies(64).label(63..64));
+        let many = of(1, 130);
+        assert_eq!((many.len(), &*many[43].label), (44, &*energies(130).label(129..130)));
+        let all = of(2, 200);
         let axis = *energies(200).axis();
         let sum: f64 = (0..200).map(|bin| bin as f64 * axis.width(bin)).sum();
-        let width =
-            |tile: &Tile<'_>| tile.bins.clone().unwrap().map(|bin| axis.width(bin)).sum::<f64>();
-        let of_tiles: f64 = all.iter().map(|tile| tile.image[(0, 0)] * width(tile)).sum();
-        assert!((of_tiles / sum - 1.0).abs() < 1e-13);
+        let width = |tile: usize| (4 * tile..4 * tile + 4).map(|bin| axis.width(bin)).sum::<f64>();
+        let of_tiles = all.iter().enumerate().map(|(at, tile)| tile.image[(0, 0)] * width(at));
+        assert!((of_tiles.sum::<f64>() / sum - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn channels_that_share_a_tile_are_added() {
+        let edges = |number: i32| [f64::from(number) * 0.5, f64::from(number + 1) * 0.5];
+        let channels = (0..130).map(|n| Channel { number: n.into(), range_kev: edges(n) });
+        let map = Map::counts(Cube::from_bands(bands(130)), channels.collect(), false);
+        let tiles = tiles(&map, Some(&energies(4)));
+        assert_eq!((tiles.len(), &*tiles[1].label), (44, "1.5–3 keV"));
+        assert_eq!(tiles[1].image[(0, 0)].to_bits(), 12_f64.to_bits());
+        let total: f64 = tiles.iter().map(|tile| tile.image[(0, 0)]).sum();
+        assert_eq!(total.to_bits(), 8385_f64.to_bits());
     }
 
     #[test]

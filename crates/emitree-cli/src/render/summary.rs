@@ -1,5 +1,6 @@
 //! The summary of a rendering, for people.
 
+use super::counts::{Counts, total};
 use super::map::Rendered;
 use crate::failure::Failure;
 use emitree::{Ending, Method, Steps, Threshold};
@@ -45,6 +46,10 @@ pub(crate) fn print(
         let Some((low, high)) = map.map(|map| map.cube().min_max()) else { continue };
         writeln!(out, "{}", format!("  {name:11}  {low:.4e} to {high:.4e} {unit}").trim_end())?;
     }
+    if let Some((counts, instrument)) = rendered.counts.as_ref().zip(scene.instrument.as_ref()) {
+        let exposure_s = instrument.instrument.exposure_s;
+        writeln!(out, "  counts       {}", counted(counts, exposure_s, instrument.seed))?;
+    }
     let [total, emission] = [rendered.total_time, rendered.emission_time].map(seconds);
     writeln!(out, "  time         {total}, of which the emission {emission}")?;
     let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
@@ -63,6 +68,18 @@ pub(crate) fn print(
         writeln!(out, "  NOT CONVERGED: stopped {how}")?;
     }
     Ok(())
+}
+
+/// The counts of an instrument, all together.
+fn counted(counts: &Counts, exposure_s: f64, seed: u64) -> String {
+    let channels = counts.expected.bands().len();
+    let in_channels = format!("{channels} channel{}", if channels == 1 { "" } else { "s" });
+    let expected =
+        format!("{:.6e} expected in {in_channels} over {exposure_s} s", total(&counts.expected));
+    match &counts.drawn {
+        Some(drawn) => format!("{expected}, {} drawn with seed {seed}", total(drawn)),
+        None => expected,
+    }
 }
 
 /// How many energies were evaluated, where the method takes some.

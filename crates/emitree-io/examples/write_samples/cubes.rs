@@ -1,6 +1,7 @@
 //! Cubes with energy axes of both scales and in several units.
 
 use emitree::{Cube, EnergyAxis, EnergyScale, Image};
+use emitree_instrument::Channel;
 use emitree_io::{Energies, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs, encode_npy_cube};
 use std::error::Error;
 
@@ -43,7 +44,33 @@ pub(crate) fn files() -> Result<Vec<File>, Box<dyn Error>> {
         files.push((format!("cube_{name}.npy"), encode_npy_cube(&cube)));
     }
     files.push(("cube_sky.fits".to_owned(), sky()?));
+    for (name, step) in [("even", 1), ("uneven", 2)] {
+        files.push((format!("counts_{name}.fits"), counts(step)?));
+    }
     Ok(files)
+}
+
+/// Counts in four channels, the first of them 31 and the last `last_step` after the one before, each
+/// half a keV wide from 0.5 keV on.
+fn counts(last_step: i64) -> Result<Vec<u8>, Box<dyn Error>> {
+    let numbers = [31, 32, 33, 33 + last_step].into_iter().zip(1..);
+    let channel = |(number, half_kev): (i64, i32)| {
+        let low_kev = 0.5 * f64::from(half_kev);
+        Channel { number, range_kev: [low_kev, low_kev + 0.5] }
+    };
+    let channels: Vec<Channel> = numbers.map(channel).collect();
+    let cube = Cube::from_bands((0..channels.len()).map(band).collect());
+    let [_, height, width] = cube.shape();
+    let file = FitsFile {
+        primary: FitsImage::channels("COUNTS", &cube, &channels, Some("count")),
+        extensions: Vec::new(),
+        wcs: Some(Wcs::perspective(height, width, [100.0, 60.0])),
+        energies: None,
+        provenance: Vec::new(),
+        history: String::new(),
+        date: None,
+    };
+    Ok(file.encode()?)
 }
 
 fn band(bin: usize) -> Image {

@@ -7,6 +7,7 @@
 use super::Card;
 use crate::energies::Energies;
 use crate::units::Unit;
+use emitree_instrument::Channel;
 
 /// World coordinates of an image: data that become header records.
 ///
@@ -21,7 +22,7 @@ use crate::units::Unit;
 pub struct Wcs {
     /// What the coordinates are (`WCSNAME`).
     pub name: String,
-    /// The axes: x, y, and the energy of a cube.
+    /// The axes: x, y, and the energy or the channel of a cube.
     pub axes: Vec<WcsAxis>,
     /// Where the native pole lies \[deg\] (`LONPOLE`, `LATPOLE`); only for spherical coordinates.
     pub pole_deg: Option<[f64; 2]>,
@@ -210,6 +211,23 @@ impl Wcs {
     #[must_use]
     pub fn with_energies(mut self, energies: &Energies) -> Self {
         self.axes.push(energies.wcs());
+        self
+    }
+
+    /// The coordinates of a cube of such images, one for each channel: its number, where numbers are
+    /// equal steps, else the rows of the table `EBOUNDS`, from 1.
+    ///
+    /// ```
+    /// use emitree_instrument::Channel;
+    /// use emitree_io::Wcs;
+    ///
+    /// let channels = [20, 21, 22].map(|number| Channel { number, range_kev: [0.5, 1.0] });
+    /// let axis = &Wcs::canonical(32, 64).with_channels(&channels).axes[2];
+    /// assert_eq!((axis.ctype.as_str(), axis.crval, axis.cdelt), ("CHANNEL", 20.0, 1.0));
+    /// ```
+    #[must_use]
+    pub fn with_channels(mut self, channels: &[Channel]) -> Self {
+        self.axes.push(super::channels::axis(channels));
         self
     }
 

@@ -9,6 +9,7 @@ mod document;
 mod emission;
 mod energy;
 mod error;
+mod instrument;
 mod radiometry;
 mod seed;
 mod settings;
@@ -19,16 +20,19 @@ mod tree;
 pub use camera::{Camera, CameraKind};
 pub use emission::{EmissionFailure, EmissionSource, GridEmission};
 pub use error::SceneError;
+pub use instrument::SceneInstrument;
 pub use radiometry::{Quantity, SceneEmission};
 pub use settings::RenderSettings;
 pub use tree::BuildSettings;
 
 use crate::energies::Energies;
 use document::Node;
-use emitree::{Cube, Healpix, Image};
+use emitree::{Cube, Healpix, Image, irradiance_of};
+use emitree_instrument::{Observation, ObservationError};
+use instrument::Observer;
 use radiometry::{BandUnit, CameraUnits, ImageUnits};
 use source::{Place, Source};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use table::Table;
 
@@ -67,6 +71,8 @@ pub struct Scene {
     pub quantity: Quantity,
     /// The energy axis, if the scene has one: its image is a cube then.
     pub energy: Option<Energies>,
+    /// The camera that counts photons, if the scene has one.
+    pub instrument: Option<SceneInstrument>,
     /// The unit of the pixels, FITS grammar; empty if the scene does not tell.
     unit: String,
     /// The unit of the image of all energies, where there are energies.
@@ -125,6 +131,50 @@ impl Scene {
         band
     }
 
+    /// The counts that the scene's instrument is expected to make of a cube of radiance as it is
+    /// rendered, in [`image_unit`](Self::image_unit), or per steradian of it where the scene asks for
+    /// irradiance; none if the scene has no instrument.
+    ///
+    /// ```
+    /// use emitree::{Cube, Image};
+    /// use emitree_io::Scene;
+    ///
+    /// let text = r#"
+    ///     emission = { expression = "1", unit = "ph cm-3 s-1 sr-1 keV-1" }
+    ///     image = { width = 1, height = 1 }
+    ///     energy = { min = 0.5, max = 1.5, bins = 2 }
+    ///     instrument = { effective_area = 50.0, exposure = 1e4 }
+    ///     [projection]
+    ///     type = "equirectangular"
+    ///     position = [0, 0, 0]
+    ///     target = [1, 0, 0]
+    ///     field_of_view = [1, 1]
+    ///     far = 1
+    ///     length_unit = "cm"
+    /// "#;
+    /// let scene = Scene::parse("example", text, &[])?;
+    /// let radiance = Cube::from_bands(vec![Image::from_pixels(1, 1, vec![3.0]); 2]);
+    /// let observation = scene.expected_counts(&radiance).ok_or("no instrument")??;
+    /// // 3 · 1 keV · 50 cm² · 1e4 s · (1°)².
+    /// let solid_angle_sr = 2.0 * 0.5_f64.to_radians().sin() * 1_f64.to_radians();
+    /// let expected = 3.0 * 50.0 * 1e4 * solid_angle_sr;
+    /// assert!((observation.counts.voxels().sum::<f64>() / expected - 1.0).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`ObservationError`] within, if the cube has not the scene's shape or is infinite somewhere.
+    pub fn expected_counts(
+        &self,
+        radiance: &Cube,
+    ) -> Option<Result<Observation, ObservationError>> {
+        let (instrument, energies) = (self.instrument.as_ref()?, self.energy.as_ref()?);
+        let ones = Image::from_pixels(self.height, self.width, vec![1.0; self.height * self.width]);
+        let solid_angles_sr = irradiance_of(&ones, self.camera.projection());
+        Some(instrument.expected_counts(radiance, energies.axis(), &solid_angles_sr))
+    }
+
     /// Reads the scene file at `path`, with values replaced by `overrides`, the later ones last.
     ///
     /// # Errors
@@ -170,6 +220,7 @@ impl Scene {
             ));
         };
         let energy = table.table("energy")?.map(energy::read).transpose()?;
+        let instrument = table.table("instrument")?;
         let (source, of_emission) = emission::read(emission, energy.is_some())?;
         let projection = table.table("projection")?;
         let occulters = table.tables("occulter", "tables `[[occulter]]`, each with a `type`")?;
@@ -187,6 +238,14 @@ impl Scene {
             CameraUnits { length: length_unit, has_solid_angles: camera.has_solid_angles() };
         let found =
             radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
+        let observer = Observer {
+            camera: &camera,
+            shape,
+            energies: energy.as_ref(),
+            quantity: found.quantity,
+            unit: &found.unit,
+        };
+        let instrument = instrument.map(|table| instrument::read(table, observer)).transpose()?;
         let [height, width] = shape;
         let overrides = overrides.iter().map(|o| format!("{} = {}", o.key, o.value)).collect();
         Ok(Self {
@@ -200,6 +259,7 @@ impl Scene {
             width,
             quantity: found.quantity,
             energy,
+            instrument,
             unit: found.unit,
             band: found.band,
             render,
@@ -252,6 +312,16 @@ const OPTION_PREFIX: &str = "option --";
 
 fn is_option(source: &Source) -> bool {
     source.name.starts_with(OPTION_PREFIX)
+}
+
+/// A file that a scene names is beside the scene; one that an option names is where the command
+/// was given.
+fn beside_scene(file: &str, place: &Place) -> PathBuf {
+    if is_option(&place.source) {
+        return PathBuf::from(file);
+    }
+    let folder = Path::new(&place.source.name).parent().unwrap_or(Path::new(""));
+    folder.join(file)
 }
 
 impl Override {

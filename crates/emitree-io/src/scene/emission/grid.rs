@@ -1,13 +1,13 @@
 //! `emission.grid`: a cube of data in a file.
 
+use super::super::beside_scene;
 use super::super::document::{Node, Value};
 use super::super::error::SceneError;
-use super::super::is_option;
 use super::super::source::Place;
 use super::super::table::Table;
 use crate::grid::{ArrayOrder, AxisNodes, GridFormat, GridRequest, read_grid};
 use emitree_models::{Grid, Interpolation, Outside};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A grid, and where it is from.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,14 +129,4 @@ fn choice<T: Copy>(
     let names: Vec<String> = choices.iter().map(|(name, _)| format!("`{name}`")).collect();
     Err(SceneError::at(&place, format!("unknown {what} `{word}`"))
         .label(format!("expected one of {}", names.join(", "))))
-}
-
-/// A file that a scene names is beside the scene; one that an option names is where the command
-/// was given.
-fn beside_scene(file: &str, place: &Place) -> PathBuf {
-    if is_option(&place.source) {
-        return PathBuf::from(file);
-    }
-    let folder = Path::new(&place.source.name).parent().unwrap_or(Path::new(""));
-    folder.join(file)
 }

@@ -1,0 +1,138 @@
+//! What the instrument of a scene counts.
+
+use super::map::Map;
+use crate::arguments::RenderArguments;
+use crate::failure::Failure;
+use emitree::{Cube, RenderError};
+use emitree_instrument::{StepSum, draw_counts};
+use emitree_io::{CameraKind, HealpixFile, Scene};
+
+/// The counts of an instrument, and how they came about.
+#[derive(Clone, Debug)]
+pub(crate) struct Counts {
+    /// The expected counts.
+    pub(crate) expected: Map,
+    /// The counts that were drawn from them, if they were asked for.
+    pub(crate) drawn: Option<Map>,
+    /// The sums at each step from the radiance to the expected counts.
+    pub(crate) steps: Vec<StepSum>,
+}
+
+impl Counts {
+    /// Of a cube of radiance, before it is in the quantity of the scene; none if the scene has no
+    /// instrument.
+    pub(super) fn of(
+        scene: &Scene,
+        radiance: &Cube,
+        is_drawn: bool,
+    ) -> Result<Option<Self>, Failure> {
+        let (Some(found), Some(instrument)) =
+            (scene.expected_counts(radiance), scene.instrument.as_ref())
+        else {
+            return Ok(None);
+        };
+        let observation = found?;
+        let are_bins = instrument.instrument.redistribution.is_none();
+        let map = |counts| Map::counts(counts, observation.channels.clone(), are_bins);
+        let drawn = match is_drawn {
+            true => Some(map(draw_counts(&observation.counts, instrument.seed)?)),
+            false => None,
+        };
+        let expected = map(observation.counts);
+        Ok(Some(Self { expected, drawn, steps: observation.steps }))
+    }
+}
+
+/// The sum of a map over all channels, and over the pixels in the field.
+pub(crate) fn total(map: &Map) -> f64 {
+    map.cube().voxels().filter(|count| !count.is_nan()).sum()
+}
+
+/// Refuses counts of a scene that has none, or that a file or the memory has no room for: `to_fits` if
+/// they go into a FITS file, `allowed` the memory that they may take, in bytes.
+pub(super) fn check(
+    arguments: &RenderArguments,
+    scene: &Scene,
+    to_fits: bool,
+    allowed: u64,
+) -> Result<(), Failure> {
+    let asked =
+        [("--expected-counts", &arguments.expected_counts), ("--counts", &arguments.counts)];
+    let (Some(instrument), Some(energies)) = (&scene.instrument, &scene.energy) else {
+        return match asked.iter().find(|(_, files)| !files.is_empty()) {
+            None => Ok(()),
+            Some((option, _)) => Err(Failure::Request(format!(
+                "{option}: the scene has no `[instrument]`, and nothing counts its photons: expected \
+                 a scene with one"
+            ))),
+        };
+    };
+    let (height, width, bins) = (scene.height, scene.width, energies.axis().bins());
+    let channels = instrument.channels(bins);
+    if to_fits && scene.camera.kind() == CameraKind::Healpix && channels > HealpixFile::MOST_COLUMNS
+    {
+        let (why, most) = ("a table of FITS has no columns for", HealpixFile::MOST_COLUMNS);
+        return Err(Failure::Request(format!(
+            "counts: {why} {channels} channels of a sky: expected {most} or less, or .npy"
+        )));
+    }
+    let pixels = (height as u64).saturating_mul(width as u64);
+    let cubes = |bands: usize| pixels.saturating_mul(bands as u64).saturating_mul(8);
+    // The radiance and its error; what is drawn; and each file before it is written, one of them twice.
+    let files = arguments.expected_counts.len() + arguments.counts.len();
+    let copies = files + usize::from(files > 0) + usize::from(!arguments.counts.is_empty());
+    let needed = instrument
+        .memory_bytes([bins, height, width])
+        .saturating_add(cubes(bins).saturating_mul(2))
+        .saturating_add(cubes(channels).saturating_mul(copies as u64));
+    if needed > allowed {
+        let what = format!("counting {height} x {width} pixels in {channels} channels");
+        return Err(Failure::Render(RenderError::TooLarge { what, needed, allowed }));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arguments::{Arguments, Command};
+    use clap::Parser;
+
+    const SCENE: &str = r#"
+        emission = { expression = "1", unit = "ph cm-3 s-1 sr-1 keV-1" }
+        image = { width = 40, height = 25 }
+        energy = { min = 0.5, max = 1.5, bins = 10 }
+        instrument = { effective_area = 50.0, exposure = 1e4 }
+        [projection]
+        type = "equirectangular"
+        position = [0, 0, 0]
+        target = [1, 0, 0]
+        field_of_view = [1, 1]
+        far = 1
+        length_unit = "cm"
+    "#;
+
+    fn failure(options: &[&str], allowed: u64) -> Option<String> {
+        let words = ["emitree", "render", "scene.toml"].iter().chain(options);
+        let Command::Render(arguments) = Arguments::parse_from(words).command else {
+            panic!("a rendering");
+        };
+        let scene = Scene::parse("scene.toml", SCENE, &[]).unwrap();
+        let found = check(&arguments, &scene, false, allowed);
+        found.err().map(|failure| failure.to_string())
+    }
+
+    /// 10 bins of 1000 pixels of 8 bytes are 80 kB: photons, radiance and error, and for `--counts` what
+    /// is drawn and twice its file; three maps for solid angles have 8 kB each.
+    #[test]
+    fn memory_is_that_of_all_cubes() {
+        assert_eq!(failure(&[], 264_000), None);
+        assert_eq!(failure(&["--counts", "a.npy"], 504_000), None);
+        let expected = "counting 25 x 40 pixels in 10 channels would take 257.8 KiB of memory: at most \
+                        257.8 KiB are allowed";
+        assert_eq!(failure(&[], 263_999).unwrap(), expected);
+        assert!(failure(&["--counts", "a.npy"], 503_999).unwrap().contains("492.2 KiB"));
+        assert_eq!(failure(&["--expected-counts", "a.npy"], 424_000), None);
+        assert!(failure(&["--expected-counts", "a.npy"], 423_999).is_some());
+    }
+}
