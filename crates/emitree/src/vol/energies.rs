@@ -10,9 +10,14 @@
 
 use super::dyadic::unit;
 use super::scouts::Scout;
-use super::spectrum::{BinWeights, Spectrum};
+use super::spectrum::{BinWeights, FINEST_LEVEL, Spectrum};
 use crate::energy::EnergyAxis;
 use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// An energy at which a spectrum has less than this share of its largest value is nothing to learn
+/// from: the function would be as many times too large elsewhere, and its rounding with it.
+const LEAST_PIVOT: f64 = 1e-3;
 
 /// One energy and its share in the bins.
 #[derive(Clone, Debug)]
@@ -39,13 +44,16 @@ pub(crate) struct Bins<'a> {
     pub(crate) axis: &'a EnergyAxis,
     /// For each bin, the mean per unit of energy over the mean per unit of the canonical axis.
     pub(crate) factors: Vec<f64>,
+    /// For spectra by their finest level, made when there is one.
+    weights: Vec<OnceLock<BinWeights>>,
 }
 
 impl<'a> Bins<'a> {
     pub(crate) fn new(axis: &'a EnergyAxis) -> Self {
         let bins = axis.bins();
         let whole = (axis.max() - axis.min()) / bins as f64;
-        Self { axis, factors: (0..bins).map(|bin| whole / axis.width(bin)).collect() }
+        let factors = (0..bins).map(|bin| whole / axis.width(bin)).collect();
+        Self { axis, factors, weights: vec![OnceLock::new(); usize::from(FINEST_LEVEL) + 1] }
     }
 
     /// dE/du over its mean, at canonical coordinate `u`: what G is weighted with.
@@ -55,8 +63,10 @@ impl<'a> Bins<'a> {
 
     /// The mean of a spectrum over each bin, per unit of energy.
     pub(crate) fn means(&self, spectrum: &Spectrum) -> Vec<f64> {
-        let weights = BinWeights::new(spectrum.finest_level(), self.factors.len());
-        let means = spectrum.means(&weights);
+        let finest = spectrum.finest_level().min(FINEST_LEVEL);
+        let weights = self.weights[usize::from(finest)]
+            .get_or_init(|| BinWeights::new(finest, self.factors.len()));
+        let means = spectrum.means(weights);
         means.iter().zip(&self.factors).map(|(mean, factor)| mean * factor).collect()
     }
 }
@@ -100,9 +110,10 @@ impl Energies {
         Self { learned: vec![only] }
     }
 
-    /// One energy of an emission that is dark, as far as has been seen.
-    pub(crate) fn dark(place: u32, bins: usize) -> Self {
-        let weights = vec![1.0; bins];
+    /// One energy of an emission whose spectra have nothing to learn from there, with the same `weight`
+    /// in all bins: 0 where all spectra are dark, 1 as a guess where none has been sampled.
+    pub(crate) fn unlearned(place: u32, bins: usize, weight: f64) -> Self {
+        let weights = vec![weight; bins];
         let only = Learned { place, of_earlier: vec![], weights, function: Spectrum::default() };
         Self { learned: vec![only] }
     }
@@ -131,7 +142,8 @@ impl Energies {
         let mut function = rests[from].spectrum.clone();
         let place = place.unwrap_or_else(|| largest_place(&function, bins));
         let pivot = function.rate(place);
-        if pivot == 0.0 {
+        let least = LEAST_PIVOT * size_at(&function, bins, largest_place(&function, bins));
+        if !(1.0 / pivot).is_finite() || size_at(&function, bins, place) < least {
             return false;
         }
         function.scale(1.0 / pivot);

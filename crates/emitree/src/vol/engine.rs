@@ -1,5 +1,6 @@
 //! The loop: look, develop the image and its error, open what is worth it, until it is good enough.
 
+use super::dyadic::STEPS;
 use super::energies::Energies;
 use super::image_tree::Place;
 use super::opening::{Choice, ChoiceLimits, worthwhile};
@@ -302,10 +303,16 @@ impl<E: Emission> Engine<'_, '_, E> {
     /// The lines of the base lattice at the first energy, and at all others that their spectra need;
     /// whether the budget allowed it.
     fn look_first(&mut self) -> Result<bool, RenderError<E::Error>> {
-        let energy = match self.brightest_energy() {
-            Ok(place) => place,
-            Err(Stop::Budget) => None,
-            Err(Stop::Failed(error)) => return Err(error),
+        let base = self.layers.len() as u64 * first_look(self.base_level);
+        let for_energies = Self::cost_of_first_energy(self.layers.len(), self.spectra.as_ref());
+        let energy = if base + for_energies > self.meter.evaluations_left() {
+            self.spectra.as_ref().map(|_| STEPS / 2)
+        } else {
+            match self.brightest_energy() {
+                Err(Stop::Budget) => Some(STEPS / 2),
+                Err(Stop::Failed(error)) => return Err(error),
+                Ok(place) => place,
+            }
         };
         self.add_sheets(energy);
         let looked = self.look_at_base(0, None)?;
@@ -427,9 +434,13 @@ impl<E: Emission> Engine<'_, '_, E> {
     fn develop(&self) -> Result<Developed, RenderError<E::Error>> {
         let nodal = self.energies.nodal_weights();
         let unexplained = self.spectra.as_ref().map_or(&[0.0][..], |spectra| &spectra.unexplained);
+        // Spectra that have not been sampled may be anything.
+        let is_explained = self.spectra.as_ref().is_none_or(|spectra| spectra.are_explained);
+        let least = if is_explained { 0.0 } else { self.brightest() };
         let empty = |tile: &Tile<'_>| {
             let [height, width] = tile.shape;
             let of_bin = |&error: &f64| {
+                let error = f64::max(error, least);
                 let constant = Image::from_pixels(height, width, vec![error; height * width]);
                 [Image::zeros(height, width), constant]
             };
@@ -443,12 +454,15 @@ impl<E: Emission> Engine<'_, '_, E> {
             let number = i / self.layers.len();
             let weights = &self.energies.learned[number].weights;
             let bins = maps[sheet.tile].iter_mut().zip(weights).zip(&nodal);
-            for (([image, error], &weight), nodal) in
-                bins.filter(|((_, weight), _)| **weight != 0.0)
-            {
-                image.add_scaled(&part.image, weight);
-                error.add_scaled(&part.of_lines, nodal[number].abs());
-                error.add_scaled(&part.error, weight.abs());
+            for (([image, error], &weight), nodal) in bins {
+                // Later energies may refer to this one in bins where it has no weight itself.
+                if nodal[number] != 0.0 {
+                    error.add_scaled(&part.of_lines, nodal[number].abs());
+                }
+                if weight != 0.0 {
+                    image.add_scaled(&part.image, weight);
+                    error.add_scaled(&part.error, weight.abs());
+                }
             }
         }
         for (tile, maps) in self.tiles.iter().zip(&maps) {

@@ -83,13 +83,14 @@ impl Choice<'_> {
     fn candidates(&self) -> Vec<(f64, usize)> {
         let ChoiceLimits { tolerance, finest_level, .. } = self.limits;
         let [height, width] = [self.scale.height(), self.scale.width()].map(|n| n as f64);
-        let largest_weight = self.largest_weight();
+        // What a node has is multiplied with the scale on its way to the image, too.
+        let effect = self.largest_weight() * self.scale.largest();
         let mut candidates = Vec::new();
         for (i, node) in self.tree.nodes().iter().enumerate() {
             if self.footprints[i].is_some() && node.level < finest_level {
                 let half_width = unit(spacing(node.level));
                 let share = (half_width * width).min(1.0) * (half_width * height).min(1.0);
-                let contribution = self.remaining[i].size * share * largest_weight;
+                let contribution = self.remaining[i].size * share * effect;
                 if contribution >= LEAST_CONTRIBUTION * tolerance {
                     candidates.push((contribution, i));
                 }

@@ -24,7 +24,7 @@ const GLANCE_LEVELS: u8 = 2;
 /// …up to this one.
 const FINEST_GLANCE_LEVEL: u8 = 8;
 /// The lattice that the energies of lines are rounded to.
-const LINE_LEVEL: u8 = 15;
+pub(crate) const LINE_LEVEL: u8 = 15;
 /// The most scouts that glances may send.
 const MOST_FOLLOWED: usize = 16;
 /// No spectrum has to be more precise than others by more than this.
@@ -137,6 +137,11 @@ impl<'a> Scouts<'a> {
                 self.look_at(cell::to_u32(whole((u * cells).round())) * spacing(LINE_LEVEL));
             }
         }
+    }
+
+    /// Where every spectrum is sampled, whatever it looks like, besides the lattice.
+    pub(crate) fn everywhere(&self) -> impl Iterator<Item = u32> + '_ {
+        self.everywhere.iter().copied()
     }
 
     /// Has every spectrum sampled at this place from now on.

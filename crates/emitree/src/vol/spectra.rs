@@ -6,10 +6,12 @@ use super::engine::{Engine, within_budget};
 use super::image_tree::ImageTree;
 use super::line::Line;
 use super::round::Scan;
-use super::scouts::{Glance, Post, Scouts};
+use super::scouts::{Glance, LINE_LEVEL, Post, Scouts};
 use super::seeds::Looks;
 use super::sheet::Sheet;
 use super::sights::{EnergySample, Sights, Stop, View};
+use super::whole;
+use crate::cell;
 use crate::emission::Emission;
 use crate::energy::EnergyAxis;
 use crate::error::RenderError;
@@ -40,6 +42,8 @@ const FULL_SCOUTS: usize = 3;
 /// A third of the scouts are where lines are brightest, a third on lines beyond this share of the
 /// brightest one, and a third anywhere: at other energies they may be bright.
 const DIM: f64 = 1e-2;
+/// From line to line glances at dark lines go on by so many depths.
+const DEPTH_STRIDE: usize = 5;
 /// Each line of the base is glanced at in one of so many energies.
 const GLANCE_PARTS: u32 = 8;
 /// The most energies: this many for each bin, and some more.
@@ -51,6 +55,8 @@ pub(crate) struct Spectra<'a> {
     scouts: Scouts<'a>,
     /// What the energies leave in a voxel of each bin, as far as spectra have been sampled.
     pub(crate) unexplained: Vec<f64>,
+    /// Whether all spectra that were to be sampled have been.
+    pub(crate) are_explained: bool,
     share: f64,
     /// Nodes of each sheet that scouts have been chosen from.
     scouted: Vec<usize>,
@@ -64,6 +70,7 @@ impl<'a> Spectra<'a> {
         Self {
             scouts,
             unexplained: vec![0.0; axis.bins()],
+            are_explained: false,
             share: ENERGY_SHARE,
             scouted: Vec::new(),
         }
@@ -71,6 +78,15 @@ impl<'a> Spectra<'a> {
 
     pub(crate) fn axis(&self) -> &'a EnergyAxis {
         self.scouts.bins.axis
+    }
+
+    /// The energies of the first look: a coarse lattice, and the lines that were named.
+    fn first_energies(&self) -> Vec<u32> {
+        let lattice = (0..=1_u32 << FIRST_LOOK_LEVEL).map(|k| k * spacing(FIRST_LOOK_LEVEL));
+        let mut energies: Vec<u32> = lattice.chain(self.scouts.everywhere()).collect();
+        energies.sort_unstable();
+        energies.dedup();
+        energies
     }
 
     /// Leaves less to be unexplained.
@@ -115,10 +131,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
         }
     }
 
-    fn views(&self) -> Vec<View<'b, E>>
-    where
-        'b: 'b,
-    {
+    fn views(&self) -> Vec<View<'b, E>> {
         let view = |visible: &super::visible::Visible<'b>| View {
             meter: self.meter,
             layer: visible.layer,
@@ -128,25 +141,23 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
         self.layers.iter().map(view).collect()
     }
 
+    /// How many evaluations the first look at energies takes.
+    pub(crate) fn cost_of_first_energy(layers: usize, spectra: Option<&Spectra<'_>>) -> u64 {
+        let posts = layers * first_posts_along(layers).pow(3) as usize;
+        spectra.map_or(0, |spectra| (posts * spectra.first_energies().len()) as u64)
+    }
+
     /// Where on the energy axis a few points of the volume are brightest; the middle of the axis if
     /// they are all dark.
     pub(crate) fn brightest_energy(&self) -> Result<Option<u32>, Stop<E::Error>> {
         let Some(spectra) = &self.spectra else { return Ok(None) };
         let bins = &spectra.scouts.bins;
-        let per_axis =
-            if self.layers.len() > MANY_LAYERS { FIRST_LOOK_OF_MANY } else { FIRST_LOOK };
-        // The middles of equal parts.
-        let along = |k: u32| (2 * k + 1) * (STEPS / (2 * per_axis));
-        let energies: Vec<u32> =
-            (0..=1_u32 << FIRST_LOOK_LEVEL).map(|k| k * spacing(FIRST_LOOK_LEVEL)).collect();
-        let mut points = Vec::new();
-        for layer in 0..self.layers.len() {
-            for k in 0..per_axis.pow(3) {
-                let (i, j, k) = (k % per_axis, k / per_axis % per_axis, k / per_axis / per_axis);
-                let post = Post { layer, place: [along(i), along(j)], depth: along(k) };
-                points.extend(energies.iter().map(|&energy| (post, energy)));
-            }
-        }
+        let energies = spectra.first_energies();
+        let posts = self.first_posts();
+        let points: Vec<_> = posts
+            .iter()
+            .flat_map(|&post| energies.iter().map(move |&energy| (post, energy)))
+            .collect();
         let rates = View::spectral_rates(&self.views(), &points, bins)?;
         let mut sums = vec![0.0; energies.len()];
         for rates in rates.chunks(energies.len()) {
@@ -157,7 +168,37 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
         let middle = energies.len() / 2;
         let brightest =
             (0..sums.len()).fold(middle, |best, k| if sums[k] > sums[best] { k } else { best });
-        Ok(Some(energies[brightest]))
+        if sums[brightest] > 0.0 {
+            return Ok(Some(energies[brightest]));
+        }
+        // A spectrum may lie between these energies: each point looks at others.
+        let (step, cell) = (spacing(FIRST_LOOK_LEVEL), spacing(LINE_LEVEL));
+        let shifted = |(number, &post): (usize, &Post)| {
+            // The golden ratio keeps the shifts of any number of points apart.
+            let shift = (0.618_033_988_749_895 * (number as f64 + 1.0)).fract();
+            let shift = cell::to_u32(whole(shift * f64::from(step / cell))) * cell;
+            (0..1_u32 << FIRST_LOOK_LEVEL).map(move |k| (post, k * step + shift))
+        };
+        let points: Vec<_> = posts.iter().enumerate().flat_map(shifted).collect();
+        let rates = View::spectral_rates(&self.views(), &points, bins)?;
+        let size = |i: usize| rates[i].abs() / bins.density(unit(points[i].1));
+        let brightest =
+            (0..points.len()).fold(0, |best, i| if size(i) > size(best) { i } else { best });
+        let is_dark = points.is_empty() || size(brightest) == 0.0;
+        Ok(Some(if is_dark { STEPS / 2 } else { points[brightest].1 }))
+    }
+
+    /// The points of the first look at energies: the middles of equal parts of each layer.
+    fn first_posts(&self) -> Vec<Post> {
+        let per_axis = first_posts_along(self.layers.len());
+        let along = |k: u32| (2 * k + 1) * (STEPS / (2 * per_axis));
+        let of_layer = |layer: usize| {
+            (0..per_axis.pow(3)).map(move |k| {
+                let [i, j, k] = [k % per_axis, k / per_axis % per_axis, k / per_axis / per_axis];
+                Post { layer, place: [along(i), along(j)], depth: along(k) }
+            })
+        };
+        (0..self.layers.len()).flat_map(of_layer).collect()
     }
 
     /// The energies that the spectra on the base lines of the first one need, and their base lines;
@@ -185,8 +226,9 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
         let learned =
             brightest.is_some_and(|i| self.energies.learn(&mut rests, i, Some(first), bins));
         if !learned {
-            // Nothing glows there, as far as has been seen.
-            self.energies = Energies::dark(first, bins.factors.len());
+            // Nothing glows there, or it is not known what does.
+            let weight = if looked { 0.0 } else { 1.0 };
+            self.energies = Energies::unlearned(first, bins.factors.len(), weight);
         }
         if !looked {
             return Ok(false);
@@ -208,7 +250,13 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
     fn learn_energies(&mut self, largest: f64) -> Result<bool, RenderError<E::Error>> {
         loop {
             let known = self.energies.len();
-            let Some(spectra) = &self.spectra else { return Ok(true) };
+            let views = self.views();
+            let Some(spectra) = &mut self.spectra else { return Ok(true) };
+            // How bright new ones are is part of the target.
+            if !within_budget(spectra.scouts.sample(&views, f64::INFINITY))? {
+                spectra.are_explained = false;
+                return Ok(false);
+            }
             let target = self.tolerance * largest.max(spectra.scouts.largest());
             if !self.explain_spectra(target)? {
                 return Ok(false);
@@ -241,7 +289,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
         let allowed = spectra.share * target;
         let most = ENERGIES_PER_BIN * spectra.scouts.bins.factors.len() + MORE_ENERGIES;
         let mut sampled = within_budget(spectra.scouts.sample(&views, allowed))?;
-        let Spectra { scouts, unexplained, .. } = spectra;
+        let Spectra { scouts, unexplained, .. } = &mut *spectra;
         let rest = |scout| self.energies.rest(scout, &scouts.bins);
         let mut rests: Vec<Rest> = scouts.scouts.par_iter().map(rest).collect();
         let left = energies::unexplained(&rests, &scouts.bins);
@@ -259,6 +307,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
                 break;
             }
         }
+        spectra.are_explained = sampled;
         Ok(sampled)
     }
 
@@ -329,7 +378,10 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
                     let [a, b] = [best, k].map(|k| line.samples[k].rate.abs());
                     if b > a { k } else { best }
                 };
-                let brightest = &line.samples[(0..line.samples.len()).fold(0, brighter)];
+                // Dark lines look at different depths.
+                let samples = 0..line.samples.len();
+                let any = DEPTH_STRIDE * i % samples.len().max(1);
+                let brightest = &line.samples[samples.fold(any, brighter)];
                 let path = path_of(line, brightest.rate);
                 let post = Post { layer, place: tree.nodes()[i].place, depth: brightest.depth };
                 // Neighbours look at different energies.
@@ -358,4 +410,9 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
 fn path_of(line: &Line, rate: f64) -> f64 {
     let path = line.brightness() / rate.abs();
     if path > 0.0 { path.min(1.0) } else { 1.0 }
+}
+
+/// How many points along each axis the first look at energies has in a layer.
+fn first_posts_along(layers: usize) -> u32 {
+    if layers > MANY_LAYERS { FIRST_LOOK_OF_MANY } else { FIRST_LOOK }
 }
