@@ -5,6 +5,8 @@
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool that talks to its terminal")]
 
+mod astropy;
+mod environment;
 mod python;
 mod step;
 mod total;
@@ -62,10 +64,10 @@ fn report(step: &Step, Outcome { result, total }: Outcome) -> bool {
 
 fn help() -> String {
     let mut help =
-        String::from("cargo xtask COMMAND\n\n  test    all of the following, in this order\n");
+        String::from("cargo xtask COMMAND\n\n  test     all of the following, in this order\n");
     for Step { name, about, .. } in STEPS {
-        help.push_str(&format!("  {name:6}  {about}\n"));
+        help.push_str(&format!("  {name:7}  {about}\n"));
     }
-    help.push_str("  help    this text\n");
+    help.push_str("  help     this text\n");
     help
 }

@@ -1,59 +1,58 @@
-//! The tests under `tests/astropy`, in a virtual environment of their own.
+//! The Python package: checked as it stands, its wheel built, installed in a virtual environment, and
+//! tested there.
 
+use crate::environment::{INSTALL, empty_folder, interpreter};
 use crate::step::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Says what a machine lacks.
-const MISSING: &str = "python3 with the modules venv and ensurepip is needed \
-    (Debian, Ubuntu: `apt install python3 python3-venv`; macOS: `brew install python`)";
-
-/// Where a virtual environment has its interpreter.
-const INTERPRETER: &str = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
+/// Tests and docstrings; the settings are named, since the folders have none in common.
+const TESTS: [&str; 10] = [
+    "-m",
+    "pytest",
+    "-c",
+    "python/pyproject.toml",
+    "-W",
+    "error",
+    "--doctest-modules",
+    "--pyargs",
+    "emitree",
+    "python/tests",
+];
 
 pub(crate) fn run(workspace: &Workspace) -> Outcome {
     check(workspace).into()
 }
 
 fn check(workspace: &Workspace) -> Result<(), String> {
-    let python = environment(workspace)?;
-    let samples = workspace.target_path("astropy-samples");
-    // Files of former runs would be tested in place of those that are no longer written.
-    if samples.exists() {
-        fs::remove_dir_all(&samples).map_err(|error| format!("{}: {error}", samples.display()))?;
+    let python = interpreter(workspace, "python-venv", "python/tests/requirements.txt")?;
+    for check in [&["check", "--no-cache"][..], &["format", "--check", "--no-cache"]] {
+        succeed(workspace.command(&python).args(["-m", "ruff"]).args(check).arg("python"))?;
     }
-    fs::create_dir_all(&samples).map_err(|error| format!("{}: {error}", samples.display()))?;
-    let example = ["run", "--package", "emitree-io", "--example", "write_samples", "--"];
-    succeed(workspace.cargo().args(example).arg(&samples))?;
+    let wheels = empty_folder(workspace, "python-wheel")?;
+    let build = ["-m", "maturin", "build", "--manifest-path", "python/Cargo.toml"];
     succeed(
         workspace
-            .command(python)
-            .args(["-m", "pytest", "-p", "no:cacheprovider", "-W", "error", "tests/astropy"])
-            .env("EMITREE_SAMPLES", &samples)
-            .env("PYTHONDONTWRITEBYTECODE", "1"),
-    )
+            .command(&python)
+            .args(build)
+            .arg("--interpreter")
+            .arg(&python)
+            .arg("--out")
+            .arg(&wheels),
+    )?;
+    let install = ["--force-reinstall", "--no-deps"];
+    let wheel = only_file(&wheels)?;
+    succeed(workspace.command(&python).args(INSTALL).args(install).arg(wheel))?;
+    succeed(workspace.command(&python).args(TESTS).env("PYTHONDONTWRITEBYTECODE", "1"))
 }
 
-/// The interpreter of the virtual environment, which is made anew whenever the requirements are
-/// not those that it was made from.
-fn environment(workspace: &Workspace) -> Result<PathBuf, String> {
-    let requirements = workspace.path("tests/astropy/requirements.txt");
-    let wanted = fs::read_to_string(&requirements)
-        .map_err(|error| format!("{}: {error}", requirements.display()))?;
-    let folder = workspace.target_path("astropy-venv");
-    let (python, stamp) = (folder.join(INTERPRETER), folder.join("requirements.stamp"));
-    if python.exists() && fs::read_to_string(&stamp).is_ok_and(|made_from| made_from == wanted) {
-        return Ok(python);
+/// The one file in a folder.
+fn only_file(folder: &Path) -> Result<PathBuf, String> {
+    let entries = fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    match files.as_slice() {
+        [file] => Ok(file.clone()),
+        _ => Err(format!("{}: {} files: expected one wheel", folder.display(), files.len())),
     }
-    let modules = workspace.command("python3").args(["-c", "import venv, ensurepip"]).output();
-    if !modules.is_ok_and(|output| output.status.success()) {
-        return Err(MISSING.into());
-    }
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
-    succeed(workspace.command("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
-    succeed(workspace.command(&python).args(install).arg(&requirements))?;
-    // Last: an installation that was broken off leaves no stamp, and is done again.
-    fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}", stamp.display()))?;
-    Ok(python)
 }

@@ -2,7 +2,7 @@
 
 use crate::total::Total;
 use crate::workspace::{Workspace, succeed};
-use crate::{python, unit};
+use crate::{astropy, python, unit};
 
 /// One check, and the subcommand that runs it alone.
 pub(crate) struct Step {
@@ -25,11 +25,12 @@ impl From<Result<(), String>> for Outcome {
     }
 }
 
-pub(crate) const STEPS: [Step; 5] = [
+pub(crate) const STEPS: [Step; 6] = [
     Step { name: "fmt", about: "formatting", run: fmt },
     Step { name: "lint", about: "clippy, warnings are errors", run: lint },
     Step { name: "doc", about: "documentation builds, warnings are errors", run: doc },
-    Step { name: "python", about: "NumPy and astropy read our files", run: python::run },
+    Step { name: "astropy", about: "NumPy and astropy read our files", run: astropy::run },
+    Step { name: "python", about: "the Python package: lints, wheel, tests", run: python::run },
     Step {
         name: "unit",
         about: "unit tests, integration tests and doctests, with a total",

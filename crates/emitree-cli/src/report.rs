@@ -2,7 +2,7 @@
 
 use crate::render::{Counts, Rendered, total};
 use emitree::Method;
-use emitree_instrument::{Step, StepSum};
+use emitree_instrument::StepSum;
 use emitree_io::{Energies, Scene, SceneInstrument};
 use serde::Serialize;
 
@@ -102,15 +102,7 @@ impl InstrumentReport {
 
 impl StepReport {
     fn new(&StepSum { step, before, added, lost, after }: &StepSum) -> Self {
-        let step = match step {
-            Step::Photons => "photons",
-            Step::Area => "area",
-            Step::Psf => "psf",
-            Step::Energies => "energies",
-            Step::Redistribution => "redistribution",
-            Step::Background => "background",
-            _ => "other",
-        };
+        let step = step.name();
         Self { step, before, added, lost, after }
     }
 }

@@ -20,6 +20,24 @@ pub enum Step {
     Background,
 }
 
+impl Step {
+    /// The name that reports have for it.
+    ///
+    /// ```
+    /// assert_eq!(emitree_instrument::Step::Psf.name(), "psf");
+    /// ```
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Photons => "photons",
+            Self::Area => "area",
+            Self::Psf => "psf",
+            Self::Energies => "energies",
+            Self::Redistribution => "redistribution",
+            Self::Background => "background",
+        }
+    }
+}
+
 /// The sum over all bins or channels and pixels at a step: `before + added = after + lost`.
 ///
 /// `after` is the sum of the voxels that the step made, and the others come from what it was given, so

@@ -118,6 +118,12 @@ pub trait Emission: Sync {
     /// Whatever the model reports. Values that are not finite need not be reported here: the
     /// renderer finds them and names the point.
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Self::Error>;
+
+    /// Whether each batch is wanted in one call: for a model that shares it out by itself, or that
+    /// only one thread may call at a time. Else a batch comes in parts, from several threads.
+    fn takes_whole_batches(&self) -> bool {
+        false
+    }
 }
 
 impl<E: Emission + ?Sized> Emission for &E {
@@ -125,6 +131,10 @@ impl<E: Emission + ?Sized> Emission for &E {
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Self::Error> {
         (**self).emission_rates(samples, rates)
+    }
+
+    fn takes_whole_batches(&self) -> bool {
+        (**self).takes_whole_batches()
     }
 }
 

@@ -165,7 +165,10 @@ impl<'a, E: Emission> Meter<'a, E> {
         self.batches.fetch_add(1, Ordering::Relaxed);
         let threads = rayon::current_num_threads();
         let per_call = values.len().div_ceil(threads);
-        let per_call = per_call.clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL);
+        let per_call = match self.emission.takes_whole_batches() {
+            true => values.len().max(1),
+            false => per_call.clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL),
+        };
         let calls = values.len().div_ceil(per_call);
         let in_calls = AtomicU64::new(0);
         // Calls behind one that failed are left out, those before it are made: so the first failure
@@ -330,5 +333,60 @@ impl Scratch {
         self.directions.clear();
         self.energies.clear();
         self.weights.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::Canonical;
+    use crate::render::{Method, RenderOptions, render};
+    use crate::{LosOptions, Steps};
+    use core::convert::Infallible;
+    use std::sync::Mutex;
+
+    /// 1 everywhere; keeps the sizes of its calls.
+    struct Calls {
+        whole: bool,
+        sizes: Mutex<Vec<usize>>,
+    }
+
+    impl Emission for Calls {
+        type Error = Infallible;
+
+        fn emission_rates(
+            &self,
+            samples: &Samples<'_>,
+            rates: &mut [f64],
+        ) -> Result<(), Infallible> {
+            self.sizes
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner)
+                .push(samples.len());
+            rates.fill(1.0);
+            Ok(())
+        }
+
+        fn takes_whole_batches(&self) -> bool {
+            self.whole
+        }
+    }
+
+    /// The sizes of all calls for 16 × 16 pixels, 64 steps each, in batches of 10 000 at the most.
+    fn sizes(whole: bool) -> Vec<usize> {
+        let calls = Calls { whole, sizes: Mutex::default() };
+        let los = LosOptions { lines: 1, steps: Steps::Fixed(64) };
+        let options = RenderOptions { batch_size: 10_000, ..RenderOptions::new(Method::Los(los)) };
+        let rendering = render(&&calls, &Canonical, [16, 16], &options).unwrap();
+        assert_eq!((rendering.evaluations, rendering.batches), (16_384, 2));
+        calls.sizes.into_inner().unwrap()
+    }
+
+    #[test]
+    fn a_batch_comes_in_one_call_or_in_many() {
+        assert_eq!(sizes(true), [10_000, 6_384]);
+        let shared = sizes(false);
+        assert_eq!(shared.iter().sum::<usize>(), 16_384);
+        assert!(shared.iter().all(|&size| size <= MOST_SAMPLES_PER_CALL));
     }
 }

@@ -1,0 +1,65 @@
+"""Images of optically thin volume emissions, with as few evaluations of the emission as possible.
+
+An emission rate g(r, d) is given as a function on arrays, a formula, a model, a grid or a tree; a
+camera sees, in each pixel, its integral along the line of sight. `render` makes the image to the
+error that is asked for:
+
+>>> import emitree, numpy as np
+>>> def corona(position, direction):
+...     return np.exp(-np.linalg.norm(position, axis=1))
+>>> camera = emitree.Perspective(
+...     position=(10, 0, 0), target=(0, 0, 0), field_of_view=(40, 30), near=0, far=20
+... )
+>>> rendering = emitree.render(corona, camera, (60, 80), tolerance=0.01)
+>>> rendering.converged and rendering.estimated_error < 0.01
+True
+
+Images are arrays of shape (height, width) whose row 0 is the lowest y and whose column 0 is the
+lowest x: seen from the observer, x points to the right and y up. Angles are in degrees, lengths in
+the camera's `length_unit`; astropy quantities are taken too.
+"""
+
+from emitree._cameras import (
+    Box,
+    Camera,
+    Canonical,
+    Ellipsoid,
+    Equirectangular,
+    Fisheye,
+    Healpix,
+    Orthographic,
+    Perspective,
+    Polar,
+    Sphere,
+)
+from emitree._emissions import Expression, Grid, Model, Tree
+from emitree._native import EmissionError, RenderError, SceneError, __version__
+from emitree._render import Frame, build_tree, progressive, render
+from emitree._result import Rendering
+
+__all__ = [
+    "Box",
+    "Camera",
+    "Canonical",
+    "Ellipsoid",
+    "EmissionError",
+    "Equirectangular",
+    "Expression",
+    "Fisheye",
+    "Frame",
+    "Grid",
+    "Healpix",
+    "Model",
+    "Orthographic",
+    "Perspective",
+    "Polar",
+    "RenderError",
+    "Rendering",
+    "SceneError",
+    "Sphere",
+    "Tree",
+    "__version__",
+    "build_tree",
+    "progressive",
+    "render",
+]

@@ -1,0 +1,201 @@
+"""Cameras and shapes: the tables `[projection]`, `[bounds]` and `[[occulter]]` of a scene.
+
+Keywords are the keys of the scene file. Lengths are in `length_unit`, angles in degrees; astropy
+quantities are converted to these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+from emitree import _units
+
+Vector = Sequence[float]
+
+
+class _Table:
+    """A table of a scene; what is `None` is left out."""
+
+    _type: ClassVar[str]
+    _lengths: ClassVar[tuple[str, ...]] = ()
+    _angles: ClassVar[tuple[str, ...]] = ()
+
+    def table(self, length_unit: str | None) -> dict[str, Any]:
+        """The keys and values that a scene has for it, lengths in `length_unit`."""
+        table: dict[str, Any] = {"type": self._type}
+        for field in fields(self):  # type: ignore[arg-type]
+            name, value = field.name, getattr(self, field.name)
+            if name in self._lengths:
+                value = _units.value_in(value, length_unit, name)
+            elif name in self._angles:
+                value = _units.value_in(value, "deg", name)
+            if value is not None:
+                table[name] = _units.plain(value)
+        return table
+
+    def lengths(self) -> list[Any]:
+        """The values that are lengths."""
+        return [getattr(self, name) for name in self._lengths]
+
+
+class Camera(_Table):
+    """A camera: which line of sight belongs to which pixel."""
+
+    length_unit: str | Any | None
+
+
+_LENGTHS = ("position", "target", "near", "far")
+
+
+@dataclass(frozen=True)
+class Canonical(Camera):
+    """The unit cube itself, seen along z: x to the right, y up, z away from the observer.
+
+    >>> import emitree
+    >>> emitree.Canonical()
+    Canonical(length_unit=None)
+    """
+
+    length_unit: str | Any | None = None
+    _type = "canonical"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Orthographic(Camera):
+    """Parallel lines of sight.
+
+    position, target, up: (3,), the middle of the image plane, a point that is looked at, and the
+        direction that is up in the image.
+    extent: width and height of the image, lengths.
+    near, far: depths along the lines, lengths; they may be infinite, and be left out where there
+        are bounds.
+    length_unit: the unit of all lengths, such as "R_E"; needed if units are.
+    """
+
+    position: Vector
+    target: Vector
+    extent: Vector
+    up: Vector | None = None
+    near: float | None = None
+    far: float | None = None
+    length_unit: str | Any | None = None
+    _type = "orthographic"
+    _lengths = (*_LENGTHS, "extent")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Perspective(Camera):
+    """A pinhole camera.
+
+    position, target, up: (3,), the observer, a point in the middle of the image, and the direction
+        that is up in the image.
+    field_of_view: full width and height [deg], below 180.
+    near, far: distances from the observer, lengths; `far` may be infinite, and be left out where
+        there are bounds.
+    length_unit: the unit of all lengths, such as "R_E"; needed if units are.
+    """
+
+    position: Vector
+    target: Vector
+    field_of_view: Vector
+    up: Vector | None = None
+    near: float | None = None
+    far: float | None = None
+    length_unit: str | Any | None = None
+    _type = "perspective"
+    _lengths = _LENGTHS
+    _angles = ("field_of_view",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Equirectangular(Perspective):
+    """Equal steps of longitude and latitude about the pointing.
+
+    Keywords as for `Perspective`; field_of_view up to [360, 180] degrees.
+    """
+
+    _type = "equirectangular"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polar(Camera):
+    """Azimuth about the pointing along x, angle from the pointing along y.
+
+    Keywords as for `Perspective`; field_of_view: the full angle of the cone [deg], up to 360.
+    """
+
+    position: Vector
+    target: Vector
+    field_of_view: float
+    up: Vector | None = None
+    near: float | None = None
+    far: float | None = None
+    length_unit: str | Any | None = None
+    _type = "polar"
+    _lengths = _LENGTHS
+    _angles = ("field_of_view",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fisheye(Polar):
+    """The sky about the pointing as a disc; pixels outside of it are NaN.
+
+    Keywords as for `Polar`; mapping: "equidistant" (ARC, the default) or "equal_area" (ZEA).
+    """
+
+    mapping: str | None = None
+    _type = "fisheye"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Healpix(Camera):
+    """The whole sky in HEALPix pixels: twelve faces of nside x nside, one above the other.
+
+    position: (3,), the observer; near, far: distances from it.
+    The shape of its image is (12 nside, nside), or just nside.
+    """
+
+    position: Vector
+    near: float | None = None
+    far: float | None = None
+    length_unit: str | Any | None = None
+    _type = "healpix"
+    _lengths = ("position", "near", "far")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sphere(_Table):
+    """A sphere, as bounds of what glows or as an opaque body: center (3,) and radius, lengths."""
+
+    center: Vector
+    radius: float
+    _type = "sphere"
+    _lengths = ("center", "radius")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ellipsoid(_Table):
+    """An ellipsoid, as bounds or as an opaque body.
+
+    center, semi_axes: (3,), lengths; pole, meridian: (3,), directions of the third and of the first
+        axis, z and x by default.
+    """
+
+    center: Vector
+    semi_axes: Vector
+    pole: Vector | None = None
+    meridian: Vector | None = None
+    _type = "ellipsoid"
+    _lengths = ("center", "semi_axes")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box(_Table):
+    """A box along the axes, as bounds of what glows: two corners (3,), lengths."""
+
+    min: Vector
+    max: Vector
+    _type = "box"
+    _lengths = ("min", "max")

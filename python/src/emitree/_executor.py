@@ -1,0 +1,92 @@
+"""Batches shared out over any `concurrent.futures.Executor`: threads, processes, clusters."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, as_completed
+from typing import Any
+
+from emitree._function import Floats, Function
+
+#: A part that takes less is not worth sending to another process or machine [s].
+_LEAST_SECONDS = 0.002
+#: And one that takes more makes others wait for it at the end of a batch [s].
+_MOST_SECONDS = 0.5
+
+#: Some of the points of a batch, and their rates.
+Part = tuple[slice, Floats]
+
+
+class Serial:
+    """All points of a batch at once, in the thread that called."""
+
+    def __init__(self, function: Function) -> None:
+        self.function = function
+
+    def parts(self, position: Floats, direction: Floats, energy: Floats | None) -> Iterator[Part]:
+        """The rates of all points."""
+        yield slice(0, len(position)), self.function(position, direction, energy)
+
+
+class Shared:
+    """Parts of a batch for the workers of an executor.
+
+    Their size follows the time that the points before took. Which points are evaluated, and what
+    becomes of their rates, does not depend on it.
+    """
+
+    def __init__(self, function: Function, executor: Executor) -> None:
+        self.function = function
+        self.executor = executor
+        self.workers = worker_count(executor)
+        self.seconds_per_point: float | None = None
+
+    def part_size(self, count: int) -> int:
+        """How many of `count` points go in one part."""
+        even = math.ceil(count / self.workers)
+        if self.seconds_per_point is None:
+            return math.ceil(even / 4)
+        seconds = max(self.seconds_per_point, 1e-12)
+        least, most = (max(1, int(limit / seconds)) for limit in (_LEAST_SECONDS, _MOST_SECONDS))
+        return min(max(even, least), most)
+
+    def parts(self, position: Floats, direction: Floats, energy: Floats | None) -> Iterator[Part]:
+        """The rates of each part, as they come."""
+        size = self.part_size(len(position))
+        futures: dict[Future[Any], slice] = {}
+        try:
+            for start in range(0, len(position), size):
+                part = slice(start, min(start + size, len(position)))
+                of_part = (None if energy is None else energy[part],)
+                arguments = (position[part], direction[part], *of_part)
+                futures[self.executor.submit(timed, self.function, *arguments)] = part
+            for future in as_completed(futures):
+                rates, seconds = future.result()
+                part = futures[future]
+                self.seconds_per_point = seconds / (part.stop - part.start)
+                yield part, rates
+        finally:
+            # After an exception nobody wants the others.
+            for future in futures:
+                future.cancel()
+
+
+def timed(
+    function: Function, position: Floats, direction: Floats, energy: Floats | None
+) -> tuple[Floats, float]:
+    """The rates of a part, and how long they took [s]; what a worker does."""
+    start = time.perf_counter()
+    rates = function(position, direction, energy)
+    return rates, time.perf_counter() - start
+
+
+def worker_count(executor: Any) -> int:
+    """How many workers an executor has, as far as it tells."""
+    client = getattr(executor, "_client", None)
+    if client is not None and hasattr(client, "nthreads"):
+        return max(1, sum(client.nthreads().values()))
+    workers = getattr(executor, "_max_workers", None)
+    return workers if isinstance(workers, int) and workers > 0 else os.cpu_count() or 1

@@ -1,0 +1,68 @@
+"""Functions as emissions: arrays in, rates out, whatever library made them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emitree import _units
+
+Floats = NDArray[np.float64]
+
+
+class Function:
+    """A function f(position, direction) or f(position, direction, energy), called with arrays.
+
+    It gives n rates as 64-bit floats in `unit`. With `quantities` the function gets quantities in
+    `length_unit` and `energy_unit`; else plain arrays.
+    """
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        *,
+        unit: str | None = None,
+        length_unit: str | None = None,
+        energy_unit: str | None = None,
+        quantities: bool = False,
+    ) -> None:
+        self.function = function
+        self.unit = unit
+        self.units = [length_unit, None, energy_unit] if quantities else [None] * 3
+
+    def __call__(self, position: Floats, direction: Floats, energy: Floats | None) -> Floats:
+        given = [values for values in (position, direction, energy) if values is not None]
+        arguments = [
+            values if unit is None else values << _units.to_astropy(unit)
+            for values, unit in zip(given, self.units, strict=False)
+        ]
+        return as_rates(self.function(*arguments), len(position), self.unit)
+
+
+def as_rates(result: Any, count: int, unit: str | None) -> Floats:
+    """What a function returned as `count` rates in `unit`.
+
+    >>> as_rates([1, 2], 2, None)
+    array([1., 2.])
+    """
+    if _units.is_quantity(result):
+        if unit is None:
+            raise ValueError(f"the rates have the unit {result.unit}: expected `unit` to be given")
+        result = result.to_value(_units.to_astropy(unit))
+    if isinstance(result, np.ma.MaskedArray) and np.ma.is_masked(result):
+        raise ValueError("some rates are masked: expected a number for each point")
+    if not isinstance(result, np.ndarray) and hasattr(result, "__dlpack__"):
+        # What is on another device, or still wanted for gradients, has to say itself how it is made
+        # an array here, or why it is not.
+        with suppress(BufferError, RuntimeError):
+            result = np.from_dlpack(result)
+    rates = np.asarray(result)
+    if rates.dtype.kind not in "fiub":
+        raise TypeError(f"the rates are of type {rates.dtype}: expected real numbers")
+    if rates.shape != (count,):
+        raise ValueError(f"the rates have the shape {rates.shape}: expected ({count},)")
+    return np.ascontiguousarray(rates, dtype=np.float64)

@@ -1,0 +1,199 @@
+"""From keywords to a scene: the text of a scene file is written, and the one reader checks it all.
+
+So every camera, emission and option of the command is there, with the same words and messages.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from emitree import _native, _units
+from emitree._cameras import Camera, Healpix
+from emitree._emissions import Expression, Grid, Model, Tree
+
+#: What reports call a scene that was made from keywords.
+NAME = "emitree"
+
+
+def toml(value: Any) -> str:
+    """A value as TOML writes it.
+
+    >>> toml({"a": [1.0, float("inf")], "b": "c"})
+    '{ a = [1.0, inf], b = "c" }'
+    """
+    value = _units.plain(value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return repr(value) if math.isfinite(value) else f"{value:f}"
+    if isinstance(value, str):
+        return json.dumps(value).replace("\x7f", "\\u007f")
+    if isinstance(value, list):
+        return f"[{', '.join(map(toml, value))}]"
+    if isinstance(value, Mapping):
+        items = ", ".join(f"{_key(key)} = {toml(item)}" for key, item in value.items())
+        return f"{{ {items} }}"
+    raise TypeError(f"{value!r} is {type(value).__name__}: expected numbers, texts, lists, tables")
+
+
+def _key(key: str) -> str:
+    bare = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
+    return key if bare else json.dumps(key)
+
+
+def document(tables: Mapping[str, Any]) -> str:
+    """The text of a scene: one table after the other, lists as tables of the same name."""
+    lines: list[str] = []
+    for name, table in tables.items():
+        several = isinstance(table, list)
+        for one in table if several else [table]:
+            lines.append(f"[[{name}]]" if several else f"[{name}]")
+            lines.extend(f"{_key(key)} = {toml(value)}" for key, value in one.items())
+            lines.append("")
+    return "\n".join(lines)
+
+
+def emission_table(emission: Any, folder: str, length_unit: str | None) -> dict[str, Any]:
+    """The table `[emission]`; a function is a placeholder in it."""
+    if isinstance(emission, str):
+        return Expression(emission).table()
+    if isinstance(emission, Grid):
+        return emission.table(folder, length_unit)
+    if isinstance(emission, Expression | Model | Tree):
+        return emission.table()
+    if callable(emission):
+        return {"expression": "0"}
+    raise TypeError(
+        f"the emission is {type(emission).__name__}: expected a function f(position, direction), a "
+        "text with a formula, or an emitree.Expression, Model, Grid or Tree"
+    )
+
+
+def image_table(camera: Camera, shape: Any) -> dict[str, Any]:
+    """The table `[image]` of a shape (height, width); of a sky, also nside alone."""
+    sides = np.asarray(shape).tolist()
+    if isinstance(camera, Healpix):
+        if isinstance(sides, list) and len(sides) == 2 and sides[0] == 12 * sides[1]:
+            sides = sides[1]
+        if not isinstance(sides, int):
+            raise _native.SceneError(f"`shape` is {shape}: expected nside, or (12 nside, nside)")
+        return {"nside": sides}
+    if not (isinstance(sides, list) and len(sides) == 2):
+        raise _native.SceneError(f"`shape` is {shape}: expected (height, width)")
+    return {"width": sides[1], "height": sides[0]}
+
+
+def compose(
+    emission: Any,
+    camera: Camera,
+    shape: Any,
+    *,
+    unit: Any = None,
+    image_unit: Any = None,
+    quantity: str | None = None,
+    energy: Any = None,
+    bounds: Any = None,
+    occulters: Any = (),
+    seeds: Any = (),
+    instrument: Mapping[str, Any] | None = None,
+    render: Mapping[str, Any],
+    build: Mapping[str, Any] | None = None,
+) -> _native.Scene:
+    """The scene of these keywords, read and checked."""
+    shapes = [*([bounds] if bounds is not None else []), *occulters]
+    length_unit = length_unit_of(camera, shapes)
+    projection = camera.table(length_unit)
+    if length_unit is not None:
+        projection["length_unit"] = length_unit
+    image = image_table(camera, shape)
+    image |= {"unit": _units.to_text(image_unit), "quantity": quantity}
+    with tempfile.TemporaryDirectory(prefix="emitree-") as folder:
+        of_emission = emission_table(emission, folder, length_unit)
+        of_emission["unit"] = _units.to_text(unit)
+        tables: dict[str, Any] = {
+            "emission": of_emission,
+            "projection": projection,
+            "image": image,
+            "energy": energy_table(energy),
+            "instrument": instrument_table(instrument),
+            "bounds": bounds.table(length_unit) if bounds is not None else None,
+            "occulter": [body.table(length_unit) for body in occulters],
+            "seed": [seed_table(seed, length_unit) for seed in seeds],
+            "render": render,
+            "build": build,
+        }
+        text = document({name: _given(table) for name, table in tables.items() if table})
+        return _native.Scene.parse(NAME, text)
+
+
+def _given(table: Any) -> Any:
+    if isinstance(table, list):
+        return table
+    return {key: value for key, value in table.items() if value is not None}
+
+
+def length_unit_of(camera: Camera, shapes: list[Any]) -> str | None:
+    """The length unit that is named, or else that of the first quantity."""
+    if camera.length_unit is not None:
+        return _units.to_text(camera.length_unit)
+    lengths = [value for thing in (camera, *shapes) for value in thing.lengths()]
+    return _units.to_text(_units.first_unit(lengths))
+
+
+def energy_table(energy: Any) -> dict[str, Any] | None:
+    """The table `[energy]`: bins from `min` to `max`."""
+    if energy is None:
+        return None
+    table = dict(energy)
+    given = [table.get(name) for name in ("min", "max")]
+    unit = table.get("unit") or _units.first_unit(given) or "keV"
+    table["unit"] = _units.to_text(unit)
+    for name in ("min", "max"):
+        if name in table:
+            table[name] = _units.plain(_units.value_in(table[name], table["unit"], name))
+    return table
+
+
+def instrument_table(instrument: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """The table `[instrument]`; names of files are those of the current folder."""
+    if instrument is None:
+        return None
+
+    def beside_here(value: Any) -> Any:
+        return os.path.abspath(value) if isinstance(value, str | os.PathLike) else value
+
+    table = {key: beside_here(value) for key, value in instrument.items()}
+    if isinstance(table.get("psf"), Mapping):
+        table["psf"] = {key: beside_here(value) for key, value in table["psf"].items()}
+    return table
+
+
+def seed_table(seed: Any, length_unit: str | None) -> dict[str, Any]:
+    """A table `[[seed]]` of (position, radius)."""
+    position, radius = seed
+    return {
+        "position": _units.plain(_units.value_in(position, length_unit, "position")),
+        "radius": _units.plain(_units.value_in(radius, length_unit, "radius")),
+    }
+
+
+def is_scene_file(emission: Any) -> bool:
+    """Whether an emission is the name of a scene file."""
+    if isinstance(emission, os.PathLike):
+        return True
+    return isinstance(emission, str) and emission.endswith(".toml")
+
+
+def open_scene(path: Any, changes: Mapping[str, Any]) -> _native.Scene:
+    """The scene file at `path` with values replaced."""
+    given = [(key, toml(value)) for key, value in changes.items() if value is not None]
+    return _native.Scene.open(path, given)

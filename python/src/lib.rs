@@ -1,0 +1,35 @@
+//! emitree in Python: the compiled half of the package.
+//!
+//! Thin, frozen classes around one Rust type each. What is convenient rather than needed (cameras
+//! with keywords, units, plots, executors, caches) is written in Python, beside this module.
+//!
+//! * `scene`: a scene that was read and checked, and what is made of it;
+//! * `bridge`: the rendering works on threads of its own and hands batches to the thread that
+//!   called, which alone runs Python;
+//! * `emission`: the emission of a scene, or a function in Python, as the library sees it;
+//! * `rendering`: an image or a cube with its error and its bill;
+//! * `fits`: the same as the bytes of a file;
+//! * `error`: errors as exceptions, all in one place.
+
+mod bridge;
+mod emission;
+mod error;
+mod fits;
+mod rendering;
+mod scene;
+
+/// emitree's compiled half: use `emitree`.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::error::{EmissionError, RenderError, SceneError};
+    #[pymodule_export]
+    use crate::rendering::Rendered;
+    #[pymodule_export]
+    use crate::scene::Scene;
+
+    /// The version of the package.
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "the name that Python has for it")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

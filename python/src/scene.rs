@@ -1,0 +1,206 @@
+//! A scene that was read and checked, and what is made of it.
+
+use crate::bridge::{Caller, Hooks, run};
+use crate::emission::AnyEmission;
+use crate::error::{SceneError, of_encoding, of_rendering, of_scene, of_tree};
+use crate::rendering::{Rendered, in_quantity};
+use emitree::{
+    Ending, Frame, Image, RenderOptions, WorldTreeOptions, build_world_tree, render, render_cube,
+};
+use emitree_io::{Override, TreeFile};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A scene, read and checked: emission, camera, image and method.
+#[pyclass(frozen, module = "emitree._native")]
+pub(crate) struct Scene(Arc<emitree_io::Scene>);
+
+/// What a rendering may take besides the function: memory that any workstation has.
+const MOST_MEMORY_BYTES: u64 = 8 << 30;
+
+/// Keys with values in TOML, as options of the command line: `("render.method", "los")`.
+type Changes = Vec<(String, String)>;
+
+#[pymethods]
+impl Scene {
+    /// Reads the scene file at `path`; `changes` replace values of it.
+    #[staticmethod]
+    fn open(path: PathBuf, changes: Changes) -> PyResult<Self> {
+        let scene = emitree_io::Scene::open(&path, &overrides(changes));
+        Ok(Self(Arc::new(scene.map_err(|error| of_scene(&error, true))?)))
+    }
+
+    /// Reads a scene from its text, which was made from keywords; `name` is what reports call it.
+    #[staticmethod]
+    fn parse(name: &str, text: &str) -> PyResult<Self> {
+        let scene = emitree_io::Scene::parse(name, text, &[]);
+        Ok(Self(Arc::new(scene.map_err(|error| of_scene(&error, false))?)))
+    }
+
+    /// The name of the file.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// The text, as it was given.
+    #[getter]
+    fn text(&self) -> &str {
+        &self.0.text
+    }
+
+    /// Height and width of the image.
+    #[getter]
+    fn shape(&self) -> (usize, usize) {
+        (self.0.height, self.0.width)
+    }
+
+    /// The unit of lengths, or `None`.
+    #[getter]
+    fn length_unit(&self) -> Option<&str> {
+        self.0.length_unit.as_deref()
+    }
+
+    /// The unit of the image, FITS grammar, or "".
+    #[getter]
+    fn unit(&self) -> &str {
+        self.0.image_unit()
+    }
+
+    /// The borders of the energy bins, ascending, and their unit; `None` without an energy axis.
+    #[getter]
+    fn energies<'py>(&self, py: Python<'py>) -> Option<(Bound<'py, PyArray1<f64>>, &str)> {
+        let energies = self.0.energy.as_ref()?;
+        Some((PyArray1::from_vec(py, energies.axis().edges()), energies.unit_name()))
+    }
+
+    /// Renders the scene, or a function in place of its emission:
+    /// `function(position, direction, energy | None) -> rates`.
+    #[pyo3(signature = (*, function=None, batch_size=None, threads=None, progress=None, frame=None))]
+    fn render(
+        &self,
+        py: Python<'_>,
+        function: Option<Py<PyAny>>,
+        batch_size: Option<u64>,
+        threads: Option<usize>,
+        progress: Option<Py<PyAny>>,
+        frame: Option<Py<PyAny>>,
+    ) -> PyResult<Rendered> {
+        let hooks = Hooks { function, progress, frame };
+        let scene = &self.0;
+        let found = run(py, &hooks, threads, |caller| rendered(scene, &hooks, caller, batch_size));
+        found?.map_err(|error| of_rendering(py, error))
+    }
+
+    /// Builds the tree of the scene's emission, or of a function in its place, in the box of its
+    /// `[build]`: the bytes of a tree file, and the bill.
+    #[pyo3(signature = (*, function=None, batch_size=None, threads=None, progress=None))]
+    fn build_tree<'py>(
+        &self,
+        py: Python<'py>,
+        function: Option<Py<PyAny>>,
+        batch_size: Option<u64>,
+        threads: Option<usize>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(Bound<'py, PyBytes>, Bound<'py, PyDict>)> {
+        let scene = &*self.0;
+        let Some(settings) = &scene.build else {
+            return Err(SceneError::new_err("the scene has no `[build]`"));
+        };
+        let hooks = Hooks { function, progress, frame: None };
+        let built = run(py, &hooks, threads, |caller| {
+            let progress = |evaluations| caller.progress(evaluations);
+            let defaults = WorldTreeOptions::default();
+            let options = WorldTreeOptions {
+                order: settings.order,
+                base_level: settings.base_level,
+                tolerance: settings.tolerance,
+                finest_level: settings.finest_level,
+                max_evaluations: settings.max_evaluations.unwrap_or(defaults.max_evaluations),
+                batch_size: batch_size.unwrap_or(defaults.batch_size),
+                max_memory_bytes: MOST_MEMORY_BYTES,
+                progress: Some(&progress),
+            };
+            build_world_tree(&emission(scene, &hooks, caller), settings.bounds, &options)
+        })?;
+        let built = built.map_err(|error| of_tree(py, error))?;
+        let bill = PyDict::new(py);
+        bill.set_item("evaluations", built.evaluations)?;
+        bill.set_item("converged", built.ending == Ending::Complete)?;
+        bill.set_item("leaves_per_level", built.tree.leaves_per_level())?;
+        bill.set_item("largest_dropped", built.largest_dropped)?;
+        bill.set_item("largest_rate", built.largest_rate)?;
+        let file = TreeFile::new(built, settings.tolerance)
+            .with_units(scene.length_unit.as_deref(), scene.image_unit())
+            .with_scene(&scene.text);
+        Ok((PyBytes::new(py, &file.encode().map_err(of_encoding)?), bill))
+    }
+
+    fn __repr__(&self) -> String {
+        let (height, width) = self.shape();
+        format!("<emitree scene {}: {height} x {width} pixels>", self.0.name)
+    }
+}
+
+/// Changes as the scene reader takes them.
+fn overrides(changes: Changes) -> Vec<Override> {
+    let option = |key: &str| key.rsplit('.').next().unwrap_or(key).to_owned();
+    let change = |(key, value): (String, String)| Override { option: option(&key), key, value };
+    changes.into_iter().map(change).collect()
+}
+
+/// The emission of the scene, or the function in its place.
+fn emission<'a>(
+    scene: &'a emitree_io::Scene,
+    hooks: &Hooks,
+    caller: &'a Caller,
+) -> AnyEmission<'a> {
+    match hooks.function {
+        // The scene's emission is a placeholder then, in the units of the function.
+        Some(_) => AnyEmission::Function { caller, rate_factor: scene.emission.rate_factor },
+        None => AnyEmission::Scene(&scene.emission),
+    }
+}
+
+fn rendered(
+    scene: &Arc<emitree_io::Scene>,
+    hooks: &Hooks,
+    caller: &Caller,
+    batch_size: Option<u64>,
+) -> Result<Rendered, emitree::RenderError<crate::emission::EmissionStop>> {
+    let progress = |evaluations| caller.progress(evaluations);
+    let on_frame = |frame: &Frame<'_>| {
+        let [image, error] = [frame.image, frame.error].map(|map| on_the_way(scene, map));
+        caller.frame(frame, image, error)
+    };
+    let mut options = RenderOptions::new(scene.render.method);
+    options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
+    options.batch_size = batch_size.or(scene.render.batch_size).unwrap_or(options.batch_size);
+    options.max_memory_bytes = MOST_MEMORY_BYTES;
+    options.seeds = &scene.render.seeds;
+    options.line_energies = scene.energy.as_ref().map_or(&[], |energies| energies.lines());
+    options.progress = Some(&progress);
+    if hooks.frame.is_some() {
+        options.frame = Some(&on_frame);
+    }
+    let (emission, camera) = (emission(scene, hooks, caller), scene.camera.projection());
+    let shape = [scene.height, scene.width];
+    match &scene.energy {
+        None => render(&emission, camera, shape, &options)
+            .map(|found| Rendered::image(Arc::clone(scene), found)),
+        Some(energies) => render_cube(&emission, camera, shape, energies.axis(), &options)
+            .map(|found| Rendered::cube(Arc::clone(scene), found)),
+    }
+}
+
+/// An image on the way in the unit of the final one; of a cube, the whole band.
+fn on_the_way(scene: &emitree_io::Scene, map: &Image) -> Image {
+    let map = match scene.energy {
+        Some(_) => scene.in_band_unit(map.clone()),
+        None => map.clone(),
+    };
+    in_quantity(scene, map)
+}

@@ -1,0 +1,5 @@
+"""Plots without a screen."""
+
+import os
+
+os.environ.setdefault("MPLBACKEND", "Agg")

@@ -1,0 +1,54 @@
+"""Emissions that the tests render, in a module that worker processes can import."""
+
+import math
+import os
+import time
+
+import numpy as np
+
+import emitree
+
+ALPHA = 40.0
+
+
+def peak(position, direction):
+    """A Gaussian peak in the middle of the unit cube."""
+    return np.exp(-ALPHA * ((position - 0.5) ** 2).sum(axis=1))
+
+
+def slow_peak(position, direction):
+    """The same, 1 microsecond a point and 2 ms a call."""
+    time.sleep(0.002 + 1e-6 * len(position))
+    return peak(position, direction)
+
+
+def failing(position, direction):
+    """A model with a mistake."""
+    raise ZeroDivisionError("a mistake of the model")
+
+
+def dying(position, direction):
+    """A model that takes its process with it."""
+    os._exit(1)
+
+
+def rendering(position, direction):
+    """A model that renders another one, the same pixel for each point."""
+    inner = emitree.render(peak, emitree.Canonical(), (2, 2))
+    return np.full(len(position), inner.image[0, 0])
+
+
+def spectral(position, direction, energy):
+    """The peak with an exponential spectrum."""
+    return peak(position, direction) * np.exp(-energy)
+
+
+def exact_peak(height, width):
+    """The means of the image of `peak` over pixels: products of error functions."""
+
+    def means(count):
+        root = math.sqrt(ALPHA)
+        primitive = [math.erf(root * (i / count - 0.5)) for i in range(count + 1)]
+        return 0.5 * math.sqrt(math.pi / ALPHA) * np.diff(primitive) * count
+
+    return means(height)[:, None] * means(width) * means(1)

@@ -1,0 +1,197 @@
+"""Caches: no point is evaluated twice, whatever happens."""
+
+import json
+import os
+import subprocess
+import sys
+import textwrap
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from models import peak, spectral
+
+import emitree
+
+CUBE = emitree.Canonical()
+RECORD = 64
+
+
+class Counted:
+    """A function that keeps the points that it was asked for."""
+
+    def __init__(self, function=peak):
+        self.function = function
+        self.points = []
+
+    def __call__(self, *arguments):
+        self.points += map(bytes, np.hstack([a.reshape(len(a), -1) for a in arguments]))
+        return self.function(*arguments)
+
+
+def same(one, other):
+    return np.array_equal(one.image, other.image) and np.array_equal(one.error, other.error)
+
+
+@pytest.mark.parametrize("name", ["folder", "run.h5"])
+def test_a_second_run_evaluates_nothing(tmp_path, name):
+    if name.endswith(".h5"):
+        pytest.importorskip("h5py")
+    plain = emitree.render(peak, CUBE, (32, 32), tolerance=1e-3)
+    first, second = Counted(), Counted()
+    one = emitree.render(first, CUBE, (32, 32), tolerance=1e-3, cache=tmp_path / name)
+    two = emitree.render(second, CUBE, (32, 32), tolerance=1e-3, cache=tmp_path / name)
+    assert same(plain, one) and same(plain, two)
+    assert len(set(first.points)) == len(first.points) and not second.points
+    assert two.report["cache"] == {"found": plain.evaluations, "added": 0}
+    assert one.report["cache"]["added"] == len(first.points)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_a_finer_image_takes_what_is_there(tmp_path):
+    first, second = Counted(), Counted()
+    emitree.render(first, CUBE, (32, 32), tolerance=1e-2, cache=tmp_path / "c")
+    finer = emitree.render(second, CUBE, (32, 32), tolerance=1e-3, cache=tmp_path / "c")
+    assert same(finer, emitree.render(peak, CUBE, (32, 32), tolerance=1e-3))
+    assert second.points and not set(first.points) & set(second.points)
+
+
+def test_energies_tell_points_apart(tmp_path):
+    options = {"energy": {"min": 1, "max": 2, "bins": 2}, "cache": tmp_path / "c"}
+    first, second = Counted(spectral), Counted(spectral)
+    one = emitree.render(first, CUBE, (8, 8), **options)
+    two = emitree.render(second, CUBE, (8, 8), **options)
+    assert first.points and not second.points and same(one, two)
+    del options["cache"]
+    assert same(one, emitree.render(spectral, CUBE, (8, 8), **options))
+
+
+def test_executors_and_caches_go_together(tmp_path):
+    counted = Counted()
+    with ThreadPoolExecutor(2) as executor:
+        options = {"executor": executor, "cache": tmp_path / "c", "tolerance": 1e-3}
+        one = emitree.render(counted, CUBE, (32, 32), **options)
+    assert same(one, emitree.render(peak, CUBE, (32, 32), tolerance=1e-3))
+    assert len(set(counted.points)) == len(counted.points)
+    assert (tmp_path / "c" / "points.f64").stat().st_size == RECORD * len(counted.points)
+
+
+def test_a_mistake_loses_nothing_and_is_not_kept(tmp_path):
+    calls = []
+
+    def breaks(position, direction):
+        calls.append(len(position))
+        rates = peak(position, direction)
+        if len(calls) == 3:
+            rates[-1] = np.nan
+        return rates
+
+    with pytest.raises(emitree.EmissionError):
+        emitree.render(breaks, CUBE, (32, 32), tolerance=1e-3, cache=tmp_path / "c")
+    points = (tmp_path / "c" / "points.f64").stat().st_size // RECORD
+    assert points == sum(calls) - 1
+    counted = Counted()
+    mended = emitree.render(counted, CUBE, (32, 32), tolerance=1e-3, cache=tmp_path / "c")
+    assert same(mended, emitree.render(peak, CUBE, (32, 32), tolerance=1e-3))
+    assert len(counted.points) == mended.evaluations - points
+
+
+def test_a_torn_end_is_dropped(tmp_path):
+    emitree.render(peak, CUBE, (8, 8), cache=tmp_path / "c")
+    points = tmp_path / "c" / "points.f64"
+    whole = points.read_bytes()
+    points.write_bytes(whole[:-10])
+    counted = Counted()
+    emitree.render(counted, CUBE, (8, 8), cache=tmp_path / "c")
+    assert len(counted.points) == 1 and points.read_bytes() == whole
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="caches are locked on Unix alone")
+def test_two_renderings_need_two_caches(tmp_path):
+    def nested(position, direction):
+        emitree.render(peak, CUBE, (4, 4), cache=tmp_path / "c")
+
+    with pytest.raises(ValueError, match="another rendering uses it"):
+        emitree.render(nested, CUBE, (4, 4), cache=tmp_path / "c")
+    emitree.render(peak, CUBE, (4, 4), cache=tmp_path / "c")
+
+
+def test_other_units_need_another_cache(tmp_path):
+    emitree.render(peak, emitree.Canonical(length_unit="km"), (4, 4), cache=tmp_path / "c")
+    with pytest.raises(ValueError, match="`length_unit` is 'km': expected 'm', or another cache"):
+        emitree.render(peak, emitree.Canonical(length_unit="m"), (4, 4), cache=tmp_path / "c")
+    (tmp_path / "d").mkdir()
+    (tmp_path / "d" / "mine.txt").write_text("not a cache")
+    with pytest.raises(ValueError, match="expected a new or empty folder, or a cache"):
+        emitree.render(peak, CUBE, (4, 4), cache=tmp_path / "d")
+
+
+KILLED = """
+    import sys, time
+    import numpy as np
+    import emitree
+
+    log, cache = open(sys.argv[1], "ab", buffering=0), sys.argv[2]
+
+    def expensive(position, direction):
+        rates = np.exp(-40 * ((position - 0.5) ** 2).sum(axis=1))
+        time.sleep(float(sys.argv[3]))
+        log.write(np.hstack([position, direction]).tobytes())
+        return rates
+
+    rendering = emitree.render(
+        expensive, emitree.Canonical(), (64, 64), tolerance=1e-3, batch_size=100, cache=cache
+    )
+    np.save(sys.argv[4], np.stack([rendering.image, rendering.error]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is for Unix")
+@pytest.mark.parametrize("name", ["folder", "run.h5"])
+def test_after_a_kill_it_goes_on(tmp_path, name):
+    if name.endswith(".h5"):
+        pytest.importorskip("h5py")
+    log, found = tmp_path / "log", tmp_path / "found.npy"
+    script = tmp_path / "run.py"
+    script.write_text(textwrap.dedent(KILLED))
+
+    def start(seconds):
+        arguments = [str(log), str(tmp_path / name), str(seconds), str(found)]
+        return subprocess.Popen([sys.executable, str(script), *arguments])
+
+    folder = tmp_path / (name + ".points" if name.endswith(".h5") else name)
+    recorded = {}
+    for points in (300, 1200):
+        with start(0.02) as process:
+            while size(folder / "points.f64") < points * RECORD:
+                assert process.poll() is None, "it ended before it could be killed"
+                time.sleep(0.005)
+            process.kill()
+        assert process.returncode == -9 and not found.exists()
+        whole = size(folder / "points.f64") // RECORD
+        records = np.fromfile(folder / "points.f64", count=8 * whole).reshape(-1, 8)
+        recorded[len(logged(log))] = set(map(bytes, records[:, :6]))
+    assert json.loads((folder / "about.json").read_text())["version"] == 1
+    with start(0.0) as process:
+        assert process.wait(60) == 0
+
+    plain = emitree.render(peak, CUBE, (64, 64), tolerance=1e-3)
+    image, error = np.load(found)
+    assert np.array_equal(image, plain.image) and np.array_equal(error, plain.error)
+    # What was recorded at the time of a kill was never asked for again.
+    points = logged(log)
+    assert len(recorded) == 2 and len(set(points)) == plain.evaluations
+    for killed_at, known in recorded.items():
+        assert known and known <= set(points[:killed_at])
+        assert not known & set(points[killed_at:])
+
+
+def logged(path: Path) -> list[bytes]:
+    """The points that the function returned for, in all runs."""
+    return list(map(bytes, np.frombuffer(path.read_bytes()).reshape(-1, 6)))
+
+
+def size(path: Path) -> int:
+    return os.stat(path).st_size if path.exists() else 0

@@ -1,0 +1,48 @@
+"""The package itself: types, the tutorial, and what it tells of itself."""
+
+import json
+import os
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+import emitree
+
+HERE = Path(__file__).parent
+
+
+@pytest.mark.parametrize("arguments", [
+    ["mypy.stubtest", "emitree", "--mypy-config-file", "pyproject.toml"],
+    ["mypy", "--config-file", "pyproject.toml"],
+], ids=lambda arguments: arguments[0])  # fmt: skip
+def test_the_types_are_those_of_the_module(arguments, tmp_path):
+    pytest.importorskip("mypy")
+    environment = os.environ | {"MYPY_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-m", *arguments]
+    subprocess.run(command, check=True, cwd=HERE.parent, env=environment)
+
+
+def test_everything_is_documented():
+    for name in emitree.__all__:
+        if name != "__version__":
+            assert getattr(emitree, name).__doc__, name
+
+
+def test_the_version_is_one():
+    assert emitree.__version__ == metadata.version("emitree")
+
+
+def test_the_tutorial_runs():
+    for module in ("matplotlib", "astropy"):
+        pytest.importorskip(module)
+    notebook = json.loads((HERE.parent / "docs" / "tutorial.ipynb").read_text(encoding="utf-8"))
+    names: dict[str, object] = {}
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    for number, cell in enumerate(cells):
+        assert not cell["outputs"], "expected a notebook without outputs"
+        exec(compile("".join(cell["source"]), f"tutorial.ipynb, code cell {number}", "exec"), names)
+    assert len(cells) > 5
+    names["ax"].figure.canvas.draw()

@@ -1,0 +1,79 @@
+"""What is told on the way, and images on the way."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from models import failing, peak
+
+import emitree
+
+CUBE = emitree.Canonical()
+
+
+def slow(position, direction):
+    time.sleep(0.03)
+    return peak(position, direction)
+
+
+def test_a_function_hears_of_the_evaluations():
+    told = []
+    rendering = emitree.render(slow, CUBE, (32, 32), tolerance=1e-3, progress=told.append)
+    assert told == sorted(set(told)) and len(told) > 2 and told[-1] == rendering.evaluations
+
+
+def test_a_bar(capsys):
+    pytest.importorskip("tqdm")
+    emitree.render(peak, CUBE, (16, 16), progress=True)
+    assert "evaluations" in capsys.readouterr().err
+
+
+def test_exceptions_of_the_progress_end_the_rendering():
+    def stop(evaluations):
+        raise StopAsyncIteration
+
+    with pytest.raises(StopAsyncIteration):
+        emitree.render(slow, CUBE, (64, 64), tolerance=1e-4, progress=stop)
+
+
+def test_images_on_the_way():
+    plain = emitree.render(peak, CUBE, (32, 32), tolerance=1e-3)
+    *frames, last = emitree.progressive(peak, CUBE, (32, 32), tolerance=1e-3)
+    assert np.array_equal(last.image, plain.image) and last.evaluations == plain.evaluations
+    assert len(frames) > 1
+    evaluations = [frame.evaluations for frame in frames]
+    assert evaluations == sorted(evaluations) and evaluations[-1] <= last.evaluations
+    for frame in frames:
+        assert frame.image.shape == frame.error.shape == (32, 32)
+        assert np.abs(frame.image - plain.image).max() < 0.5 * plain.image.max()
+    assert np.abs(frames[-1].image - plain.image).max() < 1e-2 * plain.image.max()
+
+
+def test_images_on_the_way_have_the_unit_of_the_last():
+    camera = emitree.Perspective(
+        position=(3, 0, 0), target=(0, 0, 0), field_of_view=(40, 40), far=6, length_unit="km"
+    )
+    options = {"unit": "ph cm-3 s-1 sr-1", "quantity": "irradiance"}
+    *frames, last = emitree.progressive("exp(-r^2)", camera, (8, 8), **options)
+    assert frames[-1].image.max() == pytest.approx(last.image.max(), rel=0.05)
+
+
+def test_whoever_has_seen_enough_may_leave():
+    threads = threading.active_count()
+    for frame in emitree.progressive(slow, CUBE, (256, 256), tolerance=1e-6):
+        assert frame.evaluations > 0
+        break
+    del frame
+    for _ in range(100):
+        if threading.active_count() == threads:
+            break
+        time.sleep(0.02)
+    assert threading.active_count() == threads
+
+
+def test_exceptions_come_out_of_the_loop():
+    with pytest.raises(ZeroDivisionError, match="a mistake"):
+        list(emitree.progressive(failing, CUBE, (8, 8)))
+    with pytest.raises(emitree.SceneError):
+        list(emitree.progressive(peak, CUBE, (0, 8)))

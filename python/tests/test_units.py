@@ -1,0 +1,143 @@
+"""Units: quantities in and out, and none needed."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import emitree
+from emitree import _units
+
+u = pytest.importorskip("astropy.units")
+
+
+def ball(position, direction):
+    """A Gaussian ball, 1000 km wide, for positions in km."""
+    return np.exp(-((position / 1000) ** 2).sum(axis=1))
+
+
+LOOKING = {"target": (0, 0, 0), "field_of_view": (20, 20), "near": 0, "far": 20_000}
+IN_KM = emitree.Perspective(position=(10_000, 0, 0), **LOOKING, length_unit="km")
+RATE = "ph cm-3 s-1 sr-1"
+
+
+def assert_same(ours, theirs, tolerance):
+    """Factors change the last bits of g, and those the places that are looked at."""
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=tolerance * theirs.max())
+
+
+def test_quantities_are_converted():
+    camera = emitree.Perspective(
+        position=[10, 0, 0] * u.Mm,
+        target=(0 * u.km, 0 * u.km, 0 * u.m),
+        field_of_view=[20 * 60, 20 * 60] * u.arcmin,
+        near=0,
+        far=2e7 * u.m,
+        length_unit="km",
+    )
+    plain = emitree.render(ball, IN_KM, (8, 8), unit=RATE)
+    ours = emitree.render(ball, camera, (8, 8), unit=u.Unit("ph / (cm3 s sr)"))
+    assert np.array_equal(plain.image, ours.image)
+    assert plain.unit == "ph cm-2 s-1 sr-1" and u.Unit(ours.unit) == u.Unit(plain.unit)
+
+
+def test_the_first_length_gives_the_unit():
+    camera = emitree.Perspective(position=[10_000, 0, 0] * u.km, **LOOKING)
+    assert np.array_equal(
+        emitree.render(ball, camera, (8, 8)).image, emitree.render(ball, IN_KM, (8, 8)).image
+    )
+
+
+def test_images_are_quantities_on_request():
+    rendering = emitree.render(ball, IN_KM, (9, 9), unit=RATE, tolerance=1e-3)
+    middle = rendering.quantity[4, 4].to(u.Unit("ph / (m2 s sr)"))
+    # sqrt(pi) 1000 km of 1 ph cm-3 s-1 sr-1, nearly.
+    assert middle.value == pytest.approx(np.sqrt(np.pi) * 1e6 * 1e6, rel=0.05)
+    assert rendering.error_quantity.unit == rendering.quantity.unit
+    options = {"unit": RATE, "image_unit": "ph m-2 s-1 sr-1", "tolerance": 1e-3}
+    other = emitree.render(ball, IN_KM, (9, 9), **options)
+    assert_same(other.image, rendering.image * 1e4, 1e-3)
+    with pytest.raises(ValueError, match="the image has no unit"):
+        _ = emitree.render(ball, IN_KM, (2, 2)).quantity
+
+
+def test_functions_may_return_quantities():
+    def other(position, direction):
+        return ball(position, direction) * u.Unit("1e6 ph / (m3 s sr)")
+
+    plain = emitree.render(ball, IN_KM, (8, 8), unit=RATE)
+    ours = emitree.render(other, IN_KM, (8, 8), unit=RATE)
+    assert_same(ours.image, plain.image, 0.01)
+    with pytest.raises(ValueError, match="expected `unit` to be given"):
+        emitree.render(other, IN_KM, (8, 8))
+    with pytest.raises(u.UnitConversionError):
+        emitree.render(lambda r, d: r[:, 0] * u.km, IN_KM, (8, 8), unit=RATE)
+
+
+def test_functions_may_take_quantities():
+    def with_units(position, direction):
+        assert direction.shape == position.shape and not hasattr(direction, "unit")
+        return ball(position.to_value(u.km), direction) * u.Unit(RATE)
+
+    plain = emitree.render(ball, IN_KM, (8, 8), unit=RATE)
+    ours = emitree.render(with_units, IN_KM, (8, 8), unit=RATE, quantities=True)
+    assert_same(ours.image, plain.image, 0.01)
+
+
+def test_energies_may_be_quantities():
+    def spectrum(position, direction, energy):
+        return np.exp(-energy / 1000)
+
+    energy = {"min": 0.5 * u.keV, "max": 2.5 * u.keV, "bins": 2, "unit": "eV"}
+    ours = emitree.render(spectrum, emitree.Canonical(), (2, 2), energy=energy)
+    np.testing.assert_allclose(ours.energies, [500, 1500, 2500])
+    energy = {"min": 0.5 * u.keV, "max": 2.5 * u.keV, "bins": 2}
+    ours = emitree.render("exp(-E)", emitree.Canonical(), (2, 2), energy=energy)
+    assert ours.energy_unit == "keV"
+
+
+def test_radii_are_those_of_emitree():
+    assert _units.to_astropy("R_E").to(u.km) == pytest.approx(6371.0)
+    assert _units.to_astropy("ph R_E-2 s-1").is_equivalent("ph / (m2 s)")
+    assert _units.to_text(_units.to_astropy("R_E")) == "R_E"
+    # astropy's radius of the Earth is the equatorial one, and no unit of FITS.
+    with pytest.raises(ValueError, match="expected one that FITS has, or a text such as 'R_E'"):
+        _units.to_text(u.R_earth)
+    camera = emitree.Perspective(position=[10, 0, 0] * u.R_earth, **LOOKING, length_unit="R_E")
+    assert camera.table("R_E")["position"][0] == pytest.approx(10 * 6378.1 / 6371.0)
+
+
+def test_lengths_without_a_unit_are_not_guessed():
+    with pytest.raises(ValueError, match=r"`position` is .* expected a `length_unit` too"):
+        IN_KM.__class__(position=[1, 0, 0] * u.km, **LOOKING).table(None)
+
+
+def test_all_units_of_images_are_known_to_astropy():
+    for unit in ("ph cm-2 s-1 sr-1", "R", "erg cm-2 s-1 sr-1", "keV m-2 s-1", "W m-2 sr-1"):
+        assert _units.to_astropy(unit).to_string()
+
+
+WITHOUT = """
+import sys
+for name in ("astropy", "matplotlib", "xarray", "tqdm", "h5py"):
+    sys.modules[name] = None
+import emitree
+import numpy as np
+camera = emitree.Perspective(
+    position=np.array([10.0, 0, 0]), target=[0, 0, 0], field_of_view=[20, 20], far=20,
+    length_unit="km",
+)
+rendering = emitree.render(
+    lambda r, d: np.exp(-(r**2).sum(axis=1)), camera, np.array([8, 8]),
+    unit="ph cm-3 s-1 sr-1", progress=True,
+)
+assert rendering.unit == "ph cm-2 s-1 sr-1" and rendering._repr_html_()
+rendering.to_fits(sys.argv[1])
+"""
+
+
+def test_nothing_but_numpy_is_needed(tmp_path):
+    arguments = [sys.executable, "-W", "error", "-c", WITHOUT, str(tmp_path / "image.fits")]
+    subprocess.run(arguments, check=True)
+    assert (tmp_path / "image.fits").stat().st_size % 2880 == 0
