@@ -444,13 +444,51 @@ fn files_of_counts_are_refused_before_the_rendering() {
     refused(&folder, &with(huge), text);
 }
 
-/// Counts that no distribution has are found at the end, and even then there are no files.
+/// Counts that no distribution has are found at the end, and cost nothing but themselves.
 #[test]
-fn counts_that_can_not_be_drawn_leave_nothing() {
+fn counts_that_can_not_be_drawn_leave_all_else() {
     let folder = folder(SCENE);
-    let command = "render scene.toml -o a.npy --set instrument.exposure=1e20";
-    let text = "--counts: the expected counts in channel 0 at row 0, column 0 are ";
-    refused(&folder, &format!("{command} --counts c.npy --report r.json"), text);
-    let run: Run = folder.emitree(&format!("{command} --expected-counts e.npy -q"));
-    run.succeeds();
+    let command = "render scene.toml -o a.npy -o a.fits --band b.npy --expected-counts e.npy \
+                   --report r.json --set instrument.exposure=1e20 --counts c.npy --counts c.png";
+    let run: Run = folder.emitree(command);
+    run.fails_with(2);
+    let text = "emitree: --counts: the expected counts in channel 0 at row 0, column 0 are ";
+    assert!(run.stderr.contains(text), "no `{text}` in:\n{}", run.stderr);
+    assert!(run.stderr.ends_with("; all other outputs were written\n"), "{}", run.stderr);
+    let files = "a.fits a.npy b.npy camera.arf camera.rmf e.npy r.json scene.toml";
+    folder.holds(&files.split(' ').collect::<Vec<_>>());
+    let written = "  written      a.npy, a.fits, b.npy, e.npy, r.json\n";
+    assert!(run.stdout.contains(written), "{}", run.stdout);
+
+    let radiance = pixels(&folder.bytes("a.npy"));
+    assert!(radiance.len() == 1200 && radiance.iter().all(|&voxel| close(voxel, RADIANCE)));
+    let expected: f64 = pixels(&folder.bytes("e.npy")).iter().sum();
+    assert!(close(expected, expected_total() * 1e20 / EXPOSURE_S), "{expected}");
+    let report = folder.json("r.json");
+    assert!(report["instrument"]["counts"].is_null());
+    assert!(close(number(&report["instrument"]["expected_counts"]), expected));
+}
+
+/// A radiance that is finite in the unit of its scene, and in that of an instrument is not.
+#[test]
+fn counts_that_can_not_be_expected_leave_the_cube() {
+    let scene = SCENE.replace("\"2\"", "\"1e300\"").replace("ph cm-3", "ph nm-3");
+    let folder = folder(&scene);
+    let inputs = ["camera.arf", "camera.rmf", "scene.toml"];
+    // Nobody asks for counts.
+    folder.emitree("render scene.toml -o a.npy -q").succeeds();
+    folder.holds(&[&["a.npy"], &inputs[..]].concat());
+    for options in ["--report r.json", "-q --report r.json --counts c.npy --expected-counts e.png"]
+    {
+        let run = folder.emitree(&format!("render scene.toml -o b.npy {options}"));
+        run.fails_with(2);
+        let text = "emitree: expected counts: ";
+        assert!(run.stderr.contains(text), "no `{text}` in:\n{}", run.stderr);
+        folder.holds(&[&["a.npy", "b.npy"], &inputs[..2], &["r.json"], &inputs[2..]].concat());
+        assert_eq!(folder.bytes("a.npy"), folder.bytes("b.npy"));
+        assert!(folder.json("r.json")["instrument"].is_null());
+        for name in ["b.npy", "r.json"] {
+            std::fs::remove_file(folder.path(name)).unwrap();
+        }
+    }
 }

@@ -85,11 +85,19 @@ impl Energies {
     /// If there are no such bins.
     pub fn label(&self, bins: std::ops::Range<usize>) -> String {
         let edges = self.axis.edges();
-        energy_range([edges[bins.start], edges[bins.end]], &self.name)
+        energy_range([bins.start, bins.end].map(|edge| self.shown(edges[edge])), &self.name)
+    }
+
+    /// An edge, or 0 for a border that is 0 but for the rounding of the ends.
+    fn shown(&self, edge: f64) -> f64 {
+        let (min, max) = (self.axis.min(), self.axis.max());
+        let is_rounding = min < 0.0 && edge.abs() <= f64::EPSILON * max.abs().max(-min);
+        if is_rounding && min < edge && edge < max { 0.0 } else { edge }
     }
 }
 
-/// A range of energies in a unit, for people: `0.5–2 keV`. It has as many digits as its length needs.
+/// A range of energies in a unit, for people: `0.5–2 keV`. It has as many digits as its length needs,
+/// and an end near 0 as many as it needs itself.
 ///
 /// ```
 /// assert_eq!(emitree_io::energy_range([0.5, 0.625], "keV"), "0.5–0.625 keV");
@@ -101,6 +109,8 @@ pub fn energy_range([low, high]: [f64; 2], unit: &str) -> String {
 
 /// A number with the digits that a difference of `step` needs, without zeros at the end.
 fn short(number: f64, step: f64) -> String {
+    // A smaller number has three digits of its own, lest it be shown as 0.
+    let step = if number == 0.0 { step } else { step.min(number.abs()) };
     let largest = number.abs().max(step);
     #[expect(
         clippy::cast_possible_truncation,
@@ -141,6 +151,26 @@ mod tests {
         assert_eq!(lines.label(1..2), "6.3998–6.3999 keV");
         assert_eq!(energies(0.0, 3.2e-16, 2, "J").label(1..2), "1.6e-16–3.2e-16 J");
         assert_eq!(energies(1e6, 2e7, 1, "eV").label(0..1), "1e6–2e7 eV");
+    }
+
+    #[test]
+    fn labels_show_nothing_as_zero_that_is_not() {
+        assert_eq!(energies(0.01, 50.0, 9, "keV").label(0..9), "0.01–50 keV");
+        assert_eq!(energies(-0.01, 50.0, 9, "keV").label(0..9), "-0.01–50 keV");
+        let log = |min, max| {
+            let axis = EnergyAxis::new(min, max, 9, EnergyScale::Log).unwrap();
+            Energies::new(axis, "keV").unwrap().label(0..9)
+        };
+        assert_eq!(log(0.01, 50.0), "0.01–50 keV");
+        assert_eq!(log(0.06, 50.0), "0.06–50 keV");
+        assert_eq!(log(0.012_345, 50.0), "0.0123–50 keV");
+        assert_eq!(log(1e-5, 50.0), "1e-5–50 keV");
+        assert_eq!(log(1e-200, 50.0), "1e-200–50 keV");
+        assert_eq!(log(0.5, 2e7), "0.5–2e7 keV");
+        // A border that is 0 but for the rounding of its own arithmetic, 1.4e-17.
+        let axis = energies(-0.1, 0.6, 7, "keV");
+        assert!(axis.axis().edges()[1] != 0.0);
+        assert_eq!([axis.label(0..1), axis.label(1..7)], ["-0.1–0 keV", "0–0.6 keV"]);
     }
 
     #[test]

@@ -20,27 +20,39 @@ pub(crate) struct Counts {
 
 impl Counts {
     /// Of a cube of radiance, before it is in the quantity of the scene; none if the scene has no
-    /// instrument.
+    /// instrument, or if nothing that is written tells of counts.
+    ///
+    /// A failure comes beside what can be had without it, and is none of the rendering.
     pub(super) fn of(
+        arguments: &RenderArguments,
         scene: &Scene,
         radiance: &Cube,
-        is_drawn: bool,
-    ) -> Result<Option<Self>, Failure> {
-        let (Some(found), Some(instrument)) =
-            (scene.expected_counts(radiance), scene.instrument.as_ref())
-        else {
-            return Ok(None);
+    ) -> (Option<Self>, Option<Failure>) {
+        let Some(instrument) = scene.instrument.as_ref().filter(|_| are_needed(arguments)) else {
+            return (None, None);
         };
-        let observation = found?;
+        let observation = match scene.expected_counts(radiance) {
+            Some(Ok(observation)) => observation,
+            Some(Err(error)) => return (None, Some(error.into())),
+            None => return (None, None),
+        };
         let are_bins = instrument.instrument.redistribution.is_none();
         let map = |counts| Map::counts(counts, observation.channels.clone(), are_bins);
-        let drawn = match is_drawn {
-            true => Some(map(draw_counts(&observation.counts, instrument.seed)?)),
-            false => None,
+        let is_drawn = !arguments.counts.is_empty();
+        let drawn = is_drawn.then(|| draw_counts(&observation.counts, instrument.seed));
+        let (drawn, failure) = match drawn.transpose() {
+            Ok(drawn) => (drawn.map(map), None),
+            Err(error) => (None, Some(error.into())),
         };
         let expected = map(observation.counts);
-        Ok(Some(Self { expected, drawn, steps: observation.steps }))
+        (Some(Self { expected, drawn, steps: observation.steps }), failure)
     }
+}
+
+/// Whether a file, the report or the summary tells of counts.
+fn are_needed(arguments: &RenderArguments) -> bool {
+    let has_files = !arguments.expected_counts.is_empty() || !arguments.counts.is_empty();
+    has_files || arguments.report.is_some() || !arguments.quiet
 }
 
 /// The sum of a map over all channels, and over the pixels in the field.
@@ -67,6 +79,9 @@ pub(super) fn check(
             ))),
         };
     };
+    if !are_needed(arguments) {
+        return Ok(());
+    }
     let (height, width, bins) = (scene.height, scene.width, energies.axis().bins());
     let channels = instrument.channels(bins);
     if to_fits && scene.camera.kind() == CameraKind::Healpix && channels > HealpixFile::MOST_COLUMNS
@@ -132,6 +147,8 @@ mod tests {
                         257.8 KiB are allowed";
         assert_eq!(failure(&[], 263_999).unwrap(), expected);
         assert!(failure(&["--counts", "a.npy"], 503_999).unwrap().contains("492.2 KiB"));
+        assert_eq!(failure(&["-q"], 0), None);
+        assert!(failure(&["-q", "--report", "r.json"], 263_999).is_some());
         assert_eq!(failure(&["--expected-counts", "a.npy"], 424_000), None);
         assert!(failure(&["--expected-counts", "a.npy"], 423_999).is_some());
     }

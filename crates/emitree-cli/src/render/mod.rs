@@ -68,29 +68,33 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     }
     let shape = [scene.height, scene.width];
     let (emission, camera) = (&scene.emission, scene.camera.projection());
-    let is_drawn = !arguments.counts.is_empty();
-    let rendered: Result<Rendered, Failure> = pool.install(|| match &scene.energy {
-        None => Ok(Rendered::image(&scene, render(emission, camera, shape, &options)?)),
-        Some(energies) => {
-            let found = render_cube(emission, camera, shape, energies.axis(), &options)?;
-            let counts = Counts::of(&scene, &found.cube, is_drawn)?;
-            Ok(Rendered::cube(&scene, found, counts))
-        }
-    });
+    let rendered: Result<(Rendered, Option<Failure>), Failure> =
+        pool.install(|| match &scene.energy {
+            None => Ok((Rendered::image(&scene, render(emission, camera, shape, &options)?), None)),
+            Some(energies) => {
+                let found = render_cube(emission, camera, shape, energies.axis(), &options)?;
+                let (counts, failure) = Counts::of(arguments, &scene, &found.cube);
+                Ok((Rendered::cube(&scene, found, counts), failure))
+            }
+        });
     line.finish();
     // A frame that can't be written ends the rendering as an interruption does: its own failure
     // says more.
     let frames = frames.map_or_else(|| Ok(Vec::new()), FrameWriter::finish)?;
-    let rendered = rendered?;
+    let (rendered, of_counts) = rendered?;
     if interrupt::requested() {
         return Err(Failure::Render(RenderError::Interrupted));
     }
     let report = Report::new(&scene, &rendered);
-    let mut written = pool.install(|| outputs.write(&scene, &rendered, &report))?;
+    let (mut written, of_files) = pool.install(|| outputs.write(&scene, &rendered, &report))?;
     written.extend(frames);
     if !arguments.quiet {
         // The files are written: that nobody reads the summary changes nothing.
         let _ = summary::print(&scene, &rendered, &written);
+    }
+    // Counts that can't be had cost no more than themselves: the rendering may have taken hours.
+    if let Some(failure) = of_counts.or(of_files) {
+        return Err(Failure::Request(format!("{failure}; all other outputs were written")));
     }
     Ok(if rendered.converged() { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
 }

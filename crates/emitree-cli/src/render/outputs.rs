@@ -80,14 +80,16 @@ impl Outputs {
         Ok(Self { images, bands, expected_counts, counts, error_map, report, progressive, style })
     }
 
-    /// Writes everything and returns the names of the files.
+    /// Writes everything and returns the names of the files; and why there are no files of counts, if
+    /// nothing but counts can't be written.
     pub(crate) fn write(
         self,
         scene: &Scene,
         rendered: &Rendered,
         report: &Report,
-    ) -> Result<Vec<PathBuf>, Failure> {
-        // All bytes are made before the first file is: a failure leaves none of them.
+    ) -> Result<(Vec<PathBuf>, Option<Failure>), Failure> {
+        // All bytes are made before the first file is: a failure leaves none of them, but for one of
+        // counts.
         let image = self.images.into_iter().map(|target| (target, Product::image(scene, rendered)));
         let bands = self.bands.into_iter();
         let bands = bands.filter_map(|target| Some((target, Product::band(scene, rendered)?)));
@@ -100,11 +102,22 @@ impl Outputs {
             drawn.filter_map(|target| Some((target, Product::drawn(scene, of_instrument?)?)));
         let error = self.error_map.into_iter();
         let error = error.filter_map(|target| Some((target, Product::error(scene, rendered)?)));
-        let mut ready = Vec::new();
-        for ((file, format), product) in
-            image.chain(bands).chain(expected).chain(drawn).chain(error)
-        {
-            ready.push((file, product.encode(format, self.style, scene, rendered)?));
+        let encode = |((file, format), product): (Target, Product<'_>)| {
+            Ok((file, product.encode(format, self.style, scene, rendered)?))
+        };
+        let mut ready: Vec<(OutputFile, Vec<u8>)> =
+            image.chain(bands).map(encode).collect::<Result<_, Failure>>()?;
+        let mut failure = None;
+        for target in expected.chain(drawn) {
+            match encode(target) {
+                Ok(file) => ready.push(file),
+                Err(error) => {
+                    failure.get_or_insert(error);
+                }
+            }
+        }
+        for target in error {
+            ready.push(encode(target)?);
         }
         if let Some(file) = self.report {
             ready.push((file, report.to_json()));
@@ -117,7 +130,7 @@ impl Outputs {
         if let Some(folder) = &self.progressive {
             written.extend(write_progression(folder, scene, rendered)?);
         }
-        Ok(written)
+        Ok((written, failure))
     }
 }
 

@@ -13,6 +13,7 @@ const DEFAULT_UNIT: &str = "keV";
 pub(super) fn read(mut table: Table) -> Result<Energies, SceneError> {
     const END: &str = "an energy, in `energy.unit`";
     const BINS: &str = "a number of energy bins, 1 to 65536";
+    const APART: &str = "whose borders can be told apart";
     const LINES: &str = "an array of energies, as in [6.4, 6.7]";
     let whole = table.place().clone();
     let (min, max) = (table.require("min", END)?, table.require("max", END)?);
@@ -32,6 +33,21 @@ pub(super) fn read(mut table: Table) -> Result<Energies, SceneError> {
                 min.refuse(&low.to_string(), "an energy above 0 for bins of `scale = \"log\"`")
             }
             EnergyError::Bins(count) => bins.refuse(&count.to_string(), BINS),
+            EnergyError::Difference { min, max: high } => {
+                let expected = format!("a difference to the `min`, {min:?}, below 1.8e308");
+                max.refuse(&format!("{high:?}"), &expected)
+            }
+            EnergyError::Ratio { min, max: high } => {
+                let expected = format!("a ratio to the `min`, {min:?}, below 1.8e308");
+                max.refuse(&format!("{high:?}"), &(expected + " for bins of `scale = \"log\"`"))
+            }
+            EnergyError::Narrow { min, max: high, least, .. } if high - min < least => {
+                let expected = format!("more than the `min`, {min:?}, by {least:.1e} or more");
+                max.refuse(&format!("{high:?}"), &format!("{expected}: bins {APART}"))
+            }
+            EnergyError::Narrow { bins: count, least, .. } => {
+                bins.refuse(&count.to_string(), &format!("bins of {least:.1e} or more, {APART}"))
+            }
             other => SceneError::at(&whole, format!("`[energy]`: {other}")),
         })?;
     let lines = lines.as_ref().map_or(Ok(Vec::new()), |lines| lines.list(LINES))?;
@@ -138,6 +154,19 @@ scale = "log"
         );
         expect(["max = 8", "max = inf"], 14, "`energy.max` is inf", "expected a finite number");
         expect(["min = 0.5", "min = \"a\""], 13, "`energy.min` is a string", "expected a number");
+        let ratio =
+            "expected a ratio to the `min`, 0.5, below 1.8e308 for bins of `scale = \"log\"`";
+        expect(["max = 8", "max = 1e308"], 14, "`energy.max` is 1e308", ratio);
+        let linear = "min = -1e308\nmax = 1e308\nbins = 12";
+        let (_, log) = SCENE.trim_end().split_once("[energy]\n").unwrap();
+        let difference = "expected a difference to the `min`, -1e308, below 1.8e308";
+        expect([log, linear], 14, "`energy.max` is 1e308", difference);
+        let narrow = "expected bins of 5.0e-13 or more, whose borders can be told apart";
+        expect(["max = 8", "max = 0.500000000001"], 16, "`energy.bins` is 12", narrow);
+        let narrow = "expected more than the `min`, 0.5, by 5.0e-13 or more: bins whose borders can \
+                      be told apart";
+        let close = ["max = 8", "max = 0.5000000000000001"];
+        expect(close, 14, "`energy.max` is 0.5000000000000001", narrow);
         let positive = "expected an energy above 0 for bins of `scale = \"log\"`";
         expect(["min = 0.5", "min = 0"], 13, "`energy.min` is 0", positive);
         let scales = "expected `linear` or `log`";

@@ -80,6 +80,14 @@ impl Footprint {
         }
     }
 
+    /// The largest `scale` of the pixels that this footprint reaches.
+    pub(crate) fn largest_scale(&self, scale: &Image) -> f64 {
+        let (along_columns, along_rows) = self.hats(scale);
+        let columns = along_columns.first..along_columns.first + along_columns.means.len();
+        let rows = along_rows.first..along_rows.first + along_rows.means.len();
+        rows.flat_map(|row| &scale.row(row)[columns.clone()]).copied().fold(0.0, f64::max)
+    }
+
     /// Whether a pixel that this footprint reaches, and whose `scale` is not 0, is above `limit`.
     pub(crate) fn touches_above(&self, map: &Image, scale: &Image, limit: f64) -> bool {
         let (along_columns, along_rows) = self.hats(map);

@@ -83,17 +83,25 @@ impl Choice<'_> {
     fn candidates(&self) -> Vec<(f64, usize)> {
         let ChoiceLimits { tolerance, finest_level, .. } = self.limits;
         let [height, width] = [self.scale.height(), self.scale.width()].map(|n| n as f64);
-        // What a node has is multiplied with the scale on its way to the image, too.
-        let effect = self.largest_weight() * self.scale.largest();
+        let largest_weight = self.largest_weight();
+        let largest_scale = self.scale.largest();
+        let least = LEAST_CONTRIBUTION * tolerance;
         let mut candidates = Vec::new();
         for (i, node) in self.tree.nodes().iter().enumerate() {
-            if self.footprints[i].is_some() && node.level < finest_level {
-                let half_width = unit(spacing(node.level));
-                let share = (half_width * width).min(1.0) * (half_width * height).min(1.0);
-                let contribution = self.remaining[i].size * share * effect;
-                if contribution >= LEAST_CONTRIBUTION * tolerance {
-                    candidates.push((contribution, i));
-                }
+            let Some(footprint) = &self.footprints[i] else { continue };
+            if node.level >= finest_level {
+                continue;
+            }
+            let half_width = unit(spacing(node.level));
+            let share = (half_width * width).min(1.0) * (half_width * height).min(1.0);
+            // In the unit of the image: what a node has is multiplied with the scale on its way.
+            let unscaled = self.remaining[i].size * share * largest_weight;
+            if unscaled * largest_scale < least {
+                continue;
+            }
+            let contribution = unscaled * footprint.largest_scale(self.scale);
+            if contribution >= least {
+                candidates.push((contribution, i));
             }
         }
         candidates
