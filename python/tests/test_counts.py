@@ -7,7 +7,7 @@ import emitree
 
 UNIT = "ph cm-3 s-1 sr-1 keV-1"
 CAMERA = emitree.Perspective(
-    position=(0, 0, -10),
+    position=(-10, 0, 0),
     target=(0, 0, 0),
     field_of_view=(1, 1),
     near=9,
@@ -30,9 +30,7 @@ def flat(position, direction, energy):
 
 @pytest.fixture(scope="module")
 def rendering():
-    return emitree.render(
-        flat, CAMERA, (6, 8), energy=ENERGY, unit=UNIT, instrument=INSTRUMENT
-    )
+    return emitree.render(flat, CAMERA, (6, 8), energy=ENERGY, unit=UNIT, instrument=INSTRUMENT)
 
 
 def test_the_expected_counts_are_those_of_the_closed_form(rendering):

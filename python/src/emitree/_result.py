@@ -62,7 +62,7 @@ class Rendering:
         return self._found.evaluations_of_pixels()
 
     def expected_counts(self) -> Floats:
-        """What the `instrument` is expected to count, (channels, height, width); NaN off the field."""
+        """What the `instrument` is expected to count, (channels, height, width); NaN off field."""
         return self._counted()[0]
 
     def count_steps(self) -> dict[str, dict[str, float]]:
