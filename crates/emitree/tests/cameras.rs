@@ -217,3 +217,43 @@ fn check_shell(position: [f64; 3], fov_rad: f64) {
         check_image(name, &rendering, &exact, 1e-2, 1e-3);
     }
 }
+
+/// ∫ of (1 + r²/c²)⁻² along a line at the distance b from the centre, in a sphere of radius R.
+fn cluster_column(b: f64, core: f64, radius: f64) -> f64 {
+    let [a, half] = [core.hypot(b), (radius * radius - b * b).sqrt()];
+    core.powi(4) * (half / (a * a * (a * a + half * half)) + (half / a).atan() / a.powi(3))
+}
+
+/// A telescope's field is as good as a wide one, at the same cost: nothing depends on the size of the
+/// solid angles.
+#[test]
+fn narrow_fields_cost_what_wide_ones_do() {
+    let (core, radius, width) = (100.0, 2000.0, 872.0);
+    let cluster =
+        FromFn(|[x, y, z]: [f64; 3], _| (1.0 + (x * x + y * y + z * z) / (core * core)).powi(-2));
+    // Means over pixels by 8 x 8 midpoints: right to a few 10⁻⁴ in the core.
+    let exact = |distance: f64, at: usize| {
+        let offset = |pixel: usize, part: usize| {
+            ((pixel as f64 + (part as f64 + 0.5) / 8.0) / 64.0 - 0.5) * width
+        };
+        let column = |part: usize| {
+            let off = offset(at % 64, part % 8).hypot(offset(at / 64, part / 8));
+            cluster_column(off / (off / distance).hypot(1.0), core, radius)
+        };
+        (0..64).map(column).sum::<f64>() / 64.0
+    };
+    for distance in [2e4, 1e5, 1e6] {
+        let viewpoint =
+            Viewpoint { position: [0.0, -distance, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
+        let fov_rad = 2.0 * (0.5 * width / distance).atan();
+        let camera = Perspective::new(viewpoint, [fov_rad; 2], [0.0, INFINITE]).unwrap();
+        let sphere = Ellipsoid::sphere([0.0; 3], radius).unwrap();
+        let camera = camera.with_bounds(Bounds::Ellipsoid(sphere));
+        let rendering = image_of(&cluster, &camera, [64, 64], &vol(0.01));
+        let pixels = (0..64 * 64).map(|at| exact(distance, at)).collect();
+        let exact = Image::from_pixels(64, 64, pixels);
+        let error = rendering.image.max_difference(&exact) / exact.min_max().1;
+        assert!(rendering.converged() && error < 0.01, "{distance:e}: {error}");
+        assert_eq!(rendering.evaluations, 4771, "{distance:e}");
+    }
+}
