@@ -304,8 +304,7 @@ impl<E: Emission> Engine<'_, '_, E> {
     /// whether the budget allowed it.
     fn look_first(&mut self) -> Result<bool, RenderError<E::Error>> {
         let base = self.layers.len() as u64 * first_look(self.base_level);
-        let for_energies = Self::cost_of_first_energy(self.layers.len(), self.spectra.as_ref());
-        let energy = if base + for_energies > self.meter.evaluations_left() {
+        let energy = if base + self.cost_of_first_energy() > self.meter.evaluations_left() {
             self.spectra.as_ref().map(|_| STEPS / 2)
         } else {
             match self.brightest_energy() {

@@ -142,9 +142,9 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
     }
 
     /// How many evaluations the first look at energies takes.
-    pub(crate) fn cost_of_first_energy(layers: usize, spectra: Option<&Spectra<'_>>) -> u64 {
-        let posts = layers * first_posts_along(layers).pow(3) as usize;
-        spectra.map_or(0, |spectra| (posts * spectra.first_energies().len()) as u64)
+    pub(crate) fn cost_of_first_energy(&self) -> u64 {
+        let energies = self.spectra.as_ref().map_or(0, |spectra| spectra.first_energies().len());
+        (self.first_posts().len() * energies) as u64
     }
 
     /// Where on the energy axis a few points of the volume are brightest; the middle of the axis if
@@ -190,7 +190,8 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
 
     /// The points of the first look at energies: the middles of equal parts of each layer.
     fn first_posts(&self) -> Vec<Post> {
-        let per_axis = first_posts_along(self.layers.len());
+        let per_axis =
+            if self.layers.len() > MANY_LAYERS { FIRST_LOOK_OF_MANY } else { FIRST_LOOK };
         let along = |k: u32| (2 * k + 1) * (STEPS / (2 * per_axis));
         let of_layer = |layer: usize| {
             (0..per_axis.pow(3)).map(move |k| {
@@ -410,9 +411,4 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
 fn path_of(line: &Line, rate: f64) -> f64 {
     let path = line.brightness() / rate.abs();
     if path > 0.0 { path.min(1.0) } else { 1.0 }
-}
-
-/// How many points along each axis the first look at energies has in a layer.
-fn first_posts_along(layers: usize) -> u32 {
-    if layers > MANY_LAYERS { FIRST_LOOK_OF_MANY } else { FIRST_LOOK }
 }
