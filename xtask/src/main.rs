@@ -7,6 +7,7 @@
 
 mod astropy;
 mod environment;
+mod peers;
 mod python;
 mod step;
 mod total;
@@ -20,7 +21,12 @@ use workspace::Workspace;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let steps = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    if let ["compare-peers", contestants @ ..] = &words[..] {
+        let compared = Workspace::find().and_then(|workspace| peers::run(&workspace, contestants));
+        return compared.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
+    }
+    let steps = match words[..] {
         [] | ["help" | "--help" | "-h"] => {
             print!("{}", help());
             return ExitCode::SUCCESS;
@@ -28,16 +34,13 @@ fn main() -> ExitCode {
         ["test"] => &STEPS[..],
         [name] if let Some(at) = STEPS.iter().position(|step| step.name == name) => &STEPS[at..=at],
         _ => {
-            eprint!("xtask: unknown command `{}`\n\n{}", arguments.join(" "), help());
+            eprint!("xtask: unknown command `{}`\n\n{}", words.join(" "), help());
             return ExitCode::from(2);
         }
     };
     let workspace = match Workspace::find() {
         Ok(workspace) => workspace,
-        Err(message) => {
-            eprintln!("xtask: {message}");
-            return ExitCode::FAILURE;
-        }
+        Err(message) => return failure(&message),
     };
     for step in steps {
         if !report(step, (step.run)(&workspace)) {
@@ -45,6 +48,12 @@ fn main() -> ExitCode {
         }
     }
     ExitCode::SUCCESS
+}
+
+/// Says why there was nothing to report.
+fn failure(message: &str) -> ExitCode {
+    eprintln!("xtask: {message}");
+    ExitCode::FAILURE
 }
 
 /// Says how a step ended, its total as the last line, and whether it passed.
@@ -68,6 +77,11 @@ fn help() -> String {
     for Step { name, about, .. } in STEPS {
         help.push_str(&format!("  {name:7}  {about}\n"));
     }
-    help.push_str("  help     this text\n");
+    help.push_str(
+        "  help     this text\n\n\
+         cargo xtask compare-peers [CONTESTANT ...]\n\n  \
+         measures emitree beside the packages that people use (bench/peers), or only those named,\n  \
+         and writes docs/peers.md\n",
+    );
     help
 }

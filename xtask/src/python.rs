@@ -27,24 +27,41 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome {
 
 fn check(workspace: &Workspace) -> Result<(), String> {
     let python = interpreter(workspace, "python-venv", "python/tests/requirements.txt")?;
+    lint(workspace, &python, "python")?;
+    install(workspace, &python, "python-wheel", &[])?;
+    succeed(workspace.command(&python).args(TESTS).env("PYTHONDONTWRITEBYTECODE", "1"))
+}
+
+/// Lints of Python files, and their formatting.
+pub(crate) fn lint(workspace: &Workspace, python: &Path, folder: &str) -> Result<(), String> {
     for check in [&["check", "--no-cache"][..], &["format", "--check", "--no-cache"]] {
-        succeed(workspace.command(&python).args(["-m", "ruff"]).args(check).arg("python"))?;
+        succeed(workspace.command(python).args(["-m", "ruff"]).args(check).arg(folder))?;
     }
-    let wheels = empty_folder(workspace, "python-wheel")?;
+    Ok(())
+}
+
+/// Builds the wheel into a folder of the target directory, and installs it where `python` is.
+pub(crate) fn install(
+    workspace: &Workspace,
+    python: &Path,
+    folder: &str,
+    options: &[&str],
+) -> Result<(), String> {
+    let wheels = empty_folder(workspace, folder)?;
     let build = ["-m", "maturin", "build", "--manifest-path", "python/Cargo.toml"];
     succeed(
         workspace
-            .command(&python)
+            .command(python)
             .args(build)
+            .args(options)
             .arg("--interpreter")
-            .arg(&python)
+            .arg(python)
             .arg("--out")
             .arg(&wheels),
     )?;
     let install = ["--force-reinstall", "--no-deps"];
     let wheel = only_file(&wheels)?;
-    succeed(workspace.command(&python).args(INSTALL).args(install).arg(wheel))?;
-    succeed(workspace.command(&python).args(TESTS).env("PYTHONDONTWRITEBYTECODE", "1"))
+    succeed(workspace.command(python).args(INSTALL).args(install).arg(wheel))
 }
 
 /// The one file in a folder.

@@ -26,6 +26,7 @@
 //! ```
 
 pub mod catalogue;
+mod elementary;
 pub mod expression;
 pub mod grid;
 pub mod models;

@@ -42,6 +42,32 @@ proptest! {
         }
     }
 
+    /// Models that work on blocks of positions have blocks that are lit in part.
+    #[test]
+    fn in_any_batch_the_same_bits(
+        scale in magnitude(-2.0, 9.0),
+        towards in direction(),
+        energy in magnitude(-1.0, 1.0),
+        count in 1_usize..600,
+    ) {
+        let steps = [2.0_f64.sqrt(), 3.0_f64.sqrt(), 5.0_f64.sqrt()];
+        let component = |i: usize, step: f64| scale * (2.0 * (i as f64 * step).fract() - 1.0);
+        let positions: Vec<_> = (0..count).map(|i| steps.map(|step| component(i, step))).collect();
+        let (directions, energies) = (vec![towards; count], vec![energy; count]);
+        let samples = Samples::new(&positions, &directions).at_energies(&energies);
+        for description in catalogue() {
+            let model = build_model(description.name, &BTreeMap::new()).unwrap();
+            let (mut rates, mut rate) = (vec![f64::NAN; count], [f64::NAN]);
+            model.emission_rates(&samples, &mut rates).unwrap();
+            for i in (0..count).step_by(7) {
+                let sample = Samples::new(&positions[i..=i], &directions[i..=i]);
+                let sample = sample.at_energies(&energies[i..=i]);
+                model.emission_rates(&sample, &mut rate).unwrap();
+                prop_assert_eq!(rate[0].to_bits(), rates[i].to_bits(), "{}", description.name);
+            }
+        }
+    }
+
     /// Whatever the cluster, however cold and far.
     #[test]
     fn spectra_of_any_cluster_are_numbers(

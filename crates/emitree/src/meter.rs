@@ -6,7 +6,7 @@ use crate::error::RenderError;
 use crate::image::Image;
 use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{Integrand, Points};
-use core::ops::ControlFlow;
+use core::ops::{ControlFlow, Range};
 use core::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use core::time::Duration;
 use rayon::prelude::*;
@@ -68,6 +68,19 @@ pub(crate) struct Site {
 
 /// The sample points of a batch, made when they are asked for.
 pub(crate) type Sites<'a> = dyn Fn(usize) -> Site + Sync + 'a;
+
+/// What makes the sample points of a batch: a function of a point's number, or something that makes
+/// neighbours at less cost.
+pub(crate) trait SiteSource: Sync {
+    /// Hands over the sites of these numbers, in their order.
+    fn visit(&self, numbers: Range<usize>, take: impl FnMut(Site));
+}
+
+impl<F: Fn(usize) -> Site + Sync + ?Sized> SiteSource for F {
+    fn visit(&self, numbers: Range<usize>, take: impl FnMut(Site)) {
+        numbers.map(self).for_each(take);
+    }
+}
 
 /// The canonical integrand of the trees, g · ds/dz · dΩ/(dx dy) on the unit cube: an integral over
 /// the cube is an irradiance.
@@ -144,22 +157,23 @@ impl<'a, E: Emission> Meter<'a, E> {
 
     /// Evaluates the weighted rates of one site for each value: one batch, or several if it is too
     /// large.
-    pub(crate) fn evaluate_sites(
+    pub(crate) fn evaluate_sites<S: SiteSource + ?Sized>(
         &self,
-        sites: &Sites<'_>,
+        sites: &S,
         values: &mut [f64],
     ) -> Result<(), RenderError<E::Error>> {
         let batch_size = usize::try_from(self.limits.batch_size).unwrap_or(usize::MAX).max(1);
         for (batch, values) in values.chunks_mut(batch_size).enumerate() {
-            let first = batch * batch_size;
-            self.evaluate_batch(&|i: usize| sites(first + i), values)?;
+            self.evaluate_batch(sites, batch * batch_size, values)?;
         }
         Ok(())
     }
 
-    fn evaluate_batch(
+    /// One batch, from site `first` on.
+    fn evaluate_batch<S: SiteSource + ?Sized>(
         &self,
-        sites: &Sites<'_>,
+        sites: &S,
+        first: usize,
         values: &mut [f64],
     ) -> Result<(), RenderError<E::Error>> {
         self.batches.fetch_add(1, Ordering::Relaxed);
@@ -178,7 +192,7 @@ impl<'a, E: Emission> Meter<'a, E> {
             if chunk > failed.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            let result = self.call(scratch, sites, chunk * per_call, values, &in_calls);
+            let result = self.call(scratch, sites, first + chunk * per_call, values, &in_calls);
             if result.is_err() {
                 failed.fetch_min(chunk, Ordering::Relaxed);
             }
@@ -193,50 +207,42 @@ impl<'a, E: Emission> Meter<'a, E> {
     }
 
     /// One call of g, from site `first` on; where nothing can be seen g is not called.
-    fn call(
+    fn call<S: SiteSource + ?Sized>(
         &self,
         scratch: &mut Scratch,
-        sites: &Sites<'_>,
+        sites: &S,
         first: usize,
         values: &mut [f64],
         in_calls: &AtomicU64,
     ) -> Result<(), RenderError<E::Error>> {
-        scratch.clear();
-        values.fill(0.0);
-        for i in 0..values.len() {
-            let site = sites(first + i);
-            if site.point.path_per_depth == 0.0 {
-                continue;
-            }
-            scratch.push(i, &site);
-            self.count(site.xy, site.tile);
-        }
-        let count = scratch.numbers.len();
-        scratch.rates.resize(count, 0.0);
-        let samples = Samples::new(&scratch.positions, &scratch.directions);
-        let samples = samples.at_energies(&scratch.energies);
+        let count = self.collect(scratch, sites, first, values);
+        let Scratch { positions, directions, energies, rates } = scratch;
+        let (positions, directions) = (&positions[..count], &directions[..count]);
+        let (samples, rates) = (Samples::new(positions, directions), &mut rates[..count]);
+        let samples = samples.at_energies(energies);
         let start = Instant::now();
         let result = match count {
             0 => Ok(()),
-            _ => self.emission.emission_rates(&samples, &mut scratch.rates),
+            _ => self.emission.emission_rates(&samples, rates),
         };
         let spent = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
         in_calls.fetch_add(spent, Ordering::Relaxed);
         let evaluations =
             self.evaluations.fetch_add(count as u64, Ordering::Relaxed) + count as u64;
         result.map_err(RenderError::Emission)?;
-        for (k, &number) in scratch.numbers.iter().enumerate() {
+        let lit = values.iter_mut().filter(|weight| **weight != 0.0);
+        for (k, (value, rate)) in lit.zip(&*rates).enumerate() {
             // A finite rate may be beyond all numbers once it is weighted.
-            let weighted = scratch.rates[k] * scratch.weights[k];
+            let weighted = rate * *value;
             if !weighted.is_finite() {
                 return Err(RenderError::NotFinite {
-                    rate: scratch.rates[k],
-                    position: scratch.positions[k],
-                    direction: scratch.directions[k],
-                    energy: scratch.energies.get(k).copied(),
+                    rate: *rate,
+                    position: positions[k],
+                    direction: directions[k],
+                    energy: energies.get(k).copied(),
                 });
             }
-            values[number] = weighted;
+            *value = weighted;
         }
         match self.progress.map(|progress| progress(evaluations)) {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
@@ -244,15 +250,54 @@ impl<'a, E: Emission> Meter<'a, E> {
         }
     }
 
-    /// Counts an evaluation at canonical (x, y) of a tile for its pixel, if there are pixels.
+    /// Collects the sample points of a call, counts them for their pixels, and leaves their weights in
+    /// `weights`: 0 where nothing can be seen. Returns how many points are left.
+    fn collect<S: SiteSource + ?Sized>(
+        &self,
+        scratch: &mut Scratch,
+        sites: &S,
+        first: usize,
+        weights: &mut [f64],
+    ) -> usize {
+        scratch.make_room(weights.len());
+        let Scratch { positions, directions, energies, .. } = scratch;
+        // As slices, whose ends stay in registers.
+        let (positions, directions) = (positions.as_mut_slice(), directions.as_mut_slice());
+        let mut of_line = OfLine { xy: [f64::NAN; 2], tile: (0, 0), evaluations: 0 };
+        let numbers = first..first + weights.len();
+        let (mut weights, mut count) = (weights.iter_mut(), 0);
+        sites.visit(numbers, |site| {
+            if let Some(weight) = weights.next() {
+                *weight = site.point.path_per_depth;
+            }
+            if site.point.path_per_depth == 0.0 {
+                return;
+            }
+            positions[count] = site.point.position;
+            directions[count] = site.point.direction;
+            count += 1;
+            if let Some(energy) = site.energy {
+                energies.push(energy);
+            }
+            if !of_line.is_of(&site) {
+                self.count(&of_line);
+                of_line = OfLine { xy: site.xy, tile: site.tile, evaluations: 0 };
+            }
+            of_line.evaluations += 1;
+        });
+        self.count(&of_line);
+        count
+    }
+
+    /// Counts evaluations on a line of sight for its pixel, if there are pixels.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "clamped to the pixels"
     )]
-    fn count(&self, xy: [f64; 2], (tile, tiles): (usize, usize)) {
+    fn count(&self, &OfLine { xy, tile: (tile, tiles), evaluations }: &OfLine) {
         let [height, width] = self.shape;
-        if self.of_pixels.is_empty() {
+        if self.of_pixels.is_empty() || evaluations == 0 {
             return;
         }
         let rows = height / tiles;
@@ -260,7 +305,8 @@ impl<'a, E: Emission> Meter<'a, E> {
             ((along * pixels as f64).max(0.0) as usize).min(pixels.saturating_sub(1))
         };
         let row = tile * rows + index(xy[1], rows);
-        self.of_pixels[row * width + index(xy[0], width)].fetch_add(1, Ordering::Relaxed);
+        let pixel = row * width + index(xy[0], width);
+        self.of_pixels[pixel].fetch_add(evaluations, Ordering::Relaxed);
     }
 }
 
@@ -306,33 +352,38 @@ impl<E: Emission> Integrand<4> for SpectralIntegrand<'_, '_, E> {
     }
 }
 
+/// Evaluations that follow each other on one line of sight, counted at once.
+struct OfLine {
+    xy: [f64; 2],
+    tile: (usize, usize),
+    evaluations: u32,
+}
+
+impl OfLine {
+    #[expect(clippy::float_cmp, reason = "another line has other numbers")]
+    fn is_of(&self, site: &Site) -> bool {
+        self.xy == site.xy && self.tile == site.tile
+    }
+}
+
 /// Sample points of one call, kept from call to call.
 #[derive(Default)]
 struct Scratch {
-    /// Which of the values wanted each sample point is for.
-    numbers: Vec<usize>,
     positions: Vec<[f64; 3]>,
     directions: Vec<[f64; 3]>,
     energies: Vec<f64>,
-    weights: Vec<f64>,
     rates: Vec<f64>,
 }
 
 impl Scratch {
-    fn push(&mut self, number: usize, Site { point, energy, .. }: &Site) {
-        self.numbers.push(number);
-        self.energies.extend(*energy);
-        self.positions.push(point.position);
-        self.directions.push(point.direction);
-        self.weights.push(point.path_per_depth);
-    }
-
-    fn clear(&mut self) {
-        self.numbers.clear();
-        self.positions.clear();
-        self.directions.clear();
+    /// Room for so many points; energies are none.
+    fn make_room(&mut self, points: usize) {
+        if self.rates.len() < points {
+            self.positions.resize(points, [0.0; 3]);
+            self.directions.resize(points, [0.0; 3]);
+            self.rates.resize(points, 0.0);
+        }
         self.energies.clear();
-        self.weights.clear();
     }
 }
 

@@ -173,9 +173,9 @@ fn views() -> Vec<View> {
 const COSTS: [(&str, [u64; 2]); 6] = [
     ("perspective", [27_223, 161_538]),
     ("equirectangular", [25_189, 130_735]),
-    ("orthographic", [24_716, 211_098]),
-    ("polar", [19_398, 115_552]),
-    ("fisheye", [29_969, 134_414]),
+    ("orthographic", [24_537, 211_332]),
+    ("polar", [19_397, 138_783]),
+    ("fisheye", [29_969, 134_374]),
     ("healpix", [33_900, 131_042]),
 ];
 

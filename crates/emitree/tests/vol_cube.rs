@@ -111,11 +111,11 @@ fn promises_are_kept_for_a_line_that_is_shifted() {
 #[test]
 fn cubes_cost_what_they_cost() {
     for (name, evaluations, of_images) in [
-        ("mixture", 10_744, 76_688),
-        ("narrow-line", 9764, 75_611),
-        ("edge", 9605, 76_973),
-        ("bremsstrahlung", 8803, 119_287),
-        ("ena-ring", 19_072, 215_276),
+        ("mixture", 10_744, 43_726),
+        ("narrow-line", 9764, 43_378),
+        ("edge", 9605, 43_314),
+        ("bremsstrahlung", 8803, 71_776),
+        ("ena-ring", 19_072, 149_742),
     ] {
         let found = checked(name, SHAPE, BINS, &vol(0.01));
         assert_eq!(found.rendering.evaluations, evaluations, "{name}");

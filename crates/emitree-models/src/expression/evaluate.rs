@@ -4,8 +4,9 @@
 //! small enough that all registers of an ordinary expression stay in the fastest cache. Every
 //! operation acts on each sample alone, so that a value does not depend on its neighbours.
 
-use super::operation::{Binary, Unary, Variable, equal, larger, smaller, truth};
-use super::tape::{Operand, Operation, Register, Tape};
+use super::lanes::{Lanes, binary, copy, load, replace_where, unary};
+use super::operation::Variable;
+use super::tape::{Operand, Operation, Tape};
 use core::cell::Cell;
 use emitree::Samples;
 
@@ -54,41 +55,25 @@ fn run(tape: &Tape, block: &Samples<'_>, registers: &mut Registers) {
             Operation::Load(Variable::Position(axis)) => load(out, block.positions(), axis),
             Operation::Load(Variable::Direction(axis)) => load(out, block.directions(), axis),
             Operation::Load(Variable::Energy) => load_energies(out, block.energies()),
-            Operation::Unary(operation, a) => unary(operation, out, Lanes::of(a, registers, lanes)),
+            Operation::Unary(operation, a) => unary(operation, out, lanes_of(a, registers, lanes)),
             Operation::Binary(operation, a, b) => {
-                let (a, b) = (Lanes::of(a, registers, lanes), Lanes::of(b, registers, lanes));
+                let (a, b) = (lanes_of(a, registers, lanes), lanes_of(b, registers, lanes));
                 binary(operation, out, a, b);
             }
             Operation::Select(condition, then, otherwise) => {
-                map(out, Lanes::of(otherwise, registers, lanes), |b| b);
-                let condition = Lanes::of(condition, registers, lanes);
-                replace_where(out, condition, Lanes::of(then, registers, lanes));
+                copy(out, lanes_of(otherwise, registers, lanes));
+                let condition = lanes_of(condition, registers, lanes);
+                replace_where(out, condition, lanes_of(then, registers, lanes));
             }
         }
         registers[instruction.to] = taken;
     }
 }
 
-/// An operand over a block: a value for each sample, or the same for all.
-#[derive(Clone, Copy)]
-enum Lanes<'a> {
-    Each(&'a [f64]),
-    Same(f64),
-}
-
-impl<'a> Lanes<'a> {
-    fn of(operand: Operand, registers: &'a Registers, lanes: usize) -> Self {
-        let each = |register: Register| &registers[register][..lanes];
-        match operand {
-            Operand::Register(register) => Self::Each(each(register)),
-            Operand::Constant(value) => Self::Same(value),
-        }
-    }
-}
-
-fn load(out: &mut [f64], vectors: &[[f64; 3]], axis: u8) {
-    for (out, vector) in out.iter_mut().zip(vectors) {
-        *out = vector[usize::from(axis)];
+fn lanes_of(operand: Operand, registers: &Registers, lanes: usize) -> Lanes<'_> {
+    match operand {
+        Operand::Register(register) => Lanes::Each(&registers[register][..lanes]),
+        Operand::Constant(value) => Lanes::Same(value),
     }
 }
 
@@ -98,72 +83,5 @@ fn load_energies(out: &mut [f64], energies: &[f64]) {
         out.fill(f64::NAN);
     } else {
         out.copy_from_slice(energies);
-    }
-}
-
-/// Cheap operations are written out, so that their loops become vector instructions.
-fn unary(operation: Unary, out: &mut [f64], a: Lanes<'_>) {
-    match operation {
-        Unary::Negate => map(out, a, |a| -a),
-        Unary::Abs => map(out, a, f64::abs),
-        Unary::Sqrt => map(out, a, f64::sqrt),
-        _ => map(out, a, operation.scalar()),
-    }
-}
-
-fn binary(operation: Binary, out: &mut [f64], a: Lanes<'_>, b: Lanes<'_>) {
-    match operation {
-        Binary::Add => map2(out, a, b, |a, b| a + b),
-        Binary::Subtract => map2(out, a, b, |a, b| a - b),
-        Binary::Multiply => map2(out, a, b, |a, b| a * b),
-        Binary::Divide => map2(out, a, b, |a, b| a / b),
-        Binary::Min => map2(out, a, b, smaller),
-        Binary::Max => map2(out, a, b, larger),
-        Binary::Less => map2(out, a, b, |a, b| truth(a < b)),
-        Binary::LessEqual => map2(out, a, b, |a, b| truth(a <= b)),
-        Binary::Equal => map2(out, a, b, equal),
-        Binary::NotEqual => map2(out, a, b, |a, b| 1.0 - equal(a, b)),
-        Binary::Power | Binary::Atan2 => map2(out, a, b, operation.scalar()),
-    }
-}
-
-fn map(out: &mut [f64], a: Lanes<'_>, f: impl Fn(f64) -> f64) {
-    match a {
-        Lanes::Each(a) => out.iter_mut().zip(a).for_each(|(out, &a)| *out = f(a)),
-        Lanes::Same(a) => out.fill(f(a)),
-    }
-}
-
-fn map2(out: &mut [f64], a: Lanes<'_>, b: Lanes<'_>, f: impl Fn(f64, f64) -> f64) {
-    match (a, b) {
-        (Lanes::Each(a), Lanes::Each(b)) => {
-            out.iter_mut().zip(a.iter().zip(b)).for_each(|(out, (&a, &b))| *out = f(a, b));
-        }
-        (_, Lanes::Same(b)) => map(out, a, |a| f(a, b)),
-        (Lanes::Same(a), _) => map(out, b, |b| f(a, b)),
-    }
-}
-
-/// Replaces the values where the condition holds.
-fn replace_where(out: &mut [f64], condition: Lanes<'_>, then: Lanes<'_>) {
-    let choose = |condition: f64, then: f64, otherwise: f64| {
-        if condition == 0.0 { otherwise } else { then }
-    };
-    match (condition, then) {
-        (Lanes::Each(condition), Lanes::Each(then)) => {
-            for (out, (&condition, &then)) in out.iter_mut().zip(condition.iter().zip(then)) {
-                *out = choose(condition, then, *out);
-            }
-        }
-        (Lanes::Each(condition), Lanes::Same(then)) => {
-            for (out, &condition) in out.iter_mut().zip(condition) {
-                *out = choose(condition, then, *out);
-            }
-        }
-        (Lanes::Same(condition), _) => {
-            if condition != 0.0 {
-                map(out, then, |then| then);
-            }
-        }
     }
 }

@@ -26,11 +26,15 @@
 //! Text → graph in which equal parts are one node and constants are folded → tape of instructions
 //! on a few registers → blocks of samples. Values are those of f64
 //! arithmetic in the order written, but for xⁿ with an integer n up to 64, which is a product of
-//! squares and differs by up to n/2 units in the last place.
+//! squares and differs by up to n/2 units in the last place. `exp`, `ln`, `log10`, `sin`, `cos` and
+//! `^` are vectorised functions of our own, `sin` and `cos` within 2 units in the last place, the
+//! others within 1: with the same bits on every machine. The other functions are the platform's, but
+//! for `erf`.
 
 mod error;
 mod evaluate;
 mod graph;
+mod lanes;
 mod lexer;
 mod operation;
 mod parser;

@@ -1,5 +1,7 @@
 //! The operations that an expression is made of, and the names of the functions among them.
 
+use crate::elementary::{self, Elementary};
+
 /// An input of the expression, one value a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Variable {
@@ -34,17 +36,29 @@ pub(super) enum Unary {
 }
 
 impl Unary {
+    /// The function of many numbers that this is, if there is one.
+    pub(super) fn elementary(self) -> Option<Elementary> {
+        Some(match self {
+            Self::Exp => Elementary::Exp,
+            Self::Ln => Elementary::Ln,
+            Self::Log10 => Elementary::Log10,
+            Self::Sin => Elementary::Sin,
+            Self::Cos => Elementary::Cos,
+            _ => return None,
+        })
+    }
+
     /// The operation on a single number.
     pub(super) fn scalar(self) -> fn(f64) -> f64 {
         match self {
             Self::Negate => |a| -a,
             Self::Abs => f64::abs,
             Self::Sqrt => f64::sqrt,
-            Self::Exp => f64::exp,
-            Self::Ln => f64::ln,
-            Self::Log10 => f64::log10,
-            Self::Sin => f64::sin,
-            Self::Cos => f64::cos,
+            Self::Exp => elementary::exp,
+            Self::Ln => elementary::ln,
+            Self::Log10 => elementary::log10,
+            Self::Sin => elementary::sin,
+            Self::Cos => elementary::cos,
             Self::Tan => f64::tan,
             Self::Asin => f64::asin,
             Self::Acos => f64::acos,
@@ -83,7 +97,7 @@ impl Binary {
             Self::Subtract => |a, b| a - b,
             Self::Multiply => |a, b| a * b,
             Self::Divide => |a, b| a / b,
-            Self::Power => f64::powf,
+            Self::Power => elementary::pow,
             Self::Atan2 => f64::atan2,
             Self::Min => smaller,
             Self::Max => larger,

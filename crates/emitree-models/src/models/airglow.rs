@@ -1,10 +1,11 @@
 //! A layer of airglow about a spherical planet, with the profile of Chapman 1931.
 
 use super::constants::RAYLEIGH_PER_COLUMN_CM2;
-use super::fill_rates;
 use super::radial::radius;
+use super::{BLOCK, fill_radial_rates, one};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::elementary::{Elementary, apply};
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -104,12 +105,26 @@ impl Airglow {
 
     /// V \[photons cm⁻³ s⁻¹\] at a position \[km\]; 0 inside the planet.
     pub fn volume_emission_rate_cm3_s(&self, position: [f64; 3]) -> f64 {
-        let altitude = radius(position) - self.planet_radius;
-        let z = (altitude - self.peak_altitude) / self.scale_height;
-        if altitude < 0.0 || z < -DARK_DEPTH {
-            return 0.0;
+        let r = radius(position);
+        if r < self.planet_radius { 0.0 } else { one(r, |distances| self.at(distances)) }
+    }
+
+    /// Turns distances from the planet's centre into V.
+    fn at(&self, distances: &mut [f64]) {
+        let mut depths = [0.0; BLOCK];
+        let depths = &mut depths[..distances.len()];
+        for (depth, r) in depths.iter_mut().zip(&mut *distances) {
+            let altitude = *r - self.planet_radius;
+            let below_peak = (self.peak_altitude - altitude) / self.scale_height;
+            *depth = if below_peak > DARK_DEPTH { DARK_DEPTH } else { below_peak };
+            *r = *depth;
         }
-        self.peak_rate * (1.0 - z - (-z).exp()).exp()
+        apply(Elementary::Exp, distances);
+        for (&depth, weakened) in depths.iter().zip(&mut *distances) {
+            *weakened = 1.0 + depth - *weakened;
+        }
+        apply(Elementary::Exp, distances);
+        distances.iter_mut().for_each(|rate| *rate *= self.peak_rate);
     }
 }
 
@@ -118,8 +133,10 @@ impl Emission for Airglow {
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
         let rayleigh_per_rate = RAYLEIGH_PER_COLUMN_CM2 * CM_PER_KM;
-        fill_rates(samples, rates, |position| {
-            rayleigh_per_rate * self.volume_emission_rate_cm3_s(position)
+        let range = [self.planet_radius, f64::INFINITY];
+        fill_radial_rates(samples, rates, [0.0; 3], range, |distances| {
+            self.at(distances);
+            distances.iter_mut().for_each(|rate| *rate *= rayleigh_per_rate);
         });
         Ok(())
     }

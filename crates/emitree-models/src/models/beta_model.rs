@@ -1,9 +1,10 @@
 //! The beta model of the gas in a cluster of galaxies.
 
-use super::fill_rates;
 use super::radial::{AMPLITUDE, CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
+use super::{fill_radial_rates, one};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::elementary::raise_all;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -84,8 +85,17 @@ impl BetaModel {
 
     /// The rate g at a position.
     pub fn rate(&self, position: [f64; 3]) -> f64 {
-        let in_cores = distance(position, self.centre) / self.core_radius;
-        self.amplitude * (1.0 + in_cores * in_cores).powf(-3.0 * self.beta)
+        one(distance(position, self.centre), |distances| self.at(distances))
+    }
+
+    /// Turns distances into rates.
+    fn at(&self, distances: &mut [f64]) {
+        for distance in &mut *distances {
+            let in_cores = *distance / self.core_radius;
+            *distance = 1.0 + in_cores * in_cores;
+        }
+        raise_all(distances, -3.0 * self.beta);
+        distances.iter_mut().for_each(|rate| *rate *= self.amplitude);
     }
 }
 
@@ -93,7 +103,8 @@ impl Emission for BetaModel {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| self.rate(position));
+        let range = [0.0, f64::INFINITY];
+        fill_radial_rates(samples, rates, self.centre, range, |distances| self.at(distances));
         Ok(())
     }
 }

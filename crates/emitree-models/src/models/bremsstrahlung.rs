@@ -1,10 +1,11 @@
 //! X-ray spectra of the hot gas in a cluster of galaxies: thermal bremsstrahlung.
 
+use super::BLOCK;
 use super::constants::{BOLTZMANN_CONSTANT, JOULE_PER_KEV, KILOPARSEC_CM, PLANCK_CONSTANT_ERG_S};
-use super::fill_spectral_rates;
-use super::radial::{CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
+use super::radial::{CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance, distances};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::elementary::{Elementary, apply, raise_all};
 use core::convert::Infallible;
 use core::f64::consts::PI;
 use emitree::{Emission, Samples};
@@ -199,34 +200,68 @@ impl Bremsstrahlung {
 
     /// k T \[keV\] at a position \[kpc\].
     pub fn temperature_kev(&self, position: [f64; 3]) -> f64 {
-        self.temperature_at(distance(position, self.centre))
+        let mut temperature = [0.0];
+        self.temperatures_kev(&[distance(position, self.centre)], &mut temperature);
+        temperature[0]
     }
 
-    fn temperature_at(&self, r: f64) -> f64 {
-        let x = (r / self.cooling_radius).powf(self.cooling_exponent);
-        // (x + q)/(x + 1), but for x without bounds.
-        let cool = 1.0 - (1.0 - self.core_fraction) / (1.0 + x);
-        let declines = r / self.decline_radius;
-        let decline = (1.0 + declines * declines).powf(-0.5 * self.decline_exponent);
-        self.temperature_kev * cool * decline
+    /// k T at a block of distances.
+    fn temperatures_kev(&self, distances: &[f64], temperatures: &mut [f64]) {
+        let mut declines = [0.0; BLOCK];
+        let declines = &mut declines[..distances.len()];
+        steps(distances, self.decline_radius, declines);
+        raise_all(declines, -0.5 * self.decline_exponent);
+        for (x, r) in temperatures.iter_mut().zip(distances) {
+            *x = r / self.cooling_radius;
+        }
+        raise_all(temperatures, self.cooling_exponent);
+        for (x, decline) in temperatures.iter_mut().zip(&*declines) {
+            // (x + q)/(x + 1), but for x without bounds.
+            let cool = 1.0 - (1.0 - self.core_fraction) / (1.0 + *x);
+            *x = self.temperature_kev * cool * decline;
+        }
     }
 
     /// The rate g \[cm⁻² s⁻¹ sr⁻¹ keV⁻¹ kpc⁻¹\] at a position \[kpc\] and an energy \[keV\]; NaN
     /// for an energy that is not more than 0.
     pub fn rate(&self, position: [f64; 3], energy_kev: f64) -> f64 {
-        if energy_kev.is_nan() || energy_kev <= 0.0 {
-            return f64::NAN;
+        let mut rates = [0.0];
+        self.fill_block(&[position], &[energy_kev], &mut rates);
+        rates[0]
+    }
+
+    fn fill_block(&self, positions: &[[f64; 3]], energies_kev: &[f64], rates: &mut [f64]) {
+        let mut scratch = [[0.0; BLOCK]; 3];
+        let [densities2, temperatures, thermals] =
+            scratch.each_mut().map(|numbers| &mut numbers[..positions.len()]);
+        distances(positions, self.centre, rates);
+        self.temperatures_kev(rates, temperatures);
+        steps(rates, self.core_radius, densities2);
+        raise_all(densities2, -3.0 * self.beta);
+        for i in 0..positions.len() {
+            thermals[i] = -energies_kev[i] / temperatures[i];
         }
-        let r = distance(position, self.centre);
-        let temperature_kev = self.temperature_at(r);
-        let thermal = (-energy_kev / temperature_kev).exp();
-        // As cold as that, T^(−1/2) may not be a number.
-        if thermal <= 0.0 {
-            return 0.0;
+        apply(Elementary::Exp, thermals);
+        for (i, rate) in rates.iter_mut().enumerate() {
+            let (energy_kev, thermal) = (energies_kev[i], thermals[i]);
+            let weighted = self.scale * densities2[i] * thermal;
+            *rate = if energy_kev.is_nan() || energy_kev <= 0.0 {
+                f64::NAN
+            } else if thermal <= 0.0 {
+                // As cold as that, T^(−1/2) may not be a number.
+                0.0
+            } else {
+                weighted / (temperatures[i].sqrt() * energy_kev)
+            };
         }
-        let cores = r / self.core_radius;
-        let density2 = (1.0 + cores * cores).powf(-3.0 * self.beta);
-        self.scale * density2 * thermal / (temperature_kev.sqrt() * energy_kev)
+    }
+}
+
+/// 1 + (r/r₀)²
+fn steps(distances: &[f64], radius: f64, steps: &mut [f64]) {
+    for (step, r) in steps.iter_mut().zip(distances) {
+        let in_radii = r / radius;
+        *step = 1.0 + in_radii * in_radii;
     }
 }
 
@@ -234,7 +269,13 @@ impl Emission for Bremsstrahlung {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_spectral_rates(samples, rates, |position, energy| self.rate(position, energy));
+        let nowhere = [f64::NAN; BLOCK];
+        let mut energies = samples.energies().chunks(BLOCK);
+        let blocks = samples.positions().chunks(BLOCK).zip(rates.chunks_mut(BLOCK));
+        for (positions, rates) in blocks {
+            let energies = energies.next().unwrap_or(&nowhere[..positions.len()]);
+            self.fill_block(positions, energies, rates);
+        }
         Ok(())
     }
 }

@@ -1,12 +1,13 @@
 //! Energetic neutral atoms: protons that exchange charge with a hydrogen exosphere.
 
+use super::BLOCK;
 use super::charge_exchange;
 use super::constants::{BOLTZMANN_CONSTANT, PROTON_MASS_KG};
-use super::fill_directional_rates;
 use super::mars_exosphere::{COEFFICIENT, EXOBASE_RADIUS, EXPONENT, MarsExosphere, OFFSET};
 use super::speed_integral::SpeedIntegral;
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::elementary::{Elementary, apply};
 use core::convert::Infallible;
 use core::f64::consts::PI;
 use emitree::{Emission, Samples};
@@ -150,16 +151,32 @@ impl Ena {
     /// The rate g \[m⁻³ s⁻¹ sr⁻¹\] at a position \[m\] in a direction of length 1, in which the atoms
     /// fly; 0 below the exobase.
     pub fn rate(&self, position: [f64; 3], direction: [f64; 3]) -> f64 {
-        let density_m3 = self.neutrals.density_m3(position);
-        if density_m3 <= 0.0 {
-            return 0.0;
+        let mut rates = [0.0];
+        self.fill_block(&[position], &[direction], &mut rates);
+        rates[0]
+    }
+
+    fn fill_block(&self, positions: &[[f64; 3]], directions: &[[f64; 3]], rates: &mut [f64]) {
+        self.neutrals.fill_block(positions, rates);
+        let mut exponents = [0.0; BLOCK];
+        let exponents = &mut exponents[..positions.len()];
+        let lit = rates.iter().zip(directions).zip(&mut *exponents);
+        for ((_, &direction), exponent) in lit.filter(|((density_m3, _), _)| **density_m3 > 0.0) {
+            *exponent = self.exponent(direction);
         }
+        apply(Elementary::Exp, exponents);
+        for (rate, exponential) in rates.iter_mut().zip(&*exponents) {
+            *rate = *rate * self.flux * exponential;
+        }
+    }
+
+    /// ln of the flux in a direction over that of protons at rest on average.
+    fn exponent(&self, direction: [f64; 3]) -> f64 {
         let along = dot(direction, self.drift);
         // The part of |v d − u|²/w² that the speed integral leaves: the drift across the direction,
         // or all of it in directions against the drift.
         let across = [0, 1, 2].map(|axis| self.drift[axis] - along.max(0.0) * direction[axis]);
-        let exponent = self.speed_integral.ln_at(along) - dot(across, across);
-        density_m3 * self.flux * exponent.exp()
+        self.speed_integral.ln_at(along) - dot(across, across)
     }
 }
 
@@ -171,9 +188,10 @@ impl Emission for Ena {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_directional_rates(samples, rates, |position, direction| {
-            self.rate(position, direction)
-        });
+        let blocks = samples.positions().chunks(BLOCK).zip(samples.directions().chunks(BLOCK));
+        for ((positions, directions), rates) in blocks.zip(rates.chunks_mut(BLOCK)) {
+            self.fill_block(positions, directions, rates);
+        }
         Ok(())
     }
 }

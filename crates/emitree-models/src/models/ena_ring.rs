@@ -2,8 +2,8 @@
 
 use super::charge_exchange::cross_section_at_kev_cm2;
 use super::constants::{EARTH_RADIUS_CM, JOULE_PER_KEV, PROTON_MASS_KG};
-use super::fill_spectral_rates;
-use super::geocorona::{EXOBASE, hydrogen_density_cm3};
+use super::fill_blocks;
+use super::geocorona::{EXOBASE, fill_hydrogen_block_cm3};
 use super::radial::radius;
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
@@ -192,14 +192,20 @@ impl EnaRing {
     /// The rate g \[cm⁻² s⁻¹ sr⁻¹ keV⁻¹ `R_E`⁻¹\] at a position \[`R_E`\] and an energy \[keV\]; 0
     /// below the exobase of the hydrogen, and NaN for an energy that is not more than 0.
     pub fn rate(&self, position: [f64; 3], energy_kev: f64) -> f64 {
+        let mut hydrogen_cm3 = [0.0];
+        fill_hydrogen_block_cm3(&[position], &mut hydrogen_cm3);
+        self.rate_in(hydrogen_cm3[0], position, energy_kev)
+    }
+
+    /// The rate where the hydrogen has this density.
+    fn rate_in(&self, hydrogen_cm3: f64, position: [f64; 3], energy_kev: f64) -> f64 {
         if energy_kev.is_nan() || energy_kev <= 0.0 {
             return f64::NAN;
         }
-        let r = radius(position);
-        if r < EXOBASE {
+        if hydrogen_cm3 <= 0.0 {
             return 0.0;
         }
-        let exchanges = cross_section_at_kev_cm2(energy_kev) * hydrogen_density_cm3(r);
+        let exchanges = cross_section_at_kev_cm2(energy_kev) * hydrogen_cm3;
         exchanges * self.proton_flux(position, energy_kev) * EARTH_RADIUS_CM
     }
 }
@@ -216,7 +222,11 @@ impl Emission for EnaRing {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_spectral_rates(samples, rates, |position, energy| self.rate(position, energy));
+        fill_blocks(samples, rates, fill_hydrogen_block_cm3);
+        let energies = samples.energies().iter().copied().chain(core::iter::repeat(f64::NAN));
+        for ((rate, &position), energy) in rates.iter_mut().zip(samples.positions()).zip(energies) {
+            *rate = self.rate_in(*rate, position, energy);
+        }
         Ok(())
     }
 }

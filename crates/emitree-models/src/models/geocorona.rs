@@ -1,10 +1,11 @@
 //! The Earth's geocorona in Lyman α, after Rairden et al. 1986.
 
 use super::constants::{EARTH_RADIUS_CM, RAYLEIGH_PER_COLUMN_CM2};
-use super::fill_rates;
 use super::radial::radius;
+use super::{fill_radial_block, fill_radial_rates, one};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::elementary::{Elementary, apply, raise_all};
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -105,13 +106,23 @@ impl Geocorona {
         if !(self.inner_radius..=self.outer_radius).contains(&r) {
             return 0.0;
         }
-        hydrogen_density_cm3(r)
+        one(r, hydrogen_densities_cm3)
     }
 }
 
-/// The density of hydrogen \[cm⁻³\] at a distance of at least [`EXOBASE`] \[`R_E`\].
-pub(super) fn hydrogen_density_cm3(r: f64) -> f64 {
-    (10.692 - 4.4431 * (r / EXOBASE).ln().powf(0.715_831)).exp()
+/// The density of hydrogen \[cm⁻³\] at a block of positions \[`R_E`\]; 0 below [`EXOBASE`].
+pub(super) fn fill_hydrogen_block_cm3(positions: &[[f64; 3]], densities: &mut [f64]) {
+    let range = [EXOBASE, f64::INFINITY];
+    fill_radial_block(positions, densities, [0.0; 3], range, hydrogen_densities_cm3);
+}
+
+/// Turns distances of at least [`EXOBASE`] into densities.
+fn hydrogen_densities_cm3(distances: &mut [f64]) {
+    distances.iter_mut().for_each(|r| *r /= EXOBASE);
+    apply(Elementary::Ln, distances);
+    raise_all(distances, 0.715_831);
+    distances.iter_mut().for_each(|power| *power = 10.692 - 4.4431 * *power);
+    apply(Elementary::Exp, distances);
 }
 
 impl Emission for Geocorona {
@@ -119,7 +130,11 @@ impl Emission for Geocorona {
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
         let rayleigh_per_density = RAYLEIGH_PER_COLUMN_CM2 * self.g_factor * EARTH_RADIUS_CM;
-        fill_rates(samples, rates, |position| rayleigh_per_density * self.density_cm3(position));
+        let range = [self.inner_radius, self.outer_radius];
+        fill_radial_rates(samples, rates, [0.0; 3], range, |distances| {
+            hydrogen_densities_cm3(distances);
+            distances.iter_mut().for_each(|density| *density *= rayleigh_per_density);
+        });
         Ok(())
     }
 }

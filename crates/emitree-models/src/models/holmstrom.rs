@@ -1,8 +1,9 @@
 //! The test function of the paper that the method comes from: waves and a bump in the unit cube.
 
-use super::fill_rates;
+use super::{BLOCK, fill_blocks};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::elementary::{Elementary, apply};
 use core::convert::Infallible;
 use core::f64::consts::SQRT_2;
 use emitree::{Emission, Samples};
@@ -68,11 +69,31 @@ impl Holmstrom {
 
     /// The rate g at a position.
     pub fn rate(&self, position: [f64; 3]) -> f64 {
-        let [x, y, z] = position;
-        let waves = (5.0 * x).sin() * (7.0 * y).sin() * (11.0 * z).sin() / 10.0;
-        let exponent: f64 =
-            (0..3).map(|i| self.sharpness[i] * (position[i] - self.centre[i]).powi(2)).sum();
-        waves * waves + (-exponent).exp()
+        let mut rates = [0.0];
+        self.fill_block(&[position], &mut rates);
+        rates[0]
+    }
+
+    fn fill_block(&self, positions: &[[f64; 3]], rates: &mut [f64]) {
+        let mut scratch = [0.0; BLOCK];
+        let scratch = &mut scratch[..positions.len()];
+        rates.fill(0.1);
+        for (axis, wave_number) in [5.0, 7.0, 11.0].into_iter().enumerate() {
+            for (angle, position) in scratch.iter_mut().zip(positions) {
+                *angle = wave_number * position[axis];
+            }
+            apply(Elementary::Sin, scratch);
+            rates.iter_mut().zip(&*scratch).for_each(|(waves, sine)| *waves *= sine);
+        }
+        for (exponent, position) in scratch.iter_mut().zip(positions) {
+            let along =
+                |axis: usize| self.sharpness[axis] * (position[axis] - self.centre[axis]).powi(2);
+            *exponent = -(along(0) + along(1) + along(2));
+        }
+        apply(Elementary::Exp, scratch);
+        for (rate, bump) in rates.iter_mut().zip(&*scratch) {
+            *rate = *rate * *rate + bump;
+        }
     }
 }
 
@@ -80,7 +101,7 @@ impl Emission for Holmstrom {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| self.rate(position));
+        fill_blocks(samples, rates, |positions, rates| self.fill_block(positions, rates));
         Ok(())
     }
 }

@@ -1,9 +1,10 @@
 //! The hydrogen and oxygen exospheres of Mars, as powers of the distance.
 
-use super::fill_rates;
 use super::radial::radius;
+use super::{fill_blocks, fill_radial_block, one};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::elementary::raise_all;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -149,7 +150,20 @@ impl MarsExosphere {
         if r < self.exobase_radius {
             return 0.0;
         }
-        self.coefficient * (r - self.offset).powf(-self.exponent)
+        one(r, |distances| self.at(distances))
+    }
+
+    /// The densities at a block of positions.
+    pub(super) fn fill_block(&self, positions: &[[f64; 3]], densities_m3: &mut [f64]) {
+        let range = [self.exobase_radius, f64::INFINITY];
+        fill_radial_block(positions, densities_m3, [0.0; 3], range, |distances| self.at(distances));
+    }
+
+    /// Turns distances that are not below the exobase into densities.
+    fn at(&self, distances: &mut [f64]) {
+        distances.iter_mut().for_each(|r| *r -= self.offset);
+        raise_all(distances, -self.exponent);
+        distances.iter_mut().for_each(|density| *density *= self.coefficient);
     }
 }
 
@@ -157,7 +171,7 @@ impl Emission for MarsExosphere {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| self.density_m3(position));
+        fill_blocks(samples, rates, |positions, rates| self.fill_block(positions, rates));
         Ok(())
     }
 }

@@ -1,9 +1,10 @@
 //! A power of the distance from a centre.
 
-use super::fill_rates;
 use super::radial::{AMPLITUDE, CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
+use super::{fill_radial_rates, one};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::elementary::raise_all;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -79,21 +80,23 @@ impl PowerLaw {
             inner_radius: values.of("inner_radius"),
             centre: centre(values),
         };
-        if !law.at(law.inner_radius).is_finite() {
+        if !one(law.inner_radius, |r| law.at(r)).is_finite() {
             let expected = "enough for a finite amplitude inner_radius^-exponent".to_owned();
             return Err(DESCRIPTION.out_of_range("inner_radius", law.inner_radius, expected));
         }
         Ok(law)
     }
 
-    fn at(&self, distance: f64) -> f64 {
-        self.amplitude * distance.powf(-self.exponent)
+    /// Turns distances into rates.
+    fn at(&self, distances: &mut [f64]) {
+        raise_all(distances, -self.exponent);
+        distances.iter_mut().for_each(|rate| *rate *= self.amplitude);
     }
 
     /// The rate g at a position; 0 within the inner radius.
     pub fn rate(&self, position: [f64; 3]) -> f64 {
         let distance = distance(position, self.centre);
-        if distance < self.inner_radius { 0.0 } else { self.at(distance) }
+        if distance < self.inner_radius { 0.0 } else { one(distance, |r| self.at(r)) }
     }
 }
 
@@ -101,7 +104,8 @@ impl Emission for PowerLaw {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| self.rate(position));
+        let range = [self.inner_radius, f64::INFINITY];
+        fill_radial_rates(samples, rates, self.centre, range, |distances| self.at(distances));
         Ok(())
     }
 }

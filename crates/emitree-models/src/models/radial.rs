@@ -1,6 +1,7 @@
 //! Distances from a centre, and the parameters of models that are made of them.
 
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use multiversion::multiversion;
 
 pub(super) const AMPLITUDE: ParameterDescription = ParameterDescription {
     name: "amplitude",
@@ -40,4 +41,13 @@ pub(super) fn radius([x, y, z]: [f64; 3]) -> f64 {
 /// The distance of a position from a centre.
 pub(super) fn distance(position: [f64; 3], centre: [f64; 3]) -> f64 {
     radius([0, 1, 2].map(|axis| position[axis] - centre[axis]))
+}
+
+/// The distances of all positions from a centre.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+pub(super) fn distances(positions: &[[f64; 3]], centre: [f64; 3], distances: &mut [f64]) {
+    for (distance, position) in distances.iter_mut().zip(positions) {
+        let [x, y, z] = [0, 1, 2].map(|axis| position[axis] - centre[axis]);
+        *distance = (x * x + y * y + z * z).sqrt();
+    }
 }

@@ -4,12 +4,45 @@ use super::Lines;
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
-use crate::meter::{Mapping, Meter};
-use crate::quadrature::Points;
+use crate::meter::{Meter, Site, SiteSource};
+use crate::projection::Projection;
 use crate::render::Tile;
+use core::ops::Range;
 
 /// Sample points of one batch: large enough to keep every thread busy, small beside an image.
 const SAMPLES_PER_BATCH: usize = 1 << 20;
+
+/// The sample points of some steps on some lines, line after line.
+struct StepsOfLines<'a> {
+    lines: Lines,
+    projection: &'a dyn Projection,
+    first_line: usize,
+    first_step: usize,
+    /// Steps on each line, from the first on, of all steps that make a line.
+    count: usize,
+    steps: usize,
+    tile: (usize, usize),
+    energy: Option<f64>,
+}
+
+impl SiteSource for StepsOfLines<'_> {
+    fn visit(&self, numbers: Range<usize>, mut take: impl FnMut(Site)) {
+        let mut line = self.first_line + numbers.start / self.count;
+        let mut step = numbers.start % self.count;
+        let mut xy = self.lines.position(line);
+        for _ in numbers {
+            // The line is found once for all of its steps: it takes longer than a cheap g.
+            if step == self.count {
+                (line, step) = (line + 1, 0);
+                xy = self.lines.position(line);
+            }
+            let depth = ((self.first_step + step) as f64 + 0.5) / self.steps as f64;
+            let point = self.projection.world_from_canonical([xy[0], xy[1], depth]);
+            take(Site { xy, point, energy: self.energy, tile: self.tile });
+            step += 1;
+        }
+    }
+}
 
 /// The image by `steps` equal steps along each of `per_side`² lines for each pixel.
 pub(crate) fn render<E: Emission>(
@@ -26,8 +59,6 @@ pub(crate) fn render<E: Emission>(
         let what = format!("{} lines of {steps} steps", lines.count());
         return Err(RenderError::Budget { what, needed, allowed });
     }
-    let map = |u| projection.world_from_canonical(u);
-    let mapping = Mapping { map: &map, tile, energy };
     let mut radiances = vec![0.0; lines.count()];
     let steps_at_once = steps.min(SAMPLES_PER_BATCH);
     let lines_at_once = SAMPLES_PER_BATCH / steps_at_once;
@@ -37,11 +68,17 @@ pub(crate) fn render<E: Emission>(
         for first_step in (0..steps).step_by(steps_at_once) {
             let count = steps_at_once.min(steps - first_step);
             let rates = &mut rates[..radiances.len() * count];
-            let point = |i: usize| {
-                let [x, y] = lines.position(first_line + i / count);
-                [x, y, ((first_step + i % count) as f64 + 0.5) / steps as f64]
+            let sites = StepsOfLines {
+                lines,
+                projection,
+                first_line,
+                first_step,
+                count,
+                steps,
+                tile,
+                energy,
             };
-            meter.evaluate(Points::new(rates.len(), &point), mapping, rates)?;
+            meter.evaluate_sites(&sites, rates)?;
             for (radiance, rates) in radiances.iter_mut().zip(rates.chunks_exact(count)) {
                 *radiance += rates.iter().sum::<f64>() / steps as f64;
             }

@@ -29,6 +29,36 @@ fn fixed_steps_are_the_midpoint_rule() {
     assert!(rendering.error.is_none() && rendering.converged());
 }
 
+/// Batches that begin in the middle of a line, calls that end there, and lines of one pixel that are
+/// counted one by one.
+#[test]
+fn batches_of_any_size_make_the_same_image_and_count() {
+    let g = FromFn(|[x, y, z]: [f64; 3], _: [f64; 3]| (3.0 * x + y).sin() * z + y * z * z);
+    let rendered = |batch_size: u64| {
+        let los = LosOptions { lines: 3, steps: Steps::Fixed(13) };
+        let options = RenderOptions { batch_size, ..RenderOptions::new(Method::Los(los)) };
+        render(&g, &Canonical, [5, 7], &options).unwrap()
+    };
+    let whole = rendered(u64::MAX);
+    assert_eq!(whole.evaluations, 5 * 7 * 9 * 13);
+    for batch_size in [1, 5, 13, 100, 1000] {
+        let parts = rendered(batch_size);
+        assert_eq!(parts.image, whole.image, "batches of {batch_size}");
+        assert_eq!(parts.evaluations_of_pixels, whole.evaluations_of_pixels);
+    }
+    assert!(whole.evaluations_of_pixels.pixels().iter().all(|count| (count - 117.0).abs() <= 0.0));
+    // The lines and depths of the midpoint rule, in its order.
+    let at = |part: usize, pixel: usize, pixels: usize| {
+        (pixel as f64 + (part as f64 + 0.5) / 3.0) / pixels as f64
+    };
+    let line = |part: usize| {
+        let [x, y] = [at(part % 3, 6, 7), at(part / 3, 4, 5)];
+        let rates = (0..13).map(|k| (g.0)([x, y, (f64::from(k) + 0.5) / 13.0], [0.0; 3]));
+        rates.sum::<f64>() / 13.0
+    };
+    assert!((whole.image[(4, 6)] - (0..9).map(line).sum::<f64>() / 9.0).abs() < 1e-15);
+}
+
 #[test]
 fn more_lines_average_over_the_pixel() {
     let rendering = los(|[x, ..], _| x * x, [1, 1], 2, Steps::Fixed(1));

@@ -8,6 +8,7 @@
 
 use super::dyadic::spacing;
 use super::line::Line;
+use nalgebra::{DMatrix, DVector};
 
 /// Depths that a rule may use are on the lattice of this level.
 const DEPTH_LEVEL: u8 = 7;
@@ -85,72 +86,51 @@ impl DepthRule {
         }
         let sampled = |k: &usize| lines.iter().any(|line| line.sampled[*k]);
         let candidates: Vec<usize> = (0..DEPTHS).filter(sampled).collect();
-        let column = |&k: &usize| lines.iter().map(|line| line.rates[k]).collect();
-        let columns: Vec<Vec<f64>> = candidates.iter().map(column).collect();
-        let integrals: Vec<f64> = lines.iter().map(|line| line.integral).collect();
+        let rate = |i: usize, c: usize| lines[i].rates[candidates[c]];
+        let rates = DMatrix::from_fn(lines.len(), candidates.len(), rate);
+        let integrals = DVector::from_iterator(lines.len(), lines.iter().map(|line| line.integral));
 
-        let mut factors = Factors::default();
-        let mut rest = columns.clone();
+        let most_depths = most_depths.min(lines.len() / LINES_PER_DEPTH).min(candidates.len());
+        let mut factors = Factors::new(&rates, most_depths);
         let mut residuals = integrals.clone();
-        let mut leverages = vec![0.0; lines.len()];
-        while factors.chosen.len() < most_depths.min(lines.len() / LINES_PER_DEPTH) {
-            let largest = (0..rest.len()).fold((0, -1.0), |best: (usize, f64), k| {
-                let size = dot(&rest[k], &rest[k]);
-                if size > best.1 { (k, size) } else { best }
+        let mut leverages = DVector::zeros(lines.len());
+        while factors.chosen.len() < most_depths {
+            let direction = factors.push()?;
+            residuals.axpy(-residuals.dot(&direction), &direction, 1.0);
+            leverages.cmpy(1.0, &direction, &direction, 1.0);
+            let error = residuals.zip_fold(&leverages, 0.0, |largest: f64, residual, leverage| {
+                largest.max(residual.abs() / (1.0 - leverage).max(LEAST_INDEPENDENCE))
             });
-            let direction = factors.push(largest.0, &columns[largest.0])?;
-            for column in &mut rest {
-                remove(column, direction);
-            }
-            remove(&mut residuals, direction);
-            leverages.iter_mut().zip(direction).for_each(|(leverage, q)| *leverage += q * q);
-            let left_out = residuals.iter().zip(&leverages).map(|(residual, leverage)| {
-                residual.abs() / (1.0 - leverage).max(LEAST_INDEPENDENCE)
-            });
-            let error = left_out.fold(0.0, f64::max);
             if error <= tolerance {
-                let weights = factors.solve(&integrals);
-                if weights.iter().map(|w| w.abs()).sum::<f64>() < LARGEST_WEIGHTS {
-                    let depths = factors.chosen.clone();
-                    factors.pop();
-                    let shorter = factors.solve(&integrals);
-                    return Some(Self::new(
-                        &depths,
-                        &candidates,
-                        &columns,
-                        weights,
-                        shorter,
-                        error,
-                    ));
+                let [weights, shorter] = factors.solve(&integrals)?;
+                if weights.lp_norm(1) < LARGEST_WEIGHTS {
+                    let depths = factors.chosen.iter().map(|&c| depth_of(candidates[c])).collect();
+                    let rates = rates.select_columns(&factors.chosen);
+                    return Some(Self::new(depths, &rates, &weights, &shorter, error));
                 }
             }
         }
         None
     }
 
+    /// `rates` has a row for each line and a column for each of the `depths`.
     fn new(
-        chosen: &[usize],
-        candidates: &[usize],
-        columns: &[Vec<f64>],
-        weights: Vec<f64>,
-        shorter: Vec<f64>,
+        depths: Vec<u32>,
+        rates: &DMatrix<f64>,
+        weights: &DVector<f64>,
+        shorter: &DVector<f64>,
         error: f64,
     ) -> Self {
-        let range = |&c: &usize| {
-            let start = (f64::INFINITY, f64::NEG_INFINITY);
-            columns[c].iter().fold(start, |(low, high), &v| (low.min(v), high.max(v)))
-        };
         let mut rule = Self {
-            depths: chosen.iter().map(|&c| depth_of(candidates[c])).collect(),
-            weights,
-            shorter,
+            depths,
+            weights: weights.as_slice().to_vec(),
+            shorter: shorter.as_slice().to_vec(),
             error,
             usual_change: 0.0,
-            ranges: chosen.iter().map(range).collect(),
+            ranges: rates.column_iter().map(|column| (column.min(), column.max())).collect(),
         };
-        let lines = chosen.first().map_or(0, |&c| columns[c].len());
-        let rates = |i: usize| chosen.iter().map(|&c| columns[c][i]).collect::<Vec<f64>>();
-        rule.usual_change = (0..lines).map(|i| rule.change(&rates(i))).fold(0.0, f64::max);
+        let changes = rates.row_iter().map(|row| rule.change(row.transpose().as_slice()));
+        rule.usual_change = changes.fold(0.0, f64::max);
         rule
     }
 
@@ -177,67 +157,56 @@ impl DepthRule {
     }
 }
 
-/// The QR factors of some columns, one after the other.
-#[derive(Debug, Default)]
-struct Factors {
+/// The QR factors of some columns of a matrix, each the one of which those before leave most.
+///
+/// One after the other, as a few are enough: nalgebra's `ColPivQR` takes all columns, and each by its
+/// largest entry.
+struct Factors<'a> {
+    matrix: &'a DMatrix<f64>,
+    /// What the chosen columns leave of all.
+    rest: DMatrix<f64>,
     chosen: Vec<usize>,
-    /// The orthonormal columns.
-    q: Vec<Vec<f64>>,
-    /// The columns of the triangle.
-    r: Vec<Vec<f64>>,
+    /// The orthonormal columns, with room for more.
+    q: DMatrix<f64>,
 }
 
-impl Factors {
-    /// Adds a column and returns its direction; `None` if it depends on the others.
-    fn push(&mut self, index: usize, column: &[f64]) -> Option<&[f64]> {
-        let mut direction = column.to_vec();
-        let mut triangle = vec![0.0; self.q.len() + 1];
-        // Twice is enough for orthogonality to rounding (Giraud et al. 2005).
-        for _ in 0..2 {
-            for (k, q) in self.q.iter().enumerate() {
-                triangle[k] += remove(&mut direction, q);
-            }
-        }
-        let length = dot(&direction, &direction).sqrt();
-        if length <= INDEPENDENT * dot(column, column).sqrt() {
+impl<'a> Factors<'a> {
+    fn new(matrix: &'a DMatrix<f64>, most: usize) -> Self {
+        let q = DMatrix::zeros(matrix.nrows(), most);
+        Self { matrix, rest: matrix.clone(), chosen: Vec::new(), q }
+    }
+
+    /// Adds a column and returns its direction; `None` if all that are left depend on the chosen.
+    fn push(&mut self) -> Option<DVector<f64>> {
+        let squares = self.rest.column_iter().map(|column| column.norm_squared());
+        let pivot = DVector::from_iterator(self.rest.ncols(), squares).argmax().0;
+        let mut direction = self.rest.column(pivot).into_owned();
+        // Once more: twice is enough for orthogonality to rounding (Giraud et al. 2005).
+        let q = self.q.columns(0, self.chosen.len());
+        direction -= q * q.tr_mul(&direction);
+        if direction.normalize_mut() <= INDEPENDENT * self.matrix.column(pivot).norm() {
             return None;
         }
-        triangle[self.q.len()] = length;
-        direction.iter_mut().for_each(|value| *value /= length);
-        self.chosen.push(index);
-        self.r.push(triangle);
-        self.q.push(direction);
-        self.q.last().map(Vec::as_slice)
+        let along = self.rest.tr_mul(&direction);
+        self.rest.ger(-1.0, &direction, &along, 1.0);
+        self.q.set_column(self.chosen.len(), &direction);
+        self.chosen.push(pivot);
+        Some(direction)
     }
 
-    fn pop(&mut self) {
-        self.chosen.pop();
-        self.q.pop();
-        self.r.pop();
-    }
-
-    /// The least-squares solution for a right-hand side.
-    fn solve(&self, values: &[f64]) -> Vec<f64> {
-        let mut x: Vec<f64> = self.q.iter().map(|q| dot(q, values)).collect();
-        for i in (0..x.len()).rev() {
-            x[i] /= self.r[i][i];
-            for j in 0..i {
-                x[j] -= self.r[i][j] * x[i];
-            }
-        }
-        x
+    /// The least-squares solution for a right-hand side, and that without the last column.
+    fn solve(&self, values: &DVector<f64>) -> Option<[DVector<f64>; 2]> {
+        let count = self.chosen.len();
+        let q = self.q.columns(0, count);
+        let r = q.tr_mul(&self.matrix.select_columns(&self.chosen));
+        let along = q.tr_mul(values);
+        let first = |k| r.view((0, 0), (k, k)).solve_upper_triangular(&along.rows(0, k));
+        Some([first(count)?, first(count.checked_sub(1)?)?])
     }
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Takes the component along a unit vector off, and returns it.
-fn remove(vector: &mut [f64], direction: &[f64]) -> f64 {
-    let along = dot(vector, direction);
-    vector.iter_mut().zip(direction).for_each(|(value, q)| *value -= along * q);
-    along
 }
 
 #[cfg(test)]
@@ -273,6 +242,37 @@ mod tests {
         let rates = at(&rule, mixed(0.4, 0.3));
         assert!((rule.integral(&rates) - exact).abs() < 1e-8);
         assert!(!rule.is_odd(&rates, 1e-9));
+    }
+
+    #[test]
+    fn lines_of_rank_1_have_a_rule_of_1_depth() {
+        let profiles: Vec<Profile> =
+            (1..=20).map(|i| profile(5, mixed(f64::from(i), 0.0))).collect();
+        let lines: Vec<&Profile> = profiles.iter().collect();
+        let rule = DepthRule::learn(&lines, 1e-9, 6).unwrap();
+        assert_eq!((rule.depths.len(), rule.shorter.len()), (1, 0));
+        assert!((rule.integral(&at(&rule, mixed(1.0, 0.0))) - lines[0].integral).abs() < 1e-12);
+        // All other depths depend on the one.
+        assert!(DepthRule::learn(&lines, -1.0, 6).is_none());
+    }
+
+    #[test]
+    fn factors_are_those_of_least_squares() {
+        let entry = |i: usize, j: usize| 1.0 / (1.0 + i as f64 + 2.0 * j as f64);
+        let matrix = DMatrix::from_fn(9, 6, entry);
+        let mut factors = Factors::new(&matrix, 4);
+        for _ in 0..4 {
+            factors.push().unwrap();
+        }
+        assert_eq!(factors.chosen[0], 0);
+        assert!((factors.q.tr_mul(&factors.q) - DMatrix::identity(4, 4)).amax() < 1e-15);
+        let expected =
+            [DVector::from_vec(vec![1.0, -2.0, 3.0, 0.5]), DVector::from_vec(vec![1.0, -2.0, 3.0])];
+        let columns = matrix.select_columns(&factors.chosen);
+        let [all, _] = factors.solve(&(&columns * &expected[0])).unwrap();
+        assert!((all - &expected[0]).amax() < 1e-9);
+        let [_, shorter] = factors.solve(&(columns.columns(0, 3) * &expected[1])).unwrap();
+        assert!((shorter - &expected[1]).amax() < 1e-9);
     }
 
     #[test]

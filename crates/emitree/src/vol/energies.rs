@@ -12,6 +12,7 @@ use super::dyadic::unit;
 use super::scouts::Scout;
 use super::spectrum::{BinWeights, FINEST_LEVEL, Spectrum};
 use crate::energy::EnergyAxis;
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -173,17 +174,15 @@ impl Energies {
     /// With W the weights of the Sₖ and L that of the qⱼ(Eₖ), n L = W.
     pub(crate) fn nodal_weights(&self) -> Vec<Vec<f64>> {
         let bins = self.learned.first().map_or(0, |one| one.weights.len());
-        let of_bin = |bin: usize| {
-            let mut nodal: Vec<f64> = self.learned.iter().map(|one| one.weights[bin]).collect();
-            for k in (0..nodal.len()).rev() {
-                let weight = nodal[k];
-                for (j, of_earlier) in self.learned[k].of_earlier.iter().enumerate() {
-                    nodal[j] -= weight * of_earlier;
-                }
+        let weights = DMatrix::from_fn(self.len(), bins, |k, bin| self.learned[k].weights[bin]);
+        let mut lower = DMatrix::identity(self.len(), self.len());
+        for (k, one) in self.learned.iter().enumerate() {
+            for (j, of_earlier) in one.of_earlier.iter().enumerate() {
+                lower[(k, j)] = *of_earlier;
             }
-            nodal
-        };
-        (0..bins).map(of_bin).collect()
+        }
+        let nodal = lower.tr_solve_lower_triangular_unchecked(&weights);
+        nodal.column_iter().map(|of_bin| of_bin.as_slice().to_vec()).collect()
     }
 }
 

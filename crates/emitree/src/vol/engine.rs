@@ -1,5 +1,6 @@
 //! The loop: look, develop the image and its error, open what is worth it, until it is good enough.
 
+use super::cross;
 use super::dyadic::STEPS;
 use super::energies::Energies;
 use super::image_tree::Place;
@@ -22,9 +23,9 @@ use crate::tree::Ending;
 use core::ops::ControlFlow;
 
 /// Looser requests are met at this tolerance: a looser search does not find the structure.
-const LOOSEST_TOLERANCE: f64 = 0.05;
+pub(super) const LOOSEST_TOLERANCE: f64 = 0.05;
 /// The largest estimate has to be within this share of the tolerance.
-const STOP: f64 = 0.85;
+pub(super) const STOP: f64 = 0.85;
 /// The share of the tolerance that a line or a depth rule may take.
 const LINE_SHARE: f64 = 0.2;
 /// If lines are all that is left to be improved, their share is halved this often.
@@ -50,7 +51,7 @@ const LEAST_ROUND: usize = 8;
 const SHORT_BUDGET: u64 = 300;
 /// Evaluations grow like the tolerance to the power of −this, roughly: a tenfold precision costs two
 /// to three times as many.
-const COST_EXPONENT: f64 = 0.4;
+pub(super) const COST_EXPONENT: f64 = 0.4;
 
 /// What the engine has made: an image, or a cube if there is an energy axis.
 pub(crate) struct Found {
@@ -63,8 +64,38 @@ pub(crate) struct Found {
     pub(crate) energies: Vec<f64>,
 }
 
+impl Found {
+    /// The largest estimated error over the largest |value|.
+    pub(super) fn estimated_error(&self) -> f64 {
+        let largest = |cube: &Cube| cube.bands().iter().map(Image::largest).fold(0.0, f64::max);
+        largest(&self.error) / largest(&self.cube)
+    }
+}
+
 /// The image that a camera sees, or the cube in the bins of `axis`, to the tolerance of `vol`.
 pub(crate) fn render<E: Emission>(
+    meter: &Meter<'_, E>,
+    tiles: &[Tile<'_>],
+    axis: Option<&EnergyAxis>,
+    vol: &VolOptions,
+    options: &RenderOptions<'_>,
+) -> Result<Found, RenderError<E::Error>> {
+    check(vol)?;
+    let products = if axis.is_none() { cross::attempt(meter, tiles, vol, options)? } else { None };
+    let is_good = |found: &Found| found.ending == Ending::Complete;
+    match products {
+        Some(products) if is_good(&products) => Ok(products),
+        products => {
+            let tree = by_tree(meter, tiles, axis, vol, options)?;
+            // A budget may end both: then the better one counts.
+            let is_better = |products: &Found| products.estimated_error() < tree.estimated_error();
+            Ok(products.filter(|p| !is_good(&tree) && is_better(p)).unwrap_or(tree))
+        }
+    }
+}
+
+/// The same by image trees alone.
+pub(crate) fn by_tree<E: Emission>(
     meter: &Meter<'_, E>,
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
@@ -79,7 +110,7 @@ pub(crate) fn render<E: Emission>(
     let sheets = layers.len() as u64;
     // Each of several tiles is a small part of the view, and finer in itself.
     let wanted_level = vol.base_level.saturating_sub(u8::from(tiles.len() > 1)).max(1);
-    let base_level = affordable_base_level(vol, wanted_level, sheets, meter.evaluations_left())?;
+    let base_level = affordable_base_level(wanted_level, sheets, meter.evaluations_left())?;
     let asked = vol.tolerance.min(LOOSEST_TOLERANCE);
     let short = meter.evaluations_left() < SHORT_BUDGET * sheets * first_look(base_level);
     let mut engine = Engine {
@@ -113,13 +144,8 @@ pub(crate) fn render<E: Emission>(
     Ok(Found { cube, error, ending, base_level, energies })
 }
 
-/// The base level wanted, or the finest one whose first look the budget allows.
-fn affordable_base_level<E>(
-    vol: &VolOptions,
-    wanted: u8,
-    sheets: u64,
-    allowed: u64,
-) -> Result<u8, RenderError<E>> {
+/// Refuses options out of range.
+fn check<E>(vol: &VolOptions) -> Result<(), RenderError<E>> {
     let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     if !(vol.tolerance > 0.0 && vol.tolerance < 1.0) {
         return option("tolerance", vol.tolerance.to_string(), "a fraction above 0 and below 1");
@@ -127,6 +153,11 @@ fn affordable_base_level<E>(
     if !BASE_LEVELS.contains(&vol.base_level) {
         return option("base_level", vol.base_level.to_string(), "2 to 7");
     }
+    Ok(())
+}
+
+/// The base level wanted, or the finest one whose first look the budget allows.
+fn affordable_base_level<E>(wanted: u8, sheets: u64, allowed: u64) -> Result<u8, RenderError<E>> {
     let needed = |level| sheets * first_look(level);
     (1..=wanted).rev().find(|&level| needed(level) <= allowed).ok_or_else(|| {
         let what = "a first look at 3 x 3 lines in 3 depths".to_owned();
@@ -135,12 +166,12 @@ fn affordable_base_level<E>(
 }
 
 /// Evaluations of the base lattice.
-fn first_look(base_level: u8) -> u64 {
+pub(super) fn first_look(base_level: u8) -> u64 {
     ((1_u64 << base_level) + 1).pow(3)
 }
 
 /// The deepest level of nodes that the pixels can be the better for.
-fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
+pub(super) fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
     let of_pixels = height.max(width).next_power_of_two().trailing_zeros() + BELOW_PIXEL_LEVELS;
     let least = FINE_ENOUGH_LEVEL.max(base_level + 2);
     u8::try_from(of_pixels).unwrap_or(FINEST_LEVEL).clamp(least, FINEST_LEVEL)
@@ -148,7 +179,10 @@ fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
 
 /// For each pixel, its radiance over the mean of the irradiance density on it; 0 where the projection
 /// has no image.
-fn radiance_per_density(projection: &dyn Projection, [height, width]: [usize; 2]) -> Image {
+pub(super) fn radiance_per_density(
+    projection: &dyn Projection,
+    [height, width]: [usize; 2],
+) -> Image {
     let area = 1.0 / (height as f64 * width as f64);
     let mut scale = Image::zeros(height, width);
     for row in 0..height {
@@ -215,11 +249,12 @@ impl<E: Emission> Engine<'_, '_, E> {
         &mut self,
         options: &RenderOptions<'_>,
     ) -> Result<(Developed, Ending), RenderError<E::Error>> {
+        let before = self.meter.evaluations();
         let mut within_budget = self.look_first()?;
         let mut developed = self.develop()?;
         // Lines that were refined by themselves: rules are cheaper.
         let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
-        let mut cost_per_node = self.meter.evaluations() as f64 / nodes as f64;
+        let mut cost_per_node = (self.meter.evaluations() - before) as f64 / nodes as f64;
         let mut halvings = 0;
         loop {
             let meter = self.meter;

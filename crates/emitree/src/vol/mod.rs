@@ -1,5 +1,9 @@
 //! Method `vol`: the image to the error that was asked for, with as few evaluations as can be.
 //!
+//! There are two ways. If G is a sum of few products of functions of x, y and z, crosses of samples
+//! know all of it: `cross`. Else it is integrated line by line, which needs no structure but the
+//! image's own, and what there is of it along the lines and between them is learned on the way.
+//!
 //! The image is a function of two variables that may be smooth where g is not, and its error is what
 //! has been promised: so the tree is one of the image plane, and each of its nodes is a line of
 //! sight.
@@ -20,6 +24,7 @@
 //! * `energies`: the energies that explain all spectra, and bins as sums of their images; `spectra`: when
 //!   to look at which;
 //! * `visible`: the layers of all tiles, before there are energies;
+//! * `cross`: the other way, for a G that is a sum of few products, tried first;
 //! * `sheet`: the image tree of one [layer](crate::Layer), and its part in the image;
 //! * `engine`: the loop over all this, for all layers of the view and all energies.
 //!
@@ -27,6 +32,7 @@
 
 mod block;
 mod closed;
+mod cross;
 mod depth_rule;
 mod dyadic;
 mod energies;
@@ -52,6 +58,9 @@ mod spectrum;
 mod tracking;
 mod visible;
 
+#[cfg(test)]
+mod tests;
+
 pub(crate) use engine::{Found, render};
 
 /// Options of method `vol`.
@@ -60,12 +69,12 @@ pub struct VolOptions {
     /// The largest error of a pixel that is allowed, relative to the largest |pixel|; above 0 and
     /// below 1.
     ///
-    /// It is kept for what the samples have seen. A structure that falls between the lines and
-    /// depths of the base lattice can't be promised: name it with a [`Seed`](crate::Seed), or choose
-    /// a finer base.
+    /// It is kept for what the samples have seen. A structure that falls between them can't be promised,
+    /// be it the lines and depths of the base lattice or a thousand scattered points: name it with a
+    /// [`Seed`](crate::Seed), or choose a finer base.
     pub tolerance: f64,
     /// The base lattice has 2^`base_level` intervals along each axis, of the image and in depth; one
-    /// of [`BASE_LEVELS`].
+    /// of [`BASE_LEVELS`]. If it is finer than the default, there are no fewer scattered points.
     pub base_level: u8,
 }
 

@@ -64,6 +64,11 @@ impl Looks {
         looks
     }
 
+    /// Whether every rendering looks as closely.
+    pub(crate) fn are_none(&self) -> bool {
+        self.places.is_empty() && self.boxes.is_empty()
+    }
+
     /// The depths that a line at `place` is to be sampled at besides; none if no seed is near.
     pub(crate) fn depths(&self, place: Place) -> Vec<u32> {
         let mut depths = Vec::new();

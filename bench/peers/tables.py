@@ -1,0 +1,126 @@
+"""The rows as tables of Markdown."""
+
+from collections.abc import Sequence
+
+from .row import Row
+
+#: Errors that are looked for, as they are called.
+LEVELS = {"6 %": 0.06, "1 %": 0.01, "0.1 %": 1e-3, "1e-4": 1e-4, "1e-6": 1e-6}
+OURS = "emitree"
+NONE = "-"
+#: Behind a number that another random start does not confirm.
+LUCK = "\\*"
+
+
+def cheapest(rows: Sequence[Row], error: float) -> Row | None:
+    """The row with the fewest evaluations whose error is at most `error`."""
+    within = (row for row in rows if row.found and row.error <= error)
+    return min(within, key=lambda row: row.evaluations, default=None)
+
+
+def is_luck(chosen: Row, rows: Sequence[Row], error: float) -> bool:
+    """Whether the same setting misses that error from another random start."""
+    same = (row for row in rows if row.repeated == chosen.repeated)
+    return any(not row.found or row.error > error for row in same)
+
+
+def of(rows: Sequence[Row], contestant: str) -> list[Row]:
+    """The rows of one contestant."""
+    return [row for row in rows if row.contestant == contestant]
+
+
+def levels(rows: Sequence[Row], contestants: Sequence[str]) -> str:
+    """The evaluations of each contestant in one scene for each level."""
+    lines = []
+    for name in contestants:
+        own = of(rows, name)
+        cells = [_cell(own, rows, error) for error in LEVELS.values()]
+        lines.append([name, *cells, _best(own), *_cost(cheapest(own, LEVELS["1 %"]))])
+    heads = ["", *LEVELS, "smallest error (evaluations)", "s for 1 %", "MiB for 1 %"]
+    return table(heads, lines)
+
+
+def against(rows: Sequence[Row], scenes: Sequence[str]) -> str:
+    """Ours against the best of the others, for each scene and level."""
+    lines = []
+    for scene in scenes:
+        here = [row for row in rows if row.scene == scene]
+        others = [row for row in here if row.contestant != OURS]
+        for name, error in LEVELS.items():
+            ours, best = cheapest(of(here, OURS), error), cheapest(others, error)
+            asked = next((row for row in of(here, OURS) if _asked(row) == error), None)
+            if ours is None and best is None:
+                continue
+            other = NONE if best is None else f"{_marked(best, here, error)} ({best.contestant})"
+            lines.append([scene, name, _count(asked), _count(ours), other, _outcome(ours, best)])
+    heads = ["scene", "error", f"{OURS}, asked for it", OURS, "best of the others", "outcome"]
+    return table(heads, lines)
+
+
+def promises(rows: Sequence[Row]) -> str:
+    """What ours was asked for in one scene, and what came of it.
+
+    Where several tolerances give the same image, the tightest stands for them.
+    """
+    tightest = {row.evaluations: row for row in of(rows, OURS) if row.found}
+    lines = [
+        [
+            f"{_asked(row):g}",
+            _count(row),
+            f"{row.estimated_error:.1e}",
+            f"{row.error:.1e}",
+            "yes" if row.error <= _asked(row) else "**no**",
+            f"{row.seconds:.2f}",
+        ]
+        for row in tightest.values()
+    ]
+    return table(["asked for", "evaluations", "estimated", "measured", "kept", "s"], lines)
+
+
+def table(heads: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """A table, its first column to the left and the others to the right."""
+    rule = ["---", *["--:"] * (len(heads) - 1)]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (heads, rule, *lines))
+
+
+def _asked(row: Row) -> float:
+    return float(row.setting.removeprefix("tolerance="))
+
+
+def _count(row: Row | None) -> str:
+    return NONE if row is None else f"{row.evaluations:,}"
+
+
+def _marked(row: Row, rows: Sequence[Row], error: float) -> str:
+    return _count(row) + (LUCK if is_luck(row, rows, error) else "")
+
+
+def _cell(own: Sequence[Row], rows: Sequence[Row], error: float) -> str:
+    """The fewest evaluations of one contestant, bold if they are the fewest of all."""
+    row = cheapest(own, error)
+    if row is None:
+        return NONE
+    marked = _marked(row, own, error)
+    is_fewest = row.evaluations == cheapest(rows, error).evaluations
+    return f"**{marked}**" if is_fewest else marked
+
+
+def _best(rows: Sequence[Row]) -> str:
+    found = [row for row in rows if row.found]
+    if not found:
+        return NONE
+    best = min(found, key=lambda row: (row.error, row.evaluations))
+    return f"{best.error:.1e} ({_count(best)})"
+
+
+def _cost(row: Row | None) -> list[str]:
+    return [NONE, NONE] if row is None else [f"{row.seconds:.3g}", f"{row.peak_mib:.0f}"]
+
+
+def _outcome(ours: Row | None, best: Row | None) -> str:
+    if ours is None:
+        return "not reached"
+    if best is None:
+        return "alone"
+    ratio = ours.evaluations / best.evaluations
+    return f"loses, {ratio:.2g} x" if ratio > 1 else f"wins, {1 / ratio:.2g} x fewer"

@@ -1,0 +1,115 @@
+//! Evaluating g on batches: nanoseconds a point, on one core, of eq. (8) of the paper as a scene writes it, as a
+//! closure and as a model, and of other models with their defaults.
+//!
+//! `cargo bench -p emitree-models --bench rates`.
+
+use core::hint::black_box;
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use emitree::{
+    Canonical, Emission, FromFn, LosOptions, Method, RenderOptions, Samples, Steps, render,
+};
+use emitree_models::{Expression, Model, build_model};
+use std::collections::BTreeMap;
+
+/// Points of one call, as `emitree` makes them.
+const POINTS: usize = 2048;
+
+/// Pixels along each side of an image, and steps along the line of each.
+const PIXELS: usize = 1024;
+const LINE_STEPS: usize = 13;
+
+const EQUATION_8: &str = "(sin(5*x)*sin(7*y)*sin(11*z)/10)^2 + exp(-a*(x-sqrt(2)/3)^2/sqrt(2) \
+                          - a*(y-sqrt(7)/5)^2*sqrt(2) - a*(z-sqrt(6)/5)^2*sqrt(3))";
+
+/// Models, and half the width of the cube about their centre in which they are evaluated.
+const MODELS: [(&str, f64); 14] = [
+    ("holmstrom", 0.5),
+    ("power_law", 1.0),
+    ("beta_model", 500.0),
+    ("k_corona", 5.0),
+    ("geocorona", 4.0),
+    ("mars_hydrogen", 8e6),
+    ("mars_oxygen", 8e6),
+    ("airglow", 6.6e3),
+    ("shell_nebula", 1.0),
+    ("cmem", 15.0),
+    ("jorgensen", 15.0),
+    ("ena", 8e6),
+    ("bremsstrahlung", 500.0),
+    ("ena_ring", 8.0),
+];
+
+/// Eq. (8) with the functions of the standard library.
+fn equation_8([x, y, z]: [f64; 3], _direction: [f64; 3]) -> f64 {
+    let waves = (5.0 * x).sin() * (7.0 * y).sin() * (11.0 * z).sin() / 10.0;
+    let (x, y, z) = (x - 2.0_f64.sqrt() / 3.0, y - 7.0_f64.sqrt() / 5.0, z - 6.0_f64.sqrt() / 5.0);
+    let sum = x * x / 2.0_f64.sqrt() + y * y * 2.0_f64.sqrt() + z * z * 3.0_f64.sqrt();
+    waves * waves + (-100.0 * sum).exp()
+}
+
+/// Points of (−1, 1)³ that fill it evenly.
+fn points() -> Vec<[f64; 3]> {
+    let steps = [2.0_f64.sqrt(), 3.0_f64.sqrt(), 5.0_f64.sqrt()];
+    (0..POINTS).map(|i| steps.map(|step| 2.0 * (i as f64 * step).fract() - 1.0)).collect()
+}
+
+#[expect(clippy::panic, reason = "a bench that fails must be seen")]
+fn model(name: &str) -> Model {
+    match build_model(name, &BTreeMap::new()) {
+        Ok(model) => model,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[expect(clippy::panic, reason = "a bench that fails must be seen")]
+fn expression() -> Expression {
+    match Expression::parse(EQUATION_8, &BTreeMap::from([("a".to_owned(), 100.0)])) {
+        Ok(expression) => expression,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn rates(criterion: &mut Criterion) {
+    let unit = points();
+    let directions = vec![[-0.6, 0.0, -0.8]; POINTS];
+    let energies = vec![1.0; POINTS];
+    let mut group = criterion.benchmark_group("rates");
+    group.throughput(Throughput::Elements(POINTS as u64)).sample_size(20);
+    let mut bench = |name: &str,
+                     emission: &dyn Emission<Error = core::convert::Infallible>,
+                     half_width: f64| {
+        let positions: Vec<_> = unit.iter().map(|u| u.map(|u| u * half_width)).collect();
+        let samples = Samples::new(&positions, &directions).at_energies(&energies);
+        let mut rates = vec![0.0; POINTS];
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| emission.emission_rates(black_box(&samples), &mut rates));
+            assert!(rates.iter().any(|rate| *rate > 0.0), "{name} is dark");
+        });
+    };
+    bench("equation_8 closure", &FromFn(equation_8), 1.0);
+    bench("equation_8 expression", &expression(), 1.0);
+    for (name, half_width) in MODELS {
+        bench(name, &model(name), half_width);
+    }
+    group.finish();
+}
+
+/// What the line-of-sight method adds to its evaluations: nanoseconds an evaluation, g's included.
+fn lines(criterion: &mut Criterion) {
+    let los = LosOptions { lines: 1, steps: Steps::Fixed(LINE_STEPS) };
+    let options = RenderOptions::new(Method::Los(los));
+    let evaluations = PIXELS * PIXELS * LINE_STEPS;
+    let mut group = criterion.benchmark_group("lines");
+    group.throughput(Throughput::Elements(evaluations as u64)).sample_size(10);
+    let glow = expression();
+    group.bench_function("equation_8 expression", |bencher| {
+        bencher.iter(|| {
+            let rendering = render(&glow, &Canonical, [PIXELS, PIXELS], &options);
+            assert!(rendering.is_ok_and(|rendering| rendering.evaluations == evaluations as u64));
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, rates, lines);
+criterion_main!(benches);

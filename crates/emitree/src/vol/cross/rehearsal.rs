@@ -1,0 +1,59 @@
+//! The rehearsal: what the image tree would cost, found on the interpolant instead of on G.
+
+use super::super::VolOptions;
+use super::super::engine::by_tree;
+use super::interpolant::Interpolant;
+use crate::emission::{Emission, Samples};
+use crate::meter::{Limits, Meter};
+use crate::projection::Canonical;
+use crate::render::{Frame, Method, RenderOptions, Tile};
+use core::convert::Infallible;
+use core::ops::ControlFlow;
+
+/// An interpolant as an emission, in canonical coordinates.
+struct Stage<'a>(&'a Interpolant);
+
+impl Emission for Stage<'_> {
+    type Error = Infallible;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        rates.copy_from_slice(&self.0.values(samples.positions()));
+        Ok(())
+    }
+}
+
+/// Evaluations that an image tree takes for the interpolant's image of `shape` to `tolerance`; `None`
+/// if they are more than `most`.
+pub(super) fn evaluations_of_tree(
+    interpolant: &Interpolant,
+    shape: [usize; 2],
+    tolerance: f64,
+    most: f64,
+) -> Option<f64> {
+    let stage = Stage(interpolant);
+    // A limit would make the tree go another way, so it is stopped from outside.
+    let limits = Limits { max_evaluations: u64::MAX, batch_size: u64::MAX };
+    let meter = Meter::new(&stage, [0, 0], limits, None);
+    let stop = |frame: &Frame<'_>| match frame.evaluations as f64 > most {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    };
+    let vol = VolOptions { tolerance, ..VolOptions::default() };
+    let options = RenderOptions { frame: Some(&stop), ..RenderOptions::new(Method::Vol(vol)) };
+    let tile = Tile { projection: &Canonical, shape, place: (0, 1) };
+    by_tree(&meter, &[tile], None, &vol, &options).ok()?;
+    Some(meter.evaluations() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_costs_two_looks_and_a_limit_ends_the_rehearsal() {
+        let nothing = Interpolant::new(4);
+        let found = evaluations_of_tree(&nothing, [16, 16], 0.01, 1e6).unwrap();
+        assert!((729.0..5000.0).contains(&found), "{found}");
+        assert_eq!(evaluations_of_tree(&nothing, [16, 16], 0.01, 100.0), None);
+    }
+}

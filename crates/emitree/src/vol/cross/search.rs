@@ -1,0 +1,258 @@
+//! The search for an interpolant: fibers where most is left, until little is left everywhere.
+
+use super::super::sights::Stop;
+use super::fibers::largest;
+use super::interpolant::Interpolant;
+use super::jump::{CLOSER_LOOKS, Steep};
+use super::probes::{Left, scattered};
+use crate::emission::Emission;
+use crate::meter::{Meter, Site};
+use crate::projection::Layer;
+use rayon::prelude::*;
+
+/// The level of the places that fibers begin with.
+const FIRST_LEVEL: u8 = 4;
+/// The finest level for tolerances from this one on…
+const MODERATE: f64 = 5e-3;
+const FINEST_LEVEL_IF_MODERATE: u8 = 7;
+/// …and for others.
+const FINEST_LEVEL: u8 = 8;
+/// Probes to begin with.
+const FIRST_PROBES: usize = 128;
+/// Fibers are resolved to this share of the most that is left…
+const RESOLVED: f64 = 0.2;
+/// …and the first ones to this: they tell how fine the structure is.
+const FIRST_RESOLVED: f64 = 0.05;
+/// A fiber of which at least this share of the most that is left is not explained adds a function.
+const WORTHWHILE: f64 = 0.1;
+/// If nothing is found to add, both are made smaller by this factor…
+const CLOSER: f64 = 0.3;
+/// …this often.
+const MOST_CLOSER: u32 = 4;
+
+/// Through what G is seen.
+pub(super) struct View<'a, 'b, E> {
+    pub(super) meter: &'a Meter<'b, E>,
+    pub(super) layer: &'a dyn Layer,
+}
+
+impl<E: Emission> View<'_, '_, E> {
+    /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
+    fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop<E::Error>> {
+        if points.len() as u64 > self.meter.evaluations_left() {
+            return Err(Stop::Budget);
+        }
+        let site = |i: usize| {
+            let u = points[i];
+            let mut point = self.layer.world_from_canonical(u);
+            point.path_per_depth *= self.layer.solid_angle_density([u[0], u[1]]);
+            Site { xy: [u[0], u[1]], point, energy: None, tile: (0, 1) }
+        };
+        let mut rates = vec![0.0; points.len()];
+        self.meter.evaluate_sites(&site, &mut rates).map_err(Stop::Failed)?;
+        Ok(rates)
+    }
+
+    /// The same at several groups of points.
+    fn rates_of_groups(&self, groups: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<f64>>, Stop<E::Error>> {
+        let mut rates = self.rates(&groups.concat())?.into_iter();
+        Ok(groups.iter().map(|group| rates.by_ref().take(group.len()).collect()).collect())
+    }
+}
+
+/// G at scattered points.
+#[derive(Debug, Default)]
+struct Probes {
+    points: Vec<[f64; 3]>,
+    rates: Vec<f64>,
+}
+
+/// An interpolant on its way.
+pub(super) struct Search<'a, 'b, E> {
+    view: View<'a, 'b, E>,
+    pub(super) interpolant: Interpolant,
+    probes: Probes,
+    finest_level: u8,
+}
+
+/// How good an interpolant is.
+pub(super) struct Judgement {
+    pub(super) left: Left,
+    /// Where most is left, and how much.
+    worst: ([f64; 3], f64),
+}
+
+/// Why a search can't go on.
+pub(super) enum End<E> {
+    /// G has too much structure for an interpolant.
+    Hopeless,
+    Stopped(Stop<E>),
+}
+
+impl<E> From<Stop<E>> for End<E> {
+    fn from(stop: Stop<E>) -> Self {
+        Self::Stopped(stop)
+    }
+}
+
+impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
+    pub(super) fn new(view: View<'a, 'b, E>, tolerance: f64) -> Self {
+        let finest_level =
+            if tolerance >= MODERATE { FINEST_LEVEL_IF_MODERATE } else { FINEST_LEVEL };
+        let interpolant = Interpolant::new(FIRST_LEVEL);
+        Self { view, interpolant, probes: Probes::default(), finest_level }
+    }
+
+    /// The number of scattered points.
+    pub(super) fn probes(&self) -> usize {
+        self.probes.points.len()
+    }
+
+    /// Doubles the scattered points.
+    pub(super) fn probe(&mut self) -> Result<(), Stop<E::Error>> {
+        let first = self.probes();
+        let more = first.max(FIRST_PROBES);
+        let points: Vec<[f64; 3]> = (first..first + more).map(scattered).collect();
+        self.probes.rates.extend(self.view.rates(&points)?);
+        self.probes.points.extend(points);
+        Ok(())
+    }
+
+    /// What is left of G everywhere.
+    pub(super) fn judge(&self) -> Judgement {
+        let values = self.interpolant.values(&self.probes.points);
+        let rest: Vec<f64> =
+            self.probes.rates.iter().zip(values).map(|(rate, value)| rate - value).collect();
+        let left = Left::new(&self.probes.points, &rest);
+        let of_probes = self.probes.points.iter().copied().zip(rest);
+        let of_fibers = (0..3).flat_map(|axis| self.worst_of_fibers(axis));
+        let worst = of_probes.chain(of_fibers).fold(([0.0; 3], 0.0_f64), |worst, (point, rest)| {
+            if rest.abs() > worst.1 { (point, rest.abs()) } else { worst }
+        });
+        Judgement { left, worst }
+    }
+
+    /// Where most is left on each fiber along an axis, and what.
+    fn worst_of_fibers(&self, axis: usize) -> Vec<([f64; 3], f64)> {
+        let fibers = &self.interpolant.axes[axis];
+        let worst = |(&at, rates): (&[f64; 2], &Vec<f64>)| {
+            let values = self.interpolant.along(axis, at);
+            let rest: Vec<f64> =
+                rates.iter().zip(values.iter()).map(|(rate, value)| rate - value).collect();
+            let place = largest(&rest);
+            (point(axis, at, fibers.places()[place]), rest[place])
+        };
+        fibers.at.par_iter().zip(&fibers.rates).map(worst).collect()
+    }
+
+    /// Takes up the fibers through the point where most is left.
+    pub(super) fn grow(&mut self, judgement: &Judgement) -> Result<(), End<E::Error>> {
+        let (point, most) = judgement.worst;
+        let is_first = self.interpolant.ranks() == [0; 3];
+        self.add_fibers(point)?;
+        if is_first {
+            self.check_for_jumps(most)?;
+        }
+        let resolved = if is_first { FIRST_RESOLVED } else { RESOLVED };
+        let mut is_new = [true; 3];
+        let mut allowed = most;
+        for _ in 0..MOST_CLOSER {
+            let mut has_grown = self.resolve(resolved * allowed)?;
+            for (fibers, is_new) in self.interpolant.axes.iter_mut().zip(&mut is_new) {
+                if *is_new && fibers.learn_last(WORTHWHILE * allowed) {
+                    *is_new = false;
+                    has_grown = true;
+                }
+            }
+            if has_grown {
+                let new = self.interpolant.axes.iter_mut().zip(is_new).filter(|(_, new)| *new);
+                new.for_each(|(fibers, _)| fibers.forget_last());
+                let rates = self.view.rates(&self.interpolant.missing())?;
+                self.interpolant.fill(&rates);
+                return Ok(());
+            }
+            allowed *= CLOSER;
+        }
+        Err(End::Hopeless)
+    }
+
+    /// The fibers through a point, in one batch.
+    fn add_fibers(&mut self, point: [f64; 3]) -> Result<(), Stop<E::Error>> {
+        let axes = &mut self.interpolant.axes;
+        let wanted: Vec<Vec<[f64; 3]>> =
+            (0..3).map(|axis| along(axis, others(axis, point), axes[axis].places())).collect();
+        let rates = self.view.rates_of_groups(&wanted)?;
+        for (axis, (fibers, rates)) in axes.iter_mut().zip(rates).enumerate() {
+            fibers.add(others(axis, point), rates);
+        }
+        Ok(())
+    }
+
+    /// Ends the search if G jumps on one of the newest fibers.
+    fn check_for_jumps(&self, most: f64) -> Result<(), End<E::Error>> {
+        let axes = &self.interpolant.axes;
+        let newest = |axis: usize| axes[axis].at.last().copied().unwrap_or_default();
+        let mut steep: Vec<(usize, Steep)> =
+            (0..3).filter_map(|axis| Some((axis, Steep::of_newest(&axes[axis], most)?))).collect();
+        for _ in 0..CLOSER_LOOKS {
+            let wanted =
+                steep.iter().map(|(axis, steep)| along(*axis, newest(*axis), &steep.inside()));
+            let rates = self.view.rates_of_groups(&wanted.collect::<Vec<_>>())?;
+            let closer = steep.iter().zip(rates);
+            steep = closer
+                .filter_map(|((axis, steep), rates)| Some((*axis, steep.closer(&rates)?)))
+                .collect();
+            if steep.is_empty() {
+                return Ok(());
+            }
+        }
+        Err(End::Hopeless)
+    }
+
+    /// Refines the axes until all of their fibers are resolved to `allowed`; whether one had to be.
+    fn resolve(&mut self, allowed: f64) -> Result<bool, End<E::Error>> {
+        let mut has_refined = false;
+        loop {
+            let axes = &self.interpolant.axes;
+            let coarse: Vec<usize> = (0..3).filter(|&axis| axes[axis].tail() > allowed).collect();
+            if coarse.is_empty() {
+                return Ok(has_refined);
+            }
+            let is_hopeless = |&axis: &usize| {
+                let fibers = &axes[axis];
+                fibers.level >= self.finest_level
+                    || (fibers.level + 1 == self.finest_level && fibers.next_tail() > allowed)
+            };
+            if coarse.iter().any(is_hopeless) {
+                return Err(End::Hopeless);
+            }
+            let of_axis = |&axis: &usize| {
+                let places = axes[axis].new_places();
+                axes[axis].at.iter().map(move |&at| along(axis, at, &places))
+            };
+            let wanted: Vec<Vec<[f64; 3]>> = coarse.iter().flat_map(of_axis).collect();
+            let mut rates = self.view.rates_of_groups(&wanted)?.into_iter();
+            for axis in coarse {
+                let fibers = &mut self.interpolant.axes[axis];
+                let own: Vec<Vec<f64>> = rates.by_ref().take(fibers.at.len()).collect();
+                fibers.refine(&own);
+            }
+            has_refined = true;
+        }
+    }
+}
+
+/// The coordinates of a point on the other two axes.
+fn others(axis: usize, [x, y, z]: [f64; 3]) -> [f64; 2] {
+    [[y, z], [x, z], [x, y]][axis]
+}
+
+/// The points of a fiber at the given places.
+fn along(axis: usize, at: [f64; 2], places: &[f64]) -> Vec<[f64; 3]> {
+    places.iter().map(|&place| point(axis, at, place)).collect()
+}
+
+/// The point at `along` on the fiber at the coordinates `a` and `b` of the other two axes.
+fn point(axis: usize, [a, b]: [f64; 2], along: f64) -> [f64; 3] {
+    [[along, a, b], [a, along, b], [a, b, along]][axis]
+}

@@ -1,0 +1,86 @@
+//! The choice between the two ways, against the image tree alone.
+
+use super::VolOptions;
+use super::engine::{by_tree, render};
+use crate::emission::FromFn;
+use crate::meter::{Limits, Meter};
+use crate::projection::Canonical;
+use crate::render::{DEFAULT_MAX_EVALUATIONS, Method, RenderOptions, Tile};
+use core::f64::consts::TAU;
+use emitree_problems::family::random_scene;
+
+const SHAPE: [usize; 2] = [64, 64];
+
+/// Evaluations of the engine and of the image tree alone.
+fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
+    let emission = FromFn(|position, _| rate(position));
+    let limits = Limits { max_evaluations: DEFAULT_MAX_EVALUATIONS, batch_size: u64::MAX };
+    let vol = VolOptions { tolerance, ..Default::default() };
+    let options = RenderOptions::new(Method::Vol(vol));
+    let tiles = [Tile { projection: &Canonical, shape: SHAPE, place: (0, 1) }];
+    [render, by_tree].map(|way| {
+        let meter = Meter::new(&emission, SHAPE, limits, None);
+        way(&meter, &tiles, None, &vol, &options).unwrap();
+        meter.evaluations()
+    })
+}
+
+/// The ratio of the two on random scenes: the largest, and the geometric mean.
+fn ratios(seeds: core::ops::Range<u64>, tolerance: f64) -> (f64, f64) {
+    let ratio = |seed: u64| {
+        let scene = random_scene(seed);
+        let [engine, tree] = costs(|r| scene.rate(r), tolerance);
+        engine as f64 / tree as f64
+    };
+    let count = seeds.end - seeds.start;
+    let ratios: Vec<f64> = seeds.map(ratio).collect();
+    let largest = ratios.iter().copied().fold(0.0, f64::max);
+    (largest, (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / count as f64).exp())
+}
+
+/// Without a word from the user, at a known price at the most.
+#[test]
+fn the_choice_costs_little_and_pays() {
+    let (largest, mean) = ratios(0..30, 0.01);
+    assert!(largest < 1.5 && mean < 1.0, "{largest} {mean}");
+    let (largest, mean) = ratios(0..18, 1e-3);
+    assert!(largest < 1.5 && mean < 0.8, "{largest} {mean}");
+}
+
+/// What is not separable costs little more than without the search for products.
+#[test]
+fn what_is_not_separable_costs_little_more() {
+    let sheet = |[x, y, z]: [f64; 3]| {
+        let across = 0.48 * (x - 0.5) + 0.6 * (y - 0.5) + 0.64 * (z - 0.5);
+        (-(across / 0.02).powi(2)).exp()
+    };
+    let blobs: Vec<([f64; 3], f64, f64)> = (0..20)
+        .map(|k| {
+            let along = |step: f64| 0.1 + 0.8 * (f64::from(k) * step).fract();
+            ([along(0.618), along(0.414), along(0.732)], 0.03 + 0.07 * along(0.3), along(0.9))
+        })
+        .collect();
+    let gaussians = |r: [f64; 3]| -> f64 {
+        let of_blob = |(at, width, height): &([f64; 3], f64, f64)| {
+            let square: f64 = (0..3).map(|axis| (r[axis] - at[axis]).powi(2)).sum();
+            height * (-square / (width * width)).exp()
+        };
+        blobs.iter().map(of_blob).sum()
+    };
+    for tolerance in [0.1, 0.01] {
+        for [engine, tree] in [costs(sheet, tolerance), costs(gaussians, tolerance)] {
+            assert!(engine as f64 <= 1.2 * tree as f64, "{tolerance}: {engine} {tree}");
+        }
+    }
+}
+
+#[test]
+fn a_helix_costs_little_more() {
+    let helix = |[x, y, z]: [f64; 3]| {
+        let (sine, cosine) = (4.0 * TAU * z).sin_cos();
+        let square = (x - 0.5 - 0.25 * sine).powi(2) + (y - 0.5 - 0.25 * cosine).powi(2);
+        (-square / 0.0016).exp()
+    };
+    let [engine, tree] = costs(helix, 0.05);
+    assert!(engine as f64 <= 1.2 * tree as f64, "{engine} {tree}");
+}

@@ -1,0 +1,28 @@
+//! `cargo xtask compare-peers`: emitree beside the packages that people use, in `bench/peers`.
+//!
+//! Not a step of `cargo xtask test`: it takes minutes, gigabytes of packages, and its seconds are those
+//! of the machine.
+
+use crate::environment::interpreter;
+use crate::python::{install, lint};
+use crate::workspace::{Workspace, succeed};
+
+/// The folder of the comparison.
+const FOLDER: &str = "bench/peers";
+
+/// Tests the comparison, measures the contestants named (all of them if none is), and writes
+/// `bench/peers/results.csv`, `docs/peers.md` and its pictures.
+pub(crate) fn run(workspace: &Workspace, contestants: &[&str]) -> Result<(), String> {
+    let python = interpreter(workspace, "peers-venv", &format!("{FOLDER}/requirements.txt"))?;
+    lint(workspace, &python, FOLDER)?;
+    // Optimised as users have it: seconds are compared too.
+    install(workspace, &python, "peers-wheel", &["--release"])?;
+    let module = |arguments: &[&str]| {
+        let mut command = workspace.command(&python);
+        command.arg("-m").args(arguments);
+        command.env("PYTHONPATH", workspace.path("bench")).env("PYTHONDONTWRITEBYTECODE", "1");
+        command
+    };
+    succeed(&mut module(&["pytest", "-q", "-p", "no:cacheprovider", FOLDER]))?;
+    succeed(module(&["peers"]).args(contestants))
+}
