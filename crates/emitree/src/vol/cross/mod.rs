@@ -116,6 +116,10 @@ impl<E: Emission> Attempt<'_, '_, E> {
             let judgement = self.search.judge();
             self.show(&judgement.left)?;
             let [image, error] = self.maps(&judgement.left, &self.coarse_scale);
+            if !image.pixels().iter().all(|pixel| pixel.is_finite()) {
+                // A sum beyond all numbers: the tree finds the pixel.
+                return Err(End::Hopeless);
+            }
             let error = error.largest() / image.largest();
             if error <= STOP * self.tolerance && self.search.probes() < self.probes_needed() {
                 self.search.probe()?;
