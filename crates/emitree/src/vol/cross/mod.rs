@@ -181,6 +181,9 @@ impl<E: Emission> Attempt<'_, '_, E> {
     /// Shows the image so far to those who want to see it.
     fn show(&self, left: &Left) -> Result<(), End<E::Error>> {
         let Some(callback) = self.options.frame else { return Ok(()) };
+        if self.search.interpolant.ranks().contains(&0) {
+            return Ok(()); // There is nothing to see yet.
+        }
         let [image, error] = &self.maps(left, &self.scale);
         let (evaluations, batches) = (self.meter.evaluations(), self.meter.batches());
         match callback(&Frame { image, error, evaluations, batches }) {
