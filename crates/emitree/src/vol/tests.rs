@@ -8,6 +8,7 @@ use crate::projection::Canonical;
 use crate::render::{DEFAULT_MAX_EVALUATIONS, Method, RenderOptions, Tile};
 use core::f64::consts::TAU;
 use emitree_problems::family::random_scene;
+use rayon::prelude::*;
 
 const SHAPE: [usize; 2] = [64, 64];
 
@@ -33,17 +34,21 @@ fn ratios(seeds: core::ops::Range<u64>, tolerance: f64) -> (f64, f64) {
         engine as f64 / tree as f64
     };
     let count = seeds.end - seeds.start;
-    let ratios: Vec<f64> = seeds.map(ratio).collect();
+    let ratios: Vec<f64> = seeds.into_par_iter().map(ratio).collect();
     let largest = ratios.iter().copied().fold(0.0, f64::max);
     (largest, (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / count as f64).exp())
 }
 
 /// Without a word from the user, at a known price at the most.
 #[test]
-fn the_choice_costs_little_and_pays() {
-    let (largest, mean) = ratios(0..30, 0.01);
+fn the_choice_costs_little_at_one_percent() {
+    let (largest, mean) = ratios(0..48, 0.01);
     assert!(largest < 1.5 && mean < 1.0, "{largest} {mean}");
-    let (largest, mean) = ratios(0..18, 1e-3);
+}
+
+#[test]
+fn the_choice_pays_at_a_tenth_of_a_percent() {
+    let (largest, mean) = ratios(0..48, 1e-3);
     assert!(largest < 1.5 && mean < 0.8, "{largest} {mean}");
 }
 
