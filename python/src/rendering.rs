@@ -5,7 +5,8 @@ use crate::error::{of_counting, of_encoding};
 use crate::fits;
 use emitree::projection::healpix::pixel_of_direction;
 use emitree::{
-    Cube, CubeRendering, Ending, Healpix, Image, Method, RenderedTree, Rendering, irradiance_of,
+    Cube, CubeRendering, Ending, EvaluationCounts, Healpix, Image, Method, RenderedTree, Rendering,
+    irradiance_of,
 };
 use emitree_instrument::{Observation, draw_counts};
 use emitree_io::{
@@ -27,7 +28,7 @@ pub(crate) struct Rendered {
     scene: Arc<Scene>,
     bands: Cube,
     error: Option<Cube>,
-    evaluations_of_pixels: Image,
+    evaluations_of_pixels: EvaluationCounts,
     evaluations: u64,
     batches: u64,
     ending: Ending,
@@ -194,7 +195,7 @@ impl Rendered {
 
     /// Evaluations on the lines of sight of each pixel, (height, width).
     fn evaluations_of_pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        array(py, &self.evaluations_of_pixels)
+        array(py, &self.evaluations_of_pixels.to_image())
     }
 
     /// How often the emission was evaluated.

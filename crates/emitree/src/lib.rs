@@ -44,6 +44,8 @@
 
 pub mod emission;
 mod meter;
+mod site;
+mod tally;
 pub mod projection;
 pub mod cell;
 pub mod quadrature;
@@ -57,6 +59,7 @@ pub mod image;
 pub mod energy;
 pub mod cube;
 mod memory;
+mod radiance;
 mod render;
 mod render_cube;
 mod spectral_tree;
@@ -76,12 +79,14 @@ pub use projection::{
     Healpix, ImagePlane, Layer, MappedPoint, Orthographic, Perspective, Polar, Projection, Region,
     Sight, Viewpoint,
 };
+pub use radiance::{image_of_tree, irradiance_of};
 pub use refinement::Threshold;
 pub use render::{
     DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions, RenderedTree, Rendering,
-    Seed, image_of_tree, irradiance_of, render,
+    Seed, render,
 };
 pub use render_cube::{CubeRendering, render_cube};
+pub use tally::EvaluationCounts;
 pub use tree::{Ending, SparseTree};
 pub use vol::VolOptions;
 pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};

@@ -3,11 +3,12 @@
 use crate::emission::{Emission, Samples};
 use crate::energy::EnergyAxis;
 use crate::error::RenderError;
-use crate::image::Image;
 use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{Integrand, Points};
-use core::ops::{ControlFlow, Range};
-use core::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use crate::site::{Mapping, Site, SiteSource, Stretch};
+use crate::tally::{EvaluationCounts, Tally};
+use core::ops::ControlFlow;
+use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use core::time::Duration;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -16,7 +17,10 @@ use std::time::Instant;
 /// forget the call, few enough that positions, directions and rates stay in its cache.
 const MOST_SAMPLES_PER_CALL: usize = 2048;
 /// And at the least, if a batch is so small that it is shared out among the threads.
-const LEAST_SAMPLES_PER_CALL: usize = 64;
+const LEAST_SAMPLES_PER_CALL: usize = 16;
+
+/// A batch that is expected to take less than this is not shared out.
+const WORTH_A_THREAD_NANOSECONDS: f64 = 3e4;
 
 /// Hears how many evaluations have been made so far, and may end the rendering.
 pub type Progress<'a> = dyn Fn(u64) -> ControlFlow<()> + Sync + 'a;
@@ -29,9 +33,7 @@ pub(crate) struct Meter<'a, E> {
     evaluations: AtomicU64,
     batches: AtomicU64,
     emission_nanoseconds: AtomicU64,
-    /// Evaluations on the lines of sight of each pixel, row after row.
-    of_pixels: Vec<AtomicU32>,
-    shape: [usize; 2],
+    of_pixels: Tally,
 }
 
 /// How often g may be called.
@@ -41,45 +43,6 @@ pub(crate) struct Limits {
     pub(crate) max_evaluations: u64,
     /// Evaluations of one batch, 1 or more: a larger one is made in parts.
     pub(crate) batch_size: u64,
-}
-
-/// A map from the canonical cube of a part of the image, with the weight of g in place of ds/dz.
-#[derive(Clone, Copy)]
-pub(crate) struct Mapping<'a> {
-    pub(crate) map: &'a (dyn Fn([f64; 3]) -> MappedPoint + Sync),
-    /// Which of the tiles of the image it is, and of how many.
-    pub(crate) tile: (usize, usize),
-    /// The energy of all points, if there is an energy axis.
-    pub(crate) energy: Option<f64>,
-}
-
-/// One sample point of a batch.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Site {
-    /// Canonical (x, y): the line of sight that it is on.
-    pub(crate) xy: [f64; 2],
-    /// Where it is in the world, with the weight of g in place of ds/dz.
-    pub(crate) point: MappedPoint,
-    /// Its energy, if there is an energy axis; all sites of a batch have one, or none has.
-    pub(crate) energy: Option<f64>,
-    /// Which of the tiles of the image it is on, and of how many.
-    pub(crate) tile: (usize, usize),
-}
-
-/// The sample points of a batch, made when they are asked for.
-pub(crate) type Sites<'a> = dyn Fn(usize) -> Site + Sync + 'a;
-
-/// What makes the sample points of a batch: a function of a point's number, or something that makes
-/// neighbours at less cost.
-pub(crate) trait SiteSource: Sync {
-    /// Hands over the sites of these numbers, in their order.
-    fn visit(&self, numbers: Range<usize>, take: impl FnMut(Site));
-}
-
-impl<F: Fn(usize) -> Site + Sync + ?Sized> SiteSource for F {
-    fn visit(&self, numbers: Range<usize>, take: impl FnMut(Site)) {
-        numbers.map(self).for_each(take);
-    }
 }
 
 /// The canonical integrand of the trees, g · ds/dz · dΩ/(dx dy) on the unit cube: an integral over
@@ -111,16 +74,14 @@ impl<'a, E: Emission> Meter<'a, E> {
             evaluations: AtomicU64::new(0),
             batches: AtomicU64::new(0),
             emission_nanoseconds: AtomicU64::new(0),
-            of_pixels: (0..shape[0] * shape[1]).map(|_| AtomicU32::new(0)).collect(),
-            shape,
+            of_pixels: Tally::new(shape),
         }
     }
 
     /// How many evaluations were made on the lines of sight of each pixel; those on a border count
     /// for the pixel above or to the right of it.
-    pub(crate) fn evaluations_of_pixels(&self) -> Image {
-        let counts = self.of_pixels.iter().map(|count| f64::from(count.load(Ordering::Relaxed)));
-        Image::from_pixels(self.shape[0], self.shape[1], counts.collect())
+    pub(crate) fn into_evaluations_of_pixels(self) -> EvaluationCounts {
+        self.of_pixels.into_counts()
     }
 
     pub(crate) fn evaluations(&self) -> u64 {
@@ -198,12 +159,22 @@ impl<'a, E: Emission> Meter<'a, E> {
             }
             result
         };
+        let at_once = if self.is_short(values.len()) { calls } else { 1 };
+        let all_calls = values.par_chunks_mut(per_call).enumerate().with_min_len(at_once);
         let results: Vec<Result<(), RenderError<E::Error>>> =
-            values.par_chunks_mut(per_call).enumerate().map_init(Scratch::default, call).collect();
+            all_calls.map_init(Scratch::default, call).collect();
         // Parallel calls are not each other's waiting time.
         let spent = in_calls.into_inner() / calls.min(threads) as u64;
         self.emission_nanoseconds.fetch_add(spent, Ordering::Relaxed);
         results.into_iter().collect()
+    }
+
+    /// Whether so many evaluations take less time than it does to wake another thread, as far as is
+    /// known.
+    fn is_short(&self, evaluations: usize) -> bool {
+        let so_far = self.evaluations() as f64;
+        let nanoseconds = self.emission_nanoseconds.load(Ordering::Relaxed) as f64;
+        so_far > 0.0 && nanoseconds / so_far * (evaluations as f64) < WORTH_A_THREAD_NANOSECONDS
     }
 
     /// One call of g, from site `first` on; where nothing can be seen g is not called.
@@ -230,19 +201,13 @@ impl<'a, E: Emission> Meter<'a, E> {
         let evaluations =
             self.evaluations.fetch_add(count as u64, Ordering::Relaxed) + count as u64;
         result.map_err(RenderError::Emission)?;
-        let lit = values.iter_mut().filter(|weight| **weight != 0.0);
-        for (k, (value, rate)) in lit.zip(&*rates).enumerate() {
-            // A finite rate may be beyond all numbers once it is weighted.
-            let weighted = rate * *value;
-            if !weighted.is_finite() {
-                return Err(RenderError::NotFinite {
-                    rate: *rate,
-                    position: positions[k],
-                    direction: directions[k],
-                    energy: energies.get(k).copied(),
-                });
-            }
-            *value = weighted;
+        if let Some(k) = weigh(values, rates) {
+            return Err(RenderError::NotFinite {
+                rate: rates[k],
+                position: positions[k],
+                direction: directions[k],
+                energy: energies.get(k).copied(),
+            });
         }
         match self.progress.map(|progress| progress(evaluations)) {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
@@ -264,50 +229,45 @@ impl<'a, E: Emission> Meter<'a, E> {
         // As slices, whose ends stay in registers.
         let (positions, directions) = (positions.as_mut_slice(), directions.as_mut_slice());
         let mut of_line = OfLine { xy: [f64::NAN; 2], tile: (0, 0), evaluations: 0 };
-        let numbers = first..first + weights.len();
         let (mut weights, mut count) = (weights.iter_mut(), 0);
-        sites.visit(numbers, |site| {
-            if let Some(weight) = weights.next() {
-                *weight = site.point.path_per_depth;
+        sites.visit(first..first + weights.len(), |stretch| {
+            let before = count;
+            for (point, weight) in stretch.points.iter().zip(&mut weights) {
+                *weight = point.path_per_depth;
+                positions[count] = point.position;
+                directions[count] = point.direction;
+                count += usize::from(point.path_per_depth != 0.0);
             }
-            if site.point.path_per_depth == 0.0 {
-                return;
+            if let Some(energy) = stretch.energy {
+                energies.resize(count, energy);
             }
-            positions[count] = site.point.position;
-            directions[count] = site.point.direction;
-            count += 1;
-            if let Some(energy) = site.energy {
-                energies.push(energy);
+            if !of_line.is_of(stretch) {
+                self.of_pixels.count(of_line.xy, of_line.tile, of_line.evaluations);
+                of_line = OfLine { xy: stretch.xy, tile: stretch.tile, evaluations: 0 };
             }
-            if !of_line.is_of(&site) {
-                self.count(&of_line);
-                of_line = OfLine { xy: site.xy, tile: site.tile, evaluations: 0 };
-            }
-            of_line.evaluations += 1;
+            of_line.evaluations += count - before;
         });
-        self.count(&of_line);
+        self.of_pixels.count(of_line.xy, of_line.tile, of_line.evaluations);
         count
     }
+}
 
-    /// Counts evaluations on a line of sight for its pixel, if there are pixels.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped to the pixels"
-    )]
-    fn count(&self, &OfLine { xy, tile: (tile, tiles), evaluations }: &OfLine) {
-        let [height, width] = self.shape;
-        if self.of_pixels.is_empty() || evaluations == 0 {
-            return;
-        }
-        let rows = height / tiles;
-        let index = |along: f64, pixels: usize| {
-            ((along * pixels as f64).max(0.0) as usize).min(pixels.saturating_sub(1))
-        };
-        let row = tile * rows + index(xy[1], rows);
-        let pixel = row * width + index(xy[0], width);
-        self.of_pixels[pixel].fetch_add(evaluations, Ordering::Relaxed);
+/// Multiplies the weights that are not 0 with the rates; the number of the first rate that is beyond
+/// all numbers once it is weighted, or was so before.
+fn weigh(weights: &mut [f64], rates: &[f64]) -> Option<usize> {
+    if rates.len() == weights.len() {
+        // All can be seen: no weight is asked whether it is 0.
+        weights.iter_mut().zip(rates).for_each(|(weight, rate)| *weight *= rate);
+        return weights.iter().position(|weighted| !weighted.is_finite());
     }
+    let lit = weights.iter_mut().filter(|weight| **weight != 0.0);
+    for (k, (weight, rate)) in lit.zip(rates).enumerate() {
+        *weight *= rate;
+        if !weight.is_finite() {
+            return Some(k);
+        }
+    }
+    None
 }
 
 impl<E> CanonicalIntegrand<'_, '_, E> {
@@ -356,13 +316,13 @@ impl<E: Emission> Integrand<4> for SpectralIntegrand<'_, '_, E> {
 struct OfLine {
     xy: [f64; 2],
     tile: (usize, usize),
-    evaluations: u32,
+    evaluations: usize,
 }
 
 impl OfLine {
     #[expect(clippy::float_cmp, reason = "another line has other numbers")]
-    fn is_of(&self, site: &Site) -> bool {
-        self.xy == site.xy && self.tile == site.tile
+    fn is_of(&self, stretch: &Stretch<'_>) -> bool {
+        self.xy == stretch.xy && self.tile == stretch.tile
     }
 }
 

@@ -8,7 +8,9 @@ use crate::los::{LosOptions, Steps, adaptive, fixed};
 use crate::memory::{check_size, evaluations_in_memory};
 use crate::meter::{CanonicalIntegrand, Limits, Meter, Progress};
 use crate::projection::{Projection, Region};
+use crate::radiance::image_of_tree;
 use crate::refinement::Threshold;
+use crate::tally::EvaluationCounts;
 use crate::tree::{BuildOptions, Ending, SparseTree, build};
 use crate::vol::{self, Found, VolOptions};
 use core::ops::ControlFlow;
@@ -156,7 +158,7 @@ pub struct Rendering {
     /// How often g was evaluated.
     pub evaluations: u64,
     /// How often g was evaluated on the lines of sight of each pixel.
-    pub evaluations_of_pixels: Image,
+    pub evaluations_of_pixels: EvaluationCounts,
     /// The number of batches in which that was done: one for each refinement step.
     pub batches: u64,
     /// What ended the rendering.
@@ -225,10 +227,10 @@ pub fn render<E: Emission>(
             stacked(&tiles, |tile| render_los(&meter, tile, lines, steps, None))?
         }
     };
-    rendering.evaluations_of_pixels = meter.evaluations_of_pixels();
     rendering.evaluations = meter.evaluations();
     rendering.batches = meter.batches();
     rendering.emission_time = meter.emission_time();
+    rendering.evaluations_of_pixels = meter.into_evaluations_of_pixels();
     rendering.total_time = start.elapsed();
     Ok(rendering)
 }
@@ -360,7 +362,7 @@ impl Rendering {
             error,
             ending,
             evaluations: 0,
-            evaluations_of_pixels: Image::zeros(0, 0),
+            evaluations_of_pixels: EvaluationCounts::none(),
             batches: 0,
             tree: None,
             base_level: None,
@@ -431,69 +433,5 @@ pub(crate) fn render_los<E: Emission>(
             let ending = if found.converged { Ending::Complete } else { Ending::Budget };
             Ok(Rendering::new(found.image, Some(found.error), ending))
         }
-    }
-}
-
-/// The irradiance F(Ω) of each pixel from its radiance F(Ω)/Ω, or their errors: each pixel times its
-/// solid angle \[sr\].
-///
-/// ```
-/// use emitree::{Equirectangular, Image, Viewpoint, irradiance_of};
-/// use std::f64::consts::{PI, TAU};
-///
-/// let viewpoint =
-///     Viewpoint { position: [0.0; 3], target: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] };
-/// let sky = Equirectangular::new(viewpoint, [TAU, PI], [0.0, 1.0])?;
-/// let even = Image::from_pixels(2, 3, vec![0.5; 6]);
-/// let irradiance = irradiance_of(&even, &sky);
-/// assert!((irradiance.pixels().iter().sum::<f64>() - TAU).abs() < 1e-12); // half of 4π
-/// # Ok::<(), emitree::GeometryError>(())
-/// ```
-pub fn irradiance_of(radiance: &Image, projection: &dyn Projection) -> Image {
-    let mut image = radiance.clone();
-    let solid_angles = solid_angles(projection, [radiance.height(), radiance.width()]);
-    for (pixel, solid_angle) in image.pixels_mut().iter_mut().zip(solid_angles.pixels()) {
-        *pixel *= solid_angle;
-    }
-    image
-}
-
-/// The solid angle of each pixel \[sr\]: 0 where the projection has no image.
-pub(crate) fn solid_angles(projection: &dyn Projection, [height, width]: [usize; 2]) -> Image {
-    let mut image = Image::zeros(height, width);
-    for row in 0..height {
-        // Borders of pixels as quotients, so that neighbours share them to the last bit.
-        let y = [row, row + 1].map(|r| r as f64 / height as f64);
-        for (column, pixel) in image.row_mut(row).iter_mut().enumerate() {
-            let x = [column, column + 1].map(|c| c as f64 / width as f64);
-            *pixel = projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
-        }
-    }
-    image
-}
-
-/// The radiance of each pixel from the tree of the irradiance density on the image plane; NaN where
-/// the projection has no image.
-///
-/// # Panics
-///
-/// If the shape is one that [`SparseTree::sample`] can't make.
-pub fn image_of_tree(
-    tree: &SparseTree<2>,
-    projection: &dyn Projection,
-    [height, width]: [usize; 2],
-) -> Image {
-    let mut image = tree.sample(height, width);
-    to_radiance(&mut image, &solid_angles(projection, [height, width]));
-    image
-}
-
-/// Makes radiances of the means of the irradiance density over pixels, with the [`solid_angles`] of
-/// the image; NaN where the projection has none.
-pub(crate) fn to_radiance(image: &mut Image, solid_angles: &Image) {
-    let (dx, dy) = (1.0 / image.width() as f64, 1.0 / image.height() as f64);
-    for (pixel, &solid_angle) in image.pixels_mut().iter_mut().zip(solid_angles.pixels()) {
-        // Where there is no image a pixel has no value, whatever the tree has near its edge.
-        *pixel = if solid_angle > 0.0 { *pixel * dx * dy / solid_angle } else { f64::NAN };
     }
 }

@@ -12,6 +12,7 @@ use crate::render::{
     Method, RenderOptions, Rendering, Tile, check_options, limits, render_los, stacked,
 };
 use crate::spectral_tree;
+use crate::tally::EvaluationCounts;
 use crate::tree::Ending;
 use crate::vol::{self, Found};
 use core::time::Duration;
@@ -30,7 +31,7 @@ pub struct CubeRendering {
     /// How often g was evaluated.
     pub evaluations: u64,
     /// How often g was evaluated on the lines of sight of each pixel, at all energies.
-    pub evaluations_of_pixels: Image,
+    pub evaluations_of_pixels: EvaluationCounts,
     /// The number of batches in which that was done.
     pub batches: u64,
     /// What ended the rendering.
@@ -109,10 +110,10 @@ pub fn render_cube<E: Emission>(
             spectral_tree::render(&meter, &tiles, axis, &build_options)?
         }
     };
-    rendering.evaluations_of_pixels = meter.evaluations_of_pixels();
     rendering.evaluations = meter.evaluations();
     rendering.batches = meter.batches();
     rendering.emission_time = meter.emission_time();
+    rendering.evaluations_of_pixels = meter.into_evaluations_of_pixels();
     rendering.total_time = start.elapsed();
     Ok(rendering)
 }
@@ -125,7 +126,7 @@ impl CubeRendering {
             error,
             ending,
             evaluations: 0,
-            evaluations_of_pixels: Image::zeros(0, 0),
+            evaluations_of_pixels: EvaluationCounts::none(),
             batches: 0,
             energies: Vec::new(),
             base_level: None,

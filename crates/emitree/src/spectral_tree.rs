@@ -11,8 +11,9 @@ use crate::energy::EnergyAxis;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::meter::{CanonicalIntegrand, Meter, SpectralIntegrand};
+use crate::radiance::{solid_angles, to_radiance};
 use crate::refinement::Threshold;
-use crate::render::{Tile, solid_angles, to_radiance};
+use crate::render::Tile;
 use crate::render_cube::CubeRendering;
 use crate::tree::{BuildOptions, Ending, SparseTree, build};
 

@@ -112,7 +112,7 @@ fn the_error_falls_with_the_threshold() {
             assert!(rendering.estimated_error() > Some(error), "{scale:?} {bins}: {error}");
             assert!(rendering.converged() && rendering.energies.is_empty());
             assert_eq!(rendering.base_level, Some(2));
-            let of_pixels = rendering.evaluations_of_pixels.pixels().iter().sum::<f64>();
+            let of_pixels = rendering.evaluations_of_pixels.to_image().pixels().iter().sum::<f64>();
             assert!((of_pixels - evaluations as f64).abs() < 0.5);
         }
     }

@@ -9,9 +9,10 @@ use super::Lines;
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
-use crate::meter::{Mapping, Meter};
+use crate::meter::Meter;
 use crate::quadrature::Points;
 use crate::render::Tile;
+use crate::site::Mapping;
 use bilby::{GKPair, GaussKronrod};
 use core::cell::{Cell, RefCell};
 

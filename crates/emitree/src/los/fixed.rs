@@ -4,42 +4,47 @@ use super::Lines;
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
-use crate::meter::{Meter, Site, SiteSource};
-use crate::projection::Projection;
+use crate::meter::Meter;
+use crate::projection::{MappedPoint, Projection};
 use crate::render::Tile;
+use crate::site::{SiteSource, Stretch};
 use core::ops::Range;
+use rayon::prelude::*;
 
 /// Sample points of one batch: large enough to keep every thread busy, small beside an image.
 const SAMPLES_PER_BATCH: usize = 1 << 20;
+/// Lines that one thread adds up at a time, at the least.
+const LINES_AT_ONCE: usize = 1024;
 
-/// The sample points of some steps on some lines, line after line.
+/// Points that are made at a time: enough to forget that a projection is called through a pointer, few
+/// enough to stay in the cache.
+const POINTS_AT_ONCE: usize = 32;
+
+/// The sample points at some depths on some lines, line after line.
 struct StepsOfLines<'a> {
     lines: Lines,
     projection: &'a dyn Projection,
     first_line: usize,
-    first_step: usize,
-    /// Steps on each line, from the first on, of all steps that make a line.
-    count: usize,
-    steps: usize,
+    depths: &'a [f64],
     tile: (usize, usize),
     energy: Option<f64>,
 }
 
 impl SiteSource for StepsOfLines<'_> {
-    fn visit(&self, numbers: Range<usize>, mut take: impl FnMut(Site)) {
-        let mut line = self.first_line + numbers.start / self.count;
-        let mut step = numbers.start % self.count;
-        let mut xy = self.lines.position(line);
-        for _ in numbers {
+    fn visit(&self, numbers: Range<usize>, mut take: impl FnMut(&Stretch<'_>)) {
+        let mut points = [MappedPoint::default(); POINTS_AT_ONCE];
+        let steps = self.depths.len();
+        let Range { start, end } = numbers;
+        let mut number = start;
+        while number < end {
             // The line is found once for all of its steps: it takes longer than a cheap g.
-            if step == self.count {
-                (line, step) = (line + 1, 0);
-                xy = self.lines.position(line);
-            }
-            let depth = ((self.first_step + step) as f64 + 0.5) / self.steps as f64;
-            let point = self.projection.world_from_canonical([xy[0], xy[1], depth]);
-            take(Site { xy, point, energy: self.energy, tile: self.tile });
-            step += 1;
+            let (line, step) = (number / steps, number % steps);
+            let xy = self.lines.position(self.first_line + line);
+            let count = (steps - step).min(end - number).min(POINTS_AT_ONCE);
+            let points = &mut points[..count];
+            self.projection.points_of_line(xy, &self.depths[step..][..count], points);
+            take(&Stretch { xy, points, energy: self.energy, tile: self.tile });
+            number += count;
         }
     }
 }
@@ -59,6 +64,7 @@ pub(crate) fn render<E: Emission>(
         let what = format!("{} lines of {steps} steps", lines.count());
         return Err(RenderError::Budget { what, needed, allowed });
     }
+    let depths: Vec<f64> = (0..steps).map(|step| (step as f64 + 0.5) / steps as f64).collect();
     let mut radiances = vec![0.0; lines.count()];
     let steps_at_once = steps.min(SAMPLES_PER_BATCH);
     let lines_at_once = SAMPLES_PER_BATCH / steps_at_once;
@@ -68,20 +74,13 @@ pub(crate) fn render<E: Emission>(
         for first_step in (0..steps).step_by(steps_at_once) {
             let count = steps_at_once.min(steps - first_step);
             let rates = &mut rates[..radiances.len() * count];
-            let sites = StepsOfLines {
-                lines,
-                projection,
-                first_line,
-                first_step,
-                count,
-                steps,
-                tile,
-                energy,
-            };
+            let depths = &depths[first_step..][..count];
+            let sites = StepsOfLines { lines, projection, first_line, depths, tile, energy };
             meter.evaluate_sites(&sites, rates)?;
-            for (radiance, rates) in radiances.iter_mut().zip(rates.chunks_exact(count)) {
+            let of_lines = radiances.par_iter_mut().zip(rates.par_chunks_exact(count));
+            of_lines.with_min_len(LINES_AT_ONCE).for_each(|(radiance, rates)| {
                 *radiance += rates.iter().sum::<f64>() / steps as f64;
-            }
+            });
         }
     }
     Ok(lines.image(projection, &radiances))

@@ -9,6 +9,7 @@ pub(crate) mod fixed;
 
 use crate::image::Image;
 use crate::projection::Projection;
+use crate::radiance::PixelRows;
 
 /// How each line of sight is integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,18 +70,21 @@ impl Lines {
     /// The image of one value for each line: means over each pixel's lines, weighted with the solid
     /// angle that each stands for.
     fn image(&self, projection: &dyn Projection, values: &[f64]) -> Image {
-        let pixel = |(pixel, values): (usize, &[f64])| {
-            let (mut sum, mut weights) = (0.0, 0.0);
-            for (part, value) in values.iter().enumerate() {
-                let line = pixel * self.per_pixel() + part;
-                let weight = projection.solid_angle_density(self.position(line));
-                sum += weight * value;
-                weights += weight;
+        let per_row = self.width * self.per_pixel();
+        PixelRows { projection, shape: [self.height, self.width] }.map(|row, pixels| {
+            let values = &values[row * per_row..][..per_row];
+            let of_pixels = values.chunks_exact(self.per_pixel()).enumerate();
+            for (pixel, (column, values)) in pixels.iter_mut().zip(of_pixels) {
+                let (mut sum, mut weights) = (0.0, 0.0);
+                for (part, value) in values.iter().enumerate() {
+                    let line = row * per_row + column * self.per_pixel() + part;
+                    let weight = projection.solid_angle_density(self.position(line));
+                    sum += weight * value;
+                    weights += weight;
+                }
+                *pixel = sum / weights;
             }
-            sum / weights
-        };
-        let pixels = values.chunks_exact(self.per_pixel()).enumerate().map(pixel).collect();
-        Image::from_pixels(self.height, self.width, pixels)
+        })
     }
 }
 

@@ -334,16 +334,25 @@ impl Line {
 
 impl<P: ImagePlane> Projection for Camera<P> {
     fn world_from_canonical(&self, [x, y, z]: [f64; 3]) -> MappedPoint {
-        let line = self.line([x, y]);
+        let mut point = [MappedPoint::default()];
+        self.points_of_line([x, y], &[z], &mut point);
+        point[0]
+    }
+
+    fn points_of_line(&self, xy: [f64; 2], depths: &[f64], points: &mut [MappedPoint]) {
+        let line = self.line(xy);
         let (_, end) = self.end_of(&line);
-        let mut point = line.point(&self.span(line.ends[0], end), z);
-        for body in &self.bodies {
-            point.position = body.outside(point.position);
+        let span = self.span(line.ends[0], end);
+        let is_in_image = self.plane.contains(xy);
+        for (point, &z) in points.iter_mut().zip(depths) {
+            *point = line.point(&span, z);
+            for body in &self.bodies {
+                point.position = body.outside(point.position);
+            }
+            if !is_in_image {
+                point.path_per_depth = 0.0;
+            }
         }
-        if !self.plane.contains([x, y]) {
-            point.path_per_depth = 0.0;
-        }
-        point
     }
 
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {

@@ -33,7 +33,7 @@ pub use plane::{
 };
 
 /// Where a point of the canonical cube lies in the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MappedPoint {
     /// World position, in the length unit of the scene.
     pub position: [f64; 3],
@@ -66,6 +66,30 @@ pub trait Projection: Sync + core::fmt::Debug {
     /// Solid angle \[sr\] of the rectangle from `min` to `max` of the canonical image plane: the
     /// exact integral of the density.
     fn solid_angle(&self, min: [f64; 2], max: [f64; 2]) -> f64;
+
+    /// Solid angle \[sr\] of each of the equal parts, as many as there are numbers, of the row from
+    /// `y[0]` to `y[1]` of the canonical image plane: what [`solid_angle`](Self::solid_angle) says of
+    /// them, for all pixels of a row at once.
+    fn solid_angles_of_row(&self, y: [f64; 2], solid_angles: &mut [f64]) {
+        let columns = solid_angles.len() as f64;
+        for (column, solid_angle) in solid_angles.iter_mut().enumerate() {
+            // Borders as quotients, so that neighbours share them to the last bit.
+            let x = [column, column + 1].map(|c| c as f64 / columns);
+            *solid_angle = self.solid_angle([x[0], y[0]], [x[1], y[1]]);
+        }
+    }
+
+    /// The points at each of `depths` on the line of sight at (x, y): what
+    /// [`world_from_canonical`](Self::world_from_canonical) says of them, for one line at once.
+    ///
+    /// # Panics
+    ///
+    /// May panic if there are not as many points as depths.
+    fn points_of_line(&self, [x, y]: [f64; 2], depths: &[f64], points: &mut [MappedPoint]) {
+        for (point, &z) in points.iter_mut().zip(depths) {
+            *point = self.world_from_canonical([x, y, z]);
+        }
+    }
 
     /// Which axes of the cube are closed upon themselves (an azimuth over the full circle).
     fn periodic(&self) -> [bool; 3] {

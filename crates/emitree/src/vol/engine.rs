@@ -17,7 +17,8 @@ use crate::energy::EnergyAxis;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::projection::{Layer, Projection};
+use crate::projection::Layer;
+use crate::radiance::radiance_per_density;
 use crate::render::{Frame, RenderOptions, Seed, Tile};
 use crate::tree::Ending;
 use core::ops::ControlFlow;
@@ -175,26 +176,6 @@ pub(super) fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
     let of_pixels = height.max(width).next_power_of_two().trailing_zeros() + BELOW_PIXEL_LEVELS;
     let least = FINE_ENOUGH_LEVEL.max(base_level + 2);
     u8::try_from(of_pixels).unwrap_or(FINEST_LEVEL).clamp(least, FINEST_LEVEL)
-}
-
-/// For each pixel, its radiance over the mean of the irradiance density on it; 0 where the projection
-/// has no image.
-pub(super) fn radiance_per_density(
-    projection: &dyn Projection,
-    [height, width]: [usize; 2],
-) -> Image {
-    let area = 1.0 / (height as f64 * width as f64);
-    let mut scale = Image::zeros(height, width);
-    for row in 0..height {
-        // Borders as quotients, so that neighbours share them to the last bit.
-        let y = [row, row + 1].map(|r| r as f64 / height as f64);
-        for (column, scale) in scale.row_mut(row).iter_mut().enumerate() {
-            let x = [column, column + 1].map(|c| c as f64 / width as f64);
-            let solid_angle = projection.solid_angle([x[0], y[0]], [x[1], y[1]]);
-            *scale = if solid_angle > 0.0 { area / solid_angle } else { 0.0 };
-        }
-    }
-    scale
 }
 
 pub(crate) struct Engine<'a, 'b, E> {

@@ -12,8 +12,9 @@ use super::scouts::Post;
 use super::tracking::{Bracket, NEIGHBOURS, Neighbour, Predicted, predict};
 use crate::emission::Emission;
 use crate::error::RenderError;
-use crate::meter::{Meter, Site, Sites};
+use crate::meter::Meter;
 use crate::projection::Layer;
+use crate::site::{Site, Sites};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

@@ -3,11 +3,12 @@
 use super::{WorldBox, WorldTree, WorldTreeError};
 use crate::emission::Emission;
 use crate::error::RenderError;
-use crate::meter::{Limits, Mapping, Meter, Progress};
+use crate::meter::{Limits, Meter, Progress};
 use crate::projection::MappedPoint;
 use crate::quadrature::{Integrand, Points};
 use crate::refinement::Threshold;
 use crate::render::DEFAULT_MAX_EVALUATIONS;
+use crate::site::Mapping;
 use crate::tree::{BuildOptions, Ending, GrownPoints, PointTree};
 use core::time::Duration;
 use std::time::Instant;

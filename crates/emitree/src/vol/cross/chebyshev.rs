@@ -6,6 +6,7 @@
 //! s = 1 − 2x it is Σ cₖ Tₖ(s).
 
 use core::f64::consts::PI;
+use multiversion::multiversion;
 use nalgebra::DMatrix;
 
 /// The number of places of a level.
@@ -23,65 +24,121 @@ pub(super) fn all_places(level: u8) -> Vec<f64> {
     (0..places(level)).map(|i| place(level, i)).collect()
 }
 
-/// What the value at each of all `places` of a level counts at `x`: the barycentric formula (Berrut
-/// and Trefethen 2004, doi:10.1137/S0036144502417715).
-pub(super) fn values_at(places: &[f64], x: f64, weights: &mut [f64]) {
-    let last = places.len() - 1;
-    let mut sum = 0.0;
-    for (i, weight) in weights.iter_mut().enumerate() {
-        let distance = x - places[i];
-        if distance == 0.0 {
-            weights.fill(0.0);
-            weights[i] = 1.0;
-            return;
+/// The coefficients of the polynomials through values at the places of one level.
+#[derive(Clone, Debug)]
+pub(super) struct Analysis {
+    /// The number of the last place, and of the last polynomial.
+    last: usize,
+    /// cos(π j / `last`) once around.
+    cosines: Vec<f64>,
+}
+
+impl Analysis {
+    pub(super) fn new(level: u8) -> Self {
+        let last = places(level) - 1;
+        let cosine = |j: usize| (PI * (j as f64 / last as f64)).cos();
+        Self { last, cosines: (0..2 * last).map(cosine).collect() }
+    }
+
+    /// The coefficient of Tₖ of the function with these `values` at the places.
+    fn coefficient(&self, k: usize, values: impl Iterator<Item = f64>) -> f64 {
+        let end = |i: usize| if i == 0 || i == self.last { 0.5 } else { 1.0 };
+        let (norm, around) = (2.0 / self.last as f64 * end(k), 2 * self.last - 1);
+        // The number of cosines is a power of two: whole turns are what its mask takes off.
+        let weight = |i: usize| norm * end(i) * self.cosines[(k * i) & around];
+        values.enumerate().map(|(i, value)| weight(i) * value).sum()
+    }
+
+    /// All coefficients.
+    pub(super) fn coefficients<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        (0..=self.last).map(|k| self.coefficient(k, values.iter().copied()))
+    }
+
+    /// How large the highest coefficients are.
+    pub(super) fn tail(&self, values: impl Iterator<Item = f64> + Clone) -> f64 {
+        let length = ((self.last + 1) / TAIL).max(LEAST_TAIL);
+        let highest = self.last + 1 - length..=self.last;
+        highest.map(|k| self.coefficient(k, values.clone()).abs()).sum()
+    }
+}
+
+/// Several sums Σ cₖ Tₖ: a column of coefficients for each.
+pub(super) type Series = DMatrix<f64>;
+
+/// Coordinates at which sums are made at a time: enough that none of their steps waits for another.
+pub(super) const LANES: usize = 32;
+
+/// Writes each of the sums at the coordinates `x` to `sums`, by Clenshaw's recurrence.
+pub(super) fn sums_at(series: &Series, x: &[f64; LANES], sums: &mut [[f64; LANES]]) {
+    let all = series.as_slice().chunks_exact(series.nrows().max(1));
+    all.zip(sums).for_each(|(coefficients, sum)| sum_at(coefficients, x, sum));
+}
+
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn sum_at(coefficients: &[f64], x: &[f64; LANES], sum: &mut [f64; LANES]) {
+    let twice_s = x.map(|x| 2.0 - 4.0 * x);
+    let (mut now, mut before) = ([0.0; LANES], [0.0; LANES]);
+    for c in coefficients[1..].iter().rev() {
+        for lane in 0..LANES {
+            let next = c + twice_s[lane] * now[lane] - before[lane];
+            (before[lane], now[lane]) = (now[lane], next);
         }
-        let end = if i == 0 || i == last { 0.5 } else { 1.0 };
-        let sign = if i.is_multiple_of(2) { end } else { -end };
-        *weight = sign / distance;
-        sum += *weight;
     }
-    weights.iter_mut().for_each(|weight| *weight /= sum);
+    for lane in 0..LANES {
+        sum[lane] = coefficients[0] + 0.5 * twice_s[lane] * now[lane] - before[lane];
+    }
 }
 
-/// The coefficients of a function from its values at the places of `level`: one row for each
-/// polynomial, one column for each place.
-pub(super) fn analysis(level: u8) -> DMatrix<f64> {
-    let last = places(level) - 1;
-    let end = |i: usize| if i == 0 || i == last { 0.5 } else { 1.0 };
-    DMatrix::from_fn(last + 1, last + 1, |k, i| {
-        // Whole turns are taken off before the product is rounded.
-        let turns = (k * i % (2 * last)) as f64 / last as f64;
-        2.0 / last as f64 * end(k) * end(i) * (PI * turns).cos()
-    })
-}
-
-/// The mean of each polynomial below `count` over each of `pixels` equal parts of the interval: one
-/// row for each part.
-pub(super) fn means(count: usize, pixels: usize) -> DMatrix<f64> {
-    let borders: Vec<Vec<f64>> = (0..=pixels)
-        .map(|border| antiderivatives(count, 1.0 - 2.0 * border as f64 / pixels as f64))
-        .collect();
-    // The parts have this length in s, and go towards smaller s.
+/// The means of each of the sums over `pixels` equal parts of the interval: a column for each sum.
+pub(super) fn means(series: &Series, pixels: usize) -> DMatrix<f64> {
+    let mut means = DMatrix::zeros(pixels, series.ncols());
+    // The borders of parts, which are so long in s and go towards smaller s.
+    let s: Vec<f64> =
+        (0..=pixels).map(|border| 1.0 - 2.0 * border as f64 / pixels as f64).collect();
     let length = 2.0 / pixels as f64;
-    DMatrix::from_fn(pixels, count, |pixel, k| (borders[pixel][k] - borders[pixel + 1][k]) / length)
+    let (mut before, mut polynomial, mut next) = (s.clone(), vec![1.0; pixels + 1], s.clone());
+    let mut antiderivative = s.clone();
+    for (k, coefficients) in series.row_iter().enumerate() {
+        match k {
+            0 => {}
+            1 => antiderivative.iter_mut().zip(&s).for_each(|(a, s)| *a = 0.5 * s * s),
+            _ => integrate(k as f64, &before, &next, &mut antiderivative),
+        }
+        for (mut means, c) in means.column_iter_mut().zip(coefficients.iter()) {
+            add_differences(means.as_mut_slice(), c / length, &antiderivative);
+        }
+        // T_{k+2} takes the place of T_{k-1}, and the names go on to the next k.
+        ascend(&s, &polynomial, &next, &mut before);
+        core::mem::swap(&mut before, &mut polynomial);
+        core::mem::swap(&mut polynomial, &mut next);
+    }
+    means
 }
 
-/// ∫ Tₖ ds at `s`, for k below `count`.
-fn antiderivatives(count: usize, s: f64) -> Vec<f64> {
-    let mut polynomials = vec![1.0, s];
-    for k in 2..=count {
-        polynomials.push(2.0 * s * polynomials[k - 1] - polynomials[k - 2]);
+/// ∫ Tₖ ds for k ≥ 2, from its neighbours.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn integrate(k: f64, before: &[f64], next: &[f64], antiderivative: &mut [f64]) {
+    let (of_next, of_before) = (0.5 / (k + 1.0), 0.5 / (k - 1.0));
+    for (value, (next, before)) in antiderivative.iter_mut().zip(next.iter().zip(before)) {
+        *value = of_next * next - of_before * before;
     }
-    (0..count)
-        .map(|k| match k {
-            0 => s,
-            1 => 0.5 * s * s,
-            _ => {
-                let k_f64 = k as f64;
-                0.5 * (polynomials[k + 1] / (k_f64 + 1.0) - polynomials[k - 1] / (k_f64 - 1.0))
-            }
-        })
-        .collect()
+}
+
+/// The polynomial after `next`, which is after `polynomial`.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn ascend(s: &[f64], polynomial: &[f64], next: &[f64], after: &mut [f64]) {
+    for (after, (s, (polynomial, next))) in
+        after.iter_mut().zip(s.iter().zip(polynomial.iter().zip(next)))
+    {
+        *after = 2.0 * s * next - polynomial;
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn add_differences(sums: &mut [f64], weight: f64, values: &[f64]) {
+    for (sum, (from, to)) in sums.iter_mut().zip(values.iter().zip(&values[1..])) {
+        *sum += weight * (from - to);
+    }
 }
 
 /// The share of the highest coefficients that tells whether there should be more of them.
@@ -89,20 +146,18 @@ const TAIL: usize = 6;
 /// And their number, at the least: an even function has no odd ones.
 const LEAST_TAIL: usize = 3;
 
-/// How large the highest coefficients of a function are, given all of them.
-pub(super) fn tail(coefficients: &[f64]) -> f64 {
-    let length = (coefficients.len() / TAIL).max(LEAST_TAIL);
-    let tail = &coefficients[coefficients.len() - length..];
-    tail.iter().map(|coefficient| coefficient.abs()).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use nalgebra::DVector;
 
-    fn sampled(level: u8, f: impl Fn(f64) -> f64) -> DVector<f64> {
-        DVector::from_fn(places(level), |i, _| f(place(level, i)))
+    fn sampled(level: u8, f: impl Fn(f64) -> f64) -> Vec<f64> {
+        all_places(level).into_iter().map(f).collect()
+    }
+
+    fn series(level: u8, f: impl Fn(f64) -> f64) -> DVector<f64> {
+        let values = sampled(level, f);
+        DVector::from_iterator(places(level), Analysis::new(level).coefficients(&values))
     }
 
     #[test]
@@ -122,15 +177,14 @@ mod tests {
             let integral = |x: f64| x.powi(9) / 3.0 - x.powi(4) / 4.0 + 0.2 * x;
             (integral(to) - integral(from)) / (to - from)
         };
-        let values = sampled(3, f);
-        let mut weights = vec![0.0; places(3)];
-        for x in [0.0, 0.1, 0.5, 0.731, 1.0] {
-            values_at(&all_places(3), x, &mut weights);
-            let found: f64 = weights.iter().zip(values.iter()).map(|(w, v)| w * v).sum();
+        let series = Series::from_columns(&[series(3, f)]);
+        let mut found = [[0.0; LANES]];
+        let x = core::array::from_fn(|lane| lane as f64 / (LANES - 1) as f64);
+        sums_at(&series, &x, &mut found);
+        for (x, found) in x.into_iter().zip(found[0]) {
             assert!((found - f(x)).abs() < 1e-14, "{x}: {found}");
         }
-        let found = means(places(3), 7) * analysis(3) * values;
-        for (pixel, found) in found.iter().enumerate() {
+        for (pixel, found) in means(&series, 7).iter().enumerate() {
             let exact = mean(pixel as f64 / 7.0, (pixel + 1) as f64 / 7.0);
             assert!((found - exact).abs() < 1e-14, "{pixel}: {found} {exact}");
         }
@@ -139,10 +193,12 @@ mod tests {
     #[test]
     fn the_tail_tells_whether_a_function_is_resolved() {
         let bell = |x: f64| (-60.0 * (x - 0.4).powi(2)).exp();
-        let tails =
-            [3, 4, 5].map(|level| tail((analysis(level) * sampled(level, bell)).as_slice()));
+        let tail = |level: u8, f: &dyn Fn(f64) -> f64| {
+            Analysis::new(level).tail(sampled(level, f).into_iter())
+        };
+        let tails = [3, 4, 5].map(|level| tail(level, &bell));
         assert!(tails[0] > 0.05 && tails[1] > 0.01 && tails[2] < 1e-5, "{tails:?}");
         let step = |x: f64| if x < 0.37 { 0.0 } else { 1.0 };
-        assert!(tail((analysis(7) * sampled(7, step)).as_slice()) > 1e-3);
+        assert!(tail(7, &step) > 1e-3);
     }
 }

@@ -4,8 +4,9 @@
 //! the ones before do not explain adds a function, and as its *pivot* the place where it differs
 //! most from what they say. A function in the span follows from its values at the pivots.
 
-use super::chebyshev::{all_places, analysis, places, tail, values_at};
-use nalgebra::{DMatrix, DVector};
+use super::chebyshev::{Analysis, LANES, Series, all_places, means, places, sums_at};
+use core::mem::replace;
+use nalgebra::DMatrix;
 
 /// G along one axis through several points.
 #[derive(Clone, Debug)]
@@ -24,11 +25,14 @@ pub(super) struct Fibers {
     pivots: Vec<usize>,
     /// One column for each pivot: the function in the span that is 1 there and 0 at the others.
     cardinal: DMatrix<f64>,
+    /// The same functions as sums of polynomials.
+    series: Series,
+    /// How sums follow from values.
+    analysis: Analysis,
 }
 
 impl Fibers {
     pub(super) fn new(level: u8) -> Self {
-        let cardinal = DMatrix::zeros(places(level), 0);
         Self {
             level,
             places: all_places(level),
@@ -36,7 +40,9 @@ impl Fibers {
             rates: Vec::new(),
             chosen: Vec::new(),
             pivots: Vec::new(),
-            cardinal,
+            cardinal: DMatrix::zeros(places(level), 0),
+            series: Series::zeros(places(level), 0),
+            analysis: Analysis::new(level),
         }
     }
 
@@ -57,25 +63,22 @@ impl Fibers {
 
     /// What the polynomials through the fibers leave open, at the most.
     pub(super) fn tail(&self) -> f64 {
-        self.largest_tail(self.level)
+        self.largest_tail(self.level, &self.analysis)
     }
 
     /// What they would leave open on the next level, if it falls as it did from the level before: its
     /// logarithm doubles with the number of places (Trefethen 2013, theorem 8.2).
     pub(super) fn next_tail(&self) -> f64 {
-        let [before, now] = [self.level - 1, self.level].map(|level| self.largest_tail(level));
+        let level_before = self.level - 1;
+        let before = self.largest_tail(level_before, &Analysis::new(level_before));
+        let now = self.tail();
         if before > 0.0 { now * (now / before).powi(2) } else { 0.0 }
     }
 
     /// The largest tail of a fiber by its places of `level`.
-    fn largest_tail(&self, level: u8) -> f64 {
-        let analysis = analysis(level);
+    fn largest_tail(&self, level: u8, analysis: &Analysis) -> f64 {
         let step = 1 << (self.level - level);
-        let of_fiber = |rates: &Vec<f64>| {
-            let values = rates.iter().step_by(step).copied();
-            let coefficients = &analysis * DVector::from_iterator(places(level), values);
-            tail(coefficients.as_slice())
-        };
+        let of_fiber = |rates: &Vec<f64>| analysis.tail(rates.iter().step_by(step).copied());
         self.rates.iter().map(of_fiber).fold(0.0, f64::max)
     }
 
@@ -116,10 +119,12 @@ impl Fibers {
         }
         self.level += 1;
         self.places = all_places(self.level);
+        self.analysis = Analysis::new(self.level);
         // The functions at the new places, by the same steps.
         let chosen = core::mem::take(&mut self.chosen);
         let pivots = core::mem::take(&mut self.pivots);
         self.cardinal = DMatrix::zeros(places(self.level), 0);
+        self.series = Series::zeros(places(self.level), 0);
         for (fiber, pivot) in chosen.into_iter().zip(pivots) {
             let rest = self.unexplained(fiber);
             self.push(fiber, 2 * pivot, &rest);
@@ -152,27 +157,37 @@ impl Fibers {
     fn push(&mut self, fiber: usize, pivot: usize, rest: &[f64]) {
         let scale = 1.0 / rest[pivot];
         let new: Vec<f64> = rest.iter().map(|rest| rest * scale).collect();
-        for mut function in self.cardinal.column_iter_mut() {
-            let there = function[pivot];
-            function.iter_mut().zip(&new).for_each(|(f, new)| *f -= there * new);
-        }
-        let rank = self.rank();
-        let cardinal = core::mem::replace(&mut self.cardinal, DMatrix::zeros(0, 0));
-        self.cardinal = cardinal.insert_column(rank, 0.0);
-        self.cardinal.column_mut(rank).copy_from_slice(&new);
+        let there: Vec<f64> = self.cardinal.row(pivot).iter().copied().collect();
+        let coefficients: Vec<f64> = self.analysis.coefficients(&new).collect();
+        let none = || DMatrix::zeros(0, 0);
+        let (cardinal, series) =
+            (replace(&mut self.cardinal, none()), replace(&mut self.series, none()));
+        self.cardinal = with_function(cardinal, &there, &new);
+        self.series = with_function(series, &there, &coefficients);
         self.chosen.push(fiber);
         self.pivots.push(pivot);
     }
 
-    /// The functions at the coordinate `x`, to be written to `values`; `weights` has room for all
-    /// places.
-    pub(super) fn functions_at(&self, x: f64, weights: &mut Vec<f64>, values: &mut [f64]) {
-        weights.resize(self.places.len(), 0.0);
-        values_at(&self.places, x, weights);
-        for (value, function) in values.iter_mut().zip(self.cardinal.column_iter()) {
-            *value = function.iter().zip(weights.iter()).map(|(f, weight)| f * weight).sum();
-        }
+    /// The functions at the coordinates `x`.
+    pub(super) fn functions_at(&self, x: &[f64; LANES], functions: &mut [[f64; LANES]]) {
+        sums_at(&self.series, x, functions);
     }
+
+    /// The means of the functions over `pixels` equal parts of the axis: a column for each.
+    pub(super) fn means(&self, pixels: usize) -> DMatrix<f64> {
+        means(&self.series, pixels)
+    }
+}
+
+/// The functions with the `new` one, times what each is `there` taken off: a column for each.
+fn with_function(mut functions: DMatrix<f64>, there: &[f64], new: &[f64]) -> DMatrix<f64> {
+    for (mut function, there) in functions.column_iter_mut().zip(there) {
+        function.iter_mut().zip(new).for_each(|(f, new)| *f -= there * new);
+    }
+    let number = functions.ncols();
+    let mut functions = functions.insert_column(number, 0.0);
+    functions.column_mut(number).copy_from_slice(new);
+    functions
 }
 
 /// The number of the largest |value|, the first of equal ones.
@@ -211,12 +226,13 @@ mod tests {
             .into();
         fibers.refine(&rates);
         assert_eq!(fibers.rates[2], fiber(5, mixed(-0.2, 0.7)));
-        let (mut weights, mut functions) = (Vec::new(), [0.0; 2]);
+        let mut functions = [[0.0; LANES]; 2];
         let wanted = mixed(0.9, 0.4);
-        for x in [0.0, 0.21, 0.5, 0.77] {
-            fibers.functions_at(x, &mut weights, &mut functions);
-            let pivots = fibers.pivots();
-            let found: f64 = functions.iter().zip(pivots).map(|(f, at)| f * wanted(at)).sum();
+        let x = core::array::from_fn(|lane| lane as f64 / (LANES - 1) as f64);
+        fibers.functions_at(&x, &mut functions);
+        for (lane, x) in x.into_iter().enumerate() {
+            let at_pivots = functions.iter().zip(fibers.pivots());
+            let found: f64 = at_pivots.map(|(f, at)| f[lane] * wanted(at)).sum();
             assert!((found - wanted(x)).abs() < 1e-10, "{x}: {found}");
         }
     }

@@ -6,11 +6,14 @@
 //! where the fibers' functions span those of G. Its integral along z is one sum for each pair of
 //! pivots, Σₖ G(xᵢ, yⱼ, zₖ) ∫ cₖ dz.
 
-use super::chebyshev::{analysis, means, places};
+use super::chebyshev::{LANES, places};
 use super::fibers::Fibers;
-use crate::image::Image;
+use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+
+/// Multiplications that are worth a thread of their own: a thread takes some ten microseconds to wake.
+const LEAST_WORK: usize = 100_000;
 
 /// A function of (x, y, z) by its values on crosses of fibers.
 #[derive(Clone, Debug)]
@@ -87,41 +90,67 @@ impl Interpolant {
 
     /// The values at the points.
     pub(super) fn values(&self, points: &[[f64; 3]]) -> Vec<f64> {
-        let of_point = |room: &mut Room, point: &[f64; 3]| self.value(room, *point);
-        points.par_iter().map_init(Room::default, of_point).collect()
+        let mut values = vec![0.0; points.len()];
+        let groups = points.par_chunks(LANES).zip(values.par_chunks_mut(LANES));
+        groups.with_min_len(self.groups_at_once()).for_each_init(
+            || self.room(),
+            |room, (points, values)| {
+                let found = self.values_of_group(room, points);
+                values.copy_from_slice(&found[..points.len()]);
+            },
+        );
+        values
     }
 
-    fn value(&self, room: &mut Room, point: [f64; 3]) -> f64 {
-        for (axis, fibers) in self.axes.iter().enumerate() {
-            room.functions[axis].resize(self.filled[axis], 0.0);
-            fibers.functions_at(point[axis], &mut room.weights, &mut room.functions[axis]);
+    /// Groups of points that are worth a thread of their own.
+    fn groups_at_once(&self) -> usize {
+        let of_axis = |fibers: &Fibers| places(fibers.level) * (fibers.rank() + 1);
+        let work = self.axes.iter().map(of_axis).sum::<usize>() + self.core.len();
+        (LEAST_WORK / (LANES * work)).max(1)
+    }
+
+    fn room(&self) -> [Vec<[f64; LANES]>; 3] {
+        self.filled.map(|rank| vec![[0.0; LANES]; rank])
+    }
+
+    /// The values at a group of points, and what there may be at the places of missing ones.
+    fn values_of_group(
+        &self,
+        functions: &mut [Vec<[f64; LANES]>; 3],
+        points: &[[f64; 3]],
+    ) -> [f64; LANES] {
+        for (axis, (fibers, functions)) in self.axes.iter().zip(&mut *functions).enumerate() {
+            let x = core::array::from_fn(|lane| points.get(lane).map_or(0.0, |point| point[axis]));
+            fibers.functions_at(&x, functions);
         }
-        let [x, y, z] = &room.functions;
-        let mut value = 0.0;
+        let [x, y, z] = functions;
+        let mut values = [0.0; LANES];
         for (i, x) in x.iter().enumerate() {
-            let mut of_x = 0.0;
+            let mut of_x = [0.0; LANES];
             for (j, y) in y.iter().enumerate() {
-                let core = &self.core[self.index(i, j)..][..z.len()];
-                of_x += y * core.iter().zip(z).map(|(core, z)| core * z).sum::<f64>();
+                let mut of_y = [0.0; LANES];
+                for (core, z) in self.core[self.index(i, j)..].iter().zip(&*z) {
+                    of_y.iter_mut().zip(z).for_each(|(sum, z)| *sum += core * z);
+                }
+                of_x.iter_mut().zip(of_y).zip(y).for_each(|((sum, of_y), y)| *sum += y * of_y);
             }
-            value += x * of_x;
+            values.iter_mut().zip(of_x).zip(x).for_each(|((sum, of_x), x)| *sum += x * of_x);
         }
-        value
+        values
     }
 
     /// The values at all places of the fiber along `axis` at the coordinates `at` of the other two.
     pub(super) fn along(&self, axis: usize, at: [f64; 2]) -> DVector<f64> {
-        let mut room = Room::default();
+        let mut functions = self.room();
         let others = [[1, 2], [0, 2], [0, 1]][axis];
         for (&other, &at) in others.iter().zip(&at) {
-            room.functions[other].resize(self.filled[other], 0.0);
-            self.axes[other].functions_at(at, &mut room.weights, &mut room.functions[other]);
+            self.axes[other].functions_at(&[at; LANES], &mut functions[other]);
         }
         let mut of_pivots = DVector::zeros(self.filled[axis]);
         for i in 0..self.filled[0] {
             for j in 0..self.filled[1] {
                 for k in 0..self.filled[2] {
-                    let [a, b] = others.map(|other| room.functions[other][[i, j, k][other]]);
+                    let [a, b] = others.map(|other| functions[other][[i, j, k][other]][0]);
                     of_pivots[[i, j, k][axis]] += self.core[self.index(i, j) + k] * a * b;
                 }
             }
@@ -129,44 +158,49 @@ impl Interpolant {
         self.axes[axis].cardinal() * of_pivots
     }
 
-    /// The means of ∫ dz over the pixels of an image of `shape` = \[height, width\].
-    pub(super) fn image(&self, shape: [usize; 2]) -> Image {
-        let [height, width] = shape;
-        let pixel_means = |axis: usize, pixels: usize| {
-            let fibers = &self.axes[axis];
-            let analysis = analysis(fibers.level);
-            means(analysis.nrows(), pixels) * (analysis * fibers.cardinal())
-        };
-        let (x, y, z) = (pixel_means(0, width), pixel_means(1, height), pixel_means(2, 1));
+    /// The means of ∫ dz over the pixels of an image of `shape` = \[height, width\], row by row.
+    pub(super) fn pixels(&self, [height, width]: [usize; 2]) -> Pixels {
+        let [x, y, z] = [(0, width), (1, height), (2, 1)];
+        let [x, y, z] =
+            [x, y, z].map(|(axis, pixels): (usize, usize)| self.axes[axis].means(pixels));
         let integral = |i: usize, j: usize| -> f64 {
             let core = &self.core[self.index(i, j)..][..self.filled[2]];
             core.iter().zip(z.iter()).map(|(core, z)| core * z).sum()
         };
         let lines = DMatrix::from_fn(self.filled[0], self.filled[1], integral);
-        // A column for each pivot along y, a row for each column of pixels.
-        let columns = x * lines;
-        let mut image = Image::zeros(height, width);
-        image.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
-            for (column, weight) in columns.column_iter().zip(y.row(row).iter()) {
-                for (pixel, value) in pixels.iter_mut().zip(column.iter()) {
-                    *pixel += weight * value;
-                }
-            }
-        });
-        image
+        Pixels { along_x: x * lines, along_y: y.transpose() }
     }
 }
 
-/// Room for the functions at one point.
-#[derive(Default)]
-struct Room {
-    weights: Vec<f64>,
-    functions: [Vec<f64>; 3],
+/// The pixels of an image as a sum of products, a function of the column times one of the row each.
+pub(super) struct Pixels {
+    /// A column for each function, a row for each column of pixels.
+    along_x: DMatrix<f64>,
+    /// A row for each function, a column for each row of pixels.
+    along_y: DMatrix<f64>,
+}
+
+impl Pixels {
+    /// Row `row` of the image.
+    pub(super) fn row(&self, row: usize, pixels: &mut [f64]) {
+        pixels.fill(0.0);
+        let width = self.along_x.nrows().max(1);
+        let functions = self.along_x.as_slice().chunks_exact(width);
+        for (function, weight) in functions.zip(self.along_y.column(row).iter()) {
+            add_times(pixels, *weight, function);
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn add_times(sums: &mut [f64], weight: f64, values: &[f64]) {
+    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Image;
 
     /// Fibers through the given points, and the core.
     fn through(points: &[[f64; 3]], g: impl Fn([f64; 3]) -> f64) -> Interpolant {
@@ -208,6 +242,14 @@ mod tests {
         }
     }
 
+    fn image_of(interpolant: &Interpolant, [height, width]: [usize; 2]) -> Image {
+        let pixels = interpolant.pixels([height, width]);
+        let mut image = Image::zeros(height, width);
+        let rows = image.pixels_mut().chunks_mut(width).enumerate();
+        rows.for_each(|(row, values)| pixels.row(row, values));
+        image
+    }
+
     /// The integral along z by the trapezoid rule, with its ends corrected by Euler and Maclaurin.
     fn line(g: impl Fn(f64) -> f64) -> f64 {
         let n = 2000;
@@ -220,7 +262,7 @@ mod tests {
     #[test]
     fn pixels_are_means_of_the_lines() {
         let interpolant = through(&[[0.31, 0.62, 0.45], [0.9, 0.95, 0.05]], two_products);
-        let image = interpolant.image([300, 400]);
+        let image = image_of(&interpolant, [300, 400]);
         for (row, column) in [(0, 0), (150, 77), (299, 399), (30, 300)] {
             // A pixel is so small that its middle stands for it.
             let (x, y) = ((column as f64 + 0.5) / 400.0, (row as f64 + 0.5) / 300.0);
@@ -228,7 +270,7 @@ mod tests {
             assert!((image[(row, column)] - middle).abs() < 2e-5, "{row} {column}");
         }
         // And those of a coarse image are means of those of a fine one, exactly.
-        let coarse = interpolant.image([3, 4]);
+        let coarse = image_of(&interpolant, [3, 4]);
         let part = |row: usize, column: usize| -> f64 {
             let rows = row * 100..(row + 1) * 100;
             let columns = column * 100..(column + 1) * 100;

@@ -23,9 +23,7 @@ mod rehearsal;
 mod search;
 
 use super::VolOptions;
-use super::engine::{
-    Found, LOOSEST_TOLERANCE, STOP, finest_level, first_look, radiance_per_density,
-};
+use super::engine::{Found, LOOSEST_TOLERANCE, STOP, finest_level, first_look};
 use super::seeds::Looks;
 use super::sights::Stop;
 use crate::cube::Cube;
@@ -33,11 +31,13 @@ use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::meter::Meter;
+use crate::radiance::{PixelRows, radiance_per_density};
 use crate::render::{Frame, RenderOptions, Tile};
 use crate::tree::Ending;
 use core::ops::ControlFlow;
 use forecast::Forecast;
 use probes::Left;
+use rayon::prelude::*;
 use search::{End, Search, View};
 
 /// A budget below so many first looks of the image tree is left to the tree…
@@ -76,8 +76,9 @@ pub(crate) fn attempt<E: Emission>(
     let mut attempt = Attempt {
         meter,
         search: Search::new(View { meter, layer: &**layer }, vol.tolerance),
-        scale: radiance_per_density(tile.projection, tile.shape),
+        pixels: PixelRows { projection: tile.projection, shape: tile.shape },
         coarse_scale: radiance_per_density(tile.projection, coarse),
+        coarse_largest: None,
         tolerance: vol.tolerance.min(LOOSEST_TOLERANCE),
         options,
         most: MOST_OF_BUDGET * budget as f64,
@@ -88,7 +89,7 @@ pub(crate) fn attempt<E: Emission>(
         Err(End::Hopeless) => Ok(None),
         Err(End::Stopped(Stop::Budget)) => {
             let left = attempt.search.judge().left;
-            Ok(Some(attempt.found(&left, Ending::Budget)))
+            Ok(Some(attempt.found(attempt.maps(&left, attempt.pixels), Ending::Budget)))
         }
         Err(End::Stopped(Stop::Failed(error))) => Err(error),
     }
@@ -97,10 +98,12 @@ pub(crate) fn attempt<E: Emission>(
 struct Attempt<'a, 'b, E> {
     meter: &'a Meter<'b, E>,
     search: Search<'a, 'b, E>,
-    /// Radiances over means of the irradiance density, for the pixels…
-    scale: Image,
-    /// …and for those of a coarser image.
+    /// The image wanted…
+    pixels: PixelRows<'a>,
+    /// …and of a coarser one, radiances over means of the irradiance density…
     coarse_scale: Image,
+    /// …and the largest |pixel| of what the interpolant says now, once it has been asked.
+    coarse_largest: Option<f64>,
     tolerance: f64,
     options: &'a RenderOptions<'a>,
     /// Evaluations that may be made.
@@ -115,21 +118,26 @@ impl<E: Emission> Attempt<'_, '_, E> {
         loop {
             let judgement = self.search.judge();
             self.show(&judgement.left)?;
-            let [image, error] = self.maps(&judgement.left, &self.coarse_scale);
-            if !image.pixels().iter().all(|pixel| pixel.is_finite()) {
+            let largest = *self.coarse_largest.get_or_insert_with(|| {
+                let pixels = self.search.interpolant.pixels(shape_of(&self.coarse_scale));
+                largest_of_rows(&self.coarse_scale, |row, values| pixels.row(row, values))
+            });
+            if !largest.is_finite() {
                 // A sum beyond all numbers: the tree finds the pixel.
                 return Err(End::Hopeless);
             }
-            let error = error.largest() / image.largest();
+            let errors = judgement.left.errors(shape_of(&self.coarse_scale));
+            let error = largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values));
+            let error = error / largest;
             if error <= STOP * self.tolerance && self.search.probes() < self.probes_needed() {
                 self.search.probe()?;
                 continue;
             }
             if error <= STOP * self.tolerance {
                 // The image of all pixels has to be as good.
-                let found = self.found(&judgement.left, Ending::Complete);
-                if found.estimated_error() <= STOP * self.tolerance {
-                    return Ok(found);
+                let maps = self.maps(&judgement.left, self.pixels);
+                if maps.largest_error / maps.largest <= STOP * self.tolerance {
+                    return Ok(self.found(maps, Ending::Complete));
                 }
             }
             let ranks = self.search.interpolant.ranks();
@@ -141,10 +149,11 @@ impl<E: Emission> Attempt<'_, '_, E> {
             }
             forecast.note(ranks, error);
             let missing = self.probes_needed().saturating_sub(self.search.probes());
-            let shape = [self.coarse_scale.height(), self.coarse_scale.width()];
+            let shape = shape_of(&self.coarse_scale);
             if forecast.prefers_tree(&self.search.interpolant, self.spent(), missing, shape) {
                 return Err(End::Hopeless);
             }
+            self.coarse_largest = None;
             let before = self.search.interpolant.clone();
             if let Err(end) = self.search.grow(&judgement) {
                 self.search.interpolant = before;
@@ -169,13 +178,32 @@ impl<E: Emission> Attempt<'_, '_, E> {
         of_level.max(usize::try_from(of_base).unwrap_or(usize::MAX))
     }
 
-    /// Image and error at the pixels of `scale`.
-    fn maps(&self, left: &Left, scale: &Image) -> [Image; 2] {
-        let mut image = self.search.interpolant.image([scale.height(), scale.width()]);
-        for (pixel, scale) in image.pixels_mut().iter_mut().zip(scale.pixels()) {
-            *pixel *= scale;
-        }
-        [image, left.error_map(scale)]
+    /// Image and error at the pixels of `rows`.
+    fn maps(&self, left: &Left, rows: PixelRows<'_>) -> Maps {
+        let [height, width] = rows.shape;
+        let (pixels, errors) =
+            (self.search.interpolant.pixels(rows.shape), left.errors(rows.shape));
+        let (mut image, mut error) = (Image::zeros(height, width), Image::zeros(height, width));
+        let of_row =
+            |scale: &mut Vec<f64>, (row, (image, error)): (usize, (&mut [f64], &mut [f64]))| {
+                scale.resize(width, 0.0);
+                rows.radiances_per_density(row, scale);
+                pixels.row(row, image);
+                errors.row(row, error);
+                let mut largest = [0.0; 2];
+                for (largest, values) in largest.iter_mut().zip([image, error]) {
+                    *largest = scale_and_find_largest(values, scale);
+                }
+                largest
+            };
+        let image_rows = image.pixels_mut().par_chunks_mut(width);
+        let [largest, largest_error] = image_rows
+            .zip(error.pixels_mut().par_chunks_mut(width))
+            .enumerate()
+            .with_min_len(rows.rows_at_once())
+            .map_init(Vec::new, of_row)
+            .reduce(|| [0.0; 2], |a, b| [larger(a[0], b[0]), larger(a[1], b[1])]);
+        Maps { image, error, largest, largest_error }
     }
 
     /// Shows the image so far to those who want to see it.
@@ -184,7 +212,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
         if self.search.interpolant.ranks().contains(&0) {
             return Ok(()); // There is nothing to see yet.
         }
-        let [image, error] = &self.maps(left, &self.scale);
+        let Maps { image, error, .. } = &self.maps(left, self.pixels);
         let (evaluations, batches) = (self.meter.evaluations(), self.meter.batches());
         match callback(&Frame { image, error, evaluations, batches }) {
             ControlFlow::Continue(()) => Ok(()),
@@ -193,8 +221,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
     }
 
     /// The image as it is.
-    fn found(&self, left: &Left, ending: Ending) -> Found {
-        let [image, error] = self.maps(left, &self.scale);
+    fn found(&self, Maps { image, error, .. }: Maps, ending: Ending) -> Found {
         Found {
             cube: Cube::from_bands(vec![image]),
             error: Cube::from_bands(vec![error]),
@@ -203,4 +230,42 @@ impl<E: Emission> Attempt<'_, '_, E> {
             energies: Vec::new(),
         }
     }
+}
+
+/// An image and its error, with the largest |pixel| of each; that is no number, or infinite, if a pixel
+/// is.
+struct Maps {
+    image: Image,
+    error: Image,
+    largest: f64,
+    largest_error: f64,
+}
+
+fn shape_of(image: &Image) -> [usize; 2] {
+    [image.height(), image.width()]
+}
+
+/// The [larger] of all |value| that `fill` writes to rows, times the scale.
+fn largest_of_rows(scale: &Image, fill: impl Fn(usize, &mut [f64])) -> f64 {
+    let mut values = vec![0.0; scale.width()];
+    let of_row = |(row, scale): (usize, &[f64])| {
+        fill(row, &mut values);
+        scale_and_find_largest(&mut values, scale)
+    };
+    scale.rows().enumerate().map(of_row).fold(0.0, larger)
+}
+
+/// Multiplies each value with its scale, and finds the [larger] of all their |value|.
+fn scale_and_find_largest(values: &mut [f64], scale: &[f64]) -> f64 {
+    let mut largest = 0.0;
+    for (value, scale) in values.iter_mut().zip(scale) {
+        *value *= scale;
+        largest = larger(largest, value.abs());
+    }
+    largest
+}
+
+/// The larger of two numbers, or what is no number.
+fn larger(a: f64, b: f64) -> f64 {
+    if a < b || b.is_nan() { b } else { a }
 }

@@ -4,7 +4,7 @@
 //! the root of the mean square. So the image plane is divided into cells, and what the probes of a cell
 //! have left, squared and averaged, tells the error of its pixels.
 
-use crate::image::Image;
+use core::ops::Range;
 
 /// Cells along each axis of the image.
 const CELLS: usize = 8;
@@ -47,25 +47,11 @@ impl Left {
         Self { cells }
     }
 
-    /// The error of each pixel, as that of the image: the mean of a function that is linear between
-    /// the corners of cells, and at each the largest of the cells around it.
-    pub(super) fn error_map(&self, scale: &Image) -> Image {
-        let [height, width] = [scale.height(), scale.width()];
-        let corners = self.corners();
-        let of_columns: Vec<Hats> = (0..width).map(|column| hats(column, width)).collect();
-        let mut map = Image::zeros(height, width);
-        for row in 0..height {
-            let of_row = hats(row, height);
-            let along: Hats = core::array::from_fn(|column| {
-                of_row.iter().zip(&corners).map(|(weight, corners)| weight * corners[column]).sum()
-            });
-            let pixels = map.row_mut(row).iter_mut().zip(scale.row(row)).zip(&of_columns);
-            for ((pixel, scale), weights) in pixels {
-                let mean: f64 = weights.iter().zip(&along).map(|(w, corner)| w * corner).sum();
-                *pixel = MARGIN * scale * mean;
-            }
-        }
-        map
+    /// The error of each pixel of an image of `shape` = \[height, width\], as that of the mean of the
+    /// irradiance density, row by row: the mean of a function that is linear between the corners of
+    /// cells, and at each the largest of the cells around it.
+    pub(super) fn errors(&self, shape: [usize; 2]) -> Errors {
+        Errors { corners: self.corners(), parts: shape.map(Parts::new) }
     }
 
     fn corners(&self) -> [[f64; CELLS + 1]; CELLS + 1] {
@@ -87,22 +73,76 @@ fn cell_of(along: f64) -> usize {
     ((along * CELLS as f64) as usize).min(CELLS - 1)
 }
 
-/// What each corner counts along one axis.
-type Hats = [f64; CELLS + 1];
+/// The errors of pixels, made row by row.
+pub(super) struct Errors {
+    corners: [[f64; CELLS + 1]; CELLS + 1],
+    /// Of rows and of columns.
+    parts: [Parts; 2],
+}
 
-/// What each corner counts in the mean over pixel `pixel` of `pixels`, of a function that is linear
-/// between them: at the middles of so many parts of the pixel that none is longer than half a cell.
-fn hats(pixel: usize, pixels: usize) -> Hats {
-    let parts = (2 * CELLS).div_ceil(pixels);
-    let mut weights = [0.0; CELLS + 1];
-    for part in 0..parts {
-        let along = (pixel as f64 + (part as f64 + 0.5) / parts as f64) / pixels as f64;
-        let cell = cell_of(along);
-        let beyond = along * CELLS as f64 - cell as f64;
-        weights[cell] += (1.0 - beyond) / parts as f64;
-        weights[cell + 1] += beyond / parts as f64;
+impl Errors {
+    /// The errors of row `row`.
+    pub(super) fn row(&self, row: usize, errors: &mut [f64]) {
+        let [rows, columns] = &self.parts;
+        let along = rows.mean_of(row, &self.corners);
+        if columns.of_pixel == 1 {
+            return columns.values(&along, errors);
+        }
+        let mut of_parts = vec![0.0; columns.beyond.len()];
+        columns.values(&along, &mut of_parts);
+        for (error, parts) in errors.iter_mut().zip(of_parts.chunks_exact(columns.of_pixel)) {
+            *error = parts.iter().sum::<f64>() / columns.of_pixel as f64;
+        }
     }
-    weights
+}
+
+/// Where pixels are between the corners along one axis: the middles of so many parts of each that none
+/// is longer than half a cell.
+struct Parts {
+    /// The parts of one pixel.
+    of_pixel: usize,
+    /// How far each part, pixel after pixel, is on the way from one corner to the next.
+    beyond: Vec<f64>,
+    /// The parts that lie in each cell.
+    of_cells: [Range<usize>; CELLS],
+}
+
+impl Parts {
+    fn new(pixels: usize) -> Self {
+        let of_pixel = (2 * CELLS).div_ceil(pixels);
+        let number = of_pixel * pixels;
+        let along: Vec<f64> =
+            (0..number).map(|part| (part as f64 + 0.5) / number as f64 * CELLS as f64).collect();
+        let first = |cell: usize| along.partition_point(|along| *along < cell as f64);
+        let of_cells = core::array::from_fn(|cell| first(cell)..first(cell + 1));
+        Self { of_pixel, beyond: along.iter().map(|along| along.fract()).collect(), of_cells }
+    }
+
+    /// At each part, the value of the function that is linear between these at the corners.
+    fn values(&self, at_corners: &[f64; CELLS + 1], values: &mut [f64]) {
+        for (parts, ends) in self.of_cells.iter().zip(at_corners.windows(2)) {
+            let values = values[parts.clone()].iter_mut().zip(&self.beyond[parts.clone()]);
+            values.for_each(|(value, beyond)| *value = between(ends[0], ends[1], *beyond));
+        }
+    }
+
+    /// The mean over pixel `pixel` of several functions at once: all that are a row of corners.
+    fn mean_of(&self, pixel: usize, corners: &[[f64; CELLS + 1]; CELLS + 1]) -> [f64; CELLS + 1] {
+        let mut means = [0.0; CELLS + 1];
+        for part in pixel * self.of_pixel..(pixel + 1) * self.of_pixel {
+            let cell = self.of_cells.iter().position(|cell| cell.contains(&part)).unwrap_or(0);
+            for (corner, mean) in means.iter_mut().enumerate() {
+                let ends = [corners[cell][corner], corners[cell + 1][corner]];
+                *mean += MARGIN * between(ends[0], ends[1], self.beyond[part]);
+            }
+        }
+        means.map(|sum| sum / self.of_pixel as f64)
+    }
+}
+
+/// What a linear function is `beyond` of the way from `a` to `b`.
+fn between(a: f64, b: f64, beyond: f64) -> f64 {
+    (1.0 - beyond) * a + beyond * b
 }
 
 #[cfg(test)]
@@ -128,16 +168,19 @@ mod tests {
         let points: Vec<[f64; 3]> = (0..2000).map(scattered).collect();
         let rest: Vec<f64> = points.iter().map(|p| if p[0] < 0.25 { 0.1 } else { 0.01 }).collect();
         let left = Left::new(&points, &rest);
-        let map = left.error_map(&Image::from_pixels(4, 8, vec![2.0; 32]));
-        for row in map.rows() {
-            assert!((row[0] - 0.1 * MARGIN * 2.0).abs() < 1e-12);
-            assert!((row[7] - 0.01 * MARGIN * 2.0).abs() < 1e-12);
+        let errors = left.errors([4, 8]);
+        for number in 0..4 {
+            let mut row = [0.0; 8];
+            errors.row(number, &mut row);
+            assert!((row[0] - 0.1 * MARGIN).abs() < 1e-12);
+            assert!((row[7] - 0.01 * MARGIN).abs() < 1e-12);
             assert!(row.windows(2).all(|two| two[1] <= two[0] + 1e-12));
         }
         // A pixel has what is left in all of its cells, wherever its middle is: 0.1 up to the corner
         // at a quarter, half of the next cell in between, 0.01 in the others.
-        let whole = left.error_map(&Image::from_pixels(1, 1, vec![1.0]));
+        let mut whole = [0.0];
+        left.errors([1, 1]).row(0, &mut whole);
         let mean = (2.0 * 0.1 + 0.5 * (0.1 + 0.01) + 5.0 * 0.01) / 8.0;
-        assert!((whole[(0, 0)] / MARGIN / mean - 1.0).abs() < 1e-12, "{whole:?}");
+        assert!((whole[0] / MARGIN / mean - 1.0).abs() < 1e-12, "{whole:?}");
     }
 }

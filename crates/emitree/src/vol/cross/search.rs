@@ -6,8 +6,9 @@ use super::interpolant::Interpolant;
 use super::jump::{CLOSER_LOOKS, Steep};
 use super::probes::{Left, scattered};
 use crate::emission::Emission;
-use crate::meter::{Meter, Site};
+use crate::meter::Meter;
 use crate::projection::Layer;
+use crate::site::Site;
 use rayon::prelude::*;
 
 /// The level of the places that fibers begin with.
@@ -29,6 +30,9 @@ const WORTHWHILE: f64 = 0.1;
 const CLOSER: f64 = 0.3;
 /// …this often.
 const MOST_CLOSER: u32 = 4;
+
+/// Fibers that are worth a thread of their own.
+const FIBERS_AT_ONCE: usize = 16;
 
 /// Through what G is seen.
 pub(super) struct View<'a, 'b, E> {
@@ -65,6 +69,8 @@ impl<E: Emission> View<'_, '_, E> {
 struct Probes {
     points: Vec<[f64; 3]>,
     rates: Vec<f64>,
+    /// What the interpolant says at the first ones, if it has been asked.
+    values: Vec<f64>,
 }
 
 /// An interpolant on its way.
@@ -119,10 +125,10 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
     }
 
     /// What is left of G everywhere.
-    pub(super) fn judge(&self) -> Judgement {
-        let values = self.interpolant.values(&self.probes.points);
-        let rest: Vec<f64> =
-            self.probes.rates.iter().zip(values).map(|(rate, value)| rate - value).collect();
+    pub(super) fn judge(&mut self) -> Judgement {
+        let Probes { points, rates, values } = &mut self.probes;
+        values.extend(self.interpolant.values(&points[values.len()..]));
+        let rest: Vec<f64> = rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
         let left = Left::new(&self.probes.points, &rest);
         let of_probes = self.probes.points.iter().copied().zip(rest);
         let of_fibers = (0..3).flat_map(|axis| self.worst_of_fibers(axis));
@@ -142,12 +148,14 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
             let place = largest(&rest);
             (point(axis, at, fibers.places()[place]), rest[place])
         };
-        fibers.at.par_iter().zip(&fibers.rates).map(worst).collect()
+        let all = fibers.at.par_iter().zip(&fibers.rates).with_min_len(FIBERS_AT_ONCE);
+        all.map(worst).collect()
     }
 
     /// Takes up the fibers through the point where most is left.
     pub(super) fn grow(&mut self, judgement: &Judgement) -> Result<(), End<E::Error>> {
         let (point, most) = judgement.worst;
+        self.probes.values.clear();
         let is_first = self.interpolant.ranks() == [0; 3];
         self.add_fibers(point)?;
         if is_first {
