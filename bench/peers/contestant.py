@@ -3,11 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from .camera import Equirectangular
 from .counter import Counter
+from .scene import Scene
 
 #: The key of the settings for scenes that have none of their own.
 OTHERWISE = "*"
@@ -18,11 +20,23 @@ class Problem:
     """What a contestant is told: the rate, the shape of the image, and its largest pixel.
 
     The largest pixel makes an absolute tolerance of a relative one; nobody has to find the scale.
+
+    rate: in the unit cube. emission: in the coordinates of the scene, where `camera` is; the same
+        as `rate` where there is no camera. Points of both are counted, by `emission`.
     """
 
     rate: Counter
     shape: tuple[int, int]
     scale: float
+    emission: Counter
+    camera: Equirectangular | None = None
+
+    @classmethod
+    def of(cls, scene: Scene, exact: np.ndarray) -> Self:
+        """The problem of a scene with this exact image."""
+        emission = Counter(scene.rate)
+        rate = Counter(scene.camera.in_cube(emission)) if scene.camera else emission
+        return cls(rate, scene.shape, float(np.abs(exact).max()), emission, scene.camera)
 
 
 @dataclass(frozen=True)
@@ -48,6 +62,9 @@ class Contestant:
     modules: imported before the clock starts.
     limit_s: the wall time that one setting may take.
     patience: after so many failures in a scene the settings left are not tried.
+    has_cameras: whether it deals with the camera of a scene. All others image the unit cube that
+        the camera maps to, and what they find is divided by the solid angles of the pixels.
+    for_users: whether it is what somebody with such a scene would pick, who knows no better.
     """
 
     name: str
@@ -58,6 +75,8 @@ class Contestant:
     modules: tuple[str, ...] = ()
     limit_s: float = 40.0
     patience: int = 2
+    has_cameras: bool = False
+    for_users: bool = False
 
     def settings_of(self, scene: str) -> Sequence[dict[str, Any]]:
         """The settings that are tried in a scene."""

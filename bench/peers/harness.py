@@ -8,13 +8,14 @@ import resource
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from multiprocessing.connection import Connection
 
 import numpy as np
 
 from .contestant import Contestant, Found, Problem, spelled
-from .counter import Counter
 from .row import Row
+from .runs import SOME_RUN, Run
 from .scene import Scene, relative_error
 
 #: A child starts as a copy, with scenes and contestants in it: there is nothing to send.
@@ -23,11 +24,13 @@ PROCESSES = multiprocessing.get_context("fork")
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024
 
 
-def sweep(contestant: Contestant, scene: Scene, exact: np.ndarray) -> Iterator[Row]:
+def sweep(
+    contestant: Contestant, scene: Scene, exact: np.ndarray, run: Run = SOME_RUN
+) -> Iterator[Row]:
     """Measures the settings of a contestant until its patience is at an end."""
     failures = 0
     for setting in contestant.settings_of(scene.name):
-        row = measure(contestant, scene, exact, setting)
+        row = replace(measure(contestant, scene, exact, setting), run=run)
         yield row
         failures += not row.found
         if failures >= contestant.patience:
@@ -78,14 +81,16 @@ def solve(contestant: Contestant, scene: Scene, exact: np.ndarray, setting: dict
     """Runs one setting here: the columns of its row."""
     for module in contestant.modules:
         importlib.import_module(module)
-    rate = Counter(scene.rate)
-    problem = Problem(rate, scene.shape, float(np.abs(exact).max()))
+    problem = Problem.of(scene, exact)
     start = time.perf_counter()
     found: Found = contestant.run(problem, **setting)
+    image = found.image
+    if scene.camera and not contestant.has_cameras:
+        image = image / scene.camera.pixel_angles(scene.shape)
     seconds = time.perf_counter() - start
     return {
-        "evaluations": rate.evaluations,
-        "error": relative_error(found.image, exact),
+        "evaluations": problem.emission.evaluations,
+        "error": relative_error(image, exact),
         "estimated_error": found.estimated_error,
         "seconds": seconds,
         "peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT / 2**20,

@@ -13,6 +13,7 @@ from PIL import Image
 
 from . import tables
 from .row import Row
+from .scene import Scene
 
 #: Told apart by the colour-blind too (Okabe and Ito, Tol), dark enough for thin lines on white.
 COLOURS = ("#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#882255", "#999933", "#44aa99")
@@ -22,6 +23,8 @@ MARKERS = ("o", "s", "^")
 #: What is in the picture.
 EVALUATIONS = (1e2, 3e7)
 ERRORS = (3e-8, 1.0)
+#: And in that of a scene where everything costs more.
+OF_SMILE = {"xlim": (3e4, 1e9), "ylim": (1e-4, 1.0)}
 #: How many colours a picture has.
 PALETTE = 96
 #: Where a name stands beside the last point of its curve.
@@ -32,13 +35,13 @@ PLACES = {
 }
 
 
-def draw(path: Path, title: str, rows: Sequence[Row], contestants: Sequence[str]) -> None:
+def draw(path: Path, scene: Scene, rows: Sequence[Row], contestants: Sequence[str]) -> None:
     """Draws one scene: a dot for each setting, a line through those that are not bettered.
 
     The names of ours, and of all that need fewest evaluations of the others, stand in it.
     """
     figure, axes = plt.subplots(figsize=(9.5, 5.8), dpi=110, layout="constrained")
-    winners = _winners(rows)
+    winners, (height, width) = _winners(rows), scene.shape
     for at, name in enumerate(contestants):
         own = [row for row in tables.of(rows, name) if row.found and row.error > 0]
         if not own:
@@ -50,11 +53,10 @@ def draw(path: Path, title: str, rows: Sequence[Row], contestants: Sequence[str]
     axes.set(
         xscale="log",
         yscale="log",
-        xlabel="evaluations of g for 64 x 64 pixels",
+        xlabel=f"evaluations of g for {height} x {width} pixels",
         ylabel="largest error / largest pixel",
-        title=title,
-        xlim=EVALUATIONS,
-        ylim=ERRORS,
+        title=f"{scene.name}: {scene.title}",
+        **(OF_SMILE if scene.name == "smile" else {"xlim": EVALUATIONS, "ylim": ERRORS}),
     )
     for level in tables.LEVELS.values():
         axes.axhline(level, color="0.88", linewidth=0.8, zorder=0)

@@ -1,8 +1,11 @@
 """What was measured with one setting, and the file of all such rows."""
 
 import csv
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
+
+from . import runs
+from .runs import Run
 
 
 @dataclass(frozen=True)
@@ -10,7 +13,7 @@ class Row:
     """One contestant with one setting in one scene; None where it found no image.
 
     error, estimated_error: relative to the largest pixel. peak_mib: of the whole process, the
-        interpreter and its libraries included.
+        interpreter and its libraries included. run: when it was measured.
     """
 
     contestant: str
@@ -23,6 +26,7 @@ class Row:
     seconds: float | None = None
     peak_mib: float | None = None
     note: str = ""
+    run: Run = runs.SOME_RUN
 
     @property
     def repeated(self) -> tuple[str, str, str]:
@@ -45,31 +49,38 @@ def read(path: Path) -> list[Row]:
     """The rows of a file; none if there is no file."""
     if not path.exists():
         return []
-    with path.open(newline="", encoding="utf-8") as file:
-        return [_parsed(row) for row in csv.DictReader(file)]
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    comments = [line for line in lines if line.startswith("# ")]
+    known = runs.parsed(comments)
+    return [_parsed(values, known) for values in csv.DictReader(lines[len(comments) :])]
 
 
 def write(path: Path, rows: list[Row]) -> None:
-    """Writes all rows to a file, which is replaced when it is whole."""
+    """Writes all rows to a file, which is replaced when it is whole: runs first, then a table."""
+    # Runs of which no row is left are not there any more.
+    numbers: dict[Run, int] = {}
+    for row in sorted(rows, key=lambda row: row.run.date):
+        numbers.setdefault(row.run, len(numbers) + 1)
     partial = path.with_suffix(".partial")
     with partial.open("w", newline="", encoding="utf-8") as file:
+        file.writelines(run.spelled(number) for run, number in numbers.items())
         writer = csv.DictWriter(file, NAMES, lineterminator="\n")
         writer.writeheader()
-        writer.writerows(_spelled(row) for row in rows)
+        writer.writerows(_spelled(row, numbers) for row in rows)
     partial.replace(path)
 
 
-def _spelled(row: Row) -> dict[str, str]:
-    values = {name: "" if value is None else value for name, value in asdict(row).items()}
+def _spelled(row: Row, numbers: dict[Run, int]) -> dict[str, str]:
+    values = {name: getattr(row, name) for name in NAMES} | {"run": numbers[row.run]}
     return {
-        name: format(values[name], FORMATS.get(name, "") if values[name] != "" else "")
-        for name in NAMES
+        name: "" if value is None else format(value, FORMATS.get(name, ""))
+        for name, value in values.items()
     }
 
 
-def _parsed(values: dict[str, str]) -> Row:
+def _parsed(values: dict[str, str], known: dict[int, Run]) -> Row:
     numbers = {"evaluations": int} | dict.fromkeys(FORMATS, float)
     read = {
         name: number(values[name]) if values[name] else None for name, number in numbers.items()
     }
-    return Row(**(values | read))
+    return Row(**(values | read | {"run": known[int(values["run"])]}))

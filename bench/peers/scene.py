@@ -1,19 +1,23 @@
-"""What a scene is: an emission rate in the unit cube, seen along z, and its exact image."""
+"""What a scene is: an emission rate, a camera, and the exact image."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from .camera import Equirectangular
+
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene on the unit cube; a camera of another kind is mapped to the cube by its rate.
+    """A scene: the unit cube seen along z, or what a camera sees.
 
-    rate: g(x, y, z) of arrays that broadcast, the Jacobian of the mapping in it.
+    rate: g(x, y, z) of arrays that broadcast.
     exact, check: two images (height, width) that share no nodes; row 0 has the lowest y. Each
-        pixel is the mean over its square of the integral of g over z.
+        pixel is the mean over its square of the integral of g over z or, of a camera, the mean
+        over its solid angle of the integral along the line of sight.
     agreement: what the two may differ by at most, relative to the largest pixel.
+    camera: what sees it; None: the unit cube, x to the right, y up, z away.
     """
 
     name: str
@@ -23,6 +27,7 @@ class Scene:
     check: Callable[[tuple[int, int]], np.ndarray]
     shape: tuple[int, int] = (64, 64)
     agreement: float = 1e-12
+    camera: Equirectangular | None = None
 
     def verified_image(self) -> tuple[np.ndarray, float]:
         """The exact image and by how much the other one differs from it."""

@@ -1,5 +1,8 @@
 """The scenes of the comparison. A further one is a line here and settings in the contestants."""
 
-from . import equation8, shell, shock
+from . import equation8, shell, shock, smile
 
-SCENES = {module.SCENE.name: module.SCENE for module in (equation8, shell, shock)}
+SCENES = {module.SCENE.name: module.SCENE for module in (equation8, shell, shock, smile)}
+
+#: The scenes of the table of what users would pick.
+USERS = ("eq8", "smile")

@@ -8,6 +8,8 @@ from .row import Row
 LEVELS = {"6 %": 0.06, "1 %": 0.01, "0.1 %": 1e-3, "1e-4": 1e-4, "1e-6": 1e-6}
 OURS = "emitree"
 NONE = "-"
+#: Errors that users want, of those.
+USERS = ("1 %", "0.1 %")
 #: Behind a number that another random start does not confirm.
 LUCK = "\\*"
 
@@ -48,13 +50,75 @@ def against(rows: Sequence[Row], scenes: Sequence[str]) -> str:
         others = [row for row in here if row.contestant != OURS]
         for name, error in LEVELS.items():
             ours, best = cheapest(of(here, OURS), error), cheapest(others, error)
-            asked = next((row for row in of(here, OURS) if _asked(row) == error), None)
+            asked = _asked_for(here, error)
             if ours is None and best is None:
                 continue
             other = NONE if best is None else f"{_marked(best, here, error)} ({best.contestant})"
             lines.append([scene, name, _count(asked), _count(ours), other, _outcome(ours, best)])
     heads = ["scene", "error", f"{OURS}, asked for it", OURS, "best of the others", "outcome"]
     return table(heads, lines)
+
+
+def users(rows: Sequence[Row], contestants: Sequence[str], scenes: Sequence[str]) -> str:
+    """What each contestant costs, in scenes and for errors that users want, and what ours does.
+
+    Ours is the setting that asked for the error, of the others the cheapest that has it or, where
+    none has, the one that comes closest.
+    """
+    lines = []
+    for scene in scenes:
+        here = [row for row in rows if row.scene == scene]
+        for level in USERS:
+            ours = _asked_for(here, LEVELS[level])
+            for name in contestants:
+                own = of(here, name)
+                row = ours if name == OURS else cheapest(own, LEVELS[level])
+                said = NONE if name == OURS else _compared(ours, row)
+                if row is None:
+                    row, said = _closest(own), _missed(own)
+                lines.append([scene, level, name, *_bill(row), said])
+    heads = ["scene", "error", "", "setting", "evaluations", "error reached", "s", "MiB"]
+    return table([*heads, f"{OURS} takes"], lines, texts=4)
+
+
+def _asked_for(rows: Sequence[Row], error: float) -> Row | None:
+    """The row where ours was asked for that error."""
+    return next((row for row in of(rows, OURS) if row.found and _asked(row) == error), None)
+
+
+def _closest(rows: Sequence[Row]) -> Row | None:
+    """The row with the smallest error, of equal ones the cheapest."""
+    found = (row for row in rows if row.found)
+    return min(found, key=lambda row: (row.error, row.evaluations), default=None)
+
+
+def _missed(rows: Sequence[Row]) -> str:
+    """What is said of rows none of which has an error that is wanted."""
+    failed = [row for row in rows if not row.found]
+    return "; ".join(["missed", *(f"{row.setting} {row.note}" for row in failed[-1:])])
+
+
+def _bill(row: Row | None) -> list[str]:
+    """Setting, evaluations, error, seconds and memory of a row."""
+    if row is None:
+        return [NONE] * 5
+    return [row.setting, _count(row), f"{row.error:.1e}", *_cost(row)]
+
+
+def _compared(ours: Row | None, row: Row | None) -> str:
+    """What ours takes of the evaluations, seconds and memory of a row; bold what is more."""
+    if ours is None or row is None:
+        return NONE
+    ratios = {
+        "evaluations": ours.evaluations / row.evaluations,
+        "s": ours.seconds / row.seconds,
+        "MiB": ours.peak_mib / row.peak_mib,
+    }
+    return ", ".join(_times(ratio, of_what) for of_what, ratio in ratios.items())
+
+
+def _times(ratio: float, of_what: str) -> str:
+    return f"**{ratio:.2g} x {of_what}**" if ratio > 1 else f"{ratio:.2g} x {of_what}"
 
 
 def promises(rows: Sequence[Row]) -> str:
@@ -77,9 +141,9 @@ def promises(rows: Sequence[Row]) -> str:
     return table(["asked for", "evaluations", "estimated", "measured", "kept", "s"], lines)
 
 
-def table(heads: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """A table, its first column to the left and the others to the right."""
-    rule = ["---", *["--:"] * (len(heads) - 1)]
+def table(heads: Sequence[str], lines: Sequence[Sequence[str]], texts: int = 1) -> str:
+    """A table, its first columns (texts) to the left and the others to the right."""
+    rule = ["---"] * texts + ["--:"] * (len(heads) - texts)
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (heads, rule, *lines))
 
 
@@ -106,11 +170,8 @@ def _cell(own: Sequence[Row], rows: Sequence[Row], error: float) -> str:
 
 
 def _best(rows: Sequence[Row]) -> str:
-    found = [row for row in rows if row.found]
-    if not found:
-        return NONE
-    best = min(found, key=lambda row: (row.error, row.evaluations))
-    return f"{best.error:.1e} ({_count(best)})"
+    best = _closest(rows)
+    return NONE if best is None else f"{best.error:.1e} ({_count(best)})"
 
 
 def _cost(row: Row | None) -> list[str]:

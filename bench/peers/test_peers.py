@@ -1,12 +1,15 @@
 """Evaluations are counted rightly, images lie as they should, and exact images are exact."""
 
 import itertools
+import shutil
+import subprocess
 import time
 
 import numpy as np
 import pytest
 
-from . import gauss, harness, interpolant, row, tables
+from . import __main__ as command
+from . import gauss, harness, interpolant, row, runs, tables
 from .contestant import Contestant, Found, Problem
 from .contestants import CONTESTANTS
 from .counter import Counter, GridMemo, PointMemo
@@ -95,11 +98,11 @@ OF_THE_CRATE = {
 }
 
 
-@pytest.mark.parametrize("scene", SCENES.values(), ids=lambda scene: scene.name)
-def test_exact_images_agree_with_other_nodes_and_with_the_crate(scene):
-    image, disagreement = scene.verified_image()
+@pytest.mark.parametrize("name", OF_THE_CRATE)
+def test_exact_images_agree_with_other_nodes_and_with_the_crate(name):
+    image, disagreement = SCENES[name].verified_image()
     assert disagreement < 1e-12
-    low, high, total = OF_THE_CRATE[scene.name]
+    low, high, total = OF_THE_CRATE[name]
     assert abs(image.min() - low) < 1e-12 * high
     assert abs(image.max() - high) < 1e-12 * high
     assert abs(image.sum() - total) < 1e-12 * total
@@ -160,13 +163,57 @@ def test_memory_and_time_are_those_of_the_run():
     assert small.error == 0
 
 
+EARLIER = runs.Run("a machine: old", "abc-dirty", "cargo xtask compare-peers", "2026-01-02")
+LATER = runs.Run("a machine", "def", 'cargo xtask compare-peers "fixed step 1"', "2026-02-01")
+
+
+def test_runs_say_where_they_were(tmp_path):
+    run = runs.now(["cargo", "xtask", "compare-peers", "fixed step 1"], tmp_path)
+    assert run.command == 'cargo xtask compare-peers "fixed step 1"'
+    assert "cores" in run.machine and "GiB" in run.machine and run.date.endswith("Z")
+    # There is no repository.
+    assert run.commit == runs.UNKNOWN
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="there is no git")
+def test_commits_with_changes_are_dirty(tmp_path):
+    def git(*arguments):
+        author = ["-c", "user.name=a", "-c", "user.email=a@b"]
+        subprocess.run(["git", *author, *arguments], cwd=tmp_path, check=True)
+
+    git("init", "-q")
+    git("commit", "-q", "--allow-empty", "-m", "one")
+    commit = runs.commit(tmp_path)
+    assert len(commit) == 40
+    (tmp_path / "new").write_text("changed")
+    assert runs.commit(tmp_path) == f"{commit}-dirty"
+
+
+def test_names_are_those_of_contestants_and_scenes():
+    contestants, scenes = command.selected([])
+    assert [one.name for one in contestants] == list(CONTESTANTS)
+    assert [one.name for one in scenes] == list(SCENES)
+    contestants, scenes = command.selected(["smile", "yt grid", "emitree"])
+    assert [one.name for one in contestants] == ["emitree", "yt grid"]
+    assert [one.name for one in scenes] == ["smile"]
+    contestants, scenes = command.selected(["users"])
+    assert [one.name for one in scenes] == ["eq8", "smile"]
+    assert {"emitree", "raysect"} < {one.name for one in contestants} < set(CONTESTANTS)
+    with pytest.raises(ValueError, match=r"unknown contestants or scenes \['nobody'\]"):
+        command.selected(["eq8", "nobody"])
+
+
 def test_rows_survive_their_file(tmp_path):
     rows = [
-        row.Row("one", "numpy 2", "eq8", "nodes=3", 27, 0.25, None, 0.5, 80.0, "a, b"),
-        row.Row("two", "scipy 1", "eq8", "", note="failed: over 40 s"),
+        row.Row("one", "numpy 2", "eq8", "nodes=3", 27, 0.25, None, 0.5, 80.0, "a, b", LATER),
+        row.Row("two", "scipy 1", "eq8", "", note="failed: over 40 s", run=EARLIER),
+        row.Row("two", "scipy 1", "smile", "", note="failed: over 40 s", run=LATER),
     ]
     row.write(tmp_path / "rows.csv", rows)
     assert row.read(tmp_path / "rows.csv") == rows
+    text = (tmp_path / "rows.csv").read_text().splitlines()
+    assert text[:3] == ["# run: 1", "# machine: a machine: old", "# commit: abc-dirty"]
+    assert text[5] == "# run: 2" and text[10].startswith("contestant,")
     assert row.read(tmp_path / "none.csv") == []
 
 
@@ -208,3 +255,21 @@ def test_ours_is_set_against_the_best_of_the_others():
     )
     asked = [line.split(" | ")[0] for line in tables.promises(rows).splitlines()[2:]]
     assert asked == ["| 0.01", "| 0.05"]
+
+
+def test_what_users_would_pick_shows_where_ours_loses():
+    rows = [
+        row.Row("emitree", "", "eq8", "tolerance=0.02", 400, 0.009, 0.013, 0.1, 60),
+        row.Row("emitree", "", "eq8", "tolerance=0.01", 500, 0.002, 0.007, 0.1, 60),
+        row.Row("one", "", "eq8", "n=2", 2000, 0.01, None, 0.05, 60),
+        row.Row("two", "", "eq8", "n=2", 900, 0.3, None, 0.05, 60),
+        row.Row("two", "", "eq8", "n=3", note="failed: over 40 s"),
+    ]
+    names = ["emitree", "one", "two", "three"]
+    ours, one, two, three, *rest = tables.users(rows, names, ["eq8"]).splitlines()[2:]
+    assert ours == "| eq8 | 1 % | emitree | tolerance=0.01 | 500 | 2.0e-03 | 0.1 | 60 | - |"
+    assert one.endswith("| 0.05 | 60 | 0.25 x evaluations, **2 x s**, 1 x MiB |")
+    assert two.startswith(
+        "| eq8 | 1 % | two | n=2 | 900 | 3.0e-01 | 0.05 | 60 | missed; n=3 failed"
+    )
+    assert three.endswith("three | - | - | - | - | - | missed |") and len(rest) == 4

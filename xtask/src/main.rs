@@ -79,8 +79,9 @@ fn help() -> String {
     }
     help.push_str(
         "  help     this text\n\n\
-         cargo xtask compare-peers [CONTESTANT ...]\n\n  \
-         measures emitree beside the packages that people use (bench/peers), or only those named,\n  \
+         cargo xtask compare-peers [NAME ...]\n\n  \
+         measures emitree beside the packages that people use (bench/peers), only those or the scenes\n  \
+         that are named, or with `users` what the table of users shows,\n  \
          and writes docs/peers.md\n",
     );
     help

@@ -10,9 +10,9 @@ use crate::workspace::{Workspace, succeed};
 /// The folder of the comparison.
 const FOLDER: &str = "bench/peers";
 
-/// Tests the comparison, measures the contestants named (all of them if none is), and writes
-/// `bench/peers/results.csv`, `docs/peers.md` and its pictures.
-pub(crate) fn run(workspace: &Workspace, contestants: &[&str]) -> Result<(), String> {
+/// Tests the comparison, measures the contestants and scenes named (all if none is; `users` is what
+/// users would pick), and writes `bench/runs/peers.csv`, `docs/peers.md` and its pictures.
+pub(crate) fn run(workspace: &Workspace, names: &[&str]) -> Result<(), String> {
     let python = interpreter(workspace, "peers-venv", &format!("{FOLDER}/requirements.txt"))?;
     lint(workspace, &python, FOLDER)?;
     // Optimised as users have it: seconds are compared too.
@@ -24,5 +24,5 @@ pub(crate) fn run(workspace: &Workspace, contestants: &[&str]) -> Result<(), Str
         command
     };
     succeed(&mut module(&["pytest", "-q", "-p", "no:cacheprovider", FOLDER]))?;
-    succeed(module(&["peers"]).args(contestants))
+    succeed(module(&["peers"]).args(names))
 }

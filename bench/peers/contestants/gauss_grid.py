@@ -36,10 +36,10 @@ def _whole(extra=()):
     return [{"across": across, "depth": depth} for across, depth in ordered]
 
 
-def _in_elements():
+def _in_elements(counts):
     return [
         {"elements": elements, "across": across, "depth": depth}
-        for elements in (2, 4, 8, 16)
+        for elements in counts
         for across in (2, 3, 4, 5, 6, 8, 10, 12)
         for depth in (across // 2, across)
         if elements**3 * across**2 * depth <= LARGEST
@@ -52,13 +52,13 @@ CONTESTANTS = [
         distribution="numpy",
         about="one tensor grid of Gauss-Legendre nodes, exact pixel means of its interpolant",
         run=partial(_project, elements=1),
-        settings={OTHERWISE: _whole(), "shock": _whole(DEEP)},
+        settings={OTHERWISE: _whole(), "shock": _whole(DEEP), "smile": _whole(DEEP)},
     ),
     Contestant(
         name="Gauss elements",
         distribution="numpy",
         about="the same in each of 2 to 16 elements along each axis",
         run=_project,
-        settings={OTHERWISE: _in_elements()},
+        settings={OTHERWISE: _in_elements((2, 4, 8, 16)), "smile": _in_elements((2, 5, 10))},
     ),
 ]

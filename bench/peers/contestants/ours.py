@@ -1,5 +1,7 @@
 """Emitree: it is told a tolerance and decides the rest."""
 
+from dataclasses import asdict
+
 from ..contestant import OTHERWISE, Contestant, Found
 
 TOLERANCES = (
@@ -12,20 +14,35 @@ def _render(problem, tolerance):
     import emitree
 
     rendering = emitree.render(
-        lambda position, direction: problem.rate.at(position),
-        emitree.Canonical(),
+        lambda position, direction: problem.emission.at(position),
+        _camera(problem),
         problem.shape,
         tolerance=tolerance,
         threads=1,
     )
-    if rendering.evaluations != problem.rate.evaluations:
+    if rendering.evaluations != problem.emission.evaluations:
         raise AssertionError(
             f"emitree reports {rendering.evaluations} evaluations: expected the"
-            f" {problem.rate.evaluations} that were counted"
+            f" {problem.emission.evaluations} that were counted"
         )
     note = "" if rendering.converged else "not converged"
     return Found(rendering.image, rendering.estimated_error, note)
 
+
+def _camera(problem):
+    import emitree
+
+    if problem.camera is None:
+        return emitree.Canonical()
+    return emitree.Equirectangular(near=0.0, **asdict(problem.camera))
+
+
+def _settings(tolerances):
+    return [{"tolerance": tolerance} for tolerance in tolerances]
+
+
+#: Tighter ones take minutes where the image has folds.
+COARSE = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
 
 CONTESTANTS = [
     Contestant(
@@ -33,8 +50,11 @@ CONTESTANTS = [
         distribution="emitree",
         about="method `vol`, told a tolerance and nothing else",
         run=_render,
-        settings={OTHERWISE: [{"tolerance": tolerance} for tolerance in TOLERANCES]},
+        settings={OTHERWISE: _settings(TOLERANCES), "smile": _settings(COARSE)},
         modules=("emitree",),
+        limit_s=60.0,
         patience=1,
+        has_cameras=True,
+        for_users=True,
     )
 ]

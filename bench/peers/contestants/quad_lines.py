@@ -39,6 +39,7 @@ JUMP = _settings(
     *((2, 0.1), (3, 0.1), (4, 0.05), (5, 0.02), (6, 1e-2), (8, 1e-3), (10, 1e-4)),
     *((12, 1e-5), (14, 1e-5), (16, 1e-6), (20, 1e-8), (24, 1e-9)),
 )
+SURFACES = _settings((16, 0.05), (32, 0.02), (48, 0.02), (64, 0.02))
 
 CONTESTANTS = [
     Contestant(
@@ -47,7 +48,7 @@ CONTESTANTS = [
         about="`scipy.integrate.quad` (QUADPACK) along n x n Gauss lines of the whole image, "
         "exact pixel means of their interpolant",
         run=_integrate,
-        settings={"eq8": SMOOTH, OTHERWISE: THIN, "shock": JUMP},
+        settings={"eq8": SMOOTH, OTHERWISE: THIN, "shock": JUMP, "smile": SURFACES},
         modules=("scipy.integrate",),
     )
 ]

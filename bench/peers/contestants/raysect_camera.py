@@ -1,4 +1,4 @@
-"""An orthographic camera of raysect before a cube that emits."""
+"""A cube that emits before raysect's orthographic camera, and rays of another camera."""
 
 import random
 
@@ -51,20 +51,52 @@ def _observe(problem, steps, rays):
     return Found(np.asarray(pipeline.frame.mean)[::-1, ::-1].T)
 
 
+def _trace(problem, steps, across):
+    """What a camera sees, by across x across rays in each pixel.
+
+    Raysect has no camera with equal angles, and its `VectorCamera` spreads the rays of a pixel
+    over the neighbours of the pixel: rays are traced one by one.
+    """
+    from raysect.core import Point3D, Vector3D, translate
+    from raysect.optical import Ray, World
+    from raysect.primitive import Sphere
+
+    camera, world = problem.camera, World()
+    # A sphere about the observer, where all lines end. Its own centre is its origin.
+    around = lambda x, y, z: problem.emission(*np.add(camera.position, (x, y, z)))  # noqa: E731
+    material = _emitter(around, camera.far / steps)
+    Sphere(camera.far, parent=world, transform=translate(*camera.position), material=material)
+    observer, bin_ = Point3D(*camera.position), {"min_wavelength": 500, "max_wavelength": 501}
+    lines = camera.lines(problem.shape, across)
+    radiances = [
+        Ray(observer, Vector3D(*line), bins=1, **bin_).trace(world).samples[0]
+        for line in lines.reshape(-1, 3)
+    ]
+    return Found(np.reshape(radiances, lines.shape[:-1]).mean(axis=(2, 3)))
+
+
+def _image(problem, **setting):
+    return _observe(problem, **setting) if problem.camera is None else _trace(problem, **setting)
+
+
 CONTESTANTS = [
     Contestant(
         name="raysect",
         distribution="raysect",
-        about="`OrthographicCamera`, `InhomogeneousVolumeEmitter`, random rays in each pixel",
-        run=_observe,
+        about="`InhomogeneousVolumeEmitter` before the `OrthographicCamera`, random rays in each "
+        "pixel; for a camera in space rays are traced one by one",
+        run=_image,
         settings={
             OTHERWISE: [
                 {"steps": steps, "rays": rays}
                 for steps, rays in ((8, 1), (16, 1), (16, 4), (32, 4), (16, 16))
-            ]
+            ],
+            "smile": [{"steps": steps, "across": 1} for steps in (40, 160)],
         },
         modules=("raysect.optical", "raysect.primitive"),
         limit_s=60.0,
         patience=1,
+        has_cameras=True,
+        for_users=True,
     )
 ]

@@ -45,6 +45,7 @@ CONTESTANTS = [
             "shock": tensor_train.settings(
                 tensor_train.JUMP + tensor_train.JUMP_MIDPOINTS, tolerance=(1e-3,), seed=SEEDS
             ),
+            "smile": tensor_train.settings(tensor_train.SURFACES, tolerance=(1e-3,), seed=SEEDS),
             OTHERWISE: THIN,
         },
         modules=("pychebyshev",),

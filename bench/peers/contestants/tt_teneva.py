@@ -47,6 +47,9 @@ CONTESTANTS = [
                     tensor_train.JUMP_MIDPOINTS[:4], True, tolerance=(0.1, 1e-3), **CHOICES
                 ),
             ],
+            "smile": tensor_train.settings(
+                tensor_train.SURFACES, True, tolerance=(1e-2,), growth=(2,), seed=(0, 1)
+            ),
             OTHERWISE: THIN,
         },
         modules=("teneva",),

@@ -60,6 +60,9 @@ CONTESTANTS = [
                     tensor_train.JUMP_MIDPOINTS, True, tolerance=JUMP, **CHOICES
                 ),
             ],
+            "smile": tensor_train.settings(
+                tensor_train.SURFACES, True, tolerance=(1e-2,), growth=(4,), seed=(0, 1)
+            ),
             OTHERWISE: THIN,
         },
         modules=("torch", "tntorch"),
