@@ -19,9 +19,13 @@ const ERRORS: [f64; 2] = [0.01, 0.001];
 /// Lines of a pixel, along each side, and steps of a line that are tried, the cheapest first.
 const LINES: [usize; 3] = [1, 2, 3];
 const MOST_STEPS: usize = 20;
+/// Pixels along a side beyond which the steps that are needed do not change.
+const ENOUGH_PIXELS: usize = 512;
 /// The fastest of so many runs counts, or of more if they take less than this together.
 const LEAST_RUNS: usize = 3;
 const RUNS_S: f64 = 0.5;
+/// A run that takes longer is the only one.
+const LONG_S: f64 = 5.0;
 /// What a g costs that is not so cheap, and where it is measured.
 const DEAR: Duration = Duration::from_micros(1);
 const PIXELS_OF_DEAR: usize = 1024;
@@ -77,14 +81,16 @@ struct Settings {
 
 impl Settings {
     fn new(emission: &impl Emission, pixels: usize, error: f64) -> Result<Self, String> {
-        let shape = [pixels; 2];
-        let exact = equation8::exact_image(equation8::ALPHA, shape);
+        let image = |pixels: usize| equation8::exact_image(equation8::ALPHA, [pixels; 2]);
+        // More pixels only make the middle of each a better place for its line.
+        let coarse = pixels.min(ENOUGH_PIXELS);
+        let exact = image(coarse);
         for lines in LINES {
             for steps in 2..=MOST_STEPS {
                 let los = LosOptions { lines, steps: Steps::Fixed(steps) };
-                let found = rendered(emission, shape, Method::Los(los))?;
+                let found = rendered(emission, [coarse; 2], Method::Los(los))?;
                 if relative_error(&found.image, &exact) <= error {
-                    return Ok(Self { shape, error, los, exact });
+                    return Ok(Self { shape: [pixels; 2], error, los, exact: image(pixels) });
                 }
             }
         }
@@ -137,7 +143,7 @@ fn fastest<T>(mut work: impl FnMut() -> Result<T, String>) -> Result<(f64, T, us
         seconds = seconds.min(taken.time.as_secs_f64());
         together += taken.time.as_secs_f64();
         peak = peak.max(taken.peak_bytes);
-        if runs >= LEAST_RUNS && together > RUNS_S {
+        if (runs >= LEAST_RUNS && together > RUNS_S) || taken.time.as_secs_f64() > LONG_S {
             return Ok((seconds, made, peak));
         }
     }

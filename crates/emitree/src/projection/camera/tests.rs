@@ -119,6 +119,19 @@ fn solid_angles_of_pixels_are_integrals_and_add_up() {
 }
 
 #[test]
+fn small_pixels_add_up_to_larger_ones() {
+    let camera = Perspective::new(VIEWPOINT, [1.2, 1.2], DEPTH).unwrap();
+    // Of the plane's 2 tan 0.6: the whole is above, and its quarters below the size of two nodes.
+    let [whole, quarter] = [7e-4, 3.5e-4].map(|side| side / (2.0 * 0.6_f64.tan()));
+    for min in [[0.0, 0.0], [0.31, 0.62], [0.9, 0.5]] {
+        let of = |min: [f64; 2], side: f64| camera.solid_angle(min, min.map(|low| low + side));
+        let corners = [[0.0, 0.0], [quarter, 0.0], [0.0, quarter], [quarter, quarter]];
+        let sum: f64 = corners.map(|[x, y]| of([min[0] + x, min[1] + y], quarter)).iter().sum();
+        assert!((sum / of(min, whole) - 1.0).abs() < 1e-12, "{min:?}");
+    }
+}
+
+#[test]
 fn small_pixels_keep_their_digits() {
     let camera = Perspective::new(VIEWPOINT, [0.5, 0.5], DEPTH).unwrap();
     let edge = 1.0 / 65_536.0;
