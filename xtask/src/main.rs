@@ -8,6 +8,7 @@
 mod astropy;
 mod environment;
 mod peers;
+mod performance;
 mod python;
 mod step;
 mod total;
@@ -25,6 +26,11 @@ fn main() -> ExitCode {
     if let ["compare-peers", contestants @ ..] = &words[..] {
         let compared = Workspace::find().and_then(|workspace| peers::run(&workspace, contestants));
         return compared.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
+    }
+    if let ["performance", sections @ ..] = &words[..] {
+        let measured =
+            Workspace::find().and_then(|workspace| performance::run(&workspace, sections));
+        return measured.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
     }
     let steps = match words[..] {
         [] | ["help" | "--help" | "-h"] => {
@@ -81,8 +87,10 @@ fn help() -> String {
         "  help     this text\n\n\
          cargo xtask compare-peers [NAME ...]\n\n  \
          measures emitree beside the packages that people use (bench/peers), only those or the scenes\n  \
-         that are named, or with `users` what the table of users shows,\n  \
-         and writes docs/peers.md\n",
+         that are named, or with `users` what the table of users shows, and writes docs/peers.md\n\n\
+         cargo xtask performance [SECTION ...]\n\n  \
+         measures what emitree costs beside the emission, or only the sections named, and writes\n  \
+         docs/performance.md\n",
     );
     help
 }

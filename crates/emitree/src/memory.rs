@@ -10,8 +10,8 @@ use crate::vol;
 /// Memory that one cell of a tree takes while the tree is built, at the most, with its share of the
 /// ghosts, of the tree without the last generation and of the evaluations that are kept.
 ///
-/// Measured on trees of 10⁴ to 10⁶ cells (`tests/alloc.rs`), 33 to 47 bytes and 360 to 520, and
-/// rounded up: a hash table that has just grown is larger. With an energy axis they are 29 to 39, and
+/// Measured on trees of 10⁴ to 10⁷ cells (`tests/alloc.rs`), 24 to 34 bytes and 360 to 520, and
+/// rounded up: a hash table that has just grown is larger. With an energy axis they are at most 39, and
 /// 1010 to 1160: a cell of four dimensions has three times as many nodes, and what is measured for
 /// each evaluation is at most 70.
 fn bytes_per_cell(rule: CellRule, axes: usize) -> u64 {

@@ -233,8 +233,7 @@ pub(super) fn grow<const D: usize, I: Integrand<D>>(
             .average(*level, &families[..*own], averages, integrand)
             .map_err(BuildError::Integrand)?;
         largest = largest.max(detail_size(averages));
-        let predicted = tree.predict_families(last, 0, tree.levels[last].own);
-        tree.levels[last].set_details(&predicted);
+        tree.set_details(last);
         if ending == Ending::Complete {
             split = tree.levels[last].cells_to_split(options.threshold.absolute(largest));
         }
@@ -245,7 +244,7 @@ pub(super) fn grow<const D: usize, I: Integrand<D>>(
 impl<const D: usize> Level<D> {
     /// The positions of cells.
     fn positions(&self, cells: &[u32]) -> Vec<[u32; D]> {
-        cells.iter().map(|&cell| self.cell_position(cell as usize)).collect()
+        cells.par_iter().map(|&cell| self.cell_position(cell as usize)).collect()
     }
 
     /// Keeps, of the cells to be split, at most `count`, those of the families with the largest
@@ -259,8 +258,14 @@ impl<const D: usize> Level<D> {
             let family = cell as usize / Self::SIBLINGS;
             detail_size(&self.details[family * Self::SIBLINGS..][..Self::SIBLINGS])
         };
-        split.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
-        split.truncate(count);
+        if count >= split.len() {
+            return;
+        }
+        let mut sized: Vec<(f64, u32)> = split.par_iter().map(|&cell| (size(cell), cell)).collect();
+        // Of equal sizes the first in the order of cells.
+        sized.select_nth_unstable_by(count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        split.clear();
+        split.extend(sized[..count].iter().map(|&(_, cell)| cell));
         split.sort_unstable();
     }
 
@@ -288,7 +293,7 @@ impl<const D: usize> SparseTree<D> {
             parents.children[cell as usize] = to_u32(family);
         }
         let level = parents.level + 1;
-        self.complete(depth, families.iter().copied());
+        self.complete(depth, &families);
         self.levels.push(Level::refined(level, families, split));
     }
 

@@ -1,7 +1,7 @@
 //! One level of a sparse tree: families of sibling cells, found by their position.
 
+use super::index::FamilyIndex;
 use crate::cell::{self, power, to_u32};
-use rustc_hash::FxHashMap;
 
 /// Marks a cell that has no children.
 pub(super) const LEAF: u32 = u32::MAX;
@@ -28,8 +28,8 @@ pub(super) struct Level<const D: usize> {
     pub(super) parents: Vec<u32>,
     /// For each own cell the index of its family one level down, or [`LEAF`].
     pub(super) children: Vec<u32>,
-    /// Family index by the key of its position; empty on the base level, which is dense.
-    index: FxHashMap<u64, u32>,
+    /// Family by position; empty on the base level, which is dense.
+    index: FamilyIndex<D>,
 }
 
 impl<const D: usize> Level<D> {
@@ -53,15 +53,14 @@ impl<const D: usize> Level<D> {
             details: Vec::new(),
             parents: Vec::new(),
             children: vec![LEAF; cells],
-            index: FxHashMap::default(),
+            index: FamilyIndex::default(),
         }
     }
 
     /// A refined level with own `families` of the given parents, averages and details 0.
     pub(super) fn refined(level: u8, families: Vec<[u32; D]>, parents: Vec<u32>) -> Self {
         let (own, cells) = (families.len(), families.len() * Self::SIBLINGS);
-        let keys = families.iter().enumerate().map(|(i, &f)| (cell::key(f), to_u32(i)));
-        let index = keys.collect();
+        let index = FamilyIndex::of(&families);
         Self {
             level,
             dense: false,
@@ -91,7 +90,12 @@ impl<const D: usize> Level<D> {
             let linear = position.iter().rev().fold(0, |linear, &p| linear << shift | p as usize);
             return Some(linear);
         }
-        self.index.get(&cell::key(position)).map(|&family| family as usize)
+        self.index.get(position)
+    }
+
+    /// Where families are; `None` on the base level, where positions say it.
+    pub(super) fn index(&self) -> Option<&FamilyIndex<D>> {
+        (!self.dense).then_some(&self.index)
     }
 
     /// The averages of the family with the given index.
@@ -99,19 +103,16 @@ impl<const D: usize> Level<D> {
         &self.averages[family * Self::SIBLINGS..][..Self::SIBLINGS]
     }
 
-    /// Appends a ghost family at `position`, averages not yet predicted.
-    pub(super) fn push_ghost(&mut self, position: [u32; D]) {
-        self.index.insert(cell::key(position), to_u32(self.families.len()));
-        self.families.push(position);
-        self.averages.resize(self.averages.len() + Self::SIBLINGS, 0.0);
-    }
-
-    /// Every detail is its cell's average minus the prediction.
-    pub(super) fn set_details(&mut self, predicted: &[f64]) {
-        let averages = self.averages.iter().zip(predicted);
-        for (detail, (actual, predicted)) in self.details.iter_mut().zip(averages) {
-            *detail = actual - predicted;
+    /// Appends ghost families at these positions, none of which is there, averages not yet predicted.
+    pub(super) fn push_ghosts(&mut self, ghosts: &[[u32; D]]) {
+        self.families.reserve_exact(ghosts.len());
+        for &position in ghosts {
+            self.index.insert(position, self.families.len());
+            self.families.push(position);
         }
+        let cells = self.families.len() * Self::SIBLINGS;
+        self.averages.reserve_exact(cells - self.averages.len());
+        self.averages.resize(cells, 0.0);
     }
 
     /// Position of own or ghost cell `cell`.

@@ -16,7 +16,10 @@
 //! The tree knows neither cameras nor units: it sees a function on the unit cube.
 
 mod build;
+mod clan;
 mod ghosts;
+mod halves;
+mod index;
 mod level;
 mod points;
 mod point_tree;
@@ -25,6 +28,7 @@ mod progressive;
 mod project;
 mod reconstruct;
 mod sample;
+mod stencils;
 
 pub use build::{BuildError, BuildOptions, Built, Ending, build};
 pub use point_tree::{Family, FamilyDefect};
@@ -37,6 +41,7 @@ use crate::cell::CellIndex;
 use crate::prediction::Predictor;
 use level::{LEAF, Level};
 use points::PointPredictor;
+use rayon::prelude::*;
 
 /// A sparse tree of cell averages in D dimensions; see [the invariants](self).
 #[derive(Clone, Debug)]
@@ -109,11 +114,15 @@ impl<const D: usize> SparseTree<D> {
         let siblings = Level::<D>::SIBLINGS;
         for depth in (1..self.levels.len()).rev() {
             let (coarser, finer) = self.levels.split_at_mut(depth);
-            let parents = &mut coarser[depth - 1].averages;
-            for (family, &parent) in finer[0].parents.iter().enumerate() {
-                let children = finer[0].family_averages(family);
-                parents[parent as usize] = children.iter().sum::<f64>() / siblings as f64;
-            }
+            let (Level { averages, children, .. }, finer) = (&mut coarser[depth - 1], &finer[0]);
+            averages.par_iter_mut().zip(&*children).with_min_len(CELLS_PER_TASK).for_each(
+                |(average, &family)| {
+                    if family != LEAF {
+                        let children = finer.family_averages(family as usize);
+                        *average = children.iter().sum::<f64>() / siblings as f64;
+                    }
+                },
+            );
         }
     }
 
@@ -121,25 +130,35 @@ impl<const D: usize> SparseTree<D> {
     fn update_details(&mut self) {
         self.refresh_ghosts();
         for depth in 1..self.levels.len() {
-            let predicted = self.predict_families(depth, 0, self.levels[depth].own);
-            self.levels[depth].set_details(&predicted);
+            self.set_details(depth);
         }
+    }
+
+    /// Makes every detail of level `depth` its cell's average minus the prediction.
+    fn set_details(&mut self, depth: usize) {
+        let (level, coarser) = self.with_coarser(depth);
+        let Level { families, averages, details, own, .. } = level;
+        coarser.predict_families(&families[..*own], details, |cell, detail, predicted| {
+            *detail = averages[cell] - predicted;
+        });
     }
 
     /// Makes every average its prediction plus its detail, from the base level down.
     fn update_averages(&mut self) {
         for depth in 1..self.levels.len() {
             let families = self.levels[depth].families[..self.levels[depth].own].to_vec();
-            self.complete(depth - 1, families.into_iter());
-            let predicted = self.predict_families(depth, 0, self.levels[depth].own);
-            let level = &mut self.levels[depth];
-            let details = level.details.iter().zip(predicted);
-            for (average, (detail, predicted)) in level.averages.iter_mut().zip(details) {
-                *average = predicted + detail;
-            }
+            self.complete(depth - 1, &families);
+            let (level, coarser) = self.with_coarser(depth);
+            let averages = &mut level.averages[..families.len() * Level::<D>::SIBLINGS];
+            coarser.predict_families(&families, averages, |cell, average, predicted| {
+                *average = predicted + level.details[cell];
+            });
         }
     }
 }
+
+/// Cells that one task of a parallel loop is worth while for.
+const CELLS_PER_TASK: usize = 1 << 12;
 
 #[cfg(test)]
 mod tests;

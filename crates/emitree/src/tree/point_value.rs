@@ -101,7 +101,7 @@ impl PointTree {
             for (&position, _) in level.families.iter().zip(leaves).filter(|(_, leaves)| *leaves) {
                 level.for_each_missing(position, nodes, |family| missing.push(family));
             }
-            self.tree.complete_families(depth, missing.into_iter());
+            self.tree.complete_families(depth, missing);
         }
     }
 }

@@ -6,6 +6,7 @@
 //! centre and an average to second order only; taken for what it is, it keeps the order p.
 
 use crate::cell::power;
+use crate::prediction::Stencil;
 
 /// Tables of weights for the values at the centres of a cell's halves.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,12 @@ impl PointPredictor {
         };
         let of_order = |order: usize| (0..order).map(|offset| of_stencil(order, offset)).collect();
         Self { halves: (1..=order).step_by(2).map(of_order).collect() }
+    }
+
+    /// The weights of both halves of the cell that a stencil is around.
+    pub(super) fn halves(&self, stencil: Stencil) -> [&[f64]; 2] {
+        let [lower, upper] = &self.halves[stencil.order / 2][stencil.offset];
+        [lower, upper]
     }
 
     /// Predicts a family, as [`Predictor::predict_family`](crate::Predictor) does with averages:

@@ -10,13 +10,14 @@
 //! on all axes divide the unit cube into.
 
 use super::SparseTree;
-use super::ghosts::StencilBuffer;
 use super::level::{LEAF, Level};
+use super::stencils::StencilBuffer;
 use crate::cell::to_u32;
 use crate::cube::Cube;
 use crate::image::Image;
 use crate::prediction::{Stencil, part_weights};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 /// How cells along one axis make pixels: for each pixel the cells that it takes from.
 struct Axis {
@@ -77,6 +78,28 @@ impl Axis {
             }
         }
         rows
+    }
+}
+
+/// The parts of cells along one axis, made once for all cells that share a position on it.
+struct Cuts {
+    axis: Axis,
+    known: FxHashMap<u32, (Stencil, Vec<Part>)>,
+}
+
+impl Cuts {
+    fn new(axis: Axis) -> Self {
+        Self { axis, known: FxHashMap::default() }
+    }
+
+    /// Makes the parts of the cell at `position`, if they are not there.
+    fn make(&mut self, position: u32) {
+        self.known.entry(position).or_insert_with(|| self.axis.parts(position));
+    }
+
+    /// The parts of the cell at `position`, which must have been made.
+    fn of(&self, position: u32) -> &(Stencil, Vec<Part>) {
+        &self.known[&position]
     }
 }
 
@@ -203,7 +226,6 @@ impl<const D: usize> SparseTree<D> {
         };
         for depth in first..self.levels.len() - 1 {
             let axes = self.axes(self.levels[depth].level, means.pixels);
-            let finer_axes = self.axes(self.levels[depth + 1].level, means.pixels);
             let is_cut = |cell: usize| {
                 let position = self.levels[depth].cell_position(cell);
                 (0..D).any(|axis| axes[axis].cuts(position[axis]))
@@ -216,12 +238,16 @@ impl<const D: usize> SparseTree<D> {
                 (first..first + Level::<D>::SIBLINGS)
                     .map(|child| self.levels[depth + 1].cell_position(child))
             };
-            tree.complete(depth + 1, cut.iter().flat_map(child_position));
+            let cells: Vec<[u32; D]> = cut.iter().flat_map(child_position).collect();
+            tree.complete(depth + 1, &cells);
+            let mut cuts = axes.map(Cuts::new);
+            let finer = self.levels[depth + 1].level;
+            let mut finer_cuts = self.axes(finer, means.pixels).map(Cuts::new);
             for cell in &cut {
                 let position = self.levels[depth].cell_position(*cell);
-                tree.add_cell(depth, position, &axes, -1.0, &mut buffer, means);
+                tree.add_cell(depth, position, &mut cuts, -1.0, &mut buffer, means);
                 for child in child_position(cell) {
-                    tree.add_cell(depth + 1, child, &finer_axes, 1.0, &mut buffer, means);
+                    tree.add_cell(depth + 1, child, &mut finer_cuts, 1.0, &mut buffer, means);
                 }
             }
         }
@@ -232,14 +258,17 @@ impl<const D: usize> SparseTree<D> {
         &self,
         depth: usize,
         position: [u32; D],
-        axes: &[Axis; D],
+        cuts: &mut [Cuts; D],
         sign: f64,
         buffer: &mut Buffer,
         means: &mut Means<D>,
     ) {
-        let (order, offsets) = self.gather(depth, position, &mut buffer.stencil);
-        let cuts: [(Stencil, Vec<Part>); D] =
-            core::array::from_fn(|axis| axes[axis].parts(position[axis]));
+        let (order, offsets) = self.stencils(depth).gather(position, &mut buffer.stencil);
+        for (cuts, position) in cuts.iter_mut().zip(position) {
+            cuts.make(position);
+        }
+        let cuts: [&(Stencil, Vec<Part>); D] =
+            core::array::from_fn(|axis| cuts[axis].of(position[axis]));
         let orders = core::array::from_fn(|axis| cuts[axis].0.order);
         // A stencil of one cell is that cell, wherever the gathered block has it.
         let starts = core::array::from_fn(|axis| if orders[axis] == 1 { offsets[axis] } else { 0 });
@@ -248,7 +277,7 @@ impl<const D: usize> SparseTree<D> {
             buffer.values.extend_from_slice(&buffer.stencil.block[start..][..orders[0]]);
         }
         let mut side_by_side = 1;
-        for (_, parts) in &cuts {
+        for (_, parts) in cuts {
             take_parts(&buffer.values, side_by_side, parts, &mut buffer.narrowed);
             core::mem::swap(&mut buffer.values, &mut buffer.narrowed);
             side_by_side *= parts.len();

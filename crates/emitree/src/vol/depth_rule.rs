@@ -35,7 +35,12 @@ pub(crate) struct Profile {
     /// Which of the depths have been sampled; at the others G is interpolated.
     sampled: Vec<bool>,
     pub(crate) integral: f64,
-    pub(crate) has_jump: bool,
+    has_jump: bool,
+}
+
+/// Whether a line has a jump that has been resolved: no rule is learned from it.
+pub(crate) fn has_jump(line: &Line) -> bool {
+    line.has_jump_within(spacing(RESOLVED_JUMP_LEVEL))
 }
 
 impl Profile {
@@ -45,7 +50,7 @@ impl Profile {
             rates: (0..DEPTHS).map(|k| line.rate(depth(k))).collect(),
             sampled: (0..DEPTHS).map(|k| line.has(depth(k))).collect(),
             integral: line.integral,
-            has_jump: line.has_jump_within(spacing(RESOLVED_JUMP_LEVEL)),
+            has_jump: has_jump(line),
         }
     }
 }

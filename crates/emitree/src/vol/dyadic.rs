@@ -106,13 +106,30 @@ pub(crate) fn polynomial_weights(t: f64) -> [f64; STENCIL] {
     })
 }
 
-/// The value at `x` of the polynomial through at most [`STENCIL`] `points` (x, value).
+/// The value at `x` of the polynomial through the first [`STENCIL`] of `points` (x, value), or fewer.
 pub(crate) fn polynomial(points: &[(f64, f64)], x: f64) -> f64 {
-    let term = |(k, &(x_k, value)): (usize, &(f64, f64))| {
-        let others = points.iter().enumerate().filter(|&(j, _)| j != k);
-        others.fold(value, |product, (_, &(x_j, _))| product * (x - x_j) / (x_k - x_j))
-    };
-    points.iter().enumerate().map(term).sum()
+    // Loops of known length: this is the most frequent sum of all.
+    match *points {
+        [] => 0.0,
+        [a] => through([a], x),
+        [a, b] => through([a, b], x),
+        [a, b, c] => through([a, b, c], x),
+        [a, b, c, d] => through([a, b, c, d], x),
+        [a, b, c, d, e] => through([a, b, c, d, e], x),
+        [a, b, c, d, e, f, ..] => through([a, b, c, d, e, f], x),
+    }
+}
+
+fn through<const N: usize>(points: [(f64, f64); N], x: f64) -> f64 {
+    let mut terms = points.map(|(_, value)| value);
+    for (k, term) in terms.iter_mut().enumerate() {
+        for (j, &(x_j, _)) in points.iter().enumerate() {
+            if j != k {
+                *term = *term * (x - x_j) / (points[k].0 - x_j);
+            }
+        }
+    }
+    terms.iter().sum()
 }
 
 #[cfg(test)]

@@ -5,8 +5,9 @@
 //! lattice point that is not a node has its own prediction for a value, so that a tree with holes
 //! stands for the same function as the full lattice with those details zero.
 
-use super::dyadic::{STENCIL, STEPS, level_of, midpoint_weights, spacing};
+use super::dyadic::{DEEPEST_LEVEL, STENCIL, STEPS, level_of, midpoint_weights, spacing};
 use crate::cell;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// A dyadic place on the image plane, (x, y) in steps.
@@ -40,6 +41,9 @@ pub(crate) struct ImageTree {
     order: usize,
 }
 
+/// Nodes that share their ghosts, at the least.
+pub(crate) const NODES_PER_TASK: usize = 512;
+
 impl Default for ImageTree {
     fn default() -> Self {
         Self { nodes: Vec::new(), index: FxHashMap::default(), order: STENCIL }
@@ -68,13 +72,13 @@ impl ImageTree {
 
     /// The number of the node at a place.
     pub(crate) fn find(&self, place: Place) -> Option<usize> {
-        self.index.get(&cell::key(place)).map(|&i| i as usize)
+        self.index.get(&key(place)).map(|&i| i as usize)
     }
 
     /// Adds a node, which must be new; its value comes later.
     pub(crate) fn add(&mut self, place: Place) {
         let level = level_of_place(place);
-        self.index.insert(cell::key(place), cell::to_u32(self.nodes.len()));
+        self.index.insert(key(place), cell::to_u32(self.nodes.len()));
         self.nodes.push(Node { place, level, value: 0.0, detail: 0.0, is_continued: false });
     }
 
@@ -91,7 +95,7 @@ impl ImageTree {
     /// Forgets all nodes but the first `len`.
     pub(crate) fn truncate(&mut self, len: usize) {
         for node in self.nodes.drain(len..) {
-            self.index.remove(&cell::key(node.place));
+            self.index.remove(&key(node.place));
         }
     }
 
@@ -102,12 +106,14 @@ impl ImageTree {
 
     /// Sets all details anew, from the values.
     pub(crate) fn update_details(&mut self) {
-        let mut ghosts = FxHashMap::default();
-        for i in 0..self.nodes.len() {
-            let node = self.nodes[i];
-            let prediction =
-                if node.level == 0 { 0.0 } else { self.predict(node.place, &mut ghosts) };
-            self.nodes[i].detail = node.value - prediction;
+        let detail = |ghosts: &mut FxHashMap<u64, f64>, node: &Node| {
+            let prediction = if node.level == 0 { 0.0 } else { self.predict(node.place, ghosts) };
+            node.value - prediction
+        };
+        let nodes = self.nodes.par_iter().with_min_len(NODES_PER_TASK);
+        let details: Vec<f64> = nodes.map_init(FxHashMap::default, detail).collect();
+        for (node, detail) in self.nodes.iter_mut().zip(details) {
+            node.detail = detail;
         }
     }
 
@@ -116,7 +122,7 @@ impl ImageTree {
         if let Some(i) = self.find(place) {
             return self.nodes[i].value;
         }
-        let key = cell::key(place);
+        let key = key(place);
         if let Some(&ghost) = ghosts.get(&key) {
             return ghost;
         }
@@ -140,6 +146,16 @@ impl ImageTree {
         sum
     }
 }
+
+/// A place packed into one integer, for hashing. Places of coarse lattices end in zeros, of which a
+/// product makes no other digits: so they are put where the product's digits do not come from.
+pub(crate) fn key([x, y]: Place) -> u64 {
+    let reversed = |along: u32| u64::from(along.reverse_bits() >> (u32::BITS - DIGITS));
+    reversed(x) | reversed(y) << DIGITS
+}
+
+/// Binary digits of a place: the last one is as large as all others together.
+const DIGITS: u32 = DEEPEST_LEVEL as u32 + 1;
 
 /// The level of the coarsest lattice that a place is on.
 pub(crate) fn level_of_place([x, y]: Place) -> u8 {

@@ -6,6 +6,7 @@
 //! Weideman 2014, doi:10.1137/130932132).
 
 use super::dyadic::{GAUSS, STENCIL, level_of, polynomial, unit};
+use super::memo::{Depths, Memo, depths};
 use core::ops::Range;
 
 /// G at one depth of a line.
@@ -20,6 +21,10 @@ pub(crate) struct Sample {
     pub(crate) significance: f64,
     /// Both halves beside it have been sampled.
     pub(crate) opened: bool,
+    /// What the sample differs by from what was expected.
+    pub(crate) detail: Memo,
+    /// ∫ G dz from here to the next sample, if G does not jump there.
+    integral: Memo,
 }
 
 /// Samples along one line of sight, by depth.
@@ -45,6 +50,23 @@ impl Line {
         self.samples.binary_search_by_key(&depth, |sample| sample.depth)
     }
 
+    /// The sample at `depth`, if there is one, looked for outwards from sample `i`.
+    pub(crate) fn find_near(&self, i: usize, depth: u32) -> Option<usize> {
+        let is_below = |k: usize| self.samples[k].depth < depth;
+        let (mut from, mut to, mut stride) = (i, i + 1, 1);
+        if is_below(i) {
+            while to < self.samples.len() && is_below(to) {
+                (from, to, stride) = (to, to + stride, 2 * stride);
+            }
+        } else {
+            while from > 0 && !is_below(from) {
+                (from, to, stride) = (from.saturating_sub(stride), from + 1, 2 * stride);
+            }
+        }
+        let among = &self.samples[from..(to + 1).min(self.samples.len())];
+        among.binary_search_by_key(&depth, |sample| sample.depth).ok().map(|k| from + k)
+    }
+
     pub(crate) fn has(&self, depth: u32) -> bool {
         self.find(depth).is_ok()
     }
@@ -54,7 +76,9 @@ impl Line {
         for (depth, rate) in new {
             let Err(i) = self.find(depth) else { continue };
             let level = level_of(depth);
-            let sample = Sample { depth, level, rate, significance: 0.0, opened: false };
+            let (detail, integral) = (Memo::default(), Memo::default());
+            let (significance, opened) = (0.0, false);
+            let sample = Sample { depth, level, rate, significance, opened, detail, integral };
             self.samples.insert(i, sample);
             // Both parts of an interval with a jump have one until the line is looked at again.
             let parted = i.saturating_sub(1).min(self.jumps.len().saturating_sub(1));
@@ -111,17 +135,28 @@ impl Line {
         from..to + 1
     }
 
-    /// The polynomial that stands for G between samples `i` and `i` + 1, as its points (z, G).
-    fn points_of(&self, i: usize) -> ([(f64, f64); STENCIL], usize) {
+    /// The samples of the polynomial that stands for G between samples `i` and `i` + 1.
+    fn stencil(&self, i: usize) -> Range<usize> {
         let smooth = self.smooth_around(i);
         let at_end = i == smooth.start || i + 2 == smooth.end;
         let count = smooth.len().min(if at_end { ONE_SIDED } else { STENCIL });
         let first = (i + 1).saturating_sub(count / 2).clamp(smooth.start, smooth.end - count);
-        let point = |k: usize| {
-            let k = (first + k).min(self.samples.len() - 1);
-            (self.z(k), self.samples[k].rate)
-        };
-        (core::array::from_fn(point), count)
+        first..first + count
+    }
+
+    /// At most [`STENCIL`] samples as points (z, G).
+    pub(crate) fn points(&self, of: impl Iterator<Item = usize>) -> Points {
+        let mut points = Points { all: [(0.0, 0.0); STENCIL], count: 0 };
+        of.for_each(|k| {
+            points.all[points.count] = (self.z(k), self.samples[k].rate);
+            points.count += 1;
+        });
+        points
+    }
+
+    /// The depths of at most [`STENCIL`] samples.
+    pub(crate) fn depths(&self, of: impl Iterator<Item = usize>) -> Depths {
+        depths(of.map(|k| self.samples[k].depth))
     }
 
     /// G at any depth of the line: sampled, or interpolated between samples.
@@ -135,8 +170,7 @@ impl Line {
                 if self.jumps[i] {
                     return 0.5 * (self.samples[i].rate + self.samples[after].rate);
                 }
-                let (points, count) = self.points_of(i);
-                polynomial(&points[..count], unit(depth))
+                polynomial(self.points(self.stencil(i)).as_slice(), unit(depth))
             }
         }
     }
@@ -151,22 +185,99 @@ impl Line {
 
     /// ∫ G dz from the samples; an interval with a jump gives its trapezoid.
     pub(crate) fn integrate(&mut self) {
-        let of_interval = |i: usize| {
-            let length = self.length(i);
-            let trapezoid = length * 0.5 * (self.samples[i].rate + self.samples[i + 1].rate);
+        let intervals = self.samples.len().saturating_sub(1);
+        for i in 0..intervals {
             if self.jumps[i] {
-                return trapezoid;
+                continue;
             }
-            let (points, count) = self.points_of(i);
-            let points = &points[..count];
-            let at = |t: f64| polynomial(points, self.z(i) + t * length);
-            let integral = GAUSS.iter().map(|&(t, weight)| weight * at(t)).sum::<f64>() * length;
-            // Where samples lie unevenly the polynomial may swing out: not beyond their range.
-            let rates = || points.iter().map(|point| point.1);
-            let range =
-                rates().fold(f64::NEG_INFINITY, f64::max) - rates().fold(f64::INFINITY, f64::min);
-            if (integral - trapezoid).abs() > length * range { trapezoid } else { integral }
+            let stencil = self.stencil(i);
+            let mut memo = self.samples[i].integral;
+            memo.update(self.depths(stencil.clone()), || self.integral_of(i, stencil));
+            self.samples[i].integral = memo;
+        }
+        let of_interval = |i: usize| match self.jumps[i] {
+            true => self.trapezoid(i),
+            false => self.samples[i].integral.value,
         };
-        self.integral = (0..self.samples.len().saturating_sub(1)).map(of_interval).sum();
+        self.integral = (0..intervals).map(of_interval).sum();
+    }
+
+    fn trapezoid(&self, i: usize) -> f64 {
+        self.length(i) * 0.5 * (self.samples[i].rate + self.samples[i + 1].rate)
+    }
+
+    /// ∫ dz of the polynomial through the samples of `stencil` from sample `i` to the next.
+    fn integral_of(&self, i: usize, stencil: Range<usize>) -> f64 {
+        let (length, trapezoid) = (self.length(i), self.trapezoid(i));
+        let points = self.points(stencil);
+        let points = points.as_slice();
+        let at = |t: f64| polynomial(points, self.z(i) + t * length);
+        let integral = GAUSS.iter().map(|&(t, weight)| weight * at(t)).sum::<f64>() * length;
+        // Where samples lie unevenly the polynomial may swing out: not beyond their range.
+        let rates = || points.iter().map(|point| point.1);
+        let range =
+            rates().fold(f64::NEG_INFINITY, f64::max) - rates().fold(f64::INFINITY, f64::min);
+        if (integral - trapezoid).abs() > length * range { trapezoid } else { integral }
+    }
+}
+
+/// A few points (z, G) of a line.
+pub(crate) struct Points {
+    all: [(f64, f64); STENCIL],
+    count: usize,
+}
+
+impl Points {
+    pub(crate) fn as_slice(&self) -> &[(f64, f64)] {
+        &self.all[..self.count]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vol::dyadic::{STEPS, spacing};
+    use proptest::prelude::*;
+
+    fn rate(depth: u32) -> f64 {
+        let z = unit(depth);
+        (7.0 * z).sin() + if z < 0.4 { 0.0 } else { 2.0 }
+    }
+
+    proptest! {
+        #[test]
+        fn a_line_is_the_same_whether_it_was_looked_at_on_the_way_or_not(
+            depths in prop::collection::vec(0..=STEPS >> 12, 1..120),
+            parts in 1..12_usize,
+        ) {
+            let base = (0..=8).map(|k| k * spacing(3));
+            let depths: Vec<u32> = base.chain(depths.into_iter().map(|k| k << 12)).collect();
+            let samples = |of: &[u32]| of.iter().map(|&d| (d, rate(d))).collect::<Vec<_>>();
+            let (mut on_the_way, mut at_once) = (Line::default(), Line::default());
+            for part in depths.chunks(depths.len().div_ceil(parts)) {
+                on_the_way.add(samples(part));
+                on_the_way.assess(1e-3, 3);
+            }
+            at_once.add(samples(&depths));
+            prop_assert_eq!(at_once.assess(1e-4, 3), on_the_way.assess(1e-4, 3));
+            prop_assert_eq!(at_once.integral.to_bits(), on_the_way.integral.to_bits());
+            prop_assert_eq!(at_once.error.to_bits(), on_the_way.error.to_bits());
+            for (i, sample) in at_once.samples.iter().enumerate() {
+                let other = &on_the_way.samples[i];
+                prop_assert_eq!(sample.significance.to_bits(), other.significance.to_bits());
+            }
+        }
+
+        #[test]
+        fn a_sample_is_found_from_any_other(
+            depths in prop::collection::vec(0..300_u32, 1..60),
+            depth in 0..300_u32,
+        ) {
+            let mut line = Line::default();
+            line.add(depths.iter().map(|&depth| (depth, 0.0)));
+            for i in 0..line.samples.len() {
+                prop_assert_eq!(line.find_near(i, depth), line.find(depth).ok());
+            }
+        }
     }
 }

@@ -10,6 +10,7 @@
 
 use super::dyadic::{DEEPEST_LEVEL, beside, coarsest_between, level_of, polynomial, spacing, unit};
 use super::line::Line;
+use super::memo::Memo;
 
 /// A jump is this much steeper than both neighbours together.
 const JUMP_STEEPNESS: f64 = 4.0;
@@ -138,6 +139,8 @@ impl Line {
         let longest = spacing(base_level + 1);
         let largest = self.samples.iter().map(|sample| sample.rate.abs()).fold(0.0, f64::max);
         let intervals = self.samples.len().saturating_sub(1);
+        let slope = |k: usize| self.step(k).abs() / self.length(k);
+        let slopes: Vec<f64> = (0..intervals).map(slope).collect();
         let is_jump = |i: usize| {
             let (length, step) = (self.length(i), self.step(i).abs());
             let steps = self.samples[i + 1].depth - self.samples[i].depth;
@@ -145,35 +148,46 @@ impl Line {
             if steps > longest || step < NO_STEP * largest || is_negligible {
                 return false;
             }
-            let slope = |k: usize| self.step(k).abs() / self.length(k);
-            let below = if i > 0 { slope(i - 1) } else { 0.0 };
-            let above = if i + 1 < intervals { slope(i + 1) } else { 0.0 };
+            let below = if i > 0 { slopes[i - 1] } else { 0.0 };
+            let above = if i + 1 < intervals { slopes[i + 1] } else { 0.0 };
             step > JUMP_STEEPNESS * length * (below + above)
         };
         self.jumps = (0..intervals).map(is_jump).collect();
     }
 
     /// What sample `i` differs by from the polynomial through coarser samples around it.
-    fn detail(&self, i: usize) -> f64 {
+    fn update_detail(&mut self, i: usize) {
+        let ([below, above], [from_below, from_above]) = self.predictors(i);
+        let chosen = || below[..from_below].iter().chain(&above[..from_above]).copied();
+        let detail = || {
+            let points = self.points(chosen());
+            self.samples[i].rate - polynomial(points.as_slice(), self.z(i))
+        };
+        let mut memo = self.samples[i].detail;
+        if from_below + from_above == 0 {
+            memo = Memo::default();
+        } else {
+            memo.update(self.depths(chosen()), detail);
+        }
+        self.samples[i].detail = memo;
+    }
+
+    /// The coarser samples that predict sample `i`, those below it and those above, the nearest first,
+    /// and how many of them do.
+    fn predictors(&self, i: usize) -> ([[usize; 4]; 2], [usize; 2]) {
         let level = self.samples[i].level;
         let coarser = |k: &usize| self.samples[*k].level < level || self.is_beside_jump(*k);
         // Four on each side: the fourth makes up for what the other side may lack.
-        let below = (0..i).rev().take_while(|&k| !self.jumps[k]).filter(coarser).take(4);
+        let below = (0..i).rev().take_while(|&k| !self.jumps[k]).filter(coarser);
         let above = (i + 1..self.samples.len()).take_while(|&k| !self.jumps[k - 1]);
-        let above = above.filter(coarser).take(4);
-        let (below, above): (Vec<usize>, Vec<usize>) = (below.collect(), above.collect());
-        let (from_below, from_above) = match (below.len(), above.len()) {
-            (b, a) if b >= PREDICTORS && a >= PREDICTORS => (PREDICTORS, PREDICTORS),
-            (b, a) if b + a < 4 => (b, a),
-            (b, a) if b < PREDICTORS && b <= a => (b, 4 - b),
-            (_, a) => (4 - a, a),
+        let ((below, b), (above, a)) = (first_four(below), first_four(above.filter(coarser)));
+        let chosen = match (b, a) {
+            (b, a) if b >= PREDICTORS && a >= PREDICTORS => [PREDICTORS, PREDICTORS],
+            (b, a) if b + a < 4 => [b, a],
+            (b, a) if b < PREDICTORS && b <= a => [b, 4 - b],
+            (_, a) => [4 - a, a],
         };
-        let chosen = below[..from_below].iter().chain(&above[..from_above]);
-        let points: Vec<_> = chosen.map(|&k| (self.z(k), self.samples[k].rate)).collect();
-        if points.is_empty() {
-            return 0.0;
-        }
-        self.samples[i].rate - polynomial(&points, self.z(i))
+        ([below, above], chosen)
     }
 
     /// The length over which the detail of sample `i` changes the integral.
@@ -188,9 +202,14 @@ impl Line {
     }
 
     fn find_significances(&mut self) {
+        for i in 0..self.samples.len() {
+            if self.samples[i].level > 0 {
+                self.update_detail(i);
+            }
+        }
         let effect = |i: usize| match self.samples[i].level {
             0 => 0.0,
-            _ => self.detail(i) * self.reach(i),
+            _ => self.samples[i].detail.value * self.reach(i),
         };
         let effects: Vec<f64> = (0..self.samples.len()).map(effect).collect();
         for i in 0..self.samples.len() {
@@ -201,7 +220,7 @@ impl Line {
             // Neighbours of the same level lie two of its spacings away; beyond an end, the mirror.
             let of_neighbour = |up: bool| match beside(depth, 2 * spacing(level), up) {
                 Some(neighbour) if level_of(neighbour) == level => {
-                    self.find(neighbour).map_or(0.0, |k| effects[k])
+                    self.find_near(i, neighbour).map_or(0.0, |k| effects[k])
                 }
                 _ => effects[i],
             };
@@ -246,7 +265,7 @@ impl Line {
         let missing = |up, neighbour: usize| {
             let beyond_end = self.is_beside_jump(neighbour)
                 && self.samples[neighbour].depth.abs_diff(depth) <= half;
-            beside(depth, half, up).filter(|&d| !beyond_end && !self.has(d))
+            beside(depth, half, up).filter(|&d| !beyond_end && self.find_near(i, d).is_none())
         };
         [missing(false, i - 1), missing(true, i + 1)]
     }
@@ -260,7 +279,7 @@ impl Line {
         let of_parent = |up| {
             let parent = beside(sample.depth, spacing(sample.level), up)?;
             let is_parent = level_of(parent) + 1 == sample.level;
-            let k = self.find(parent).ok().filter(|_| is_parent)?;
+            let k = self.find_near(i, parent).filter(|_| is_parent)?;
             Some(self.samples[k].significance)
         };
         let coarser = [false, true].into_iter().filter_map(of_parent).fold(0.0, f64::max);
@@ -282,6 +301,16 @@ impl Line {
             }
         }
     }
+}
+
+/// The first four of some numbers, and how many there are.
+fn first_four(numbers: impl Iterator<Item = usize>) -> ([usize; 4], usize) {
+    let (mut first, mut count) = ([0; 4], 0);
+    for (entry, number) in first.iter_mut().zip(numbers) {
+        *entry = number;
+        count += 1;
+    }
+    (first, count)
 }
 
 /// Where on a line an error may remain.

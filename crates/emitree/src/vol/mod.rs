@@ -10,6 +10,7 @@
 //!
 //! * `dyadic`: places on the unit interval, predictions and polynomials;
 //! * `line`, `line_error`: samples along one line, its integral, its error and where to look next;
+//!   `memo`: what of that is known from before;
 //! * `jumps`, `local_fit`, `tracking`: the jumps of lines, and where those of a new line are expected
 //!   from its neighbours;
 //! * `block`, `depth_rule`: a few depths that integrate all lines of a part of the image;
@@ -43,6 +44,7 @@ mod jumps;
 mod line;
 mod line_error;
 mod local_fit;
+mod memo;
 mod nearest;
 mod opening;
 mod pixels;

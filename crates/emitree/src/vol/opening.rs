@@ -5,9 +5,8 @@
 
 use super::dyadic::{spacing, unit};
 use super::error_map::Footprint;
-use super::image_tree::{ImageTree, Place};
+use super::image_tree::{ImageTree, Place, key};
 use super::remaining::{Children, Remaining, around};
-use crate::cell;
 use crate::image::Image;
 use rustc_hash::FxHashSet;
 
@@ -120,7 +119,7 @@ impl Choice<'_> {
                 if (diagonal_only && beside) || self.tree.find(child).is_some() {
                     continue;
                 }
-                if seen.insert(cell::key(child)) {
+                if seen.insert(key(child)) {
                     places.push(child);
                 }
             }

@@ -9,7 +9,7 @@
 //! have found is expected of a node's own.
 
 use super::dyadic::{STENCIL, beside, spacing};
-use super::image_tree::{ImageTree, Place, level_of_place};
+use super::image_tree::{ImageTree, Node, Place};
 use rayon::prelude::*;
 
 /// Share of the details one spacing away that guards a node's own.
@@ -81,7 +81,7 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
         });
         neighbours.fold(detail, f64::max)
     };
-    nodes.iter().map(|node| guarded(node.place, node.level, node.seen())).collect()
+    nodes.par_iter().map(|node| guarded(node.place, node.level, node.seen())).collect()
 }
 
 /// What remains around each node, given the `guarded` details; `always` is the finest level that
@@ -95,11 +95,12 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Re
         if node.level + 1 < always {
             return Remaining { children: Children::All, size: 0.0 };
         }
-        let (children, of_diagonals) = children(tree, guarded, node.place, node.level);
+        let near = Near::new(tree, i);
+        let (children, of_diagonals) = near.children(guarded);
         if children == Children::All {
             return Remaining { children, size: 0.0 };
         }
-        let before = guarded[i] * decay(tree, guarded, i, always);
+        let before = guarded[i] * near.decay(guarded, always);
         let size = match children {
             // The levels that are always looked at are not looked at in two steps.
             Children::Diagonal if node.level >= always => {
@@ -107,57 +108,116 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Re
             }
             _ => before,
         };
-        let of_siblings = sibling_share * largest_sibling(tree, node.place, node.level);
-        let of_edge = if is_beside_edge(tree, node.place, node.level) { EDGE_MARGIN } else { 1.0 };
+        let of_siblings = sibling_share * near.largest_sibling();
+        let of_edge = if near.is_beside_edge() { EDGE_MARGIN } else { 1.0 };
         Remaining { children, size: margin * of_edge * size.max(of_siblings) }
     };
     (0..tree.len()).into_par_iter().map(of_node).collect()
 }
 
-/// Whether a node is beside one that nothing is seen of.
-fn is_beside_edge(tree: &ImageTree, place: Place, level: u8) -> bool {
-    let mut beside = around(place, spacing(level), 1);
-    beside.any(|(_, _, at)| tree.find(at).is_some_and(|k| tree.nodes()[k].is_continued))
+/// The lattice of a node's children around it, as far as the next nodes of its own.
+struct Near<'a> {
+    tree: &'a ImageTree,
+    /// The number of the node.
+    centre: usize,
+    /// What is at each place, column by column.
+    found: [[Found; 5]; 5],
 }
 
-/// The largest |detail| beside a missing child of a node, on the child's level.
-fn largest_sibling(tree: &ImageTree, place: Place, level: u8) -> f64 {
-    let missing =
-        around(place, spacing(level + 1), 1).filter(|(_, _, child)| tree.find(*child).is_none());
-    let siblings = missing.flat_map(|(_, _, child)| around(child, spacing(level + 1), 1));
-    let details = siblings.filter_map(|(_, _, at)| {
-        let sibling = &tree.nodes()[tree.find(at)?];
-        (sibling.level == level + 1).then_some(sibling.seen())
-    });
-    details.fold(0.0, f64::max)
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Found {
+    /// The place is not on the image.
+    Outside,
+    /// There is no node.
+    Missing,
+    Node(usize),
 }
 
-/// Which children of a node are there, and the largest guarded detail of the diagonal ones.
-fn children(tree: &ImageTree, guarded: &[f64], place: Place, level: u8) -> (Children, f64) {
-    let (mut found, mut largest) = (Children::All, 0.0_f64);
-    for (i, j, child) in around(place, spacing(level + 1), 1) {
-        let diagonal = i != 0 && j != 0;
-        match tree.find(child) {
-            Some(k) if diagonal => largest = largest.max(guarded[k]),
-            Some(_) => {}
-            None if diagonal => found = Children::None,
-            None if found == Children::All => found = Children::Diagonal,
-            None => {}
+/// Steps to all children: one to either side, or none.
+const CHILDREN: [(usize, usize); 8] =
+    [(1, 1), (1, 2), (1, 3), (2, 1), (2, 3), (3, 1), (3, 2), (3, 3)];
+/// Steps to the next nodes of the own lattice.
+const BESIDE: [(usize, usize); 8] =
+    [(0, 0), (0, 2), (0, 4), (2, 0), (2, 4), (4, 0), (4, 2), (4, 4)];
+
+impl<'a> Near<'a> {
+    fn new(tree: &'a ImageTree, centre: usize) -> Self {
+        let node = &tree.nodes()[centre];
+        let step = spacing(node.level + 1);
+        let mut found = [[Found::Outside; 5]; 5];
+        found[2][2] = Found::Node(centre);
+        let lines = |from: u32| {
+            let below = |times: u32| beside(from, times * step, false);
+            let above = |times: u32| beside(from, times * step, true);
+            [below(2), below(1), Some(from), above(1), above(2)]
+        };
+        let [columns, rows] = node.place.map(lines);
+        for (found, x) in found.iter_mut().zip(columns) {
+            for (found, y) in found.iter_mut().zip(rows) {
+                if let (Some(x), Some(y), Found::Outside) = (x, y, *found) {
+                    *found = tree.find([x, y]).map_or(Found::Missing, Found::Node);
+                }
+            }
         }
+        Self { tree, centre, found }
     }
-    (found, largest)
-}
 
-/// Which part of its guarded detail is expected to remain around node `i`.
-fn decay(tree: &ImageTree, guarded: &[f64], i: usize, always: u8) -> f64 {
-    let node = tree.nodes()[i];
-    if node.level <= always {
-        return 1.0;
+    /// The nodes at some of the places, with their numbers.
+    fn nodes(
+        &self,
+        at: impl Iterator<Item = (usize, usize)>,
+    ) -> impl Iterator<Item = (usize, &Node)> {
+        at.filter_map(|(i, j)| match self.found[i][j] {
+            Found::Node(k) => Some((k, &self.tree.nodes()[k])),
+            Found::Outside | Found::Missing => None,
+        })
     }
-    let parents = around(node.place, spacing(node.level), 1)
-        .filter(|&(_, _, at)| level_of_place(at) + 1 == node.level)
-        .filter_map(|(_, _, at)| tree.find(at));
-    let coarser = parents.map(|parent| guarded[parent]).fold(0.0, f64::max);
-    let least = if node.level == always + 1 { FIRST_LEAST_DECAY } else { LEAST_DECAY };
-    (DECAY_MARGIN * guarded[i] / (coarser + f64::MIN_POSITIVE)).clamp(least, 1.0)
+
+    fn level(&self) -> u8 {
+        self.tree.nodes()[self.centre].level
+    }
+
+    /// Whether the node is beside one that nothing is seen of.
+    fn is_beside_edge(&self) -> bool {
+        self.nodes(BESIDE.into_iter()).any(|(_, node)| node.is_continued)
+    }
+
+    /// The largest |detail| beside a missing child, on the child's level.
+    fn largest_sibling(&self) -> f64 {
+        let level = self.level() + 1;
+        let missing = CHILDREN.into_iter().filter(|&(i, j)| self.found[i][j] == Found::Missing);
+        let siblings = missing.flat_map(|(i, j)| {
+            (i - 1..=i + 1).flat_map(move |a| (j - 1..=j + 1).map(move |b| (a, b)))
+        });
+        let details = self.nodes(siblings).filter(|(_, node)| node.level == level);
+        details.map(|(_, node)| node.seen()).fold(0.0, f64::max)
+    }
+
+    /// Which children are there, and the largest guarded detail of the diagonal ones.
+    fn children(&self, guarded: &[f64]) -> (Children, f64) {
+        let (mut children, mut largest) = (Children::All, 0.0_f64);
+        for (i, j) in CHILDREN {
+            let diagonal = i != 2 && j != 2;
+            match self.found[i][j] {
+                Found::Node(k) if diagonal => largest = largest.max(guarded[k]),
+                Found::Missing if diagonal => children = Children::None,
+                Found::Missing if children == Children::All => children = Children::Diagonal,
+                Found::Outside | Found::Missing | Found::Node(_) => {}
+            }
+        }
+        (children, largest)
+    }
+
+    /// Which part of the node's guarded detail is expected to remain.
+    fn decay(&self, guarded: &[f64], always: u8) -> f64 {
+        let level = self.level();
+        if level <= always {
+            return 1.0;
+        }
+        let parents = self.nodes(BESIDE.into_iter()).filter(|(_, node)| node.level + 1 == level);
+        let coarser = parents.map(|(parent, _)| guarded[parent]).fold(0.0, f64::max);
+        let least = if level == always + 1 { FIRST_LEAST_DECAY } else { LEAST_DECAY };
+        let decay = DECAY_MARGIN * guarded[self.centre] / (coarser + f64::MIN_POSITIVE);
+        decay.clamp(least, 1.0)
+    }
 }

@@ -6,7 +6,7 @@
 //! lines; so do single nodes whose values are unlike those that the rule was learned from.
 
 use super::block::{Block, FINEST_BLOCKS};
-use super::depth_rule::{DepthRule, Profile};
+use super::depth_rule::{DepthRule, LEAST_LINES, Profile};
 use super::dyadic::{spacing, unit};
 use super::image_tree::{ImageTree, Place};
 use super::remaining::around;
@@ -14,7 +14,8 @@ use super::seeds::Looks;
 use super::sights::{Sights, Stop, View, Wanted, Way};
 use super::whole;
 use crate::emission::Emission;
-use rustc_hash::FxHashMap;
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lines around a block that are learned from too, as a share of its edge.
@@ -49,6 +50,21 @@ pub(crate) struct Scan<'a, E> {
 struct BlockRule {
     block: Block,
     rule: DepthRule,
+}
+
+/// The full lines that rules are learned from: their numbers and places.
+struct Lessons {
+    /// In the order of the nodes.
+    lines: Vec<(usize, Place)>,
+    /// The places of those with jumps.
+    jumping: Vec<Place>,
+}
+
+impl Lessons {
+    /// Whether lines in a block or a little around it have jumps: no rule can be learned there.
+    fn have_jumps(&self, block: Block) -> bool {
+        self.jumping.iter().any(|&place| block.contains(place, TRAINING_MARGIN))
+    }
 }
 
 /// What is to be done with some nodes.
@@ -140,25 +156,46 @@ impl<E: Emission> Scan<'_, E> {
         Ok(ruled)
     }
 
-    /// Full lines before node `before`, as rules see them, by the number of their node.
-    fn profiles(&self, before: usize) -> BTreeMap<usize, Profile> {
-        let full = (0..before).filter(|&i| self.sights.is_full(i));
-        full.map(|i| (i, Profile::new(&self.sights.lines[i]))).collect()
+    /// What the full lines of all nodes may teach.
+    fn lessons(&self) -> Lessons {
+        let full = (0..self.tree.len()).into_par_iter().filter(|&i| self.sights.is_full(i));
+        let lines: Vec<_> = full.map(|i| (i, self.tree.nodes()[i].place)).collect();
+        let jumping = lines.par_iter().filter(|(i, _)| self.sights.has_jump(*i));
+        let jumping = jumping.map(|(_, place)| *place).collect();
+        Lessons { lines, jumping }
     }
 
     /// The rule of a block, learned from the full lines in it and a little around it.
     fn learn(
         &self,
         block: Block,
-        profiles: &BTreeMap<usize, Profile>,
+        lessons: &Lessons,
         tolerance: f64,
         most_depths: usize,
     ) -> Option<BlockRule> {
-        let near = |i: usize| block.contains(self.tree.nodes()[i].place, TRAINING_MARGIN);
-        let lines: Vec<&Profile> =
-            profiles.iter().filter(|(i, _)| near(**i)).map(|(_, profile)| profile).collect();
+        if lessons.have_jumps(block) {
+            return None;
+        }
+        let near = lessons.lines.iter().filter(|(_, at)| block.contains(*at, TRAINING_MARGIN));
+        let near: Vec<usize> = near.map(|(i, _)| *i).collect();
+        if near.len() < LEAST_LINES {
+            return None;
+        }
+        // Most blocks of an image with jumps have no rule: profiles are made where there is one.
+        let lines: Vec<&Profile> = near.par_iter().map(|&i| self.sights.profile(i)).collect();
         let rule = DepthRule::learn(&lines, tolerance, most_depths)?;
         Some(BlockRule { block, rule })
+    }
+
+    /// The rules of all blocks around some nodes that have one.
+    fn rules_around(&self, nodes: &[usize], lessons: &Lessons, tolerance: f64) -> Vec<BlockRule> {
+        let samples = lessons.lines.iter().map(|(i, _)| self.sights.lines[*i].samples.len());
+        let most_depths = most_depths(samples.sum(), lessons.lines.len());
+        let mut met = FxHashSet::default();
+        let around = nodes.iter().flat_map(|&i| blocks_around(self.tree.nodes()[i].place));
+        let blocks: Vec<Block> = around.filter(|&block| met.insert(block)).collect();
+        let learn = |&block: &Block| self.learn(block, lessons, tolerance, most_depths);
+        blocks.par_iter().filter_map(learn).collect()
     }
 
     /// Gives each of the `new` nodes to the shortest rule around it, or to a full line.
@@ -170,54 +207,41 @@ impl<E: Emission> Scan<'_, E> {
         tolerance: f64,
         postpone: bool,
     ) -> Plan {
-        let profiles = self.profiles(self.tree.len());
-        let samples = |i: &usize| self.sights.lines[*i].samples.len();
-        let samples: usize = profiles.keys().map(samples).sum();
-        let most_depths = most_depths(samples, profiles.len());
-        let mut plan = Plan::default();
-        let mut learned: FxHashMap<Block, Option<usize>> = FxHashMap::default();
+        let place = |i: usize| self.tree.nodes()[i].place;
+        let (unseeded, seeded): (Vec<usize>, Vec<usize>) =
+            new.iter().partition(|&&i| self.seeds.depths(place(i)).is_empty());
+        let lessons = self.lessons();
+        let rules = self.rules_around(&unseeded, &lessons, tolerance);
+        let mut plan = Plan { rules, full: seeded, ..Plan::default() };
+        let numbers = plan.rules.iter().zip(0..).map(|(rule, number)| (rule.block, number));
+        let numbers: FxHashMap<Block, usize> = numbers.collect();
+        let mut jumping: FxHashMap<Block, bool> = FxHashMap::default();
         let mut of_rule: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for &i in new {
-            let mut shortest: Option<usize> = None;
-            if !self.seeds.depths(self.tree.nodes()[i].place).is_empty() {
-                plan.full.push(i);
+        for i in unseeded {
+            let rules = blocks_around(place(i)).filter_map(|block| numbers.get(&block).copied());
+            // The first of the shortest: that of the largest block.
+            let shortest = rules.min_by_key(|&number| plan.rules[number].rule.depths.len());
+            if let Some(number) = shortest {
+                of_rule.entry(number).or_default().push(i);
                 continue;
             }
-            for level in 0..=FINEST_BLOCKS {
-                let block = Block::around(self.tree.nodes()[i].place, level);
-                let number = *learned.entry(block).or_insert_with(|| {
-                    plan.rules.push(self.learn(block, &profiles, tolerance, most_depths)?);
-                    Some(plan.rules.len() - 1)
-                });
-                let depths = |number: usize| plan.rules[number].rule.depths.len();
-                if number.is_some_and(|n| shortest.is_none_or(|s| depths(n) < depths(s))) {
-                    shortest = number;
-                }
-            }
-            match shortest {
-                Some(number) => of_rule.entry(number).or_default().push(i),
-                None if postpone && !self.is_third(i) && !self.jumps_around(i, &profiles) => {
-                    plan.postponed.push(i);
-                }
-                None => plan.full.push(i),
-            }
+            // No rule will be learned where there are jumps.
+            let block = Block::around(place(i), FINEST_BLOCKS);
+            let has_jumps = *jumping.entry(block).or_insert_with(|| lessons.have_jumps(block));
+            let waits = postpone && !has_jumps && !self.is_third(i);
+            if waits { plan.postponed.push(i) } else { plan.full.push(i) }
         }
         for (number, nodes) in of_rule {
             let validated = self.validated(&nodes, first, guarded);
             plan.full.extend(&validated);
             plan.validated.extend(validated.iter().map(|&i| (i, number)));
-            let rest = nodes.into_iter().filter(|i| !validated.contains(i));
-            plan.ruled.extend(rest.map(|i| (i, number)));
+            plan.ruled.extend(nodes.into_iter().map(|i| (i, number)));
+            for i in &validated {
+                plan.ruled.remove(i);
+            }
         }
         plan.full.sort_unstable();
         plan
-    }
-
-    /// Whether lines around node `i` have jumps: no rule will be learned there.
-    fn jumps_around(&self, i: usize, profiles: &BTreeMap<usize, Profile>) -> bool {
-        let block = Block::around(self.tree.nodes()[i].place, FINEST_BLOCKS);
-        let near = |i: &usize| block.contains(self.tree.nodes()[*i].place, TRAINING_MARGIN);
-        profiles.iter().any(|(i, profile)| profile.has_jump && near(i))
     }
 
     fn is_third(&self, i: usize) -> bool {
@@ -293,11 +317,11 @@ impl<E: Emission> Scan<'_, E> {
         if failed.is_empty() {
             return without;
         }
-        let profiles = self.profiles(self.tree.len());
+        let lessons = self.lessons();
         for (block, quarter) in failed {
             let better = [quarter, block]
                 .into_iter()
-                .filter_map(|block| self.learn(block, &profiles, tolerance, MOST_DEPTHS_AGAIN))
+                .filter_map(|block| self.learn(block, &lessons, tolerance, MOST_DEPTHS_AGAIN))
                 .min_by_key(|better| better.rule.depths.len());
             let better = better.map(|better| {
                 plan.rules.push(better);
@@ -357,6 +381,11 @@ impl<E: Emission> Scan<'_, E> {
         nodes.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
         self.refine(wanted, tolerance)
     }
+}
+
+/// The blocks around a place that may have a rule, the largest first.
+fn blocks_around(place: Place) -> impl Iterator<Item = Block> {
+    (0..=FINEST_BLOCKS).map(move |level| Block::around(place, level))
 }
 
 /// The most depths of a rule, when `lines` full lines have so many `samples` together.

@@ -219,23 +219,29 @@ impl Shares {
     /// For each pixel the mean of `constant` and `varying` over its parts.
     fn sum(
         &self,
-        constant: impl Fn(usize) -> f64,
-        varying: impl Fn(&(usize, Moments)) -> f64,
+        constant: impl Fn(usize) -> f64 + Sync,
+        varying: impl Fn(&(usize, Moments)) -> f64 + Sync,
     ) -> Image {
         let [rows, columns] = self.shape;
         let parts = self.parts_per_side;
         let mut image = Image::zeros(rows / parts, columns / parts);
         let share = 1.0 / (parts * parts) as f64;
-        for row in 0..rows {
-            let pixels = image.row_mut(row / parts);
-            for column in 0..columns {
-                pixels[column / parts] += share * constant(row * columns + column);
+        let of_row = |(row, pixels): (usize, &mut [f64])| {
+            for row in row * parts..(row + 1) * parts {
+                let row = row * columns..(row + 1) * columns;
+                for (pixel, first) in pixels.iter_mut().zip(row.step_by(parts)) {
+                    for part in first..first + parts {
+                        *pixel += share * constant(part);
+                    }
+                }
             }
-        }
-        for found in &self.varying {
-            let (row, column) = (found.0 / columns, found.0 % columns);
-            image[(row / parts, column / parts)] += share * varying(found);
-        }
+            let [from, to] = [row, row + 1]
+                .map(|row| self.varying.partition_point(|(part, _)| *part < row * parts * columns));
+            for found in &self.varying[from..to] {
+                pixels[found.0 % columns / parts] += share * varying(found);
+            }
+        };
+        image.pixels_mut().par_chunks_mut(columns / parts).enumerate().for_each(of_row);
         image
     }
 

@@ -3,7 +3,7 @@
 use super::closed::continue_values;
 use super::dyadic::{spacing, unit};
 use super::error_map::Footprint;
-use super::image_tree::Place;
+use super::image_tree::{NODES_PER_TASK, Place};
 use super::opening::{Choice, ChoiceLimits};
 use super::pixels::pixel_means;
 use super::remaining::{Children, Remaining, guarded_details, remaining};
@@ -12,6 +12,7 @@ use super::shares::Shares;
 use super::sights::{Stop, Wanted, Way, base_depths};
 use crate::emission::Emission;
 use crate::image::Image;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -135,16 +136,19 @@ impl<'a, E: Emission> Sheet<'a, E> {
     /// The irradiance density of all nodes, from their radiances, less `of_earlier` times what each
     /// of the `earlier` sheets of the layer has there.
     pub(crate) fn set_values(&mut self, earlier: &[&Self], of_earlier: &[f64]) {
-        let mut ghosts = vec![FxHashMap::default(); earlier.len()];
         let Scan { tree, sights, view, base_level, .. } = &mut self.scan;
-        for i in 0..tree.len() {
+        let value = |ghosts: &mut Vec<FxHashMap<u64, f64>>, i: usize| {
             let place = tree.nodes()[i].place;
             let density = view.layer.solid_angle_density(place.map(unit));
-            let mut value = density * sights.lines[i].integral;
-            let sheets = earlier.iter().zip(of_earlier).zip(&mut ghosts);
-            for ((sheet, amount), ghosts) in sheets {
-                value -= amount * sheet.scan.tree.value(place, ghosts);
-            }
+            let sheets = earlier.iter().zip(of_earlier).zip(ghosts);
+            sheets.fold(density * sights.lines[i].integral, |value, ((sheet, amount), ghosts)| {
+                value - amount * sheet.scan.tree.value(place, ghosts)
+            })
+        };
+        let ghosts = || vec![FxHashMap::default(); earlier.len()];
+        let nodes = (0..tree.len()).into_par_iter().with_min_len(NODES_PER_TASK);
+        let values: Vec<f64> = nodes.map_init(ghosts, value).collect();
+        for (i, value) in values.into_iter().enumerate() {
             tree.set(i, value);
         }
         let closed: Vec<bool> = (0..tree.len()).map(|i| sights.is_closed(i)).collect();

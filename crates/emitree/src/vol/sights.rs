@@ -1,10 +1,11 @@
 //! The lines of sight behind the nodes of the image tree: sampled in batches, refined together.
 
 use super::block::Block;
+use super::depth_rule::{Profile, has_jump};
 use super::dyadic::{spacing, unit};
 use super::energies::Bins;
 use super::image_tree::{ImageTree, Place};
-use super::jumps::{are_known, jumps, probes};
+use super::jumps::{Jump, are_known, jumps, probes};
 use super::line::{Line, Sample};
 use super::nearest::Nearest;
 use super::remaining::around;
@@ -17,6 +18,7 @@ use crate::projection::Layer;
 use crate::site::{Site, Sites};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// What keeps samples from being made.
 #[derive(Debug)]
@@ -138,6 +140,19 @@ pub(crate) struct Sights {
     pub(crate) tracks_jumps: bool,
     /// Where jumps are expected on lines that have not been refined yet.
     brackets: Vec<Vec<Bracket>>,
+    /// What others have asked of each line.
+    answers: Vec<Answers>,
+}
+
+/// What others ask of a line, worked out when the first one does and kept until there are new samples.
+#[derive(Debug, Default)]
+struct Answers {
+    profile: OnceLock<Profile>,
+    jumps: OnceLock<Vec<Jump>>,
+    /// Whether no rule can be learned from the line.
+    has_jump: OnceLock<bool>,
+    /// ∫ |G| dz.
+    brightness: OnceLock<f64>,
 }
 
 /// Lines that follow rules, each with its rule and integral.
@@ -166,12 +181,14 @@ impl Sights {
         self.lines.resize_with(nodes, Line::default);
         self.ways.resize(nodes, Way::Unknown);
         self.brackets.resize(nodes, Vec::new());
+        self.answers.resize_with(nodes, Answers::default);
     }
 
     pub(crate) fn truncate(&mut self, nodes: usize) {
         self.lines.truncate(nodes);
         self.ways.truncate(nodes);
         self.brackets.truncate(nodes);
+        self.answers.truncate(nodes);
     }
 
     /// How the lines that follow rules stand, so that they can be restored.
@@ -196,10 +213,26 @@ impl Sights {
         self.ways[i] == Way::Full
     }
 
+    /// Full line `i` as rules see it.
+    pub(crate) fn profile(&self, i: usize) -> &Profile {
+        self.answers[i].profile.get_or_init(|| Profile::new(&self.lines[i]))
+    }
+
+    /// Whether line `i` has a jump that has been resolved: no rule is learned from it.
+    pub(crate) fn has_jump(&self, i: usize) -> bool {
+        *self.answers[i].has_jump.get_or_init(|| has_jump(&self.lines[i]))
+    }
+
+    fn jumps(&self, i: usize) -> &[Jump] {
+        self.answers[i].jumps.get_or_init(|| jumps(&self.lines[i]))
+    }
+
     /// The largest ∫ |G| dz of a full line.
     pub(crate) fn brightest(&self) -> f64 {
-        let full = self.lines.iter().zip(&self.ways).filter(|(_, way)| **way == Way::Full);
-        full.map(|(line, _)| line.brightness()).fold(0.0, f64::max)
+        let full = (0..self.lines.len()).into_par_iter().filter(|&i| self.is_full(i));
+        let brightness =
+            |i: usize| *self.answers[i].brightness.get_or_init(|| self.lines[i].brightness());
+        full.map(brightness).reduce(|| 0.0, f64::max)
     }
 
     /// The estimated |error| of the integral of line `i`.
@@ -220,17 +253,26 @@ impl Sights {
         tree: &ImageTree,
         wanted: &Wanted,
     ) -> Result<(), Stop<E::Error>> {
-        let missing = wanted.iter().flat_map(|(i, depths)| {
-            depths.iter().filter(|&&depth| !self.lines[*i].has(depth)).map(|&depth| (*i, depth))
-        });
-        let mut missing: Vec<(usize, u32)> = missing.collect();
-        missing.sort_unstable();
+        let missing = |(i, depths): &(usize, Vec<u32>)| {
+            let line = &self.lines[*i];
+            let missing = depths.iter().filter(|&&depth| !line.has(depth));
+            missing.map(|&depth| (*i, depth)).collect::<Vec<_>>()
+        };
+        let mut missing: Vec<(usize, u32)> = wanted.par_iter().flat_map_iter(missing).collect();
+        missing.par_sort_unstable();
         missing.dedup();
         let points: Vec<_> = missing.iter().map(|&(i, d)| (tree.nodes()[i].place, d)).collect();
         let rates = view.rates(&points)?;
-        for (&(i, depth), rate) in missing.iter().zip(rates) {
-            self.lines[i].add([(depth, rate)]);
-        }
+        let samples: Vec<_> =
+            missing.into_iter().zip(rates).map(|((i, depth), rate)| (i, (depth, rate))).collect();
+        let of_lines: Vec<_> = samples.chunk_by(|a, b| a.0 == b.0).collect();
+        let numbers = of_lines.iter().map(|of_line| of_line[0].0);
+        let lines = chosen(&mut self.lines, numbers.clone());
+        let answers = chosen(&mut self.answers, numbers);
+        lines.into_par_iter().zip(answers).zip(of_lines).for_each(|((line, answers), new)| {
+            line.add(new.iter().map(|(_, sample)| *sample));
+            *answers = Answers::default();
+        });
         Ok(())
     }
 
@@ -259,10 +301,15 @@ impl Sights {
         tolerance: f64,
         base_level: u8,
     ) -> Wanted {
-        let mut chosen = vec![false; self.lines.len()];
-        numbers.for_each(|i| chosen[i] = true);
-        let lines = self.lines.par_iter_mut().zip(&mut self.brackets).zip(chosen).enumerate();
-        let wanted = lines.filter(|(_, (_, chosen))| *chosen).map(|(i, ((line, brackets), _))| {
+        let mut numbers: Vec<usize> = numbers.collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let lines = chosen(&mut self.lines, numbers.iter().copied());
+        let brackets = chosen(&mut self.brackets, numbers.iter().copied());
+        let answers = chosen(&mut self.answers, numbers.iter().copied());
+        let lines = lines.into_par_iter().zip(brackets).zip(answers).zip(&numbers);
+        let wanted = lines.map(|(((line, brackets), answers), &i)| {
+            *answers = Answers::default();
             let searched: Vec<u32> = brackets.iter_mut().filter_map(|b| b.next(line)).collect();
             if searched.is_empty() {
                 brackets.clear();
@@ -345,7 +392,7 @@ impl Sights {
             let from = tree.nodes()[i].place;
             let along =
                 |axis: usize| (f64::from(from[axis]) - f64::from(place[axis])) / unit_distance;
-            Neighbour { place: [along(0), along(1)], jumps: jumps(&self.lines[i]) }
+            Neighbour { place: [along(0), along(1)], jumps: self.jumps(i).to_vec() }
         };
         let mut neighbours: Vec<Neighbour> = near.iter().take(NEAREST).map(neighbour).collect();
         if neighbours.iter().any(|one| !one.jumps.is_empty()) {
@@ -366,30 +413,10 @@ impl Sights {
         let mut found = found.to_vec();
         for _ in 0..MOST_HOPS {
             let mut wanted: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-            for &i in &found {
-                let node = &tree.nodes()[i];
-                let step = spacing(node.level.max(base_level));
-                let depths = self.shared_depths(i, tolerance, base_level);
-                let own = if self.tracks_jumps { jumps(&self.lines[i]) } else { Vec::new() };
-                if own.is_empty() && depths.is_empty() {
-                    continue;
-                }
-                for (_, _, neighbour) in around(node.place, step, 1) {
-                    let Some(k) = tree.find(neighbour).filter(|&k| self.is_full(k)) else {
-                        continue;
-                    };
-                    let line = &self.lines[k];
-                    let theirs = if own.is_empty() { Vec::new() } else { jumps(line) };
-                    let is_unseen = |shared: &&Shared| {
-                        let is_theirs = shared.of_jump && are_known(&own, &theirs, shared.depth);
-                        !is_theirs && self.is_coarse(k, shared.depth, shared.length)
-                    };
-                    let mut unseen = probes(&own, &theirs, line);
-                    unseen.extend(depths.iter().filter(is_unseen).map(|shared| shared.depth));
-                    if !unseen.is_empty() {
-                        wanted.entry(k).or_default().extend(unseen);
-                    }
-                }
+            let unseen = |&i: &usize| self.unseen_by_neighbours(tree, i, tolerance, base_level);
+            let of_lines: Vec<Wanted> = found.par_iter().map(unseen).collect();
+            for (k, depths) in of_lines.into_iter().flatten() {
+                wanted.entry(k).or_default().extend(depths);
             }
             for depths in wanted.values_mut() {
                 depths.sort_unstable();
@@ -403,6 +430,36 @@ impl Sights {
             self.refine(view, tree, wanted, tolerance, base_level)?;
         }
         Ok(())
+    }
+
+    /// What line `i` has found that full lines next to it have not looked for.
+    fn unseen_by_neighbours(
+        &self,
+        tree: &ImageTree,
+        i: usize,
+        tolerance: f64,
+        base_level: u8,
+    ) -> Wanted {
+        let node = &tree.nodes()[i];
+        let step = spacing(node.level.max(base_level));
+        let depths = self.shared_depths(i, tolerance, base_level);
+        let own = if self.tracks_jumps { self.jumps(i) } else { &[] };
+        if own.is_empty() && depths.is_empty() {
+            return Vec::new();
+        }
+        let of_neighbour = |(_, _, neighbour)| {
+            let k = tree.find(neighbour).filter(|&k| self.is_full(k))?;
+            let line = &self.lines[k];
+            let theirs = if own.is_empty() { &[] } else { self.jumps(k) };
+            let is_unseen = |shared: &&Shared| {
+                let is_theirs = shared.of_jump && are_known(own, theirs, shared.depth);
+                !is_theirs && self.is_coarse(k, shared.depth, shared.length)
+            };
+            let mut unseen = probes(own, theirs, line);
+            unseen.extend(depths.iter().filter(is_unseen).map(|shared| shared.depth));
+            (!unseen.is_empty()).then_some((k, unseen))
+        };
+        around(node.place, step, 1).filter_map(of_neighbour).collect()
     }
 
     /// The depths of line `i` that its neighbours should know of.
@@ -437,6 +494,17 @@ impl Sights {
             }
         }
     }
+}
+
+/// The entries of these numbers, which ascend.
+fn chosen<T>(all: &mut [T], numbers: impl Iterator<Item = usize>) -> Vec<&mut T> {
+    let (mut rest, mut passed) = (all.iter_mut(), 0);
+    let entry = |i: usize| {
+        let entry = rest.nth(i - passed);
+        passed = i + 1;
+        entry
+    };
+    numbers.filter_map(entry).collect()
 }
 
 /// All depths of the lattice of `level`.

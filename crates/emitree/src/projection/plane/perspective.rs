@@ -58,8 +58,7 @@ impl ImagePlane for TangentPlane {
     fn solid_angle(&self, min: [f64; 2], max: [f64; 2]) -> f64 {
         let ([x0, y0], [x1, y1]) = (self.on_plane(min), self.on_plane(max));
         if (x1 - x0).max(y1 - y0) < SMALL_PIXEL {
-            let row =
-                |y| integral_of_small(min[0], max[0], |x| self.solid_angle_density([x, y]));
+            let row = |y| integral_of_small(min[0], max[0], |x| self.solid_angle_density([x, y]));
             return integral_of_small(min[1], max[1], row);
         }
         if (x1 - x0) * (y1 - y0) < LARGE_PIXEL {

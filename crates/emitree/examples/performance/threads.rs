@@ -1,0 +1,119 @@
+//! Two threads against one: the same renderings of a g that costs a microsecond at each point.
+
+use crate::table::Table;
+use emitree::tree::BuildOptions;
+use emitree::{
+    Canonical, FromFn, Image, LosOptions, Method, RenderOptions, Rendering, Steps, Threshold,
+    VolOptions, render,
+};
+use emitree_problems::{equation8, nebula::Nebula, shell};
+use rayon::ThreadPool;
+use std::hint;
+use std::time::{Duration, Instant};
+
+const SHAPE: [usize; 2] = [64, 64];
+/// What g costs at each point, beside its own value.
+const COST: Duration = Duration::from_micros(1);
+/// Renderings of which the fastest counts.
+const REPETITIONS: usize = 3;
+/// 1/e half width of the sheet: no sum of few products of functions of x, y and z.
+const SHEET_WIDTH: f64 = 0.005;
+
+struct Scene {
+    name: &'static str,
+    rate: Box<dyn Fn([f64; 3]) -> f64 + Send + Sync>,
+    method: Method,
+}
+
+/// One row for each scene: the seconds of one thread and of two.
+pub(crate) fn tables() -> Result<Vec<Table>, String> {
+    let columns = ["scene", "method", "evaluations", "1 thread (s)", "2 threads (s)", "ratio"];
+    let [one, two] = [1, 2].map(pool);
+    let rows = scenes().iter().map(|scene| row(scene, &one, &two)).collect();
+    let title = "Two threads against one for a g of 1 µs a point";
+    Ok(vec![Table { title, columns: columns.to_vec(), rows }])
+}
+
+fn scenes() -> Vec<Scene> {
+    let vol = |tolerance| Method::Vol(VolOptions { tolerance, ..VolOptions::default() });
+    let build = BuildOptions {
+        threshold: Threshold::Relative(0.01),
+        finest_level: Some(7),
+        ..BuildOptions::default()
+    };
+    let los = LosOptions { lines: 1, steps: Steps::Fixed(64) };
+    let nebula = Nebula::default();
+    vec![
+        Scene { name: "eq8 by products", rate: Box::new(eq8), method: vol(1e-3) },
+        Scene { name: "shell by products", rate: Box::new(shell::rate), method: vol(1e-3) },
+        Scene { name: "thin sheet by a tree", rate: Box::new(sheet), method: vol(1e-2) },
+        Scene {
+            name: "nebula by a tree",
+            rate: Box::new(move |position| nebula.rate(position)),
+            method: vol(1e-2),
+        },
+        Scene { name: "shell", rate: Box::new(shell::rate), method: Method::Paper(build) },
+        Scene { name: "shell", rate: Box::new(shell::rate), method: Method::Los(los) },
+    ]
+}
+
+fn eq8(position: [f64; 3]) -> f64 {
+    equation8::rate(position, equation8::ALPHA)
+}
+
+/// A slanted sheet through the middle of the cube, with a Gaussian profile.
+fn sheet([x, y, z]: [f64; 3]) -> f64 {
+    let distance = 0.6 * (x - 0.5) + 0.48 * (y - 0.5) + 0.64 * (z - 0.5);
+    (-(distance / SHEET_WIDTH).powi(2)).exp() * (1.0 + x * y)
+}
+
+#[expect(clippy::expect_used, reason = "without threads there is nothing to be measured")]
+fn pool(threads: usize) -> ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started")
+}
+
+/// The fastest of some renderings with one thread and with two, in turn: what else the machine does
+/// then hits both alike.
+fn row(scene: &Scene, one: &ThreadPool, two: &ThreadPool) -> Vec<String> {
+    let mut seconds = [f64::INFINITY; 2];
+    let mut evaluations = 0;
+    for _ in 0..REPETITIONS {
+        let renderings = [one, two].map(|pool| pool.install(|| rendered(scene)));
+        for (least, rendering) in seconds.iter_mut().zip(&renderings) {
+            *least = least.min(rendering.total_time.as_secs_f64());
+        }
+        let [one, two] = &renderings;
+        assert_eq!(bits(&one.image), bits(&two.image), "{}: the images differ", scene.name);
+        assert_eq!(one.evaluations, two.evaluations, "{}", scene.name);
+        let errors = [one, two].map(|rendering| rendering.error.as_ref().map(bits));
+        assert_eq!(errors[0], errors[1], "{}: the errors differ", scene.name);
+        evaluations = one.evaluations;
+    }
+    let [one, two] = seconds;
+    vec![
+        scene.name.to_owned(),
+        scene.method.name().to_owned(),
+        evaluations.to_string(),
+        format!("{one:.3}"),
+        format!("{two:.3}"),
+        format!("{:.2}", one / two),
+    ]
+}
+
+#[expect(clippy::expect_used, reason = "the scenes have all that is needed")]
+fn rendered(scene: &Scene) -> Rendering {
+    let emission = FromFn(|position, _| {
+        let start = Instant::now();
+        let rate = (scene.rate)(position);
+        while start.elapsed() < COST {
+            hint::spin_loop();
+        }
+        rate
+    });
+    let options = RenderOptions::new(scene.method);
+    render(&emission, &Canonical, SHAPE, &options).expect("the scene can be rendered")
+}
+
+fn bits(image: &Image) -> Vec<u64> {
+    image.pixels().iter().map(|pixel| pixel.to_bits()).collect()
+}
