@@ -34,6 +34,8 @@ const EDGE_MARGIN: f64 = 3.0;
 /// Once the diagonal children are there, what remains is their largest guarded detail, or this share
 /// of what remained before.
 const AFTER_DIAGONALS: f64 = 0.1;
+/// Nodes that are worth a thread of their own.
+const NODES_AT_ONCE: usize = 64;
 
 /// How far a node's children are there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +83,8 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
         });
         neighbours.fold(detail, f64::max)
     };
-    nodes.par_iter().map(|node| guarded(node.place, node.level, node.seen())).collect()
+    let nodes = nodes.par_iter().with_min_len(NODES_AT_ONCE);
+    nodes.map(|node| guarded(node.place, node.level, node.seen())).collect()
 }
 
 /// What remains around each node, given the `guarded` details; `always` is the finest level that
@@ -112,7 +115,8 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Re
         let of_edge = if near.is_beside_edge() { EDGE_MARGIN } else { 1.0 };
         Remaining { children, size: margin * of_edge * size.max(of_siblings) }
     };
-    (0..tree.len()).into_par_iter().map(of_node).collect()
+    let nodes = (0..tree.len()).into_par_iter().with_min_len(NODES_AT_ONCE);
+    nodes.map(of_node).collect()
 }
 
 /// The lattice of a node's children around it, as far as the next nodes of its own.

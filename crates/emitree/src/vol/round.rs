@@ -11,7 +11,7 @@ use super::dyadic::{spacing, unit};
 use super::image_tree::{ImageTree, Place};
 use super::remaining::around;
 use super::seeds::Looks;
-use super::sights::{Sights, Stop, View, Wanted, Way};
+use super::sights::{LINES_KNOWN, Sights, Stop, View, Wanted, Way};
 use super::whole;
 use crate::emission::Emission;
 use rayon::prelude::*;
@@ -158,9 +158,10 @@ impl<E: Emission> Scan<'_, E> {
 
     /// What the full lines of all nodes may teach.
     fn lessons(&self) -> Lessons {
-        let full = (0..self.tree.len()).into_par_iter().filter(|&i| self.sights.is_full(i));
+        let full = (0..self.tree.len()).filter(|&i| self.sights.is_full(i));
         let lines: Vec<_> = full.map(|i| (i, self.tree.nodes()[i].place)).collect();
-        let jumping = lines.par_iter().filter(|(i, _)| self.sights.has_jump(*i));
+        let known = lines.par_iter().with_min_len(LINES_KNOWN);
+        let jumping = known.filter(|(i, _)| self.sights.has_jump(*i));
         let jumping = jumping.map(|(_, place)| *place).collect();
         Lessons { lines, jumping }
     }

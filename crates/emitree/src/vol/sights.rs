@@ -159,6 +159,14 @@ struct Answers {
 #[derive(Debug)]
 pub(crate) struct Standing(Vec<(usize, Way, f64)>);
 
+/// Lines that are worth a thread of their own, which takes some ten microseconds to wake: if all but few
+/// of them have answered before…
+pub(crate) const LINES_KNOWN: usize = 1024;
+/// …if samples are looked up or taken in…
+const LINES_READ: usize = 128;
+/// …and if all samples of them are looked at.
+const LINES_ASSESSED: usize = 8;
+
 /// Depths of a line beyond this level, if jumps are near, are its own: neighbours jump elsewhere.
 const SHARED_JUMP_LEVEL: u8 = 6;
 /// A sample is looked for on neighbouring lines if its significance is beyond this many tolerances.
@@ -229,7 +237,8 @@ impl Sights {
 
     /// The largest ∫ |G| dz of a full line.
     pub(crate) fn brightest(&self) -> f64 {
-        let full = (0..self.lines.len()).into_par_iter().filter(|&i| self.is_full(i));
+        let all = (0..self.lines.len()).into_par_iter().with_min_len(LINES_KNOWN);
+        let full = all.filter(|&i| self.is_full(i));
         let brightness =
             |i: usize| *self.answers[i].brightness.get_or_init(|| self.lines[i].brightness());
         full.map(brightness).reduce(|| 0.0, f64::max)
@@ -258,7 +267,8 @@ impl Sights {
             let missing = depths.iter().filter(|&&depth| !line.has(depth));
             missing.map(|&depth| (*i, depth)).collect::<Vec<_>>()
         };
-        let mut missing: Vec<(usize, u32)> = wanted.par_iter().flat_map_iter(missing).collect();
+        let wanted = wanted.par_iter().with_min_len(LINES_READ);
+        let mut missing: Vec<(usize, u32)> = wanted.flat_map_iter(missing).collect();
         missing.par_sort_unstable();
         missing.dedup();
         let points: Vec<_> = missing.iter().map(|&(i, d)| (tree.nodes()[i].place, d)).collect();
@@ -269,7 +279,8 @@ impl Sights {
         let numbers = of_lines.iter().map(|of_line| of_line[0].0);
         let lines = chosen(&mut self.lines, numbers.clone());
         let answers = chosen(&mut self.answers, numbers);
-        lines.into_par_iter().zip(answers).zip(of_lines).for_each(|((line, answers), new)| {
+        let lines = lines.into_par_iter().zip(answers).zip(of_lines).with_min_len(LINES_READ);
+        lines.for_each(|((line, answers), new)| {
             line.add(new.iter().map(|(_, sample)| *sample));
             *answers = Answers::default();
         });
@@ -308,6 +319,7 @@ impl Sights {
         let brackets = chosen(&mut self.brackets, numbers.iter().copied());
         let answers = chosen(&mut self.answers, numbers.iter().copied());
         let lines = lines.into_par_iter().zip(brackets).zip(answers).zip(&numbers);
+        let lines = lines.with_min_len(LINES_ASSESSED);
         let wanted = lines.map(|(((line, brackets), answers), &i)| {
             *answers = Answers::default();
             let searched: Vec<u32> = brackets.iter_mut().filter_map(|b| b.next(line)).collect();
@@ -339,7 +351,8 @@ impl Sights {
             let near = full.find(place, NEIGHBOURS);
             (i, self.starting_depths(tree, place, &near, tolerance, base_level))
         };
-        let starts: Vec<_> = numbers.par_iter().map(of_line).collect();
+        let numbers = numbers.par_iter().with_min_len(LINES_ASSESSED);
+        let starts: Vec<_> = numbers.map(of_line).collect();
         let of_line = |(i, (depths, brackets))| {
             self.brackets[i] = brackets;
             (i, depths)
@@ -414,7 +427,8 @@ impl Sights {
         for _ in 0..MOST_HOPS {
             let mut wanted: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
             let unseen = |&i: &usize| self.unseen_by_neighbours(tree, i, tolerance, base_level);
-            let of_lines: Vec<Wanted> = found.par_iter().map(unseen).collect();
+            let found_lines = found.par_iter().with_min_len(LINES_ASSESSED);
+            let of_lines: Vec<Wanted> = found_lines.map(unseen).collect();
             for (k, depths) in of_lines.into_iter().flatten() {
                 wanted.entry(k).or_default().extend(depths);
             }

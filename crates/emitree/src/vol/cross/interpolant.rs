@@ -130,32 +130,43 @@ impl Interpolant {
             for (j, y) in y.iter().enumerate() {
                 let mut of_y = [0.0; LANES];
                 for (core, z) in self.core[self.index(i, j)..].iter().zip(&*z) {
-                    of_y.iter_mut().zip(z).for_each(|(sum, z)| *sum += core * z);
+                    add_times(&mut of_y, *core, z);
                 }
-                of_x.iter_mut().zip(of_y).zip(y).for_each(|((sum, of_y), y)| *sum += y * of_y);
+                add_product(&mut of_x, 1.0, y, &of_y);
             }
-            values.iter_mut().zip(of_x).zip(x).for_each(|((sum, of_x), x)| *sum += x * of_x);
+            add_product(&mut values, 1.0, x, &of_x);
         }
         values
     }
 
-    /// The values at all places of the fiber along `axis` at the coordinates `at` of the other two.
-    pub(super) fn along(&self, axis: usize, at: [f64; 2]) -> DVector<f64> {
+    /// The values at all places of the fibers along `axis` at the coordinates `at` of the other two.
+    pub(super) fn along(&self, axis: usize, at: &[[f64; 2]]) -> Vec<DVector<f64>> {
+        let groups = at.par_chunks(LANES).with_min_len(self.groups_at_once());
+        groups.flat_map_iter(|group| self.along_group(axis, group)).collect()
+    }
+
+    fn along_group(&self, axis: usize, at: &[[f64; 2]]) -> Vec<DVector<f64>> {
         let mut functions = self.room();
         let others = [[1, 2], [0, 2], [0, 1]][axis];
-        for (&other, &at) in others.iter().zip(&at) {
-            self.axes[other].functions_at(&[at; LANES], &mut functions[other]);
+        for (number, &other) in others.iter().enumerate() {
+            let x = core::array::from_fn(|lane| at.get(lane).map_or(0.0, |at| at[number]));
+            self.axes[other].functions_at(&x, &mut functions[other]);
         }
-        let mut of_pivots = DVector::zeros(self.filled[axis]);
+        let mut of_pivots = vec![[0.0; LANES]; self.filled[axis]];
         for i in 0..self.filled[0] {
             for j in 0..self.filled[1] {
                 for k in 0..self.filled[2] {
-                    let [a, b] = others.map(|other| functions[other][[i, j, k][other]][0]);
-                    of_pivots[[i, j, k][axis]] += self.core[self.index(i, j) + k] * a * b;
+                    let [a, b] = others.map(|other| &functions[other][[i, j, k][other]]);
+                    let core = self.core[self.index(i, j) + k];
+                    add_product(&mut of_pivots[[i, j, k][axis]], core, a, b);
                 }
             }
         }
-        self.axes[axis].cardinal() * of_pivots
+        let of_lane = |lane: usize| {
+            let of_pivots = of_pivots.iter().map(|lanes| lanes[lane]);
+            self.axes[axis].cardinal() * DVector::from_iterator(self.filled[axis], of_pivots)
+        };
+        (0..at.len()).map(of_lane).collect()
     }
 
     /// The means of ∫ dz over the pixels of an image of `shape` = \[height, width\], row by row.
@@ -170,6 +181,11 @@ impl Interpolant {
         let lines = DMatrix::from_fn(self.filled[0], self.filled[1], integral);
         Pixels { along_x: x * lines, along_y: y.transpose() }
     }
+}
+
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn add_product(sums: &mut [f64; LANES], factor: f64, a: &[f64; LANES], b: &[f64; LANES]) {
+    sums.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += factor * a * b);
 }
 
 /// The pixels of an image as a sum of products, a function of the column times one of the row each.
@@ -236,8 +252,8 @@ mod tests {
         for (point, value) in points.iter().zip(interpolant.values(&points)) {
             assert!((value - two_products(*point)).abs() < 1e-9, "{point:?} {value}");
         }
-        let along = interpolant.along(1, [0.77, 0.4]);
-        for (value, y) in along.iter().zip(interpolant.axes[1].places()) {
+        let along = interpolant.along(1, &[[0.3, 0.2], [0.77, 0.4]]);
+        for (value, y) in along[1].iter().zip(interpolant.axes[1].places()) {
             assert!((value - two_products([0.77, *y, 0.4])).abs() < 1e-9);
         }
     }

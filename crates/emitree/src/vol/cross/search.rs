@@ -9,7 +9,7 @@ use crate::emission::Emission;
 use crate::meter::Meter;
 use crate::projection::Layer;
 use crate::site::Site;
-use rayon::prelude::*;
+use nalgebra::DVector;
 
 /// The level of the places that fibers begin with.
 const FIRST_LEVEL: u8 = 4;
@@ -30,9 +30,6 @@ const WORTHWHILE: f64 = 0.1;
 const CLOSER: f64 = 0.3;
 /// …this often.
 const MOST_CLOSER: u32 = 4;
-
-/// Fibers that are worth a thread of their own.
-const FIBERS_AT_ONCE: usize = 16;
 
 /// Through what G is seen.
 pub(super) struct View<'a, 'b, E> {
@@ -141,15 +138,14 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
     /// Where most is left on each fiber along an axis, and what.
     fn worst_of_fibers(&self, axis: usize) -> Vec<([f64; 3], f64)> {
         let fibers = &self.interpolant.axes[axis];
-        let worst = |(&at, rates): (&[f64; 2], &Vec<f64>)| {
-            let values = self.interpolant.along(axis, at);
+        let worst = |((&at, rates), values): ((&[f64; 2], &Vec<f64>), DVector<f64>)| {
             let rest: Vec<f64> =
                 rates.iter().zip(values.iter()).map(|(rate, value)| rate - value).collect();
             let place = largest(&rest);
             (point(axis, at, fibers.places()[place]), rest[place])
         };
-        let all = fibers.at.par_iter().zip(&fibers.rates).with_min_len(FIBERS_AT_ONCE);
-        all.map(worst).collect()
+        let values = self.interpolant.along(axis, &fibers.at);
+        fibers.at.iter().zip(&fibers.rates).zip(values).map(worst).collect()
     }
 
     /// Takes up the fibers through the point where most is left.
