@@ -1,4 +1,4 @@
-//! Two threads against one: the same renderings of a g that costs a microsecond at each point.
+//! Two threads against one: the same renderings of a g that costs a microsecond or ten at each point.
 
 use crate::table::Table;
 use emitree::tree::BuildOptions;
@@ -12,8 +12,8 @@ use std::hint;
 use std::time::{Duration, Instant};
 
 const SHAPE: [usize; 2] = [64, 64];
-/// What g costs at each point, beside its own value.
-const COST: Duration = Duration::from_micros(1);
+/// What g may cost at each point, its own value included; all scenes have the first…
+const COSTS_US: [u64; 2] = [1, 10];
 /// Renderings of which the fastest counts.
 const REPETITIONS: usize = 3;
 /// 1/e half width of the sheet: no sum of few products of functions of x, y and z.
@@ -27,10 +27,17 @@ struct Scene {
 
 /// One row for each scene: the seconds of one thread and of two.
 pub(crate) fn tables() -> Result<Vec<Table>, String> {
-    let columns = ["scene", "method", "evaluations", "1 thread (s)", "2 threads (s)", "ratio"];
+    let columns =
+        ["scene", "method", "evaluations", "g in µs", "1 thread s", "2 threads s", "ratio"];
     let [one, two] = [1, 2].map(pool);
-    let rows = scenes().iter().map(|scene| row(scene, &one, &two)).collect();
-    let title = "Two threads against one for a g of 1 µs a point";
+    let mut rows = Vec::new();
+    for scene in scenes() {
+        // …and those whose own time counts beside it the others too.
+        let is_vol = matches!(scene.method, Method::Vol(_));
+        let costs = COSTS_US.into_iter().take(if is_vol { COSTS_US.len() } else { 1 });
+        rows.extend(costs.map(|cost_us| row(&scene, cost_us, &one, &two)));
+    }
+    let title = "Two threads against one";
     Ok(vec![Table { title, columns: columns.to_vec(), rows }])
 }
 
@@ -74,11 +81,11 @@ fn pool(threads: usize) -> ThreadPool {
 
 /// The fastest of some renderings with one thread and with two, in turn: what else the machine does
 /// then hits both alike.
-fn row(scene: &Scene, one: &ThreadPool, two: &ThreadPool) -> Vec<String> {
+fn row(scene: &Scene, cost_us: u64, one: &ThreadPool, two: &ThreadPool) -> Vec<String> {
     let mut seconds = [f64::INFINITY; 2];
     let mut evaluations = 0;
     for _ in 0..REPETITIONS {
-        let renderings = [one, two].map(|pool| pool.install(|| rendered(scene)));
+        let renderings = [one, two].map(|pool| pool.install(|| rendered(scene, cost_us)));
         for (least, rendering) in seconds.iter_mut().zip(&renderings) {
             *least = least.min(rendering.total_time.as_secs_f64());
         }
@@ -94,18 +101,20 @@ fn row(scene: &Scene, one: &ThreadPool, two: &ThreadPool) -> Vec<String> {
         scene.name.to_owned(),
         scene.method.name().to_owned(),
         evaluations.to_string(),
-        format!("{one:.3}"),
-        format!("{two:.3}"),
+        cost_us.to_string(),
+        format!("{one:.4}"),
+        format!("{two:.4}"),
         format!("{:.2}", one / two),
     ]
 }
 
 #[expect(clippy::expect_used, reason = "the scenes have all that is needed")]
-fn rendered(scene: &Scene) -> Rendering {
+fn rendered(scene: &Scene, cost_us: u64) -> Rendering {
+    let cost = Duration::from_micros(cost_us);
     let emission = FromFn(|position, _| {
         let start = Instant::now();
         let rate = (scene.rate)(position);
-        while start.elapsed() < COST {
+        while start.elapsed() < cost {
             hint::spin_loop();
         }
         rate
