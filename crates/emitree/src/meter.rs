@@ -228,7 +228,8 @@ impl<'a, E: Emission> Meter<'a, E> {
         let Scratch { positions, directions, energies, .. } = scratch;
         // As slices, whose ends stay in registers.
         let (positions, directions) = (positions.as_mut_slice(), directions.as_mut_slice());
-        let mut of_line = OfLine { xy: [f64::NAN; 2], tile: (0, 0), evaluations: 0 };
+        let mut of_pixel =
+            OfPixel { line: [f64::NAN; 2], tile: (0, 1), pixel: [0; 2], evaluations: 0 };
         let (mut weights, mut count) = (weights.iter_mut(), 0);
         sites.visit(first..first + weights.len(), |stretch| {
             let before = count;
@@ -241,13 +242,17 @@ impl<'a, E: Emission> Meter<'a, E> {
             if let Some(energy) = stretch.energy {
                 energies.resize(count, energy);
             }
-            if !of_line.is_of(stretch) {
-                self.of_pixels.count(of_line.xy, of_line.tile, of_line.evaluations);
-                of_line = OfLine { xy: stretch.xy, tile: stretch.tile, evaluations: 0 };
+            if !of_pixel.has(stretch) {
+                let pixel = self.of_pixels.pixel(stretch.xy, stretch.tile);
+                if pixel != of_pixel.pixel {
+                    self.of_pixels.count(of_pixel.pixel, of_pixel.evaluations);
+                    of_pixel.evaluations = 0;
+                }
+                of_pixel = OfPixel { line: stretch.xy, tile: stretch.tile, pixel, ..of_pixel };
             }
-            of_line.evaluations += count - before;
+            of_pixel.evaluations += count - before;
         });
-        self.of_pixels.count(of_line.xy, of_line.tile, of_line.evaluations);
+        self.of_pixels.count(of_pixel.pixel, of_pixel.evaluations);
         count
     }
 }
@@ -312,17 +317,21 @@ impl<E: Emission> Integrand<4> for SpectralIntegrand<'_, '_, E> {
     }
 }
 
-/// Evaluations that follow each other on one line of sight, counted at once.
-struct OfLine {
-    xy: [f64; 2],
+/// Evaluations that follow each other on lines of sight of one pixel, counted at once.
+struct OfPixel {
+    /// The last of the lines…
+    line: [f64; 2],
+    /// …and its tile.
     tile: (usize, usize),
+    pixel: [usize; 2],
     evaluations: usize,
 }
 
-impl OfLine {
+impl OfPixel {
+    /// Whether a stretch is on the last of the lines.
     #[expect(clippy::float_cmp, reason = "another line has other numbers")]
-    fn is_of(&self, stretch: &Stretch<'_>) -> bool {
-        self.xy == stretch.xy && self.tile == stretch.tile
+    fn has(&self, stretch: &Stretch<'_>) -> bool {
+        self.line == stretch.xy && self.tile == stretch.tile
     }
 }
 

@@ -26,25 +26,28 @@ impl Tally {
         Self { shape, in_row, blocks: (0..shape[0] * in_row).map(|_| OnceLock::new()).collect() }
     }
 
-    /// Counts `evaluations` on the line of sight at canonical (x, y) of one of several tiles, if there
-    /// are pixels; a line on a border counts for the pixel above or to the right of it.
+    /// The number of the pixel that has the line of sight at canonical (x, y) of one of several tiles; a
+    /// line on a border belongs to the pixel above or to the right of it.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "clamped to the pixels"
     )]
-    pub(crate) fn count(&self, xy: [f64; 2], (tile, tiles): (usize, usize), evaluations: usize) {
+    pub(crate) fn pixel(&self, xy: [f64; 2], (tile, tiles): (usize, usize)) -> [usize; 2] {
         let [height, width] = self.shape;
-        if self.blocks.is_empty() || evaluations == 0 {
-            return;
-        }
         // A division takes longer than all the rest.
         let rows = if tiles == 1 { height } else { height / tiles };
         let index = |along: f64, pixels: usize| {
             ((along * pixels as f64).max(0.0) as usize).min(pixels.saturating_sub(1))
         };
-        let row = tile * rows + index(xy[1], rows);
-        let column = index(xy[0], width);
+        [tile * rows + index(xy[1], rows), index(xy[0], width)]
+    }
+
+    /// Counts `evaluations` for the pixel in this row and column, if there are pixels.
+    pub(crate) fn count(&self, [row, column]: [usize; 2], evaluations: usize) {
+        if self.blocks.is_empty() || evaluations == 0 {
+            return;
+        }
         let block = self.blocks[row * self.in_row + column / BLOCK].get_or_init(new_block);
         let evaluations = u32::try_from(evaluations).unwrap_or(u32::MAX);
         block[column % BLOCK].fetch_add(evaluations, Ordering::Relaxed);
@@ -119,8 +122,8 @@ mod tests {
         let counted = [(0, 0, 3), (0, BLOCK - 1, 1), (1, BLOCK, 7), (1, 3 * BLOCK - 6, 2)];
         for (row, column, evaluations) in counted {
             // The row as one tile of two.
-            tally.count([x(column), 0.5], (row, 2), evaluations);
-            tally.count([x(column), 0.25 + 0.5 * row as f64], (0, 1), 1);
+            tally.count(tally.pixel([x(column), 0.5], (row, 2)), evaluations);
+            tally.count(tally.pixel([x(column), 0.25 + 0.5 * row as f64], (0, 1)), 1);
         }
         let counts = tally.into_counts();
         assert_eq!(counts.blocks.iter().flatten().count(), 3);
@@ -135,9 +138,10 @@ mod tests {
     fn lines_on_and_beyond_the_borders_count_for_pixels_at_the_edge() {
         let tally = Tally::new([2, 2]);
         for xy in [[0.5, 0.5], [1.0, 1.0], [1.0 + 1e-9, 1.0], [-1e-9, 0.0]] {
-            tally.count(xy, (0, 1), 1);
+            tally.count(tally.pixel(xy, (0, 1)), 1);
         }
         assert_eq!(tally.into_counts().to_image().pixels(), [1.0, 0.0, 0.0, 3.0]);
-        Tally::new([0, 0]).count([0.5; 2], (0, 1), 1);
+        let none = Tally::new([0, 0]);
+        none.count(none.pixel([0.5; 2], (0, 1)), 1);
     }
 }

@@ -70,19 +70,27 @@ struct Probes {
     values: Vec<f64>,
 }
 
+/// Where most is left, and how much.
+type Worst = ([f64; 3], f64);
+
+fn worse(worst: Worst, (point, rest): Worst) -> Worst {
+    if rest.abs() > worst.1 { (point, rest.abs()) } else { worst }
+}
+
 /// An interpolant on its way.
 pub(super) struct Search<'a, 'b, E> {
     view: View<'a, 'b, E>,
     pub(super) interpolant: Interpolant,
     probes: Probes,
+    /// The worst of the fibers, if the interpolant has been asked.
+    of_fibers: Option<Worst>,
     finest_level: u8,
 }
 
 /// How good an interpolant is.
 pub(super) struct Judgement {
     pub(super) left: Left,
-    /// Where most is left, and how much.
-    worst: ([f64; 3], f64),
+    worst: Worst,
 }
 
 /// Why a search can't go on.
@@ -103,7 +111,7 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
         let finest_level =
             if tolerance >= MODERATE { FINEST_LEVEL_IF_MODERATE } else { FINEST_LEVEL };
         let interpolant = Interpolant::new(FIRST_LEVEL);
-        Self { view, interpolant, probes: Probes::default(), finest_level }
+        Self { view, interpolant, probes: Probes::default(), of_fibers: None, finest_level }
     }
 
     /// The number of scattered points.
@@ -127,16 +135,17 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
         values.extend(self.interpolant.values(&points[values.len()..]));
         let rest: Vec<f64> = rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
         let left = Left::new(&self.probes.points, &rest);
-        let of_probes = self.probes.points.iter().copied().zip(rest);
-        let of_fibers = (0..3).flat_map(|axis| self.worst_of_fibers(axis));
-        let worst = of_probes.chain(of_fibers).fold(([0.0; 3], 0.0_f64), |worst, (point, rest)| {
-            if rest.abs() > worst.1 { (point, rest.abs()) } else { worst }
+        let of_fibers = self.of_fibers.unwrap_or_else(|| {
+            (0..3).flat_map(|axis| self.worst_of_fibers(axis)).fold(([0.0; 3], 0.0), worse)
         });
+        self.of_fibers = Some(of_fibers);
+        let of_probes = self.probes.points.iter().copied().zip(rest);
+        let worst = of_probes.chain([of_fibers]).fold(([0.0; 3], 0.0), worse);
         Judgement { left, worst }
     }
 
     /// Where most is left on each fiber along an axis, and what.
-    fn worst_of_fibers(&self, axis: usize) -> Vec<([f64; 3], f64)> {
+    fn worst_of_fibers(&self, axis: usize) -> Vec<Worst> {
         let fibers = &self.interpolant.axes[axis];
         let worst = |((&at, rates), values): ((&[f64; 2], &Vec<f64>), DVector<f64>)| {
             let rest: Vec<f64> =
@@ -152,6 +161,7 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
     pub(super) fn grow(&mut self, judgement: &Judgement) -> Result<(), End<E::Error>> {
         let (point, most) = judgement.worst;
         self.probes.values.clear();
+        self.of_fibers = None;
         let is_first = self.interpolant.ranks() == [0; 3];
         self.add_fibers(point)?;
         if is_first {
