@@ -32,6 +32,7 @@ pub mod gaussians;
 pub mod means;
 pub mod nebula;
 mod panels;
+pub mod recorded;
 pub mod shell;
 pub mod shock;
 pub mod solids;

@@ -5,14 +5,14 @@
 
 #![expect(clippy::print_stdout, reason = "a bench that reports what criterion does not")]
 
-use core::cell::{Cell, LazyCell, OnceCell, RefCell};
+use core::cell::{LazyCell, OnceCell};
 use core::convert::Infallible;
-use core::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use emitree::quadrature::{Integrand, Points};
+use emitree::quadrature::Integrand;
 use emitree::tree::{BuildOptions, build};
 use emitree::{SparseTree, Threshold};
 use emitree_problems::equation8;
+use emitree_problems::recorded::{Record, Replay};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
 
@@ -32,42 +32,6 @@ const TREES: [(f64, usize, f64); 4] = [
 /// Pixels that are no unions of cells: the most work.
 const SHAPE: [usize; 2] = [75, 100];
 
-/// Eq. (8), remembering its values in the order of their evaluation.
-#[derive(Default)]
-struct Record(RefCell<Vec<f64>>);
-
-impl Integrand<3> for Record {
-    type Error = Infallible;
-
-    fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Infallible> {
-        for (i, value) in values.iter_mut().enumerate() {
-            *value = equation8::rate(points.at(i), equation8::ALPHA);
-        }
-        self.0.borrow_mut().extend_from_slice(values);
-        Ok(())
-    }
-}
-
-/// The values of a record, in place of the function.
-struct Replay<'a> {
-    values: &'a [f64],
-    used: Cell<usize>,
-}
-
-impl Integrand<3> for Replay<'_> {
-    type Error = Infallible;
-
-    fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Infallible> {
-        let used = self.used.replace(self.used.get() + values.len());
-        values.copy_from_slice(&self.values[used..][..values.len()]);
-        // To make the points is our work, too.
-        for i in 0..points.len() {
-            black_box(points.at(i));
-        }
-        Ok(())
-    }
-}
-
 #[expect(clippy::panic, reason = "a bench that fails must be seen")]
 fn tree_of(integrand: &impl Integrand<3, Error = Infallible>, threshold: f64) -> SparseTree<3> {
     let options =
@@ -81,7 +45,7 @@ fn tree_of(integrand: &impl Integrand<3, Error = Infallible>, threshold: f64) ->
 /// A function by itself, so that a profiler finds it.
 #[inline(never)]
 fn build_replayed(values: &[f64], threshold: f64) -> SparseTree<3> {
-    tree_of(&Replay { values, used: Cell::new(0) }, threshold)
+    tree_of(&Replay::new(values), threshold)
 }
 
 /// Does `work` once and prints what it allocates.
@@ -102,7 +66,7 @@ fn trees(criterion: &mut Criterion) {
         let recorded = LazyCell::new(|| {
             let record = Record::default();
             let tree = tree_of(&record, threshold);
-            (tree, record.0.into_inner())
+            (tree, record.into_values())
         });
         let projected = LazyCell::new(|| recorded.0.project::<2>(2));
 

@@ -3,55 +3,18 @@
 
 use crate::heap::{Taken, measured};
 use crate::table::{Table, number};
-use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use core::hint::black_box;
-use emitree::quadrature::{Integrand, Points};
+use emitree::quadrature::Integrand;
 use emitree::tree::{BuildOptions, build};
 use emitree::{SparseTree, Threshold};
-use emitree_problems::equation8;
+use emitree_problems::recorded::{Record, Replay};
 
 /// Thresholds that make about 10⁵, 10⁶ and 10⁷ cells of order 3, and how often they are built: the
 /// fastest counts.
 const TREES: [(f64, usize); 3] = [(0.0024, 20), (0.00035, 10), (0.000066, 4)];
 /// Pixels that are no unions of cells: the most work.
 const SHAPE: [usize; 2] = [75, 100];
-
-/// Eq. (8), remembering its values in the order of their evaluation.
-#[derive(Default)]
-struct Record(RefCell<Vec<f64>>);
-
-impl Integrand<3> for Record {
-    type Error = Infallible;
-
-    fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Infallible> {
-        for (i, value) in values.iter_mut().enumerate() {
-            *value = equation8::rate(points.at(i), equation8::ALPHA);
-        }
-        self.0.borrow_mut().extend_from_slice(values);
-        Ok(())
-    }
-}
-
-/// The values of a record, in place of the function.
-struct Replay<'a> {
-    values: &'a [f64],
-    used: Cell<usize>,
-}
-
-impl Integrand<3> for Replay<'_> {
-    type Error = Infallible;
-
-    fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Infallible> {
-        let used = self.used.replace(self.used.get() + values.len());
-        values.copy_from_slice(&self.values[used..][..values.len()]);
-        // To make the points is our work, too.
-        for i in 0..points.len() {
-            black_box(points.at(i));
-        }
-        Ok(())
-    }
-}
 
 /// What building a tree, projecting it and sampling an image took.
 type Steps = [Taken; 3];
@@ -84,7 +47,7 @@ pub(crate) fn tables() -> Result<Vec<Table>, String> {
 fn row(threshold: f64, runs: usize) -> Result<Vec<String>, String> {
     let record = Record::default();
     let cells = tree_of(&record, threshold)?.cells();
-    let values = record.0.into_inner();
+    let values = record.into_values();
     let mut best = steps(&values, threshold)?;
     for _ in 1..runs {
         for (best, taken) in best.iter_mut().zip(steps(&values, threshold)?) {
@@ -101,7 +64,7 @@ fn row(threshold: f64, runs: usize) -> Result<Vec<String>, String> {
 }
 
 fn steps(values: &[f64], threshold: f64) -> Result<Steps, String> {
-    let replay = Replay { values, used: Cell::new(0) };
+    let replay = Replay::new(values);
     let (tree, built) = measured(|| tree_of(&replay, threshold));
     let tree = tree?;
     let (image_tree, projected) = measured(|| tree.project::<2>(2));
