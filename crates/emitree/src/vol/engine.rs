@@ -140,6 +140,7 @@ pub(crate) fn by_tree<E: Emission>(
         scales,
         promised: vol.tolerance,
         asked,
+        lines_of_exam: 1,
         coverage: Coverage::new(wanted, known),
         tolerance: if short { LOOSEST_TOLERANCE } else { asked },
         line_share: LINE_SHARE,
@@ -214,6 +215,8 @@ pub(crate) struct Engine<'a, 'b, E> {
     /// The finest level that every rendering looks at.
     always: u8,
     pub(crate) finest_level: u8,
+    /// How many times the usual number of lines the next exam has.
+    pub(crate) lines_of_exam: usize,
     /// Scattered samples, and the size of what they see.
     pub(crate) coverage: Coverage,
 }
@@ -238,6 +241,11 @@ impl Developed {
     /// The error of each energy bin of a tile.
     pub(crate) fn errors(&self, tile: usize) -> Vec<&Image> {
         self.maps[tile].iter().map(|[_, error]| error).collect()
+    }
+
+    /// The guarded details of the nodes of a sheet.
+    pub(crate) fn guarded(&self, sheet: usize) -> &[f64] {
+        &self.seen[sheet].guarded
     }
 
     fn largest(&self, kind: usize) -> f64 {
@@ -405,9 +413,9 @@ impl<E: Emission> Engine<'_, '_, E> {
         while wanted.iter().any(|wanted| !wanted.is_empty()) {
             let sheets = self.sheets.iter_mut().zip(&tolerances).skip(first);
             for ((sheet, tolerance), wanted) in sheets.zip(&wanted) {
-                let Scan { view, tree, sights, base_level, .. } = &mut sheet.scan;
+                let Scan { view, tree, sights, depth_level, .. } = &mut sheet.scan;
                 sights.sample(view, tree, wanted)?;
-                sights.assess(wanted.iter().map(|(i, _)| *i), *tolerance, *base_level);
+                sights.assess(wanted.iter().map(|(i, _)| *i), *tolerance, *depth_level);
             }
             let largest = self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max);
             let largest = largest.max(CANCELLED * self.brightest());
@@ -417,8 +425,8 @@ impl<E: Emission> Engine<'_, '_, E> {
                     fixed.map_or(following, |fixed| fixed[i / layers]) / sheet.layers as f64;
             }
             let assess = |(sheet, tolerance): (&mut Sheet<'_, E>, &f64)| {
-                let Scan { tree, sights, base_level, .. } = &mut sheet.scan;
-                sights.assess(0..tree.len(), *tolerance, *base_level)
+                let Scan { tree, sights, depth_level, .. } = &mut sheet.scan;
+                sights.assess(0..tree.len(), *tolerance, *depth_level)
             };
             wanted = self.sheets.iter_mut().zip(&tolerances).skip(first).map(assess).collect();
             if wanted.iter().all(Vec::is_empty) {

@@ -9,12 +9,12 @@
 
 use super::dyadic::{STEPS, spacing, unit};
 use super::engine::{Developed, Engine, within_budget};
-use super::image_tree::{ImageTree, Place};
+use super::image_tree::{ImageTree, Node, Place};
 use super::lattice;
 use super::remaining::around;
 use super::round::Scan;
 use super::sheet::Sheet;
-use super::sights::{Sights, Stop, Wanted, Way, base_depths};
+use super::sights::{Sights, Stop, View, Wanted, Way, base_depths};
 use super::whole;
 use crate::cell;
 use crate::emission::Emission;
@@ -31,20 +31,27 @@ const NODES_PER_LINE: usize = 40;
 const WORST_SHARE: f64 = 0.5;
 /// These are at least this far from each other, as a share of the image's edge.
 const WORST_APART: f64 = 0.08;
-/// Lines from which neighbours are looked at for larger differences…
-const ASCENTS: usize = 2;
+/// One ascent to larger differences for so many scattered lines…
+const LINES_PER_ASCENT: usize = 8;
 /// …in so many steps.
-const STEPS_OF_ASCENT: usize = 2;
+const STEPS_OF_ASCENT: usize = 3;
+/// After an exam that failed the next one has twice as many lines, up to this many times as many.
+const MOST_LINES: usize = 4;
 /// An ascent begins at a difference of more than this share of the error allowed.
 const ASCENT_FROM: f64 = 0.2;
 /// A line fails if what it differs by is more than this share of the error allowed in a pixel.
-const FAILED: f64 = 0.6;
-/// Each line is sampled at all depths of a lattice finer than the base by so many levels.
+const FAILED: f64 = 0.5;
+/// Once a line is integrated as a node would be, it is sampled at all depths of a lattice finer than
+/// that of nodes by so many levels…
 const FINER_DEPTHS: u8 = 1;
-/// One in so many scattered lines is sampled on a lattice finer by this many more levels: what all others
-/// step over in depth, it sees.
+/// …and one in so many scattered lines by this many more levels: what all others step over, it sees.
 const DENSE_LINES: usize = 3;
 const DENSER: u8 = 2;
+/// If that changes the integral by more than this share of the error allowed in a pixel, all lines of the
+/// sheet are sampled on a finer lattice of depths…
+const STEPPED_OVER: f64 = 0.3;
+/// …finer than that of the base by so many levels at the most.
+const MOST_FINER: u8 = 3;
 /// Samples of a line that failed are given to nodes nearby if their significance is beyond this share of
 /// the tolerance of a line.
 const SHARED_SIGNIFICANCE: f64 = 0.25;
@@ -57,6 +64,8 @@ pub(crate) struct Exam {
     /// Their places; there are no values.
     places: ImageTree,
     sights: Sights,
+    /// What the finer depths have changed in the integral of each line.
+    changes: Vec<f64>,
     /// Scattered places that have been used.
     scattered: usize,
 }
@@ -99,7 +108,9 @@ impl<E: Emission> Engine<'_, '_, E> {
         };
         let mut places: Vec<Vec<(Place, Vec<u32>)>> = Vec::with_capacity(self.sheets.len());
         let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
-        let lines = LEAST_LINES.max(nodes / NODES_PER_LINE).div_ceil(self.sheets.len());
+        let lines = LEAST_LINES.max(nodes / NODES_PER_LINE) * self.lines_of_exam;
+        let ascents = lines.div_ceil(LINES_PER_ASCENT);
+        let lines = lines.div_ceil(self.sheets.len());
         for (i, sheet) in self.sheets.iter_mut().enumerate() {
             let mut of_sheet = sheet.scattered_lines(lines);
             let worst = whole((WORST_SHARE * lines as f64).ceil());
@@ -109,6 +120,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         }
         let tolerances = self.line_tolerances(target);
         let mut differences = Vec::new();
+        let first: Vec<usize> = self.sheets.iter().map(|sheet| sheet.exam.places.len()).collect();
         for step in 0..=STEPS_OF_ASCENT {
             for i in 0..self.sheets.len() {
                 let tolerance = tolerances[i / self.layers.len()] / self.sheets[i].layers as f64;
@@ -119,17 +131,57 @@ impl<E: Emission> Engine<'_, '_, E> {
             }
             differences = self.differences(target);
             if step < STEPS_OF_ASCENT {
-                let rising = differences.iter().filter(|of| of.size > ASCENT_FROM).take(ASCENTS);
+                let rising = differences.iter().filter(|of| of.size > ASCENT_FROM).take(ascents);
                 for of in rising {
                     places[of.sheet].extend(self.sheets[of.sheet].beside(of.line));
                 }
             }
         }
+        if self.refine_depths(&first, developed, target)? {
+            return Ok(Verdict::Failed);
+        }
         differences.retain(|of| of.size > FAILED);
         match self.refine_around(&differences, &tolerances)? {
             Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
-            verdict => Ok(verdict),
+            verdict => {
+                self.lines_of_exam = (2 * self.lines_of_exam).min(MOST_LINES);
+                Ok(verdict)
+            }
         }
+    }
+
+    /// Samples the lines of those sheets more finely of which a line of this exam, the lines from `first` on,
+    /// has shown that the depths of nodes step over something; whether there was one.
+    fn refine_depths(
+        &mut self,
+        first: &[usize],
+        developed: &Developed,
+        target: f64,
+    ) -> Result<bool, RenderError<E::Error>> {
+        let tolerances = self.line_tolerances(target);
+        let mut has_refined = false;
+        for (i, &first) in first.iter().enumerate() {
+            let weight = self.largest_weight(i);
+            let sheet = &mut self.sheets[i];
+            let Scan { base_level, depth_level, .. } = sheet.scan;
+            let stepped_over = sheet.largest_change(first) * weight > STEPPED_OVER * target;
+            if stepped_over && depth_level < base_level + MOST_FINER {
+                let tolerance = tolerances[i / self.layers.len()] / sheet.layers as f64;
+                let guarded = developed.guarded(i);
+                within_budget(sheet.scan.refine_depths(guarded, tolerance))?;
+                has_refined = true;
+            }
+        }
+        if has_refined {
+            self.set_values(0);
+        }
+        Ok(has_refined)
+    }
+
+    /// The largest weight of a sheet in an energy bin.
+    fn largest_weight(&self, sheet: usize) -> f64 {
+        let weights = &self.energies.learned[sheet / self.layers.len()].weights;
+        weights.iter().fold(0.0, |most: f64, weight| most.max(weight.abs()))
     }
 
     /// What all lines of exams differ by, the largest first.
@@ -140,7 +192,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             let earlier: Vec<&Sheet<'_, E>> =
                 self.sheets[..i].iter().skip(i % layers).step_by(layers).collect();
             let learned = &self.energies.learned[i / layers];
-            let weight = learned.weights.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
+            let weight = self.largest_weight(i);
             let found = sheet.differences(&earlier, &learned.of_earlier);
             let of_line = |(line, size): (usize, f64)| Difference {
                 sheet: i,
@@ -187,7 +239,7 @@ impl<E: Emission> Engine<'_, '_, E> {
 impl<E: Emission> Sheet<'_, E> {
     /// Scattered places that no exam has had, of those where the sheet is in view.
     fn scattered_lines(&mut self, count: usize) -> Vec<(Place, Vec<u32>)> {
-        let base = self.scan.base_level;
+        let base = self.scan.depth_level;
         let first = self.exam.scattered;
         self.exam.scattered += count;
         let place = |k: usize| {
@@ -220,7 +272,7 @@ impl<E: Emission> Sheet<'_, E> {
                 worst.push(middle);
             }
         }
-        let depths = base_depths(self.scan.base_level + FINER_DEPTHS);
+        let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
         worst.into_iter().map(|middle| (middle.map(dyadic), depths.clone())).collect()
     }
 
@@ -228,7 +280,7 @@ impl<E: Emission> Sheet<'_, E> {
     fn beside(&self, line: usize) -> Vec<(Place, Vec<u32>)> {
         let place = self.exam.places.nodes()[line].place;
         let distance = spacing(self.level_around(place) + 1);
-        let depths = base_depths(self.scan.base_level + FINER_DEPTHS);
+        let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
         around(place, distance, 1)
             .filter(|(x, y, _)| *x == 0 || *y == 0)
             .map(|(_, _, place)| (place, depths.clone()))
@@ -258,7 +310,7 @@ impl<E: Emission> Sheet<'_, E> {
         places: Vec<(Place, Vec<u32>)>,
         tolerance: f64,
     ) -> Result<(), Stop<E::Error>> {
-        let Self { scan: Scan { view, tree, sights, base_level, closes, .. }, exam, .. } = self;
+        let Self { scan: Scan { view, tree, sights, depth_level, closes, .. }, exam, .. } = self;
         let first = exam.places.len();
         let mut own = Vec::new();
         for (place, depths) in places {
@@ -270,20 +322,32 @@ impl<E: Emission> Sheet<'_, E> {
         }
         let new: Vec<Place> = exam.places.nodes()[first..].iter().map(|node| node.place).collect();
         exam.sights.grow(exam.places.len());
-        let starts = sights.starts(tree, &new, tree.len(), tolerance, *base_level);
-        let mut wanted: Wanted = Vec::with_capacity(new.len());
-        for (i, (own, (mut depths, brackets))) in (first..).zip(own.into_iter().zip(starts)) {
-            depths.extend(own);
+        let starts = sights.starts(tree, &new, tree.len(), tolerance, *depth_level);
+        let [mut usual, mut finer]: [Wanted; 2] = [Vec::new(), Vec::new()];
+        for (i, (own, (depths, brackets))) in (first..).zip(own.into_iter().zip(starts)) {
             exam.sights.ways[i] = Way::Full;
             exam.sights.expect(i, brackets);
-            wanted.push((i, depths));
+            usual.push((i, depths));
+            finer.push((i, own));
         }
-        let looked = exam.sights.refine(view, &exam.places, wanted, tolerance, *base_level);
+        let looked = exam.integrate(view, [usual, finer], tolerance, *depth_level);
         if looked.is_err() {
             exam.places.truncate(first);
             exam.sights.truncate(first);
+            exam.changes.truncate(first);
         }
         looked
+    }
+
+    /// The largest change of a pixel by the finer depths of a line, in the unit of the image.
+    fn largest_change(&self, first: usize) -> f64 {
+        let nodes = self.exam.places.nodes()[first..].iter().zip(&self.exam.changes[first..]);
+        let change = |(node, change): (&Node, &f64)| {
+            let density = self.scan.view.layer.solid_angle_density(node.place.map(unit));
+            let [row, column] = self.pixel(node.place);
+            density * change * self.scale[(row, column)]
+        };
+        nodes.map(change).fold(0.0, f64::max)
     }
 
     /// What each line of the exams differs by from the tree, as an error of a pixel, in the unit of the
@@ -311,6 +375,25 @@ impl<E: Emission> Sheet<'_, E> {
 type Ghosts = FxHashMap<u64, f64>;
 
 impl Exam {
+    /// Integrates lines from the depths that nodes would begin with, then with their own besides.
+    fn integrate<E: Emission>(
+        &mut self,
+        view: &View<'_, E>,
+        [usual, finer]: [Wanted; 2],
+        tolerance: f64,
+        depth_level: u8,
+    ) -> Result<(), Stop<E::Error>> {
+        self.sights.refine(view, &self.places, usual, tolerance, depth_level)?;
+        let before: Vec<f64> = finer.iter().map(|(i, _)| self.sights.lines[*i].integral).collect();
+        let numbers: Vec<usize> = finer.iter().map(|(i, _)| *i).collect();
+        self.sights.refine(view, &self.places, finer, tolerance, depth_level)?;
+        let changes = numbers.into_iter().zip(before);
+        self.changes.extend(changes.map(|(i, before)| {
+            (self.sights.lines[i].integral - before).abs()
+        }));
+        Ok(())
+    }
+
     /// The depths at which a line has found something.
     fn significant_depths(&self, line: usize, tolerance: f64) -> Vec<u32> {
         let samples = self.sights.lines[line].samples.iter();

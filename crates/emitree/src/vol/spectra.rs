@@ -117,6 +117,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
             let scan = Scan {
                 view,
                 base_level: self.base_level,
+                depth_level: self.base_level,
                 tree: ImageTree::default(),
                 sights: Sights::default(),
                 seeds: Looks::at(self.seeds, layer, self.base_level, self.finest_level),
