@@ -40,7 +40,7 @@ const MOST_LINES: usize = 4;
 /// An ascent begins at a difference of more than this share of the error allowed.
 const ASCENT_FROM: f64 = 0.2;
 /// A line fails if what it differs by is more than this share of the error allowed in a pixel.
-const FAILED: f64 = 0.5;
+const FAILED: f64 = 0.55;
 /// Once a line is integrated as a node would be, it is sampled at all depths of a lattice finer than
 /// that of nodes by so many levels…
 const FINER_DEPTHS: u8 = 1;
@@ -49,7 +49,7 @@ const DENSE_LINES: usize = 3;
 const DENSER: u8 = 2;
 /// If that changes the integral by more than this share of the error allowed in a pixel, all lines of the
 /// sheet are sampled on a finer lattice of depths…
-const STEPPED_OVER: f64 = 0.3;
+const STEPPED_OVER: f64 = 0.4;
 /// …finer than that of the base by so many levels at the most.
 const MOST_FINER: u8 = 3;
 /// Samples of a line that failed are given to nodes nearby if their significance is beyond this share of
@@ -388,9 +388,8 @@ impl Exam {
         let numbers: Vec<usize> = finer.iter().map(|(i, _)| *i).collect();
         self.sights.refine(view, &self.places, finer, tolerance, depth_level)?;
         let changes = numbers.into_iter().zip(before);
-        self.changes.extend(changes.map(|(i, before)| {
-            (self.sights.lines[i].integral - before).abs()
-        }));
+        self.changes
+            .extend(changes.map(|(i, before)| (self.sights.lines[i].integral - before).abs()));
         Ok(())
     }
 
