@@ -29,6 +29,7 @@ pub mod family;
 mod gauss;
 pub mod gaussian;
 pub mod gaussians;
+pub mod knots;
 pub mod means;
 pub mod nebula;
 mod panels;
@@ -36,6 +37,7 @@ pub mod recorded;
 pub mod shell;
 pub mod shock;
 pub mod solids;
+pub mod zodiacal;
 
 use emitree::Image;
 
