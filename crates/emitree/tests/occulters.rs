@@ -1,9 +1,9 @@
 //! Opaque bodies: the limb is where geometry has it, to the tolerance, at the cost of smooth images.
 
 use emitree::{
-    Bounds, DiscMapping, Ellipsoid, Emission, Equirectangular, Fisheye, FromFn, Healpix, Image, LosOptions,
-    Method, Orthographic, Perspective, Polar, Projection, RenderOptions, Rendering, Steps,
-    Viewpoint, VolOptions, render,
+    Bounds, DiscMapping, Ellipsoid, Emission, Equirectangular, Fisheye, FromFn, Healpix, Image,
+    LosOptions, Method, Orthographic, Perspective, Polar, Projection, RenderOptions, Rendering,
+    Steps, Viewpoint, VolOptions, render,
 };
 use std::f64::consts::PI;
 
@@ -304,11 +304,8 @@ fn the_total_irradiance_is_the_same_in_every_projection_of_the_whole_sky() {
 /// of degree 4 continued from them were wrong without limit: a pixel of −146 where there is nothing.
 #[test]
 fn nothing_is_seen_beside_bounds_before_a_large_body() {
-    let viewpoint = Viewpoint {
-        position: [60.0, -120.0, 70.0],
-        target: [0.0, 0.0, 12.0],
-        up: [0.0, 0.0, 1.0],
-    };
+    let viewpoint =
+        Viewpoint { position: [60.0, -120.0, 70.0], target: [0.0, 0.0, 12.0], up: [0.0, 0.0, 1.0] };
     let camera = Orthographic::new(viewpoint, [92.0, 72.0], [-INFINITE, INFINITE]).unwrap();
     let bounds = Bounds::cuboid([-60.0, -60.0, -5.0], [60.0, 60.0, 45.0]).unwrap();
     let sun = Ellipsoid::sphere([0.0, 0.0, -695.7], 695.7).unwrap();

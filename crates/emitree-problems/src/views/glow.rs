@@ -18,9 +18,18 @@ pub(super) enum Fall {
 pub(super) enum Glow {
     Uniform,
     /// Around `centre`, level within `radius`; 1 + `tilt` times the cosine of the angle from `pole`.
-    Radial { centre: Vector, radius: f64, fall: Fall, tilt: f64, pole: Vector },
+    Radial {
+        centre: Vector,
+        radius: f64,
+        fall: Fall,
+        tilt: f64,
+        pole: Vector,
+    },
     /// exp(−|r − centre|²/width²) for each, and a level rate.
-    Blobs { level: f64, blobs: Vec<(Vector, f64)> },
+    Blobs {
+        level: f64,
+        blobs: Vec<(Vector, f64)>,
+    },
 }
 
 impl Glow {
@@ -134,14 +143,14 @@ impl Glow {
                 blobs.iter().for_each(|(centre, size)| around(*centre, *size, 8.0 * size));
             }
         }
-        if let Some([enter, leave]) = self.kink().and_then(|ball| ball.crossing(origin, direction)) {
+        if let Some([enter, leave]) = self.kink().and_then(|ball| ball.crossing(origin, direction))
+        {
             breaks.extend([enter, leave]);
         }
         breaks.retain(|t| (from..=to).contains(t));
         breaks.sort_by(f64::total_cmp);
         let rate = |t: f64| self.rate(advanced(origin, t, direction));
-        let inner: f64 =
-            breaks.windows(2).map(|ends| rule.integrate(ends[0], ends[1], rate)).sum();
+        let inner: f64 = breaks.windows(2).map(|ends| rule.integrate(ends[0], ends[1], rate)).sum();
         if to.is_finite() {
             return inner;
         }

@@ -63,22 +63,22 @@ pub struct RandomView {
 /// assert_eq!(view.name(), "polar-3");
 /// assert!(view.reference().error < 1e-3);
 /// ```
-///
-/// # Panics
-///
-/// For no seed: each draw makes a view that the library takes, or the next one is tried.
 pub fn random_view(seed: u64) -> RandomView {
     // Another stream than those of the smooth scene and of the solids of this seed.
-    let streams = (0..).map(|draw| seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (draw * NEXT_DRAW + 7));
-    let views = streams.filter_map(|stream| draw(seed, &mut Generator::new(stream)).ok().flatten());
-    #[expect(clippy::expect_used, reason = "the sequence of draws has no end")]
-    let view = { views }.next().expect("some draw has something in view");
-    view
+    let first = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mut number = 7;
+    loop {
+        // A draw that the library refuses, or that has next to nothing in view, is followed by another.
+        if let Ok(Some(view)) = draw(seed, &mut Generator::new(first ^ number)) {
+            return view;
+        }
+        number += NEXT_DRAW;
+    }
 }
 
 /// One draw; none if there is next to nothing in view.
 fn draw(seed: u64, generator: &mut Generator) -> Result<Option<RandomView>, GeometryError> {
-    let kind = (seed % 6) as usize;
+    let kind = KINDS.iter().zip(0..).position(|(_, number)| number == seed % 6).unwrap_or(0);
     let is_large = generator.whole(0..=4) == 0;
     let radius = if is_large { generator.log_between(4.0, 30.0) } else { 1.0 };
     let bodies = bodies(generator, is_large, radius);
@@ -217,7 +217,9 @@ impl Lens {
         Ok(match kind {
             0 => furnished!(Orthographic::new(viewpoint, [width, width * height], depth)?),
             1 => furnished!(Perspective::new(viewpoint, [angle, angle * height.min(1.1)], depth)?),
-            2 => furnished!(Equirectangular::new(viewpoint, [cone, angle * height.min(1.0)], depth)?),
+            2 => {
+                furnished!(Equirectangular::new(viewpoint, [cone, angle * height.min(1.0)], depth)?)
+            }
             3 => furnished!(Polar::new(viewpoint, cone, depth)?),
             4 => {
                 let mapping =

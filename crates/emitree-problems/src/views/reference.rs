@@ -66,7 +66,9 @@ impl Scenery {
     fn sight(&self, origin: Vector, direction: Vector) -> Sight {
         let dark = Sight { ends: [0.0; 2], kind: Kind::Dark };
         let [near, far] = self.depth;
-        let Some(([enter, leave], faces)) = self.room.crossing(origin, direction) else { return dark };
+        let Some(([enter, leave], faces)) = self.room.crossing(origin, direction) else {
+            return dark;
+        };
         let from = near.max(enter);
         let mut to = far.min(leave);
         let mut cut = [enter > near, leave < far];
@@ -233,10 +235,7 @@ pub(super) fn image(
 ) -> Reference {
     let scene = Scene { scenery, bare };
     let pixel = |number: usize| Pixel {
-        corner: [
-            (number % width) as f64 / width as f64,
-            (number / width) as f64 / height as f64,
-        ],
+        corner: [(number % width) as f64 / width as f64, (number / width) as f64 / height as f64],
         size: [1.0 / width as f64, 1.0 / height as f64],
     };
     let numbers = (0..height * width).into_par_iter();

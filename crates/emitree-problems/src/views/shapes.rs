@@ -103,7 +103,8 @@ fn cuboid_crossing(
 ) -> Option<([f64; 2], u8)> {
     let (mut ends, mut faces) = ([f64::NEG_INFINITY, f64::INFINITY], [3_u8; 2]);
     for axis in 0..3 {
-        let [first, last] = [min[axis], max[axis]].map(|face| (face - origin[axis]) / direction[axis]);
+        let [first, last] =
+            [min[axis], max[axis]].map(|face| (face - origin[axis]) / direction[axis]);
         let (enter, leave) = (first.min(last), first.max(last));
         if direction[axis] == 0.0 {
             if !(min[axis]..=max[axis]).contains(&origin[axis]) {

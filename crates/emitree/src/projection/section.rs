@@ -73,7 +73,8 @@ impl<P: ImagePlane> Layer for Section<'_, P> {
         if let Piece::Hidden(number) = self.piece {
             point.path_per_depth = self.hidden_length(number);
             if !bodies.iter().any(|body| body.contains(point.position)) {
-                point.position = self.camera.on_near_surface(&bodies[number], &line, point.position);
+                point.position =
+                    self.camera.on_near_surface(&bodies[number], &line, point.position);
             }
         }
         // The same for all layers: where bodies overlap, what is taken off is what was there.

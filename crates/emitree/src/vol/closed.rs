@@ -254,7 +254,8 @@ mod tests {
             tree.set(tree.len() - 1, (-20.0 * (x + y)).exp());
         }
         let in_corner = |[x, y]: [f64; 2]| x + y < 0.45;
-        let closed: Vec<bool> = tree.nodes().iter().map(|node| !in_corner(xy(node.place))).collect();
+        let closed: Vec<bool> =
+            tree.nodes().iter().map(|node| !in_corner(xy(node.place))).collect();
         continue_values(&mut tree, &closed, 4);
         for (node, closed) in tree.nodes().iter().zip(closed) {
             let [x, y] = xy(node.place);
