@@ -8,7 +8,7 @@
 use super::block::{Block, FINEST_BLOCKS};
 use super::depth_rule::{DepthRule, LEAST_LINES, Profile};
 use super::dyadic::{spacing, unit};
-use super::image_tree::{ImageTree, Place};
+use super::image_tree::{Around, ImageTree, Place};
 use super::remaining::around;
 use super::seeds::Looks;
 use super::sights::{LINES_KNOWN, Sights, Stop, View, Wanted, Way, base_depths};
@@ -32,6 +32,10 @@ const VALIDATED: f64 = 0.4;
 const FAILURE: f64 = 1.0;
 /// Lines are refined again if they are beyond the tolerance by more than this.
 const AGAIN: f64 = 1.02;
+
+/// Between a closed node and its neighbours on its lattice, open places are looked for at this many
+/// steps: narrower parts of the image are found where they widen, or are no part of a pixel that counts.
+const BETWEEN: i8 = 4;
 
 /// The image tree, its lines, and where they are sampled.
 pub(crate) struct Scan<'a, E> {
@@ -94,9 +98,25 @@ impl<E: Emission> Scan<'_, E> {
             for (i, &place) in (first..).zip(places) {
                 if !self.view.layer.is_open(place.map(unit)) {
                     self.sights.ways[i] = Way::Closed;
+                    let around = self.open_around(place, self.tree.nodes()[i].level);
+                    self.tree.set_around(i, around);
                 }
             }
         }
+    }
+
+    /// What is open around a closed place of a level: known from geometry, without an evaluation.
+    fn open_around(&self, place: Place, level: u8) -> Around {
+        let is_open = |distance: u32, reach: i8| {
+            let mut places = around(place, distance, reach);
+            places.any(|(_, _, at)| self.view.layer.is_open(at.map(unit)))
+        };
+        let step = spacing(level);
+        if is_open(step, 1) {
+            return Around::Beside;
+        }
+        let finer = step / u32::from(BETWEEN.unsigned_abs());
+        if finer > 0 && is_open(finer, BETWEEN) { Around::Between } else { Around::Closed }
     }
 
     /// Forgets all nodes but the first `len`.
