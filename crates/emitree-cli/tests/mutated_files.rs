@@ -3,6 +3,8 @@
 //! No reader may panic, abort or go on for ever, whatever the bytes; `cargo xtask fuzz` looks at more of
 //! them. What was found once is in the tests of the readers.
 
+#![allow(clippy::panic, clippy::unwrap_used, reason = "what fails here fails the test")]
+
 use emitree::{FromFn, WorldBox, WorldTreeOptions, build_world_tree};
 use emitree_instrument::{EffectiveArea, Psf, Redistribution};
 use emitree_io::TreeFile;
@@ -32,7 +34,6 @@ fn reference(folder: &str) -> PathBuf {
 }
 
 /// All files of a folder that a reader is for.
-#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn originals(folder: &str, readers: &[(&str, Reader)]) -> Vec<Original> {
     let entries = std::fs::read_dir(reference(folder)).unwrap();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
@@ -47,8 +48,8 @@ fn originals(folder: &str, readers: &[(&str, Reader)]) -> Vec<Original> {
 }
 
 fn grid(path: &Path) -> Result<(), String> {
-    let mut request =
-        GridRequest { max_memory_bytes: Some(MEMORY_BYTES), ..GridRequest::default() };
+    let mut request = GridRequest::default();
+    request.max_memory_bytes = Some(MEMORY_BYTES);
     if path.extension().is_some_and(|ending| ending == "npy") {
         let nodes: [&[f64]; 3] = [&[-1.0, 0.0, 2.0, 6.0], &[0.0, 0.5, 2.0], &[10.0, 20.0]];
         request.nodes = nodes.map(|nodes| AxisNodes::List(nodes.to_vec()));
@@ -77,7 +78,6 @@ fn table(path: &Path) -> Result<(), String> {
 }
 
 /// Reads as many mutants of the files as a campaign has, each file in turn.
-#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn read_mutants(originals: Vec<Original>, cases: u64) {
     assert!(!originals.is_empty());
     let originals = Arc::new(originals);
@@ -118,7 +118,6 @@ fn grids() {
 }
 
 #[test]
-#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn saved_trees() {
     let peak = FromFn(|[x, y, z]: [f64; 3], _| (-(x * x + y * y + 2.0 * z * z)).exp());
     let bounds = WorldBox::new([-4.0; 3], [4.0; 3]).unwrap();

@@ -1,5 +1,7 @@
 //! Inputs and outputs that nobody plans for: full disks, links, devices, huge and empty scenes.
 
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
 mod support;
 
 use support::{Folder, pixels};

@@ -266,7 +266,7 @@ impl<'a> Tile<'a> {
         if count == 0 {
             let shape = [height, width];
             if !has_image(&PixelRows { projection, shape }) {
-                return Err(RenderError::NothingInView);
+                return Err(RenderError::NoSolidAngle);
             }
             return Ok(vec![Self { projection, shape, place: (0, 1) }]);
         }

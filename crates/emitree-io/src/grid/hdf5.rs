@@ -38,7 +38,9 @@ impl Hdf5Cube {
     ) -> Result<Self, GridReadError> {
         let count = usize::try_from(length).unwrap_or(usize::MAX);
         budget.check(&[count], 1, 0)?;
-        let mut bytes = Vec::with_capacity(count);
+        let mut bytes = Vec::new();
+        let reserved = bytes.try_reserve_exact(count);
+        reserved.map_err(|error| GridReadError::Unreadable(std::io::Error::other(error)))?;
         source.read_to_end(&mut bytes).map_err(GridReadError::Unreadable)?;
         let most = usize::try_from(budget.bytes()).unwrap_or(usize::MAX);
         let options = NcOpenOptions {

@@ -96,7 +96,7 @@ fn descriptor(path: &Path) -> Option<io::Result<File>> {
     use std::io::Write;
     use std::os::fd::AsFd;
     let folder = fs::canonicalize(folder_of(path)).ok()?;
-    let is_ours = |name| fs::canonicalize(name).is_ok_and(|ours| ours == folder);
+    let is_ours = |name: &str| fs::canonicalize(name).is_ok_and(|ours| ours == folder);
     if !["/dev/fd", "/proc/self/fd"].into_iter().any(is_ours) {
         return None;
     }

@@ -34,6 +34,8 @@ use emitree_instrument::{Observation, ObservationError};
 use instrument::Observer;
 use radiometry::{BandUnit, CameraUnits, ImageUnits};
 use source::{Place, Source};
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use table::Table;
@@ -183,8 +185,7 @@ impl Scene {
     ///
     /// [`SceneError`] names the file or the option, the line, the text and what was expected.
     pub fn open(path: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|cause| SceneError::unreadable(path, &cause))?;
+        let text = read(path).map_err(|cause| SceneError::unreadable(path, &cause))?;
         Self::parse(&path.display().to_string(), &text, overrides)
     }
 
@@ -268,6 +269,19 @@ impl Scene {
             build,
         })
     }
+}
+
+/// The longest scene that is read \[bytes\]: devices have no end.
+const LONGEST_SCENE: u64 = 1 << 26;
+
+/// The text of a scene file.
+fn read(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    File::open(path)?.take(LONGEST_SCENE + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > LONGEST_SCENE {
+        return Err(io::Error::other(format!("it is longer than {LONGEST_SCENE} bytes")));
+    }
+    Ok(text)
 }
 
 /// Height and width of the image, and what is said of its unit.

@@ -49,7 +49,10 @@ impl Mutator {
                 let part = bytes[self.part(at, bytes.len())].to_vec();
                 bytes.splice(at..at, part);
             }
-            _ => bytes[self.part(at, bytes.len())].fill(0),
+            _ => {
+                let part = self.part(at, bytes.len());
+                bytes[part].fill(0);
+            }
         }
     }
 
