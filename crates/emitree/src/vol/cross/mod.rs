@@ -25,6 +25,7 @@ mod search;
 use super::VolOptions;
 use super::coverage::LayerSamples;
 use super::engine::{Found, LOOSEST_TOLERANCE, STOP, finest_level, first_look};
+use super::lattice::points_to_see;
 use super::seeds::Looks;
 use super::sights::Stop;
 use crate::cube::Cube;
@@ -50,8 +51,13 @@ const COARSE_PIXELS: usize = 64;
 /// More functions along an axis than this, and the tree is better.
 const MOST_FUNCTIONS: usize = 60;
 
-/// Probes that have to agree for tolerances from each of these on.
-const PROBES: [(f64, usize); 3] = [(0.2, 256), (0.03, 512), (0.0, 1024)];
+/// Standard deviations of Gaussians, in edges of the cube, that the probes have to see before the
+/// interpolant is believed, for tolerances from each of these on…
+const SMALLEST: [(f64, f64); 3] = [(0.2, 0.045), (0.03, 0.034), (0.0, 0.025)];
+/// …by this share of their amplitude: a probe that differs by more is noticed if the Gaussian matters. One
+/// whose column is 20 T times the largest pixel has an amplitude of 320 T of these at the last size, and
+/// the error of a part of the image with 16 probes is T if one of them differs by 0.4 % of that.
+const NOTICED: f64 = 1e-3;
 /// Twice as many for each level beyond this that fibers need: there may be more of what is so small.
 const USUAL_LEVEL: u8 = 6;
 
@@ -181,8 +187,8 @@ impl<E: Emission> Attempt<'_, '_, E> {
 
     /// The probes that have to agree before the interpolant is believed.
     fn probes_needed(&self) -> usize {
-        let of_tolerance = PROBES.iter().find(|(from, _)| self.vol.tolerance >= *from);
-        let least = of_tolerance.map_or(0, |(_, probes)| *probes);
+        let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
+        let least = of_tolerance.map_or(0, |(_, size)| points_to_see(*size, NOTICED));
         let beyond = self.search.interpolant.finest_level().saturating_sub(USUAL_LEVEL);
         let of_level = least << beyond;
         // A base finer than usual was asked for because there is something small.

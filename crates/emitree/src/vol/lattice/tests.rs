@@ -48,10 +48,7 @@ fn circumradius(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> f64 {
 }
 
 #[test]
-fn the_covering_radius_of_a_cubic_lattice_is_known() {
-    // All of ℤ³ / 4 is no lattice of rank 1, but of one vector in eight: {k (1, 4, 16) / 64}.
-    let sheared = covering_radius(6, [1, 4, 16]);
-    assert!(sheared > 3.0_f64.sqrt() / 2.0 - 1e-12, "{sheared}");
+fn the_covering_radius_of_a_body_centred_lattice_is_known() {
     // (1, 1, 1) / 2 is body-centred: √5 / 4 edges, of two points each.
     let body_centred = covering_radius(1, [1, 1, 1]);
     assert!((body_centred - 5.0_f64.sqrt() / 4.0 * 2.0_f64.cbrt()).abs() < 1e-12);
@@ -104,7 +101,7 @@ fn places(count: usize) -> Vec<[f64; 3]> {
 #[test]
 fn gaussians_of_the_smallest_size_are_seen_with_99_percent() {
     const SHARE: f64 = 0.01;
-    for (points, fewest) in [(1024, 0.990), (4096, 0.990), (16_384, 0.990)] {
+    for points in [1024, 4096, 16_384] {
         let lattice: Vec<[f64; 3]> = (0..points).map(point).collect();
         let size = smallest_seen(points, SHARE);
         let places = places(4000);
@@ -116,7 +113,7 @@ fn gaussians_of_the_smallest_size_are_seen_with_99_percent() {
             lattice.iter().map(rate).fold(0.0, f64::max) > SHARE
         };
         let seen = places.iter().filter(is_seen).count() as f64 / places.len() as f64;
-        assert!((fewest..1.0).contains(&seen), "{points} {seen}");
+        assert!(seen >= 0.99, "{points} {seen}");
     }
 }
 
