@@ -37,6 +37,7 @@ pub mod recorded;
 pub mod shell;
 pub mod shock;
 pub mod solids;
+pub mod tails;
 pub mod zodiacal;
 
 use emitree::Image;
