@@ -39,6 +39,7 @@ pub mod recorded;
 pub mod shell;
 pub mod shock;
 pub mod solids;
+pub mod tails;
 pub mod views;
 pub mod zodiacal;
 

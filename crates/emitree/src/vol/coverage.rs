@@ -28,19 +28,20 @@ const LEAST_SAMPLES: usize = 1024;
 const SHARE_OF_EVALUATIONS: f64 = 0.05;
 /// A feature of which a sample has this share of its amplitude is seen, if the lines around agree among
 /// themselves: what more samples are made for when a smaller feature is asked for.
-const SEEN_SHARE: f64 = 4e-3;
+pub(crate) const SEEN_SHARE: f64 = 4e-3;
 /// Samples are doubled this often if a feature that was asked for is not covered.
 const MOST_DOUBLINGS: u32 = 3;
 /// One ascent for so many samples…
-const SAMPLES_PER_ASCENT: usize = 128;
+pub(crate) const SAMPLES_PER_ASCENT: usize = 128;
 /// …in so many steps, each along all three axes…
-const STEPS_OF_ASCENT: usize = 4;
+pub(crate) const STEPS_OF_ASCENT: usize = 4;
 /// …the first of which have this share of the distance of the samples.
 const FIRST_STEP: f64 = 0.4;
 /// No ascent begins below this share of the error allowed.
 const ASCENT_FROM: f64 = 0.02;
-/// What an ascent has found gets a line of the exam from this share of the error allowed on.
-const LINE_FROM: f64 = 0.2;
+/// What an ascent has found gets a line of the exam, or goes into an interpolant, from this share of the
+/// error allowed on.
+pub(crate) const LINE_FROM: f64 = 0.2;
 /// Levels of depths around a sample on its line, down to a part of the feature.
 const FEATURE_PARTS: f64 = 2.0;
 /// Places and sizes that the size covered is found from: each size is this much larger than the former.
@@ -53,7 +54,7 @@ const NEAR: usize = 16;
 /// The probability with which a feature is seen.
 const PROBABILITY: f64 = 0.99;
 /// √(2π): the integral of a Gaussian over its amplitude and standard deviation.
-const WIDTH_OF_GAUSSIAN: f64 = 2.506_628_274_631_000_5;
+pub(crate) const WIDTH_OF_GAUSSIAN: f64 = 2.506_628_274_631_000_5;
 
 /// The scattered samples of all layers of a view.
 #[derive(Debug)]
@@ -171,6 +172,18 @@ fn volume_of_view(projection: &dyn Projection) -> f64 {
     (0..POINTS).map(volume).sum::<f64>() / POINTS as f64
 }
 
+/// The size, as a fraction of the view's cube, of the smallest Gaussian that so many scattered samples see
+/// with a probability of 99 %, if its peak in the image is [`FEATURE_CONTRAST`] times the error allowed and
+/// a rate of `passes` at a sample passes: a rate of 1 along a unit of depth is that error.
+pub(crate) fn size_seen(samples: usize, passes: f64) -> f64 {
+    // The amplitude falls with the size: some rounds find the size that fits.
+    const ROUNDS: usize = 30;
+    (0..ROUNDS).fold(0.1, |size, _| {
+        let share = passes * WIDTH_OF_GAUSSIAN * size / FEATURE_CONTRAST;
+        lattice::smallest_seen(samples, share.clamp(f64::MIN_POSITIVE, 0.99))
+    })
+}
+
 impl<E: Emission> Engine<'_, '_, E> {
     /// Samples each layer at scattered points; the lines that are wanted where these differ from what is
     /// known, for each sheet, with depths; `target` is the error allowed, in the unit of the image.
@@ -220,7 +233,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             return Ok((Vec::new(), None));
         }
         let lines = sheet.scan.sights.nearest_full(&sheet.scan.tree, sheet.scan.tree.len());
-        let examined = Examined { sheet, lines, target, distance: (number as f64).cbrt().recip() };
+        let examined = Examined { sheet, lines, target, number: samples.number };
         let deviations = examined.deviations(&samples.points, &samples.rates);
         let mut order: Vec<usize> = (0..deviations.len()).collect();
         let effect = |i: usize| examined.effect(&deviations[i]);
@@ -260,6 +273,21 @@ impl<E: Emission> Sheet<'_, E> {
     }
 }
 
+/// The first step of an ascent from one of so many scattered samples.
+pub(crate) fn first_step(samples: usize) -> f64 {
+    FIRST_STEP / (samples as f64).cbrt()
+}
+
+/// The points of one step of an ascent: `step` away from a point along each axis, within the cube.
+pub(crate) fn beside(point: [f64; 3], step: f64) -> [[f64; 3]; 6] {
+    core::array::from_fn(|k| {
+        let by = if k % 2 == 0 { -step } else { step };
+        let mut moved = point;
+        moved[k / 2] = (moved[k / 2] + by).clamp(0.0, 1.0);
+        moved
+    })
+}
+
 /// The line and the depth of a point.
 fn steps(point: &[f64; 3]) -> (Place, u32) {
     let [x, y, depth] = point.map(dyadic);
@@ -273,8 +301,8 @@ struct Examined<'a, 'b, E> {
     lines: Nearest,
     /// The error allowed, in the unit of the image.
     target: f64,
-    /// The distance of the samples.
-    distance: f64,
+    /// The number of scattered samples, in view or not.
+    number: usize,
 }
 
 impl<E: Emission> Examined<'_, '_, E> {
@@ -310,7 +338,7 @@ impl<E: Emission> Examined<'_, '_, E> {
 
     /// The size that the samples are made for.
     fn size(&self) -> f64 {
-        self.distance / -SEEN_SHARE.ln()
+        lattice::smallest_seen(self.number, SEEN_SHARE)
     }
 
     /// Points near the given ones with larger deviations.
@@ -320,22 +348,16 @@ impl<E: Emission> Examined<'_, '_, E> {
         deviations: Vec<Deviation>,
     ) -> Result<Vec<([f64; 3], Deviation)>, Stop<E::Error>> {
         let mut best: Vec<([f64; 3], Deviation)> = points.into_iter().zip(deviations).collect();
-        let mut steps_of = vec![FIRST_STEP * self.distance; best.len()];
+        let mut steps_of = vec![first_step(self.number); best.len()];
         for _ in 0..STEPS_OF_ASCENT {
-            let beside = |(number, (point, _)): (usize, &([f64; 3], Deviation))| {
-                let step = steps_of[number];
-                let moved = |axis: usize, by: f64| {
-                    let mut moved = *point;
-                    moved[axis] = (moved[axis] + by).clamp(0.0, 1.0);
-                    (number, moved)
-                };
-                (0..3).flat_map(|axis| [moved(axis, -step), moved(axis, step)]).collect::<Vec<_>>()
+            let around = |(number, (point, _)): (usize, &([f64; 3], Deviation))| {
+                beside(*point, steps_of[number]).map(|moved| (number, moved))
             };
             let layer = self.sheet.scan.view.layer;
             let is_open = |(_, at): &(usize, [f64; 3])| {
                 !self.sheet.scan.closes || layer.is_open([at[0], at[1]])
             };
-            let tried = best.iter().enumerate().flat_map(beside).filter(is_open);
+            let tried = best.iter().enumerate().flat_map(around).filter(is_open);
             let tried: Vec<(usize, [f64; 3])> = tried.collect();
             let points: Vec<[f64; 3]> = tried.iter().map(|(_, point)| *point).collect();
             let at: Vec<(Place, u32)> = points.iter().map(steps).collect();

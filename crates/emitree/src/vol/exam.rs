@@ -48,10 +48,12 @@ const FINER_DEPTHS: u8 = 1;
 const DENSE_LINES: usize = 3;
 const DENSER: u8 = 2;
 /// If that changes the integral by more than this share of the error allowed in a pixel, all lines of the
-/// sheet are sampled on a finer lattice of depths…
+/// sheet are sampled on a lattice of depths finer by so many levels at once, since the rules of all other
+/// nodes have to be learned anew each time…
 const STEPPED_OVER: f64 = 0.4;
-/// …finer than that of the base by so many levels at the most.
-const MOST_FINER: u8 = 3;
+const FINER_AT_ONCE: u8 = 2;
+/// …and finer than that of the base by so many levels at the most.
+const MOST_FINER: u8 = 4;
 /// Samples of a line that failed are given to nodes nearby if their significance is beyond this share of
 /// the tolerance of a line.
 const SHARED_SIGNIFICANCE: f64 = 0.25;
@@ -168,7 +170,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             if stepped_over && depth_level < base_level + MOST_FINER {
                 let tolerance = tolerances[i / self.layers.len()] / sheet.layers as f64;
                 let guarded = developed.guarded(i);
-                within_budget(sheet.scan.refine_depths(guarded, tolerance))?;
+                within_budget(sheet.scan.refine_depths(FINER_AT_ONCE, guarded, tolerance))?;
                 has_refined = true;
             }
         }

@@ -406,14 +406,15 @@ impl<E: Emission> Scan<'_, E> {
         self.refine(wanted, tolerance)
     }
 
-    /// Samples every full line on a lattice of depths finer by one level, and finds the radiances of all
+    /// Samples every full line on a lattice of depths finer by some `levels`, and finds the radiances of all
     /// other nodes anew from these lines; `guarded` are the guarded details of all nodes.
     pub(crate) fn refine_depths(
         &mut self,
+        levels: u8,
         guarded: &[f64],
         tolerance: f64,
     ) -> Result<(), Stop<E::Error>> {
-        self.depth_level += 1;
+        self.depth_level += levels;
         let depths = base_depths(self.depth_level);
         let in_view = (0..self.tree.len()).filter(|&i| !self.sights.is_closed(i));
         let (full, ruled): (Vec<usize>, Vec<usize>) =

@@ -23,7 +23,7 @@ mod rehearsal;
 mod search;
 
 use super::VolOptions;
-use super::coverage::LayerSamples;
+use super::coverage::{LayerSamples, SEEN_SHARE, fraction_of_view, size_seen};
 use super::engine::{Found, LOOSEST_TOLERANCE, STOP, finest_level, first_look};
 use super::lattice::points_to_see;
 use super::seeds::Looks;
@@ -48,6 +48,9 @@ const LEAST_BUDGET: u64 = 4;
 const MOST_OF_BUDGET: f64 = 0.25;
 /// While the search goes on, the image has no more pixels than this along a side.
 const COARSE_PIXELS: usize = 64;
+/// A rate at a scattered sample of less than this share of the error allowed along a unit of depth is not
+/// told from rounding and from what is left of the interpolant.
+const LEAST_PASS: f64 = 0.02;
 /// More functions along an axis than this, and the tree is better.
 const MOST_FUNCTIONS: usize = 60;
 
@@ -79,6 +82,7 @@ pub(crate) fn attempt<E: Emission>(
     if is_small || tile.projection.has_regions() || !looks.are_none() {
         return Ok(nothing);
     }
+    let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
     let coarse = tile.shape.map(|pixels| pixels.min(COARSE_PIXELS));
     let mut attempt = Attempt {
         meter,
@@ -90,6 +94,8 @@ pub(crate) fn attempt<E: Emission>(
         options,
         most: MOST_OF_BUDGET * budget as f64,
         vol,
+        wanted,
+        smallest: None,
     };
     let found = match attempt.run() {
         Ok(found) => Some(found),
@@ -126,6 +132,10 @@ struct Attempt<'a, 'b, E> {
     /// Evaluations that may be made.
     most: f64,
     vol: &'a VolOptions,
+    /// The feature that was asked for, as a fraction of the view's cube…
+    wanted: Option<f64>,
+    /// …and what is covered, once it is known.
+    smallest: Option<f64>,
 }
 
 impl<E: Emission> Attempt<'_, '_, E> {
@@ -133,7 +143,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
         self.search.probe()?;
         let mut forecast = Forecast::new(STOP * self.tolerance);
         loop {
-            let judgement = self.search.judge();
+            let mut judgement = self.search.judge();
             self.show(&judgement.left)?;
             let largest = *self.coarse_largest.get_or_insert_with(|| {
                 let pixels = self.search.interpolant.pixels(shape_of(&self.coarse_scale));
@@ -154,7 +164,14 @@ impl<E: Emission> Attempt<'_, '_, E> {
                 // The image of all pixels has to be as good.
                 let maps = self.maps(&judgement.left, self.pixels);
                 if maps.largest_error / maps.largest <= STOP * self.tolerance {
-                    return Ok(self.found(maps, Ending::Complete));
+                    // Something small may have touched one of the samples only.
+                    let of_rate = self.coarse_scale.largest() / (self.tolerance * largest);
+                    let passes = of_rate * self.search.last_followed();
+                    self.smallest = Some(size_seen(self.search.probes(), passes.max(LEAST_PASS)));
+                    judgement = self.search.ascend(&judgement)?;
+                    if !judgement.hides_feature(of_rate, self.search.probes()) {
+                        return Ok(self.found(maps, Ending::Complete));
+                    }
                 }
             }
             let ranks = self.search.interpolant.ranks();
@@ -194,7 +211,8 @@ impl<E: Emission> Attempt<'_, '_, E> {
         // A base finer than usual was asked for because there is something small.
         let is_fine = self.vol.base_level > VolOptions::default().base_level;
         let of_base = if is_fine { first_look(self.vol.base_level) } else { 0 };
-        of_level.max(usize::try_from(of_base).unwrap_or(usize::MAX))
+        let of_feature = self.wanted.map_or(0, |size| points_to_see(size, SEEN_SHARE));
+        of_level.max(of_feature).max(usize::try_from(of_base).unwrap_or(usize::MAX))
     }
 
     /// Image and error at the pixels of `rows`.
@@ -253,7 +271,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
             ending,
             base_level: self.vol.base_level,
             energies: Vec::new(),
-            smallest_feature: None,
+            smallest_feature: self.smallest,
         }
     }
 }
