@@ -4,7 +4,7 @@
 //! of ∫ g dz over each pixel, from a closed form or from quadrature with a known error.
 //! [`catalogue`] lists them as one type, and [`family`] makes as many more as one likes. [`cubes`] are
 //! problems with an energy axis and their exact spectral cubes, [`views`] are seen by cameras with opaque
-//! bodies and bounds.
+//! bodies and bounds. [`mutation`] makes files and scenes with something wrong in them.
 //!
 //! ```
 //! use emitree::tree::BuildOptions;
@@ -30,7 +30,9 @@ pub mod family;
 mod gauss;
 pub mod gaussian;
 pub mod gaussians;
+pub mod knots;
 pub mod means;
+pub mod mutation;
 pub mod nebula;
 mod panels;
 pub mod recorded;
@@ -38,6 +40,7 @@ pub mod shell;
 pub mod shock;
 pub mod solids;
 pub mod views;
+pub mod zodiacal;
 
 use emitree::Image;
 

@@ -3,9 +3,10 @@
 //!
 //! `cargo run --release -p emitree --example engine -- named 1e-2,1e-3` renders the named problems
 //! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239,
-//! `… -- solids 0 120 1e-2` random solids with sharp surfaces, `… -- views 0 160 1e-2` random views with
-//! opaque bodies, and `… -- paper 0 72 1e-2` looks for
-//! the cheapest threshold of method `paper` for each of the random scenes.
+//! `… -- peaks 0 40 1e-2` anisotropic peaks, `… -- solids 0 120 1e-2` random solids with sharp surfaces,
+//! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- monotone 0 60` and
+//! `… -- monotone 0 40 peaks` look for tolerances that cost more than tighter ones, and
+//! `… -- paper 0 72 1e-2` looks for the cheapest threshold of method `paper` for each of the random scenes.
 //! Tolerances are asked for, images have 64 × 64 pixels, those of views as many as the view has.
 
 use emitree::tree::BuildOptions;
@@ -14,7 +15,7 @@ use emitree::{
     render,
 };
 use emitree_problems::catalogue::{problem, problems};
-use emitree_problems::family::{Reference, random_scene};
+use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
 use emitree_problems::relative_error;
 use emitree_problems::solids::random_solids;
 use emitree_problems::views::random_view;
@@ -31,19 +32,26 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["named", tolerances] => named(&numbers(tolerances)?, ""),
         ["named", tolerances, name] => named(&numbers(tolerances)?, name),
         ["family", from, to, tolerances] => {
-            let scenes = (from.parse()?..to.parse()?).map(smooth_scene).collect();
-            many(scenes, &numbers(tolerances)?)
+            let scenes = (from.parse()?..to.parse()?).map(|seed| smooth_scene(random_scene(seed)));
+            many(scenes.collect(), &numbers(tolerances)?)
+        }
+        ["peaks", from, to, tolerances] => {
+            let scenes = (from.parse()?..to.parse()?).map(|seed| smooth_scene(random_peak(seed)));
+            many(scenes.collect(), &numbers(tolerances)?)
         }
         ["solids", from, to, tolerances] => {
             let scenes = (from.parse()?..to.parse()?).map(solid_scene).collect();
             many(scenes, &numbers(tolerances)?)
         }
         ["views", from, to, tolerances] => views(from.parse()?, to.parse()?, &numbers(tolerances)?),
+        ["monotone", from, to] => monotone((from.parse()?..to.parse()?).map(random_scene)),
+        ["monotone", from, to, "peaks"] => monotone((from.parse()?..to.parse()?).map(random_peak)),
         ["paper", tolerances] => paper_named(&numbers(tolerances)?),
         ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
-        _ => Err("expected: named T,… [NAME] | family FROM TO T,… | solids FROM TO T,… | \
-                  views FROM TO T,… | paper [FROM TO] T,… | trace NAME T"
+        _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
+                  solids FROM TO T,… | views FROM TO T,… | monotone FROM TO [peaks] | \
+                  paper [FROM TO] T,… | trace NAME T"
             .into()),
     }
 }
@@ -127,8 +135,7 @@ struct Scene {
     reference: Reference,
 }
 
-fn smooth_scene(seed: u64) -> Scene {
-    let scene = random_scene(seed);
+fn smooth_scene(scene: RandomScene) -> Scene {
     let (name, reference) = (scene.name(), scene.reference_image(SHAPE));
     Scene { name, rate: Box::new(move |r| scene.rate(r)), reference }
 }
@@ -257,6 +264,38 @@ impl ViewOutcome {
     }
 }
 
+/// The tolerances of [`monotone`].
+const LADDER: [f64; 12] = [0.1, 0.05, 0.03, 0.02, 0.01, 5e-3, 3e-3, 2e-3, 1e-3, 5e-4, 3e-4, 1e-4];
+/// What a looser tolerance may cost, in terms of a tighter one.
+const MONOTONE: f64 = 1.15;
+
+/// Evaluations of each scene at each tolerance of a ladder, where a looser one costs more than a tighter
+/// one, and by how much at the most.
+fn monotone(scenes: impl Iterator<Item = RandomScene>) -> Result<(), Box<dyn Error>> {
+    println!("| scene | {} | worst |", LADDER.map(|t| format!("{t:.0e}")).join(" | "));
+    println!("| --- |{}", " --- |".repeat(LADDER.len() + 1));
+    let (mut count, mut violations, mut logs) = (0, 0, [0.0; LADDER.len()]);
+    for scene in scenes {
+        let mut costs = [0.0; LADDER.len()];
+        for (cost, tolerance) in costs.iter_mut().zip(LADDER) {
+            *cost = vol(|r| scene.rate(r), tolerance)?.evaluations as f64;
+        }
+        let cheapest_from = |k: usize| costs[k..].iter().copied().fold(f64::INFINITY, f64::min);
+        let worst = (0..costs.len()).map(|k| costs[k] / cheapest_from(k)).fold(0.0, f64::max);
+        count += 1;
+        logs.iter_mut().zip(&costs).for_each(|(log, cost)| *log += cost.ln());
+        if worst > MONOTONE {
+            violations += 1;
+            let costs = costs.map(|cost| cost.to_string()).join(" | ");
+            println!("| {} | {costs} | {worst:.2} |", scene.name());
+        }
+    }
+    let means = logs.map(|log| format!("{:.0}", (log / f64::from(count)).exp())).join(" | ");
+    println!("| geometric mean | {means} | |");
+    println!("{violations} of {count} scenes cost more than {MONOTONE} times a tighter tolerance");
+    Ok(())
+}
+
 /// The evaluations of the coarsest threshold that reaches each tolerance, and of the finest tried.
 type Cheapest = (Vec<Option<u64>>, u64);
 
@@ -302,7 +341,7 @@ fn paper_named(tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
 fn paper(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     let mut sums = vec![(0.0, 0); tolerances.len()];
     for seed in from..to {
-        let Scene { rate, reference, .. } = smooth_scene(seed);
+        let Scene { rate, reference, .. } = smooth_scene(random_scene(seed));
         let (found, most) = cheapest(rate, &reference.image, tolerances)?;
         for ((logs, never), found) in sums.iter_mut().zip(found) {
             *logs += (found.unwrap_or(most) as f64).ln();

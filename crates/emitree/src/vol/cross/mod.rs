@@ -23,7 +23,9 @@ mod rehearsal;
 mod search;
 
 use super::VolOptions;
+use super::coverage::LayerSamples;
 use super::engine::{Found, LOOSEST_TOLERANCE, STOP, finest_level, first_look};
+use super::lattice::points_to_see;
 use super::seeds::Looks;
 use super::sights::Stop;
 use crate::cube::Cube;
@@ -42,35 +44,40 @@ use search::{End, Search, View};
 
 /// A budget below so many first looks of the image tree is left to the tree…
 const LEAST_BUDGET: u64 = 4;
-/// …and no search takes more than this share of a budget.
+/// …and no search takes more than this share of a budget, or of the time.
 const MOST_OF_BUDGET: f64 = 0.25;
 /// While the search goes on, the image has no more pixels than this along a side.
 const COARSE_PIXELS: usize = 64;
 /// More functions along an axis than this, and the tree is better.
 const MOST_FUNCTIONS: usize = 60;
 
-/// Probes that have to agree for tolerances from each of these on.
-const PROBES: [(f64, usize); 3] = [(0.2, 256), (0.03, 512), (0.0, 1024)];
+/// Standard deviations of Gaussians, in edges of the cube, that the probes have to see before the
+/// interpolant is believed, for tolerances from each of these on…
+const SMALLEST: [(f64, f64); 3] = [(0.2, 0.045), (0.03, 0.034), (0.0, 0.025)];
+/// …by this share of their amplitude: a probe that differs by more is noticed if the Gaussian matters. One
+/// whose column is 20 T times the largest pixel has an amplitude of 320 T of these at the last size, and
+/// the error of a part of the image with 16 probes is T if one of them differs by 0.4 % of that.
+const NOTICED: f64 = 1e-3;
 /// Twice as many for each level beyond this that fibers need: there may be more of what is so small.
 const USUAL_LEVEL: u8 = 6;
 
-/// The image to the tolerance of `vol` from an interpolant of G, or the best one that a part of the
-/// budget allows; `None` if an image tree is the better way, for all that is known.
+/// Tries the image to the tolerance of `vol` from an interpolant of G.
 pub(crate) fn attempt<E: Emission>(
     meter: &Meter<'_, E>,
     tiles: &[Tile<'_>],
     vol: &VolOptions,
     options: &RenderOptions<'_>,
-) -> Result<Option<Found>, RenderError<E::Error>> {
-    let &[tile] = tiles else { return Ok(None) };
+) -> Result<Attempted, RenderError<E::Error>> {
+    let nothing = Attempted::default();
+    let &[tile] = tiles else { return Ok(nothing) };
     let layers = tile.projection.layers();
-    let [layer] = &layers[..] else { return Ok(None) };
+    let [layer] = &layers[..] else { return Ok(nothing) };
     let budget = meter.evaluations_left();
     let is_small = budget / LEAST_BUDGET < first_look(vol.base_level);
     let finest_level = finest_level(tile.shape, vol.base_level);
     let looks = Looks::at(options.seeds, &**layer, vol.base_level, finest_level);
     if is_small || tile.projection.has_regions() || !looks.are_none() {
-        return Ok(None);
+        return Ok(nothing);
     }
     let coarse = tile.shape.map(|pixels| pixels.min(COARSE_PIXELS));
     let mut attempt = Attempt {
@@ -84,15 +91,25 @@ pub(crate) fn attempt<E: Emission>(
         most: MOST_OF_BUDGET * budget as f64,
         vol,
     };
-    match attempt.run() {
-        Ok(found) => Ok(Some(found)),
-        Err(End::Hopeless) => Ok(None),
-        Err(End::Stopped(Stop::Budget)) => {
-            let left = attempt.search.judge().left;
-            Ok(Some(attempt.found(attempt.maps(&left, attempt.pixels), Ending::Budget)))
-        }
-        Err(End::Stopped(Stop::Failed(error))) => Err(error),
-    }
+    let found = match attempt.run() {
+        Ok(found) => Some(found),
+        // If the time may end before there is an image from lines, this one is better than none.
+        Err(End::Hopeless) if meter.deadline().is_some() => Some(attempt.unfinished()),
+        Err(End::Hopeless) => None,
+        Err(End::Stopped(Stop::Budget)) => Some(attempt.unfinished()),
+        Err(End::Stopped(Stop::Failed(error))) => return Err(error),
+    };
+    Ok(Attempted { found, samples: attempt.search.samples() })
+}
+
+/// What a search has found.
+#[derive(Default)]
+pub(crate) struct Attempted {
+    /// The image to the tolerance, or the best one that a part of the budget allows; none if an image tree
+    /// is the better way, for all that is known.
+    pub(crate) found: Option<Found>,
+    /// Its scattered samples.
+    pub(crate) samples: LayerSamples,
 }
 
 struct Attempt<'a, 'b, E> {
@@ -144,13 +161,15 @@ impl<E: Emission> Attempt<'_, '_, E> {
             if ranks.iter().any(|&rank| rank > MOST_FUNCTIONS) {
                 return Err(End::Hopeless);
             }
-            if self.spent() > self.most {
+            if self.spent() > self.most || self.meter.share_of_time_left() < 1.0 - MOST_OF_BUDGET {
                 return Err(Stop::Budget.into());
             }
             forecast.note(ranks, error);
             let missing = self.probes_needed().saturating_sub(self.search.probes());
             let shape = shape_of(&self.coarse_scale);
-            if forecast.prefers_tree(&self.search.interpolant, self.spent(), missing, shape) {
+            let deadline = self.meter.deadline();
+            let interpolant = &self.search.interpolant;
+            if forecast.prefers_tree(interpolant, self.spent(), missing, shape, deadline) {
                 return Err(End::Hopeless);
             }
             self.coarse_largest = None;
@@ -168,8 +187,8 @@ impl<E: Emission> Attempt<'_, '_, E> {
 
     /// The probes that have to agree before the interpolant is believed.
     fn probes_needed(&self) -> usize {
-        let of_tolerance = PROBES.iter().find(|(from, _)| self.vol.tolerance >= *from);
-        let least = of_tolerance.map_or(0, |(_, probes)| *probes);
+        let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
+        let least = of_tolerance.map_or(0, |(_, size)| points_to_see(*size, NOTICED));
         let beyond = self.search.interpolant.finest_level().saturating_sub(USUAL_LEVEL);
         let of_level = least << beyond;
         // A base finer than usual was asked for because there is something small.
@@ -220,6 +239,12 @@ impl<E: Emission> Attempt<'_, '_, E> {
         }
     }
 
+    /// The image of a search that has ended before its goal.
+    fn unfinished(&mut self) -> Found {
+        let left = self.search.judge().left;
+        self.found(self.maps(&left, self.pixels), Ending::Budget)
+    }
+
     /// The image as it is.
     fn found(&self, Maps { image, error, .. }: Maps, ending: Ending) -> Found {
         Found {
@@ -228,6 +253,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
             ending,
             base_level: self.vol.base_level,
             energies: Vec::new(),
+            smallest_feature: None,
         }
     }
 }

@@ -1,10 +1,12 @@
 //! The search for an interpolant: fibers where most is left, until little is left everywhere.
 
-use super::super::sights::Stop;
+use super::super::coverage::LayerSamples;
+use super::super::lattice;
+use super::super::sights::{Stop, evaluate};
 use super::fibers::largest;
 use super::interpolant::Interpolant;
 use super::jump::{CLOSER_LOOKS, Steep};
-use super::probes::{Left, scattered};
+use super::probes::Left;
 use crate::emission::Emission;
 use crate::meter::Meter;
 use crate::projection::Layer;
@@ -40,18 +42,13 @@ pub(super) struct View<'a, 'b, E> {
 impl<E: Emission> View<'_, '_, E> {
     /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
     fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop<E::Error>> {
-        if points.len() as u64 > self.meter.evaluations_left() {
-            return Err(Stop::Budget);
-        }
         let site = |i: usize| {
             let u = points[i];
             let mut point = self.layer.world_from_canonical(u);
             point.path_per_depth *= self.layer.solid_angle_density([u[0], u[1]]);
             Site { xy: [u[0], u[1]], point, energy: None, tile: (0, 1) }
         };
-        let mut rates = vec![0.0; points.len()];
-        self.meter.evaluate_sites(&site, &mut rates).map_err(Stop::Failed)?;
-        Ok(rates)
+        evaluate(self.meter, points.len(), &site)
     }
 
     /// The same at several groups of points.
@@ -119,11 +116,17 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
         self.probes.points.len()
     }
 
+    /// The scattered samples, for what comes after the search.
+    pub(super) fn samples(&self) -> LayerSamples {
+        let Probes { points, rates, .. } = &self.probes;
+        LayerSamples::of_probes(points, rates, |xy| self.view.layer.solid_angle_density(xy))
+    }
+
     /// Doubles the scattered points.
     pub(super) fn probe(&mut self) -> Result<(), Stop<E::Error>> {
         let first = self.probes();
         let more = first.max(FIRST_PROBES);
-        let points: Vec<[f64; 3]> = (first..first + more).map(scattered).collect();
+        let points: Vec<[f64; 3]> = (first..first + more).map(lattice::point).collect();
         self.probes.rates.extend(self.view.rates(&points)?);
         self.probes.points.extend(points);
         Ok(())
