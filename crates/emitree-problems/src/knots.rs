@@ -239,7 +239,7 @@ mod tests {
                 assert!(place(set, number).iter().all(|x| (MARGIN..1.0 - MARGIN).contains(x)));
             }
         }
-        let expected = [0.563_068_619_855_469_1, 0.626_494_068_268_249_8, 0.560_120_891_945_344_4];
+        let expected = [0.563_068_619_855_469_1, 0.626_494_068_268_249_8, 0.560_120_891_945_344_2];
         assert_eq!(place(1, 5), expected);
     }
 
