@@ -100,9 +100,9 @@ macro_rules! promises {
 promises! {
     ten_percent_seeds_0: 0.1, part 0, 120, "3965";
     ten_percent_seeds_120: 0.1, part 1, 119, "4527";
-    ten_percent_seeds_240: 0.1, part 2, 118, "5056";
+    ten_percent_seeds_240: 0.1, part 2, 118, "4926";
     ten_percent_seeds_360: 0.1, part 3, 120, "5253";
-    one_percent_seeds_0: 0.01, part 0, 118, "7518";
+    one_percent_seeds_0: 0.01, part 0, 118, "7390";
     one_percent_seeds_120: 0.01, part 1, 119, "8687";
     one_percent_seeds_240: 0.01, part 2, 120, "9303";
     one_percent_seeds_360: 0.01, part 3, 120, "9543";
