@@ -104,7 +104,7 @@ promises! {
     ten_percent_seeds_360: 0.1, part 3, 120, "5253";
     one_percent_seeds_0: 0.01, part 0, 118, "7390";
     one_percent_seeds_120: 0.01, part 1, 119, "8687";
-    one_percent_seeds_240: 0.01, part 2, 120, "9303";
+    one_percent_seeds_240: 0.01, part 2, 120, "9354";
     one_percent_seeds_360: 0.01, part 3, 120, "9543";
     a_tenth_of_a_percent_seeds_0: 1e-3, part 0, 120, "14787";
     a_tenth_of_a_percent_seeds_120: 1e-3, part 1, 119, "18183";
