@@ -28,6 +28,10 @@ class Equirectangular:
         ahead = np.cos(longitude)[..., None] * forward + np.sin(longitude)[..., None] * right
         return np.cos(latitude)[..., None] * ahead + np.sin(latitude)[..., None] * up
 
+    def lengths(self, directions: np.ndarray) -> np.ndarray | float:
+        """The lengths of lines of sight with these directions (..., 3)."""
+        return self.far
+
     def lines(self, shape: tuple[int, int], across: int) -> np.ndarray:
         """Directions (height, width, across, across, 3) of the centres of parts of the pixels."""
         height, width = shape
@@ -45,11 +49,12 @@ class Equirectangular:
 
         def seen(x, y, z):
             direction = self.directions(x, y)
+            length = self.lengths(direction)
             places = (
-                start + self.far * z * direction[..., axis]
+                start + length * z * direction[..., axis]
                 for axis, start in enumerate(self.position)
             )
-            return self.far * self.solid_angle(y) * rate(*places)
+            return length * self.solid_angle(y) * rate(*places)
 
         return seen
 
@@ -77,3 +82,19 @@ class Equirectangular:
         right = np.cross(forward, self.up)
         right = right / np.linalg.norm(right)
         return right, np.cross(right, forward), forward
+
+
+@dataclass(frozen=True)
+class WithinSphere(Equirectangular):
+    """Such a camera within a sphere about the origin, of `radius`, where lines of sight end.
+
+    far: longer than any of them.
+    """
+
+    radius: float
+
+    def lengths(self, directions: np.ndarray) -> np.ndarray:
+        """The lengths (...) of lines of sight with these directions (..., 3)."""
+        position = np.array(self.position)
+        half = directions @ position
+        return np.sqrt(half**2 + self.radius**2 - position @ position) - half

@@ -23,8 +23,11 @@ MARKERS = ("o", "s", "^")
 #: What is in the picture.
 EVALUATIONS = (1e2, 3e7)
 ERRORS = (3e-8, 1.0)
-#: And in that of a scene where everything costs more.
-OF_SMILE = {"xlim": (3e4, 1e9), "ylim": (1e-4, 1.0)}
+#: And in those of scenes where everything costs more.
+OF_CAMERAS = {
+    "smile": {"xlim": (3e4, 1e9), "ylim": (1e-4, 1.0)},
+    "zodi": {"xlim": (2e3, 3e7), "ylim": (1e-5, 1.0)},
+}
 #: How many colours a picture has.
 PALETTE = 96
 #: Where a name stands beside the last point of its curve.
@@ -56,7 +59,7 @@ def draw(path: Path, scene: Scene, rows: Sequence[Row], contestants: Sequence[st
         xlabel=f"evaluations of g for {height} x {width} pixels",
         ylabel="largest error / largest pixel",
         title=f"{scene.name}: {scene.title}",
-        **(OF_SMILE if scene.name == "smile" else {"xlim": EVALUATIONS, "ylim": ERRORS}),
+        **OF_CAMERAS.get(scene.name, {"xlim": EVALUATIONS, "ylim": ERRORS}),
     )
     for level in tables.LEVELS.values():
         axes.axhline(level, color="0.88", linewidth=0.8, zorder=0)

@@ -11,6 +11,7 @@ from . import (
     tt_teneva,
     tt_tntorch,
     yt_grid,
+    zodipy_model,
 )
 
 #: In the order of the tables: ours first, then from the strongest to the most common.
@@ -27,6 +28,7 @@ CONTESTANTS = {
         fixed_step,
         yt_grid,
         raysect_camera,
+        zodipy_model,
     )
     for contestant in module.CONTESTANTS
 }

@@ -92,6 +92,7 @@ CONTESTANTS = [
         settings={
             OTHERWISE: _settings(3, 1, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-6),
             "smile": _settings(0.1, 0.01, 1e-3),
+            "zodi": _settings(0.1, 0.01),
         },
         modules=("cubature",),
         for_users=True,
@@ -104,6 +105,7 @@ CONTESTANTS = [
         settings={
             OTHERWISE: _settings(10, 1, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-6),
             "smile": _settings(10, 1, 0.3, 0.1, 0.03),
+            "zodi": [],
         },
         modules=("cubature",),
         patience=1,
@@ -113,7 +115,7 @@ CONTESTANTS = [
         distribution="scipy",
         about="`scipy.integrate.cubature`, Genz-Malik rule, of a vector of all pixels",
         run=_together_by_scipy,
-        settings={OTHERWISE: _settings(10, 1, 0.3, 0.1, 0.01), "smile": _settings(10, 1, 0.3)},
+        settings={OTHERWISE: _settings(10, 1, 0.3, 0.1, 0.01), "smile": _settings(10, 1, 0.3), "zodi": []},
         modules=("scipy.integrate",),
         patience=1,
         for_users=True,

@@ -15,6 +15,8 @@ OF_SMILE = {
     2: (160, 400, 800, 1200, 1600),
     4: (160, 400, 800, 1600),
 }
+#: Where one line a pixel is nearly enough.
+OF_ZODI = {1: (20, 50, 100, 200), 2: (50, 100, 200), 4: (50, 100)}
 #: The most points of one call.
 TOGETHER = 2**18
 
@@ -48,6 +50,7 @@ CONTESTANTS = [
         settings={
             OTHERWISE: _settings(n for n in STEPS if n * across**2 <= LONGEST),
             "smile": _settings(OF_SMILE[across]),
+            "zodi": _settings(OF_ZODI[across]),
         },
         limit_s=60.0,
         for_users=True,

@@ -13,6 +13,8 @@ ACROSS = (
 )
 #: Few nodes across and many along z: where the image is smooth and g is not.
 DEEP = {(n, depth) for n in (8, 12, 16, 20) for depth in (64, 128, 256, 512, 1024, 4096)}
+#: Where thin bands are seen over the whole width of the image, (nodes across, along lines).
+OF_ZODI = ((12, 24), (16, 32), (24, 32), (32, 48), (48, 48), (64, 64), (96, 64), (128, 96))
 #: The most nodes of all elements together.
 LARGEST = 8_000_000
 
@@ -36,6 +38,10 @@ def _whole(extra=()):
     return [{"across": across, "depth": depth} for across, depth in ordered]
 
 
+def _grids(grids):
+    return [{"across": across, "depth": depth} for across, depth in grids]
+
+
 def _in_elements(counts):
     return [
         {"elements": elements, "across": across, "depth": depth}
@@ -52,13 +58,22 @@ CONTESTANTS = [
         distribution="numpy",
         about="one tensor grid of Gauss-Legendre nodes, exact pixel means of its interpolant",
         run=partial(_project, elements=1),
-        settings={OTHERWISE: _whole(), "shock": _whole(DEEP), "smile": _whole(DEEP)},
+        settings={
+            OTHERWISE: _whole(),
+            "shock": _whole(DEEP),
+            "smile": _whole(DEEP),
+            "zodi": _grids(OF_ZODI),
+        },
     ),
     Contestant(
         name="Gauss elements",
         distribution="numpy",
         about="the same in each of 2 to 16 elements along each axis",
         run=_project,
-        settings={OTHERWISE: _in_elements((2, 4, 8, 16)), "smile": _in_elements((2, 5, 10))},
+        settings={
+            OTHERWISE: _in_elements((2, 4, 8, 16)),
+            "smile": _in_elements((2, 5, 10)),
+            "zodi": [],
+        },
     ),
 ]

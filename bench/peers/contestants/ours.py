@@ -1,7 +1,8 @@
 """Emitree: it is told a tolerance and decides the rest."""
 
-from dataclasses import asdict
+from dataclasses import fields
 
+from ..camera import Equirectangular, WithinSphere
 from ..contestant import OTHERWISE, Contestant, Found
 
 TOLERANCES = (
@@ -19,6 +20,7 @@ def _render(problem, tolerance):
         problem.shape,
         tolerance=tolerance,
         threads=1,
+        bounds=_bounds(problem.camera),
     )
     if rendering.evaluations != problem.emission.evaluations:
         raise AssertionError(
@@ -34,7 +36,18 @@ def _camera(problem):
 
     if problem.camera is None:
         return emitree.Canonical()
-    return emitree.Equirectangular(near=0.0, **asdict(problem.camera))
+    names = [field.name for field in fields(Equirectangular)]
+    return emitree.Equirectangular(
+        near=0.0, **{name: getattr(problem.camera, name) for name in names}
+    )
+
+
+def _bounds(camera):
+    import emitree
+
+    if not isinstance(camera, WithinSphere):
+        return None
+    return emitree.Sphere(center=(0.0, 0.0, 0.0), radius=camera.radius)
 
 
 def _settings(tolerances):
@@ -43,6 +56,7 @@ def _settings(tolerances):
 
 #: Tighter ones take minutes where the image has folds.
 COARSE = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
+OF_ZODI = (0.1, 0.05, 0.02, 0.01, 0.005, 0.001)
 
 CONTESTANTS = [
     Contestant(
@@ -50,7 +64,11 @@ CONTESTANTS = [
         distribution="emitree",
         about="method `vol`, told a tolerance and nothing else",
         run=_render,
-        settings={OTHERWISE: _settings(TOLERANCES), "smile": _settings(COARSE)},
+        settings={
+            OTHERWISE: _settings(TOLERANCES),
+            "smile": _settings(COARSE),
+            "zodi": _settings(OF_ZODI),
+        },
         modules=("emitree",),
         limit_s=60.0,
         patience=1,

@@ -48,7 +48,7 @@ CONTESTANTS = [
         about="`scipy.integrate.quad` (QUADPACK) along n x n Gauss lines of the whole image, "
         "exact pixel means of their interpolant",
         run=_integrate,
-        settings={"eq8": SMOOTH, OTHERWISE: THIN, "shock": JUMP, "smile": SURFACES},
+        settings={"eq8": SMOOTH, OTHERWISE: THIN, "shock": JUMP, "smile": SURFACES, "zodi": []},
         modules=("scipy.integrate",),
     )
 ]

@@ -92,6 +92,8 @@ CONTESTANTS = [
                 for steps, rays in ((8, 1), (16, 1), (16, 4), (32, 4), (16, 16))
             ],
             "smile": [{"steps": steps, "across": 1} for steps in (40, 160)],
+            # Its lines would end at a sphere about the observer.
+            "zodi": [],
         },
         modules=("raysect.optical", "raysect.primitive"),
         limit_s=60.0,

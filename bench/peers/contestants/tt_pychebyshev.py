@@ -46,6 +46,7 @@ CONTESTANTS = [
                 tensor_train.JUMP + tensor_train.JUMP_MIDPOINTS, tolerance=(1e-3,), seed=SEEDS
             ),
             "smile": tensor_train.settings(tensor_train.SURFACES, tolerance=(1e-3,), seed=SEEDS),
+            "zodi": [],
             OTHERWISE: THIN,
         },
         modules=("pychebyshev",),

@@ -63,6 +63,7 @@ CONTESTANTS = [
             "smile": tensor_train.settings(
                 tensor_train.SURFACES, True, tolerance=(1e-2,), growth=(4,), seed=(0, 1)
             ),
+            "zodi": [],
             OTHERWISE: THIN,
         },
         modules=("torch", "tntorch"),

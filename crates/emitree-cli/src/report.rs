@@ -1,9 +1,9 @@
 //! The report of a rendering, for programs to read. Its keys are a contract.
 
-use crate::render::{Counts, Rendered, total};
+use crate::render::{Counts, Rendered, nothing_in_view, total};
 use emitree::Method;
 use emitree_instrument::StepSum;
-use emitree_io::{Energies, Scene, SceneInstrument};
+use emitree_io::{Energies, Scene, SceneInstrument, peak_memory_bytes};
 use serde::Serialize;
 
 /// report.json.
@@ -18,6 +18,7 @@ pub(crate) struct Report {
     threshold: Option<f64>,
     order: Option<usize>,
     base_level: Option<u8>,
+    smallest_feature: Option<f64>,
     leaves_per_level: Vec<usize>,
     seconds: Seconds,
     peak_memory_bytes: Option<u64>,
@@ -25,6 +26,7 @@ pub(crate) struct Report {
     energy: Option<EnergyReport>,
     energies: Option<usize>,
     instrument: Option<InstrumentReport>,
+    hint: Option<String>,
     version: &'static str,
     scene: String,
     overrides: Vec<String>,
@@ -125,6 +127,7 @@ impl Report {
             threshold: tree.map(|built| built.threshold),
             order,
             base_level: rendered.base_level,
+            smallest_feature: rendered.smallest_feature,
             leaves_per_level: tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level()),
             seconds: Seconds {
                 total: rendered.total_time.as_secs_f64(),
@@ -146,6 +149,7 @@ impl Report {
                 .as_ref()
                 .zip(scene.instrument.as_ref())
                 .map(|(counts, instrument)| InstrumentReport::new(counts, instrument)),
+            hint: nothing_in_view(rendered),
             version: env!("CARGO_PKG_VERSION"),
             scene: scene.name.clone(),
             overrides: scene.overrides.clone(),
@@ -158,20 +162,4 @@ impl Report {
         json.push(b'\n');
         json
     }
-}
-
-/// The largest memory that this process has had; known on Linux only.
-fn peak_memory_bytes() -> Option<u64> {
-    kibibytes("/proc/self/status", "VmHWM:")
-}
-
-/// The memory that a new allocation could get now; known on Linux only.
-pub(crate) fn available_memory_bytes() -> Option<u64> {
-    kibibytes("/proc/meminfo", "MemAvailable:")
-}
-
-fn kibibytes(file: &str, key: &str) -> Option<u64> {
-    let text = std::fs::read_to_string(file).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }

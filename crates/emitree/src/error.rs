@@ -14,6 +14,12 @@ pub enum RenderError<E> {
         /// Columns asked for.
         width: usize,
     },
+    /// No pixel has a solid angle, or an area, that a radiance could be the mean over.
+    #[error(
+        "no pixel has a solid angle or an area that is a finite number above 0: expected a larger \
+         `field_of_view` or `extent`"
+    )]
+    NoSolidAngle,
     /// What was asked for does not fit in the memory allowed; nothing was allocated.
     #[error("{what} would take {} of memory: at most {} are allowed", bytes(*needed), bytes(*allowed))]
     TooLarge {
@@ -46,6 +52,12 @@ pub enum RenderError<E> {
         needed: u64,
         /// The evaluations allowed.
         allowed: u64,
+    },
+    /// The time ended before the method had an image.
+    #[error("`max_seconds` is {seconds}: the time ended before there was an image")]
+    Time {
+        /// The time allowed [s].
+        seconds: f64,
     },
     /// g returned NaN or an infinite value.
     #[error(

@@ -3,6 +3,7 @@
 mod counts;
 mod fits;
 mod frames;
+mod hint;
 mod map;
 mod outputs;
 mod picture;
@@ -12,6 +13,7 @@ mod summary;
 
 pub(crate) use counts::{Counts, total};
 pub(crate) use fits::history;
+pub(crate) use hint::nothing_in_view;
 pub(crate) use map::Rendered;
 pub(crate) use progress::ProgressLine;
 pub(crate) use summary::{grouped, percent, seconds};
@@ -19,9 +21,9 @@ pub(crate) use summary::{grouped, percent, seconds};
 use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
-use crate::report::{Report, available_memory_bytes};
+use crate::report::Report;
 use emitree::{Frame, Method, RenderError, RenderOptions, render, render_cube};
-use emitree_io::Scene;
+use emitree_io::{Scene, available_memory_bytes};
 use frames::FrameWriter;
 use outputs::Outputs;
 use std::ops::ControlFlow;
@@ -56,6 +58,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     };
     let mut options = RenderOptions::new(scene.render.method);
     options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
+    options.max_seconds = scene.render.max_seconds.unwrap_or(options.max_seconds);
     options.batch_size = scene.render.batch_size.unwrap_or(options.batch_size);
     options.seeds = &scene.render.seeds;
     options.line_energies = scene.energy.as_ref().map_or(&[], |energies| energies.lines());

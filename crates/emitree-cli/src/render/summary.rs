@@ -1,9 +1,10 @@
 //! The summary of a rendering, for people.
 
 use super::counts::{Counts, total};
+use super::hint::nothing_in_view;
 use super::map::Rendered;
 use crate::failure::Failure;
-use emitree::{Ending, Method, Steps, Threshold};
+use emitree::{Ending, FEATURE_CONTRAST, Method, Steps, Threshold};
 use emitree_io::{CameraKind, Scene};
 use std::io::Write;
 use std::path::PathBuf;
@@ -38,6 +39,9 @@ pub(crate) fn print(
         rendered.evaluations as f64 / values,
     )?;
     writeln!(out, "  error        {}", error(scene, rendered, value))?;
+    if let Some(fraction) = rendered.smallest_feature {
+        writeln!(out, "  covered      {}", covered(fraction))?;
+    }
     let ranges = [
         (scene.quantity.name(), Some(&rendered.map), scene.image_unit()),
         ("whole band", rendered.band.as_ref(), scene.band_unit()),
@@ -63,6 +67,9 @@ pub(crate) fn print(
     if !scene.render.ignored.is_empty() {
         let (names, method) = (scene.render.ignored.join(", "), scene.render.method.name());
         writeln!(out, "  ignored      {names}: the method {method} has no such option")?;
+    }
+    if let Some(hint) = nothing_in_view(rendered) {
+        writeln!(out, "  hint         {hint}")?;
     }
     if let Some(how) = stopped(scene.render.method, rendered.ending, rendered.evaluations) {
         writeln!(out, "  NOT CONVERGED: stopped {how}")?;
@@ -96,6 +103,9 @@ fn stopped(method: Method, ending: Ending, evaluations: u64) -> Option<String> {
         }
         (Ending::DeepestLevel, _) => {
             Some("at the deepest level; a finest_level would end it earlier".to_owned())
+        }
+        (Ending::Time, _) => {
+            Some(format!("by its max_seconds after {} evaluations", grouped(evaluations)))
         }
         _ => Some(format!("by its budget after {} evaluations", grouped(evaluations))),
     }
@@ -152,6 +162,14 @@ fn error(scene: &Scene, rendered: &Rendered, value: &str) -> String {
     format!("{error:.2e} of the largest {value} ({kind})")
 }
 
+/// The smallest feature that would have been seen.
+fn covered(fraction: f64) -> String {
+    format!(
+        "Gaussians down to {fraction:.2e} of the view's cube (99 % probability, {FEATURE_CONTRAST} \
+         times the tolerance)"
+    )
+}
+
 /// A time of a few digits: "13 ms", "2.4 s".
 pub(crate) fn seconds(time: Duration) -> String {
     match time.as_secs_f64() {
@@ -182,7 +200,10 @@ mod tests {
     #[test]
     fn methods_tell_what_they_were_asked_for() {
         let vol = |tolerance, base_level| {
-            method(Method::Vol(VolOptions { tolerance, base_level }), "pixel")
+            method(
+                Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() }),
+                "pixel",
+            )
         };
         assert_eq!(vol(0.01, 3), "vol: to 1 % of the largest pixel, base 9 x 9 lines");
         assert_eq!(vol(0.007, 7), "vol: to 0.7 % of the largest pixel, base 129 x 129 lines");

@@ -352,3 +352,133 @@ fn what_is_not_finite_after_scaling_is_refused() {
          (blanks and fill values are read as NaN)"
     );
 }
+
+/// Small files that declare large arrays: the limit is told, and nothing is allocated.
+#[test]
+fn arrays_are_compared_with_the_memory_allowed() {
+    let allowed = |bytes, request| GridRequest { max_memory_bytes: Some(bytes), ..request };
+    let too_large = |shape: &str, needed: u64, allowed: u64| {
+        format!(
+            "to read an array of shape {shape} takes {needed} bytes of memory: expected at most \
+             {allowed}, which are available"
+        )
+    };
+    for name in ["smile.fits", "plain.npz"] {
+        let request = |bytes| allowed(bytes, GridRequest::default());
+        assert_eq!(message(name, &request(191)), too_large("[2, 3, 4]", 192, 191), "{name}");
+        assert!(read_grid(&path(name), &request(192)).is_ok(), "{name}");
+    }
+    // Another order of the axes takes a second array.
+    let xyz = |bytes| GridRequest { order: Some(ArrayOrder::XYZ), ..allowed(bytes, lists()) };
+    assert_eq!(message("xyz.npy", &xyz(383)), too_large("[4, 3, 2]", 384, 383));
+    assert!(read_grid(&path("xyz.npy"), &xyz(384)).is_ok());
+
+    // Holes take no room on a disk.
+    let folder = tempfile::tempdir().unwrap();
+    let sparse = folder.path().join("sparse.npy");
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (50000, 50000, 5000), }\n";
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend(u16::try_from(header.len()).unwrap().to_le_bytes());
+    bytes.extend(header.as_bytes());
+    std::fs::write(&sparse, &bytes).unwrap();
+    let length = bytes.len() as u64 + 100_000_000_000_000;
+    let file = std::fs::File::options().write(true).open(&sparse).unwrap();
+    // Not every file system has files of 100 TB.
+    if file.set_len(length).is_ok() {
+        let error = read_grid(&sparse, &lists()).unwrap_err().to_string();
+        let start = format!("the grid {}: to read an array of shape [50000, ", sparse.display());
+        assert!(error.starts_with(&start), "{error}");
+        assert!(error.contains("takes 100000000000000 bytes"), "{error}");
+    }
+}
+
+/// An archive that is small because its numbers are all the same.
+#[test]
+fn an_archive_is_unpacked_no_further_than_memory_allows() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bomb.npz");
+    let mut archive = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+    let options = zip::write::SimpleFileOptions::default();
+    archive.start_file("values.npy", options).unwrap();
+    archive.write_all(&encode_npy(&[100, 100, 100], &vec![0.0; 1_000_000]).unwrap()).unwrap();
+    archive.finish().unwrap();
+    assert!(std::fs::metadata(&path).unwrap().len() < 20_000);
+    let request = GridRequest { max_memory_bytes: Some(1 << 20), ..GridRequest::default() };
+    let error = read_grid(&path, &request).unwrap_err().to_string();
+    assert!(error.contains("bomb.npz") && error.contains("takes 8000000 bytes"), "{error}");
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn hdf5_needs_memory_for_its_file_too() {
+    let length = bytes("unwritten.h5").len() as u64;
+    let request = |bytes| GridRequest { max_memory_bytes: Some(bytes), ..GridRequest::default() };
+    let needed = length + 192;
+    let text = message("unwritten.h5", &request(needed - 1));
+    assert!(text.contains(&format!("shape [2, 3, 4] takes {needed} bytes")), "{text}");
+    assert!(read_grid(&path("unwritten.h5"), &request(needed)).is_ok());
+    let text = message("unwritten.h5", &request(length - 1));
+    assert!(text.contains(&format!("takes {length} bytes")), "{text}");
+}
+
+#[test]
+fn only_ordinary_files_are_read() {
+    let error =
+        read_grid(path("").as_ref(), &GridRequest { format: Some(GridFormat::Npy), ..lists() });
+    assert!(error.unwrap_err().to_string().contains("it is not an ordinary file"));
+    if cfg!(unix) {
+        let request = GridRequest { format: Some(GridFormat::Npy), ..lists() };
+        let error = read_grid("/dev/zero".as_ref(), &request).unwrap_err().to_string();
+        assert!(
+            error.contains("/dev/zero: it can't be read: it is not an ordinary file"),
+            "{error}"
+        );
+    }
+}
+
+/// A FITS image that is stored in a table, tile by tile.
+#[test]
+fn images_compressed_by_tiles_are_told_from_none() {
+    let mut bytes = Vec::new();
+    let card = |text: &str| format!("{text:80}").into_bytes();
+    let primary = [
+        "SIMPLE  =                    T",
+        "BITPIX  =                    8",
+        "NAXIS   =                    0",
+        "EXTEND  =                    T",
+        "END",
+    ];
+    let table = [
+        "XTENSION= 'BINTABLE'",
+        "BITPIX  =                    8",
+        "NAXIS   =                    2",
+        "NAXIS1  =                    8",
+        "NAXIS2  =                    0",
+        "PCOUNT  =                    0",
+        "GCOUNT  =                    1",
+        "TFIELDS =                    1",
+        "TTYPE1  = 'COMPRESSED_DATA'",
+        "TFORM1  = '1PB(0)  '",
+        "ZIMAGE  =                    T",
+        "ZBITPIX =                  -64",
+        "ZNAXIS  =                    3",
+        "ZNAXIS1 =                    4",
+        "ZNAXIS2 =                    3",
+        "ZNAXIS3 =                    2",
+        "ZCMPTYPE= 'GZIP_1  '",
+        "EXTNAME = 'RATE    '",
+        "END",
+    ];
+    for header in [&primary[..], &table[..]] {
+        bytes.extend(header.iter().flat_map(|text| card(text)));
+        bytes.resize(bytes.len().next_multiple_of(2880), b' ');
+    }
+    let expected = "it can't be read as FITS: its image in HDU 1 is compressed by tiles (ZIMAGE = T): \
+                    expected one that is not, as `funpack` makes it";
+    let named = GridRequest { values: Some("rate".into()), ..GridRequest::default() };
+    for request in [GridRequest::default(), named] {
+        let error = decode_grid(bytes.clone(), GridFormat::Fits, &request).unwrap_err();
+        assert_eq!(error.to_string(), expected);
+    }
+}

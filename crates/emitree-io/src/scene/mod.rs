@@ -9,6 +9,8 @@ mod document;
 mod emission;
 mod energy;
 mod error;
+mod excerpt;
+mod feature;
 mod instrument;
 mod radiometry;
 mod seed;
@@ -32,6 +34,8 @@ use emitree_instrument::{Observation, ObservationError};
 use instrument::Observer;
 use radiometry::{BandUnit, CameraUnits, ImageUnits};
 use source::{Place, Source};
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use table::Table;
@@ -181,8 +185,7 @@ impl Scene {
     ///
     /// [`SceneError`] names the file or the option, the line, the text and what was expected.
     pub fn open(path: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|cause| SceneError::unreadable(path, &cause))?;
+        let text = read(path).map_err(|cause| SceneError::unreadable(path, &cause))?;
         Self::parse(&path.display().to_string(), &text, overrides)
     }
 
@@ -230,7 +233,6 @@ impl Scene {
         let seeds = table.tables("seed", "tables `[[seed]]`, each with `position` and `radius`")?;
         let seeds = seed::read(seeds)?;
         let render = table.table("render")?.unwrap_or_else(|| Table::absent("render", &start));
-        let render = settings::read(render, seeds)?;
         let build = table.table("build")?.map(tree::read_build).transpose()?;
         table.finish()?;
 
@@ -238,6 +240,7 @@ impl Scene {
             CameraUnits { length: length_unit, has_solid_angles: camera.has_solid_angles() };
         let found =
             radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
+        let render = settings::read(render, seeds, found.length_unit.as_deref())?;
         let observer = Observer {
             camera: &camera,
             shape,
@@ -266,6 +269,19 @@ impl Scene {
             build,
         })
     }
+}
+
+/// The longest scene that is read \[bytes\]: devices have no end.
+const LONGEST_SCENE: u64 = 1 << 26;
+
+/// The text of a scene file.
+fn read(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    File::open(path)?.take(LONGEST_SCENE + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > LONGEST_SCENE {
+        return Err(io::Error::other(format!("it is longer than {LONGEST_SCENE} bytes")));
+    }
+    Ok(text)
 }
 
 /// Height and width of the image, and what is said of its unit.

@@ -23,7 +23,7 @@ use std::sync::OnceLock;
 /// What keeps samples from being made.
 #[derive(Debug)]
 pub(crate) enum Stop<E> {
-    /// The budget does not suffice for the batch, of which nothing has been evaluated.
+    /// The budget does not suffice for the batch, or the time has ended: there are no new rates.
     Budget,
     Failed(RenderError<E>),
 }
@@ -68,7 +68,7 @@ impl<E: Emission> View<'_, E> {
     }
 
     /// Samples at the energy of the view, in one batch.
-    fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop<E::Error>> {
+    pub(crate) fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop<E::Error>> {
         let site = |i: usize| {
             let ([x, y], depth) = points[i];
             self.site([x, y, depth], self.energy)
@@ -92,17 +92,23 @@ impl<E: Emission> View<'_, E> {
 }
 
 /// Evaluates one batch, if the budget suffices for all of it.
-fn evaluate<E: Emission>(
+pub(crate) fn evaluate<E: Emission>(
     meter: &Meter<'_, E>,
     count: usize,
     site: &Sites<'_>,
 ) -> Result<Vec<f64>, Stop<E::Error>> {
-    if count as u64 > meter.evaluations_left() {
+    let left = meter.evaluations_left();
+    // Points at which nothing can be seen cost nothing; they are counted only where it matters.
+    let needed = || (0..count).filter(|&i| site(i).point.path_per_depth != 0.0).count() as u64;
+    if count as u64 > left && needed() > left {
         return Err(Stop::Budget);
     }
     let mut rates = vec![0.0; count];
-    meter.evaluate_sites(site, &mut rates).map_err(Stop::Failed)?;
-    Ok(rates)
+    match meter.evaluate_sites(site, &mut rates) {
+        Err(RenderError::Time { .. }) => Err(Stop::Budget),
+        Err(error) => Err(Stop::Failed(error)),
+        Ok(()) => Ok(rates),
+    }
 }
 
 /// Depths that are wanted on a line, by the number of its node.
@@ -343,21 +349,42 @@ impl Sights {
         tolerance: f64,
         base_level: u8,
     ) -> Wanted {
-        let full = (0..before).filter(|&i| self.is_full(i));
-        let full: Vec<(Place, usize)> = full.map(|i| (tree.nodes()[i].place, i)).collect();
-        let full = Nearest::new(full.into_iter());
-        let of_line = |&i: &usize| {
-            let place = tree.nodes()[i].place;
-            let near = full.find(place, NEIGHBOURS);
-            (i, self.starting_depths(tree, place, &near, tolerance, base_level))
-        };
-        let numbers = numbers.par_iter().with_min_len(LINES_ASSESSED);
-        let starts: Vec<_> = numbers.map(of_line).collect();
-        let of_line = |(i, (depths, brackets))| {
-            self.brackets[i] = brackets;
+        let places: Vec<Place> = numbers.iter().map(|&i| tree.nodes()[i].place).collect();
+        let starts = self.starts(tree, &places, before, tolerance, base_level);
+        let of_line = |(&i, (depths, brackets))| {
+            self.expect(i, brackets);
             (i, depths)
         };
-        starts.into_iter().map(of_line).collect()
+        numbers.iter().zip(starts).map(of_line).collect()
+    }
+
+    /// The same for lines at any `places`, with the brackets of their jumps.
+    pub(crate) fn starts(
+        &self,
+        tree: &ImageTree,
+        places: &[Place],
+        before: usize,
+        tolerance: f64,
+        base_level: u8,
+    ) -> Vec<(Vec<u32>, Vec<Bracket>)> {
+        let full = self.nearest_full(tree, before);
+        let of_line = |&place: &Place| {
+            let near = full.find(place, NEIGHBOURS);
+            self.starting_depths(tree, place, &near, tolerance, base_level)
+        };
+        places.par_iter().with_min_len(LINES_ASSESSED).map(of_line).collect()
+    }
+
+    /// The full lines before node `before`, by their places.
+    pub(crate) fn nearest_full(&self, tree: &ImageTree, before: usize) -> Nearest {
+        let full = (0..before).filter(|&i| self.is_full(i));
+        let full: Vec<(Place, usize)> = full.map(|i| (tree.nodes()[i].place, i)).collect();
+        Nearest::new(full.into_iter())
+    }
+
+    /// Sets where line `i` is expected to jump.
+    pub(crate) fn expect(&mut self, i: usize, brackets: Vec<Bracket>) {
+        self.brackets[i] = brackets;
     }
 
     /// The depths that a new full line at `place` starts with: those of the base level, what the

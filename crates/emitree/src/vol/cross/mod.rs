@@ -23,6 +23,7 @@ mod rehearsal;
 mod search;
 
 use super::VolOptions;
+use super::coverage::{LayerSamples, SEEN_SHARE, fraction_of_view, size_seen};
 use super::engine::{Found, LOOSEST_TOLERANCE, STOP, finest_level, first_look};
 use super::lattice::points_to_see;
 use super::seeds::Looks;
@@ -43,10 +44,13 @@ use search::{End, Search, View};
 
 /// A budget below so many first looks of the image tree is left to the tree…
 const LEAST_BUDGET: u64 = 4;
-/// …and no search takes more than this share of a budget.
+/// …and no search takes more than this share of a budget, or of the time.
 const MOST_OF_BUDGET: f64 = 0.25;
 /// While the search goes on, the image has no more pixels than this along a side.
 const COARSE_PIXELS: usize = 64;
+/// A rate at a scattered sample of less than this share of the error allowed along a unit of depth is not
+/// told from rounding and from what is left of the interpolant.
+const LEAST_PASS: f64 = 0.02;
 /// More functions along an axis than this, and the tree is better.
 const MOST_FUNCTIONS: usize = 60;
 
@@ -60,24 +64,25 @@ const NOTICED: f64 = 1e-3;
 /// Twice as many for each level beyond this that fibers need: there may be more of what is so small.
 const USUAL_LEVEL: u8 = 6;
 
-/// The image to the tolerance of `vol` from an interpolant of G, or the best one that a part of the
-/// budget allows; `None` if an image tree is the better way, for all that is known.
+/// Tries the image to the tolerance of `vol` from an interpolant of G.
 pub(crate) fn attempt<E: Emission>(
     meter: &Meter<'_, E>,
     tiles: &[Tile<'_>],
     vol: &VolOptions,
     options: &RenderOptions<'_>,
-) -> Result<Option<Found>, RenderError<E::Error>> {
-    let &[tile] = tiles else { return Ok(None) };
+) -> Result<Attempted, RenderError<E::Error>> {
+    let nothing = Attempted::default();
+    let &[tile] = tiles else { return Ok(nothing) };
     let layers = tile.projection.layers();
-    let [layer] = &layers[..] else { return Ok(None) };
+    let [layer] = &layers[..] else { return Ok(nothing) };
     let budget = meter.evaluations_left();
     let is_small = budget / LEAST_BUDGET < first_look(vol.base_level);
     let finest_level = finest_level(tile.shape, vol.base_level);
     let looks = Looks::at(options.seeds, &**layer, vol.base_level, finest_level);
     if is_small || tile.projection.has_regions() || !looks.are_none() {
-        return Ok(None);
+        return Ok(nothing);
     }
+    let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
     let coarse = tile.shape.map(|pixels| pixels.min(COARSE_PIXELS));
     let mut attempt = Attempt {
         meter,
@@ -89,16 +94,28 @@ pub(crate) fn attempt<E: Emission>(
         options,
         most: MOST_OF_BUDGET * budget as f64,
         vol,
+        wanted,
+        smallest: None,
     };
-    match attempt.run() {
-        Ok(found) => Ok(Some(found)),
-        Err(End::Hopeless) => Ok(None),
-        Err(End::Stopped(Stop::Budget)) => {
-            let left = attempt.search.judge().left;
-            Ok(Some(attempt.found(attempt.maps(&left, attempt.pixels), Ending::Budget)))
-        }
-        Err(End::Stopped(Stop::Failed(error))) => Err(error),
-    }
+    let found = match attempt.run() {
+        Ok(found) => Some(found),
+        // If the time may end before there is an image from lines, this one is better than none.
+        Err(End::Hopeless) if meter.deadline().is_some() => Some(attempt.unfinished()),
+        Err(End::Hopeless) => None,
+        Err(End::Stopped(Stop::Budget)) => Some(attempt.unfinished()),
+        Err(End::Stopped(Stop::Failed(error))) => return Err(error),
+    };
+    Ok(Attempted { found, samples: attempt.search.samples() })
+}
+
+/// What a search has found.
+#[derive(Default)]
+pub(crate) struct Attempted {
+    /// The image to the tolerance, or the best one that a part of the budget allows; none if an image tree
+    /// is the better way, for all that is known.
+    pub(crate) found: Option<Found>,
+    /// Its scattered samples.
+    pub(crate) samples: LayerSamples,
 }
 
 struct Attempt<'a, 'b, E> {
@@ -115,6 +132,10 @@ struct Attempt<'a, 'b, E> {
     /// Evaluations that may be made.
     most: f64,
     vol: &'a VolOptions,
+    /// The feature that was asked for, as a fraction of the view's cube…
+    wanted: Option<f64>,
+    /// …and what is covered, once it is known.
+    smallest: Option<f64>,
 }
 
 impl<E: Emission> Attempt<'_, '_, E> {
@@ -122,7 +143,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
         self.search.probe()?;
         let mut forecast = Forecast::new(STOP * self.tolerance);
         loop {
-            let judgement = self.search.judge();
+            let mut judgement = self.search.judge();
             self.show(&judgement.left)?;
             let largest = *self.coarse_largest.get_or_insert_with(|| {
                 let pixels = self.search.interpolant.pixels(shape_of(&self.coarse_scale));
@@ -143,20 +164,29 @@ impl<E: Emission> Attempt<'_, '_, E> {
                 // The image of all pixels has to be as good.
                 let maps = self.maps(&judgement.left, self.pixels);
                 if maps.largest_error / maps.largest <= STOP * self.tolerance {
-                    return Ok(self.found(maps, Ending::Complete));
+                    // Something small may have touched one of the samples only.
+                    let of_rate = self.coarse_scale.largest() / (self.tolerance * largest);
+                    let passes = of_rate * self.search.last_followed();
+                    self.smallest = Some(size_seen(self.search.probes(), passes.max(LEAST_PASS)));
+                    judgement = self.search.ascend(&judgement)?;
+                    if !judgement.hides_feature(of_rate, self.search.probes()) {
+                        return Ok(self.found(maps, Ending::Complete));
+                    }
                 }
             }
             let ranks = self.search.interpolant.ranks();
             if ranks.iter().any(|&rank| rank > MOST_FUNCTIONS) {
                 return Err(End::Hopeless);
             }
-            if self.spent() > self.most {
+            if self.spent() > self.most || self.meter.share_of_time_left() < 1.0 - MOST_OF_BUDGET {
                 return Err(Stop::Budget.into());
             }
             forecast.note(ranks, error);
             let missing = self.probes_needed().saturating_sub(self.search.probes());
             let shape = shape_of(&self.coarse_scale);
-            if forecast.prefers_tree(&self.search.interpolant, self.spent(), missing, shape) {
+            let deadline = self.meter.deadline();
+            let interpolant = &self.search.interpolant;
+            if forecast.prefers_tree(interpolant, self.spent(), missing, shape, deadline) {
                 return Err(End::Hopeless);
             }
             self.coarse_largest = None;
@@ -181,7 +211,8 @@ impl<E: Emission> Attempt<'_, '_, E> {
         // A base finer than usual was asked for because there is something small.
         let is_fine = self.vol.base_level > VolOptions::default().base_level;
         let of_base = if is_fine { first_look(self.vol.base_level) } else { 0 };
-        of_level.max(usize::try_from(of_base).unwrap_or(usize::MAX))
+        let of_feature = self.wanted.map_or(0, |size| points_to_see(size, SEEN_SHARE));
+        of_level.max(of_feature).max(usize::try_from(of_base).unwrap_or(usize::MAX))
     }
 
     /// Image and error at the pixels of `rows`.
@@ -226,6 +257,12 @@ impl<E: Emission> Attempt<'_, '_, E> {
         }
     }
 
+    /// The image of a search that has ended before its goal.
+    fn unfinished(&mut self) -> Found {
+        let left = self.search.judge().left;
+        self.found(self.maps(&left, self.pixels), Ending::Budget)
+    }
+
     /// The image as it is.
     fn found(&self, Maps { image, error, .. }: Maps, ending: Ending) -> Found {
         Found {
@@ -234,6 +271,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
             ending,
             base_level: self.vol.base_level,
             energies: Vec::new(),
+            smallest_feature: self.smallest,
         }
     }
 }

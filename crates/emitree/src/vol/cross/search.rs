@@ -1,7 +1,11 @@
 //! The search for an interpolant: fibers where most is left, until little is left everywhere.
 
-use super::super::lattice;
-use super::super::sights::Stop;
+use super::super::coverage::{
+    LINE_FROM, LayerSamples, SAMPLES_PER_ASCENT, SEEN_SHARE, STEPS_OF_ASCENT, WIDTH_OF_GAUSSIAN,
+    beside, first_step,
+};
+use super::super::lattice::{self, smallest_seen};
+use super::super::sights::{Stop, evaluate};
 use super::fibers::largest;
 use super::interpolant::Interpolant;
 use super::jump::{CLOSER_LOOKS, Steep};
@@ -41,18 +45,13 @@ pub(super) struct View<'a, 'b, E> {
 impl<E: Emission> View<'_, '_, E> {
     /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
     fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop<E::Error>> {
-        if points.len() as u64 > self.meter.evaluations_left() {
-            return Err(Stop::Budget);
-        }
         let site = |i: usize| {
             let u = points[i];
             let mut point = self.layer.world_from_canonical(u);
             point.path_per_depth *= self.layer.solid_angle_density([u[0], u[1]]);
             Site { xy: [u[0], u[1]], point, energy: None, tile: (0, 1) }
         };
-        let mut rates = vec![0.0; points.len()];
-        self.meter.evaluate_sites(&site, &mut rates).map_err(Stop::Failed)?;
-        Ok(rates)
+        evaluate(self.meter, points.len(), &site)
     }
 
     /// The same at several groups of points.
@@ -94,6 +93,16 @@ pub(super) struct Judgement {
     worst: Worst,
 }
 
+impl Judgement {
+    /// Whether the worst that is left would, as the peak of the smallest feature that so many scattered
+    /// samples see, change a pixel by more than is left alone; `of_rate` is the error of a pixel for a rate
+    /// of 1 along a unit of depth, over the error allowed.
+    pub(super) fn hides_feature(&self, of_rate: f64, samples: usize) -> bool {
+        let size = smallest_seen(samples, SEEN_SHARE);
+        self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > LINE_FROM
+    }
+}
+
 /// Why a search can't go on.
 pub(super) enum End<E> {
     /// G has too much structure for an interpolant.
@@ -115,9 +124,53 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
         Self { view, interpolant, probes: Probes::default(), of_fibers: None, finest_level }
     }
 
+    /// The scattered points where most is left, the worst first: those that ascents begin at.
+    fn followed(&self) -> Vec<Worst> {
+        let Probes { points, rates, values } = &self.probes;
+        let rest = |i: usize| (rates[i] - values[i]).abs();
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&a, &b| rest(b).total_cmp(&rest(a)).then(a.cmp(&b)));
+        order.truncate(points.len().div_ceil(SAMPLES_PER_ASCENT));
+        order.into_iter().map(|i| (points[i], rest(i))).collect()
+    }
+
+    /// What is left at the last of the points that ascents begin at: less is not followed.
+    pub(super) fn last_followed(&self) -> f64 {
+        self.followed().last().map_or(0.0, |of| of.1)
+    }
+
+    /// Looks for more that is left in ascents from the points where most is, and returns the worst of all.
+    pub(super) fn ascend(&mut self, judgement: &Judgement) -> Result<Judgement, Stop<E::Error>> {
+        let mut best = self.followed();
+        let mut steps = vec![first_step(self.probes()); best.len()];
+        for _ in 0..STEPS_OF_ASCENT {
+            let around: Vec<[f64; 3]> =
+                best.iter().zip(&steps).flat_map(|((at, _), &step)| beside(*at, step)).collect();
+            let rates = self.view.rates(&around)?;
+            let values = self.interpolant.values(&around);
+            let left = rates.iter().zip(values.iter()).map(|(rate, value)| rate - value);
+            let tried: Vec<Worst> = around.iter().copied().zip(left).collect();
+            for ((best, step), tried) in best.iter_mut().zip(&mut steps).zip(tried.chunks(6)) {
+                let found = tried.iter().copied().fold(*best, worse);
+                if found.1 <= best.1 {
+                    *step *= 0.5;
+                }
+                *best = found;
+            }
+        }
+        let worst = best.into_iter().fold(judgement.worst, worse);
+        Ok(Judgement { left: judgement.left.clone(), worst })
+    }
+
     /// The number of scattered points.
     pub(super) fn probes(&self) -> usize {
         self.probes.points.len()
+    }
+
+    /// The scattered samples, for what comes after the search.
+    pub(super) fn samples(&self) -> LayerSamples {
+        let Probes { points, rates, .. } = &self.probes;
+        LayerSamples::of_probes(points, rates, |xy| self.view.layer.solid_angle_density(xy))
     }
 
     /// Doubles the scattered points.
