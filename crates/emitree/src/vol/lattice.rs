@@ -62,9 +62,9 @@ fn deviations(share_of_amplitude: f64) -> f64 {
 /// The number of points, a power of two from 128 on, that [see](smallest_seen) a Gaussian with the standard
 /// deviation `size`, in edges of the cube.
 pub(crate) fn points_to_see(size: f64, share_of_amplitude: f64) -> usize {
-    let lattices = (FEWEST.ilog2()..usize::BITS).map(|level| 1 << level);
+    let mut lattices = (FEWEST.ilog2()..usize::BITS).map(|level| 1_usize << level);
     let sees = |points: &usize| smallest_seen(*points, share_of_amplitude) <= size;
-    lattices.into_iter().find(sees).unwrap_or(usize::MAX)
+    lattices.find(sees).unwrap_or(usize::MAX)
 }
 
 #[cfg(test)]
