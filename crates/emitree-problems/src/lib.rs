@@ -3,8 +3,8 @@
 //! Each module has the emission rate g of one problem on the unit cube and its exact image: the mean
 //! of ∫ g dz over each pixel, from a closed form or from quadrature with a known error.
 //! [`catalogue`] lists them as one type, and [`family`] makes as many more as one likes. [`cubes`] are
-//! problems with an energy axis and their exact spectral cubes. [`mutation`] makes files and scenes with
-//! something wrong in them.
+//! problems with an energy axis and their exact spectral cubes, [`views`] are seen by cameras with opaque
+//! bodies and bounds. [`mutation`] makes files and scenes with something wrong in them.
 //!
 //! ```
 //! use emitree::tree::BuildOptions;
@@ -30,6 +30,7 @@ pub mod family;
 mod gauss;
 pub mod gaussian;
 pub mod gaussians;
+pub mod knots;
 pub mod means;
 pub mod mutation;
 pub mod nebula;
@@ -38,6 +39,8 @@ pub mod recorded;
 pub mod shell;
 pub mod shock;
 pub mod solids;
+pub mod views;
+pub mod zodiacal;
 
 use emitree::Image;
 

@@ -3,9 +3,11 @@
 //!
 //! `cargo run --release -p emitree --example engine -- named 1e-2,1e-3` renders the named problems
 //! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239,
-//! `… -- solids 0 120 1e-2` random solids with sharp surfaces, and `… -- paper 0 72 1e-2` looks for
-//! the cheapest threshold of method `paper` for each of the random scenes.
-//! Tolerances are asked for, images have 64 × 64 pixels.
+//! `… -- peaks 0 40 1e-2` anisotropic peaks, `… -- solids 0 120 1e-2` random solids with sharp surfaces,
+//! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- monotone 0 60` and
+//! `… -- monotone 0 40 peaks` look for tolerances that cost more than tighter ones, and
+//! `… -- paper 0 72 1e-2` looks for the cheapest threshold of method `paper` for each of the random scenes.
+//! Tolerances are asked for, images have 64 × 64 pixels, those of views as many as the view has.
 
 use emitree::tree::BuildOptions;
 use emitree::{
@@ -13,9 +15,10 @@ use emitree::{
     render,
 };
 use emitree_problems::catalogue::{problem, problems};
-use emitree_problems::family::{Reference, random_scene};
+use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
 use emitree_problems::relative_error;
 use emitree_problems::solids::random_solids;
+use emitree_problems::views::random_view;
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -29,17 +32,25 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["named", tolerances] => named(&numbers(tolerances)?, ""),
         ["named", tolerances, name] => named(&numbers(tolerances)?, name),
         ["family", from, to, tolerances] => {
-            let scenes = (from.parse()?..to.parse()?).map(smooth_scene).collect();
-            many(scenes, &numbers(tolerances)?)
+            let scenes = (from.parse()?..to.parse()?).map(|seed| smooth_scene(random_scene(seed)));
+            many(scenes.collect(), &numbers(tolerances)?)
+        }
+        ["peaks", from, to, tolerances] => {
+            let scenes = (from.parse()?..to.parse()?).map(|seed| smooth_scene(random_peak(seed)));
+            many(scenes.collect(), &numbers(tolerances)?)
         }
         ["solids", from, to, tolerances] => {
             let scenes = (from.parse()?..to.parse()?).map(solid_scene).collect();
             many(scenes, &numbers(tolerances)?)
         }
+        ["views", from, to, tolerances] => views(from.parse()?, to.parse()?, &numbers(tolerances)?),
+        ["monotone", from, to] => monotone((from.parse()?..to.parse()?).map(random_scene)),
+        ["monotone", from, to, "peaks"] => monotone((from.parse()?..to.parse()?).map(random_peak)),
         ["paper", tolerances] => paper_named(&numbers(tolerances)?),
         ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
-        _ => Err("expected: named T,… [NAME] | family FROM TO T,… | solids FROM TO T,… | \
+        _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
+                  solids FROM TO T,… | views FROM TO T,… | monotone FROM TO [peaks] | \
                   paper [FROM TO] T,… | trace NAME T"
             .into()),
     }
@@ -124,8 +135,7 @@ struct Scene {
     reference: Reference,
 }
 
-fn smooth_scene(seed: u64) -> Scene {
-    let scene = random_scene(seed);
+fn smooth_scene(scene: RandomScene) -> Scene {
     let (name, reference) = (scene.name(), scene.reference_image(SHAPE));
     Scene { name, rate: Box::new(move |r| scene.rate(r)), reference }
 }
@@ -170,6 +180,119 @@ fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
             insides / count as f64,
         );
     }
+    Ok(())
+}
+
+/// How often a tolerance is kept in views with bodies, and at what cost.
+fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
+    let views: Vec<_> = (from..to).map(random_view).collect();
+    let references: Vec<Reference> = views.iter().map(|view| view.reference()).collect();
+    let worst = references.iter().map(|reference| reference.error).fold(0.0, f64::max);
+    println!("references: largest error {worst:.1e}");
+    for &tolerance in tolerances {
+        let (mut kept, mut ended, mut broken, mut negative, mut logs) = (0, 0, 0, 0, 0.0);
+        for (view, reference) in views.iter().zip(&references) {
+            let emission = FromFn(|position, _| view.rate(position));
+            let vol = VolOptions { tolerance, ..Default::default() };
+            let options = RenderOptions {
+                max_evaluations: 3_000_000,
+                ..RenderOptions::new(Method::Vol(vol))
+            };
+            let rendering = render(&emission, view.camera(), view.shape(), &options)?;
+            let outcome = ViewOutcome::of(&rendering, reference);
+            let converged = rendering.converged();
+            let is_within = outcome.error <= tolerance + reference.error;
+            let is_broken = converged && outcome.error > 3.0 * tolerance + reference.error;
+            kept += usize::from(converged && is_within);
+            ended += usize::from(converged);
+            broken += usize::from(is_broken);
+            negative += usize::from(outcome.is_negative);
+            logs += (rendering.evaluations as f64).ln();
+            if !(converged && is_within) || outcome.is_negative {
+                println!(
+                    "{}: {} evaluations, true {:.1e} at {:?}, estimate {:.1e}, converged {converged}{}{}",
+                    view.name(),
+                    rendering.evaluations,
+                    outcome.error,
+                    outcome.worst,
+                    rendering.estimated_error().unwrap_or(f64::NAN),
+                    if is_broken { ", BROKEN" } else { "" },
+                    if outcome.is_negative { ", NEGATIVE" } else { "" },
+                );
+            }
+        }
+        let count = views.len();
+        println!(
+            "{tolerance:.0e}: {kept} of {count} kept, {ended} converged, {broken} of them beyond three \
+             times the tolerance, {negative} with a pixel below minus its estimate, {:.0} evaluations \
+             (geometric mean)",
+            (logs / count as f64).exp(),
+        );
+    }
+    Ok(())
+}
+
+/// A rendering of a view against the truth.
+struct ViewOutcome {
+    /// The largest error, relative to the largest pixel.
+    error: f64,
+    /// The row and the column of its pixel.
+    worst: (usize, usize),
+    /// Whether a pixel is below minus its own estimate.
+    is_negative: bool,
+}
+
+impl ViewOutcome {
+    fn of(rendering: &Rendering, reference: &Reference) -> Self {
+        let exact = reference.image.pixels();
+        let largest = exact.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
+        let errors = rendering.image.pixels().iter().zip(exact).map(|(a, b)| (a - b).abs());
+        // Pixels outside of the image are NaN; the reference has no lines either in one of which a disc
+        // has less than a hundredth.
+        let (mut error, mut pixel) = (0.0, 0);
+        for (k, difference) in errors.enumerate().filter(|(k, _)| !exact[*k].is_nan()) {
+            if difference > error || difference.is_nan() {
+                (error, pixel) = (if difference.is_nan() { f64::INFINITY } else { difference }, k);
+            }
+        }
+        let estimates = rendering.error.iter().flat_map(|error| error.pixels());
+        let mut pairs = rendering.image.pixels().iter().zip(estimates);
+        let rounding = 1e-12 * largest;
+        let is_negative = pairs.any(|(value, estimate)| *value < -estimate - rounding);
+        let worst = (pixel / rendering.image.width(), pixel % rendering.image.width());
+        Self { error: error / largest, worst, is_negative }
+    }
+}
+
+/// The tolerances of [`monotone`].
+const LADDER: [f64; 12] = [0.1, 0.05, 0.03, 0.02, 0.01, 5e-3, 3e-3, 2e-3, 1e-3, 5e-4, 3e-4, 1e-4];
+/// What a looser tolerance may cost, in terms of a tighter one.
+const MONOTONE: f64 = 1.15;
+
+/// Evaluations of each scene at each tolerance of a ladder, where a looser one costs more than a tighter
+/// one, and by how much at the most.
+fn monotone(scenes: impl Iterator<Item = RandomScene>) -> Result<(), Box<dyn Error>> {
+    println!("| scene | {} | worst |", LADDER.map(|t| format!("{t:.0e}")).join(" | "));
+    println!("| --- |{}", " --- |".repeat(LADDER.len() + 1));
+    let (mut count, mut violations, mut logs) = (0, 0, [0.0; LADDER.len()]);
+    for scene in scenes {
+        let mut costs = [0.0; LADDER.len()];
+        for (cost, tolerance) in costs.iter_mut().zip(LADDER) {
+            *cost = vol(|r| scene.rate(r), tolerance)?.evaluations as f64;
+        }
+        let cheapest_from = |k: usize| costs[k..].iter().copied().fold(f64::INFINITY, f64::min);
+        let worst = (0..costs.len()).map(|k| costs[k] / cheapest_from(k)).fold(0.0, f64::max);
+        count += 1;
+        logs.iter_mut().zip(&costs).for_each(|(log, cost)| *log += cost.ln());
+        if worst > MONOTONE {
+            violations += 1;
+            let costs = costs.map(|cost| cost.to_string()).join(" | ");
+            println!("| {} | {costs} | {worst:.2} |", scene.name());
+        }
+    }
+    let means = logs.map(|log| format!("{:.0}", (log / f64::from(count)).exp())).join(" | ");
+    println!("| geometric mean | {means} | |");
+    println!("{violations} of {count} scenes cost more than {MONOTONE} times a tighter tolerance");
     Ok(())
 }
 
@@ -218,7 +341,7 @@ fn paper_named(tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
 fn paper(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     let mut sums = vec![(0.0, 0); tolerances.len()];
     for seed in from..to {
-        let Scene { rate, reference, .. } = smooth_scene(seed);
+        let Scene { rate, reference, .. } = smooth_scene(random_scene(seed));
         let (found, most) = cheapest(rate, &reference.image, tolerances)?;
         for ((logs, never), found) in sums.iter_mut().zip(found) {
             *logs += (found.unwrap_or(most) as f64).ln();

@@ -1,9 +1,9 @@
 //! Opaque bodies: the limb is where geometry has it, to the tolerance, at the cost of smooth images.
 
 use emitree::{
-    DiscMapping, Ellipsoid, Emission, Equirectangular, Fisheye, FromFn, Healpix, Image, LosOptions,
-    Method, Orthographic, Perspective, Polar, Projection, RenderOptions, Rendering, Steps,
-    Viewpoint, VolOptions, render,
+    Bounds, DiscMapping, Ellipsoid, Emission, Equirectangular, Fisheye, FromFn, Healpix, Image,
+    LosOptions, Method, Orthographic, Perspective, Polar, Projection, RenderOptions, Rendering,
+    Steps, Viewpoint, VolOptions, render,
 };
 use std::f64::consts::PI;
 
@@ -298,4 +298,48 @@ fn the_total_irradiance_is_the_same_in_every_projection_of_the_whole_sky() {
         .iter()
         .fold((INFINITE, 0.0_f64), |(low, high), &total| (low.min(total), high.max(total)));
     assert!(high / low - 1.0 < 5e-3, "{totals:?}");
+}
+
+/// A corner of a box before a large sphere: a few open nodes of the sky are all zero there. Polynomials
+/// of degree 4 continued from them were wrong without limit: a pixel of −146 where there is nothing.
+#[test]
+fn nothing_is_seen_beside_bounds_before_a_large_body() {
+    let viewpoint =
+        Viewpoint { position: [60.0, -120.0, 70.0], target: [0.0, 0.0, 12.0], up: [0.0, 0.0, 1.0] };
+    let camera = Orthographic::new(viewpoint, [92.0, 72.0], [-INFINITE, INFINITE]).unwrap();
+    let bounds = Bounds::cuboid([-60.0, -60.0, -5.0], [60.0, 60.0, 45.0]).unwrap();
+    let sun = Ellipsoid::sphere([0.0, 0.0, -695.7], 695.7).unwrap();
+    let camera = camera.with_bounds(bounds).with_occulters(vec![sun]).unwrap();
+    let uniform = FromFn(|_: [f64; 3], _: [f64; 3]| 1.0);
+    for (tolerance, evaluations) in [(1e-2, 0), (1e-3, 0)] {
+        let rendering = image_of(&uniform, &camera, [64, 64], &vol(tolerance));
+        let (low, high) = rendering.image.min_max();
+        assert!(rendering.converged(), "{tolerance}: {:?}", rendering.ending);
+        assert!((high - 125.504).abs() < 125.504 * tolerance, "{tolerance}: {high}");
+        assert!(low >= -tolerance * high, "{tolerance}: {low}");
+        assert_eq!(rendering.evaluations, evaluations, "{tolerance}");
+    }
+}
+
+/// A body that fills the view but for a corner: 68.4 was seen where the maximum is 0.5226.
+#[test]
+fn a_corner_of_the_sky_is_as_bright_as_it_is() {
+    let viewpoint = Viewpoint {
+        position: [2.79075342, -1.34252922, 6.15563999],
+        target: [-0.6215713, -0.12258444, 0.25506349],
+        up: [0.0, 0.0, 1.0],
+    };
+    let fov_rad = 20.52403711283803_f64.to_radians();
+    let camera = Perspective::new(viewpoint, [fov_rad; 2], [0.0, INFINITE]).unwrap();
+    let bounds = Bounds::Ellipsoid(Ellipsoid::sphere([0.0; 3], 8.0).unwrap());
+    let camera = camera.with_bounds(bounds).with_occulters(planet()).unwrap();
+    let atmosphere = FromFn(|[x, y, z]: [f64; 3], _: [f64; 3]| {
+        let r = (x * x + y * y + z * z).sqrt();
+        (-(r.max(1.0) - 1.0) / 0.07).exp()
+    });
+    let rendering = image_of(&atmosphere, &camera, [64, 64], &vol(1e-2));
+    let (low, high) = rendering.image.min_max();
+    assert!(rendering.converged(), "{:?}", rendering.ending);
+    assert!((high - 0.5226).abs() < 0.5226 * 1e-2 && low > -0.5226 * 1e-2, "{low} {high}");
+    assert_eq!(rendering.evaluations, 0);
 }

@@ -17,6 +17,8 @@ pub(super) enum Component {
     Core(Core),
     Torus(Torus),
     Sheet(Sheet),
+    /// The same everywhere.
+    Constant,
 }
 
 impl Component {
@@ -39,6 +41,7 @@ impl Component {
             Self::Core(part) => part.length(),
             Self::Torus(part) => part.length(),
             Self::Sheet(part) => part.length(),
+            Self::Constant => f64::INFINITY,
         }
     }
 
@@ -49,6 +52,7 @@ impl Component {
             Self::Core(part) => part.rate(position),
             Self::Torus(part) => part.rate(position),
             Self::Sheet(part) => part.rate(position),
+            Self::Constant => 1.0,
         }
     }
 
@@ -60,6 +64,10 @@ impl Component {
             Self::Core(part) => part.image(shape, resolution),
             Self::Torus(part) => part.image(shape, resolution),
             Self::Sheet(part) => part.image(shape, resolution),
+            Self::Constant => {
+                let [height, width] = shape;
+                Image::from_pixels(height, width, vec![1.0; height * width])
+            }
         }
     }
 }

@@ -16,8 +16,13 @@ pub(super) struct Ellipsoid {
 
 impl Ellipsoid {
     pub(super) fn draw(generator: &mut Generator) -> Self {
+        Self::draw_within(generator, [[0.02, 0.5]; 3])
+    }
+
+    /// Each width is between the two given for it.
+    pub(super) fn draw_within(generator: &mut Generator, widths: [[f64; 2]; 3]) -> Self {
         let frame = Frame::draw(generator);
-        Self { frame, widths: core::array::from_fn(|_| generator.log_between(0.02, 0.5)) }
+        Self { frame, widths: widths.map(|[from, to]| generator.log_between(from, to)) }
     }
 
     pub(super) fn length(&self) -> f64 {

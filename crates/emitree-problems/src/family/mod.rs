@@ -28,6 +28,7 @@ mod component;
 mod ellipsoid;
 mod frame;
 pub(crate) mod generator;
+mod peaks;
 mod power_law;
 mod sheet;
 mod torus;
@@ -36,6 +37,7 @@ mod wave;
 use component::Component;
 use emitree::Image;
 use generator::Generator;
+pub use peaks::random_peak;
 
 /// Nodes a panel, coarse to fine: a step divides the error by some hundreds.
 const RESOLUTIONS: [Resolution; 6] = [
@@ -84,6 +86,8 @@ pub enum Kind {
     Sheets,
     /// Two of different kinds.
     Mixture,
+    /// A narrow Gaussian on a broad one and a background.
+    Peak,
 }
 
 /// A scene of the family.
@@ -124,6 +128,7 @@ pub fn random_scene(seed: u64) -> RandomScene {
             let first = generator.whole(0..=4);
             vec![first, (first + generator.whole(1..=4)) % 5]
         }
+        Kind::Peak => Vec::new(),
     };
     let mut part =
         |component| (generator.between(0.3, 1.0), Component::draw(component, &mut generator));
@@ -141,6 +146,7 @@ impl RandomScene {
             Kind::Tori => "tori",
             Kind::Sheets => "sheets",
             Kind::Mixture => "mixture",
+            Kind::Peak => "peak",
         };
         format!("{kind}-{}", self.seed)
     }

@@ -106,3 +106,22 @@ fn references_of_other_shapes_agree() {
         }
     }
 }
+
+/// The same for peaks, whose orientation and ridge are unlike those of most scenes.
+#[test]
+fn peaks_have_exact_images() {
+    let shape = [48, 64];
+    for seed in 0..6 {
+        let scene = random_peak(seed);
+        let Reference { image, error } = scene.reference_image(shape);
+        assert!(error < 1e-6, "{}: {error:e}", scene.name());
+        let (low, largest) = image.min_max();
+        assert!(low > 0.0);
+        let brightest = (0..48 * 64).find(|&at| image.pixels()[at] >= largest).unwrap();
+        for at in [[brightest / 64, brightest % 64], [14, 40], [30, 20]] {
+            let brute = brute::pixel(|position| scene.rate(position), shape, at, 6);
+            let far = (image[at.into()] - brute).abs() / largest;
+            assert!(far < error + 1e-8, "{} {at:?}: {far:e} {error:e}", scene.name());
+        }
+    }
+}

@@ -298,6 +298,18 @@ impl<P: ImagePlane> Camera<P> {
         }
     }
 
+    /// The point of a body's near side that stands for one of a line inside of it.
+    pub(super) fn on_near_surface(
+        &self,
+        body: &Ellipsoid,
+        line: &Line,
+        position: [f64; 3],
+    ) -> [f64; 3] {
+        let is_parallel = self.plane.is_parallel();
+        let towards = difference(body.centre(), self.frame.origin);
+        body.on_near_surface(position, if is_parallel { line.direction } else { towards })
+    }
+
     pub(super) fn span(&self, from: f64, to: f64) -> Span {
         self.depth.span(from, to)
     }

@@ -134,6 +134,27 @@ impl Ellipsoid {
         along(self.centre, factor, difference(position, self.centre))
     }
 
+    /// The point of the near side of the surface that hides `position`, a rounding above it, for one who
+    /// looks `away`: where the ray through it leaves the body that comes from the far end of the body.
+    ///
+    /// Unlike the rays from the centre those rays meet nowhere on the near side: the map is smooth on all
+    /// of it, and leaves the surface as it is.
+    pub(crate) fn on_near_surface(&self, position: [f64; 3], away: [f64; 3]) -> [f64; 3] {
+        let (point, away) = (self.scaled_point(position), self.scaled(away));
+        let far_end = away.map(|component| component / norm(away));
+        let ray = difference(point, far_end);
+        // |far end + t ray| = 1, as |far end| is.
+        let t = -2.0 * dot(far_end, ray) / dot(ray, ray);
+        let surface = along(far_end, t, ray);
+        let factor = (1.0 + ABOVE_SURFACE) / norm(surface);
+        if !factor.is_finite() {
+            return self.on_surface(position);
+        }
+        (0..3).fold(self.centre, |sum, i| {
+            along(sum, factor * surface[i] * self.semi_axes[i], self.axes[i])
+        })
+    }
+
     /// `position`, or the point of the surface above it if it is inside.
     pub(crate) fn outside(&self, position: [f64; 3]) -> [f64; 3] {
         if self.contains(position) { self.on_surface(position) } else { position }
@@ -180,6 +201,11 @@ mod tests {
                 let middle = body.closest_distance(origin, direction);
                 prop_assert!((enter + leave - 2.0 * middle).abs() < 1e-12 * leave);
             }
+            let near = body.on_near_surface(target, direction.map(|along| 2.0 * along));
+            prop_assert!((norm(body.scaled_point(near)) - 1.0).abs() < 1e-11);
+            prop_assert!(!body.contains(near));
+            // What is on the surface stays where it is.
+            prop_assert!(norm(difference(body.on_near_surface(near, direction), near)) < 1e-10);
             let above = body.on_surface(target);
             prop_assert!((norm(body.scaled_point(above)) - 1.0).abs() < 1e-11);
             prop_assert!(!body.contains(above));

@@ -4,7 +4,8 @@
 //! they see has the square root of the limb in it: each body has a *parting*, a distance that is
 //! smooth in (x, y), lies inside the body where the line meets it, and at the limb where it touches
 //! it. The *front* reaches to the parting, through the surface; inside a body g is taken for what it is
-//! at the surface above, so that it is never asked where there is nothing. The piece from the
+//! at the surface before it, seen from the far end of the body, so that it is never asked where there is
+//! nothing. The piece from the
 //! surface to the parting, *hidden* in the body, is taken off again: its length, known from geometry,
 //! is its share. So no layer jumps at a limb or has its square root, whatever g is continued to.
 
@@ -72,12 +73,15 @@ impl<P: ImagePlane> Layer for Section<'_, P> {
         if let Piece::Hidden(number) = self.piece {
             point.path_per_depth = self.hidden_length(number);
             if !bodies.iter().any(|body| body.contains(point.position)) {
-                point.position = bodies[number].on_surface(point.position);
+                point.position =
+                    self.camera.on_near_surface(&bodies[number], &line, point.position);
             }
         }
         // The same for all layers: where bodies overlap, what is taken off is what was there.
         for body in bodies {
-            point.position = body.outside(point.position);
+            if body.contains(point.position) {
+                point.position = self.camera.on_near_surface(body, &line, point.position);
+            }
         }
         point
     }

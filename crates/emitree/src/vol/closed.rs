@@ -2,13 +2,14 @@
 //!
 //! Beside an edge the stencils of the image tree reach across it. What they find there is continued
 //! from the nodes on this side, by local least squares, so that the tree's function is smooth across
-//! the edge whatever lies behind it.
+//! the edge whatever lies behind it. The degree of the polynomial is the one with the smallest expected
+//! error, which is kept: the part of the image beside the edge is interpolated from these values.
 
 use super::image_tree::ImageTree;
 use super::nearest::Nearest;
 use rayon::prelude::*;
 
-/// Gives all nodes that are `closed` values continued from the others.
+/// Gives all nodes that are `closed` values continued from the others, and how wrong they may be.
 ///
 /// A node of one level is continued from nodes of its own lattice, or that of level `whole`, which is
 /// there on all of the image: from finer ones nearby, a long way would be extrapolated from a short
@@ -24,19 +25,27 @@ pub(crate) fn continue_values(tree: &mut ImageTree, closed: &[bool], whole: u8) 
             (0..tree.len()).filter(|&i| !closed[i] && tree.nodes()[i].level <= level.max(whole));
         let open: Vec<_> = open.map(|i| (tree.nodes()[i].place, i)).collect();
         let open = Nearest::new(open.into_iter());
-        let values: Vec<f64> = wanted.par_iter().map(|&i| continued(tree, &open, i)).collect();
-        for (i, value) in wanted.into_iter().zip(values) {
-            tree.set_continued(i, value);
+        let continued = |&i: &usize| continued(tree, &open, i);
+        let values: Vec<Continued> = wanted.par_iter().map(continued).collect();
+        for (i, Continued { value, error }) in wanted.into_iter().zip(values) {
+            tree.set_continued(i, value, error);
         }
     }
 }
 
+/// A value expected where none is seen, and how wrong it may be.
+#[derive(Clone, Copy, Debug)]
+struct Continued {
+    value: f64,
+    error: f64,
+}
+
 /// The value expected at node `i` from the open nodes nearest to it.
-fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> f64 {
+fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> Continued {
     let place = tree.nodes()[i].place;
     let nearest = open.find(place, MOST_VALUES);
-    let (Some(&(square, first)), Some(&(farthest, _))) = (nearest.first(), nearest.last()) else {
-        return 0.0;
+    let (Some(&(square, _)), Some(&(farthest, _))) = (nearest.first(), nearest.last()) else {
+        return Continued { value: 0.0, error: 0.0 };
     };
     let unit = (farthest as f64).sqrt();
     let known: Vec<Known> = nearest
@@ -48,19 +57,23 @@ fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> f64 {
             Known { place: [along(0), along(1)], value: node.value, weight }
         })
         .collect();
-    let degrees = DEGREES.iter().filter(|(values, _)| known.len() >= *values);
-    let fitted = degrees.map(|(_, degree)| fitted(&known, *degree)).find_map(|value| value);
-    fitted.unwrap_or(tree.nodes()[first].value)
+    fitted(&known)
 }
 
 /// Values that a continuation is made from.
 const MOST_VALUES: usize = 30;
-/// Values for a polynomial, at the least, and its degree: twice as many as it has coefficients.
-const DEGREES: [(usize, i32); 4] = [(30, 4), (20, 3), (12, 2), (6, 1)];
+/// Values for a polynomial, at the least, and the number of its terms: twice as many as those, from the
+/// constant to degree 4.
+const DEGREES: [(usize, usize); 5] = [(1, 1), (6, 3), (12, 6), (20, 10), (30, 15)];
+/// The terms of the last, in the order of their degrees.
+const MOST_TERMS: usize = 15;
 /// The square of the distance at which weights have fallen to a quarter, for a nearest value at 1.
 const QUARTER_WEIGHT: f64 = 8.0;
-/// A pivot below this, relative to the largest, is none.
-const LEAST_PIVOT: f64 = 1e-12;
+/// A column whose part across the columns before is below this share of it is a sum of those: the
+/// places leave the polynomial open.
+const LEAST_INDEPENDENT_PART: f64 = 1e-9;
+/// 1 − leverage, at the least: a value that a coefficient is all about can't be left out.
+const LEAST_INDEPENDENCE: f64 = 0.1;
 
 /// A value near the place where one is wanted, which is the origin.
 struct Known {
@@ -69,41 +82,125 @@ struct Known {
     weight: f64,
 }
 
-/// The value at the origin of the polynomial of a degree that fits best; none if the places leave it
-/// open.
-fn fitted(known: &[Known], degree: i32) -> Option<f64> {
-    let powers = || (0..=degree).flat_map(|sum| (0..=sum).map(move |j| (sum - j, j)));
-    let terms = powers().count();
-    // The normal equations, with the right side as the last column.
-    let mut rows = vec![vec![0.0; terms + 1]; terms];
-    for one in known {
-        let basis: Vec<f64> =
-            powers().map(|(i, j)| one.place[0].powi(i) * one.place[1].powi(j)).collect();
-        for (row, of_row) in rows.iter_mut().zip(&basis) {
-            for (entry, of_column) in row.iter_mut().zip(basis.iter().chain([&one.value])) {
-                *entry += one.weight * of_row * of_column;
+/// What the polynomial says at the origin whose error is expected to be the smallest.
+///
+/// The value at the origin is a weighted sum of those known, with weights of both signs: an error in
+/// them, or what the polynomial can't follow, is amplified by the sum of their sizes. Far away from few
+/// values close together that is millions for degree 4 and 1 for a constant. So the expected error of
+/// a degree is the largest residual of a value that is left out of the fit, less for values far away,
+/// times the amplification; and the degree is that for which it is smallest.
+fn fitted(known: &[Known]) -> Continued {
+    let mut fit = Fit::new(known);
+    let mut best = Continued { value: 0.0, error: f64::INFINITY };
+    for (_, terms) in DEGREES.into_iter().take_while(|(values, _)| known.len() >= *values) {
+        while fit.columns.len() < terms {
+            if !fit.add_term() {
+                return best;
             }
         }
-    }
-    // The constant term comes last, so that it is known first.
-    rows.reverse();
-    rows.iter_mut().for_each(|row| row[..terms].reverse());
-    let largest = rows.iter().flatten().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
-    for column in 0..terms {
-        let (above, below) = rows.split_at_mut(column + 1);
-        let row = &above[column];
-        if row[column].abs() <= LEAST_PIVOT * largest {
-            return None;
+        let found = fit.at_origin();
+        // Among equals the higher degree: a smooth function is smooth beyond the values too.
+        if found.error <= best.error {
+            best = found;
         }
-        for other in below {
-            let factor = other[column] / row[column];
-            for (entry, of_row) in other.iter_mut().zip(row).skip(column) {
-                *entry -= factor * of_row;
+    }
+    best
+}
+
+/// Weighted least squares, term by term: the columns of the design are made orthonormal by
+/// Gram and Schmidt, twice, so that no digits are lost to the squares of normal equations.
+struct Fit<'a> {
+    known: &'a [Known],
+    /// Roots of the weights, the largest of which is 1.
+    roots: Vec<f64>,
+    /// Orthonormal columns, and the value of each at the origin.
+    columns: Vec<(Vec<f64>, f64)>,
+    /// What the columns leave of the values, times the roots of the weights.
+    rest: Vec<f64>,
+    /// 1 − the leverage of each value.
+    independence: Vec<f64>,
+}
+
+impl<'a> Fit<'a> {
+    fn new(known: &'a [Known]) -> Self {
+        let largest = known.iter().map(|one| one.weight).fold(f64::MIN_POSITIVE, f64::max);
+        let roots: Vec<f64> = known.iter().map(|one| (one.weight / largest).sqrt()).collect();
+        let rest = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
+        let independence = vec![1.0; known.len()];
+        Self { known, roots, columns: Vec::with_capacity(MOST_TERMS), rest, independence }
+    }
+
+    /// Adds the next power; whether it is one that the places tell from the others.
+    fn add_term(&mut self) -> bool {
+        let (i, j) = POWERS[self.columns.len()];
+        let of = |(one, root): (&Known, &f64)| root * one.place[0].powi(i) * one.place[1].powi(j);
+        let mut column: Vec<f64> = self.known.iter().zip(&self.roots).map(of).collect();
+        let mut at_origin = if i + j == 0 { 1.0 } else { 0.0 };
+        let size = norm(&column);
+        for _ in 0..2 {
+            for (other, of_other) in &self.columns {
+                let common = dot(&column, other);
+                column.iter_mut().zip(other).for_each(|(a, b)| *a -= common * b);
+                at_origin -= common * of_other;
             }
         }
+        let across = norm(&column);
+        if across <= LEAST_INDEPENDENT_PART * size {
+            return false;
+        }
+        column.iter_mut().for_each(|entry| *entry /= across);
+        let common = dot(&self.rest, &column);
+        for ((rest, independence), entry) in
+            self.rest.iter_mut().zip(&mut self.independence).zip(&column)
+        {
+            *rest -= common * entry;
+            *independence -= entry * entry;
+        }
+        self.columns.push((column, at_origin / across));
+        true
     }
-    let last = &rows[terms - 1];
-    Some(last[terms] / last[terms - 1])
+
+    /// The value at the origin, and its expected error.
+    fn at_origin(&self) -> Continued {
+        let weights: Vec<f64> = (0..self.known.len())
+            .map(|k| {
+                let of_columns = self.columns.iter().map(|(column, at)| column[k] * at);
+                self.roots[k] * of_columns.sum::<f64>()
+            })
+            .collect();
+        let value = weights.iter().zip(self.known).map(|(weight, one)| weight * one.value).sum();
+        let amplification: f64 = weights.iter().map(|weight| weight.abs()).sum();
+        let left_out = self.rest.iter().zip(&self.independence);
+        let residual = left_out.map(|(rest, part)| rest.abs() / part.max(LEAST_INDEPENDENCE));
+        Continued { value, error: amplification * residual.fold(0.0, f64::max) }
+    }
+}
+
+/// The powers of x and y of all terms, the constant first.
+const POWERS: [(i32, i32); MOST_TERMS] = [
+    (0, 0),
+    (1, 0),
+    (0, 1),
+    (2, 0),
+    (1, 1),
+    (0, 2),
+    (3, 0),
+    (2, 1),
+    (1, 2),
+    (0, 3),
+    (4, 0),
+    (3, 1),
+    (2, 2),
+    (1, 3),
+    (0, 4),
+];
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
 }
 
 #[cfg(test)]
@@ -141,6 +238,30 @@ mod tests {
             let [x, y] = xy(node.place);
             assert_eq!(node.is_continued, closed);
             assert!((node.value - quartic(x, y)).abs() < 1e-9, "{node:?}");
+            assert!(node.unknown < 1e-9, "{node:?}");
+        }
+    }
+
+    /// A few nodes in a corner, on which the image falls by orders of magnitude: the polynomials through
+    /// them rise without end on the other side of the square.
+    #[test]
+    fn values_far_from_few_open_nodes_are_of_their_size() {
+        let mut tree = ImageTree::default();
+        let along = || (0..=16_u32).map(|k| k * spacing(4));
+        for place in along().flat_map(|x| along().map(move |y| [x, y])) {
+            tree.add(place);
+            let [x, y] = xy(place);
+            tree.set(tree.len() - 1, (-20.0 * (x + y)).exp());
+        }
+        let in_corner = |[x, y]: [f64; 2]| x + y < 0.45;
+        let closed: Vec<bool> =
+            tree.nodes().iter().map(|node| !in_corner(xy(node.place))).collect();
+        continue_values(&mut tree, &closed, 4);
+        for (node, closed) in tree.nodes().iter().zip(closed) {
+            let [x, y] = xy(node.place);
+            let wrong = (node.value - (-20.0 * (x + y)).exp()).abs();
+            assert!(node.value.abs() < 2.0, "{node:?}");
+            assert!(!closed || wrong <= node.unknown.max(1e-3), "{wrong:.1e}: {node:?}");
         }
     }
 

@@ -13,6 +13,17 @@ use rustc_hash::FxHashMap;
 /// A dyadic place on the image plane, (x, y) in steps.
 pub(crate) type Place = [u32; 2];
 
+/// What is open around a node at which nothing is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Around {
+    /// Nothing that was found: the value does not matter.
+    Closed,
+    /// One of the neighbours on the node's own lattice: an edge passes between them.
+    Beside,
+    /// Only places between them: what is seen there is known from none of the neighbours.
+    Between,
+}
+
 /// One value of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Node {
@@ -24,6 +35,10 @@ pub(crate) struct Node {
     pub(crate) detail: f64,
     /// Whether nothing was seen here, and the value is continued from other nodes.
     pub(crate) is_continued: bool,
+    /// How wrong the value may be because it is continued.
+    pub(crate) unknown: f64,
+    /// What is open around it, if it is continued.
+    pub(crate) around: Around,
 }
 
 impl Node {
@@ -79,17 +94,37 @@ impl ImageTree {
     pub(crate) fn add(&mut self, place: Place) {
         let level = level_of_place(place);
         self.index.insert(key(place), cell::to_u32(self.nodes.len()));
-        self.nodes.push(Node { place, level, value: 0.0, detail: 0.0, is_continued: false });
+        self.nodes.push(Node {
+            place,
+            level,
+            value: 0.0,
+            detail: 0.0,
+            is_continued: false,
+            unknown: 0.0,
+            around: Around::Closed,
+        });
     }
 
     pub(crate) fn set(&mut self, node: usize, value: f64) {
         self.nodes[node].value = value;
     }
 
-    /// Sets a value that is continued from other nodes.
-    pub(crate) fn set_continued(&mut self, node: usize, value: f64) {
-        self.nodes[node].value = value;
-        self.nodes[node].is_continued = true;
+    /// Sets a value that is continued from other nodes, and how wrong it may be.
+    pub(crate) fn set_continued(&mut self, node: usize, value: f64, unknown: f64) {
+        let node = &mut self.nodes[node];
+        (node.value, node.unknown) = (value, unknown);
+        node.is_continued = true;
+    }
+
+    /// Says what is open around a node that nothing is seen at.
+    pub(crate) fn set_around(&mut self, node: usize, around: Around) {
+        self.nodes[node].around = around;
+    }
+
+    /// The largest |value| that was seen.
+    pub(crate) fn largest_seen(&self) -> f64 {
+        let seen = self.nodes.iter().filter(|node| !node.is_continued);
+        seen.map(|node| node.value.abs()).fold(0.0, f64::max)
     }
 
     /// Forgets all nodes but the first `len`.

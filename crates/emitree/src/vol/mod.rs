@@ -25,6 +25,7 @@
 //! * `energies`: the energies that explain all spectra, and bins as sums of their images; `spectra`: when
 //!   to look at which;
 //! * `visible`: the layers of all tiles, before there are energies;
+//! * `lattice`: scattered samples, and how small a structure they see;
 //! * `cross`: the other way, for a G that is a sum of few products, tried first;
 //! * `sheet`: the image tree of one [layer](crate::Layer), and its part in the image;
 //! * `engine`: the loop over all this, for all layers of the view and all energies.
@@ -33,14 +34,17 @@
 
 mod block;
 mod closed;
+mod coverage;
 mod cross;
 mod depth_rule;
 mod dyadic;
 mod energies;
 mod engine;
 mod error_map;
+mod exam;
 mod image_tree;
 mod jumps;
+mod lattice;
 mod line;
 mod line_error;
 mod local_fit;

@@ -7,9 +7,13 @@
 //! or along both; then, if those still matter, the four children beside it. Most nodes never need
 //! the second step, and it has two thirds of the children. Last, what the children of neighbours
 //! have found is expected of a node's own.
+//!
+//! A node at which nothing is seen has a value that is continued from others. How wrong that may be
+//! remains as well, as long as an edge passes between the node and its neighbours and some of its
+//! children are missing: the image on the open side is interpolated from it.
 
 use super::dyadic::{STENCIL, beside, spacing};
-use super::image_tree::{ImageTree, Node, Place};
+use super::image_tree::{Around, ImageTree, Node, Place};
 use rayon::prelude::*;
 
 /// Share of the details one spacing away that guards a node's own.
@@ -93,6 +97,7 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Re
     let has_kinks = tree.order() < STENCIL;
     let margin = if has_kinks { KINK_MARGIN } else { 1.0 };
     let sibling_share = if has_kinks { SIBLING_SHARE_OF_KINKS } else { SIBLING_SHARE };
+    let largest = tree.largest_seen();
     let of_node = |i: usize| {
         let node = tree.nodes()[i];
         if node.level + 1 < always {
@@ -113,7 +118,14 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], always: u8) -> Vec<Re
         };
         let of_siblings = sibling_share * near.largest_sibling();
         let of_edge = if near.is_beside_edge() { EDGE_MARGIN } else { 1.0 };
-        Remaining { children, size: margin * of_edge * size.max(of_siblings) }
+        let size = margin * of_edge * size.max(of_siblings);
+        let unknown = match node.around {
+            Around::Closed => 0.0,
+            // Known from no neighbour: it may be as bright as anything else.
+            Around::Between => largest,
+            Around::Beside => (EDGE_MARGIN * node.unknown).min(largest),
+        };
+        Remaining { children, size: size.max(unknown) }
     };
     let nodes = (0..tree.len()).into_par_iter().with_min_len(NODES_AT_ONCE);
     nodes.map(of_node).collect()

@@ -8,10 +8,10 @@
 use super::block::{Block, FINEST_BLOCKS};
 use super::depth_rule::{DepthRule, LEAST_LINES, Profile};
 use super::dyadic::{spacing, unit};
-use super::image_tree::{ImageTree, Place};
+use super::image_tree::{Around, ImageTree, Place};
 use super::remaining::around;
 use super::seeds::Looks;
-use super::sights::{LINES_KNOWN, Sights, Stop, View, Wanted, Way};
+use super::sights::{LINES_KNOWN, Sights, Stop, View, Wanted, Way, base_depths};
 use super::whole;
 use crate::emission::Emission;
 use rayon::prelude::*;
@@ -33,10 +33,17 @@ const FAILURE: f64 = 1.0;
 /// Lines are refined again if they are beyond the tolerance by more than this.
 const AGAIN: f64 = 1.02;
 
+/// Between a closed node and its neighbours on its lattice, open places are looked for at this many
+/// steps: narrower parts of the image are found where they widen, or are no part of a pixel that counts.
+const BETWEEN: i8 = 4;
+
 /// The image tree, its lines, and where they are sampled.
 pub(crate) struct Scan<'a, E> {
     pub(crate) view: View<'a, E>,
     pub(crate) base_level: u8,
+    /// Every full line has all depths of the lattice of this level: that of the base, or a finer one after
+    /// an exam has found that lines step over something.
+    pub(crate) depth_level: u8,
     pub(crate) tree: ImageTree,
     pub(crate) sights: Sights,
     /// Structures that were named: no rule has learned of them.
@@ -91,9 +98,25 @@ impl<E: Emission> Scan<'_, E> {
             for (i, &place) in (first..).zip(places) {
                 if !self.view.layer.is_open(place.map(unit)) {
                     self.sights.ways[i] = Way::Closed;
+                    let around = self.open_around(place, self.tree.nodes()[i].level);
+                    self.tree.set_around(i, around);
                 }
             }
         }
+    }
+
+    /// What is open around a closed place of a level: known from geometry, without an evaluation.
+    fn open_around(&self, place: Place, level: u8) -> Around {
+        let is_open = |distance: u32, reach: i8| {
+            let mut places = around(place, distance, reach);
+            places.any(|(_, _, at)| self.view.layer.is_open(at.map(unit)))
+        };
+        let step = spacing(level);
+        if is_open(step, 1) {
+            return Around::Beside;
+        }
+        let finer = step / u32::from(BETWEEN.unsigned_abs());
+        if finer > 0 && is_open(finer, BETWEEN) { Around::Between } else { Around::Closed }
     }
 
     /// Forgets all nodes but the first `len`.
@@ -104,12 +127,12 @@ impl<E: Emission> Scan<'_, E> {
 
     /// Samples the depths and refines the lines until each is within `tolerance`.
     pub(crate) fn refine(&mut self, wanted: Wanted, tolerance: f64) -> Result<(), Stop<E::Error>> {
-        self.sights.refine(&self.view, &self.tree, wanted, tolerance, self.base_level)
+        self.sights.refine(&self.view, &self.tree, wanted, tolerance, self.depth_level)
     }
 
     /// Looks on neighbours for what the given full lines have found.
     pub(crate) fn follow(&mut self, found: &[usize], tolerance: f64) -> Result<(), Stop<E::Error>> {
-        self.sights.follow(&self.view, &self.tree, found, tolerance, self.base_level)
+        self.sights.follow(&self.view, &self.tree, found, tolerance, self.depth_level)
     }
 
     /// Finds the radiances of the nodes from `first` on, each to `tolerance`; `guarded` are the
@@ -291,7 +314,7 @@ impl<E: Emission> Scan<'_, E> {
 
     /// The depths that new full lines start with, given the lines before node `first`.
     fn start(&mut self, nodes: &[usize], first: usize, tolerance: f64) -> Wanted {
-        let mut wanted = self.sights.start(&self.tree, nodes, first, tolerance, self.base_level);
+        let mut wanted = self.sights.start(&self.tree, nodes, first, tolerance, self.depth_level);
         for (i, depths) in &mut wanted {
             depths.extend(self.seeds.depths(self.tree.nodes()[*i].place));
         }
@@ -381,6 +404,40 @@ impl<E: Emission> Scan<'_, E> {
         let wanted = self.start(&numbers, first, tolerance);
         nodes.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
         self.refine(wanted, tolerance)
+    }
+
+    /// Samples every full line on a lattice of depths finer by one level, and finds the radiances of all
+    /// other nodes anew from these lines; `guarded` are the guarded details of all nodes.
+    pub(crate) fn refine_depths(
+        &mut self,
+        guarded: &[f64],
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
+        self.depth_level += 1;
+        let depths = base_depths(self.depth_level);
+        let in_view = (0..self.tree.len()).filter(|&i| !self.sights.is_closed(i));
+        let (full, ruled): (Vec<usize>, Vec<usize>) =
+            in_view.partition(|&i| self.sights.is_full(i));
+        self.refine(full.iter().map(|&i| (i, depths.clone())).collect(), tolerance)?;
+        self.follow(&full, tolerance)?;
+        let (first, postpone) = (self.tree.len(), false);
+        let plan = self.plan(&ruled, first, guarded, tolerance, postpone);
+        self.carry_out(plan, first, tolerance)
+    }
+
+    /// Full lines for these nodes, sampled at the given depths besides; what they find is looked for on
+    /// their neighbours.
+    pub(crate) fn integrate_in_full(
+        &mut self,
+        nodes: &[usize],
+        depths: &[u32],
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
+        let mut wanted = self.start(nodes, self.tree.len(), tolerance);
+        wanted.iter_mut().for_each(|(_, of_line)| of_line.extend(depths));
+        nodes.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
+        self.refine(wanted, tolerance)?;
+        self.follow(nodes, tolerance)
     }
 }
 

@@ -1,0 +1,290 @@
+//! The exact image of a view: means over lines whose ends are known from geometry.
+
+use super::glow::Glow;
+use super::shapes::{Ball, Room, Vector};
+use crate::family::Reference;
+use crate::gauss::Gauss;
+use emitree::{Image, Projection};
+use rayon::prelude::*;
+
+/// Nodes of the rules, coarse to fine: along each side of a pixel, along each side of a part of a pixel
+/// that an edge crosses, and between two breaks of a line.
+const RULES: [[usize; 3]; 5] = [[3, 6, 6], [5, 9, 9], [8, 13, 12], [12, 19, 16], [18, 28, 20]];
+/// Two rules agree if they differ by less than this times the largest pixel.
+const AGREEMENT: f64 = 2e-5;
+/// What rounding can do to a pixel, relative to the largest.
+const ROUNDING: f64 = 1e-12;
+/// Intervals of a pixel's side between which edges are looked for.
+const PROBES: usize = 12;
+/// Halvings of such an interval.
+const BISECTIONS: usize = 44;
+/// A kink that a line meets on a shorter part of its path than this is none.
+const LEAST_OVERLAP: f64 = 1e-9;
+
+/// What is seen, without the camera.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Scenery {
+    pub(super) bodies: Vec<Ball>,
+    pub(super) room: Room,
+    pub(super) glow: Glow,
+    /// Distances from which to which lines reach.
+    pub(super) depth: [f64; 2],
+}
+
+/// One line of sight: its ends, and what the map is smooth for.
+struct Sight {
+    ends: [f64; 2],
+    kind: Kind,
+}
+
+/// What a line meets: radiances are smooth where this does not change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// It belongs to no image.
+    Outside,
+    /// Nothing glows on it.
+    Dark,
+    Lit {
+        /// The number of the body at which it ends.
+        body: Option<usize>,
+        /// Whether it begins where bounds do, and ends there, and by which faces.
+        cut: [bool; 2],
+        faces: u8,
+        meets_kink: bool,
+    },
+}
+
+impl Scenery {
+    pub(super) fn rate(&self, position: Vector) -> f64 {
+        if self.bodies.iter().any(|body| body.depth_of(position) < 1.0) {
+            return f64::NAN;
+        }
+        self.glow.rate(position)
+    }
+
+    /// What a line meets.
+    fn sight(&self, origin: Vector, direction: Vector) -> Sight {
+        let dark = Sight { ends: [0.0; 2], kind: Kind::Dark };
+        let [near, far] = self.depth;
+        let Some(([enter, leave], faces)) = self.room.crossing(origin, direction) else {
+            return dark;
+        };
+        let from = near.max(enter);
+        let mut to = far.min(leave);
+        let mut cut = [enter > near, leave < far];
+        let mut body = None;
+        for (number, ball) in self.bodies.iter().enumerate() {
+            if let Some([hit, out]) = ball.crossing(origin, direction)
+                && out > from
+                && hit < to
+            {
+                (to, body) = (hit, Some(number));
+                cut[1] = false;
+            }
+        }
+        if to <= from {
+            return dark;
+        }
+        // Faces that are not reached do not matter.
+        let faces = if cut[0] { faces & 0b1100 } else { 0 } | if cut[1] { faces & 0b11 } else { 0 };
+        let kink = self.glow.kink().and_then(|ball| ball.crossing(origin, direction));
+        let meets_kink = kink.is_some_and(|[a, b]| b.min(to) - a.max(from) > LEAST_OVERLAP);
+        Sight { ends: [from, to], kind: Kind::Lit { body, cut, faces, meets_kink } }
+    }
+
+    /// The length of the line at (x, y) that may glow.
+    pub(super) fn path(&self, bare: &dyn Projection, xy: [f64; 2]) -> f64 {
+        if bare.solid_angle_density(xy) <= 0.0 {
+            return 0.0;
+        }
+        let [origin, direction] = line(bare, xy);
+        let [from, to] = self.sight(origin, direction).ends;
+        to - from
+    }
+}
+
+/// Where the line at (x, y) begins, and where it points to.
+fn line(bare: &dyn Projection, [x, y]: [f64; 2]) -> [Vector; 2] {
+    let begin = bare.world_from_canonical([x, y, 0.0]);
+    [begin.position, begin.direction.map(|along| -along)]
+}
+
+/// A camera and what it sees.
+struct Scene<'a> {
+    scenery: &'a Scenery,
+    bare: &'a dyn Projection,
+}
+
+impl Scene<'_> {
+    fn kind(&self, xy: [f64; 2]) -> Kind {
+        if self.bare.solid_angle_density(xy) <= 0.0 {
+            return Kind::Outside;
+        }
+        let [origin, direction] = line(self.bare, xy);
+        self.scenery.sight(origin, direction).kind
+    }
+
+    /// The irradiance and the solid angle densities at (x, y).
+    fn densities(&self, xy: [f64; 2], rule: &Gauss) -> [f64; 2] {
+        let density = self.bare.solid_angle_density(xy);
+        if density <= 0.0 {
+            return [0.0; 2];
+        }
+        let [origin, direction] = line(self.bare, xy);
+        let ends = self.scenery.sight(origin, direction).ends;
+        if ends[1] <= ends[0] {
+            return [0.0, density];
+        }
+        [density * self.scenery.glow.integral(origin, direction, ends, rule), density]
+    }
+}
+
+/// A pixel: its lower left corner and its size.
+#[derive(Clone, Copy, Debug)]
+struct Pixel {
+    corner: [f64; 2],
+    size: [f64; 2],
+}
+
+impl Pixel {
+    fn at(&self, [s, t]: [f64; 2]) -> [f64; 2] {
+        [self.corner[0] + s * self.size[0], self.corner[1] + t * self.size[1]]
+    }
+
+    /// Whether all lines of a lattice in it and a little around it meet the same.
+    fn is_smooth(&self, scene: &Scene<'_>) -> bool {
+        let along = |k: usize| (k as f64 - 0.5) / (PROBES - 1) as f64;
+        let kind = |k: usize| {
+            let st = [along(k % (PROBES + 1)), along(k / (PROBES + 1))];
+            // The lattice ends at the borders of the image.
+            scene.kind(self.at(st).map(|x| x.clamp(0.0, 1.0)))
+        };
+        let first = kind(0);
+        (1..(PROBES + 1) * (PROBES + 1)).all(|k| kind(k) == first)
+    }
+
+    /// The mean by rules of these numbers of nodes; NaN where there is no image.
+    fn mean(&self, scene: &Scene<'_>, is_smooth: bool, [side, part, depth]: [usize; 3]) -> f64 {
+        let along_line = Gauss::new(depth);
+        let mut sums = [0.0; 2];
+        let mut add = |st: [f64; 2], weight: f64| {
+            let [value, density] = scene.densities(self.at(st), &along_line);
+            sums[0] += weight * value;
+            sums[1] += weight * density;
+        };
+        if is_smooth {
+            let rule = Gauss::new(side);
+            rule.weigh(0.0, 1.0, |t, of_row| rule.weigh(0.0, 1.0, |s, w| add([s, t], w * of_row)));
+        } else {
+            let rule = Gauss::new(part);
+            for rows in pieces(&|t| self.sequence(scene, t)) {
+                smoothed(&rule, rows, |t, of_row| {
+                    for ends in pieces(&|s| scene.kind(self.at([s, t]))) {
+                        smoothed(&rule, ends, |s, weight| add([s, t], weight * of_row));
+                    }
+                });
+            }
+        }
+        sums[0] / sums[1]
+    }
+
+    /// What lines along a row meet, one after the other.
+    fn sequence(&self, scene: &Scene<'_>, t: f64) -> Vec<Kind> {
+        let kinds = (0..=PROBES).map(|k| scene.kind(self.at([k as f64 / PROBES as f64, t])));
+        let mut kinds: Vec<Kind> = kinds.collect();
+        kinds.dedup();
+        kinds
+    }
+}
+
+/// A rule on a piece, its nodes drawn to both ends: roots of the distance from an end are smooth in the
+/// variable in which the nodes are those of Gauss.
+fn smoothed(rule: &Gauss, [from, to]: [f64; 2], mut f: impl FnMut(f64, f64)) {
+    rule.weigh(0.0, 1.0, |u, weight| {
+        let (place, slope) = (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u));
+        f(from + (to - from) * place, weight * slope * (to - from));
+    });
+}
+
+/// The parts of the unit interval on which `seen` does not change.
+fn pieces<T: PartialEq>(seen: &dyn Fn(f64) -> T) -> Vec<[f64; 2]> {
+    let probe = |k: usize| k as f64 / PROBES as f64;
+    let mut breaks = vec![0.0];
+    let mut last = seen(0.0);
+    for k in 1..=PROBES {
+        let next = seen(probe(k));
+        if next != last {
+            let (mut low, mut high) = (probe(k - 1), probe(k));
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (low + high);
+                if seen(middle) == last { low = middle } else { high = middle }
+            }
+            breaks.push(0.5 * (low + high));
+        }
+        last = next;
+    }
+    breaks.push(1.0);
+    breaks.windows(2).map(|ends| [ends[0], ends[1]]).collect()
+}
+
+/// The image, each pixel with finer rules until two agree.
+pub(super) fn image(
+    scenery: &Scenery,
+    bare: &dyn Projection,
+    [height, width]: [usize; 2],
+) -> Reference {
+    let scene = Scene { scenery, bare };
+    let pixel = |number: usize| Pixel {
+        corner: [(number % width) as f64 / width as f64, (number / width) as f64 / height as f64],
+        size: [1.0 / width as f64, 1.0 / height as f64],
+    };
+    let numbers = (0..height * width).into_par_iter();
+    let first: Vec<(bool, f64)> = numbers
+        .map(|number| {
+            let is_smooth = pixel(number).is_smooth(&scene);
+            (is_smooth, pixel(number).mean(&scene, is_smooth, RULES[0]))
+        })
+        .collect();
+    let largest = first.iter().map(|(_, value)| value.abs()).fold(0.0, f64::max);
+    let refined = |(number, (is_smooth, coarse)): (usize, &(bool, f64))| {
+        let (mut value, mut change) = (*coarse, 0.0);
+        for rules in &RULES[1..] {
+            let finer = pixel(number).mean(&scene, *is_smooth, *rules);
+            (value, change) = (finer, (finer - value).abs());
+            if change <= AGREEMENT * largest || value.is_nan() {
+                break;
+            }
+        }
+        (value, change)
+    };
+    let found: Vec<(f64, f64)> = first.par_iter().enumerate().map(refined).collect();
+    let change = found.iter().map(|(_, change)| *change).fold(0.0, f64::max);
+    let pixels = found.into_iter().map(|(value, _)| value).collect();
+    let image = Image::from_pixels(height, width, pixels);
+    Reference { image, error: change / largest + ROUNDING }
+}
+
+/// The mean of `lines` × `lines` lines for each pixel, wherever edges are.
+#[cfg(test)]
+pub(super) fn plain(
+    scenery: &Scenery,
+    bare: &dyn Projection,
+    [height, width]: [usize; 2],
+    lines: usize,
+) -> Image {
+    let scene = Scene { scenery, bare };
+    let rule = Gauss::new(12);
+    let mean = |number: usize| {
+        let of_line = |k: usize| {
+            let inside = |k: usize| (k as f64 + 0.5) / lines as f64;
+            let x = ((number % width) as f64 + inside(k % lines)) / width as f64;
+            let y = ((number / width) as f64 + inside(k / lines)) / height as f64;
+            scene.densities([x, y], &rule)
+        };
+        let sums = (0..lines * lines).map(of_line);
+        let [value, density] = sums.fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+        value / density
+    };
+    let pixels = (0..height * width).into_par_iter().map(mean).collect();
+    Image::from_pixels(height, width, pixels)
+}
