@@ -30,14 +30,19 @@ impl Scene {
     #[staticmethod]
     fn open(path: PathBuf, changes: Changes) -> PyResult<Self> {
         let scene = emitree_io::Scene::open(&path, &overrides(changes));
-        Ok(Self(Arc::new(scene.map_err(|error| of_scene(&error, true))?)))
+        Ok(Self(Arc::new(scene.map_err(|error| of_scene(&error, true, &[]))?)))
     }
 
     /// Reads a scene from its text, which was made from keywords; `name` is what reports call it.
+    /// `aliases` are pairs: the name of a temporary file, and what messages and reports call it.
     #[staticmethod]
-    fn parse(name: &str, text: &str) -> PyResult<Self> {
+    fn parse(name: &str, text: &str, aliases: Vec<(String, String)>) -> PyResult<Self> {
         let scene = emitree_io::Scene::parse(name, text, &[]);
-        Ok(Self(Arc::new(scene.map_err(|error| of_scene(&error, false))?)))
+        let mut scene = scene.map_err(|error| of_scene(&error, false, &aliases))?;
+        for (file, alias) in &aliases {
+            scene.text = scene.text.replace(file, alias);
+        }
+        Ok(Self(Arc::new(scene)))
     }
 
     /// The name of the file.
@@ -50,6 +55,18 @@ impl Scene {
     #[getter]
     fn text(&self) -> &str {
         &self.0.text
+    }
+
+    /// The name of the method.
+    #[getter]
+    fn method(&self) -> &str {
+        self.0.render.method.name()
+    }
+
+    /// Options that are given and that the method does not use: keys of `[render]`, and `seed`.
+    #[getter]
+    fn ignored(&self) -> Vec<&str> {
+        self.0.render.ignored.clone()
     }
 
     /// Height and width of the image.
@@ -190,9 +207,9 @@ fn rendered(
     let shape = [scene.height, scene.width];
     match &scene.energy {
         None => render(&emission, camera, shape, &options)
-            .map(|found| Rendered::image(Arc::clone(scene), found)),
+            .map(|found| Rendered::image(scene, found)),
         Some(energies) => render_cube(&emission, camera, shape, energies.axis(), &options)
-            .map(|found| Rendered::cube(Arc::clone(scene), found)),
+            .map(|found| Rendered::cube(scene, found)),
     }
 }
 
