@@ -47,6 +47,12 @@ pub enum RenderError<E> {
         /// The evaluations allowed.
         allowed: u64,
     },
+    /// The time ended before the method had an image.
+    #[error("`max_seconds` is {seconds}: the time ended before there was an image")]
+    Time {
+        /// The time allowed [s].
+        seconds: f64,
+    },
     /// g returned NaN or an infinite value.
     #[error(
         "the emission rate is {rate:e} at position {position:?}, emission direction {direction:?}{}: \

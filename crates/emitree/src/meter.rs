@@ -7,6 +7,7 @@ use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{Integrand, Points};
 use crate::site::{Mapping, Site, SiteSource, Stretch};
 use crate::tally::{EvaluationCounts, Tally};
+use crate::tree::Ending;
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use core::time::Duration;
@@ -36,13 +37,41 @@ pub(crate) struct Meter<'a, E> {
     of_pixels: Tally,
 }
 
-/// How often g may be called.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How often g may be called, and until when.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limits {
     /// Evaluations altogether.
     pub(crate) max_evaluations: u64,
     /// Evaluations of one batch, 1 or more: a larger one is made in parts.
     pub(crate) batch_size: u64,
+    /// When no call of g may begin any more, if there is a limit.
+    pub(crate) deadline: Option<Deadline>,
+}
+
+/// The end of the time that a rendering may take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Deadline {
+    at: Instant,
+    /// The time that was allowed [s].
+    seconds: f64,
+}
+
+impl Deadline {
+    /// So many seconds from now; none if that is beyond all clocks.
+    pub(crate) fn after_seconds(seconds: f64) -> Option<Self> {
+        let at = Instant::now().checked_add(Duration::try_from_secs_f64(seconds).ok()?)?;
+        Some(Self { at, seconds })
+    }
+
+    fn has_passed(&self) -> bool {
+        Instant::now() >= self.at
+    }
+
+    /// The share of the time that is left, 0 to 1.
+    fn share_left(&self) -> f64 {
+        let left = self.at.saturating_duration_since(Instant::now());
+        left.as_secs_f64() / self.seconds
+    }
 }
 
 /// The canonical integrand of the trees, g · ds/dz · dΩ/(dx dy) on the unit cube: an integral over
@@ -97,8 +126,44 @@ impl<'a, E: Emission> Meter<'a, E> {
         Duration::from_nanos(self.emission_nanoseconds.load(Ordering::Relaxed))
     }
 
+    /// Evaluations that may still be made: none once the time has ended.
     pub(crate) fn evaluations_left(&self) -> u64 {
+        if self.time_is_up() {
+            return 0;
+        }
         self.limits.max_evaluations.saturating_sub(self.evaluations())
+    }
+
+    pub(crate) fn time_is_up(&self) -> bool {
+        self.limits.deadline.is_some_and(|deadline| deadline.has_passed())
+    }
+
+    /// Refuses to go on once the time has ended.
+    pub(crate) fn check_time(&self) -> Result<(), RenderError<E::Error>> {
+        match self.limits.deadline {
+            Some(deadline) if deadline.has_passed() => {
+                Err(RenderError::Time { seconds: deadline.seconds })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The share of the time allowed that is left, 0 to 1; 1 without a limit.
+    pub(crate) fn share_of_time_left(&self) -> f64 {
+        self.limits.deadline.map_or(1.0, |deadline| deadline.share_left())
+    }
+
+    /// The same limit on the time, for work of the rendering that makes no evaluations of g.
+    pub(crate) fn deadline(&self) -> Option<Deadline> {
+        self.limits.deadline
+    }
+
+    /// What ended a rendering that says that it was a limit.
+    pub(crate) fn reason_for(&self, ending: Ending) -> Ending {
+        match ending {
+            Ending::Budget if self.time_is_up() => Ending::Time,
+            ending => ending,
+        }
     }
 
     /// Evaluates weighted rates at canonical points: one batch, or several if it is too large.
@@ -186,6 +251,7 @@ impl<'a, E: Emission> Meter<'a, E> {
         values: &mut [f64],
         in_calls: &AtomicU64,
     ) -> Result<(), RenderError<E::Error>> {
+        self.check_time()?;
         let count = self.collect(scratch, sites, first, values);
         let Scratch { positions, directions, energies, rates } = scratch;
         let (positions, directions) = (&positions[..count], &directions[..count]);
@@ -296,6 +362,10 @@ impl<E: Emission> Integrand<3> for CanonicalIntegrand<'_, '_, E> {
     fn evaluations_left(&self) -> u64 {
         self.meter.evaluations_left()
     }
+
+    fn is_out_of_time(error: &Self::Error) -> bool {
+        matches!(error, RenderError::Time { .. })
+    }
 }
 
 impl<E: Emission> Integrand<4> for SpectralIntegrand<'_, '_, E> {
@@ -314,6 +384,10 @@ impl<E: Emission> Integrand<4> for SpectralIntegrand<'_, '_, E> {
 
     fn evaluations_left(&self) -> u64 {
         self.canonical.meter.evaluations_left()
+    }
+
+    fn is_out_of_time(error: &Self::Error) -> bool {
+        matches!(error, RenderError::Time { .. })
     }
 }
 

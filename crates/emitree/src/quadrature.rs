@@ -75,6 +75,12 @@ pub trait Integrand<const D: usize> {
     fn evaluations_left(&self) -> u64 {
         u64::MAX
     }
+
+    /// Whether an evaluation failed because the time that was allowed has ended: then a tree is
+    /// what it was before; `false` unless overridden.
+    fn is_out_of_time(_error: &Self::Error) -> bool {
+        false
+    }
 }
 
 /// An [`Integrand`] from a closure of one point.

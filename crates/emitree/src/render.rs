@@ -6,7 +6,7 @@ use crate::error::RenderError;
 use crate::image::Image;
 use crate::los::{LosOptions, Steps, adaptive, fixed};
 use crate::memory::{check_size, evaluations_in_memory};
-use crate::meter::{CanonicalIntegrand, Limits, Meter, Progress};
+use crate::meter::{CanonicalIntegrand, Deadline, Limits, Meter, Progress};
 use crate::projection::{Projection, Region};
 use crate::radiance::image_of_tree;
 use crate::refinement::Threshold;
@@ -84,6 +84,9 @@ pub struct RenderOptions<'a> {
     pub method: Method,
     /// The largest number of evaluations of g.
     pub max_evaluations: u64,
+    /// The longest time that the rendering may take [s], above 0; infinite for no limit. It ends with
+    /// the best image so far and [`Ending::Time`]. A call of g that has begun is waited for.
+    pub max_seconds: f64,
     /// What the image and the coarsest grid may take \[bytes\]; more is refused before anything is
     /// allocated.
     pub max_memory_bytes: u64,
@@ -120,6 +123,7 @@ impl RenderOptions<'_> {
         Self {
             method,
             max_evaluations,
+            max_seconds: f64::INFINITY,
             max_memory_bytes: DEFAULT_MAX_MEMORY_BYTES,
             batch_size: u64::MAX,
             seeds: &[],
@@ -135,6 +139,7 @@ impl core::fmt::Debug for RenderOptions<'_> {
         f.debug_struct("RenderOptions")
             .field("method", &self.method)
             .field("max_evaluations", &self.max_evaluations)
+            .field("max_seconds", &self.max_seconds)
             .field("max_memory_bytes", &self.max_memory_bytes)
             .field("batch_size", &self.batch_size)
             .field("seeds", &self.seeds)
@@ -168,6 +173,10 @@ pub struct Rendering {
     /// The base level that was used, if the method has one: [`Method::Vol`] takes a coarser one than
     /// asked for if the budget does not suffice, and has not converged then.
     pub base_level: Option<u8>,
+    /// The standard deviation of the smallest Gaussian that would have been seen with a probability
+    /// of 99 %, as a fraction of the edge of the view's cube, if its peak in the image is
+    /// [`FEATURE_CONTRAST`](crate::FEATURE_CONTRAST) times the tolerance; only of [`Method::Vol`].
+    pub smallest_feature: Option<f64>,
     /// Time spent in g, for one of the threads.
     pub emission_time: Duration,
     /// Time spent altogether.
@@ -227,6 +236,7 @@ pub fn render<E: Emission>(
             stacked(&tiles, |tile| render_los(&meter, tile, lines, steps, None))?
         }
     };
+    rendering.ending = meter.reason_for(rendering.ending);
     rendering.evaluations = meter.evaluations();
     rendering.batches = meter.batches();
     rendering.emission_time = meter.emission_time();
@@ -320,14 +330,19 @@ pub(crate) fn check_options<E>(
         let (name, expected) = ("batch_size", "1 or more evaluations in a batch");
         return Err(RenderError::Option { name, value: "0".into(), expected });
     }
+    if options.max_seconds.is_nan() || options.max_seconds <= 0.0 {
+        let (name, value) = ("max_seconds", options.max_seconds.to_string());
+        return Err(RenderError::Option { name, value, expected: "a time in seconds above 0" });
+    }
     check_seeds(options.seeds)?;
     check_size(shape, bins, options)
 }
 
-/// How often g may be called.
+/// How often g may be called, and until when, counted from now.
 pub(crate) fn limits(options: &RenderOptions<'_>) -> Limits {
     let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
-    Limits { max_evaluations, batch_size: options.batch_size }
+    let deadline = Deadline::after_seconds(options.max_seconds);
+    Limits { max_evaluations, batch_size: options.batch_size, deadline }
 }
 
 /// Finds a seed that is no place or has no size.
@@ -366,6 +381,7 @@ impl Rendering {
             batches: 0,
             tree: None,
             base_level: None,
+            smallest_feature: None,
             emission_time: Duration::ZERO,
             total_time: Duration::ZERO,
         }
@@ -377,6 +393,7 @@ impl From<Found> for Rendering {
         let [image, error] = [found.cube, found.error].map(Cube::into_first);
         let mut rendering = Self::new(image, Some(error), found.ending);
         rendering.base_level = Some(found.base_level);
+        rendering.smallest_feature = found.smallest_feature;
         rendering
     }
 }

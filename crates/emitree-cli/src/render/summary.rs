@@ -97,6 +97,9 @@ fn stopped(method: Method, ending: Ending, evaluations: u64) -> Option<String> {
         (Ending::DeepestLevel, _) => {
             Some("at the deepest level; a finest_level would end it earlier".to_owned())
         }
+        (Ending::Time, _) => {
+            Some(format!("by its max_seconds after {} evaluations", grouped(evaluations)))
+        }
         _ => Some(format!("by its budget after {} evaluations", grouped(evaluations))),
     }
 }
@@ -182,7 +185,10 @@ mod tests {
     #[test]
     fn methods_tell_what_they_were_asked_for() {
         let vol = |tolerance, base_level| {
-            method(Method::Vol(VolOptions { tolerance, base_level }), "pixel")
+            method(
+                Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() }),
+                "pixel",
+            )
         };
         assert_eq!(vol(0.01, 3), "vol: to 1 % of the largest pixel, base 9 x 9 lines");
         assert_eq!(vol(0.007, 7), "vol: to 0.7 % of the largest pixel, base 129 x 129 lines");

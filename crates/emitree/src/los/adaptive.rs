@@ -98,12 +98,21 @@ pub(crate) fn render<E: Emission>(
         let mut waiting =
             panels[of_block.start * FIRST_PANELS..of_block.end * FIRST_PANELS].to_vec();
         loop {
-            let mut split = settle(waiting, tolerance * largest, &mut radiances, &mut errors);
+            let split = settle(waiting, tolerance * largest, &mut radiances, &mut errors);
             if split.is_empty() {
                 break;
             }
             let cost = (split.len() * 2 * NODES) as u64;
-            if cost > meter.evaluations_left() {
+            let mut halved = Vec::new();
+            let mut integrated = cost <= meter.evaluations_left();
+            if integrated {
+                halved = split.iter().copied().flat_map(halves).collect();
+                integrated = match integrate(meter, mapping, &lines, &rule, &mut halved) {
+                    Err(RenderError::Time { .. }) => false,
+                    result => result.map(|()| true)?,
+                };
+            }
+            if !integrated {
                 for panel in split {
                     radiances[panel.line] += panel.integral;
                     errors[panel.line] += panel.error;
@@ -111,9 +120,7 @@ pub(crate) fn render<E: Emission>(
                 converged = false;
                 break;
             }
-            split = split.into_iter().flat_map(halves).collect();
-            integrate(meter, mapping, &lines, &rule, &mut split)?;
-            waiting = split;
+            waiting = halved;
         }
     }
     Ok(Adaptive {

@@ -61,6 +61,8 @@ pub enum Ending {
     Complete,
     /// The evaluations, or the memory, that were allowed did not suffice.
     Budget,
+    /// The time that was allowed did not suffice.
+    Time,
     /// A cell of the deepest level that there is should have been split.
     DeepestLevel,
 }
@@ -229,9 +231,14 @@ pub(super) fn grow<const D: usize, I: Integrand<D>>(
         tree.add_level(core::mem::take(&mut split), families);
         let last = tree.levels.len() - 1;
         let Level { level, families, averages, own, .. } = &mut tree.levels[last];
-        averager
-            .average(*level, &families[..*own], averages, integrand)
-            .map_err(BuildError::Integrand)?;
+        match averager.average(*level, &families[..*own], averages, integrand) {
+            Err(error) if I::is_out_of_time(&error) => {
+                ending = Ending::Time;
+                tree.drop_finest_level();
+                break;
+            }
+            result => result.map_err(BuildError::Integrand)?,
+        }
         largest = largest.max(detail_size(averages));
         tree.set_details(last);
         if ending == Ending::Complete {
@@ -295,6 +302,14 @@ impl<const D: usize> SparseTree<D> {
         let level = parents.level + 1;
         self.complete(depth, &families);
         self.levels.push(Level::refined(level, families, split));
+    }
+
+    /// Takes back [`add_level`](Self::add_level), but for the ghosts.
+    fn drop_finest_level(&mut self) {
+        self.levels.pop();
+        if let Some(parents) = self.levels.last_mut() {
+            parents.children.fill(LEAF);
+        }
     }
 
     /// The tree without the families that have no children, restricted, with details.

@@ -63,6 +63,8 @@ pub(crate) struct Found {
     pub(crate) base_level: u8,
     /// The energies at which lines were integrated, in the unit of the axis.
     pub(crate) energies: Vec<f64>,
+    /// The smallest feature that would have been seen, as a fraction of the view's cube.
+    pub(crate) smallest_feature: Option<f64>,
 }
 
 impl Found {
@@ -84,11 +86,16 @@ pub(crate) fn render<E: Emission>(
     check(vol)?;
     let products = if axis.is_none() { cross::attempt(meter, tiles, vol, options)? } else { None };
     let is_good = |found: &Found| found.ending == Ending::Complete;
-    match products {
-        Some(products) if is_good(&products) => Ok(products),
-        products => {
-            let tree = by_tree(meter, tiles, axis, vol, options)?;
-            // A budget may end both: then the better one counts.
+    let products = match products {
+        Some(products) if is_good(&products) => return Ok(products),
+        products => products,
+    };
+    match (products, by_tree(meter, tiles, axis, vol, options)) {
+        // The time has ended before the lines have given an image.
+        (Some(products), Err(RenderError::Time { .. })) => Ok(products),
+        (products, tree) => {
+            let tree = tree?;
+            // A limit may end both: then the better one counts.
             let is_better = |products: &Found| products.estimated_error() < tree.estimated_error();
             Ok(products.filter(|p| !is_good(&tree) && is_better(p)).unwrap_or(tree))
         }
@@ -108,6 +115,7 @@ pub(crate) fn by_tree<E: Emission>(
     let scales: Vec<Image> =
         tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape)).collect();
     let layers = visible_layers(tiles, &layers, &scales);
+    meter.check_time()?;
     let sheets = layers.len() as u64;
     // Each of several tiles is a small part of the view, and finer in itself.
     let wanted_level = vol.base_level.saturating_sub(u8::from(tiles.len() > 1)).max(1);
@@ -142,7 +150,7 @@ pub(crate) fn by_tree<E: Emission>(
     };
     let [cube, error] = engine.finished(&developed);
     let energies = engine.energies_used();
-    Ok(Found { cube, error, ending, base_level, energies })
+    Ok(Found { cube, error, ending, base_level, energies, smallest_feature: None })
 }
 
 /// Refuses options out of range.
@@ -290,8 +298,9 @@ impl<E: Emission> Engine<'_, '_, E> {
                     cost_per_node = spent / looked as f64;
                 }
             } else {
-                // Fewer nodes may do, with what is left.
-                cost_per_node *= TOO_DEAR;
+                // Fewer nodes may do, with what is left. Nodes where nothing is in view cost nothing, and
+                // those before may all have been such.
+                cost_per_node = cost_per_node.max(1.0) * TOO_DEAR;
                 within_budget &= looked >= LEAST_ROUND;
             }
             let largest = developed.largest_pixel();

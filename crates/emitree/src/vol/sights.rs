@@ -23,7 +23,7 @@ use std::sync::OnceLock;
 /// What keeps samples from being made.
 #[derive(Debug)]
 pub(crate) enum Stop<E> {
-    /// The budget does not suffice for the batch, of which nothing has been evaluated.
+    /// The budget does not suffice for the batch, or the time has ended: there are no new rates.
     Budget,
     Failed(RenderError<E>),
 }
@@ -92,17 +92,23 @@ impl<E: Emission> View<'_, E> {
 }
 
 /// Evaluates one batch, if the budget suffices for all of it.
-fn evaluate<E: Emission>(
+pub(crate) fn evaluate<E: Emission>(
     meter: &Meter<'_, E>,
     count: usize,
     site: &Sites<'_>,
 ) -> Result<Vec<f64>, Stop<E::Error>> {
-    if count as u64 > meter.evaluations_left() {
+    let left = meter.evaluations_left();
+    // Points at which nothing can be seen cost nothing; they are counted only where it matters.
+    let needed = || (0..count).filter(|&i| site(i).point.path_per_depth != 0.0).count() as u64;
+    if count as u64 > left && needed() > left {
         return Err(Stop::Budget);
     }
     let mut rates = vec![0.0; count];
-    meter.evaluate_sites(site, &mut rates).map_err(Stop::Failed)?;
-    Ok(rates)
+    match meter.evaluate_sites(site, &mut rates) {
+        Err(RenderError::Time { .. }) => Err(Stop::Budget),
+        Err(error) => Err(Stop::Failed(error)),
+        Ok(()) => Ok(rates),
+    }
 }
 
 /// Depths that are wanted on a line, by the number of its node.

@@ -15,7 +15,8 @@ const SHAPE: [usize; 2] = [64, 64];
 /// Evaluations of the engine and of the image tree alone.
 fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let emission = FromFn(|position, _| rate(position));
-    let limits = Limits { max_evaluations: DEFAULT_MAX_EVALUATIONS, batch_size: u64::MAX };
+    let limits =
+        Limits { max_evaluations: DEFAULT_MAX_EVALUATIONS, batch_size: u64::MAX, deadline: None };
     let vol = VolOptions { tolerance, ..Default::default() };
     let options = RenderOptions::new(Method::Vol(vol));
     let tiles = [Tile { projection: &Canonical, shape: SHAPE, place: (0, 1) }];

@@ -141,7 +141,7 @@ pub fn build_world_tree<E: Emission>(
     check(options)?;
     let affordable = options.max_memory_bytes / BYTES_PER_CELL;
     let max_evaluations = options.max_evaluations.min(affordable);
-    let limits = Limits { max_evaluations, batch_size: options.batch_size };
+    let limits = Limits { max_evaluations, batch_size: options.batch_size, deadline: None };
     // There are no pixels that evaluations could be counted for.
     let meter = Meter::new(emission, [0, 0], limits, options.progress);
     check_directions(&meter, bounds)?;

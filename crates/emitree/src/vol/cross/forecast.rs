@@ -3,6 +3,7 @@
 use super::super::engine::{COST_EXPONENT, LOOSEST_TOLERANCE, STOP};
 use super::interpolant::Interpolant;
 use super::rehearsal::evaluations_of_tree;
+use crate::meter::Deadline;
 
 /// The first forecast is made after so many evaluations…
 const FIRST: f64 = 600.0;
@@ -53,6 +54,7 @@ impl Forecast {
         spent: f64,
         missing: usize,
         shape: [usize; 2],
+        deadline: Option<Deadline>,
     ) -> bool {
         let Some(&(_, error)) = self.course.last() else { return false };
         if spent <= self.next || (error > UNKNOWN && spent <= FIRST_IF_UNKNOWN) {
@@ -66,7 +68,7 @@ impl Forecast {
         let rehearsed = (tolerance * LOOSEST_TOLERANCE).sqrt();
         let dearer = (rehearsed / tolerance).powf(COST_EXPONENT);
         let most = REHEARSED * rest / dearer;
-        let tree = evaluations_of_tree(interpolant, shape, rehearsed, most);
+        let tree = evaluations_of_tree(interpolant, shape, rehearsed, most, deadline);
         tree.is_some_and(|tree| tree * dearer < OPTIMISM * rest)
     }
 
@@ -104,10 +106,10 @@ mod tests {
     fn there_is_no_forecast_before_there_is_something_to_tell() {
         let mut forecast = Forecast::new(1e-3);
         let interpolant = Interpolant::new(4);
-        assert!(!forecast.prefers_tree(&interpolant, 1e5, 0, [16, 16]));
+        assert!(!forecast.prefers_tree(&interpolant, 1e5, 0, [16, 16], None));
         forecast.note([1, 1, 1], 5.0);
-        assert!(!forecast.prefers_tree(&interpolant, FIRST_IF_UNKNOWN, 0, [16, 16]));
+        assert!(!forecast.prefers_tree(&interpolant, FIRST_IF_UNKNOWN, 0, [16, 16], None));
         // Nothing is on the stage, and a tree finds so at once.
-        assert!(forecast.prefers_tree(&interpolant, FIRST_IF_UNKNOWN + 1.0, 0, [16, 16]));
+        assert!(forecast.prefers_tree(&interpolant, FIRST_IF_UNKNOWN + 1.0, 0, [16, 16], None));
     }
 }

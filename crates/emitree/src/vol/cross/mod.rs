@@ -42,7 +42,7 @@ use search::{End, Search, View};
 
 /// A budget below so many first looks of the image tree is left to the tree…
 const LEAST_BUDGET: u64 = 4;
-/// …and no search takes more than this share of a budget.
+/// …and no search takes more than this share of a budget, or of the time.
 const MOST_OF_BUDGET: f64 = 0.25;
 /// While the search goes on, the image has no more pixels than this along a side.
 const COARSE_PIXELS: usize = 64;
@@ -86,11 +86,10 @@ pub(crate) fn attempt<E: Emission>(
     };
     match attempt.run() {
         Ok(found) => Ok(Some(found)),
+        // If the time may end before there is an image from lines, this one is better than none.
+        Err(End::Hopeless) if meter.deadline().is_some() => Ok(Some(attempt.unfinished())),
         Err(End::Hopeless) => Ok(None),
-        Err(End::Stopped(Stop::Budget)) => {
-            let left = attempt.search.judge().left;
-            Ok(Some(attempt.found(attempt.maps(&left, attempt.pixels), Ending::Budget)))
-        }
+        Err(End::Stopped(Stop::Budget)) => Ok(Some(attempt.unfinished())),
         Err(End::Stopped(Stop::Failed(error))) => Err(error),
     }
 }
@@ -144,13 +143,15 @@ impl<E: Emission> Attempt<'_, '_, E> {
             if ranks.iter().any(|&rank| rank > MOST_FUNCTIONS) {
                 return Err(End::Hopeless);
             }
-            if self.spent() > self.most {
+            if self.spent() > self.most || self.meter.share_of_time_left() < 1.0 - MOST_OF_BUDGET {
                 return Err(Stop::Budget.into());
             }
             forecast.note(ranks, error);
             let missing = self.probes_needed().saturating_sub(self.search.probes());
             let shape = shape_of(&self.coarse_scale);
-            if forecast.prefers_tree(&self.search.interpolant, self.spent(), missing, shape) {
+            let deadline = self.meter.deadline();
+            let interpolant = &self.search.interpolant;
+            if forecast.prefers_tree(interpolant, self.spent(), missing, shape, deadline) {
                 return Err(End::Hopeless);
             }
             self.coarse_largest = None;
@@ -220,6 +221,12 @@ impl<E: Emission> Attempt<'_, '_, E> {
         }
     }
 
+    /// The image of a search that has ended before its goal.
+    fn unfinished(&mut self) -> Found {
+        let left = self.search.judge().left;
+        self.found(self.maps(&left, self.pixels), Ending::Budget)
+    }
+
     /// The image as it is.
     fn found(&self, Maps { image, error, .. }: Maps, ending: Ending) -> Found {
         Found {
@@ -228,6 +235,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
             ending,
             base_level: self.vol.base_level,
             energies: Vec::new(),
+            smallest_feature: None,
         }
     }
 }

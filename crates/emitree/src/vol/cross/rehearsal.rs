@@ -4,7 +4,7 @@ use super::super::VolOptions;
 use super::super::engine::by_tree;
 use super::interpolant::Interpolant;
 use crate::emission::{Emission, Samples};
-use crate::meter::{Limits, Meter};
+use crate::meter::{Deadline, Limits, Meter};
 use crate::projection::Canonical;
 use crate::render::{Frame, Method, RenderOptions, Tile};
 use core::convert::Infallible;
@@ -29,10 +29,11 @@ pub(super) fn evaluations_of_tree(
     shape: [usize; 2],
     tolerance: f64,
     most: f64,
+    deadline: Option<Deadline>,
 ) -> Option<f64> {
     let stage = Stage(interpolant);
     // A limit would make the tree go another way, so it is stopped from outside.
-    let limits = Limits { max_evaluations: u64::MAX, batch_size: u64::MAX };
+    let limits = Limits { max_evaluations: u64::MAX, batch_size: u64::MAX, deadline };
     let meter = Meter::new(&stage, [0, 0], limits, None);
     let stop = |frame: &Frame<'_>| match frame.evaluations as f64 > most {
         true => ControlFlow::Break(()),
@@ -52,8 +53,8 @@ mod tests {
     #[test]
     fn nothing_costs_two_looks_and_a_limit_ends_the_rehearsal() {
         let nothing = Interpolant::new(4);
-        let found = evaluations_of_tree(&nothing, [16, 16], 0.01, 1e6).unwrap();
+        let found = evaluations_of_tree(&nothing, [16, 16], 0.01, 1e6, None).unwrap();
         assert!((729.0..5000.0).contains(&found), "{found}");
-        assert_eq!(evaluations_of_tree(&nothing, [16, 16], 0.01, 100.0), None);
+        assert_eq!(evaluations_of_tree(&nothing, [16, 16], 0.01, 100.0, None), None);
     }
 }

@@ -1,6 +1,6 @@
 //! The search for an interpolant: fibers where most is left, until little is left everywhere.
 
-use super::super::sights::Stop;
+use super::super::sights::{Stop, evaluate};
 use super::fibers::largest;
 use super::interpolant::Interpolant;
 use super::jump::{CLOSER_LOOKS, Steep};
@@ -40,18 +40,13 @@ pub(super) struct View<'a, 'b, E> {
 impl<E: Emission> View<'_, '_, E> {
     /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
     fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop<E::Error>> {
-        if points.len() as u64 > self.meter.evaluations_left() {
-            return Err(Stop::Budget);
-        }
         let site = |i: usize| {
             let u = points[i];
             let mut point = self.layer.world_from_canonical(u);
             point.path_per_depth *= self.layer.solid_angle_density([u[0], u[1]]);
             Site { xy: [u[0], u[1]], point, energy: None, tile: (0, 1) }
         };
-        let mut rates = vec![0.0; points.len()];
-        self.meter.evaluate_sites(&site, &mut rates).map_err(Stop::Failed)?;
-        Ok(rates)
+        evaluate(self.meter, points.len(), &site)
     }
 
     /// The same at several groups of points.
