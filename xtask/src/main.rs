@@ -7,6 +7,7 @@
 
 mod astropy;
 mod environment;
+mod fuzz;
 mod peers;
 mod performance;
 mod python;
@@ -31,6 +32,10 @@ fn main() -> ExitCode {
         let measured =
             Workspace::find().and_then(|workspace| performance::run(&workspace, sections));
         return measured.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
+    }
+    if let ["fuzz", arguments @ ..] = &words[..] {
+        let done = Workspace::find().and_then(|workspace| fuzz::run(&workspace, arguments));
+        return done.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
     }
     let steps = match words[..] {
         [] | ["help" | "--help" | "-h"] => {
@@ -88,6 +93,9 @@ fn help() -> String {
          cargo xtask compare-peers [NAME ...]\n\n  \
          measures emitree beside the packages that people use (bench/peers), only those or the scenes\n  \
          that are named, or with `users` what the table of users shows, and writes docs/peers.md\n\n\
+         cargo xtask fuzz [SECONDS] [SEED]\n\n  \
+         reads files and renders scenes with something wrong in them, for a minute or so many seconds\n  \
+         for each test, from a seed on; one failed case again: its seed, and 0 seconds\n\n\
          cargo xtask performance [SECTION ...]\n\n  \
          measures what emitree costs beside the emission, or only the sections named, and writes\n  \
          docs/performance.md\n",

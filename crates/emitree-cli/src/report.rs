@@ -1,9 +1,9 @@
 //! The report of a rendering, for programs to read. Its keys are a contract.
 
-use crate::render::{Counts, Rendered, total};
+use crate::render::{Counts, Rendered, nothing_in_view, total};
 use emitree::Method;
 use emitree_instrument::StepSum;
-use emitree_io::{Energies, Scene, SceneInstrument};
+use emitree_io::{Energies, Scene, SceneInstrument, peak_memory_bytes};
 use serde::Serialize;
 
 /// report.json.
@@ -25,6 +25,7 @@ pub(crate) struct Report {
     energy: Option<EnergyReport>,
     energies: Option<usize>,
     instrument: Option<InstrumentReport>,
+    hint: Option<String>,
     version: &'static str,
     scene: String,
     overrides: Vec<String>,
@@ -146,6 +147,7 @@ impl Report {
                 .as_ref()
                 .zip(scene.instrument.as_ref())
                 .map(|(counts, instrument)| InstrumentReport::new(counts, instrument)),
+            hint: nothing_in_view(rendered),
             version: env!("CARGO_PKG_VERSION"),
             scene: scene.name.clone(),
             overrides: scene.overrides.clone(),
@@ -158,20 +160,4 @@ impl Report {
         json.push(b'\n');
         json
     }
-}
-
-/// The largest memory that this process has had; known on Linux only.
-fn peak_memory_bytes() -> Option<u64> {
-    kibibytes("/proc/self/status", "VmHWM:")
-}
-
-/// The memory that a new allocation could get now; known on Linux only.
-pub(crate) fn available_memory_bytes() -> Option<u64> {
-    kibibytes("/proc/meminfo", "MemAvailable:")
-}
-
-fn kibibytes(file: &str, key: &str) -> Option<u64> {
-    let text = std::fs::read_to_string(file).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }

@@ -32,6 +32,7 @@ pub mod figure;
 mod fits;
 mod format;
 pub mod grid;
+mod memory;
 mod mollweide;
 mod npy;
 mod output;
@@ -46,9 +47,10 @@ pub use fits::{
     Card, CardValue, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs, WcsAxis,
 };
 pub use format::{Format, UnknownEnding};
+pub use memory::{available_memory_bytes, peak_memory_bytes};
 pub use mollweide::{East, mollweide};
 pub use npy::{NpyError, encode_npy, encode_npy_cube, encode_npy_image};
-pub use output::{OutputError, OutputFile, OutputSet};
+pub use output::{OutputError, OutputFile, OutputSet, commit_all};
 pub use png::{PictureError, PictureOptions, encode_png};
 pub use scene::{
     BuildSettings, Camera, CameraKind, EmissionFailure, EmissionSource, GridEmission, Override,

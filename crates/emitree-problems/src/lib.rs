@@ -3,7 +3,8 @@
 //! Each module has the emission rate g of one problem on the unit cube and its exact image: the mean
 //! of ∫ g dz over each pixel, from a closed form or from quadrature with a known error.
 //! [`catalogue`] lists them as one type, and [`family`] makes as many more as one likes. [`cubes`] are
-//! problems with an energy axis and their exact spectral cubes.
+//! problems with an energy axis and their exact spectral cubes. [`mutation`] makes files and scenes with
+//! something wrong in them.
 //!
 //! ```
 //! use emitree::tree::BuildOptions;
@@ -30,6 +31,7 @@ mod gauss;
 pub mod gaussian;
 pub mod gaussians;
 pub mod means;
+pub mod mutation;
 pub mod nebula;
 mod panels;
 pub mod recorded;

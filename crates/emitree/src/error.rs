@@ -14,6 +14,12 @@ pub enum RenderError<E> {
         /// Columns asked for.
         width: usize,
     },
+    /// No pixel has a solid angle, or an area, that a radiance could be the mean over.
+    #[error(
+        "no pixel has a solid angle or an area that is a finite number above 0: expected a larger \
+         `field_of_view` or `extent`"
+    )]
+    NothingInView,
     /// What was asked for does not fit in the memory allowed; nothing was allocated.
     #[error("{what} would take {} of memory: at most {} are allowed", bytes(*needed), bytes(*allowed))]
     TooLarge {

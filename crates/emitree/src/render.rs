@@ -8,7 +8,7 @@ use crate::los::{LosOptions, Steps, adaptive, fixed};
 use crate::memory::{check_size, evaluations_in_memory};
 use crate::meter::{CanonicalIntegrand, Deadline, Limits, Meter, Progress};
 use crate::projection::{Projection, Region};
-use crate::radiance::image_of_tree;
+use crate::radiance::{PixelRows, image_of_tree};
 use crate::refinement::Threshold;
 use crate::tally::EvaluationCounts;
 use crate::tree::{BuildOptions, Ending, SparseTree, build};
@@ -264,7 +264,11 @@ impl<'a> Tile<'a> {
         let tiles = projection.tiles();
         let count = tiles.len();
         if count == 0 {
-            return Ok(vec![Self { projection, shape: [height, width], place: (0, 1) }]);
+            let shape = [height, width];
+            if !has_image(&PixelRows { projection, shape }) {
+                return Err(RenderError::NothingInView);
+            }
+            return Ok(vec![Self { projection, shape, place: (0, 1) }]);
         }
         if !height.is_multiple_of(count) {
             let (name, expected) = ("height", "as many rows for each tile of the projection");
@@ -293,6 +297,16 @@ impl<'a> Tile<'a> {
         }
         Ok(())
     }
+}
+
+/// Whether any pixel has a solid angle.
+fn has_image(rows: &PixelRows<'_>) -> bool {
+    let [height, width] = rows.shape;
+    let mut solid_angles = vec![0.0; width];
+    (0..height).any(|row| {
+        rows.solid_angles(row, &mut solid_angles);
+        solid_angles.iter().any(|&angle: &f64| angle > 0.0 && angle.is_finite())
+    })
 }
 
 /// One rendering from those of all tiles.

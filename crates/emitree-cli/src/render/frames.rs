@@ -4,7 +4,7 @@ use super::map::{Map, Rendered};
 use super::outputs::{encode, same_file};
 use crate::failure::Failure;
 use emitree::{Frame, Image, RenderedTree, image_of_tree};
-use emitree_io::{Format, OutputFile, OutputSet, Scene, ValueRange};
+use emitree_io::{Format, OutputFile, OutputSet, Scene, ValueRange, commit_all};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -78,11 +78,8 @@ impl<'a> FrameWriter<'a> {
         let path =
             |ending| self.folder.join(format!("{FRAME}{number:02}-{evaluations:08}{ending}"));
         let outputs = OutputSet::create(files.each_ref().map(|(ending, _)| path(*ending)))?;
-        for (output, (_, bytes)) in outputs.into_iter().zip(files) {
-            let path = output.path().to_owned();
-            output.commit(&bytes)?;
-            state.written.push(path);
-        }
+        let bytes = files.map(|(_, bytes)| bytes);
+        state.written.extend(commit_all(outputs.into_iter().zip(bytes))?);
         state.frames += 1;
         Ok(())
     }

@@ -3,6 +3,7 @@
 mod counts;
 mod fits;
 mod frames;
+mod hint;
 mod map;
 mod outputs;
 mod picture;
@@ -12,6 +13,7 @@ mod summary;
 
 pub(crate) use counts::{Counts, total};
 pub(crate) use fits::history;
+pub(crate) use hint::nothing_in_view;
 pub(crate) use map::Rendered;
 pub(crate) use progress::ProgressLine;
 pub(crate) use summary::{grouped, percent, seconds};
@@ -19,9 +21,9 @@ pub(crate) use summary::{grouped, percent, seconds};
 use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
-use crate::report::{Report, available_memory_bytes};
+use crate::report::Report;
 use emitree::{Frame, Method, RenderError, RenderOptions, render, render_cube};
-use emitree_io::Scene;
+use emitree_io::{Scene, available_memory_bytes};
 use frames::FrameWriter;
 use outputs::Outputs;
 use std::ops::ControlFlow;

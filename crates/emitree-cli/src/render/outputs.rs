@@ -7,11 +7,11 @@ use super::map::{Map, Rendered};
 use super::picture::{self, Style};
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
-use crate::report::{Report, available_memory_bytes};
+use crate::report::Report;
 use emitree::{Healpix, Method, RenderOptions, Steps};
 use emitree_io::{
     CameraKind, Card, Format, HealpixFile, OutputFile, OutputSet, Quantity, Scene, ValueRange,
-    encode_npy, encode_npy_cube, encode_npy_image,
+    available_memory_bytes, commit_all, encode_npy, encode_npy_cube, encode_npy_image,
 };
 use std::path::{Path, PathBuf};
 
@@ -122,11 +122,7 @@ impl Outputs {
         if let Some(file) = self.report {
             ready.push((file, report.to_json()));
         }
-        let mut written = Vec::new();
-        for (file, bytes) in ready {
-            written.push(file.path().to_owned());
-            file.commit(&bytes)?;
-        }
+        let mut written = commit_all(ready)?;
         if let Some(folder) = &self.progressive {
             written.extend(write_progression(folder, scene, rendered)?);
         }

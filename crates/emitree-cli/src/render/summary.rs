@@ -1,6 +1,7 @@
 //! The summary of a rendering, for people.
 
 use super::counts::{Counts, total};
+use super::hint::nothing_in_view;
 use super::map::Rendered;
 use crate::failure::Failure;
 use emitree::{Ending, Method, Steps, Threshold};
@@ -63,6 +64,9 @@ pub(crate) fn print(
     if !scene.render.ignored.is_empty() {
         let (names, method) = (scene.render.ignored.join(", "), scene.render.method.name());
         writeln!(out, "  ignored      {names}: the method {method} has no such option")?;
+    }
+    if let Some(hint) = nothing_in_view(rendered) {
+        writeln!(out, "  hint         {hint}")?;
     }
     if let Some(how) = stopped(scene.render.method, rendered.ending, rendered.evaluations) {
         writeln!(out, "  NOT CONVERGED: stopped {how}")?;

@@ -6,7 +6,7 @@ mod measure;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::render::grouped;
-use emitree_io::OutputSet;
+use emitree_io::{OutputSet, commit_all};
 use measure::{Measurements, Run};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -40,9 +40,7 @@ pub(crate) fn run(folder: &PathBuf) -> Result<ExitCode, Failure> {
         figures::error_against_threshold(&measured)?,
         summary(&measured).into_bytes(),
     ];
-    for (file, bytes) in files.into_iter().zip(contents) {
-        file.commit(&bytes)?;
-    }
+    commit_all(files.into_iter().zip(contents))?;
     print(&measured, folder)?;
     Ok(ExitCode::SUCCESS)
 }

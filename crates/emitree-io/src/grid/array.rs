@@ -1,5 +1,6 @@
 //! Arrays as files have them, and what every format answers.
 
+use super::budget::{Budget, TWO_ORDERS};
 use super::error::GridReadError;
 use super::order::ArrayOrder;
 
@@ -53,21 +54,28 @@ impl Array {
     }
 
     /// The values of an array of three axes, x varying fastest, then y.
-    pub(super) fn into_x_fastest(self, order: ArrayOrder) -> Vec<f64> {
+    ///
+    /// Another order is made in a second array: both must fit in memory.
+    pub(super) fn into_x_fastest(
+        self,
+        order: ArrayOrder,
+        budget: Budget,
+    ) -> Result<Vec<f64>, GridReadError> {
         let places = [0, 1, 2].map(|axis| order.place_of(axis));
         let [nx, ny, nz] = places.map(|place| self.shape[place]);
         let [x_stride, y_stride, z_stride] = places.map(|place| self.strides[place]);
         if [x_stride, y_stride, z_stride] == [1, nx, nx * ny] {
-            return self.values;
+            return Ok(self.values);
         }
-        let mut values = Vec::with_capacity(self.values.len());
+        budget.check(&self.shape, TWO_ORDERS, 0)?;
+        let mut values = budget.reserve(&self.shape, 0)?;
         for z in 0..nz {
             for y in 0..ny {
                 let row = z * z_stride + y * y_stride;
                 values.extend((0..nx).map(|x| self.values[row + x * x_stride]));
             }
         }
-        values
+        Ok(values)
     }
 }
 
@@ -101,6 +109,7 @@ pub(super) trait Container {
 
 #[cfg(test)]
 mod tests {
+    use super::super::request::GridRequest;
     use super::*;
 
     /// 100 z + 10 y + x at [z, y, x] of 2 x 3 x 4, as an array of any order of axes.
@@ -133,11 +142,12 @@ mod tests {
                 expected.extend([0.0, 1.0, 2.0, 3.0].map(|x| x + y + z));
             }
         }
+        let budget = Budget::of(&GridRequest::default());
         for text in ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"] {
             let order: ArrayOrder = text.parse().unwrap();
             assert_eq!(order.to_string(), text);
             for fortran in [false, true] {
-                let values = array(order, fortran).into_x_fastest(order);
+                let values = array(order, fortran).into_x_fastest(order, budget).unwrap();
                 assert_eq!(values, expected, "{text} {fortran}");
             }
         }

@@ -38,6 +38,19 @@ pub enum GridReadError {
         /// What is wrong.
         reason: String,
     },
+    /// An array takes more memory than there is; nothing was allocated.
+    #[error(
+        "to read an array of shape {shape:?} takes {needed} bytes of memory: expected at most \
+         {allowed}, which are available"
+    )]
+    TooLarge {
+        /// The length of each axis.
+        shape: Vec<usize>,
+        /// What it needs \[bytes\].
+        needed: u64,
+        /// What is allowed \[bytes\].
+        allowed: u64,
+    },
     /// Nothing of this name is in the file.
     #[error("it has no array `{name}`: expected {}", one_of(available))]
     Missing {

@@ -6,36 +6,48 @@
 
 use super::AXES;
 use super::array::{Array, Container};
+use super::budget::Budget;
 use super::error::GridReadError;
 use super::request::GridFormat;
+use fits_well::io::{Hdu, HduKind, StreamReader};
 use fits_well::FitsReader;
-use fits_well::io::{Hdu, SliceSource};
+use std::io::{Read, Seek};
+use std::ops::Range;
 
 /// What a term of the coordinates that should be 0 may be.
 const ROUNDING: f64 = 1e-12;
 
 /// A FITS file, and which of its HDUs has the values.
-#[derive(Debug)]
-pub(super) struct FitsCube<'a> {
-    reader: FitsReader<SliceSource<'a>>,
+pub(super) struct FitsCube<R> {
+    reader: StreamReader<R>,
     values: usize,
+    budget: Budget,
 }
 
-impl<'a> FitsCube<'a> {
-    pub(super) fn open(bytes: &'a [u8]) -> Result<Self, GridReadError> {
-        let reader = FitsReader::from_bytes(bytes).map_err(malformed)?;
+impl<R: Read + Seek> FitsCube<R> {
+    pub(super) fn open(source: R, budget: Budget) -> Result<Self, GridReadError> {
+        let reader = FitsReader::open(source).map_err(malformed)?;
         match reader.scan_defect() {
             Some(defect) => Err(malformed(defect)),
-            None => Ok(Self { reader, values: 0 }),
+            None => Ok(Self { reader, values: 0, budget }),
         }
     }
 
     /// The image in an HDU, its axes as C has them: the last one of FITS first.
     fn image(&mut self, index: usize) -> Result<Array, GridReadError> {
         let mut image = self.reader.image(index).map_err(malformed)?;
-        let shape: Vec<usize> = image.metadata().shape.iter().rev().copied().collect();
-        let mut values = Vec::new();
-        image.physical_into(.., &mut values).map_err(malformed)?;
+        let axes = image.metadata().shape.to_vec();
+        let shape: Vec<usize> = axes.iter().rev().copied().collect();
+        let mut values = self.budget.reserve(&shape, 0)?;
+        // One step of the last axis after the other, so that there are never two copies of the whole.
+        let steps = axes.last().copied().unwrap_or_default();
+        let mut region: Vec<Range<usize>> = axes.iter().map(|&length| 0..length).collect();
+        for step in 0..steps {
+            if let Some(last) = region.last_mut() {
+                *last = step..step + 1;
+            }
+            image.physical_into(&region[..], &mut values).map_err(malformed)?;
+        }
         let mut array = Array::c_order(shape, values);
         let header = &self.reader.hdus()[index].header;
         let unit = header.get_text("BUNIT").map_err(malformed)?.map(str::trim);
@@ -88,13 +100,13 @@ impl<'a> FitsCube<'a> {
     }
 }
 
-impl Container for FitsCube<'_> {
+impl<R: Read + Seek> Container for FitsCube<R> {
     fn values(&mut self, name: Option<&str>) -> Result<Array, GridReadError> {
         self.values = match name {
             Some(name) => self.named(name).ok_or_else(|| self.missing(name))?,
             None => match self.reader.images().next() {
                 Some(hdu) => hdu.index,
-                None => return Err(malformed("it has no image")),
+                None => return Err(self.no_image()),
             },
         };
         self.image(self.values)
@@ -125,12 +137,32 @@ impl Container for FitsCube<'_> {
     }
 }
 
-impl FitsCube<'_> {
+impl<R: Read + Seek> FitsCube<R> {
     fn missing(&self, name: &str) -> GridReadError {
         let names = self.reader.images().map(name_of).filter(|name| !name.is_empty());
         let available = names.map(str::to_owned).collect();
-        GridReadError::Missing { name: name.to_owned(), available }
+        match self.compressed() {
+            Some(hdu) if name_of(hdu).eq_ignore_ascii_case(name) => compressed(hdu),
+            _ => GridReadError::Missing { name: name.to_owned(), available },
+        }
     }
+
+    fn no_image(&self) -> GridReadError {
+        self.compressed().map_or_else(|| malformed("it has no image"), compressed)
+    }
+
+    /// The first image that is compressed by tiles.
+    fn compressed(&self) -> Option<&Hdu> {
+        self.reader.hdus().iter().find(|hdu| hdu.kind == HduKind::CompressedImage)
+    }
+}
+
+fn compressed(hdu: &Hdu) -> GridReadError {
+    malformed(format!(
+        "its image in HDU {} is compressed by tiles (ZIMAGE = T): expected one that is not, as \
+         `funpack` makes it",
+        hdu.index
+    ))
 }
 
 /// The name of an HDU, `PRIMARY` for a primary one without; empty if there is none to be read.

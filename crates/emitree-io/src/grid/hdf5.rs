@@ -7,9 +7,11 @@
 
 use super::AXES;
 use super::array::{Array, Container};
+use super::budget::{Budget, TWO_ORDERS};
 use super::error::GridReadError;
 use super::request::GridFormat;
 use netcdf_reader::{NcFile, NcGroup, NcMetadataMode, NcOpenOptions, NcType, NcVariable};
+use std::io::Read;
 
 /// What `NetCDF` fills floating-point variables with that have no fill value of their own:
 /// `NC_FILL_FLOAT` and `NC_FILL_DOUBLE`, the same number.
@@ -21,16 +23,33 @@ pub(super) struct Hdf5Cube {
     format: GridFormat,
     /// The name of the values.
     values: String,
+    /// The length of the file \[bytes\], all of which is in memory.
+    length: u64,
+    budget: Budget,
 }
 
 impl Hdf5Cube {
-    pub(super) fn open(bytes: Vec<u8>, format: GridFormat) -> Result<Self, GridReadError> {
-        // Datasets that are of no use here must not keep the others from being read.
-        let options =
-            NcOpenOptions { metadata_mode: NcMetadataMode::Lossy, ..NcOpenOptions::default() };
+    /// The file of `length` bytes in a source.
+    pub(super) fn open(
+        mut source: impl Read,
+        length: u64,
+        format: GridFormat,
+        budget: Budget,
+    ) -> Result<Self, GridReadError> {
+        let count = usize::try_from(length).unwrap_or(usize::MAX);
+        budget.check(&[count], 1, 0)?;
+        let mut bytes = Vec::with_capacity(count);
+        source.read_to_end(&mut bytes).map_err(GridReadError::Unreadable)?;
+        let most = usize::try_from(budget.bytes()).unwrap_or(usize::MAX);
+        let options = NcOpenOptions {
+            // Datasets that are of no use here must not keep the others from being read.
+            metadata_mode: NcMetadataMode::Lossy,
+            max_read_bytes: most,
+            ..NcOpenOptions::default()
+        };
         let file = NcFile::from_owner(bytes, options)
             .map_err(|error| GridReadError::malformed(format, error))?;
-        Ok(Self { file, format, values: String::new() })
+        Ok(Self { file, format, values: String::new(), length, budget })
     }
 
     fn malformed(&self, reason: impl ToString) -> GridReadError {
@@ -69,13 +88,24 @@ impl Container for Hdf5Cube {
         let Ok(variable) = self.file.variable(name) else {
             return Err(GridReadError::Missing { name: name.to_owned(), available: self.names()? });
         };
+        let shape: Vec<usize> = variable
+            .dimensions()
+            .iter()
+            .map(|dimension| usize::try_from(dimension.size).unwrap_or(usize::MAX))
+            .collect();
+        self.budget.check(&shape, bytes_each(variable), self.length)?;
         let values = self
             .file
             .read_variable_unpacked_masked(name)
             .map_err(|error| self.malformed(format!("the array `{name}`: {error}")))?;
         let shape = values.shape().to_vec();
-        // Chunks may come in any memory order; this is the logical one.
-        let mut values: Vec<f64> = values.iter().copied().collect();
+        let mut values = if values.is_standard_layout() {
+            values.into_raw_vec_and_offset().0
+        } else {
+            // Chunks may come in any memory order; this is the logical one.
+            self.budget.check(&shape, TWO_ORDERS, self.length)?;
+            values.iter().copied().collect()
+        };
         mask_default_fill(variable, &mut values);
         let mut array = Array::c_order(shape, values);
         let unit = variable.attribute("units").and_then(|unit| unit.value.as_string());
@@ -91,6 +121,19 @@ impl Container for Hdf5Cube {
         };
         self.array(&name)?.into_line()
     }
+}
+
+/// What a number of a variable takes while it is read: as it is stored and as it is used, which is the
+/// same for double precision.
+fn bytes_each(variable: &NcVariable) -> u64 {
+    let stored = match variable.dtype() {
+        NcType::Double => 0,
+        NcType::Byte | NcType::UByte | NcType::Char => 1,
+        NcType::Short | NcType::UShort => 2,
+        NcType::Int | NcType::UInt | NcType::Float => 4,
+        _ => 8,
+    };
+    stored + size_of::<f64>() as u64
 }
 
 /// The names of all variables, with the groups that they are in.

@@ -11,10 +11,15 @@
 //! | NPZ | `values` | the arrays `x`, `y`, `z` |
 //! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else `x`, `y`, `z` |
 //!
+//! No array is read that takes more memory than there is: sizes are compared first, and a file is read
+//! where it lies, so that the values are in memory once (HDF5 and `NetCDF`: with the file, and with
+//! the numbers as they are stored).
+//!
 //! The files of this module: `request.rs`, `order.rs` and `error.rs` are what it speaks to others
-//! with, `array.rs` is what is common to all formats, and each format has a file.
+//! with, `array.rs` and `budget.rs` are what is common to all formats, and each format has a file.
 
 mod array;
+mod budget;
 mod error;
 mod fits;
 #[cfg(feature = "hdf5")]
@@ -29,7 +34,10 @@ pub use order::ArrayOrder;
 pub use request::{AxisNodes, GridFormat, GridRequest};
 
 use array::{Array, Container};
+use budget::Budget;
 use emitree_models::{Grid, GridError};
+use std::fs::{self, File};
+use std::io::{self, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 /// The names of the axes, in the order of positions.
@@ -76,9 +84,18 @@ pub fn read_grid(path: &Path, request: &GridRequest) -> Result<GridFile, GridFil
         Some(format) => format,
         None => GridFormat::from_path(path).map_err(in_file)?,
     };
-    let bytes = std::fs::read(path).map_err(|cause| in_file(GridReadError::Unreadable(cause)))?;
-    decode_grid(bytes, format, request).map_err(in_file)
+    let opened = fs::metadata(path).and_then(|metadata| {
+        // A pipe or a device has no length that could be compared with the memory.
+        let ordinary = metadata.is_file().then_some(()).ok_or(io::ErrorKind::InvalidInput);
+        ordinary.map_err(|kind| io::Error::new(kind, "it is not an ordinary file"))?;
+        Ok((File::open(path)?, metadata.len()))
+    });
+    let (file, length) = opened.map_err(|cause| in_file(GridReadError::Unreadable(cause)))?;
+    decode(BufReader::with_capacity(BUFFER, file), length, format, request).map_err(in_file)
 }
+
+/// Bytes that are read from a file at once.
+const BUFFER: usize = 1 << 18;
 
 /// Reads the grid in the bytes of a file, whatever format the request names.
 ///
@@ -90,22 +107,36 @@ pub fn decode_grid(
     format: GridFormat,
     request: &GridRequest,
 ) -> Result<GridFile, GridReadError> {
-    match format {
-        GridFormat::Fits => assemble(&mut fits::FitsCube::open(&bytes)?, request),
-        GridFormat::Npy => assemble(&mut npy::NpyCube::open(&bytes)?, request),
-        GridFormat::Npz => assemble(&mut npz::NpzCube::open(bytes)?, request),
+    let length = bytes.len() as u64;
+    decode(Cursor::new(bytes), length, format, request)
+}
+
+/// Reads the grid in `length` bytes.
+fn decode<R: Read + Seek>(
+    source: R,
+    length: u64,
+    format: GridFormat,
+    request: &GridRequest,
+) -> Result<GridFile, GridReadError> {
+    let budget = Budget::of(request);
+    let container: &mut dyn Container = match format {
+        GridFormat::Fits => &mut fits::FitsCube::open(source, budget)?,
+        GridFormat::Npy => &mut npy::NpyCube::open(source, length, budget)?,
+        GridFormat::Npz => &mut npz::NpzCube::open(source, budget)?,
         #[cfg(feature = "hdf5")]
         GridFormat::Hdf5 | GridFormat::NetCdf => {
-            assemble(&mut hdf5::Hdf5Cube::open(bytes, format)?, request)
+            &mut hdf5::Hdf5Cube::open(source, length, format, budget)?
         }
         #[cfg(not(feature = "hdf5"))]
-        GridFormat::Hdf5 | GridFormat::NetCdf => Err(GridReadError::NotBuilt(format)),
-    }
+        GridFormat::Hdf5 | GridFormat::NetCdf => return Err(GridReadError::NotBuilt(format)),
+    };
+    assemble(container, request, budget)
 }
 
 fn assemble(
     container: &mut dyn Container,
     request: &GridRequest,
+    budget: Budget,
 ) -> Result<GridFile, GridReadError> {
     let array = container.values(request.values.as_deref())?;
     let &[_, _, _] = array.shape.as_slice() else {
@@ -118,7 +149,7 @@ fn assemble(
             .map_err(|cause| GridReadError::Axis { axis: AXES[axis], cause: Box::new(cause) })?;
     }
     let unit = array.unit.clone();
-    let mut values = array.into_x_fastest(order);
+    let mut values = array.into_x_fastest(order, budget)?;
     if request.scale.to_bits() != 1.0_f64.to_bits() {
         values.iter_mut().for_each(|value| *value *= request.scale);
     }

@@ -4,18 +4,29 @@
 //! dictionary with the type of the numbers, their order and the shape, then the numbers.
 
 use super::array::{Array, Container};
+use super::budget::Budget;
 use super::error::GridReadError;
 use super::request::GridFormat;
+use std::io::{ErrorKind, Read};
 
-const MAGIC: &[u8] = b"\x93NUMPY";
+const MAGIC: &[u8; 6] = b"\x93NUMPY";
+/// The longest header that is read: some ten thousand times what an array of numbers needs.
+const LONGEST_HEADER: usize = 1 << 20;
+/// Bytes that are turned into numbers at once; a multiple of the size of each type.
+const BLOCK: usize = 1 << 16;
 
 /// A file of one array.
 #[derive(Debug)]
 pub(super) struct NpyCube(Option<Array>);
 
 impl NpyCube {
-    pub(super) fn open(bytes: &[u8]) -> Result<Self, GridReadError> {
-        decode(bytes).map(Some).map(Self)
+    /// The array in a source of `length` bytes.
+    pub(super) fn open(
+        mut source: impl Read,
+        length: u64,
+        budget: Budget,
+    ) -> Result<Self, GridReadError> {
+        decode(&mut source, length, budget).map(Some).map(Self)
     }
 }
 
@@ -45,42 +56,60 @@ fn malformed(reason: impl ToString) -> GridReadError {
     GridReadError::malformed(GridFormat::Npy, reason)
 }
 
-/// The array in the bytes of a .npy file.
-pub(super) fn decode(bytes: &[u8]) -> Result<Array, GridReadError> {
-    let (header, data) = split_header(bytes)?;
-    let descr = field(header, "descr")?;
-    let shape = shape(field(header, "shape")?)?;
-    let fortran = match field(header, "fortran_order")? {
+/// The array in a .npy file of `length` bytes, which is read to its end.
+pub(super) fn decode(
+    source: &mut impl Read,
+    length: u64,
+    budget: Budget,
+) -> Result<Array, GridReadError> {
+    let (header, before) = read_header(source)?;
+    let descr = field(&header, "descr")?;
+    let shape = shape(field(&header, "shape")?)?;
+    let fortran = match field(&header, "fortran_order")? {
         order if order.starts_with("True") => true,
         order if order.starts_with("False") => false,
         order => return Err(malformed(format!("`fortran_order` is {order}: expected a boolean"))),
     };
-    let values = numbers(descr, data, &shape)?;
+    let values = numbers(source, descr, &shape, length.saturating_sub(before), budget)?;
     Ok(if fortran { Array::fortran_order(shape, values) } else { Array::c_order(shape, values) })
 }
 
-/// The header as text, and the bytes after it.
-fn split_header(bytes: &[u8]) -> Result<(&str, &[u8]), GridReadError> {
-    let Some((&[major, _minor], rest)) =
-        bytes.strip_prefix(MAGIC).and_then(<[u8]>::split_first_chunk)
-    else {
-        return Err(malformed("expected \\x93NUMPY and a version at its start"));
+/// The header as text, and the number of bytes up to its end.
+fn read_header(source: &mut impl Read) -> Result<(String, u64), GridReadError> {
+    const START: &str = "expected \\x93NUMPY and a version at its start";
+    const CUT: &str = "its header is cut off";
+    let mut start = [0; MAGIC.len() + 2];
+    fill(source, &mut start, START)?;
+    let major = match start.strip_prefix(MAGIC) {
+        Some(&[major, _minor]) => major,
+        _ => return Err(malformed(START)),
     };
-    let cut = || malformed("its header is cut off");
-    let (length, rest) = match major {
-        1 => {
-            let (length, rest) = rest.split_first_chunk().ok_or_else(cut)?;
-            (usize::from(u16::from_le_bytes(*length)), rest)
-        }
-        2 | 3 => {
-            let (length, rest) = rest.split_first_chunk().ok_or_else(cut)?;
-            (usize::try_from(u32::from_le_bytes(*length)).map_err(malformed)?, rest)
-        }
+    // The length has two bytes in version 1 and four since.
+    let bytes_of_length = match major {
+        1 => 2,
+        2 | 3 => 4,
         _ => return Err(malformed(format!("its version is {major}: expected 1, 2 or 3"))),
     };
-    let (header, data) = rest.split_at_checked(length).ok_or_else(cut)?;
-    let header = std::str::from_utf8(header).map_err(|_| malformed("its header is no text"))?;
-    Ok((header, data))
+    let mut length = [0; 4];
+    fill(source, &mut length[..bytes_of_length], CUT)?;
+    let length = usize::try_from(u32::from_le_bytes(length)).map_err(malformed)?;
+    if length > LONGEST_HEADER {
+        let expected = format!("its header has {length} bytes: expected at most {LONGEST_HEADER}");
+        return Err(malformed(expected));
+    }
+    let mut header = vec![0; length];
+    fill(source, &mut header, CUT)?;
+    let before = (start.len() + bytes_of_length + length) as u64;
+    let header = String::from_utf8(header).map_err(|_| malformed("its header is no text"))?;
+    Ok((header, before))
+}
+
+/// Fills `bytes` from the source, which is `cut` if it ends before.
+fn fill(source: &mut impl Read, bytes: &mut [u8], cut: &str) -> Result<(), GridReadError> {
+    source.read_exact(bytes).map_err(|error| match error.kind() {
+        ErrorKind::UnexpectedEof => malformed(cut),
+        _ => malformed(error),
+    })
 }
 
 /// What stands after `'name':` in the dictionary.
@@ -103,8 +132,15 @@ fn shape(text: &str) -> Result<Vec<usize>, GridReadError> {
     lengths.map(|length| length.trim_end_matches('L').parse().map_err(|_| refuse())).collect()
 }
 
-/// The data as numbers of the type that `descr` names, as many as the shape has room for.
-fn numbers(descr: &str, data: &[u8], shape: &[usize]) -> Result<Vec<f64>, GridReadError> {
+/// The `length` bytes that are left as numbers of the type that `descr` names, as many as the shape has
+/// room for.
+fn numbers(
+    source: &mut impl Read,
+    descr: &str,
+    shape: &[usize],
+    length: u64,
+    budget: Budget,
+) -> Result<Vec<f64>, GridReadError> {
     let refuse = || {
         let descr = descr.split_once(", '").map_or(descr, |(descr, _)| descr);
         malformed(format!("its numbers are {descr}: expected one of f4, f8, i1 to i8, u1 to u8"))
@@ -125,13 +161,26 @@ fn numbers(descr: &str, data: &[u8], shape: &[usize]) -> Result<Vec<f64>, GridRe
         _ => return Err(refuse()),
     };
     let expected = shape.iter().try_fold(bytes_each, |product: usize, &n| product.checked_mul(n));
-    if expected != Some(data.len()) {
+    if expected.map(|bytes| bytes as u64) != Some(length) {
         return Err(malformed(format!(
-            "it has {} bytes of numbers: expected as many as its shape {shape:?} takes with {kind}",
-            data.len()
+            "it has {length} bytes of numbers: expected as many as its shape {shape:?} takes with {kind}"
         )));
     }
-    Ok(data.chunks_exact(bytes_each).map(|bytes| number(kind, bytes, big_endian)).collect())
+    let mut values = budget.reserve(shape, 0)?;
+    let mut left = expected.unwrap_or_default();
+    let mut block = vec![0; BLOCK.min(left)];
+    while left > 0 {
+        let block = &mut block[..BLOCK.min(left)];
+        fill(source, block, "its numbers are cut off")?;
+        let numbers = block.chunks_exact(bytes_each);
+        values.extend(numbers.map(|bytes| number(kind, bytes, big_endian)));
+        left -= block.len();
+    }
+    // An archive compares its checksum when it has been read to its end.
+    match source.read(&mut [0]).map_err(malformed)? {
+        0 => Ok(values),
+        _ => Err(malformed(format!("it has more bytes of numbers than the {length} that it tells"))),
+    }
 }
 
 /// One number of at most eight bytes.

@@ -112,11 +112,14 @@ pub struct GridRequest {
     pub order: Option<ArrayOrder>,
     /// What values are multiplied by.
     pub scale: f64,
+    /// The memory that reading one array may take \[bytes\]; what is available if it is not given.
+    pub max_memory_bytes: Option<u64>,
 }
 
 impl Default for GridRequest {
     fn default() -> Self {
         let nodes = [AxisNodes::FromFile, AxisNodes::FromFile, AxisNodes::FromFile];
-        Self { format: None, values: None, nodes, order: None, scale: 1.0 }
+        let (values, order, max_memory_bytes) = (None, None, None);
+        Self { format: None, values, nodes, order, scale: 1.0, max_memory_bytes }
     }
 }

@@ -1,5 +1,6 @@
 //! A scene that can't be read: what, where, and what was expected.
 
+use super::excerpt::{excerpt, shortened};
 use super::source::Place;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use std::fmt;
@@ -9,7 +10,8 @@ use std::path::Path;
 /// A scene that can't be read.
 ///
 /// As a [`Diagnostic`] it carries the source text and the span of the offending part, so that a
-/// report shows the file, the line, the text and what was expected there.
+/// report shows the file, the line, the text and what was expected there. Of very long lines and
+/// quotations a part is left out.
 #[derive(Clone, Debug)]
 pub struct SceneError(Box<Details>);
 
@@ -24,12 +26,13 @@ struct Details {
 impl SceneError {
     /// An error about the text at `place`.
     pub(super) fn at(place: &Place, message: impl Into<String>) -> Self {
-        let source = NamedSource::new(&place.source.name, place.source.text.clone());
+        let (text, span) = excerpt(&place.source.text, place.span.clone());
+        let source = NamedSource::new(&place.source.name, text);
         Self(Box::new(Details {
-            message: message.into(),
+            message: shortened(message.into()),
             label: None,
             help: None,
-            place: Some((source, place.span.clone())),
+            place: Some((source, span)),
         }))
     }
 
@@ -46,14 +49,14 @@ impl SceneError {
     /// What stands at the marked text: usually what was expected there.
     #[must_use]
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {
-        self.0.label = Some(label.into());
+        self.0.label = Some(shortened(label.into()));
         self
     }
 
     /// A line of advice below the text.
     #[must_use]
     pub(super) fn help(mut self, help: impl Into<String>) -> Self {
-        self.0.help = Some(help.into());
+        self.0.help = Some(shortened(help.into()));
         self
     }
 

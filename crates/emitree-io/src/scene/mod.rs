@@ -9,6 +9,7 @@ mod document;
 mod emission;
 mod energy;
 mod error;
+mod excerpt;
 mod instrument;
 mod radiometry;
 mod seed;

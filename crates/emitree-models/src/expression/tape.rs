@@ -72,13 +72,12 @@ impl Tape {
             });
             place[id] = Operand::Register(to);
             instructions.push(Instruction { to, operation });
-            for operand in operands(node) {
-                let done = last_reader[operand] == Some(id);
+            for (i, operand) in operands(node).enumerate() {
+                // An operand that is read twice, as in x*x, is given up once.
+                let again = operands(node).take(i).any(|earlier| earlier == operand);
+                let done = last_reader[operand] == Some(id) && !again;
                 if let (true, Operand::Register(register)) = (done, place[operand]) {
-                    // An operand that is read twice, as in x*x, is given up once.
-                    if !free.contains(&register) {
-                        free.push(register);
-                    }
+                    free.push(register);
                 }
             }
         }

@@ -50,14 +50,17 @@ pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<u
     };
     let mut candidates: Vec<_> = choices.iter().enumerate().flat_map(of_tree).collect();
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    // There may be thousands of bins: once for each tree, and not for each of their weights.
+    let least = |choice: &Choice<'_>| {
+        LEAST_CONTRIBUTION * choice.limits.tolerance * choice.largest_weight()
+    };
+    let least: Vec<f64> = choices.iter().map(least).collect();
     let mut expected: Vec<Image> = errors.iter().map(|error| (*error).clone()).collect();
     for (contribution, tree, i) in candidates {
         let choice = &choices[tree];
         let Some(footprint) = &choice.footprints[i] else { continue };
         let ChoiceLimits { tolerance, .. } = choice.limits;
-        let matters = |weight: f64| {
-            contribution * weight.abs() >= LEAST_CONTRIBUTION * tolerance * choice.largest_weight()
-        };
+        let matters = |weight: f64| contribution * weight.abs() >= least[tree];
         let bins = || choice.weights.iter().enumerate().filter(|(_, weight)| matters(**weight));
         let is_bad = |(bin, _): (usize, &f64)| {
             footprint.touches_above(&expected[bin], choice.scale, GOAL * tolerance)

@@ -10,6 +10,7 @@ use emitree::{
     Camera as AnyCamera, Canonical, DiscMapping, Equirectangular, Fisheye, GeometryError, Healpix,
     ImagePlane, Orthographic, Perspective, Polar, Projection, Viewpoint,
 };
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 const POINT: &str = "three numbers [x, y, z]";
@@ -99,6 +100,10 @@ pub(super) fn healpix(table: &mut Table, shapes: Shapes) -> Result<Camera, Scene
 
 const FIELD: &str = "field_of_view";
 
+/// Solid angles or areas of a whole image, of which each of 2^48 pixels has a part that double precision
+/// has a normal number for, and so have their sums times a rate.
+const IMAGES: RangeInclusive<f64> = 1e-290..=1e290;
+
 /// The keys of cameras with a pointing.
 struct Keys {
     position: Node,
@@ -163,6 +168,13 @@ impl Keys {
             };
             SceneError::at(&node.place, format!("`[projection]`: {error}"))
         })?;
+        let whole = camera.solid_angle([0.0; 2], [1.0; 2]);
+        if !IMAGES.contains(&whole) {
+            let Place { source, span } = &self.field.place;
+            let given = source.text.get(span.clone()).unwrap_or_default();
+            let expected = "an image whose solid angle, or area, is from 1e-290 to 1e290";
+            return Err(self.field.refuse(given, expected));
+        }
         Ok(Camera {
             kind,
             projection: Arc::new(with_shapes(camera, shapes, &self.position.place)?),

@@ -107,7 +107,8 @@ fn keys_are_checked_where_they_stand() {
     is(found, 4, "`projection.field_of_view` is an integer", angles);
     let found = error(&camera("field_of_view = [20, 180]\nfar = 3"), "");
     let message = "`[projection]`: `field_of_view` is 180: expected a width and a height above 0 \
-                   and below 180 degrees";
+                   and at most 178 degrees, since a flat screen is too wide beyond (for more of \
+                   the sky: `fisheye` or `equirectangular`)";
     is(found, 4, message, "");
     let found = error(&camera("field_of_view = [20, 20]\nnear = -1\nfar = 3"), "");
     is(found, 5, "`[projection]`: `near` is -1: expected a finite depth of 0 or more", "");

@@ -279,8 +279,10 @@ fn an_image_plane_of_ones_own_makes_a_camera() {
 fn fields_of_view_that_no_camera_has_are_refused() {
     let message = |error: GeometryError| error.to_string();
     let error = Perspective::new(VIEWPOINT, [1.0, PI], DEPTH).unwrap_err();
-    let expected = "a width and a height above 0 and below 180 degrees";
+    let expected = "a width and a height above 0 and at most 178 degrees, since a flat screen is too \
+                    wide beyond (for more of the sky: `fisheye` or `equirectangular`)";
     assert_eq!(message(error), format!("`field_of_view` is 180: expected {expected}"));
+    assert!(Perspective::new(VIEWPOINT, [178.0_f64, 1.0].map(f64::to_radians), DEPTH).is_ok());
     let error = Polar::new(VIEWPOINT, 7.0, DEPTH).unwrap_err();
     assert!(message(error).ends_with("a full angle of the cone in (0, 360] degrees"));
     let error = Fisheye::new(VIEWPOINT, 0.0, DiscMapping::EqualArea, DEPTH).unwrap_err();
