@@ -42,6 +42,9 @@ pub(crate) struct About {
     /// How many energies were evaluated.
     pub(crate) energies: Option<usize>,
     pub(crate) base_level: Option<u8>,
+    /// The standard deviation of the smallest Gaussian that would have been seen, as a fraction of
+    /// the view's cube.
+    pub(crate) smallest_feature: Option<f64>,
     pub(crate) emission_seconds: f64,
     pub(crate) total_seconds: f64,
 }
@@ -90,6 +93,7 @@ impl About {
             threshold: tree.map(|built| built.threshold),
             leaves_per_level,
             base_level: found.base_level,
+            smallest_feature: found.smallest_feature,
             emission_seconds: found.emission_time.as_secs_f64(),
             total_seconds: found.total_time.as_secs_f64(),
             ..Self::of_scene(scene)
@@ -103,6 +107,7 @@ impl About {
             ending: ending(found.ending).to_owned(),
             energies: Some(found.energies.len()).filter(|&energies| energies > 0),
             base_level: found.base_level,
+            smallest_feature: found.smallest_feature,
             emission_seconds: found.emission_time.as_secs_f64(),
             total_seconds: found.total_time.as_secs_f64(),
             ..Self::of_scene(scene)
@@ -143,6 +148,7 @@ impl About {
             leaves_per_level: Vec::new(),
             energies: None,
             base_level: None,
+            smallest_feature: None,
             emission_seconds: 0.0,
             total_seconds: 0.0,
         }
@@ -207,6 +213,7 @@ fn ending(ending: Ending) -> &'static str {
     match ending {
         Ending::Complete => "complete",
         Ending::DeepestLevel => "deepest level",
+        Ending::Time => "time",
         _ => "budget",
     }
 }

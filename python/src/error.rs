@@ -54,7 +54,10 @@ pub(crate) fn of_scene(
 /// A file that can't be written: the `OSError` of its cause, with the path.
 pub(crate) fn of_output(error: OutputError) -> PyErr {
     let kind = match &error {
-        OutputError::Create { source, .. } | OutputError::Write { source, .. } => source.kind(),
+        OutputError::Create { source, .. }
+        | OutputError::Open { source, .. }
+        | OutputError::Write { source, .. }
+        | OutputError::Replace { source, .. } => source.kind(),
         OutputError::WriteProtected { .. } => io::ErrorKind::PermissionDenied,
         OutputError::NotAFile { found: "a directory", .. } => io::ErrorKind::IsADirectory,
         _ => return PyOSError::new_err(error.to_string()),
@@ -82,9 +85,10 @@ pub(crate) fn of_rendering(py: Python<'_>, error: CoreError<EmissionStop>) -> Py
         }
         CoreError::Emission(_) => EmissionError::new_err(error.to_string()),
         CoreError::TooLarge { .. } => PyMemoryError::new_err(error.to_string()),
-        CoreError::Option { .. } | CoreError::Build(_) | CoreError::EmptyImage { .. } => {
-            SceneError::new_err(error.to_string())
-        }
+        CoreError::Option { .. }
+        | CoreError::Build(_)
+        | CoreError::EmptyImage { .. }
+        | CoreError::NothingInView => SceneError::new_err(error.to_string()),
         _ => RenderError::new_err(error.to_string()),
     }
 }

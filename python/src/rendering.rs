@@ -283,6 +283,7 @@ impl Rendered {
         report.set_item("threshold", about.threshold)?;
         report.set_item("order", about.order)?;
         report.set_item("base_level", about.base_level)?;
+        report.set_item("smallest_feature", about.smallest_feature)?;
         report.set_item("leaves_per_level", &about.leaves_per_level)?;
         let seconds = PyDict::new(py);
         seconds.set_item("total", about.total_seconds)?;

@@ -60,7 +60,10 @@ def test_other_dimensions_are_refused(data_array):
 def test_units_of_coordinates_are_converted(data_array):
     pytest.importorskip("astropy")
     in_metres = data_array.assign_coords(
-        {name: (name, 1000 * nodes, {"units": "m"}) for name, nodes in zip("xyz", (X, Y, Z), strict=True)}
+        {
+            name: (name, 1000 * nodes, {"units": "m"})
+            for name, nodes in zip("xyz", (X, Y, Z), strict=True)
+        }
     )
     plain = emitree.render(emitree.Grid(values=VALUES, x=X, y=Y, z=Z), CAMERA, (2, 2)).image
     ours = emitree.render(emitree.Grid(values=in_metres), CAMERA, (2, 2)).image

@@ -59,21 +59,24 @@ def test_grids_of_arrays():
     )
 
 
-def results():
-    yield "image", emitree.render(peak, CUBE, (6, 8))
-    yield "lines", emitree.render(peak, CUBE, (6, 8), method="los", steps=8)
-    yield "tree", emitree.render(peak, CUBE, (6, 8), method="paper")
-    sky = emitree.Healpix(position=(1, 0, 0), far=9, length_unit="km")
-    yield "sky", emitree.render("exp(-r^2)", sky, 4, unit="ph cm-3 s-1 sr-1")
-    yield "cube", emitree.render(spectral, CUBE, (4, 6), energy=ENERGIES)
-    unit = "ph cm-3 s-1 sr-1 keV-1"
-    options = {"energy": ENERGIES, "unit": unit, "instrument": INSTRUMENT}
-    yield "counts", emitree.render("exp(-E)", CAMERA, (6, 8), **options)
+UNIT = "ph cm-3 s-1 sr-1 keV-1"
+SKY = emitree.Healpix(position=(1, 0, 0), far=9, length_unit="km")
+RESULTS = {
+    "image": lambda: emitree.render(peak, CUBE, (6, 8)),
+    "lines": lambda: emitree.render(peak, CUBE, (6, 8), method="los", steps=8),
+    "tree": lambda: emitree.render(peak, CUBE, (6, 8), method="paper"),
+    "sky": lambda: emitree.render("exp(-r^2)", SKY, 4, unit="ph cm-3 s-1 sr-1"),
+    "cube": lambda: emitree.render(spectral, CUBE, (4, 6), energy=ENERGIES),
+    "counts": lambda: emitree.render(
+        "exp(-E)", CAMERA, (6, 8), energy=ENERGIES, unit=UNIT, instrument=INSTRUMENT
+    ),
+}
 
 
-@pytest.mark.parametrize(("name", "rendering"), results())
+@pytest.mark.parametrize("name", RESULTS)
 @pytest.mark.parametrize("way", [again, copy.copy, copy.deepcopy])
-def test_renderings(name, rendering, way):
+def test_renderings(name, way):
+    rendering = RESULTS[name]()
     other = way(rendering)
     assert other.report == rendering.report and repr(other) == repr(rendering)
     assert np.array_equal(other.image, rendering.image, equal_nan=True)

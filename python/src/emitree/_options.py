@@ -21,6 +21,7 @@ _METHODS = {
     "lines": "`los`",
     "steps": "`los`",
     "seeds": "`vol`",
+    "smallest_feature": "`vol`",
 }
 
 

@@ -32,6 +32,8 @@ def render(
     tolerance: float | None = None,
     method: str | None = None,
     max_evaluations: int | None = None,
+    max_seconds: Any = None,
+    smallest_feature: Any = None,
     executor: Any = None,
     energy: Any = None,
     unit: Any = None,
@@ -74,6 +76,10 @@ def render(
     tolerance: the largest error of a pixel, relative to the largest |pixel|; 0.01 by default.
     method: "vol" (the default), "paper" or "los".
     max_evaluations: how often the emission may be evaluated.
+    max_seconds: how long the rendering may take [s], a number or a quantity; it ends with the best
+        image so far, after the call of a function that is under way.
+    smallest_feature: the standard deviation of the smallest Gaussian that may not be missed: a
+        fraction of the edge of the view's cube, or a length as a quantity or as in "0.1 R_E".
     executor: any `concurrent.futures.Executor`, or a dask `Client`, whose workers share each batch
         of a function.
     energy: bins of a cube: `Energies`, a dictionary with the same keys, or their borders
@@ -115,6 +121,8 @@ def render(
         "method": method,
         "tolerance": tolerance,
         "max_evaluations": max_evaluations,
+        "max_seconds": _units.value_in(max_seconds, "s", "max_seconds"),
+        "smallest_feature": _units.length_text(smallest_feature, "smallest_feature"),
         "base_level": base_level,
         "order": order,
         "finest_level": finest_level,

@@ -217,6 +217,15 @@ class Rendering:
         return self._found.estimated_error
 
     @property
+    def smallest_feature(self) -> float | None:
+        """The standard deviation of the smallest Gaussian that would have been seen, or None.
+
+        It is a fraction of the edge of the view's cube, for a probability of 99 % and a peak in the
+        image of 20 times the tolerance; only method "vol" tells.
+        """
+        return self.report["smallest_feature"]
+
+    @property
     def converged(self) -> bool:
         """Whether the method did all that it was asked for; False if a limit ended it."""
         return self._found.converged

@@ -91,6 +91,15 @@ def value_in(value: Any, unit: str | None, name: str) -> Any:
         ) from None
 
 
+def length_text(value: Any, name: str) -> Any:
+    """A quantity as a text that a scene takes, as in "0.1 R_E"; all else as it is."""
+    if not is_quantity(value):
+        return value
+    if not value.isscalar:
+        raise SceneError(f"`{name}` is {value}: expected one length")
+    return f"{float(value.value)!r} {to_text(value.unit)}"
+
+
 def first_unit(values: list[Any]) -> Any | None:
     """The unit of the first of some values that has one."""
     for value in values:
