@@ -196,6 +196,7 @@ fn rendered(
     let mut options = RenderOptions::new(scene.render.method);
     options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
     options.batch_size = batch_size.or(scene.render.batch_size).unwrap_or(options.batch_size);
+    options.max_seconds = scene.render.max_seconds.unwrap_or(options.max_seconds);
     options.max_memory_bytes = MOST_MEMORY_BYTES;
     options.seeds = &scene.render.seeds;
     options.line_energies = scene.energy.as_ref().map_or(&[], |energies| energies.lines());

@@ -95,6 +95,13 @@ pub(crate) struct RenderArguments {
     /// Stop after this many evaluations.
     #[arg(long, value_name = "N")]
     max_evaluations: Option<String>,
+    /// Stop after this time, with the best image so far.
+    #[arg(long, value_name = "SECONDS")]
+    max_seconds: Option<String>,
+    /// See a Gaussian of this standard deviation with 99 % probability: a fraction of the view's cube,
+    /// or a length as in "0.1 R_E" (vol).
+    #[arg(long, value_name = "SIZE")]
+    smallest_feature: Option<String>,
     /// Make at most this many evaluations in one batch.
     #[arg(long, value_name = "N")]
     batch_size: Option<String>,
@@ -137,6 +144,8 @@ impl RenderArguments {
             ("render.finest_level", "finest-level", &self.finest_level),
             ("render.rule", "rule", &self.rule),
             ("render.max_evaluations", "max-evaluations", &self.max_evaluations),
+            ("render.max_seconds", "max-seconds", &self.max_seconds),
+            ("render.smallest_feature", "smallest-feature", &self.smallest_feature),
             ("render.batch_size", "batch-size", &self.batch_size),
             ("image.width", "width", &self.width),
             ("image.height", "height", &self.height),

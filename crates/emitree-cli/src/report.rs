@@ -18,6 +18,7 @@ pub(crate) struct Report {
     threshold: Option<f64>,
     order: Option<usize>,
     base_level: Option<u8>,
+    smallest_feature: Option<f64>,
     leaves_per_level: Vec<usize>,
     seconds: Seconds,
     peak_memory_bytes: Option<u64>,
@@ -126,6 +127,7 @@ impl Report {
             threshold: tree.map(|built| built.threshold),
             order,
             base_level: rendered.base_level,
+            smallest_feature: rendered.smallest_feature,
             leaves_per_level: tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level()),
             seconds: Seconds {
                 total: rendered.total_time.as_secs_f64(),

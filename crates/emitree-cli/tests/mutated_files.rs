@@ -47,7 +47,8 @@ fn originals(folder: &str, readers: &[(&str, Reader)]) -> Vec<Original> {
 }
 
 fn grid(path: &Path) -> Result<(), String> {
-    let mut request = GridRequest { max_memory_bytes: Some(MEMORY_BYTES), ..GridRequest::default() };
+    let mut request =
+        GridRequest { max_memory_bytes: Some(MEMORY_BYTES), ..GridRequest::default() };
     if path.extension().is_some_and(|ending| ending == "npy") {
         let nodes: [&[f64]; 3] = [&[-1.0, 0.0, 2.0, 6.0], &[0.0, 0.5, 2.0], &[10.0, 20.0]];
         request.nodes = nodes.map(|nodes| AxisNodes::List(nodes.to_vec()));

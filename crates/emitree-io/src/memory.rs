@@ -41,7 +41,11 @@ fn control_groups_left() -> Option<u64> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
     let group = groups.lines().find_map(|line| line.strip_prefix("0::"))?;
     let folder = Path::new("/sys/fs/cgroup").join(group.trim_start_matches('/'));
-    folder.ancestors().take_while(|folder| folder.starts_with("/sys/fs/cgroup")).filter_map(left_in).min()
+    folder
+        .ancestors()
+        .take_while(|folder| folder.starts_with("/sys/fs/cgroup"))
+        .filter_map(left_in)
+        .min()
 }
 
 fn left_in(group: &Path) -> Option<u64> {

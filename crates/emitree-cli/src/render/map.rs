@@ -119,6 +119,9 @@ pub(crate) struct Rendered {
     pub(crate) ending: Ending,
     pub(crate) tree: Option<RenderedTree>,
     pub(crate) base_level: Option<u8>,
+    /// The smallest feature that would have been seen, as a fraction of the view's cube, if the method
+    /// tells.
+    pub(crate) smallest_feature: Option<f64>,
     pub(crate) emission_time: Duration,
     pub(crate) total_time: Duration,
 }
@@ -138,6 +141,7 @@ impl Rendered {
             ending: rendering.ending,
             tree: rendering.tree,
             base_level: rendering.base_level,
+            smallest_feature: rendering.smallest_feature,
             emission_time: rendering.emission_time,
             total_time: rendering.total_time,
         }
@@ -159,6 +163,7 @@ impl Rendered {
             ending: rendering.ending,
             tree: None,
             base_level: rendering.base_level,
+            smallest_feature: rendering.smallest_feature,
             emission_time: rendering.emission_time,
             total_time: rendering.total_time,
         }

@@ -58,6 +58,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     };
     let mut options = RenderOptions::new(scene.render.method);
     options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
+    options.max_seconds = scene.render.max_seconds.unwrap_or(options.max_seconds);
     options.batch_size = scene.render.batch_size.unwrap_or(options.batch_size);
     options.seeds = &scene.render.seeds;
     options.line_energies = scene.energy.as_ref().map_or(&[], |energies| energies.lines());

@@ -4,7 +4,7 @@ use super::counts::{Counts, total};
 use super::hint::nothing_in_view;
 use super::map::Rendered;
 use crate::failure::Failure;
-use emitree::{Ending, Method, Steps, Threshold};
+use emitree::{Ending, FEATURE_CONTRAST, Method, Steps, Threshold};
 use emitree_io::{CameraKind, Scene};
 use std::io::Write;
 use std::path::PathBuf;
@@ -39,6 +39,9 @@ pub(crate) fn print(
         rendered.evaluations as f64 / values,
     )?;
     writeln!(out, "  error        {}", error(scene, rendered, value))?;
+    if let Some(fraction) = rendered.smallest_feature {
+        writeln!(out, "  covered      {}", covered(fraction))?;
+    }
     let ranges = [
         (scene.quantity.name(), Some(&rendered.map), scene.image_unit()),
         ("whole band", rendered.band.as_ref(), scene.band_unit()),
@@ -157,6 +160,14 @@ fn error(scene: &Scene, rendered: &Rendered, value: &str) -> String {
         _ => "estimated",
     };
     format!("{error:.2e} of the largest {value} ({kind})")
+}
+
+/// The smallest feature that would have been seen.
+fn covered(fraction: f64) -> String {
+    format!(
+        "Gaussians down to {fraction:.2e} of the view's cube (99 % probability, {FEATURE_CONTRAST} \
+         times the tolerance)"
+    )
 }
 
 /// A time of a few digits: "13 ms", "2.4 s".

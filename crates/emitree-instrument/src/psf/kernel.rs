@@ -3,6 +3,7 @@
 use super::{Psf, PsfError};
 use core::f64::consts::{LN_2, SQRT_2};
 use emitree::Image;
+use fits_well::io::HduKind;
 use fits_well::{FitsError, FitsReader};
 use std::path::{Path, PathBuf};
 
@@ -153,6 +154,11 @@ pub enum KernelFileDefect {
     /// There is no image in it.
     #[error("it has no image: expected one of two axes")]
     NoImage,
+    /// Its image can't be read as it is stored.
+    #[error(
+        "its image is compressed by tiles (ZIMAGE = T): expected one that is not, as `funpack` makes it"
+    )]
+    Compressed,
     /// The image is no kernel.
     #[error("its first image has the axes {shape:?} (NAXIS1 first): expected two")]
     Axes {
@@ -181,7 +187,14 @@ impl Psf {
 fn first_image(bytes: &[u8]) -> Result<Image, KernelFileDefect> {
     let fits = |source| KernelFileDefect::Fits(Box::new(source));
     let mut reader = FitsReader::from_bytes(bytes).map_err(fits)?;
-    let index = reader.images().next().map(|hdu| hdu.index).ok_or(KernelFileDefect::NoImage)?;
+    let Some(index) = reader.images().next().map(|hdu| hdu.index) else {
+        let is_compressed = reader.hdus().iter().any(|hdu| hdu.kind == HduKind::CompressedImage);
+        return Err(if is_compressed {
+            KernelFileDefect::Compressed
+        } else {
+            KernelFileDefect::NoImage
+        });
+    };
     let mut image = reader.image(index).map_err(fits)?;
     let shape = image.metadata().shape.to_vec();
     let &[width, height] = &*shape else { return Err(KernelFileDefect::Axes { shape }) };

@@ -9,8 +9,8 @@ use super::array::{Array, Container};
 use super::budget::Budget;
 use super::error::GridReadError;
 use super::request::GridFormat;
-use fits_well::io::{Hdu, HduKind, StreamReader};
 use fits_well::FitsReader;
+use fits_well::io::{Hdu, HduKind, StreamReader};
 use std::io::{Read, Seek};
 use std::ops::Range;
 

@@ -179,7 +179,9 @@ fn numbers(
     // An archive compares its checksum when it has been read to its end.
     match source.read(&mut [0]).map_err(malformed)? {
         0 => Ok(values),
-        _ => Err(malformed(format!("it has more bytes of numbers than the {length} that it tells"))),
+        _ => {
+            Err(malformed(format!("it has more bytes of numbers than the {length} that it tells")))
+        }
     }
 }
 

@@ -59,9 +59,10 @@ impl Target {
         // A slash at the end asks for a directory, but `file_name` overlooks it.
         let slash = end.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
         match end.file_name() {
-            Some(name) if !slash => {
-                Ok(Self::File { folder: fs::canonicalize(folder).map_err(create)?, name: name.to_owned() })
-            }
+            Some(name) if !slash => Ok(Self::File {
+                folder: fs::canonicalize(folder).map_err(create)?,
+                name: name.to_owned(),
+            }),
             _ => Err(OutputError::NoFileName { path: owned() }),
         }
     }
@@ -102,7 +103,10 @@ fn descriptor(path: &Path) -> Option<io::Result<File>> {
     let number: u32 = path.file_name()?.to_str()?.parse().ok()?;
     Some(match number {
         // A duplicate has the place in common with the original: neither overwrites the other.
-        1 => io::stdout().flush().and_then(|()| io::stdout().as_fd().try_clone_to_owned()).map(File::from),
+        1 => io::stdout()
+            .flush()
+            .and_then(|()| io::stdout().as_fd().try_clone_to_owned())
+            .map(File::from),
         2 => io::stderr().as_fd().try_clone_to_owned().map(File::from),
         _ => File::options().append(true).open(path),
     })

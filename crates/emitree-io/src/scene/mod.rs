@@ -10,6 +10,7 @@ mod emission;
 mod energy;
 mod error;
 mod excerpt;
+mod feature;
 mod instrument;
 mod radiometry;
 mod seed;
@@ -231,7 +232,6 @@ impl Scene {
         let seeds = table.tables("seed", "tables `[[seed]]`, each with `position` and `radius`")?;
         let seeds = seed::read(seeds)?;
         let render = table.table("render")?.unwrap_or_else(|| Table::absent("render", &start));
-        let render = settings::read(render, seeds)?;
         let build = table.table("build")?.map(tree::read_build).transpose()?;
         table.finish()?;
 
@@ -239,6 +239,7 @@ impl Scene {
             CameraUnits { length: length_unit, has_solid_angles: camera.has_solid_angles() };
         let found =
             radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
+        let render = settings::read(render, seeds, found.length_unit.as_deref())?;
         let observer = Observer {
             camera: &camera,
             shape,

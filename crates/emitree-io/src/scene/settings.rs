@@ -2,6 +2,7 @@
 
 use super::document::{Node, Value};
 use super::error::SceneError;
+use super::feature;
 use super::source::Place;
 use super::table::Table;
 use emitree::prediction::MAX_ORDER;
@@ -22,6 +23,8 @@ pub struct RenderSettings {
     pub tolerance: Option<f64>,
     /// The largest number of evaluations; the method's default if it is not given.
     pub max_evaluations: Option<u64>,
+    /// The longest time that the rendering may take \[s\]; no limit if it is not given.
+    pub max_seconds: Option<f64>,
     /// The largest number of evaluations in one batch; no limit if it is not given.
     pub batch_size: Option<u64>,
     /// Structures to be looked at: the tables `[[seed]]`.
@@ -39,13 +42,20 @@ enum Kind {
     Los,
 }
 
-pub(super) fn read(mut table: Table, seeds: Vec<Seed>) -> Result<RenderSettings, SceneError> {
+/// `length_unit` is that of the scene, for lengths with a unit of their own.
+pub(super) fn read(
+    mut table: Table,
+    seeds: Vec<Seed>,
+    length_unit: Option<&str>,
+) -> Result<RenderSettings, SceneError> {
     let kind = match table.text("method")? {
         None => Kind::Vol,
         Some(name) => kind_of_name(&name)?,
     };
     let max_evaluations = table.take("max_evaluations");
+    let max_seconds = table.take("max_seconds");
     let batch_size = table.take("batch_size");
+    let smallest_feature = table.take("smallest_feature");
     let tolerance = table.take("tolerance");
     let base_level = table.take("base_level");
     let of_trees = ["order", "finest_level", "rule", "threshold"].map(|key| (key, table.take(key)));
@@ -55,6 +65,9 @@ pub(super) fn read(mut table: Table, seeds: Vec<Seed>) -> Result<RenderSettings,
     let max_evaluations = max_evaluations
         .map(|node| at_least_one(&node, "a number of evaluations, 1 or more"))
         .transpose()?;
+    let max_seconds = max_seconds.map(|node| seconds(&node)).transpose()?;
+    let smallest_feature =
+        smallest_feature.map(|node| feature::read(node, length_unit)).transpose()?;
     let batch_size = batch_size
         .map(|node| at_least_one(&node, "a number of evaluations in a batch, 1 or more"))
         .transpose()?;
@@ -84,6 +97,7 @@ pub(super) fn read(mut table: Table, seeds: Vec<Seed>) -> Result<RenderSettings,
                 options.tolerance = node.number()?;
             }
             options.base_level = base_level.unwrap_or(options.base_level);
+            options.smallest_feature = smallest_feature;
             (Method::Vol(options), Some(options.tolerance))
         }
         Kind::Paper => {
@@ -101,10 +115,19 @@ pub(super) fn read(mut table: Table, seeds: Vec<Seed>) -> Result<RenderSettings,
             (Method::Los(los_options), tolerance)
         }
     };
-    if kind != Kind::Vol && !seeds.is_empty() {
-        ignored.push("seed");
+    if kind != Kind::Vol {
+        ignored.extend(smallest_feature.map(|_| "smallest_feature"));
+        ignored.extend((!seeds.is_empty()).then_some("seed"));
     }
-    Ok(RenderSettings { method, tolerance, max_evaluations, batch_size, seeds, ignored })
+    Ok(RenderSettings {
+        method,
+        tolerance,
+        max_evaluations,
+        max_seconds,
+        batch_size,
+        seeds,
+        ignored,
+    })
 }
 
 fn kind_of_name((name, place): &(String, Place)) -> Result<Kind, SceneError> {
@@ -114,6 +137,15 @@ fn kind_of_name((name, place): &(String, Place)) -> Result<Kind, SceneError> {
         "los" => Ok(Kind::Los),
         unknown => Err(SceneError::at(place, format!("unknown method `{unknown}`"))
             .label(format!("expected {METHODS}"))),
+    }
+}
+
+fn seconds(node: &Node) -> Result<f64, SceneError> {
+    let seconds = node.number()?;
+    if seconds > 0.0 {
+        Ok(seconds)
+    } else {
+        Err(node.refuse(&seconds.to_string(), "a time in seconds above 0"))
     }
 }
 

@@ -27,7 +27,7 @@
 mod component;
 mod ellipsoid;
 mod frame;
-pub(crate) pub(crate) mod generator;
+pub(crate) mod generator;
 mod power_law;
 mod sheet;
 mod torus;

@@ -37,7 +37,11 @@ impl Campaign {
             _ => panic!("{name} is {text}: expected a number"),
         };
         let lasting = number(SECONDS).map(parsed);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked above")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked above"
+        )]
         let first = number(SEED).map_or(DEFAULT_SEED, |seed| parsed(seed) as u64);
         let cases = if lasting.is_some() { u64::MAX } else { cases };
         let end = Instant::now() + Duration::from_secs_f64(lasting.unwrap_or(seconds));
@@ -88,7 +92,10 @@ mod tests {
 
     #[test]
     fn a_campaign_has_one_case_at_least_and_so_many_at_most() {
-        let seeds: Vec<u64> = Campaign { first: 5, cases: 3, end: Instant::now() + Duration::from_secs(60) }.seeds().collect();
+        let seeds: Vec<u64> =
+            Campaign { first: 5, cases: 3, end: Instant::now() + Duration::from_secs(60) }
+                .seeds()
+                .collect();
         assert_eq!(seeds, [5, 6, 7]);
         let over = Campaign { first: 5, cases: 3, end: Instant::now() };
         assert_eq!(over.seeds().collect::<Vec<_>>(), [5]);

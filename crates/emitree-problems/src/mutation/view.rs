@@ -59,7 +59,8 @@ impl Mutator {
         }
         let position = self.place(30.0);
         let near = if self.one_in(3) { self.random.between(0.0, 20.0) } else { 0.0 };
-        let far = if self.one_in(3) { "inf".to_owned() } else { format!("{:e}", near + self.size()) };
+        let far =
+            if self.one_in(3) { "inf".to_owned() } else { format!("{:e}", near + self.size()) };
         if kind == 6 {
             let nside = 1 << self.random.whole(0..=1);
             return format!(
@@ -68,12 +69,22 @@ impl Mutator {
             );
         }
         let angle = |mutator: &mut Self, most: f64| {
-            if mutator.one_in(4) { mutator.random.log_between(1e-9, most) } else { mutator.random.between(1.0, most) }
+            if mutator.one_in(4) {
+                mutator.random.log_between(1e-9, most)
+            } else {
+                mutator.random.between(1.0, most)
+            }
         };
         let (name, field) = match kind {
             1 => ("orthographic", format!("extent = [{:e}, {:e}]", self.size(), self.size())),
-            2 => ("perspective", format!("field_of_view = [{:e}, {:e}]", angle(self, 165.0), angle(self, 165.0))),
-            3 => ("equirectangular", format!("field_of_view = [{:e}, {:e}]", angle(self, 360.0), angle(self, 180.0))),
+            2 => (
+                "perspective",
+                format!("field_of_view = [{:e}, {:e}]", angle(self, 165.0), angle(self, 165.0)),
+            ),
+            3 => (
+                "equirectangular",
+                format!("field_of_view = [{:e}, {:e}]", angle(self, 360.0), angle(self, 180.0)),
+            ),
             4 => ("polar", format!("field_of_view = {:e}", angle(self, 360.0))),
             _ => ("fisheye", format!("field_of_view = {:e}", angle(self, 360.0))),
         };
@@ -89,8 +100,10 @@ impl Mutator {
         let center = self.place(6.0);
         match self.random.whole(if may_be_box { 0..=2 } else { 1..=2 }) {
             0 => {
-                let [low, high] = [(); 2].map(|()| [(); 3].map(|()| self.random.between(-9.0, 9.0)));
-                let ends = [0, 1, 2].map(|axis| [low[axis].min(high[axis]), low[axis].max(high[axis])]);
+                let [low, high] =
+                    [(); 2].map(|()| [(); 3].map(|()| self.random.between(-9.0, 9.0)));
+                let ends =
+                    [0, 1, 2].map(|axis| [low[axis].min(high[axis]), low[axis].max(high[axis])]);
                 let [min, max] = [0, 1].map(|end| ends.map(|of_axis| of_axis[end]));
                 format!("type = \"box\"\nmin = {min:?}\nmax = {max:?}\n")
             }
@@ -105,13 +118,21 @@ impl Mutator {
     /// A point at most so far away along each axis; often on an axis, sometimes the origin.
     fn place(&mut self, most: f64) -> String {
         let place = [(); 3].map(|()| {
-            if self.one_in(3) { 0.0 } else { most * libm::sin(self.random.between(-FRAC_PI_2, FRAC_PI_2)) }
+            if self.one_in(3) {
+                0.0
+            } else {
+                most * libm::sin(self.random.between(-FRAC_PI_2, FRAC_PI_2))
+            }
         });
         format!("{place:?}")
     }
 
     /// A length: mostly near 1, now and then tiny or huge.
     fn size(&mut self) -> f64 {
-        if self.one_in(5) { self.random.log_between(1e-12, 1e12) } else { self.random.log_between(0.1, 30.0) }
+        if self.one_in(5) {
+            self.random.log_between(1e-12, 1e12)
+        } else {
+            self.random.log_between(0.1, 30.0)
+        }
     }
 }
