@@ -11,7 +11,13 @@ Y = np.linspace(0, 1, 4)
 Z = np.linspace(0, 1, 3)
 VALUES = X[:, None, None] + 10 * Y[:, None] + 100 * Z
 CAMERA = emitree.Orthographic(
-    position=(0.5, 0.5, 0), target=(0.5, 0.5, 1), extent=(1, 1), near=0, far=1, length_unit="km"
+    position=(0.5, 0.5, 0),
+    target=(0.5, 0.5, 1),
+    up=(0, 1, 0),
+    extent=(1, 1),
+    near=0,
+    far=1,
+    length_unit="km",
 )
 
 
@@ -80,7 +86,8 @@ def test_values_may_be_quantities():
     ours = emitree.render(emitree.Grid(values=rates, **nodes), CAMERA, (2, 2))
     unit = {"unit": "ph cm-3 s-1 sr-1"}
     plain = emitree.render(emitree.Grid(values=VALUES, x=X, y=Y, z=Z), CAMERA, (2, 2), **unit)
-    assert ours.unit == plain.unit and np.array_equal(ours.image, plain.image)
+    assert u.Unit(ours.unit) == u.Unit(plain.unit)
+    assert np.array_equal(ours.image, plain.image)
     in_metres = emitree.render(
         emitree.Grid(values=rates, **nodes), CAMERA, (2, 2), unit="ph m-3 s-1 sr-1"
     )
@@ -109,8 +116,8 @@ def test_files_and_their_variables(tmp_path):
     ({"values": VALUES[0]}, r"`values` has the shape \(4, 3\): expected \(nx, ny, nz\)"),
     ({"values": "a,b".split(",")}, "`values` is list: expected an array"),
     ({"values": VALUES, "x": "lon"}, "`x` is 'lon': expected nodes, names are for files"),
-    ({"values": VALUES, "x": X[:3], "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): it has 3"),
-    ({"values": VALUES, "x": X[::-1], "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): the x"),
+    ({"values": VALUES, "x": X[:3], "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): the x axis: it has 3"),
+    ({"values": VALUES, "x": X[::-1], "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): node 1 of the x"),
     ({"values": VALUES * np.nan, "x": X, "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): .*NaN"),
 ])  # fmt: skip
 def test_what_is_wrong_is_named_and_no_temporary_file(options, message):

@@ -1,8 +1,10 @@
 """Options that have no effect or make no sense are errors that name them."""
 
+import time
+
 import numpy as np
 import pytest
-from models import peak, spectral
+from models import exact_peak, peak, spectral
 
 import emitree
 
@@ -98,3 +100,47 @@ def test_energies_of_other_kinds_are_the_same():
     from_table = emitree.render(spectral, CUBE, (2, 2), energy=ENERGY)
     assert np.array_equal(from_class.image, from_table.image)
     np.testing.assert_array_equal(from_class.energies, emitree.Energies(1, 2, 2).edges)
+
+
+def test_a_limit_on_the_time():
+    def slow(position, direction):
+        time.sleep(0.02)
+        return peak(position, direction)
+
+    start = time.perf_counter()
+    found = emitree.render(slow, CUBE, (64, 64), tolerance=1e-5, max_seconds=0.3, batch_size=200)
+    assert 0.2 < time.perf_counter() - start < 3
+    assert not found.converged and found.report["ending"] == "time"
+    assert np.abs(found.image - exact_peak(64, 64)).max() < 0.5
+    with pytest.raises(emitree.SceneError, match=r"`render\.max_seconds` is -1"):
+        emitree.render(peak, CUBE, (4, 4), max_seconds=-1)
+
+
+def test_limits_may_be_quantities():
+    u = pytest.importorskip("astropy.units")
+    found = emitree.render(peak, CUBE, (4, 4), max_seconds=2 * u.h)
+    assert "max_seconds = 7200.0" in found.scene
+    camera = emitree.Orthographic(
+        position=(0, 0, 9), target=(0, 0, 0), up=(0, 1, 0), extent=(2, 2), near=8, far=10,
+        length_unit="km",
+    )  # fmt: skip
+    found = emitree.render("exp(-r^2)", camera, (8, 8), smallest_feature=200 * u.m)
+    assert 'smallest_feature = "200.0 m"' in found.scene
+    with pytest.raises(
+        emitree.SceneError, match=r"`max_seconds` is 1\.0 km: expected a number in s"
+    ):
+        emitree.render(peak, CUBE, (4, 4), max_seconds=1 * u.km)
+    with pytest.raises(emitree.SceneError, match=r"`smallest_feature` is \[1\. 2\.\] m"):
+        emitree.render(peak, camera, (4, 4), smallest_feature=[1, 2] * u.m)
+
+
+def test_the_smallest_feature_is_told():
+    found = emitree.render(peak, CUBE, (8, 8), smallest_feature=0.05)
+    assert found.smallest_feature == found.report["smallest_feature"]
+    assert "smallest_feature = 0.05" in found.scene
+    lines = emitree.render(peak, CUBE, (8, 8), method="los")
+    assert lines.smallest_feature is None
+    with pytest.raises(emitree.SceneError, match="`smallest_feature` is given, and method `los`"):
+        emitree.render(peak, CUBE, (8, 8), method="los", smallest_feature=0.05)
+    with pytest.raises(emitree.SceneError, match=r"`render\.smallest_feature` is 2"):
+        emitree.render(peak, CUBE, (8, 8), smallest_feature=2)

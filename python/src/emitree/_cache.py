@@ -201,8 +201,8 @@ class Cache:
                 part[:, KEY] = rates
                 # A rate that is no number ends the rendering; mended, the function is asked again.
                 self._append(part[np.isfinite(rates)])
-        rates = (fresh[key] if key in fresh else self.known[key] for key in wanted)
-        return np.fromiter(rates, np.float64, len(wanted))
+        found = (fresh[key] if key in fresh else self.known[key] for key in wanted)
+        return np.fromiter(found, np.float64, len(wanted))
 
     def _compare(self, evaluator: Any, has_energy: bool) -> None:
         """Refuses a function that gives other rates than those that are stored."""
