@@ -163,7 +163,7 @@ def test_damaged_points_are_evaluated_again(tmp_path, damage):
     points = tmp_path / "c" / "points.f64"
     whole = points.read_bytes()
     points.write_bytes(damage(whole))
-    with pytest.warns(UserWarning, match="points are damaged, and are evaluated again") as warned:
+    with pytest.warns(UserWarning, match="damaged points: .*; they are evaluated again") as warned:
         again = emitree.render(peak, CUBE, (8, 8), cache=tmp_path / "c")
     assert str(tmp_path / "c") in str(warned[0].message)
     cache = again.report["cache"]
@@ -183,7 +183,7 @@ def test_a_zero_tail_is_cut_off(tmp_path):
     points = tmp_path / "c" / "points.f64"
     whole = points.read_bytes()
     points.write_bytes(whole + bytes(1000 * RECORD))
-    with pytest.warns(UserWarning, match="1000 points are damaged"):
+    with pytest.warns(UserWarning, match="damaged points: 1000;"):
         emitree.render(peak, CUBE, (8, 8), cache=tmp_path / "c")
     assert points.read_bytes() == whole
 
@@ -268,7 +268,7 @@ def test_a_byte_of_an_hdf5_file(tmp_path, place):
         start, length = opened["points"].id.get_offset(), opened["points"].id.get_storage_size()
     data = file.read_bytes()
     file.write_bytes(flipped(data, start + int(place * length), 0xFF))
-    with pytest.warns(UserWarning, match="1 points are damaged"):
+    with pytest.warns(UserWarning, match="damaged points: 1;"):
         again = emitree.render(peak, CUBE, (4, 4), cache=file)
     assert same(plain, again)
 

@@ -105,6 +105,8 @@ def test_files_and_their_variables(tmp_path):
     np.testing.assert_allclose(image(file=path, variable="g", scale=3, **nodes), 3 * PLAIN)
     with pytest.raises(emitree.SceneError, match=r"data\.npz: it has no array `h`: expected one"):
         image(file=path, variable="h", **nodes)
+    with pytest.raises(emitree.SceneError, match=r"no array `values`.*; `variable` chooses one"):
+        image(file=path, **nodes)
     # As it was before there was `file`.
     assert np.array_equal(image(values=str(path), variable="g", **nodes), PLAIN)
 

@@ -86,7 +86,7 @@ class Cache:
         if self.damaged:
             try:
                 warnings.warn(
-                    f"cache {self.file or self.folder}: {self.damaged} points are damaged, and are "
+                    f"cache {self.file or self.folder}: damaged points: {self.damaged}; they are "
                     "evaluated again where they are needed",
                     stacklevel=2,
                 )

@@ -147,7 +147,12 @@ def compose(
             "build": build,
         }
         text = document({name: _given(table) for name, table in tables.items() if table})
-        return _native.Scene.parse(NAME, text, aliases)
+        try:
+            return _native.Scene.parse(NAME, text, aliases)
+        except _native.SceneError as error:
+            if isinstance(emission, Grid) and "it has no array `values`" in str(error):
+                raise _native.SceneError(f"{error}; `variable` chooses one") from None
+            raise
 
 
 def _given(table: Any) -> Any:
