@@ -1,8 +1,10 @@
 //! The loop: look, develop the image and its error, open what is worth it, until it is good enough.
 
-use super::cross;
+use super::coverage::{Coverage, LayerSamples, fraction_of_view};
+use super::cross::{self, Attempted};
 use super::dyadic::STEPS;
 use super::energies::Energies;
+use super::exam::Verdict;
 use super::image_tree::Place;
 use super::opening::{Choice, ChoiceLimits, worthwhile};
 use super::round::Scan;
@@ -84,13 +86,16 @@ pub(crate) fn render<E: Emission>(
     options: &RenderOptions<'_>,
 ) -> Result<Found, RenderError<E::Error>> {
     check(vol)?;
-    let products = if axis.is_none() { cross::attempt(meter, tiles, vol, options)? } else { None };
+    let Attempted { found: products, samples } = match axis {
+        None => cross::attempt(meter, tiles, vol, options)?,
+        Some(_) => Attempted::default(),
+    };
     let is_good = |found: &Found| found.ending == Ending::Complete;
     let products = match products {
         Some(products) if is_good(&products) => return Ok(products),
         products => products,
     };
-    match (products, by_tree(meter, tiles, axis, vol, options)) {
+    match (products, by_tree(meter, tiles, axis, vol, options, samples)) {
         // The time has ended before the lines have given an image.
         (Some(products), Err(RenderError::Time { .. })) => Ok(products),
         (products, tree) => {
@@ -109,7 +114,9 @@ pub(crate) fn by_tree<E: Emission>(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     options: &RenderOptions<'_>,
+    known: LayerSamples,
 ) -> Result<Found, RenderError<E::Error>> {
+    let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
     let layers: Vec<Vec<Box<dyn Layer + '_>>> =
         tiles.iter().map(|tile| tile.projection.layers()).collect();
     let scales: Vec<Image> =
@@ -131,7 +138,9 @@ pub(crate) fn by_tree<E: Emission>(
         energies: Energies::none(),
         spectra: axis.map(|axis| Spectra::new(axis, options.line_energies)),
         scales,
+        promised: vol.tolerance,
         asked,
+        coverage: Coverage::new(wanted, known),
         tolerance: if short { LOOSEST_TOLERANCE } else { asked },
         line_share: LINE_SHARE,
         base_level,
@@ -139,18 +148,12 @@ pub(crate) fn by_tree<E: Emission>(
         finest_level: finest_level(tiles[0].shape, base_level),
     };
     let (developed, ending) = engine.run(options)?;
-    // The budget may end a search that has been stricter than what was asked for.
-    let met = engine.has_seen(&developed)
-        && developed.largest_error() <= vol.tolerance * developed.largest_pixel();
     // A base coarser than the one asked for has not looked where it was asked to.
-    let ending = match ending {
-        _ if base_level < wanted_level => Ending::Budget,
-        _ if met => Ending::Complete,
-        ending => ending,
-    };
+    let ending = if base_level < wanted_level { Ending::Budget } else { ending };
     let [cube, error] = engine.finished(&developed);
     let energies = engine.energies_used();
-    Ok(Found { cube, error, ending, base_level, energies, smallest_feature: None })
+    let smallest_feature = engine.coverage.smallest;
+    Ok(Found { cube, error, ending, base_level, energies, smallest_feature })
 }
 
 /// Refuses options out of range.
@@ -200,7 +203,9 @@ pub(crate) struct Engine<'a, 'b, E> {
     pub(crate) spectra: Option<Spectra<'b>>,
     /// For each tile, its radiances over means of the irradiance density.
     scales: Vec<Image>,
-    /// The error to be met in the end, relative to the largest pixel.
+    /// The error that was asked for, relative to the largest pixel…
+    promised: f64,
+    /// …and the one to be met in the end, which may be stricter.
     asked: f64,
     /// The error to be met first.
     pub(crate) tolerance: f64,
@@ -209,6 +214,8 @@ pub(crate) struct Engine<'a, 'b, E> {
     /// The finest level that every rendering looks at.
     always: u8,
     pub(crate) finest_level: u8,
+    /// Scattered samples, and the size of what they see.
+    pub(crate) coverage: Coverage,
 }
 
 /// The image so far, and what is known of its error.
@@ -226,6 +233,11 @@ impl Developed {
 
     fn largest_error(&self) -> f64 {
         self.largest(1)
+    }
+
+    /// The error of each energy bin of a tile.
+    pub(crate) fn errors(&self, tile: usize) -> Vec<&Image> {
+        self.maps[tile].iter().map(|[_, error]| error).collect()
     }
 
     fn largest(&self, kind: usize) -> f64 {
@@ -259,13 +271,19 @@ impl<E: Emission> Engine<'_, '_, E> {
             let met = |tolerance: f64| {
                 self.has_seen(&developed) && developed.largest_error() <= STOP * tolerance * largest
             };
-            if met(self.asked) {
-                return Ok((developed, Ending::Complete));
+            let [is_good, is_good_for_now] = [self.asked, self.tolerance].map(met);
+            if is_good {
+                match self.examine(&developed, self.promised * largest)? {
+                    Verdict::Passed => return Ok((developed, Ending::Complete)),
+                    Verdict::TooFine => return Ok((developed, Ending::DeepestLevel)),
+                    Verdict::Unaffordable => return Ok((developed, Ending::Budget)),
+                    Verdict::Failed => developed = self.develop()?,
+                }
             }
             if !within_budget {
-                return Ok((developed, Ending::Budget));
+                return self.conclude(developed, Ending::Budget);
             }
-            if met(self.tolerance) {
+            if is_good_for_now && !is_good {
                 self.tolerance = self.next_tolerance();
             }
             let target = self.tolerance * largest;
@@ -273,7 +291,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             let count = total(&places);
             if count == 0 {
                 if halvings == MOST_HALVINGS {
-                    return Ok((developed, Ending::DeepestLevel));
+                    return self.conclude(developed, Ending::DeepestLevel);
                 }
                 halvings += 1;
                 self.line_share *= 0.5;
@@ -310,6 +328,19 @@ impl<E: Emission> Engine<'_, '_, E> {
                 developed = self.develop()?;
             }
         }
+    }
+
+    /// The end of a search that a limit has stopped: it has been stricter than what was promised, and may
+    /// have met that all the same.
+    fn conclude(
+        &mut self,
+        developed: Developed,
+        ending: Ending,
+    ) -> Result<(Developed, Ending), RenderError<E::Error>> {
+        let target = self.promised * developed.largest_pixel();
+        let met = self.has_seen(&developed) && developed.largest_error() <= target;
+        let passed = met && self.examine(&developed, target)? == Verdict::Passed;
+        Ok((developed, if passed { Ending::Complete } else { ending }))
     }
 
     /// The tolerance that the rest of the budget may reach.
@@ -418,7 +449,7 @@ impl<E: Emission> Engine<'_, '_, E> {
     }
 
     /// The values of the sheets from `first` on, those of the earliest energy first.
-    fn set_values(&mut self, first: usize) {
+    pub(crate) fn set_values(&mut self, first: usize) {
         let layers = self.layers.len();
         for i in first..self.sheets.len() {
             let (earlier, rest) = self.sheets.split_at_mut(i);

@@ -33,14 +33,17 @@
 
 mod block;
 mod closed;
+mod coverage;
 mod cross;
 mod depth_rule;
 mod dyadic;
 mod energies;
 mod engine;
 mod error_map;
+mod exam;
 mod image_tree;
 mod jumps;
+mod lattice;
 mod line;
 mod line_error;
 mod local_fit;

@@ -382,6 +382,21 @@ impl<E: Emission> Scan<'_, E> {
         nodes.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
         self.refine(wanted, tolerance)
     }
+
+    /// Full lines for these nodes, sampled at the given depths besides; what they find is looked for on
+    /// their neighbours.
+    pub(crate) fn integrate_in_full(
+        &mut self,
+        nodes: &[usize],
+        depths: &[u32],
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
+        let mut wanted = self.start(nodes, self.tree.len(), tolerance);
+        wanted.iter_mut().for_each(|(_, of_line)| of_line.extend(depths));
+        nodes.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
+        self.refine(wanted, tolerance)?;
+        self.follow(nodes, tolerance)
+    }
 }
 
 /// The blocks around a place that may have a rule, the largest first.

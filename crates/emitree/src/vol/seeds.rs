@@ -12,6 +12,15 @@ pub(crate) struct Looks {
     /// Nodes around the seeds, of all levels down to their size.
     pub(crate) places: Vec<Place>,
     boxes: Vec<SeedBox>,
+    found: Vec<FoundDepths>,
+}
+
+/// Depths at which an exam has found something, and how near to its place lines are sampled there.
+#[derive(Clone, Debug)]
+struct FoundDepths {
+    centre: [f64; 2],
+    reach: f64,
+    depths: Vec<u32>,
 }
 
 /// A seed in canonical coordinates.
@@ -64,6 +73,19 @@ impl Looks {
         looks
     }
 
+    /// Looks at the nodes of `level` around a place too, and at the given depths on all lines that are
+    /// added near it.
+    pub(crate) fn look_around(&mut self, place: Place, level: u8, depths: &[u32]) {
+        let [x, y] = place.map(unit);
+        self.places.extend(places([x, y, 0.0], level));
+        self.places.sort_unstable();
+        self.places.dedup();
+        if !depths.is_empty() {
+            let reach = unit(spacing(level - 1));
+            self.found.push(FoundDepths { centre: [x, y], reach, depths: depths.to_vec() });
+        }
+    }
+
     /// Whether every rendering looks as closely.
     pub(crate) fn are_none(&self) -> bool {
         self.places.is_empty() && self.boxes.is_empty()
@@ -81,6 +103,12 @@ impl Looks {
             for level in 0..=seed.finest_level {
                 let [below, above] = bracket(seed.centre[2], level);
                 depths.extend([below, above]);
+            }
+        }
+        for found in &self.found {
+            let near = (0..2).all(|k| (unit(place[k]) - found.centre[k]).abs() <= found.reach);
+            if near {
+                depths.extend(&found.depths);
             }
         }
         depths.sort_unstable();

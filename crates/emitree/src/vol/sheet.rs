@@ -3,6 +3,7 @@
 use super::closed::continue_values;
 use super::dyadic::{spacing, unit};
 use super::error_map::Footprint;
+use super::exam::Exam;
 use super::image_tree::{NODES_PER_TASK, Place};
 use super::opening::{Choice, ChoiceLimits};
 use super::pixels::pixel_means;
@@ -10,6 +11,7 @@ use super::remaining::{Children, Remaining, guarded_details, remaining};
 use super::round::Scan;
 use super::shares::Shares;
 use super::sights::{Stop, Wanted, Way, base_depths};
+use super::whole;
 use crate::emission::Emission;
 use crate::image::Image;
 use rayon::prelude::*;
@@ -41,6 +43,8 @@ pub(crate) struct Sheet<'a, E> {
     /// For each pixel, its radiance over the mean of the irradiance density on it, times the part
     /// of it that the layer reaches.
     pub(crate) scale: Arc<Image>,
+    /// Lines that take no part in the image, to examine it.
+    pub(crate) exam: Exam,
 }
 
 /// The image of a sheet, and what is not known of it.
@@ -136,24 +140,44 @@ impl<'a, E: Emission> Sheet<'a, E> {
     /// The irradiance density of all nodes, from their radiances, less `of_earlier` times what each
     /// of the `earlier` sheets of the layer has there.
     pub(crate) fn set_values(&mut self, earlier: &[&Self], of_earlier: &[f64]) {
-        let Scan { tree, sights, view, base_level, .. } = &mut self.scan;
         let value = |ghosts: &mut Vec<FxHashMap<u64, f64>>, i: usize| {
-            let place = tree.nodes()[i].place;
-            let density = view.layer.solid_angle_density(place.map(unit));
-            let sheets = earlier.iter().zip(of_earlier).zip(ghosts);
-            sheets.fold(density * sights.lines[i].integral, |value, ((sheet, amount), ghosts)| {
-                value - amount * sheet.scan.tree.value(place, ghosts)
-            })
+            let place = self.scan.tree.nodes()[i].place;
+            let integral = self.scan.sights.lines[i].integral;
+            self.value_of(place, integral, earlier, of_earlier, ghosts)
         };
         let ghosts = || vec![FxHashMap::default(); earlier.len()];
-        let nodes = (0..tree.len()).into_par_iter().with_min_len(NODES_PER_TASK);
+        let nodes = (0..self.scan.tree.len()).into_par_iter().with_min_len(NODES_PER_TASK);
         let values: Vec<f64> = nodes.map_init(ghosts, value).collect();
+        let Scan { tree, sights, base_level, .. } = &mut self.scan;
         for (i, value) in values.into_iter().enumerate() {
             tree.set(i, value);
         }
         let closed: Vec<bool> = (0..tree.len()).map(|i| sights.is_closed(i)).collect();
         continue_values(tree, &closed, *base_level + 1);
         tree.update_details();
+    }
+
+    /// The irradiance density at a place from the radiance there, less `of_earlier` times what each of the
+    /// `earlier` sheets has, of which `ghosts` are predictions made before.
+    pub(crate) fn value_of(
+        &self,
+        place: Place,
+        radiance: f64,
+        earlier: &[&Self],
+        of_earlier: &[f64],
+        ghosts: &mut [FxHashMap<u64, f64>],
+    ) -> f64 {
+        let density = self.scan.view.layer.solid_angle_density(place.map(unit));
+        let sheets = earlier.iter().zip(of_earlier).zip(ghosts);
+        sheets.fold(density * radiance, |value, ((sheet, amount), ghosts)| {
+            value - amount * sheet.scan.tree.value(place, ghosts)
+        })
+    }
+
+    /// Row and column of the pixel that a place is in.
+    pub(crate) fn pixel(&self, place: Place) -> [usize; 2] {
+        let at = |along: u32, pixels: usize| whole(unit(along) * pixels as f64).min(pixels - 1);
+        [at(place[1], self.scale.height()), at(place[0], self.scale.width())]
     }
 
     /// The places of seeds that no node is at yet.

@@ -68,7 +68,7 @@ impl<E: Emission> View<'_, E> {
     }
 
     /// Samples at the energy of the view, in one batch.
-    fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop<E::Error>> {
+    pub(crate) fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop<E::Error>> {
         let site = |i: usize| {
             let ([x, y], depth) = points[i];
             self.site([x, y, depth], self.energy)
@@ -349,21 +349,42 @@ impl Sights {
         tolerance: f64,
         base_level: u8,
     ) -> Wanted {
-        let full = (0..before).filter(|&i| self.is_full(i));
-        let full: Vec<(Place, usize)> = full.map(|i| (tree.nodes()[i].place, i)).collect();
-        let full = Nearest::new(full.into_iter());
-        let of_line = |&i: &usize| {
-            let place = tree.nodes()[i].place;
-            let near = full.find(place, NEIGHBOURS);
-            (i, self.starting_depths(tree, place, &near, tolerance, base_level))
-        };
-        let numbers = numbers.par_iter().with_min_len(LINES_ASSESSED);
-        let starts: Vec<_> = numbers.map(of_line).collect();
-        let of_line = |(i, (depths, brackets))| {
-            self.brackets[i] = brackets;
+        let places: Vec<Place> = numbers.iter().map(|&i| tree.nodes()[i].place).collect();
+        let starts = self.starts(tree, &places, before, tolerance, base_level);
+        let of_line = |(&i, (depths, brackets))| {
+            self.expect(i, brackets);
             (i, depths)
         };
-        starts.into_iter().map(of_line).collect()
+        numbers.iter().zip(starts).map(of_line).collect()
+    }
+
+    /// The same for lines at any `places`, with the brackets of their jumps.
+    pub(crate) fn starts(
+        &self,
+        tree: &ImageTree,
+        places: &[Place],
+        before: usize,
+        tolerance: f64,
+        base_level: u8,
+    ) -> Vec<(Vec<u32>, Vec<Bracket>)> {
+        let full = self.nearest_full(tree, before);
+        let of_line = |&place: &Place| {
+            let near = full.find(place, NEIGHBOURS);
+            self.starting_depths(tree, place, &near, tolerance, base_level)
+        };
+        places.par_iter().with_min_len(LINES_ASSESSED).map(of_line).collect()
+    }
+
+    /// The full lines before node `before`, by their places.
+    pub(crate) fn nearest_full(&self, tree: &ImageTree, before: usize) -> Nearest {
+        let full = (0..before).filter(|&i| self.is_full(i));
+        let full: Vec<(Place, usize)> = full.map(|i| (tree.nodes()[i].place, i)).collect();
+        Nearest::new(full.into_iter())
+    }
+
+    /// Sets where line `i` is expected to jump.
+    pub(crate) fn expect(&mut self, i: usize, brackets: Vec<Bracket>) {
+        self.brackets[i] = brackets;
     }
 
     /// The depths that a new full line at `place` starts with: those of the base level, what the

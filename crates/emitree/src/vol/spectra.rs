@@ -3,6 +3,7 @@
 use super::dyadic::{STEPS, spacing, unit};
 use super::energies::{self, Bins, Energies, Rest};
 use super::engine::{Engine, within_budget};
+use super::exam::Exam;
 use super::image_tree::ImageTree;
 use super::line::Line;
 use super::round::Scan;
@@ -127,6 +128,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
                 layers: visible.layers,
                 shares: visible.shares.clone(),
                 scale: visible.scale.clone(),
+                exam: Exam::default(),
             });
         }
     }

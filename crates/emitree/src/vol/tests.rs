@@ -1,6 +1,7 @@
 //! The choice between the two ways, against the image tree alone.
 
 use super::VolOptions;
+use super::coverage::LayerSamples;
 use super::engine::{by_tree, render};
 use crate::emission::FromFn;
 use crate::meter::{Limits, Meter};
@@ -20,11 +21,10 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let vol = VolOptions { tolerance, ..Default::default() };
     let options = RenderOptions::new(Method::Vol(vol));
     let tiles = [Tile { projection: &Canonical, shape: SHAPE, place: (0, 1) }];
-    [render, by_tree].map(|way| {
-        let meter = Meter::new(&emission, SHAPE, limits, None);
-        way(&meter, &tiles, None, &vol, &options).unwrap();
-        meter.evaluations()
-    })
+    let meters = [(); 2].map(|()| Meter::new(&emission, SHAPE, limits, None));
+    render(&meters[0], &tiles, None, &vol, &options).unwrap();
+    by_tree(&meters[1], &tiles, None, &vol, &options, LayerSamples::default()).unwrap();
+    meters.map(|meter| meter.evaluations())
 }
 
 /// The ratio of the two on random scenes: the largest, and the geometric mean.

@@ -23,6 +23,7 @@ mod rehearsal;
 mod search;
 
 use super::VolOptions;
+use super::coverage::LayerSamples;
 use super::engine::{Found, LOOSEST_TOLERANCE, STOP, finest_level, first_look};
 use super::seeds::Looks;
 use super::sights::Stop;
@@ -54,23 +55,23 @@ const PROBES: [(f64, usize); 3] = [(0.2, 256), (0.03, 512), (0.0, 1024)];
 /// Twice as many for each level beyond this that fibers need: there may be more of what is so small.
 const USUAL_LEVEL: u8 = 6;
 
-/// The image to the tolerance of `vol` from an interpolant of G, or the best one that a part of the
-/// budget allows; `None` if an image tree is the better way, for all that is known.
+/// Tries the image to the tolerance of `vol` from an interpolant of G.
 pub(crate) fn attempt<E: Emission>(
     meter: &Meter<'_, E>,
     tiles: &[Tile<'_>],
     vol: &VolOptions,
     options: &RenderOptions<'_>,
-) -> Result<Option<Found>, RenderError<E::Error>> {
-    let &[tile] = tiles else { return Ok(None) };
+) -> Result<Attempted, RenderError<E::Error>> {
+    let nothing = Attempted::default();
+    let &[tile] = tiles else { return Ok(nothing) };
     let layers = tile.projection.layers();
-    let [layer] = &layers[..] else { return Ok(None) };
+    let [layer] = &layers[..] else { return Ok(nothing) };
     let budget = meter.evaluations_left();
     let is_small = budget / LEAST_BUDGET < first_look(vol.base_level);
     let finest_level = finest_level(tile.shape, vol.base_level);
     let looks = Looks::at(options.seeds, &**layer, vol.base_level, finest_level);
     if is_small || tile.projection.has_regions() || !looks.are_none() {
-        return Ok(None);
+        return Ok(nothing);
     }
     let coarse = tile.shape.map(|pixels| pixels.min(COARSE_PIXELS));
     let mut attempt = Attempt {
@@ -84,14 +85,25 @@ pub(crate) fn attempt<E: Emission>(
         most: MOST_OF_BUDGET * budget as f64,
         vol,
     };
-    match attempt.run() {
-        Ok(found) => Ok(Some(found)),
+    let found = match attempt.run() {
+        Ok(found) => Some(found),
         // If the time may end before there is an image from lines, this one is better than none.
-        Err(End::Hopeless) if meter.deadline().is_some() => Ok(Some(attempt.unfinished())),
-        Err(End::Hopeless) => Ok(None),
-        Err(End::Stopped(Stop::Budget)) => Ok(Some(attempt.unfinished())),
-        Err(End::Stopped(Stop::Failed(error))) => Err(error),
-    }
+        Err(End::Hopeless) if meter.deadline().is_some() => Some(attempt.unfinished()),
+        Err(End::Hopeless) => None,
+        Err(End::Stopped(Stop::Budget)) => Some(attempt.unfinished()),
+        Err(End::Stopped(Stop::Failed(error))) => return Err(error),
+    };
+    Ok(Attempted { found, samples: attempt.search.samples() })
+}
+
+/// What a search has found.
+#[derive(Default)]
+pub(crate) struct Attempted {
+    /// The image to the tolerance, or the best one that a part of the budget allows; none if an image tree
+    /// is the better way, for all that is known.
+    pub(crate) found: Option<Found>,
+    /// Its scattered samples.
+    pub(crate) samples: LayerSamples,
 }
 
 struct Attempt<'a, 'b, E> {

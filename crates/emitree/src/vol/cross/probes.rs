@@ -12,16 +12,6 @@ const CELLS: usize = 8;
 /// somewhere in a cell more is left than on the average.
 const MARGIN: f64 = 3.0;
 
-/// The generator of a lattice sequence in three dimensions: the root of ρ⁴ = ρ + 1, whose powers are
-/// hard to approximate by fractions, as those of the golden ratio are in one.
-const RATIO: f64 = 1.220_744_084_605_759_5;
-
-/// Point `i` of a sequence that fills the cube evenly, however long it is.
-pub(super) fn scattered(i: usize) -> [f64; 3] {
-    let along = |power: i32| (0.5 + (i + 1) as f64 / RATIO.powi(power)).fract();
-    [along(1), along(2), along(3)]
-}
-
 /// What is left in each cell of the image: the root of the mean square of the probes there.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Left {
@@ -148,24 +138,11 @@ fn between(a: f64, b: f64, beyond: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn any_part_of_the_cube_has_its_share_of_the_sequence() {
-        for (count, uneven) in [(512, 0.15), (1500, 0.08), (4096, 0.05)] {
-            let points: Vec<[f64; 3]> = (0..count).map(scattered).collect();
-            for octant in 0..8 {
-                let is_inside = |point: &&[f64; 3]| {
-                    (0..3).all(|axis| (point[axis] >= 0.5) == (octant >> axis & 1 == 1))
-                };
-                let share = 8.0 * points.iter().filter(is_inside).count() as f64 / count as f64;
-                assert!((share - 1.0).abs() < uneven, "{octant}: {share}");
-            }
-        }
-    }
+    use crate::vol::lattice::point;
 
     #[test]
     fn the_map_is_large_where_much_is_left() {
-        let points: Vec<[f64; 3]> = (0..2000).map(scattered).collect();
+        let points: Vec<[f64; 3]> = (0..2048).map(point).collect();
         let rest: Vec<f64> = points.iter().map(|p| if p[0] < 0.25 { 0.1 } else { 0.01 }).collect();
         let left = Left::new(&points, &rest);
         let errors = left.errors([4, 8]);

@@ -1,6 +1,7 @@
 //! The rehearsal: what the image tree would cost, found on the interpolant instead of on G.
 
 use super::super::VolOptions;
+use super::super::coverage::LayerSamples;
 use super::super::engine::by_tree;
 use super::interpolant::Interpolant;
 use crate::emission::{Emission, Samples};
@@ -42,7 +43,7 @@ pub(super) fn evaluations_of_tree(
     let vol = VolOptions { tolerance, ..VolOptions::default() };
     let options = RenderOptions { frame: Some(&stop), ..RenderOptions::new(Method::Vol(vol)) };
     let tile = Tile { projection: &Canonical, shape, place: (0, 1) };
-    by_tree(&meter, &[tile], None, &vol, &options).ok()?;
+    by_tree(&meter, &[tile], None, &vol, &options, LayerSamples::default()).ok()?;
     Some(meter.evaluations() as f64)
 }
 

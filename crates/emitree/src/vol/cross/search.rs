@@ -1,10 +1,12 @@
 //! The search for an interpolant: fibers where most is left, until little is left everywhere.
 
+use super::super::coverage::LayerSamples;
+use super::super::lattice;
 use super::super::sights::{Stop, evaluate};
 use super::fibers::largest;
 use super::interpolant::Interpolant;
 use super::jump::{CLOSER_LOOKS, Steep};
-use super::probes::{Left, scattered};
+use super::probes::Left;
 use crate::emission::Emission;
 use crate::meter::Meter;
 use crate::projection::Layer;
@@ -114,11 +116,17 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
         self.probes.points.len()
     }
 
+    /// The scattered samples, for what comes after the search.
+    pub(super) fn samples(&self) -> LayerSamples {
+        let Probes { points, rates, .. } = &self.probes;
+        LayerSamples::of_probes(points, rates, |xy| self.view.layer.solid_angle_density(xy))
+    }
+
     /// Doubles the scattered points.
     pub(super) fn probe(&mut self) -> Result<(), Stop<E::Error>> {
         let first = self.probes();
         let more = first.max(FIRST_PROBES);
-        let points: Vec<[f64; 3]> = (first..first + more).map(scattered).collect();
+        let points: Vec<[f64; 3]> = (first..first + more).map(lattice::point).collect();
         self.probes.rates.extend(self.view.rates(&points)?);
         self.probes.points.extend(points);
         Ok(())

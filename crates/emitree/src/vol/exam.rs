@@ -1,0 +1,349 @@
+//! The final exam: lines of sight that took no part in an image tree, against what the tree says.
+//!
+//! An error estimate is made from the nodes themselves, and a structure between them is in none of it.
+//! So a tree that is good enough by its own estimate is compared with other lines, integrated in full
+//! from depths of their own: scattered ones, those where the estimate is largest, those through the
+//! scattered samples that agree least with the lines around them, and, from the worst of all, some
+//! nearby. Where one differs, the tree is refined and the exam is repeated with new lines; the former
+//! ones stay and are compared again.
+
+use super::dyadic::{STEPS, spacing, unit};
+use super::engine::{Developed, Engine, within_budget};
+use super::image_tree::{ImageTree, Place};
+use super::lattice;
+use super::remaining::around;
+use super::round::Scan;
+use super::sheet::Sheet;
+use super::sights::{Sights, Stop, Wanted, Way, base_depths};
+use super::whole;
+use crate::cell;
+use crate::emission::Emission;
+use crate::error::RenderError;
+use crate::image::Image;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// Scattered lines of one exam, at the least, shared among the sheets of a view…
+const LEAST_LINES: usize = 12;
+/// …and at least one for so many nodes.
+const NODES_PER_LINE: usize = 40;
+/// Lines where the estimated error is largest, as a share of the scattered ones.
+const WORST_SHARE: f64 = 0.5;
+/// These are at least this far from each other, as a share of the image's edge.
+const WORST_APART: f64 = 0.08;
+/// Lines from which neighbours are looked at for larger differences…
+const ASCENTS: usize = 2;
+/// …in so many steps.
+const STEPS_OF_ASCENT: usize = 2;
+/// An ascent begins at a difference of more than this share of the error allowed.
+const ASCENT_FROM: f64 = 0.2;
+/// A line fails if what it differs by is more than this share of the error allowed in a pixel.
+const FAILED: f64 = 0.6;
+/// Each line is sampled at all depths of a lattice finer than the base by so many levels.
+const FINER_DEPTHS: u8 = 1;
+/// One in so many scattered lines is sampled on a lattice finer by this many more levels: what all others
+/// step over in depth, it sees.
+const DENSE_LINES: usize = 3;
+const DENSER: u8 = 2;
+/// Samples of a line that failed are given to nodes nearby if their significance is beyond this share of
+/// the tolerance of a line.
+const SHARED_SIGNIFICANCE: f64 = 0.25;
+/// The number of the first scattered line in the lattice of scattered points: far beyond the samples.
+pub(crate) const FIRST_LINE: usize = 1 << 24;
+
+/// Lines of a sheet that are no nodes of its tree.
+#[derive(Debug, Default)]
+pub(crate) struct Exam {
+    /// Their places; there are no values.
+    places: ImageTree,
+    sights: Sights,
+    /// Scattered places that have been used.
+    scattered: usize,
+}
+
+/// How an exam ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// No line differs by more than is allowed.
+    Passed,
+    /// New nodes are wanted.
+    Failed,
+    /// A line differs between nodes of the finest level.
+    TooFine,
+    /// The budget did not allow it.
+    Unaffordable,
+}
+
+/// A line of an exam that differs from the tree.
+#[derive(Clone, Copy, Debug)]
+struct Difference {
+    sheet: usize,
+    /// The number of the line in the exam of its sheet.
+    line: usize,
+    /// The difference in the image, over the error allowed there.
+    size: f64,
+}
+
+impl<E: Emission> Engine<'_, '_, E> {
+    /// Compares the image with lines that it was not made from, and asks for nodes where they differ;
+    /// `target` is the error allowed, in the unit of the image.
+    pub(crate) fn examine(
+        &mut self,
+        developed: &Developed,
+        target: f64,
+    ) -> Result<Verdict, RenderError<E::Error>> {
+        let suspicious = match self.examine_samples(target) {
+            Err(Stop::Budget) => return Ok(Verdict::Unaffordable),
+            Err(Stop::Failed(error)) => return Err(error),
+            Ok(suspicious) => suspicious,
+        };
+        let mut places: Vec<Vec<(Place, Vec<u32>)>> = Vec::with_capacity(self.sheets.len());
+        let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
+        let lines = LEAST_LINES.max(nodes / NODES_PER_LINE).div_ceil(self.sheets.len());
+        for (i, sheet) in self.sheets.iter_mut().enumerate() {
+            let mut of_sheet = sheet.scattered_lines(lines);
+            let worst = whole((WORST_SHARE * lines as f64).ceil());
+            of_sheet.extend(sheet.worst_lines(developed.errors(sheet.tile), worst));
+            of_sheet.extend(suspicious[i].iter().cloned());
+            places.push(of_sheet);
+        }
+        let tolerances = self.line_tolerances(target);
+        let mut differences = Vec::new();
+        for step in 0..=STEPS_OF_ASCENT {
+            for i in 0..self.sheets.len() {
+                let tolerance = tolerances[i / self.layers.len()] / self.sheets[i].layers as f64;
+                let of_sheet = core::mem::take(&mut places[i]);
+                if !within_budget(self.sheets[i].examine_lines(of_sheet, tolerance))? {
+                    return Ok(Verdict::Unaffordable);
+                }
+            }
+            differences = self.differences(target);
+            if step < STEPS_OF_ASCENT {
+                let rising = differences.iter().filter(|of| of.size > ASCENT_FROM).take(ASCENTS);
+                for of in rising {
+                    places[of.sheet].extend(self.sheets[of.sheet].beside(of.line));
+                }
+            }
+        }
+        differences.retain(|of| of.size > FAILED);
+        match self.refine_around(&differences, &tolerances)? {
+            Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
+            verdict => Ok(verdict),
+        }
+    }
+
+    /// What all lines of exams differ by, the largest first.
+    fn differences(&self, target: f64) -> Vec<Difference> {
+        let layers = self.layers.len();
+        let mut differences = Vec::new();
+        for (i, sheet) in self.sheets.iter().enumerate() {
+            let earlier: Vec<&Sheet<'_, E>> =
+                self.sheets[..i].iter().skip(i % layers).step_by(layers).collect();
+            let learned = &self.energies.learned[i / layers];
+            let weight = learned.weights.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
+            let found = sheet.differences(&earlier, &learned.of_earlier);
+            let of_line = |(line, size): (usize, f64)| Difference {
+                sheet: i,
+                line,
+                size: size * weight / target,
+            };
+            differences.extend(found.into_iter().enumerate().map(of_line));
+        }
+        let order = |of: &Difference| (of.sheet, of.line);
+        differences.sort_by(|a, b| b.size.total_cmp(&a.size).then(order(a).cmp(&order(b))));
+        differences
+    }
+
+    /// Asks for nodes around lines that failed, and has the nodes nearby sampled where those were.
+    fn refine_around(
+        &mut self,
+        failed: &[Difference],
+        tolerances: &[f64],
+    ) -> Result<Verdict, RenderError<E::Error>> {
+        let layers = self.layers.len();
+        let mut verdict = Verdict::Passed;
+        for of in failed {
+            let sheet = &mut self.sheets[of.sheet];
+            let tolerance = tolerances[of.sheet / layers] / sheet.layers as f64;
+            let place = sheet.exam.places.nodes()[of.line].place;
+            let level = sheet.level_around(place);
+            if level >= self.finest_level {
+                return Ok(Verdict::TooFine);
+            }
+            verdict = Verdict::Failed;
+            let depths = sheet.exam.significant_depths(of.line, tolerance);
+            if !within_budget(sheet.scan.sample_around(place, level, &depths, tolerance))? {
+                return Ok(Verdict::Unaffordable);
+            }
+            sheet.scan.seeds.look_around(place, level + 1, &depths);
+        }
+        if verdict == Verdict::Failed {
+            self.set_values(0);
+        }
+        Ok(verdict)
+    }
+}
+
+impl<E: Emission> Sheet<'_, E> {
+    /// Scattered places that no exam has had, of those where the sheet is in view.
+    fn scattered_lines(&mut self, count: usize) -> Vec<(Place, Vec<u32>)> {
+        let base = self.scan.base_level;
+        let first = self.exam.scattered;
+        self.exam.scattered += count;
+        let place = |k: usize| {
+            let [x, y, _] = lattice::point(FIRST_LINE + k);
+            let finer = if k.is_multiple_of(DENSE_LINES) { DENSER } else { 0 };
+            ([x, y].map(dyadic), base_depths(base + FINER_DEPTHS + finer))
+        };
+        (first..first + count).map(place).collect()
+    }
+
+    /// The middles of the pixels with the largest of the estimated `errors`, far from each other.
+    fn worst_lines(&self, errors: Vec<&Image>, count: usize) -> Vec<(Place, Vec<u32>)> {
+        let [height, width] = [self.scale.height(), self.scale.width()];
+        let largest =
+            |pixel: usize| errors.iter().map(|error| error.pixels()[pixel]).fold(0.0, f64::max);
+        let in_view = (0..height * width).filter(|&pixel| self.scale.pixels()[pixel] != 0.0);
+        let mut pixels: Vec<(f64, usize)> = in_view.map(|pixel| (largest(pixel), pixel)).collect();
+        pixels.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut worst: Vec<[f64; 2]> = Vec::new();
+        for (_, pixel) in pixels {
+            if worst.len() == count {
+                break;
+            }
+            let middle = [(pixel % width, width), (pixel / width, height)]
+                .map(|(at, pixels)| (at as f64 + 0.5) / pixels as f64);
+            let near = |other: &[f64; 2]| {
+                (0..2).all(|axis| (other[axis] - middle[axis]).abs() < WORST_APART)
+            };
+            if !worst.iter().any(near) {
+                worst.push(middle);
+            }
+        }
+        let depths = base_depths(self.scan.base_level + FINER_DEPTHS);
+        worst.into_iter().map(|middle| (middle.map(dyadic), depths.clone())).collect()
+    }
+
+    /// The places around a line of the exam at half the distance of the nodes there.
+    fn beside(&self, line: usize) -> Vec<(Place, Vec<u32>)> {
+        let place = self.exam.places.nodes()[line].place;
+        let distance = spacing(self.level_around(place) + 1);
+        let depths = base_depths(self.scan.base_level + FINER_DEPTHS);
+        around(place, distance, 1)
+            .filter(|(x, y, _)| *x == 0 || *y == 0)
+            .map(|(_, _, place)| (place, depths.clone()))
+            .collect()
+    }
+
+    /// The finest level of which all nodes of the cell around a place are there.
+    fn level_around(&self, place: Place) -> u8 {
+        let has_cell = |level: &u8| {
+            let corner = place.map(|along| {
+                let step = spacing(*level);
+                (along / step).min(STEPS / step - 1) * step
+            });
+            let ends = |axis: usize| [corner[axis], corner[axis] + spacing(*level)];
+            let is_there = |x: u32| ends(1).iter().all(|&y| self.scan.tree.find([x, y]).is_some());
+            ends(0).into_iter().all(is_there)
+        };
+        let base = self.scan.base_level;
+        let finer = (base + 1..=self.scan.tree.finest_level()).take_while(has_cell);
+        finer.last().unwrap_or(base)
+    }
+
+    /// Integrates lines at places that are new, from the given depths and those of the lines nearby, each
+    /// to `tolerance`.
+    fn examine_lines(
+        &mut self,
+        places: Vec<(Place, Vec<u32>)>,
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
+        let Self { scan: Scan { view, tree, sights, base_level, closes, .. }, exam, .. } = self;
+        let first = exam.places.len();
+        let mut own = Vec::new();
+        for (place, depths) in places {
+            let is_new = tree.find(place).is_none() && exam.places.find(place).is_none();
+            if is_new && (!*closes || view.layer.is_open(place.map(unit))) {
+                exam.places.add(place);
+                own.push(depths);
+            }
+        }
+        let new: Vec<Place> = exam.places.nodes()[first..].iter().map(|node| node.place).collect();
+        exam.sights.grow(exam.places.len());
+        let starts = sights.starts(tree, &new, tree.len(), tolerance, *base_level);
+        let mut wanted: Wanted = Vec::with_capacity(new.len());
+        for (i, (own, (mut depths, brackets))) in (first..).zip(own.into_iter().zip(starts)) {
+            depths.extend(own);
+            exam.sights.ways[i] = Way::Full;
+            exam.sights.expect(i, brackets);
+            wanted.push((i, depths));
+        }
+        let looked = exam.sights.refine(view, &exam.places, wanted, tolerance, *base_level);
+        if looked.is_err() {
+            exam.places.truncate(first);
+            exam.sights.truncate(first);
+        }
+        looked
+    }
+
+    /// What each line of the exams differs by from the tree, as an error of a pixel, in the unit of the
+    /// image; `earlier` and `of_earlier` as in [`set_values`](Self::set_values).
+    fn differences(&self, earlier: &[&Self], of_earlier: &[f64]) -> Vec<f64> {
+        let [height, width] = [self.scale.height(), self.scale.width()];
+        let nodes = self.exam.places.nodes();
+        let difference = |ghosts: &mut (Ghosts, Vec<Ghosts>), i: usize| {
+            let place = nodes[i].place;
+            let (own, of_others) = ghosts;
+            let integral = self.exam.sights.lines[i].integral;
+            let value = self.value_of(place, integral, earlier, of_earlier, of_others);
+            let size = (value - self.scan.tree.value(place, own)).abs();
+            // What is smaller than a pixel is a part of it.
+            let distance = unit(spacing(self.level_around(place)));
+            let share = (distance * width as f64).min(1.0) * (distance * height as f64).min(1.0);
+            let [row, column] = self.pixel(place);
+            size * share * self.scale[(row, column)]
+        };
+        let ghosts = || (Ghosts::default(), vec![Ghosts::default(); earlier.len()]);
+        (0..nodes.len()).into_par_iter().map_init(ghosts, difference).collect()
+    }
+}
+
+type Ghosts = FxHashMap<u64, f64>;
+
+impl Exam {
+    /// The depths at which a line has found something.
+    fn significant_depths(&self, line: usize, tolerance: f64) -> Vec<u32> {
+        let samples = self.sights.lines[line].samples.iter();
+        let significant =
+            samples.filter(|of| of.opened || of.significance > SHARED_SIGNIFICANCE * tolerance);
+        significant.map(|sample| sample.depth).collect()
+    }
+}
+
+impl<E: Emission> Scan<'_, E> {
+    /// Has the nodes within a spacing of `level` sampled at the given depths and integrated in full, each
+    /// to `tolerance`.
+    fn sample_around(
+        &mut self,
+        place: Place,
+        level: u8,
+        depths: &[u32],
+        tolerance: f64,
+    ) -> Result<(), Stop<E::Error>> {
+        let is_near = |at: Place| (0..2).all(|k| at[k].abs_diff(place[k]) <= spacing(level));
+        let nodes = self.tree.nodes().iter().enumerate();
+        let near = nodes.filter(|(i, node)| is_near(node.place) && !self.sights.is_closed(*i));
+        let near: Vec<usize> = near.map(|(i, _)| i).collect();
+        let standing = self.sights.standing();
+        let integrated = self.integrate_in_full(&near, depths, tolerance);
+        if integrated.is_err() {
+            self.sights.restore(&standing);
+        }
+        integrated
+    }
+}
+
+/// The place of a coordinate from 0 to 1.
+pub(crate) fn dyadic(along: f64) -> u32 {
+    cell::to_u32(whole(along * f64::from(STEPS))).min(STEPS)
+}

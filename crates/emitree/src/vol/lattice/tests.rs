@@ -1,0 +1,152 @@
+//! The search for the generator, and Monte Carlo tests of what the points see.
+
+use super::*;
+use nalgebra::Vector3;
+
+const FIRST_LEVEL: u32 = FEWEST.ilog2();
+const LAST_LEVEL: u32 = 24;
+/// Generators that the search keeps from level to level.
+const KEPT: usize = 200;
+
+/// The covering radius of the lattice {k **g** / N} + ℤ³ in units of N^(−1/3), N = 2^level.
+///
+/// Selling's reduction gives four vectors of sum 0 without an acute angle between any two; the tetrahedra
+/// along them in all orders fill space, and are those of Delaunay (Conway and Sloane 1992,
+/// doi:10.1098/rspa.1992.0004). The largest circumsphere is as large as an empty ball can be.
+fn covering_radius(level: u32, generator: [u64; 3]) -> f64 {
+    let number = (1_u64 << level) as f64;
+    let first = Vector3::from(generator.map(|g| (g % (1 << level)) as f64));
+    let [second, third] = [number * Vector3::y(), number * Vector3::z()];
+    let mut superbase = [first, second, third, -(first + second + third)];
+    let pairs = || (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j)));
+    let acute = |base: &[Vector3<f64>; 4]| {
+        let products = pairs().map(|(i, j)| (base[i].dot(&base[j]), i, j));
+        products.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|largest| largest.0 > 0.0)
+    };
+    while let Some((_, i, j)) = acute(&superbase) {
+        let turned = superbase[i];
+        (0..4).filter(|k| *k != i && *k != j).for_each(|k| superbase[k] += turned);
+        superbase[i] = -turned;
+    }
+    let mut largest = 0.0_f64;
+    for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))).filter(|(i, j)| i != j) {
+        for k in (0..4).filter(|&k| k != i && k != j) {
+            let a = superbase[i];
+            let b = a + superbase[j];
+            largest = largest.max(circumradius(a, b, b + superbase[k]));
+        }
+    }
+    largest / number * number.cbrt()
+}
+
+/// The radius of the sphere through 0 and three other points.
+fn circumradius(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> f64 {
+    let centre = a.norm_squared() * b.cross(&c)
+        + b.norm_squared() * c.cross(&a)
+        + c.norm_squared() * a.cross(&b);
+    centre.norm() / (2.0 * a.dot(&b.cross(&c))).abs()
+}
+
+#[test]
+fn the_covering_radius_of_a_cubic_lattice_is_known() {
+    // All of ℤ³ / 4 is no lattice of rank 1, but of one vector in eight: {k (1, 4, 16) / 64}.
+    let sheared = covering_radius(6, [1, 4, 16]);
+    assert!(sheared > 3.0_f64.sqrt() / 2.0 - 1e-12, "{sheared}");
+    // (1, 1, 1) / 2 is body-centred: √5 / 4 edges, of two points each.
+    let body_centred = covering_radius(1, [1, 1, 1]);
+    assert!((body_centred - 5.0_f64.sqrt() / 4.0 * 2.0_f64.cbrt()).abs() < 1e-12);
+}
+
+/// A generator, its largest covering radius so far, and the sum of all.
+type Candidate = ([u64; 3], f64, f64);
+
+/// All odd generators of the first level, and then each of the best with each choice of the next bit.
+#[test]
+fn the_generator_is_what_the_search_finds() {
+    let odd = || (1..1_u64 << FIRST_LEVEL).step_by(2);
+    let pairs = odd().flat_map(|second| odd().map(move |third| [1, second, third]));
+    let mut best: Vec<Candidate> =
+        pairs.filter(|[_, second, third]| second <= third).map(|g| (g, 0.0, 0.0)).collect();
+    for level in FIRST_LEVEL..=LAST_LEVEL {
+        let judged = |(generator, largest, sum): Candidate| {
+            let radius = covering_radius(level, generator);
+            (generator, largest.max(radius), sum + radius)
+        };
+        best = best.into_iter().map(judged).collect();
+        best.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)));
+        best.truncate(KEPT);
+        if level < LAST_LEVEL {
+            let bit = 1 << level;
+            let longer = |(g, largest, sum): Candidate| {
+                [[0, 0], [bit, 0], [0, bit], [bit, bit]]
+                    .map(|[second, third]| ([1, g[1] + second, g[2] + third], largest, sum))
+            };
+            best = best.into_iter().flat_map(longer).collect();
+        }
+    }
+    let (generator, largest, _) = best[0];
+    assert_eq!(generator, GENERATOR);
+    assert!(largest < 0.7936, "{largest}");
+}
+
+/// Random places in the unit cube (xorshift; Marsaglia 2003, doi:10.18637/jss.v008.i14).
+fn places(count: usize) -> Vec<[f64; 3]> {
+    let mut state = 88_172_645_463_325_252_u64;
+    let mut uniform = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        fraction(state)
+    };
+    (0..count).map(|_| [uniform(), uniform(), uniform()]).collect()
+}
+
+#[test]
+fn gaussians_of_the_smallest_size_are_seen_with_99_percent() {
+    const SHARE: f64 = 0.01;
+    for (points, fewest) in [(1024, 0.990), (4096, 0.990), (16_384, 0.990)] {
+        let lattice: Vec<[f64; 3]> = (0..points).map(point).collect();
+        let size = smallest_seen(points, SHARE);
+        let places = places(4000);
+        let is_seen = |place: &&[f64; 3]| {
+            let rate = |point: &[f64; 3]| {
+                let square: f64 = point.iter().zip(*place).map(|(p, c)| (p - c).powi(2)).sum();
+                (-0.5 * square / (size * size)).exp()
+            };
+            lattice.iter().map(rate).fold(0.0, f64::max) > SHARE
+        };
+        let seen = places.iter().filter(is_seen).count() as f64 / places.len() as f64;
+        assert!((fewest..1.0).contains(&seen), "{points} {seen}");
+    }
+}
+
+#[test]
+fn twice_the_points_are_a_lattice_too_and_none_lies_on_dyadic_planes() {
+    for level in [7, 10, 14] {
+        let number = 1_usize << level;
+        let mut cells = [(); 3].map(|()| vec![0; number]);
+        for at in (0..number).map(point) {
+            for (along, cells) in at.into_iter().zip(&mut cells) {
+                let scaled = along * number as f64;
+                assert!((0.3..0.7).contains(&scaled.fract()), "{scaled}");
+                cells[scaled as usize] += 1;
+            }
+        }
+        // One point in each slice, along each axis.
+        assert!(cells.iter().flatten().all(|&count| count == 1));
+    }
+}
+
+#[test]
+fn more_points_see_smaller_structures() {
+    assert_eq!(smallest_seen(127, 0.01), f64::INFINITY);
+    assert_eq!(smallest_seen(2047, 0.01).to_bits(), smallest_seen(1024, 0.01).to_bits());
+    assert!(smallest_seen(2048, 0.01) < smallest_seen(1024, 0.01));
+    assert!(smallest_seen(1024, 0.001) < smallest_seen(1024, 0.01));
+    for size in [0.04, 0.025, 0.01] {
+        let points = points_to_see(size, 0.01);
+        assert!(smallest_seen(points, 0.01) <= size && smallest_seen(points / 2, 0.01) > size);
+    }
+    assert_eq!(points_to_see(1.0, 0.01), FEWEST);
+    assert_eq!(points_to_see(0.0, 0.01), usize::MAX);
+}
