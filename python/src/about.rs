@@ -265,6 +265,7 @@ impl Bins {
         let wrong = |error: &dyn std::error::Error| PyValueError::new_err(error.to_string());
         let scale = if self.scale == "log" { EnergyScale::Log } else { EnergyScale::Linear };
         let axis = EnergyAxis::new(self.min, self.max, self.bins, scale);
-        Energies::new(axis.map_err(|error| wrong(&error))?, &self.unit).map_err(|error| wrong(&error))
+        Energies::new(axis.map_err(|error| wrong(&error))?, &self.unit)
+            .map_err(|error| wrong(&error))
     }
 }

@@ -1,13 +1,11 @@
 //! An image or a cube with its error and its bill.
 
 use crate::about::{About, Bins};
-use crate::bridge::array;
+use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
 use crate::fits::{self, NamedMap};
 use emitree::projection::healpix::pixel_of_direction;
-use emitree::{
-    Cube, CubeRendering, EvaluationCounts, Healpix, Image, Rendering, irradiance_of,
-};
+use emitree::{Cube, CubeRendering, EvaluationCounts, Healpix, Image, Rendering, irradiance_of};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
     Card, East, Energies, PictureOptions, Quantity, Scene, WcsAxis, encode_png, mollweide,
@@ -206,7 +204,10 @@ impl Rendered {
 
     /// The borders of the energy bins, ascending, and their unit; `None` without an energy axis.
     #[getter]
-    fn energies<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyArray1<f64>>, String)>> {
+    fn energies<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<(Bound<'py, PyArray1<f64>>, String)>> {
         let energies = self.energies_of_bins()?;
         Ok(energies.map(|energies| {
             (PyArray1::from_vec(py, energies.axis().edges()), energies.unit_name().to_owned())
@@ -353,7 +354,8 @@ impl Rendered {
         let mut provenance = self.provenance();
         let exposure = self.about.exposure_s;
         provenance.extend(exposure.map(|time| Card::new("EXPOSURE", time, "[s] of the counts")));
-        provenance.extend(seed.map(|seed| Card::new("SEED", seed, "of the counts that were drawn")));
+        provenance
+            .extend(seed.map(|seed| Card::new("SEED", seed, "of the counts that were drawn")));
         let bytes = fits::encode(&self.about, &maps, None, provenance).map_err(of_encoding)?;
         Ok(PyBytes::new(py, &bytes))
     }
@@ -375,20 +377,6 @@ pub(crate) fn draw_counts<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let drawn = emitree_instrument::draw_counts(&cube_of(&expected)?, seed);
     voxels(py, &drawn.map_err(of_counting)?)
-}
-
-/// A cube from an array (bands, height, width).
-fn cube_of(values: &PyReadonlyArray3<'_, f64>) -> PyResult<Cube> {
-    let values = values.as_array();
-    let (height, width) = (values.shape()[1], values.shape()[2]);
-    let bands = values.outer_iter().map(|band| band.iter().copied().collect());
-    Ok(Cube::from_bands(bands.map(|band| Image::from_pixels(height, width, band)).collect()))
-}
-
-/// An array (bands, height, width).
-fn voxels<'py>(py: Python<'py>, map: &Cube) -> PyResult<Bound<'py, PyAny>> {
-    let [bands, height, width] = map.shape();
-    PyArray1::from_iter(py, map.voxels()).call_method1("reshape", ((bands, height, width),))
 }
 
 /// Counts, the name and sums of each step that led to them, and the channels.

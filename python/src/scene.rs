@@ -207,8 +207,9 @@ fn rendered(
     let (emission, camera) = (emission(scene, hooks, caller), scene.camera.projection());
     let shape = [scene.height, scene.width];
     match &scene.energy {
-        None => render(&emission, camera, shape, &options)
-            .map(|found| Rendered::image(scene, found)),
+        None => {
+            render(&emission, camera, shape, &options).map(|found| Rendered::image(scene, found))
+        }
         Some(energies) => render_cube(&emission, camera, shape, energies.axis(), &options)
             .map(|found| Rendered::cube(scene, found)),
     }

@@ -7,7 +7,6 @@ points to the right and y up. Nothing is flipped; plots put row 0 at the bottom.
 from __future__ import annotations
 
 import base64
-import errno
 import html
 import os
 from functools import cached_property
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from emitree import _native, _units
+from emitree._files import written
 from emitree._function import Floats
 from emitree._spectrum import Spectrum
 
@@ -144,7 +144,7 @@ class Rendering:
         seed = None if expected else self._seed(seed)
         counts = self.expected_counts if seed is None else self.draw_counts(seed)
         encoded = self._found.counts_fits(counts, self._counted[2], seed)
-        return _written(encoded, path, overwrite)
+        return written(encoded, path, overwrite)
 
     def spectrum(self, counts: Floats | None = None, *, where: Any = None) -> Spectrum:
         """The spectrum of a cube, or that of an instrument.
@@ -294,7 +294,7 @@ class Rendering:
         With a path the file is written, which needs no astropy; without one, an astropy HDUList is
         returned. A file is whole or absent: one that is replaced stays until the other is complete.
         """
-        return _written(self._found.fits(), path, overwrite)
+        return written(self._found.fits(), path, overwrite)
 
     def to_xarray(self) -> Any:
         """An xarray Dataset of `image` and `error` with the coordinates of the pixels' centres.
@@ -377,19 +377,6 @@ class Rendering:
             f'<img alt="the image" style="{style}" src="data:image/png;base64,{image}">'
             f"<table>{table}</table></div>"
         )
-
-
-def _written(encoded: bytes, path: str | os.PathLike[str] | None, overwrite: bool) -> Any:
-    """The bytes of a FITS file in a file; or as an HDUList without a path."""
-    if path is None:
-        from astropy.io import fits
-
-        return fits.HDUList.fromstring(encoded)
-    if not overwrite and os.path.lexists(path):
-        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), os.fspath(path))
-    with _native.OutputFile(path) as output:
-        output.commit(encoded)
-    return None
 
 
 def _ends(places: Floats) -> tuple[float, float]:

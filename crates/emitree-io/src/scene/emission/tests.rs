@@ -232,7 +232,8 @@ fn a_function_has_a_name_and_no_rates() {
     assert!(matches!(&source, EmissionSource::Function(name) if name == "models.peak"));
     let failure = rate(&source, [0.0; 3]).unwrap_err().to_string();
     assert!(failure.starts_with("`emission.function` is `models.peak`, a function in Python"));
-    let two = "emission = { function = \"f\", expression = \"x\" }\nprojection.type = \"canonical\"\n";
+    let two =
+        "emission = { function = \"f\", expression = \"x\" }\nprojection.type = \"canonical\"\n";
     let error = Scene::parse("scene.toml", two, &[]).unwrap_err();
     assert_eq!(error.message(), "the scene has two emissions");
 }
