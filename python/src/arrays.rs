@@ -17,9 +17,9 @@ pub(crate) fn voxels<'py>(py: Python<'py>, map: &Cube) -> PyResult<Bound<'py, Py
 }
 
 /// A cube from an array (bands, height, width).
-pub(crate) fn cube_of(values: &PyReadonlyArray3<'_, f64>) -> PyResult<Cube> {
+pub(crate) fn cube_of(values: &PyReadonlyArray3<'_, f64>) -> Cube {
     let values = values.as_array();
     let (height, width) = (values.shape()[1], values.shape()[2]);
     let bands = values.outer_iter().map(|band| band.iter().copied().collect());
-    Ok(Cube::from_bands(bands.map(|band| Image::from_pixels(height, width, band)).collect()))
+    Cube::from_bands(bands.map(|band| Image::from_pixels(height, width, band)).collect())
 }

@@ -132,12 +132,12 @@ impl Rendered {
         errors: Option<PyReadonlyArray3<'_, f64>>,
         evaluations_of_pixels: PyReadonlyArray3<'_, f64>,
     ) -> PyResult<Self> {
-        let map = cube_of(&evaluations_of_pixels)?;
+        let map = cube_of(&evaluations_of_pixels);
         let map = map.bands().first().cloned().unwrap_or_else(|| Image::zeros(0, 0));
         let found = Self {
             about,
-            bands: cube_of(&values)?,
-            error: errors.as_ref().map(cube_of).transpose()?,
+            bands: cube_of(&values),
+            error: errors.as_ref().map(cube_of),
             evaluations_of_pixels: Counted::Map(map),
             counting: None,
         };
@@ -344,7 +344,7 @@ impl Rendered {
         channels: Vec<(i64, f64, f64)>,
         seed: Option<u64>,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let map = cube_of(&counts)?;
+        let map = cube_of(&counts);
         let channels = channels
             .into_iter()
             .map(|(number, low, high)| Channel { number, range_kev: [low, high] });
@@ -375,7 +375,7 @@ pub(crate) fn draw_counts<'py>(
     expected: PyReadonlyArray3<'py, f64>,
     seed: u64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let drawn = emitree_instrument::draw_counts(&cube_of(&expected)?, seed);
+    let drawn = emitree_instrument::draw_counts(&cube_of(&expected), seed);
     voxels(py, &drawn.map_err(of_counting)?)
 }
 

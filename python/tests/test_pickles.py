@@ -115,6 +115,14 @@ def test_an_instrument_needs_no_files_afterwards(tmp_path):
     assert np.array_equal(pickle.loads(kept).expected_counts, rendering.expected_counts)
 
 
+def test_counts_that_can_not_be_had_are_no_reason_not_to_pickle():
+    options = {"energy": ENERGIES, "unit": UNIT, "instrument": INSTRUMENT}
+    rendering = emitree.render("exp(-E)", CAMERA, (4, 4), quantity="irradiance", **options)
+    for each in (rendering, again(rendering), again(again(rendering))):
+        with pytest.raises(emitree.SceneError, match="an instrument takes radiances"):
+            _ = each.expected_counts
+
+
 def test_frames_spectra_and_errors():
     *frames, last = emitree.progressive(peak, CUBE, (8, 8))
     assert np.array_equal(again(frames[0]).image, frames[0].image)
