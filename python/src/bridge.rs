@@ -8,9 +8,10 @@
 //! Each rendering has a pool of threads of its own. With a shared one, a function that renders
 //! something itself would wait for threads that wait for it.
 
+use crate::arrays::array;
 use emitree::{Frame, Image, Samples};
 use numpy::ndarray::Array2;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
@@ -220,12 +221,6 @@ fn rows<'py>(py: Python<'py>, values: Vec<f64>) -> PyResult<Bound<'py, PyArray2<
     let shape = (values.len() / 3, 3);
     let rows = Array2::from_shape_vec(shape, values);
     Ok(rows.map_err(|error| PyValueError::new_err(error.to_string()))?.into_pyarray(py))
-}
-
-/// An image as an array of shape (height, width).
-pub(crate) fn array<'py>(py: Python<'py>, image: &Image) -> PyResult<Bound<'py, PyAny>> {
-    let pixels = PyArray1::from_slice(py, image.pixels());
-    pixels.call_method1("reshape", ((image.height(), image.width()),))
 }
 
 /// The first point of a batch, for the note of an exception.

@@ -2,9 +2,11 @@
 
 use crate::emission::EmissionStop;
 use emitree::{RenderError as CoreError, WorldTreeError};
+use emitree_io::OutputError;
 use pyo3::create_exception;
-use pyo3::exceptions::{PyException, PyMemoryError, PyValueError};
+use pyo3::exceptions::{PyException, PyMemoryError, PyOSError, PyValueError};
 use pyo3::prelude::*;
+use std::io;
 
 create_exception!(
     emitree,
@@ -28,7 +30,13 @@ create_exception!(
 
 /// A scene that can't be read: what is wrong, and what was expected; with the file and the line if
 /// there is a file.
-pub(crate) fn of_scene(error: &emitree_io::SceneError, is_file: bool) -> PyErr {
+///
+/// `aliases` are words for names of temporary files.
+pub(crate) fn of_scene(
+    error: &emitree_io::SceneError,
+    is_file: bool,
+    aliases: &[(String, String)],
+) -> PyErr {
     let mut text = error.to_string();
     if let (true, Some((name, line))) = (is_file, error.line()) {
         text = format!("{name}, line {line}: {text}");
@@ -37,7 +45,24 @@ pub(crate) fn of_scene(error: &emitree_io::SceneError, is_file: bool) -> PyErr {
         text.push_str(": ");
         text.push_str(error.expected());
     }
+    for (file, alias) in aliases {
+        text = text.replace(file, alias);
+    }
     SceneError::new_err(text)
+}
+
+/// A file that can't be written: the `OSError` of its cause, with the path.
+pub(crate) fn of_output(error: OutputError) -> PyErr {
+    let kind = match &error {
+        OutputError::Create { source, .. }
+        | OutputError::Open { source, .. }
+        | OutputError::Write { source, .. }
+        | OutputError::Replace { source, .. } => source.kind(),
+        OutputError::WriteProtected { .. } => io::ErrorKind::PermissionDenied,
+        OutputError::NotAFile { found: "a directory", .. } => io::ErrorKind::IsADirectory,
+        _ => return PyOSError::new_err(error.to_string()),
+    };
+    io::Error::new(kind, error.to_string()).into()
 }
 
 /// Counts that can't be had.
@@ -60,9 +85,10 @@ pub(crate) fn of_rendering(py: Python<'_>, error: CoreError<EmissionStop>) -> Py
         }
         CoreError::Emission(_) => EmissionError::new_err(error.to_string()),
         CoreError::TooLarge { .. } => PyMemoryError::new_err(error.to_string()),
-        CoreError::Option { .. } | CoreError::Build(_) | CoreError::EmptyImage { .. } => {
-            SceneError::new_err(error.to_string())
-        }
+        CoreError::Option { .. }
+        | CoreError::Build(_)
+        | CoreError::EmptyImage { .. }
+        | CoreError::NothingInView => SceneError::new_err(error.to_string()),
         _ => RenderError::new_err(error.to_string()),
     }
 }

@@ -1,55 +1,66 @@
 //! FITS files of a rendering: images and cubes in HDUs, or columns of one table for a sky.
 
+use crate::about::About;
 use emitree::{Cube, Healpix};
-use emitree_io::units::Unit;
+use emitree_instrument::Channel;
 use emitree_io::{
-    CameraKind, Card, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Scene, Wcs,
+    Card, Energies, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile,
 };
 use std::time::SystemTime;
 
-/// The coordinates of the pixels; none for a sky in `HEALPix` pixels.
-pub(crate) fn coordinates(scene: &Scene) -> Option<Wcs> {
-    let length = scene.length_unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
-    scene.camera.wcs(scene.height, scene.width, &length.unwrap_or_else(Unit::one))
+/// A map of a file: its name, its values and their unit, and its channels if it has counts.
+pub(crate) struct NamedMap<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) map: &'a Cube,
+    pub(crate) unit: &'a str,
+    pub(crate) channels: Option<&'a [Channel]>,
 }
 
 /// The bytes of a file with named maps, the first of which is the main one.
 pub(crate) fn encode(
-    scene: &Scene,
-    maps: &[(&str, &Cube)],
+    about: &About,
+    maps: &[NamedMap<'_>],
+    energies: Option<&Energies>,
     provenance: Vec<Card>,
 ) -> Result<Vec<u8>, FitsEncodeError> {
-    let unit = Some(scene.image_unit()).filter(|unit| !unit.is_empty());
-    let energies = scene.energy.as_ref();
-    let (history, date) = (scene.text.clone(), Some(SystemTime::now()));
-    let names: Vec<String> = maps.iter().map(|(name, _)| name.to_uppercase()).collect();
-    if scene.camera.kind() == CameraKind::Healpix {
-        let maps = names.iter().zip(maps);
-        let columns: Vec<(String, Vec<f64>)> =
-            maps.flat_map(|(name, (_, map))| columns(name, map, energies.is_some())).collect();
-        let columns =
-            columns.iter().map(|(name, values)| HealpixColumn { name, unit, values }).collect();
+    let (history, date) = (about.history(), Some(SystemTime::now()));
+    if about.is_sky {
+        let columns: Vec<(String, &str, Vec<f64>)> =
+            maps.iter().flat_map(|map| columns(map, about.bins.is_some())).collect();
+        let columns = columns
+            .iter()
+            .map(|(name, unit, values)| HealpixColumn { name, unit: known(unit), values })
+            .collect();
         let coordinates = None;
         return HealpixFile { columns, coordinates, energies, provenance, history, date }.encode();
     }
-    let named = names.iter().zip(maps);
-    let mut images = named.map(|(name, (_, map))| hdu(name, map, unit, energies.is_some()));
+    let mut images = maps.iter().map(|map| hdu(map, about.bins.is_some()));
     let Some(primary) = images.next() else { return Ok(Vec::new()) };
-    let (extensions, wcs) = (images.collect(), coordinates(scene));
+    let (extensions, wcs) = (images.collect(), about.wcs());
     FitsFile { primary, extensions, wcs, energies, provenance, history, date }.encode()
 }
 
-/// An image or a cube as an HDU.
-fn hdu<'a>(name: &'a str, map: &'a Cube, unit: Option<&'a str>, is_cube: bool) -> FitsImage<'a> {
-    match map.bands() {
-        [image] if !is_cube => FitsImage::new(name, image, unit),
-        _ => FitsImage::cube(name, map, unit),
+/// A unit, if it is told.
+fn known(unit: &str) -> Option<&str> {
+    Some(unit).filter(|unit| !unit.is_empty())
+}
+
+/// An image, a cube or counts as an HDU.
+fn hdu<'a>(named: &NamedMap<'a>, is_cube: bool) -> FitsImage<'a> {
+    let NamedMap { name, map, unit, channels } = *named;
+    match (map.bands(), channels) {
+        (_, Some(channels)) => FitsImage::channels(name, map, channels, known(unit)),
+        ([image], None) if !is_cube => FitsImage::new(name, image, known(unit)),
+        _ => FitsImage::cube(name, map, known(unit)),
     }
 }
 
 /// A column for each band: `RADIANCE`, or `RADIANCE_1`, `RADIANCE_2` and so on of a cube.
-fn columns(name: &str, map: &Cube, is_cube: bool) -> Vec<(String, Vec<f64>)> {
+fn columns<'a>(named: &NamedMap<'a>, is_cube: bool) -> Vec<(String, &'a str, Vec<f64>)> {
+    let NamedMap { name, map, unit, .. } = *named;
     let number = |bin: usize| if is_cube { format!("_{}", bin + 1) } else { String::new() };
     let bands = map.bands().iter().enumerate();
-    bands.map(|(bin, band)| (format!("{name}{}", number(bin)), Healpix::nested(band))).collect()
+    bands
+        .map(|(bin, band)| (format!("{name}{}", number(bin)), unit, Healpix::nested(band)))
+        .collect()
 }

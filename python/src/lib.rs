@@ -8,13 +8,19 @@
 //!   called, which alone runs Python;
 //! * `emission`: the emission of a scene, or a function in Python, as the library sees it;
 //! * `rendering`: an image or a cube with its error and its bill;
+//! * `about`: what of its scene the results need, plain data that can be pickled;
+//! * `arrays`: images and cubes as arrays of `NumPy`;
 //! * `fits`: the same as the bytes of a file;
+//! * `output`: files that are whole or absent;
 //! * `error`: errors as exceptions, all in one place.
 
+mod about;
+mod arrays;
 mod bridge;
 mod emission;
 mod error;
 mod fits;
+mod output;
 mod rendering;
 mod scene;
 
@@ -24,7 +30,9 @@ mod _native {
     #[pymodule_export]
     use crate::error::{EmissionError, RenderError, SceneError};
     #[pymodule_export]
-    use crate::rendering::Rendered;
+    use crate::output::OutputFile;
+    #[pymodule_export]
+    use crate::rendering::{Rendered, draw_counts};
     #[pymodule_export]
     use crate::scene::Scene;
 

@@ -1,23 +1,21 @@
 //! An image or a cube with its error and its bill.
 
-use crate::bridge::array;
+use crate::about::{About, Bins};
+use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
-use crate::fits;
+use crate::fits::{self, NamedMap};
 use emitree::projection::healpix::pixel_of_direction;
-use emitree::{
-    Cube, CubeRendering, Ending, EvaluationCounts, Healpix, Image, Method, RenderedTree, Rendering,
-    irradiance_of,
-};
-use emitree_instrument::{Observation, draw_counts};
+use emitree::{Cube, CubeRendering, EvaluationCounts, Healpix, Image, Rendering, irradiance_of};
+use emitree_instrument::{Channel, Observation};
 use emitree_io::{
-    CameraKind, Card, East, Energies, PictureOptions, Quantity, Scene, WcsAxis, encode_png,
-    mollweide,
+    Card, East, Energies, PictureOptions, Quantity, Scene, WcsAxis, encode_png, mollweide,
 };
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray3};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyTuple, PyType};
+use std::borrow::Cow;
 use std::sync::Arc;
-use std::time::Duration;
 
 /// Rows of the map of a sky in a picture.
 const HEIGHT_OF_SKY: usize = 400;
@@ -25,58 +23,52 @@ const HEIGHT_OF_SKY: usize = 400;
 /// What a rendering has found: arrays, the bill, and the bytes of files.
 #[pyclass(frozen, module = "emitree._native")]
 pub(crate) struct Rendered {
-    scene: Arc<Scene>,
+    about: About,
     bands: Cube,
     error: Option<Cube>,
-    evaluations_of_pixels: EvaluationCounts,
-    evaluations: u64,
-    batches: u64,
-    ending: Ending,
-    tree: Option<RenderedTree>,
-    energies: Option<usize>,
-    base_level: Option<u8>,
-    emission_time: Duration,
-    total_time: Duration,
+    evaluations_of_pixels: Counted,
+    /// The scene, if it has an instrument whose counts are not known yet.
+    counting: Option<Arc<Scene>>,
+}
+
+/// Evaluations on the lines of sight of each pixel.
+enum Counted {
+    /// As they were counted, with memory only where there are any.
+    Sparse(EvaluationCounts),
+    /// Of a rendering that was pickled.
+    Map(Image),
 }
 
 impl Rendered {
-    pub(crate) fn image(scene: Arc<Scene>, found: Rendering) -> Self {
-        let one = |image| Cube::from_bands(vec![in_quantity(&scene, image)]);
+    pub(crate) fn image(scene: &Arc<Scene>, found: Rendering) -> Self {
+        let about = About::of_image(scene, &found);
+        let one = |image| Cube::from_bands(vec![in_quantity(scene, image)]);
         Self {
+            about,
             bands: one(found.image),
             error: found.error.map(one),
-            evaluations_of_pixels: found.evaluations_of_pixels,
-            evaluations: found.evaluations,
-            batches: found.batches,
-            ending: found.ending,
-            tree: found.tree,
-            energies: None,
-            base_level: found.base_level,
-            emission_time: found.emission_time,
-            total_time: found.total_time,
-            scene,
+            evaluations_of_pixels: Counted::Sparse(found.evaluations_of_pixels),
+            counting: None,
         }
     }
 
-    pub(crate) fn cube(scene: Arc<Scene>, found: CubeRendering) -> Self {
+    pub(crate) fn cube(scene: &Arc<Scene>, found: CubeRendering) -> Self {
+        let about = About::of_cube(scene, &found);
         Self {
-            bands: bands_in_quantity(&scene, found.cube),
-            error: found.error.map(|error| bands_in_quantity(&scene, error)),
-            evaluations_of_pixels: found.evaluations_of_pixels,
-            evaluations: found.evaluations,
-            batches: found.batches,
-            ending: found.ending,
-            tree: None,
-            energies: Some(found.energies.len()),
-            base_level: found.base_level,
-            emission_time: found.emission_time,
-            total_time: found.total_time,
-            scene,
+            about,
+            bands: bands_in_quantity(scene, found.cube),
+            error: found.error.map(|error| bands_in_quantity(scene, error)),
+            evaluations_of_pixels: Counted::Sparse(found.evaluations_of_pixels),
+            counting: scene.instrument.is_some().then(|| Arc::clone(scene)),
         }
     }
 
     fn is_cube(&self) -> bool {
-        self.scene.energy.is_some()
+        self.about.bins.is_some()
+    }
+
+    fn energies_of_bins(&self) -> PyResult<Option<Energies>> {
+        self.about.bins.as_ref().map(Bins::energies).transpose()
     }
 
     fn array_of<'py>(&self, py: Python<'py>, map: &Cube) -> PyResult<Bound<'py, PyAny>> {
@@ -87,18 +79,21 @@ impl Rendered {
     }
 
     /// One image to look at: a cube is summed over its energies.
-    fn flat(&self) -> Image {
-        match self.bands.bands() {
-            [image] if !self.is_cube() => image.clone(),
-            _ => self.scene.band_image(&self.bands).unwrap_or_else(|| Image::zeros(0, 0)),
-        }
+    fn flat(&self) -> PyResult<Image> {
+        let Some(energies) = self.energies_of_bins()? else {
+            let image = self.bands.bands().first();
+            return Ok(image.cloned().unwrap_or_else(|| Image::zeros(0, 0)));
+        };
+        let mut band = self.bands.sum_over_energy(energies.axis());
+        band.pixels_mut().iter_mut().for_each(|pixel| *pixel *= self.about.band_factor);
+        Ok(band)
     }
 
     /// The image as a picture; a sky as a map of this height.
-    fn shown(&self, height: usize) -> Image {
-        let image = self.flat();
-        if self.scene.camera.kind() != CameraKind::Healpix {
-            return image;
+    fn shown(&self, height: usize) -> PyResult<Image> {
+        let image = self.flat()?;
+        if !self.about.is_sky {
+            return Ok(image);
         }
         let values = Healpix::nested(&image);
         let nside = u32::try_from(image.width()).unwrap_or(u32::MAX);
@@ -106,49 +101,63 @@ impl Rendered {
             let pixel = usize::try_from(pixel_of_direction(nside, direction));
             pixel.ok().and_then(|pixel| values.get(pixel)).copied().unwrap_or(f64::NAN)
         };
-        mollweide(height, East::Left, value)
+        Ok(mollweide(height, East::Left, value))
     }
 
     /// What the instrument of the scene is expected to count; none if there is no instrument.
     fn observation(&self) -> PyResult<Option<Observation>> {
-        if self.scene.instrument.is_some() && self.scene.quantity != Quantity::Radiance {
+        let Some(scene) = &self.counting else { return Ok(None) };
+        if scene.quantity != Quantity::Radiance {
             let why = "`quantity` is \"irradiance\", and an instrument takes radiances";
             return Err(of_counting(format!("{why}: expected \"radiance\"")));
         }
-        self.scene.expected_counts(&self.bands).transpose().map_err(of_counting)
+        scene.expected_counts(&self.bands).transpose().map_err(of_counting)
     }
 
-    fn ending_name(&self) -> &'static str {
-        match self.ending {
-            Ending::Complete => "complete",
-            Ending::DeepestLevel => "deepest level",
-            _ => "budget",
+    fn evaluation_map(&self) -> Cow<'_, Image> {
+        match &self.evaluations_of_pixels {
+            Counted::Sparse(counts) => Cow::Owned(counts.to_image()),
+            Counted::Map(map) => Cow::Borrowed(map),
         }
-    }
-
-    /// How the image came about, as FITS keywords.
-    fn provenance(&self) -> Vec<Card> {
-        let method = self.scene.render.method.name();
-        let mut cards = vec![
-            Card::new("METHOD", method, "from the emission to the image"),
-            Card::new("NEVAL", self.evaluations, "evaluations of the emission rate"),
-            Card::new("CONVERGD", self.ending == Ending::Complete, "the method ended by itself"),
-        ];
-        if let Some(tolerance) = self.scene.render.tolerance {
-            cards.push(Card::new("TOLERANC", tolerance, "error asked for / largest value"));
-        }
-        if let Some(error) = self.estimated_error() {
-            cards.push(Card::new("ESTERROR", error, "estimated error / largest value"));
-        }
-        if let Some(unit) = &self.scene.length_unit {
-            cards.push(Card::new("LENUNIT", unit.as_str(), "unit of length of the scene"));
-        }
-        cards
     }
 }
 
 #[pymethods]
 impl Rendered {
+    /// A rendering that was pickled: what `__reduce__` tells.
+    #[new]
+    fn new(
+        about: About,
+        values: PyReadonlyArray3<'_, f64>,
+        errors: Option<PyReadonlyArray3<'_, f64>>,
+        evaluations_of_pixels: PyReadonlyArray3<'_, f64>,
+    ) -> PyResult<Self> {
+        let map = cube_of(&evaluations_of_pixels);
+        let map = map.bands().first().cloned().unwrap_or_else(|| Image::zeros(0, 0));
+        let found = Self {
+            about,
+            bands: cube_of(&values),
+            error: errors.as_ref().map(cube_of),
+            evaluations_of_pixels: Counted::Map(map),
+            counting: None,
+        };
+        let bins = found.energies_of_bins()?.map_or(1, |energies| energies.axis().bins());
+        let bands = found.bands.bands().len();
+        if bands != bins {
+            let message = format!("a rendering of {bands} bands: expected {bins}");
+            return Err(PyValueError::new_err(message));
+        }
+        Ok(found)
+    }
+
+    /// For pickling and copying: plain data and arrays.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let errors = self.error.as_ref().map(|error| voxels(py, error)).transpose()?;
+        let map = Cube::from_bands(vec![self.evaluation_map().into_owned()]);
+        let arguments = (self.about.clone(), voxels(py, &self.bands)?, errors, voxels(py, &map)?);
+        Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
+    }
+
     /// The image, (height, width), or the cube, (bins, height, width); row 0 is the lowest y.
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.array_of(py, &self.bands)
@@ -161,53 +170,71 @@ impl Rendered {
 
     /// A cube summed over its energies, or the image itself, (height, width).
     fn flat_image<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        array(py, &self.flat())
+        array(py, &self.flat()?)
     }
 
     /// The unit of `flat_image`, FITS grammar, or "".
     #[getter]
     fn flat_unit(&self) -> &str {
-        if self.is_cube() { self.scene.band_unit() } else { self.scene.image_unit() }
+        if self.is_cube() { &self.about.band_unit } else { &self.about.unit }
     }
 
-    /// Expected counts (channels, height, width), and for each step its name and its sums (before,
-    /// added, lost, after); `None` without an instrument.
+    /// Expected counts (channels, height, width); for each step its name and its sums (before, added,
+    /// lost, after); and for each channel its number and its nominal energies \[keV\]. `None` without
+    /// an instrument, and after pickling.
     fn expected_counts<'py>(&self, py: Python<'py>) -> PyResult<Option<CountsAndSteps<'py>>> {
-        let Some(Observation { counts, steps, .. }) = self.observation()? else { return Ok(None) };
+        let Some(found) = py.detach(|| self.observation())? else { return Ok(None) };
         let of_step = |sum: &emitree_instrument::StepSum| {
             (sum.step.name().to_owned(), (sum.before, sum.added, sum.lost, sum.after))
         };
-        Ok(Some((voxels(py, &counts)?, steps.iter().map(of_step).collect())))
+        let of_channel = |channel: &Channel| {
+            let [low, high] = channel.range_kev;
+            (channel.number, low, high)
+        };
+        let steps = found.steps.iter().map(of_step).collect();
+        let channels = found.channels.iter().map(of_channel).collect();
+        Ok(Some((voxels(py, &found.counts)?, steps, channels)))
     }
 
-    /// Counts that are drawn with a seed, that of the scene by default; `None` without an instrument.
-    #[pyo3(signature = (seed = None))]
-    fn draw_counts<'py>(
+    /// Exposure \[s\] and seed of the instrument; `None` without one.
+    #[getter]
+    fn instrument(&self) -> Option<(f64, u64)> {
+        self.about.exposure_s.zip(self.about.seed)
+    }
+
+    /// The borders of the energy bins, ascending, and their unit; `None` without an energy axis.
+    #[getter]
+    fn energies<'py>(
         &self,
         py: Python<'py>,
-        seed: Option<u64>,
-    ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Some(observation) = self.observation()? else { return Ok(None) };
-        let of_scene = self.scene.instrument.as_ref().map_or(0, |instrument| instrument.seed);
-        let drawn = draw_counts(&observation.counts, seed.unwrap_or(of_scene));
-        Ok(Some(voxels(py, &drawn.map_err(of_counting)?)?))
+    ) -> PyResult<Option<(Bound<'py, PyArray1<f64>>, String)>> {
+        let energies = self.energies_of_bins()?;
+        Ok(energies.map(|energies| {
+            (PyArray1::from_vec(py, energies.axis().edges()), energies.unit_name().to_owned())
+        }))
+    }
+
+    /// The text of the scene, and what was changed in it.
+    #[getter]
+    fn scene(&self) -> String {
+        self.about.history()
     }
 
     /// Evaluations on the lines of sight of each pixel, (height, width).
     fn evaluations_of_pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        array(py, &self.evaluations_of_pixels.to_image())
+        array(py, &self.evaluation_map())
     }
 
     /// How often the emission was evaluated.
     #[getter]
     fn evaluations(&self) -> u64 {
-        self.evaluations
+        self.about.evaluations
     }
 
     /// Whether the method did all that it was asked for.
     #[getter]
     fn converged(&self) -> bool {
-        self.ending == Ending::Complete
+        self.about.converged()
     }
 
     /// The largest estimated error over the largest |value|, or `None`.
@@ -220,15 +247,16 @@ impl Rendered {
     /// The unit of the image, FITS grammar, or "".
     #[getter]
     fn unit(&self) -> &str {
-        self.scene.image_unit()
+        &self.about.unit
     }
 
     /// The axes of the image, x first: name, unit or `None`, and the coordinates of pixel centres.
     /// They are those of the plane that FITS projects to, angles only where that is linear. Empty
     /// for a `HEALPix` sky.
     fn axes<'py>(&self, py: Python<'py>) -> Vec<AxisOfImage<'py>> {
-        let Some(wcs) = fits::coordinates(&self.scene) else { return Vec::new() };
-        let axes = wcs.axes.into_iter().zip([('x', self.scene.width), ('y', self.scene.height)]);
+        let Some(wcs) = self.about.wcs() else { return Vec::new() };
+        let [_, height, width] = self.bands.shape();
+        let axes = wcs.axes.into_iter().zip([('x', width), ('y', height)]);
         let of_axis = |(axis, (letter, pixels)): (WcsAxis, (char, usize))| {
             let place = |i: usize| axis.crval + axis.cdelt * (i as f64 + 1.0 - axis.crpix);
             let places = PyArray1::from_iter(py, (0..pixels).map(place));
@@ -245,89 +273,118 @@ impl Rendered {
 
     /// The bill and the settings, with the keys of the command's report.json but for the memory.
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let report = PyDict::new(py);
-        let render = &self.scene.render;
-        let order = match render.method {
-            Method::Paper(options) => Some(options.order),
-            _ => None,
-        };
-        let tree = self.tree.as_ref();
-        let leaves = tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level());
-        report.set_item("evaluations", self.evaluations)?;
-        report.set_item("batches", self.batches)?;
-        report.set_item("method", render.method.name())?;
-        report.set_item("tolerance", render.tolerance)?;
+        let (report, about) = (PyDict::new(py), &self.about);
+        report.set_item("evaluations", about.evaluations)?;
+        report.set_item("batches", about.batches)?;
+        report.set_item("method", &about.method)?;
+        report.set_item("tolerance", about.tolerance)?;
         report.set_item("estimated_error", self.estimated_error())?;
         report.set_item("converged", self.converged())?;
-        report.set_item("ending", self.ending_name())?;
-        report.set_item("threshold", tree.map(|built| built.threshold))?;
-        report.set_item("order", order)?;
-        report.set_item("base_level", self.base_level)?;
-        report.set_item("leaves_per_level", leaves)?;
+        report.set_item("ending", &about.ending)?;
+        report.set_item("threshold", about.threshold)?;
+        report.set_item("order", about.order)?;
+        report.set_item("base_level", about.base_level)?;
+        report.set_item("smallest_feature", about.smallest_feature)?;
+        report.set_item("leaves_per_level", &about.leaves_per_level)?;
         let seconds = PyDict::new(py);
-        seconds.set_item("total", self.total_time.as_secs_f64())?;
-        seconds.set_item("emission", self.emission_time.as_secs_f64())?;
+        seconds.set_item("total", about.total_seconds)?;
+        seconds.set_item("emission", about.emission_seconds)?;
         report.set_item("seconds", seconds)?;
         let image = PyDict::new(py);
-        let (min, max) = self.bands.min_max();
-        image.set_item("height", self.scene.height)?;
-        image.set_item("width", self.scene.width)?;
+        let ([_, height, width], (min, max)) = (self.bands.shape(), self.bands.min_max());
+        image.set_item("height", height)?;
+        image.set_item("width", width)?;
         image.set_item("min", min)?;
         image.set_item("max", max)?;
-        image.set_item("quantity", self.scene.quantity.name())?;
-        image.set_item("unit", self.scene.image_unit())?;
+        image.set_item("quantity", &about.quantity)?;
+        image.set_item("unit", &about.unit)?;
         report.set_item("image", image)?;
-        let energy = self.scene.energy.as_ref().map(|energies| energy_report(py, energies));
-        report.set_item("energy", energy.transpose()?)?;
-        report.set_item("energies", self.energies.filter(|&energies| energies > 0))?;
-        report.set_item("overrides", &self.scene.overrides)?;
-        report.set_item("ignored", &render.ignored)?;
+        report.set_item("energy", about.bins.clone())?;
+        report.set_item("energies", about.energies)?;
+        report.set_item("overrides", &about.overrides)?;
+        report.set_item("ignored", &about.ignored)?;
         report.set_item("version", env!("CARGO_PKG_VERSION"))?;
-        report.set_item("scene", &self.scene.name)?;
+        report.set_item("scene", &about.scene)?;
         Ok(report)
     }
 
     /// `flat_image` to look at, row 0 at the bottom: a `HEALPix` sky as a Mollweide map of this
     /// height, NaN outside.
     fn picture<'py>(&self, py: Python<'py>, height: usize) -> PyResult<Bound<'py, PyAny>> {
-        array(py, &self.shown(height))
+        array(py, &self.shown(height)?)
     }
 
     /// That picture, y up: the bytes of a PNG file.
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let options = PictureOptions { blank_outside: true, ..PictureOptions::default() };
-        let picture = self.shown(HEIGHT_OF_SKY);
+        let picture = self.shown(HEIGHT_OF_SKY)?;
         Ok(PyBytes::new(py, &encode_png(&picture, &options).map_err(of_encoding)?))
     }
 
     /// The image and its error with units, coordinates and provenance: the bytes of a FITS file.
     fn fits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let mut maps = vec![(self.scene.quantity.name(), &self.bands)];
-        maps.extend(self.error.as_ref().map(|error| ("error", error)));
-        let bytes = fits::encode(&self.scene, &maps, self.provenance()).map_err(of_encoding)?;
+        let unit = self.about.unit.as_str();
+        let named = |name, map| NamedMap { name, map, unit, channels: None };
+        let quantity = self.about.quantity.to_uppercase();
+        let mut maps = vec![named(&quantity, &self.bands)];
+        maps.extend(self.error.as_ref().map(|error| named("ERROR", error)));
+        let (energies, provenance) = (self.energies_of_bins()?, self.provenance());
+        let bytes = fits::encode(&self.about, &maps, energies.as_ref(), provenance);
+        Ok(PyBytes::new(py, &bytes.map_err(of_encoding)?))
+    }
+
+    /// Counts (channels, height, width) with the number and the nominal energies \[keV\] of each
+    /// channel, and the seed that they were drawn with, if they were: the bytes of a FITS file with
+    /// the table `EBOUNDS`.
+    #[pyo3(signature = (counts, channels, seed))]
+    fn counts_fits<'py>(
+        &self,
+        py: Python<'py>,
+        counts: PyReadonlyArray3<'py, f64>,
+        channels: Vec<(i64, f64, f64)>,
+        seed: Option<u64>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let map = cube_of(&counts);
+        let channels = channels
+            .into_iter()
+            .map(|(number, low, high)| Channel { number, range_kev: [low, high] });
+        let channels: Vec<Channel> = channels.collect();
+        let name = if seed.is_some() { "COUNTS" } else { "EXPECTED" };
+        let maps = [NamedMap { name, map: &map, unit: "count", channels: Some(&channels) }];
+        let mut provenance = self.provenance();
+        let exposure = self.about.exposure_s;
+        provenance.extend(exposure.map(|time| Card::new("EXPOSURE", time, "[s] of the counts")));
+        provenance
+            .extend(seed.map(|seed| Card::new("SEED", seed, "of the counts that were drawn")));
+        let bytes = fits::encode(&self.about, &maps, None, provenance).map_err(of_encoding)?;
         Ok(PyBytes::new(py, &bytes))
     }
 }
 
-/// An array (bands, height, width).
-fn voxels<'py>(py: Python<'py>, map: &Cube) -> PyResult<Bound<'py, PyAny>> {
-    let [bands, height, width] = map.shape();
-    PyArray1::from_iter(py, map.voxels()).call_method1("reshape", ((bands, height, width),))
+impl Rendered {
+    /// How the image came about, as FITS keywords.
+    fn provenance(&self) -> Vec<Card> {
+        self.about.provenance(self.estimated_error())
+    }
 }
 
-/// The bins of a cube, as reports have them.
-fn energy_report<'py>(py: Python<'py>, energies: &Energies) -> PyResult<Bound<'py, PyDict>> {
-    let (report, axis) = (PyDict::new(py), energies.axis());
-    report.set_item("min", axis.min())?;
-    report.set_item("max", axis.max())?;
-    report.set_item("unit", energies.unit_name())?;
-    report.set_item("bins", axis.bins())?;
-    report.set_item("scale", energies.scale_name())?;
-    Ok(report)
+/// Counts (channels, height, width) drawn from expected ones with a seed.
+#[pyfunction]
+pub(crate) fn draw_counts<'py>(
+    py: Python<'py>,
+    expected: PyReadonlyArray3<'py, f64>,
+    seed: u64,
+) -> PyResult<Bound<'py, PyAny>> {
+    let drawn = emitree_instrument::draw_counts(&cube_of(&expected), seed);
+    voxels(py, &drawn.map_err(of_counting)?)
 }
 
-/// Counts, and the name and sums of each step that led to them.
-type CountsAndSteps<'py> = (Bound<'py, PyAny>, Vec<(String, (f64, f64, f64, f64))>);
+/// Counts, the name and sums of each step that led to them, and the channels.
+type CountsAndSteps<'py> =
+    (Bound<'py, PyAny>, Vec<(String, (f64, f64, f64, f64))>, Vec<(i64, f64, f64)>);
+
+/// A type and what it is called with.
+type Reduced<'py> = (Bound<'py, PyType>, Bound<'py, PyTuple>);
 
 /// Name, unit and coordinates of an axis of the image.
 type AxisOfImage<'py> = (String, Option<String>, Bound<'py, PyArray1<f64>>);

@@ -30,14 +30,19 @@ impl Scene {
     #[staticmethod]
     fn open(path: PathBuf, changes: Changes) -> PyResult<Self> {
         let scene = emitree_io::Scene::open(&path, &overrides(changes));
-        Ok(Self(Arc::new(scene.map_err(|error| of_scene(&error, true))?)))
+        Ok(Self(Arc::new(scene.map_err(|error| of_scene(&error, true, &[]))?)))
     }
 
     /// Reads a scene from its text, which was made from keywords; `name` is what reports call it.
+    /// `aliases` are pairs: the name of a temporary file, and what messages and reports call it.
     #[staticmethod]
-    fn parse(name: &str, text: &str) -> PyResult<Self> {
+    fn parse(name: &str, text: &str, aliases: Vec<(String, String)>) -> PyResult<Self> {
         let scene = emitree_io::Scene::parse(name, text, &[]);
-        Ok(Self(Arc::new(scene.map_err(|error| of_scene(&error, false))?)))
+        let mut scene = scene.map_err(|error| of_scene(&error, false, &aliases))?;
+        for (file, alias) in &aliases {
+            scene.text = scene.text.replace(file, alias);
+        }
+        Ok(Self(Arc::new(scene)))
     }
 
     /// The name of the file.
@@ -50,6 +55,18 @@ impl Scene {
     #[getter]
     fn text(&self) -> &str {
         &self.0.text
+    }
+
+    /// The name of the method.
+    #[getter]
+    fn method(&self) -> &str {
+        self.0.render.method.name()
+    }
+
+    /// Options that are given and that the method does not use: keys of `[render]`, and `seed`.
+    #[getter]
+    fn ignored(&self) -> Vec<&str> {
+        self.0.render.ignored.clone()
     }
 
     /// Height and width of the image.
@@ -179,6 +196,7 @@ fn rendered(
     let mut options = RenderOptions::new(scene.render.method);
     options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
     options.batch_size = batch_size.or(scene.render.batch_size).unwrap_or(options.batch_size);
+    options.max_seconds = scene.render.max_seconds.unwrap_or(options.max_seconds);
     options.max_memory_bytes = MOST_MEMORY_BYTES;
     options.seeds = &scene.render.seeds;
     options.line_energies = scene.energy.as_ref().map_or(&[], |energies| energies.lines());
@@ -189,10 +207,11 @@ fn rendered(
     let (emission, camera) = (emission(scene, hooks, caller), scene.camera.projection());
     let shape = [scene.height, scene.width];
     match &scene.energy {
-        None => render(&emission, camera, shape, &options)
-            .map(|found| Rendered::image(Arc::clone(scene), found)),
+        None => {
+            render(&emission, camera, shape, &options).map(|found| Rendered::image(scene, found))
+        }
         Some(energies) => render_cube(&emission, camera, shape, energies.axis(), &options)
-            .map(|found| Rendered::cube(Arc::clone(scene), found)),
+            .map(|found| Rendered::cube(scene, found)),
     }
 }
 

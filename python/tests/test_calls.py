@@ -203,6 +203,18 @@ def test_torch_functions():
     np.testing.assert_allclose(found.image, emitree.render(peak, CUBE, (8, 8)).image, atol=1e-12)
 
 
+STALLED = """
+        from concurrent.futures import Executor, Future
+
+        class Stalled(Executor):
+            def submit(self, function, *arguments):
+                print("working", flush=True)
+                return Future()
+
+        def peak(position, direction):
+            raise AssertionError
+"""
+
 INTERRUPTED = {
     "function": """
         def work(position, direction):
@@ -226,6 +238,14 @@ INTERRUPTED = {
                                          batch_size=100):
             pass
     """,
+    "a stalled worker": STALLED
+    + """
+        emitree.render(peak, emitree.Canonical(), (8, 8), executor=Stalled())
+    """,
+    "a stalled worker and images on the way": STALLED
+    + """
+        list(emitree.progressive(peak, emitree.Canonical(), (8, 8), executor=Stalled()))
+    """,
 }
 
 
@@ -237,10 +257,21 @@ def test_ctrl_c_ends_a_rendering(what):
         [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stdout.readline() == "working\n"
-        time.sleep(0.2)
+        time.sleep(0.4)
         process.send_signal(signal.SIGINT)
         start = time.perf_counter()
         _, errors = process.communicate(timeout=30)
     assert time.perf_counter() - start < 3.0
     assert "KeyboardInterrupt" in errors
     assert process.returncode == -signal.SIGINT
+
+
+LEFT = """
+import emitree
+images = emitree.progressive("1 + sin(50*x) * sin(70*y)", emitree.Canonical(), (512, 512), tolerance=1e-6)
+print(next(images).evaluations)
+"""
+
+
+def test_a_program_ends_though_a_loop_was_left_half_way():
+    subprocess.run([sys.executable, "-c", LEFT], check=True, timeout=20, capture_output=True)

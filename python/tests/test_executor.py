@@ -3,7 +3,8 @@
 import functools
 import multiprocessing
 import threading
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+import time
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
@@ -11,8 +12,11 @@ import pytest
 from models import dying, failing, peak, rendering, slow_peak, spectral
 
 import emitree
+from emitree import _executor
 from emitree._executor import Shared, worker_count
 from emitree._function import Function
+
+CUBE = emitree.Canonical()
 
 render = functools.partial(
     emitree.render, camera=emitree.Canonical(), shape=(32, 32), tolerance=1e-3
@@ -88,6 +92,35 @@ def test_other_parts_are_called_off_after_an_exception():
     assert len(calls) <= 2
 
 
+class Late(Executor):
+    """An executor whose futures give up waiting."""
+
+    def submit(self, function, *arguments):
+        future = Future()
+        future.set_exception(TimeoutError("nobody answers"))
+        return future
+
+
+@pytest.mark.parametrize("way", [
+    render, lambda *given, **options: list(emitree.progressive(*given, CUBE, (8, 8), **options)),
+], ids=["render", "progressive"])  # fmt: skip
+def test_a_timeout_of_an_executor_is_passed_on(way):
+    with pytest.raises(TimeoutError, match="nobody answers"):
+        way(peak, executor=Late())
+
+
+def test_a_worker_that_takes_its_time_is_waited_for(monkeypatch):
+    monkeypatch.setattr(_executor, "_LOOK_SECONDS", 0.01)
+
+    def slow(position, direction):
+        time.sleep(0.05)
+        return peak(position, direction)
+
+    with ThreadPoolExecutor(2) as executor:
+        found = render(slow, shape=(4, 4), tolerance=0.1, executor=executor)
+    assert_same(found, render(peak, shape=(4, 4), tolerance=0.1))
+
+
 def test_parts_follow_the_time_that_points_take():
     with ThreadPoolExecutor(2) as executor:
         shared = Shared(Function(peak), executor)
@@ -120,4 +153,6 @@ def test_a_cluster():
     with cluster, distributed.Client(cluster) as client:
         executor = client.get_executor(pure=False)
         assert worker_count(executor) == 2
-        assert_same(render(local), render(local, executor=executor))
+        alone = render(local)
+        assert_same(alone, render(local, executor=executor))
+        assert_same(alone, render(local, executor=client))

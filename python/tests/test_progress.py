@@ -72,6 +72,26 @@ def test_whoever_has_seen_enough_may_leave():
     assert threading.active_count() == threads
 
 
+@pytest.mark.parametrize("kind", [SystemExit, GeneratorExit, KeyboardInterrupt, MemoryError])
+def test_any_exception_comes_out_of_the_loop(kind):
+    def raising(position, direction):
+        raise kind(3)
+
+    threads = threading.active_count()
+    with pytest.raises(kind):
+        list(emitree.progressive(raising, CUBE, (6, 8)))
+    assert threading.active_count() == threads
+
+
+def test_a_loop_that_is_closed_ends_the_rendering():
+    threads = threading.active_count()
+    images = emitree.progressive(slow, CUBE, (256, 256), tolerance=1e-6)
+    next(images)
+    start = time.perf_counter()
+    images.close()
+    assert threading.active_count() == threads and time.perf_counter() - start < 2
+
+
 def test_exceptions_come_out_of_the_loop():
     with pytest.raises(ZeroDivisionError, match="a mistake"):
         list(emitree.progressive(failing, CUBE, (8, 8)))

@@ -78,6 +78,43 @@ def test_fits(rendering, cube, sky, tmp_path):
     assert table.header["NSIDE"] == 4 and len(table.data) == 12 * 4 * 4
 
 
+def history(header):
+    return "\n".join(str(line) for line in header["HISTORY"])
+
+
+def test_fits_names_the_function(rendering):
+    pytest.importorskip("astropy")
+    header = rendering.to_fits()[0].header
+    assert 'function = "test_result.glow"' in history(header)
+    assert "expression" not in history(header)
+    assert (header["SCENE"], header["BASELEVL"]) == ("emitree", rendering.report["base_level"])
+    other = emitree.render(peak, emitree.Canonical(), (2, 2), method="paper")
+    paper = other.to_fits()[0].header
+    tree = other.tree
+    assert (paper["ORDER"], paper["THRESHLD"]) == (tree["order"], tree["threshold"])
+    assert "models.peak" in history(paper)
+
+
+def test_fits_tells_what_was_changed(tmp_path):
+    pytest.importorskip("astropy")
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        'emission.expression = "x"\nprojection.type = "canonical"\n'
+        "image = { width = 4, height = 4 }\n"
+    )
+    changed = emitree.render(scene, changes={"emission.expression": "2 * x"}, tolerance=0.1)
+    told = history(changed.to_fits()[0].header)
+    assert '# changed: emission.expression = "2 * x"' in told
+    assert "# changed: render.tolerance = 0.1" in told and told in changed.scene.strip()
+
+
+def test_a_scene_of_a_function_is_not_rendered_without_it(tmp_path, rendering):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(rendering.scene)
+    with pytest.raises(emitree.EmissionError, match=r"`test_result\.glow`, a function in Python"):
+        emitree.render(scene)
+
+
 def test_coordinates_are_those_of_the_camera(rendering, sky):
     pytest.importorskip("astropy")
     x, y = rendering.wcs.wcs_pix2world([[0, 0], [19, 9]], 0).T

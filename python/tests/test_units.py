@@ -101,11 +101,46 @@ def test_radii_are_those_of_emitree():
     assert _units.to_astropy("R_E").to(u.km) == pytest.approx(6371.0)
     assert _units.to_astropy("ph R_E-2 s-1").is_equivalent("ph / (m2 s)")
     assert _units.to_text(_units.to_astropy("R_E")) == "R_E"
-    # astropy's radius of the Earth is the equatorial one, and no unit of FITS.
     with pytest.raises(ValueError, match="expected one that FITS has, or a text such as 'R_E'"):
-        _units.to_text(u.R_earth)
+        _units.to_text(u.R_earth * u.s)
     camera = emitree.Perspective(position=[10, 0, 0] * u.R_earth, **LOOKING, length_unit="R_E")
     assert camera.table("R_E")["position"][0] == pytest.approx(10 * 6378.1 / 6371.0)
+
+
+def test_radii_of_astropy_are_taken_as_they_are():
+    # The equatorial radius of the Earth, and not emitree's `R_E`.
+    assert _units.to_text(u.R_earth) == "R_E_eq" and _units.to_text(u.R_jup) == "R_jup"
+    assert _units.to_astropy("R_E_eq").to(u.km) == pytest.approx(6378.1)
+    looking = {"target": (0, 0, 0), "field_of_view": (20, 20), "near": 0, "far": 20}
+    ours = emitree.Perspective(position=(10, 0, 0), **looking, length_unit=u.R_earth)
+    rendering = emitree.render("exp(-r^2)", ours, (8, 8), unit=RATE)
+    in_km = emitree.render("exp(-r^2)", ours, (8, 8), unit=RATE, image_unit="ph km-2 s-1 sr-1")
+    plain = emitree.render("exp(-r^2)", emitree.Perspective(position=(10, 0, 0), **looking), (8, 8))
+    np.testing.assert_allclose(rendering.image, plain.image * 6378.1e5, rtol=1e-12)
+    np.testing.assert_allclose(in_km.image, plain.image * 6378.1e15, rtol=1e-12)
+    assert rendering.to_fits()[0].header["LENUNIT"] == "R_E_eq"
+
+
+def test_wrong_units_name_their_key():
+    with pytest.raises(emitree.SceneError, match=r"`position` is .* s: expected a number in km"):
+        emitree.render(
+            ball, emitree.Perspective(position=[1, 0, 0] * u.s, **LOOKING, length_unit="km"), (2, 2)
+        )
+    energy = {"min": 1 * u.km, "max": 2 * u.km, "bins": 2, "unit": "keV"}
+    with pytest.raises(
+        emitree.SceneError, match=r"`energy\.min` is 1\.0 km: expected a number in keV"
+    ):
+        emitree.render(ball, IN_KM, (2, 2), energy=energy)
+
+
+def test_borders_of_energy_bins_may_be_quantities():
+    def spectrum(position, direction, energy):
+        return np.exp(-energy / 1000)
+
+    ours = emitree.render(spectrum, emitree.Canonical(), (2, 2), energy=[500, 1500, 2500] * u.eV)
+    assert ours.energy_unit == "eV" and ours.report["energy"]["bins"] == 2
+    table = {"min": 500, "max": 2500, "bins": 2, "unit": "eV", "lines": [1 * u.keV]}
+    assert emitree.Energies(**table).table()["lines"] == [1000.0]
 
 
 def test_lengths_without_a_unit_are_not_guessed():

@@ -32,10 +32,15 @@ from emitree._cameras import (
     Polar,
     Sphere,
 )
-from emitree._emissions import Expression, Grid, Model, Tree
+from emitree._emissions import Expression, Model, Tree
+from emitree._energies import Energies
+from emitree._grid import Grid
+from emitree._instrument import Instrument
 from emitree._native import EmissionError, RenderError, SceneError, __version__
-from emitree._render import Frame, build_tree, progressive, render
+from emitree._progressive import Frame, progressive
+from emitree._render import build_tree, render
 from emitree._result import Rendering
+from emitree._spectrum import Spectrum
 
 __all__ = [
     "Box",
@@ -43,12 +48,14 @@ __all__ = [
     "Canonical",
     "Ellipsoid",
     "EmissionError",
+    "Energies",
     "Equirectangular",
     "Expression",
     "Fisheye",
     "Frame",
     "Grid",
     "Healpix",
+    "Instrument",
     "Model",
     "Orthographic",
     "Perspective",
@@ -56,6 +63,7 @@ __all__ = [
     "RenderError",
     "Rendering",
     "SceneError",
+    "Spectrum",
     "Sphere",
     "Tree",
     "__version__",

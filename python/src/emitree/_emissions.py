@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-
-from emitree import _units
 
 
 @dataclass(frozen=True)
@@ -54,54 +50,17 @@ class Model:
             table["parameters"] = {name: float(v) for name, v in self.parameters.items()}
         return table
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Model):
+            return NotImplemented
+        return (self.name, self.parameters) == (other.name, other.parameters)
+
+    def __hash__(self) -> int:
+        return hash((self.name, tuple(sorted(self.parameters.items()))))
+
     def __repr__(self) -> str:
         given = "".join(f", {name}={value!r}" for name, value in self.parameters.items())
         return f"Model({self.name!r}{given})"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Grid:
-    """Emission rates at the nodes of a grid, from an array or from a file.
-
-    values: (nx, ny, nz) rates, or the name of a file (.npy, .npz, .fits, .h5, .nc), whose own
-        axes are kept unless x, y, z say otherwise.
-    x, y, z: the nodes of the axes in the length unit of the camera: an array of ascending numbers,
-        or (first, last) of equally spaced ones.
-    interpolation: "linear" or "monotone"; outside: "zero" or "error".
-    """
-
-    values: Any
-    x: Any = None
-    y: Any = None
-    z: Any = None
-    interpolation: str | None = None
-    outside: str | None = None
-
-    def table(self, folder: str, length_unit: str | None) -> dict[str, Any]:
-        """The keys of a scene; an array is written to `folder` for it."""
-        grid: dict[str, Any] = {}
-        if isinstance(self.values, str | os.PathLike):
-            grid["file"] = str(Path(self.values).absolute())
-            shape: Sequence[int | None] = (None, None, None)
-        else:
-            values = np.ascontiguousarray(self.values, dtype=np.float64)
-            shape = values.shape
-            file = Path(folder, "grid.npy")
-            np.save(file, values)
-            grid |= {"file": str(file), "order": "xyz"}
-        for name, count in zip("xyz", shape, strict=False):
-            nodes = getattr(self, name)
-            if nodes is None:
-                continue
-            nodes = np.asarray(_units.value_in(nodes, length_unit, name), dtype=np.float64)
-            if nodes.shape == (2,) and count != 2:
-                grid[name] = {"min": float(nodes[0]), "max": float(nodes[1])}
-            else:
-                grid[name] = nodes.tolist()
-        for name in ("interpolation", "outside"):
-            if getattr(self, name) is not None:
-                grid[name] = getattr(self, name)
-        return {"grid": grid}
 
 
 @dataclass(frozen=True)

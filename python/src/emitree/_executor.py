@@ -5,16 +5,24 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, as_completed
+from contextvars import ContextVar
 from typing import Any
 
 from emitree._function import Floats, Function
+from emitree._native import SceneError
 
 #: A part that takes less is not worth sending to another process or machine [s].
 _LEAST_SECONDS = 0.002
 #: And one that takes more makes others wait for it at the end of a batch [s].
 _MOST_SECONDS = 0.5
+
+#: How often a rendering that waits for workers looks whether it is still wanted [s].
+_LOOK_SECONDS = 0.2
+
+#: Raises an exception if nobody wants the rendering any more; set in the thread of that rendering.
+still_wanted: ContextVar[Callable[[], None] | None] = ContextVar("still_wanted", default=None)
 
 #: Some of the points of a batch, and their rates.
 Part = tuple[slice, Floats]
@@ -63,7 +71,7 @@ class Shared:
                 of_part = (None if energy is None else energy[part],)
                 arguments = (position[part], direction[part], *of_part)
                 futures[self.executor.submit(timed, self.function, *arguments)] = part
-            for future in as_completed(futures):
+            for future in _as_they_come(futures):
                 rates, seconds = future.result()
                 part = futures[future]
                 self.seconds_per_point = seconds / (part.stop - part.start)
@@ -72,6 +80,38 @@ class Shared:
             # After an exception nobody wants the others.
             for future in futures:
                 future.cancel()
+
+
+def _as_they_come(futures: Iterable[Future[Any]]) -> Iterator[Future[Any]]:
+    """Futures that are done, without ever waiting longer than somebody wants them."""
+    wanted = still_wanted.get()
+    waiting = set(futures)
+    while waiting:
+        done = as_completed(waiting, timeout=_LOOK_SECONDS)
+        while True:
+            if wanted is not None:
+                wanted()
+            try:
+                future = next(done)
+            except StopIteration:
+                return
+            except TimeoutError:
+                break
+            waiting.discard(future)
+            yield future
+
+
+def checked(executor: Any) -> Executor:
+    """What `executor` stands for: itself, or that of a dask client."""
+    if hasattr(executor, "get_executor"):
+        # Rates are the same each time, but a pure function would be asked once for equal arrays.
+        return executor.get_executor(pure=False)
+    if not callable(getattr(executor, "submit", None)) or isinstance(executor, type):
+        raise SceneError(
+            f"`executor` is {executor!r}: expected a concurrent.futures.Executor, which has "
+            "`submit`, or a dask.distributed.Client"
+        )
+    return executor
 
 
 def timed(

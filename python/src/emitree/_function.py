@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ class Function:
         quantities: bool = False,
     ) -> None:
         self.function = function
+        self.name = name_of(function)
         self.unit = unit
         self.units = [length_unit, None, energy_unit] if quantities else [None] * 3
 
@@ -41,6 +43,19 @@ class Function:
             for values, unit in zip(given, self.units, strict=False)
         ]
         return as_rates(self.function(*arguments), len(position), self.unit)
+
+
+def name_of(function: Any) -> str:
+    """What a function is called: module and qualified name; of other callables, those of the type.
+
+    >>> name_of(np.linalg.norm), name_of(partial(name_of, 1))
+    ('numpy.linalg.norm', 'partial of emitree._function.name_of')
+    """
+    if isinstance(function, partial):
+        return f"partial of {name_of(function.func)}"
+    named = function if hasattr(function, "__qualname__") else type(function)
+    module = getattr(named, "__module__", None) or "?"
+    return f"{module}.{named.__qualname__}"
 
 
 def as_rates(result: Any, count: int, unit: str | None) -> Floats:

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import os
-import queue
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
-from contextlib import ExitStack, suppress
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
 
-from emitree import _native, _progress, _units
+from emitree import _executor, _native, _options, _progress, _units
 from emitree._cache import Cache
 from emitree._cameras import Camera, Canonical
 from emitree._emissions import Tree
+from emitree._energies import energy_table
 from emitree._executor import Serial, Shared
 from emitree._function import Floats, Function
 from emitree._result import Rendering
@@ -36,15 +32,17 @@ def render(
     tolerance: float | None = None,
     method: str | None = None,
     max_evaluations: int | None = None,
-    executor: Executor | None = None,
-    energy: Mapping[str, Any] | None = None,
+    max_seconds: Any = None,
+    smallest_feature: Any = None,
+    executor: Any = None,
+    energy: Any = None,
     unit: Any = None,
     image_unit: Any = None,
     quantity: str | None = None,
     bounds: Any = None,
     occulters: Sequence[Any] = (),
     seeds: Sequence[tuple[Any, Any]] = (),
-    instrument: Mapping[str, Any] | None = None,
+    instrument: Any = None,
     base_level: int | None = None,
     order: int | None = None,
     finest_level: int | None = None,
@@ -78,25 +76,30 @@ def render(
     tolerance: the largest error of a pixel, relative to the largest |pixel|; 0.01 by default.
     method: "vol" (the default), "paper" or "los".
     max_evaluations: how often the emission may be evaluated.
-    executor: any `concurrent.futures.Executor`, whose workers share each batch of a function.
-    energy: bins of a cube: {"min": 0.5, "max": 8.0, "bins": 24, "unit": "keV", "scale": "log"}.
+    max_seconds: how long the rendering may take [s], a number or a quantity; it ends with the best
+        image so far, after the call of a function that is under way.
+    smallest_feature: the standard deviation of the smallest Gaussian that may not be missed: a
+        fraction of the edge of the view's cube, or a length as a quantity or as in "0.1 R_E".
+    executor: any `concurrent.futures.Executor`, or a dask `Client`, whose workers share each batch
+        of a function.
+    energy: bins of a cube: `Energies`, a dictionary with the same keys, or their borders
+        (bins + 1,) in equal steps or ratios, in keV or a quantity.
     unit, image_unit: units of the rates and of the image: a text in the grammar of FITS, or an
         astropy unit; both need the camera's `length_unit`.
     quantity: "radiance" (the default) or "irradiance".
     bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which nothing glows.
     occulters: opaque `Sphere`s and `Ellipsoid`s.
     seeds: pairs (position (3,), radius) of structures too small for the base lattice.
-    instrument: a camera that counts photons, the table `[instrument]` of a scene, as in
-        {"effective_area": 50.0, "exposure": 1e4, "psf": {"fwhm_pixels": 2.0}, "seed": 1}; needs
-        `energy`.
+    instrument: a camera that counts photons: an `Instrument`, or a dictionary with the same keys;
+        needs `energy`.
     base_level, order, finest_level, rule, threshold, lines, steps: options of the methods, as in
-        the table `[render]` of a scene.
+        the table `[render]` of a scene; one that the method does not use is an error.
     quantities: whether a function gets astropy quantities instead of plain arrays.
     batch_size: the most points of one call of a function.
-    threads: how many threads work; as many as there are processors by default.
+    threads: how many threads work, 1 to 1024; as many as there are processors by default.
     cache: a folder, or an HDF5 file (.h5), that keeps each point that a function evaluated. After
-        the process was killed the same call goes on from there. It knows points, not functions:
-        each function needs a cache of its own.
+        the process was killed the same call goes on from there. Each function needs a cache of its
+        own: a few stored points are evaluated again, and another function is refused.
     progress: True for a bar (of tqdm), or a function that is called with the evaluations so far.
     frame: a function that is called with each image on the way, its error (both of `shape`, in the
         unit of the final image; of a cube, the whole band), the evaluations and the batches so far.
@@ -118,6 +121,8 @@ def render(
         "method": method,
         "tolerance": tolerance,
         "max_evaluations": max_evaluations,
+        "max_seconds": _units.value_in(max_seconds, "s", "max_seconds"),
+        "smallest_feature": _units.length_text(smallest_feature, "smallest_feature"),
         "base_level": base_level,
         "order": order,
         "finest_level": finest_level,
@@ -149,8 +154,9 @@ def render(
         if changes is not None:
             raise TypeError("`changes` are for scene files: expected none")
         # Of `los`, equal steps and a tolerance exclude each other.
+        of_scene = dict(settings)
         if tolerance is None and method != "paper" and not (method == "los" and steps is not None):
-            settings["tolerance"] = 0.01
+            of_scene["tolerance"] = 0.01
         scene = compose(
             emission,
             camera,
@@ -163,10 +169,33 @@ def render(
             occulters=occulters,
             seeds=seeds,
             instrument=instrument,
-            render=settings,
+            render=of_scene,
         )
         function = _function(emission, scene, unit, quantities)
+    if quantities and function is None:
+        raise _native.SceneError("`quantities` is for functions: expected none with this emission")
+    _refuse_unused(scene, settings, energy, seeds, changes)
     return _rendered(scene, function, executor, batch_size, threads, cache, progress, frame)
+
+
+def _refuse_unused(
+    scene: _native.Scene,
+    settings: Mapping[str, Any],
+    energy: Any,
+    seeds: Sequence[Any],
+    changes: Mapping[str, Any] | None,
+) -> None:
+    """Refuses keywords without effect; those of a scene file that is changed are reported only."""
+    given = {key for key, value in settings.items() if value is not None}
+    given |= {"seeds"} if len(seeds) else set()
+    given |= {key.removeprefix("render.") for key in changes or ()}
+    _options.refuse_unused(scene.method, scene.ignored, given)
+    table = energy_table(energy) or {}
+    if table.get("lines") and scene.method != "vol":
+        raise _native.SceneError(
+            f"`energy.lines` is given, and method `{scene.method}` does not use it: expected none, "
+            "or method `vol`"
+        )
 
 
 def _opened(
@@ -195,13 +224,14 @@ def _function(emission: Any, scene: _native.Scene, unit: Any, quantities: bool) 
 def _rendered(
     scene: _native.Scene,
     function: Function | None,
-    executor: Executor | None,
+    executor: Any,
     batch_size: int | None,
     threads: int | None,
     cache: str | os.PathLike[str] | None,
     progress: _progress.Progress,
     frame: Callable[..., Any] | None,
 ) -> Rendering:
+    threads = _options.threads(threads)
     with ExitStack() as stack:
         evaluate, opened = _evaluator(stack, scene, function, executor, cache)
         found = scene.render(
@@ -213,11 +243,12 @@ def _rendered(
         )
     report = found.report()
     if opened is not None:
-        report["cache"] = {"found": opened.found, "added": opened.added}
-    return Rendering(scene, found, report)
+        report["cache"] = opened.report
+    return Rendering(found, report)
 
 
 def _batch_size(given: int | None, function: Function | None) -> int | None:
+    given = _options.batch_size(given)
     return BATCH_SIZE if given is None and function is not None else given
 
 
@@ -225,7 +256,7 @@ def _evaluator(
     stack: ExitStack,
     scene: _native.Scene,
     function: Function | None,
-    executor: Executor | None,
+    executor: Any,
     cache: str | os.PathLike[str] | None,
 ) -> tuple[Callable[..., Floats] | None, Cache | None]:
     """What is called with each batch."""
@@ -234,7 +265,9 @@ def _evaluator(
             if given is not None:
                 raise TypeError(f"`{name}` is for functions: expected none with this emission")
         return None, None
-    evaluator = Serial(function) if executor is None else Shared(function, executor)
+    evaluator: Serial | Shared = Serial(function)
+    if executor is not None:
+        evaluator = Shared(function, _executor.checked(executor))
     if cache is not None:
         energies = scene.energies
         units = {
@@ -242,7 +275,7 @@ def _evaluator(
             "unit": function.unit,
             "energy_unit": energies[1] if energies else None,
         }
-        opened = stack.enter_context(Cache(cache, units))
+        opened = stack.enter_context(Cache(cache, units, function.name))
         return (lambda *batch: opened.rates(evaluator, *batch)), opened
     if executor is None:
         return function, None
@@ -254,78 +287,6 @@ def _evaluator(
         return rates
 
     return shared, None
-
-
-@dataclass(frozen=True)
-class Frame:
-    """An image on the way.
-
-    image, error: (height, width), in the unit of the final image; of a cube, the whole band.
-    evaluations, batches: how many it took so far.
-    """
-
-    image: Floats
-    error: Floats
-    evaluations: int
-    batches: int
-
-
-class _Stopped(BaseException):
-    """Nobody wants the next image."""
-
-
-def progressive(*arguments: Any, **options: Any) -> Iterator[Frame | Rendering]:
-    """Images on the way, coarse first, and the `Rendering` at the end; arguments as of `render`.
-
-    Only method "vol" has images on its way. The rendering works in a thread of its own, which also
-    calls the function, while the images are looked at; it ends when the loop does.
-
-    >>> import emitree
-    >>> wave = "1 + sin(5*x) * sin(7*y)"
-    >>> *frames, last = emitree.progressive(wave, emitree.Canonical(), (16, 16), tolerance=0.001)
-    >>> [frame.image.shape for frame in frames[:1]], last.converged
-    ([(16, 16)], True)
-    """
-    images: queue.Queue[Any] = queue.Queue(maxsize=1)
-    stop = threading.Event()
-
-    def put(item: Any) -> None:
-        while not stop.is_set():
-            try:
-                return images.put(item, timeout=0.05)
-            except queue.Full:
-                continue
-        raise _Stopped
-
-    def progress(evaluations: int) -> None:
-        if stop.is_set():
-            raise _Stopped
-        if tell is not None:
-            tell(evaluations)
-
-    def frame(*image: Any) -> None:
-        put(Frame(*image))
-
-    def work() -> None:
-        with suppress(_Stopped):
-            try:
-                put(render(*arguments, **options, progress=progress, frame=frame))
-            except Exception as error:
-                put(error)
-
-    with _progress.hook(options.pop("progress", False)) as tell:
-        worker = threading.Thread(target=work, name="emitree")
-        worker.start()
-        try:
-            item: Any = None
-            while not isinstance(item, Rendering):
-                item = images.get()
-                if isinstance(item, Exception):
-                    raise item
-                yield item
-        finally:
-            stop.set()
-            worker.join()
 
 
 def build_tree(
@@ -340,7 +301,7 @@ def build_tree(
     max_evaluations: int | None = None,
     length_unit: Any = None,
     unit: Any = None,
-    executor: Executor | None = None,
+    executor: Any = None,
     batch_size: int | None = None,
     threads: int | None = None,
     cache: str | os.PathLike[str] | None = None,
@@ -353,6 +314,8 @@ def build_tree(
     tolerance: details below this fraction of the largest rate are dropped; 0.001 by default.
     base_level, order, finest_level, max_evaluations: as in the table `[build]` of a scene.
     length_unit, unit: of the box and of the rates; the others as of `render`.
+
+    The file is whole or absent: until the tree is complete, one of that name stays as it is.
 
     >>> import emitree, tempfile, os
     >>> box = emitree.Box(min=(0, 0, 0), max=(1, 1, 1))
@@ -375,13 +338,15 @@ def build_tree(
     build = {key: value for key, value in build.items() if value is not None}
     scene = compose(emission, camera, (1, 1), unit=unit, render={}, build=build)
     function = _function(emission, scene, unit, False)
+    threads = _options.threads(threads)
     with ExitStack() as stack:
         evaluate, _ = _evaluator(stack, scene, function, executor, cache)
+        output = stack.enter_context(_native.OutputFile(path))
         encoded, report = scene.build_tree(
             function=evaluate,
             batch_size=_batch_size(batch_size, function),
             threads=threads,
             progress=stack.enter_context(_progress.hook(progress)),
         )
-    Path(path).write_bytes(encoded)
+        output.commit(encoded)
     return Tree(path, report)

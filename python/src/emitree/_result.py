@@ -10,17 +10,25 @@ import base64
 import html
 import os
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from emitree import _native, _units
+from emitree._files import written
 from emitree._function import Floats
+from emitree._spectrum import Spectrum
+
+#: Expected counts, the sums of each step to them, and the number and energies of each channel.
+_Counted = tuple[
+    Floats, list[tuple[str, tuple[float, float, float, float]]], list[tuple[int, float, float]]
+]
 
 
 class Rendering:
     """An image or a cube, its error and its bill.
+
+    It can be pickled and copied, and needs neither the emission nor any file for that.
 
     >>> import emitree
     >>> rendering = emitree.render("1 + x", emitree.Canonical(), (2, 4))
@@ -29,13 +37,20 @@ class Rendering:
            [1.125, 1.375, 1.625, 1.875]])
     """
 
-    def __init__(
-        self, scene: _native.Scene, found: _native.Rendered, report: dict[str, Any]
-    ) -> None:
-        self._scene = scene
+    def __init__(self, found: _native.Rendered, report: dict[str, Any]) -> None:
         self._found = found
         #: The bill and the settings: the keys of the command's report.json, but for the memory.
         self.report = report
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: arrays that can be made again are left out, counts are made for it."""
+        state = {"_found": self._found, "report": self.report}
+        if self._found.instrument is not None:
+            try:
+                state["_counted"] = self._counted
+            except ValueError as error:
+                state["_uncounted"] = str(error)
+        return state
 
     @cached_property
     def image(self) -> Floats:
@@ -61,30 +76,135 @@ class Rendering:
         """How often the emission was evaluated for each pixel (height, width)."""
         return self._found.evaluations_of_pixels()
 
+    @property
     def expected_counts(self) -> Floats:
         """What the `instrument` is expected to count, (channels, height, width); NaN off field."""
-        return self._counted()[0]
+        return self._counted[0]
 
+    @property
     def count_steps(self) -> dict[str, dict[str, float]]:
         """The sum over all pixels at each step to the counts: before + added - lost = after."""
         names = ("before", "added", "lost", "after")
-        return {step: dict(zip(names, sums, strict=True)) for step, sums in self._counted()[1]}
+        return {step: dict(zip(names, sums, strict=True)) for step, sums in self._counted[1]}
+
+    @property
+    def channels(self) -> Floats:
+        """The channels of the `instrument` (channels, 3): number, lower and upper energy [keV]."""
+        return np.array(self._counted[2], dtype=np.float64).reshape(-1, 3)
 
     def draw_counts(self, seed: int | None = None) -> Floats:
         """Poisson counts (channels, height, width) with a seed, by default that of `instrument`.
 
         The same seed gives the same counts, on every machine.
         """
-        self._counted()
-        drawn = self._found.draw_counts(seed)
-        assert drawn is not None
-        return drawn
+        return _native.draw_counts(self.expected_counts, self._seed(seed))
 
-    def _counted(self) -> tuple[Floats, list[tuple[str, tuple[float, float, float, float]]]]:
+    def _seed(self, seed: int | None) -> int:
+        instrument = self._found.instrument
+        return seed if seed is not None else instrument[1] if instrument is not None else 0
+
+    @cached_property
+    def _counted(self) -> _Counted:
+        uncounted = self.__dict__.get("_uncounted")
+        if uncounted is not None:
+            raise _native.SceneError(uncounted)
         counted = self._found.expected_counts()
         if counted is None:
             raise ValueError("nothing counts photons: expected `instrument` in `render`")
         return counted
+
+    def counts_to_fits(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        seed: int | None = None,
+        expected: bool = False,
+        overwrite: bool = False,
+    ) -> Any:
+        """Counts (channels, height, width) as FITS, with coordinates and the table EBOUNDS.
+
+        Counts that are drawn with a seed, by default that of `instrument`; or the expected ones.
+        The table EBOUNDS has the number and the nominal energies of each channel [keV]; a sky in
+        HEALPix pixels has none. With a path the file is written, without one an astropy HDUList is
+        returned.
+
+        >>> import emitree
+        >>> camera = emitree.Perspective(
+        ...     position=(-10, 0, 0), target=(0, 0, 0), field_of_view=(1, 1), near=9, far=11,
+        ...     length_unit="cm",
+        ... )
+        >>> rendering = emitree.render(
+        ...     "exp(-E)", camera, (4, 4), unit="ph cm-3 s-1 sr-1 keV-1",
+        ...     energy=emitree.Energies(0.5, 2.0, 3),
+        ...     instrument=emitree.Instrument(effective_area=50.0, exposure=1e4),
+        ... )
+        >>> [table.name for table in rendering.counts_to_fits()]
+        ['COUNTS', 'EBOUNDS']
+        """
+        seed = None if expected else self._seed(seed)
+        counts = self.expected_counts if seed is None else self.draw_counts(seed)
+        encoded = self._found.counts_fits(counts, self._counted[2], seed)
+        return written(encoded, path, overwrite)
+
+    def spectrum(self, counts: Floats | None = None, *, where: Any = None) -> Spectrum:
+        """The spectrum of a cube, or that of an instrument.
+
+        With an instrument: the sum over pixels of its expected counts, or of other `counts`
+        (channels, height, width), such as those of `draw_counts`, with errors after Poisson.
+        Without: the mean over pixels, each with the same weight, and the mean of their errors; of
+        irradiances the sum.
+        where: (height, width), which pixels count; those that are NaN never do.
+
+        >>> import emitree
+        >>> bins = emitree.Energies(0.0, 2.0, 2)
+        >>> cube = emitree.render("x * E", emitree.Canonical(), (2, 2), energy=bins)
+        >>> cube.spectrum().values.round(3)
+        array([0.25, 0.75])
+        """
+        if self._found.instrument is not None or counts is not None:
+            return self._counts_spectrum(counts, where)
+        if self.energies is None:
+            raise ValueError("the image has no energies: expected `energy` in `render`")
+        is_sum = self.report["image"]["quantity"] == "irradiance"
+        seen = self._seen(where)
+        scale = 1.0 if is_sum else 1.0 / max(int(seen.sum()), 1)
+        error = None if self.error is None else scale * self.error[:, seen].sum(axis=1)
+        return Spectrum(
+            low=self.energies[:-1],
+            high=self.energies[1:],
+            values=scale * self.image[:, seen].sum(axis=1),
+            error=error,
+            unit=self.unit,
+            energy_unit=self.energy_unit or "",
+            name=self.report["image"]["quantity"],
+        )
+
+    def _counts_spectrum(self, counts: Floats | None, where: Any) -> Spectrum:
+        expected = self.expected_counts
+        found = expected if counts is None else np.asarray(counts, dtype=np.float64)
+        if found.shape != expected.shape:
+            raise ValueError(f"`counts` has the shape {found.shape}: expected {expected.shape}")
+        seen = self._seen(where) & ~np.isnan(expected).any(axis=0)
+        values = found[:, seen].sum(axis=1)
+        return Spectrum(
+            low=self.channels[:, 1],
+            high=self.channels[:, 2],
+            values=values,
+            error=np.sqrt(values),
+            unit="count",
+            energy_unit="keV",
+            name="expected counts" if counts is None else "counts",
+        )
+
+    def _seen(self, where: Any) -> Any:
+        """The pixels (height, width) that are numbers, and that `where` selects."""
+        seen = ~np.isnan(self.image).any(axis=0)
+        if where is None:
+            return seen
+        selected = np.asarray(where, dtype=bool)
+        if selected.shape != seen.shape:
+            raise ValueError(f"`where` has the shape {selected.shape}: expected {seen.shape}")
+        return seen & selected
 
     @property
     def evaluations(self) -> int:
@@ -95,6 +215,15 @@ class Rendering:
     def estimated_error(self) -> float | None:
         """The largest estimated error over the largest |value|, or None."""
         return self._found.estimated_error
+
+    @property
+    def smallest_feature(self) -> float | None:
+        """The standard deviation of the smallest Gaussian that would have been seen, or None.
+
+        It is a fraction of the edge of the view's cube, for a probability of 99 % and a peak in the
+        image of 20 times the tolerance; only method "vol" tells.
+        """
+        return self.report["smallest_feature"]
 
     @property
     def converged(self) -> bool:
@@ -124,19 +253,22 @@ class Rendering:
     @property
     def energies(self) -> Floats | None:
         """The borders of the energy bins (bins + 1,), or None."""
-        energies = self._scene.energies
+        energies = self._found.energies
         return None if energies is None else energies[0]
 
     @property
     def energy_unit(self) -> str | None:
         """The unit of the energies, or None."""
-        energies = self._scene.energies
+        energies = self._found.energies
         return None if energies is None else energies[1]
 
     @property
     def scene(self) -> str:
-        """The text of the scene: what `emitree render` takes, but for functions and arrays."""
-        return self._scene.text
+        """The text of the scene: what `emitree render` takes, but for functions and arrays.
+
+        What was changed in a scene file is told at the end, a comment for each change.
+        """
+        return self._found.scene
 
     @property
     def tree(self) -> dict[str, Any] | None:
@@ -160,16 +292,9 @@ class Rendering:
         """Image and error with units, coordinates and provenance, as FITS.
 
         With a path the file is written, which needs no astropy; without one, an astropy HDUList is
-        returned.
+        returned. A file is whole or absent: one that is replaced stays until the other is complete.
         """
-        encoded = self._found.fits()
-        if path is None:
-            from astropy.io import fits
-
-            return fits.HDUList.fromstring(encoded)
-        with Path(path).open("wb" if overwrite else "xb") as file:
-            file.write(encoded)
-        return None
+        return written(self._found.fits(), path, overwrite)
 
     def to_xarray(self) -> Any:
         """An xarray Dataset of `image` and `error` with the coordinates of the pixels' centres.

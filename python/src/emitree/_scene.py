@@ -16,7 +16,11 @@ import numpy as np
 
 from emitree import _native, _units
 from emitree._cameras import Camera, Healpix
-from emitree._emissions import Expression, Grid, Model, Tree
+from emitree._emissions import Expression, Model, Tree
+from emitree._energies import energy_table
+from emitree._function import name_of
+from emitree._grid import Aliases, Grid
+from emitree._instrument import instrument_table
 
 #: What reports call a scene that was made from keywords.
 NAME = "emitree"
@@ -50,6 +54,14 @@ def _key(key: str) -> str:
     return key if bare else json.dumps(key)
 
 
+def _named(table: str, key: str, value: Any) -> str:
+    """A value as TOML writes it; an error names its key."""
+    try:
+        return toml(value)
+    except TypeError as error:
+        raise _native.SceneError(f"`{table}.{key}`: {error}") from None
+
+
 def document(tables: Mapping[str, Any]) -> str:
     """The text of a scene: one table after the other, lists as tables of the same name."""
     lines: list[str] = []
@@ -57,21 +69,23 @@ def document(tables: Mapping[str, Any]) -> str:
         several = isinstance(table, list)
         for one in table if several else [table]:
             lines.append(f"[[{name}]]" if several else f"[{name}]")
-            lines.extend(f"{_key(key)} = {toml(value)}" for key, value in one.items())
+            lines.extend(f"{_key(key)} = {_named(name, key, value)}" for key, value in one.items())
             lines.append("")
     return "\n".join(lines)
 
 
-def emission_table(emission: Any, folder: str, length_unit: str | None) -> dict[str, Any]:
-    """The table `[emission]`; a function is a placeholder in it."""
+def emission_table(
+    emission: Any, folder: str, length_unit: str | None, unit: str | None
+) -> tuple[dict[str, Any], Aliases]:
+    """The table `[emission]`, a function by its name; and what temporary files are called."""
     if isinstance(emission, str):
-        return Expression(emission).table()
+        return Expression(emission).table(), []
     if isinstance(emission, Grid):
-        return emission.table(folder, length_unit)
+        return emission.table(folder, length_unit, unit)
     if isinstance(emission, Expression | Model | Tree):
-        return emission.table()
+        return emission.table(), []
     if callable(emission):
-        return {"expression": "0"}
+        return {"function": name_of(emission)}, []
     raise TypeError(
         f"the emission is {type(emission).__name__}: expected a function f(position, direction), a "
         "text with a formula, or an emitree.Expression, Model, Grid or Tree"
@@ -104,7 +118,7 @@ def compose(
     bounds: Any = None,
     occulters: Any = (),
     seeds: Any = (),
-    instrument: Mapping[str, Any] | None = None,
+    instrument: Any = None,
     render: Mapping[str, Any],
     build: Mapping[str, Any] | None = None,
 ) -> _native.Scene:
@@ -117,8 +131,9 @@ def compose(
     image = image_table(camera, shape)
     image |= {"unit": _units.to_text(image_unit), "quantity": quantity}
     with tempfile.TemporaryDirectory(prefix="emitree-") as folder:
-        of_emission = emission_table(emission, folder, length_unit)
-        of_emission["unit"] = _units.to_text(unit)
+        of_rates = _units.to_text(unit)
+        of_emission, aliases = emission_table(emission, folder, length_unit, of_rates)
+        of_emission = {"unit": of_rates} | of_emission
         tables: dict[str, Any] = {
             "emission": of_emission,
             "projection": projection,
@@ -132,7 +147,12 @@ def compose(
             "build": build,
         }
         text = document({name: _given(table) for name, table in tables.items() if table})
-        return _native.Scene.parse(NAME, text)
+        try:
+            return _native.Scene.parse(NAME, text, aliases)
+        except _native.SceneError as error:
+            if isinstance(emission, Grid) and "it has no array `values`" in str(error):
+                raise _native.SceneError(f"{error}; `variable` chooses one") from None
+            raise
 
 
 def _given(table: Any) -> Any:
@@ -147,34 +167,6 @@ def length_unit_of(camera: Camera, shapes: list[Any]) -> str | None:
         return _units.to_text(camera.length_unit)
     lengths = [value for thing in (camera, *shapes) for value in thing.lengths()]
     return _units.to_text(_units.first_unit(lengths))
-
-
-def energy_table(energy: Any) -> dict[str, Any] | None:
-    """The table `[energy]`: bins from `min` to `max`."""
-    if energy is None:
-        return None
-    table = dict(energy)
-    given = [table.get(name) for name in ("min", "max")]
-    unit = table.get("unit") or _units.first_unit(given) or "keV"
-    table["unit"] = _units.to_text(unit)
-    for name in ("min", "max"):
-        if name in table:
-            table[name] = _units.plain(_units.value_in(table[name], table["unit"], name))
-    return table
-
-
-def instrument_table(instrument: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    """The table `[instrument]`; names of files are those of the current folder."""
-    if instrument is None:
-        return None
-
-    def beside_here(value: Any) -> Any:
-        return os.path.abspath(value) if isinstance(value, str | os.PathLike) else value
-
-    table = {key: beside_here(value) for key, value in instrument.items()}
-    if isinstance(table.get("psf"), Mapping):
-        table["psf"] = {key: beside_here(value) for key, value in table["psf"].items()}
-    return table
 
 
 def seed_table(seed: Any, length_unit: str | None) -> dict[str, Any]:

@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from emitree._native import SceneError
+
 #: Lengths that FITS and astropy lack, or that astropy has with another value, in km: those of
 #: emitree's own table.
 _RADII_KM = {
     "R_E": 6371.0,
     "R_earth": 6371.0,
     "R_Earth": 6371.0,
+    "R_E_eq": 6378.1,
     "R_mercury": 2439.4,
     "R_venus": 6051.8,
     "R_moon": 1737.4,
@@ -57,21 +60,44 @@ def to_text(unit: Any) -> str | None:
         return str(unit)
     try:
         return unit.to_string("fits")
-    except ValueError as error:
-        raise ValueError(
-            f"unit {unit}: expected one that FITS has, or a text such as 'R_E' ({error})"
+    except ValueError:
+        # A radius that FITS has no name for, such as astropy's `R_earth`, the equatorial one.
+        for name in _RADII_KM:
+            if unit == to_astropy(name):
+                return name
+        raise SceneError(
+            f"unit {unit}: expected one that FITS has, or a text such as 'R_E'"
         ) from None
 
 
 def value_in(value: Any, unit: str | None, name: str) -> Any:
-    """Numbers from a quantity, in `unit`; what is no quantity is in that unit already."""
+    """Numbers from a quantity, in `unit`; what is no quantity is in that unit already.
+
+    name: the key, for messages.
+    """
     if isinstance(value, list | tuple) and any(is_quantity(item) for item in value):
         return [value_in(item, unit, name) for item in value]
     if not is_quantity(value):
         return value
     if unit is None:
-        raise ValueError(f"`{name}` is {value}: expected a `length_unit` too")
-    return value.to_value(to_astropy(unit))
+        raise SceneError(f"`{name}` is {value}: expected a `length_unit` too")
+    from astropy.units import UnitConversionError
+
+    try:
+        return value.to_value(to_astropy(unit))
+    except UnitConversionError:
+        raise SceneError(
+            f"`{name}` is {value}: expected a number in {unit}, or a quantity that converts to it"
+        ) from None
+
+
+def length_text(value: Any, name: str) -> Any:
+    """A quantity as a text that a scene takes, as in "0.1 R_E"; all else as it is."""
+    if not is_quantity(value):
+        return value
+    if not value.isscalar:
+        raise SceneError(f"`{name}` is {value}: expected one length")
+    return f"{float(value.value)!r} {to_text(value.unit)}"
 
 
 def first_unit(values: list[Any]) -> Any | None:

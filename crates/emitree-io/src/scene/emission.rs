@@ -28,6 +28,8 @@ pub enum EmissionSource {
     Grid(GridEmission),
     /// A tree that was built before.
     Tree(Arc<TreeFile>),
+    /// A function of the program that reads the scene, by its name; only that program can call it.
+    Function(String),
 }
 
 /// An emission that could not be evaluated at a point.
@@ -37,13 +39,19 @@ pub enum EmissionFailure {
     /// A grid that is to be an error outside was asked for a point there.
     #[error("{0} (or `emission.grid.outside = \"zero\"`)")]
     OutsideGrid(#[from] OutsideGrid),
+    /// The scene names a function, and is rendered without it.
+    #[error(
+        "`emission.function` is `{0}`, a function in Python: expected that this scene is rendered \
+         from there, or another emission"
+    )]
+    Function(String),
 }
 
 impl EmissionSource {
     /// The length unit that positions are in; `None` where the scene is free to choose.
     pub fn length_unit(&self) -> Option<&str> {
         match self {
-            Self::Expression(_) | Self::Grid(_) => None,
+            Self::Expression(_) | Self::Grid(_) | Self::Function(_) => None,
             Self::Model(model) => Some(model.description().length_unit).filter(|&unit| unit != "1"),
             Self::Tree(file) => file.length_unit.as_deref(),
         }
@@ -53,14 +61,14 @@ impl EmissionSource {
     pub fn energy_unit(&self) -> Option<&str> {
         match self {
             Self::Model(model) => model.description().energy_unit,
-            Self::Expression(_) | Self::Grid(_) | Self::Tree(_) => None,
+            Self::Expression(_) | Self::Grid(_) | Self::Tree(_) | Self::Function(_) => None,
         }
     }
 
     /// The unit of an image, FITS grammar; empty if the source does not tell.
     pub fn image_unit(&self) -> &str {
         match self {
-            Self::Expression(_) | Self::Grid(_) => "",
+            Self::Expression(_) | Self::Grid(_) | Self::Function(_) => "",
             Self::Model(model) => model.description().image_unit,
             Self::Tree(file) => &file.image_unit,
         }
@@ -86,6 +94,7 @@ impl Emission for EmissionSource {
             Self::Tree(file) => {
                 file.tree.emission_rates(samples, rates).map_err(|never| match never {})
             }
+            Self::Function(name) => Err(EmissionFailure::Function(name.clone())),
         }
     }
 }
@@ -104,29 +113,32 @@ pub(super) fn read(
     let model = table.text("model")?;
     let grid = table.take("grid");
     let tree = table.text("tree")?;
-    let emission = match (expression, model, grid, tree) {
-        (Some(expression), None, None, None) => {
+    let function = table.text("function")?;
+    let emission = match (expression, model, grid, tree, function) {
+        (Some(expression), None, None, None, None) => {
             let constants = table.table("constants")?;
             read_expression(expression, constants, spectral)?
         }
-        (None, Some(model), None, None) => {
+        (None, Some(model), None, None, None) => {
             let parameters = table.take("parameters");
             read_model(&model, parameters, spectral)?
         }
-        (None, None, Some(grid), None) => {
+        (None, None, Some(grid), None, None) => {
             refuse_energies(spectral, "grid", &grid.place)?;
             EmissionSource::Grid(grid::read(Table::new(grid)?)?)
         }
-        (None, None, None, Some(tree)) => {
+        (None, None, None, Some(tree), None) => {
             refuse_energies(spectral, "tree", &tree.1)?;
             tree::read_emission(&tree)?
         }
-        (None, None, None, None) => {
+        (None, None, None, None, Some((name, _))) => EmissionSource::Function(name),
+        (None, None, None, None, None) => {
             return Err(SceneError::at(&whole, "the scene has no emission")
                 .label(format!("expected {KINDS} here")));
         }
-        (_, model, grid, tree) => {
-            let second = tree.map(|(_, place)| place).or(grid.map(|node| node.place));
+        (_, model, grid, tree, function) => {
+            let second = function.or(tree).map(|(_, place)| place);
+            let second = second.or(grid.map(|node| node.place));
             let second = second.or(model.map(|(_, place)| place)).unwrap_or(whole);
             return Err(SceneError::at(&second, "the scene has two emissions")
                 .label(format!("expected only one of {KINDS}")));

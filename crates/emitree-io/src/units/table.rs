@@ -78,7 +78,7 @@ const PHOTON_RADIANCE: Dimension =
 /// All units with a name, each written as its mantissa and its power of ten.
 ///
 /// The Earth's radius is that of the magnetospheric community, the mean radius rounded to whole
-/// kilometres (and not astropy's `R_earth`, the equatorial 6378.1 km).
+/// kilometres; astropy's `R_earth`, the equatorial 6378.1 km, is `R_E_eq`.
 pub static KNOWN_UNITS: &[KnownUnit] = &[
     KnownUnit::new(&["m"], Dimension::LENGTH, (1.0, 0), SI).prefixed(),
     KnownUnit::new(&["Angstrom", "angstrom", "Å"], Dimension::LENGTH, (1.0, -10), FITS),
@@ -107,6 +107,7 @@ pub static KNOWN_UNITS: &[KnownUnit] = &[
         (6.371, 6),
         "mean radius (IUGG 6371.0 km), as the magnetospheric community rounds it",
     ),
+    KnownUnit::radius(&["R_E_eq"], (6.3781, 6), IAU_2015_B3),
     KnownUnit::radius(&["R_mercury"], (2.4394, 6), WGCCRE),
     KnownUnit::radius(&["R_venus"], (6.0518, 6), WGCCRE),
     KnownUnit::radius(&["R_moon"], (1.7374, 6), WGCCRE),

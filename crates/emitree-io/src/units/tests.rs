@@ -59,6 +59,7 @@ fn factors_are_those_of_astropy() {
 fn decimal_factors_are_exact() {
     for (from, to, expected) in [
         ("R_E", "cm", 6.371e8),
+        ("R_E_eq", "km", 6378.1),
         ("R_earth", "m", 6.371e6),
         ("R_sun", "km", 695_700.0),
         ("R_jup", "R_E", 71_492.0 / 6371.0),

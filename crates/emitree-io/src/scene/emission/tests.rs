@@ -219,3 +219,21 @@ fn a_file_of_an_option_is_where_the_command_was_given() {
     // Tests run in the folder of their package.
     assert!(open("tests/reference/grids/smile.fits").is_ok());
 }
+
+#[test]
+fn a_function_has_a_name_and_no_rates() {
+    let scene = Scene::parse(
+        "scene.toml",
+        "emission.function = \"models.peak\"\nprojection.type = \"canonical\"\nimage = { width = 1, \
+         height = 1 }\n",
+        &[],
+    );
+    let source = scene.unwrap().emission.source;
+    assert!(matches!(&source, EmissionSource::Function(name) if name == "models.peak"));
+    let failure = rate(&source, [0.0; 3]).unwrap_err().to_string();
+    assert!(failure.starts_with("`emission.function` is `models.peak`, a function in Python"));
+    let two =
+        "emission = { function = \"f\", expression = \"x\" }\nprojection.type = \"canonical\"\n";
+    let error = Scene::parse("scene.toml", two, &[]).unwrap_err();
+    assert_eq!(error.message(), "the scene has two emissions");
+}

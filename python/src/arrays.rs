@@ -1,0 +1,25 @@
+//! Images and cubes as arrays of `NumPy`, and back.
+
+use emitree::{Cube, Image};
+use numpy::{PyArray1, PyReadonlyArray3};
+use pyo3::prelude::*;
+
+/// An image as an array of shape (height, width).
+pub(crate) fn array<'py>(py: Python<'py>, image: &Image) -> PyResult<Bound<'py, PyAny>> {
+    let pixels = PyArray1::from_slice(py, image.pixels());
+    pixels.call_method1("reshape", ((image.height(), image.width()),))
+}
+
+/// An array (bands, height, width).
+pub(crate) fn voxels<'py>(py: Python<'py>, map: &Cube) -> PyResult<Bound<'py, PyAny>> {
+    let [bands, height, width] = map.shape();
+    PyArray1::from_iter(py, map.voxels()).call_method1("reshape", ((bands, height, width),))
+}
+
+/// A cube from an array (bands, height, width).
+pub(crate) fn cube_of(values: &PyReadonlyArray3<'_, f64>) -> Cube {
+    let values = values.as_array();
+    let (height, width) = (values.shape()[1], values.shape()[2]);
+    let bands = values.outer_iter().map(|band| band.iter().copied().collect());
+    Cube::from_bands(bands.map(|band| Image::from_pixels(height, width, band)).collect())
+}

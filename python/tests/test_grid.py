@@ -1,0 +1,134 @@
+"""Data on grids: dimensions, coordinates, units, files, and messages."""
+
+import numpy as np
+import pytest
+
+import emitree
+
+CUBE = emitree.Canonical()
+X = np.linspace(0, 1, 5)
+Y = np.linspace(0, 1, 4)
+Z = np.linspace(0, 1, 3)
+VALUES = X[:, None, None] + 10 * Y[:, None] + 100 * Z
+CAMERA = emitree.Orthographic(
+    position=(0.5, 0.5, 0),
+    target=(0.5, 0.5, 1),
+    up=(0, 1, 0),
+    extent=(1, 1),
+    near=0,
+    far=1,
+    length_unit="km",
+)
+
+
+def image(**options):
+    return emitree.render(emitree.Grid(**options), CUBE, (2, 2)).image
+
+
+@pytest.fixture
+def data_array():
+    xarray = pytest.importorskip("xarray")
+    return xarray.DataArray(VALUES, dims=("x", "y", "z"), coords={"x": X, "y": Y, "z": Z})
+
+
+PLAIN = image(values=VALUES, x=X, y=Y, z=Z)
+
+
+@pytest.mark.parametrize("dims", ["xyz", "zyx", "yzx"])
+def test_the_dimensions_of_a_data_array_are_honoured(data_array, dims):
+    ordered = data_array.transpose(*dims)
+    assert np.array_equal(image(values=ordered), PLAIN)
+    assert np.array_equal(image(values=ordered, x=X, y=(0, 1), z=Z), PLAIN)
+    upper = ordered.rename({"x": "X", "y": "Y", "z": "Z"})
+    assert np.array_equal(image(values=upper), PLAIN)
+
+
+def test_descending_coordinates_are_honoured(data_array):
+    assert np.array_equal(image(values=data_array[::-1, :, ::-1]), PLAIN)
+
+
+def test_keywords_come_before_coordinates(data_array):
+    shifted = data_array.assign_coords(x=X + 7)
+    assert np.array_equal(image(values=shifted, x=X), PLAIN)
+
+
+def test_other_dimensions_are_refused(data_array):
+    spherical = data_array.rename({"x": "r", "y": "theta", "z": "phi"})
+    message = r"dimensions \('r', 'theta', 'phi'\): expected x, y and z in any order"
+    with pytest.raises(emitree.SceneError, match=message):
+        image(values=spherical)
+    with pytest.raises(emitree.SceneError, match=r"dimensions \('y', 'z'\)"):
+        image(values=data_array[0])
+    with pytest.raises(emitree.SceneError, match="is a Dataset of g: expected one of its arrays"):
+        image(values=data_array.to_dataset(name="g"))
+
+
+def test_units_of_coordinates_are_converted(data_array):
+    pytest.importorskip("astropy")
+    in_metres = data_array.assign_coords(
+        {
+            name: (name, 1000 * nodes, {"units": "m"})
+            for name, nodes in zip("xyz", (X, Y, Z), strict=True)
+        }
+    )
+    plain = emitree.render(emitree.Grid(values=VALUES, x=X, y=Y, z=Z), CAMERA, (2, 2)).image
+    ours = emitree.render(emitree.Grid(values=in_metres), CAMERA, (2, 2)).image
+    np.testing.assert_allclose(ours, plain, rtol=1e-12)
+    seconds = data_array.assign_coords(x=("x", X, {"units": "s"}))
+    with pytest.raises(emitree.SceneError, match="coordinate `x` of `values` is in 's'"):
+        emitree.render(emitree.Grid(values=seconds), CAMERA, (2, 2))
+
+
+def test_values_may_be_quantities():
+    u = pytest.importorskip("astropy.units")
+    nodes = {"x": X * u.km, "y": Y * 1000 * u.m, "z": Z * u.km}
+    rates = VALUES * u.Unit("ph cm-3 s-1 sr-1")
+    ours = emitree.render(emitree.Grid(values=rates, **nodes), CAMERA, (2, 2))
+    unit = {"unit": "ph cm-3 s-1 sr-1"}
+    plain = emitree.render(emitree.Grid(values=VALUES, x=X, y=Y, z=Z), CAMERA, (2, 2), **unit)
+    assert u.Unit(ours.unit) == u.Unit(plain.unit)
+    assert np.array_equal(ours.image, plain.image)
+    in_metres = emitree.render(
+        emitree.Grid(values=rates, **nodes), CAMERA, (2, 2), unit="ph m-3 s-1 sr-1"
+    )
+    np.testing.assert_allclose(in_metres.quantity.to_value(plain.unit), plain.image, rtol=1e-12)
+    with pytest.raises(emitree.SceneError, match="`values` is "):
+        emitree.render(emitree.Grid(values=VALUES * u.km, **nodes), CAMERA, (2, 2), **unit)
+
+
+def test_files_and_their_variables(tmp_path):
+    path = tmp_path / "data.npz"
+    np.savez(path, g=VALUES, other=2 * VALUES, x=X, y=Y, z=Z)
+    nodes = {"x": "x", "y": "y", "z": "z", "order": "xyz"}
+    assert np.array_equal(image(file=path, variable="g", **nodes), PLAIN)
+    np.testing.assert_allclose(image(file=path, variable="other", **nodes), 2 * PLAIN)
+    np.testing.assert_allclose(image(file=path, variable="g", scale=3, **nodes), 3 * PLAIN)
+    with pytest.raises(emitree.SceneError, match=r"data\.npz: it has no array `h`: expected one"):
+        image(file=path, variable="h", **nodes)
+    with pytest.raises(emitree.SceneError, match=r"no array `values`.*; `variable` chooses one"):
+        image(file=path, **nodes)
+    # As it was before there was `file`.
+    assert np.array_equal(image(values=str(path), variable="g", **nodes), PLAIN)
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    ({}, "expected one of `values`, an array, and `file`"),
+    ({"values": VALUES, "file": "a.nc"}, "expected one of `values`, an array, and `file`"),
+    ({"values": VALUES, "variable": "g"}, "`variable` is for files: expected none"),
+    ({"values": VALUES[0]}, r"`values` has the shape \(4, 3\): expected \(nx, ny, nz\)"),
+    ({"values": "a,b".split(",")}, "`values` is list: expected an array"),
+    ({"values": VALUES, "x": "lon"}, "`x` is 'lon': expected nodes, names are for files"),
+    ({"values": VALUES, "x": X[:3], "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): the x axis: it has 3"),
+    ({"values": VALUES, "x": X[::-1], "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): node 1 of the x"),
+    ({"values": VALUES * np.nan, "x": X, "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): .*NaN"),
+])  # fmt: skip
+def test_what_is_wrong_is_named_and_no_temporary_file(options, message):
+    with pytest.raises(emitree.SceneError, match=message) as raised:
+        image(**options)
+    assert ".npy" not in str(raised.value)
+
+
+def test_the_scene_names_no_temporary_file():
+    grid = emitree.Grid(values=VALUES, x=X, y=Y, z=Z)
+    scene = emitree.render(grid, CUBE, (2, 2)).scene
+    assert 'file = "array of shape (5, 4, 3)"' in scene and ".npy" not in scene
