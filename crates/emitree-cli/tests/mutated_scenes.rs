@@ -84,7 +84,7 @@ fn folder_with_data() -> TempDir {
 fn mutants_of_the_examples() {
     let originals = scenes(&root().join("examples"));
     let folder = folder_with_data();
-    for seed in Campaign::new(60, 8.0).seeds() {
+    for seed in Campaign::new(60, 6.0).seeds() {
         let mut mutator = Mutator::new(seed);
         let original = mutator.choice(&originals).unwrap();
         let scene = mutator.scene(original);
@@ -106,7 +106,7 @@ fn mutants_of_the_examples() {
 fn random_views() {
     let folder = tempfile::tempdir().unwrap();
     let mut ended = [0; 5];
-    for seed in Campaign::new(80, 8.0).seeds() {
+    for seed in Campaign::new(80, 6.0).seeds() {
         let scene = Mutator::new(seed).view();
         let (code, _) = render(&folder, &format!("seed {seed}"), &scene, &[]);
         ended[usize::try_from(code).unwrap()] += 1;

@@ -14,7 +14,7 @@ fn path(name: &str) -> PathBuf {
 }
 
 fn bytes(name: &str) -> Vec<u8> {
-    std::fs::read(path(name)).unwrap()
+    fs::read(path(name)).unwrap()
 }
 
 fn read(name: &str, request: &GridRequest) -> GridFile {
@@ -380,9 +380,9 @@ fn arrays_are_compared_with_the_memory_allowed() {
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend(u16::try_from(header.len()).unwrap().to_le_bytes());
     bytes.extend(header.as_bytes());
-    std::fs::write(&sparse, &bytes).unwrap();
+    fs::write(&sparse, &bytes).unwrap();
     let length = bytes.len() as u64 + 100_000_000_000_000;
-    let file = std::fs::File::options().write(true).open(&sparse).unwrap();
+    let file = fs::File::options().write(true).open(&sparse).unwrap();
     // Not every file system has files of 100 TB.
     if file.set_len(length).is_ok() {
         let error = read_grid(&sparse, &lists()).unwrap_err().to_string();
@@ -398,12 +398,12 @@ fn an_archive_is_unpacked_no_further_than_memory_allows() {
     use std::io::Write;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bomb.npz");
-    let mut archive = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+    let mut archive = zip::ZipWriter::new(fs::File::create(&path).unwrap());
     let options = zip::write::SimpleFileOptions::default();
     archive.start_file("values.npy", options).unwrap();
     archive.write_all(&encode_npy(&[100, 100, 100], &vec![0.0; 1_000_000]).unwrap()).unwrap();
     archive.finish().unwrap();
-    assert!(std::fs::metadata(&path).unwrap().len() < 20_000);
+    assert!(fs::metadata(&path).unwrap().len() < 20_000);
     let request = GridRequest { max_memory_bytes: Some(1 << 20), ..GridRequest::default() };
     let error = read_grid(&path, &request).unwrap_err().to_string();
     assert!(error.contains("bomb.npz") && error.contains("takes 8000000 bytes"), "{error}");

@@ -107,7 +107,7 @@ pub static KNOWN_UNITS: &[KnownUnit] = &[
         (6.371, 6),
         "mean radius (IUGG 6371.0 km), as the magnetospheric community rounds it",
     ),
-    KnownUnit::radius(&["R_E_eq"], (6.3781, 6), IAU_2015_B3),
+    KnownUnit::radius(&["R_E_eq"], (63_781.0, 2), IAU_2015_B3),
     KnownUnit::radius(&["R_mercury"], (2.4394, 6), WGCCRE),
     KnownUnit::radius(&["R_venus"], (6.0518, 6), WGCCRE),
     KnownUnit::radius(&["R_moon"], (1.7374, 6), WGCCRE),
