@@ -13,7 +13,7 @@
 //! });
 //! let viewpoint = Viewpoint { position: [10.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
 //! let camera = Equirectangular::new(viewpoint, [0.8, 0.6], [0.0, 20.0])?;
-//! let options = RenderOptions::new(Method::Vol(VolOptions { tolerance: 0.01, ..VolOptions::default() }));
+//! let options = RenderOptions::new(Method::Vol(VolOptions { tolerance: 0.01, base_level: 3 }));
 //!
 //! let rendering = render(&corona, &camera, [60, 80], &options)?;
 //! assert!(rendering.converged() && rendering.estimated_error() < Some(0.01));
@@ -88,5 +88,5 @@ pub use render::{
 pub use render_cube::{CubeRendering, render_cube};
 pub use tally::EvaluationCounts;
 pub use tree::{Ending, SparseTree};
-pub use vol::{FEATURE_CONTRAST, FeatureSize, VolOptions};
+pub use vol::VolOptions;
 pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};

@@ -173,10 +173,6 @@ pub struct Rendering {
     /// The base level that was used, if the method has one: [`Method::Vol`] takes a coarser one than
     /// asked for if the budget does not suffice, and has not converged then.
     pub base_level: Option<u8>,
-    /// The standard deviation of the smallest Gaussian that would have been seen with a probability
-    /// of 99 %, as a fraction of the edge of the view's cube, if its peak in the image is
-    /// [`FEATURE_CONTRAST`](crate::FEATURE_CONTRAST) times the tolerance; only of [`Method::Vol`].
-    pub smallest_feature: Option<f64>,
     /// Time spent in g, for one of the threads.
     pub emission_time: Duration,
     /// Time spent altogether.
@@ -381,7 +377,6 @@ impl Rendering {
             batches: 0,
             tree: None,
             base_level: None,
-            smallest_feature: None,
             emission_time: Duration::ZERO,
             total_time: Duration::ZERO,
         }
@@ -393,7 +388,6 @@ impl From<Found> for Rendering {
         let [image, error] = [found.cube, found.error].map(Cube::into_first);
         let mut rendering = Self::new(image, Some(error), found.ending);
         rendering.base_level = Some(found.base_level);
-        rendering.smallest_feature = found.smallest_feature;
         rendering
     }
 }

@@ -41,8 +41,6 @@ pub struct CubeRendering {
     pub energies: Vec<f64>,
     /// The base level that was used, if the method has one.
     pub base_level: Option<u8>,
-    /// The smallest feature that would have been seen; see [`Rendering::smallest_feature`].
-    pub smallest_feature: Option<f64>,
     /// Time spent in g, for one of the threads.
     pub emission_time: Duration,
     /// Time spent altogether.
@@ -133,7 +131,6 @@ impl CubeRendering {
             batches: 0,
             energies: Vec::new(),
             base_level: None,
-            smallest_feature: None,
             emission_time: Duration::ZERO,
             total_time: Duration::ZERO,
         }
@@ -144,7 +141,6 @@ impl From<Found> for CubeRendering {
     fn from(found: Found) -> Self {
         let mut rendering = Self::new(found.cube, Some(found.error), found.ending);
         rendering.base_level = Some(found.base_level);
-        rendering.smallest_feature = found.smallest_feature;
         rendering.energies = found.energies;
         rendering
     }

@@ -242,11 +242,7 @@ fn a_finer_base_sees_what_a_coarse_one_steps_over() {
         |[_, _, z]: [f64; 3], _: [f64; 3]| 1.0 + 20.0 * (-((z - 0.44) / 0.008_f64).powi(2)).exp();
     let exact = 1.0 + 20.0 * 0.008 * core::f64::consts::PI.sqrt();
     let pixel = |base_level| {
-        let options = RenderOptions::new(Method::Vol(VolOptions {
-            tolerance: 0.01,
-            base_level,
-            ..VolOptions::default()
-        }));
+        let options = RenderOptions::new(Method::Vol(VolOptions { tolerance: 0.01, base_level }));
         render(&FromFn(sheet), &Canonical, [8, 8], &options).unwrap().image[(3, 3)]
     };
     assert!((pixel(3) - 1.0).abs() < 1e-12, "found: choose a thinner sheet");
@@ -319,7 +315,7 @@ fn nothing_gives_an_image_of_nothing() {
 #[test]
 fn options_out_of_range_are_named() {
     let message = |tolerance, base_level| {
-        let method = Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() });
+        let method = Method::Vol(VolOptions { tolerance, base_level });
         let uniform = FromFn(|_, _| 1.0);
         render(&uniform, &Canonical, [2, 2], &RenderOptions::new(method)).unwrap_err().to_string()
     };

@@ -74,8 +74,7 @@ fn errors_and_evaluations_of_a_cluster_of_galaxies() {
 }
 
 fn image<E: Emission>(emission: &E, camera: &dyn Projection, tolerance: f64) -> Image {
-    let options =
-        RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }));
+    let options = RenderOptions::new(Method::Vol(VolOptions { tolerance, base_level: 3 }));
     let rendering = render(emission, camera, [24, 32], &options);
     let Ok(rendering) = rendering else { unreachable!("the scene can be rendered") };
     assert!(rendering.converged());

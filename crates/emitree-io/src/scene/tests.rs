@@ -336,36 +336,24 @@ fn the_method_is_vol_unless_another_is_named() {
     let (before, after) = SCENE.split_once("[render]").unwrap();
     for scene in [before, &format!("{before}[render]")] {
         let settings = settings(scene);
-        assert_eq!(
-            settings.method,
-            Method::Vol(VolOptions { tolerance: 0.01, ..VolOptions::default() })
-        );
+        assert_eq!(settings.method, Method::Vol(VolOptions { tolerance: 0.01, base_level: 3 }));
         assert_eq!(settings.tolerance, Some(0.01));
         assert_eq!((settings.max_evaluations, settings.batch_size), (None, None));
         assert_eq!((settings.seeds, settings.ignored), (Vec::new(), Vec::new()));
     }
     let settings = settings(&format!("{before}[render]{}", after.replace("method", "# method")));
-    assert_eq!(
-        settings.method,
-        Method::Vol(VolOptions { tolerance: 0.01, base_level: 2, ..VolOptions::default() })
-    );
+    assert_eq!(settings.method, Method::Vol(VolOptions { tolerance: 0.01, base_level: 2 }));
     assert_eq!(settings.ignored, ["threshold"]);
     let changes = [option("render.tolerance", "1e-4"), option("render.base_level", "7")];
     let settings = Scene::parse("scene.toml", before, &changes).unwrap().render;
-    assert_eq!(
-        settings.method,
-        Method::Vol(VolOptions { tolerance: 1e-4, base_level: 7, ..VolOptions::default() })
-    );
+    assert_eq!(settings.method, Method::Vol(VolOptions { tolerance: 1e-4, base_level: 7 }));
     assert_eq!(settings.tolerance, Some(1e-4));
 }
 
 #[test]
 fn all_options_of_vol_are_read() {
     let settings = Scene::parse("scene.toml", KNOTS, &[]).unwrap().render;
-    assert_eq!(
-        settings.method,
-        Method::Vol(VolOptions { tolerance: 0.02, base_level: 4, ..VolOptions::default() })
-    );
+    assert_eq!(settings.method, Method::Vol(VolOptions { tolerance: 0.02, base_level: 4 }));
     assert_eq!((settings.max_evaluations, settings.batch_size), (Some(20_000), Some(500)));
     let seeds = [([0.3, 0.62, 0.4], 0.01), ([1.0, 0.0, 0.0], 2.0)];
     assert_eq!(settings.seeds, seeds.map(|(position, radius)| Seed { position, radius }));

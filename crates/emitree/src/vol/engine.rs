@@ -63,8 +63,6 @@ pub(crate) struct Found {
     pub(crate) base_level: u8,
     /// The energies at which lines were integrated, in the unit of the axis.
     pub(crate) energies: Vec<f64>,
-    /// The smallest feature that would have been seen, as a fraction of the view's cube.
-    pub(crate) smallest_feature: Option<f64>,
 }
 
 impl Found {
@@ -150,7 +148,7 @@ pub(crate) fn by_tree<E: Emission>(
     };
     let [cube, error] = engine.finished(&developed);
     let energies = engine.energies_used();
-    Ok(Found { cube, error, ending, base_level, energies, smallest_feature: None })
+    Ok(Found { cube, error, ending, base_level, energies })
 }
 
 /// Refuses options out of range.

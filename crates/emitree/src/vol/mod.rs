@@ -78,25 +78,7 @@ pub struct VolOptions {
     /// The base lattice has 2^`base_level` intervals along each axis, of the image and in depth; one
     /// of [`BASE_LEVELS`]. If it is finer than the default, there are no fewer scattered points.
     pub base_level: u8,
-    /// The smallest feature to be seen with a probability of 99 %; by default what the scattered
-    /// samples that every rendering makes cover. See [`FeatureSize`] and [`FEATURE_CONTRAST`].
-    pub smallest_feature: Option<FeatureSize>,
 }
-
-/// The size of a small feature: the standard deviation of a Gaussian.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FeatureSize {
-    /// As a fraction of the edge of the view's cube, above 0 and at most 1. Along each axis of the view
-    /// it is that fraction of the image's width, of its height and of the depth.
-    Fraction(f64),
-    /// As a length in the scene's length unit, above 0: that fraction of the edge of a cube with the
-    /// volume of the view, whose depth has to be finite.
-    Length(f64),
-}
-
-/// The contrast of the smallest feature that is covered: the peak of the feature in the image, in units
-/// of the error allowed.
-pub const FEATURE_CONTRAST: f64 = 20.0;
 
 /// The base levels that there are.
 pub const BASE_LEVELS: core::ops::RangeInclusive<u8> = 2..=7;
@@ -104,7 +86,7 @@ pub const BASE_LEVELS: core::ops::RangeInclusive<u8> = 2..=7;
 impl Default for VolOptions {
     /// 1 % of the largest pixel, from a base lattice of 9 × 9 lines with 9 depths each.
     fn default() -> Self {
-        Self { tolerance: 0.01, base_level: 3, smallest_feature: None }
+        Self { tolerance: 0.01, base_level: 3 }
     }
 }
 

@@ -235,7 +235,6 @@ impl<E: Emission> Attempt<'_, '_, E> {
             ending,
             base_level: self.vol.base_level,
             energies: Vec::new(),
-            smallest_feature: None,
         }
     }
 }
