@@ -55,7 +55,7 @@ pub(crate) struct Limits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Deadline {
     at: Instant,
-    /// The time that was allowed [s].
+    /// The time that was allowed \[s\].
     seconds: f64,
 }
 
