@@ -210,9 +210,10 @@ impl<'a, E: Emission> Meter<'a, E> {
         let per_call = values.len().div_ceil(threads);
         let per_call = match self.emission.takes_whole_batches() {
             true => values.len().max(1),
-            false => per_call.clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL),
+            false => per_call
+                .clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL)
+                .min(self.samples_before_deadline(threads)),
         };
-        let per_call = per_call.min(self.samples_before_deadline(threads));
         let calls = values.len().div_ceil(per_call);
         let in_calls = AtomicU64::new(0);
         // Calls behind one that failed are left out, those before it are made: so the first failure
