@@ -88,7 +88,7 @@ pub(crate) fn of_rendering(py: Python<'_>, error: CoreError<EmissionStop>) -> Py
         CoreError::Option { .. }
         | CoreError::Build(_)
         | CoreError::EmptyImage { .. }
-        | CoreError::NothingInView => SceneError::new_err(error.to_string()),
+        | CoreError::NoSolidAngle => SceneError::new_err(error.to_string()),
         _ => RenderError::new_err(error.to_string()),
     }
 }

@@ -18,7 +18,7 @@ use emitree_problems::catalogue::{problem, problems};
 use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
 use emitree_problems::relative_error;
 use emitree_problems::solids::random_solids;
-use emitree_problems::views::random_view;
+use emitree_problems::views::{RandomView, random_view};
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -186,7 +186,7 @@ fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
 /// How often a tolerance is kept in views with bodies, and at what cost.
 fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     let views: Vec<_> = (from..to).map(random_view).collect();
-    let references: Vec<Reference> = views.iter().map(|view| view.reference()).collect();
+    let references: Vec<Reference> = views.iter().map(RandomView::reference).collect();
     let worst = references.iter().map(|reference| reference.error).fold(0.0, f64::max);
     println!("references: largest error {worst:.1e}");
     for &tolerance in tolerances {
@@ -255,7 +255,7 @@ impl ViewOutcome {
                 (error, pixel) = (if difference.is_nan() { f64::INFINITY } else { difference }, k);
             }
         }
-        let estimates = rendering.error.iter().flat_map(|error| error.pixels());
+        let estimates = rendering.error.iter().flat_map(Image::pixels);
         let mut pairs = rendering.image.pixels().iter().zip(estimates);
         let rounding = 1e-12 * largest;
         let is_negative = pairs.any(|(value, estimate)| *value < -estimate - rounding);

@@ -56,7 +56,7 @@ pub enum RenderError<E> {
     /// The time ended before the method had an image.
     #[error("`max_seconds` is {seconds}: the time ended before there was an image")]
     Time {
-        /// The time allowed [s].
+        /// The time allowed \[s\].
         seconds: f64,
     },
     /// g returned NaN or an infinite value.

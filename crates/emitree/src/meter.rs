@@ -20,6 +20,9 @@ const MOST_SAMPLES_PER_CALL: usize = 2048;
 /// And at the least, if a batch is so small that it is shared out among the threads.
 const LEAST_SAMPLES_PER_CALL: usize = 16;
 
+/// The share of the time allowed that one call of g may be expected to take.
+const SHARE_OF_TIME_PER_CALL: f64 = 0.05;
+
 /// A batch that is expected to take less than this is not shared out.
 const WORTH_A_THREAD_NANOSECONDS: f64 = 3e4;
 
@@ -52,7 +55,7 @@ pub(crate) struct Limits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Deadline {
     at: Instant,
-    /// The time that was allowed [s].
+    /// The time that was allowed \[s\].
     seconds: f64,
 }
 
@@ -207,7 +210,9 @@ impl<'a, E: Emission> Meter<'a, E> {
         let per_call = values.len().div_ceil(threads);
         let per_call = match self.emission.takes_whole_batches() {
             true => values.len().max(1),
-            false => per_call.clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL),
+            false => per_call
+                .clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL)
+                .min(self.samples_before_deadline(threads)),
         };
         let calls = values.len().div_ceil(per_call);
         let in_calls = AtomicU64::new(0);
@@ -232,6 +237,22 @@ impl<'a, E: Emission> Meter<'a, E> {
         let spent = in_calls.into_inner() / calls.min(threads) as u64;
         self.emission_nanoseconds.fetch_add(spent, Ordering::Relaxed);
         results.into_iter().collect()
+    }
+
+    /// The samples of one call that are expected to take a small share of the time allowed, since a call
+    /// that has begun is waited for; few as long as nothing is known of g.
+    fn samples_before_deadline(&self, threads: usize) -> usize {
+        let Some(deadline) = self.limits.deadline else { return usize::MAX };
+        let evaluations = self.evaluations() as f64;
+        let nanoseconds = self.emission_nanoseconds.load(Ordering::Relaxed) as f64;
+        if nanoseconds == 0.0 {
+            return LEAST_SAMPLES_PER_CALL;
+        }
+        let of_one = threads as f64 * nanoseconds / evaluations;
+        let samples = SHARE_OF_TIME_PER_CALL * 1e9 * deadline.seconds / of_one;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let samples = samples as usize;
+        samples.max(LEAST_SAMPLES_PER_CALL)
     }
 
     /// Whether so many evaluations take less time than it does to wake another thread, as far as is

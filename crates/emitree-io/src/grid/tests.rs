@@ -382,7 +382,7 @@ fn arrays_are_compared_with_the_memory_allowed() {
     bytes.extend(header.as_bytes());
     fs::write(&sparse, &bytes).unwrap();
     let length = bytes.len() as u64 + 100_000_000_000_000;
-    let file = fs::File::options().write(true).open(&sparse).unwrap();
+    let file = File::options().write(true).open(&sparse).unwrap();
     // Not every file system has files of 100 TB.
     if file.set_len(length).is_ok() {
         let error = read_grid(&sparse, &lists()).unwrap_err().to_string();
@@ -398,7 +398,7 @@ fn an_archive_is_unpacked_no_further_than_memory_allows() {
     use std::io::Write;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bomb.npz");
-    let mut archive = zip::ZipWriter::new(fs::File::create(&path).unwrap());
+    let mut archive = zip::ZipWriter::new(File::create(&path).unwrap());
     let options = zip::write::SimpleFileOptions::default();
     archive.start_file("values.npy", options).unwrap();
     archive.write_all(&encode_npy(&[100, 100, 100], &vec![0.0; 1_000_000]).unwrap()).unwrap();

@@ -30,10 +30,11 @@ impl Campaign {
     /// # Panics
     ///
     /// If the environment has something else than a number: a test can't tell in another way.
+    #[expect(clippy::panic, reason = "only tests call it")]
     pub fn new(cases: u64, seconds: f64) -> Self {
         let number = |name: &str| std::env::var(name).ok().map(|text| (name.to_owned(), text));
         let parsed = |(name, text): (String, String)| match text.trim().parse::<f64>() {
-            Ok(number) if number >= 0.0 && number <= 1e15 => number,
+            Ok(number) if (0.0..=1e15).contains(&number) => number,
             _ => panic!("{name} is {text}: expected a number"),
         };
         let lasting = number(SECONDS).map(parsed);

@@ -78,7 +78,7 @@ impl Band {
 }
 
 /// The ring of dust along the Earth's orbit, or the blob in it that trails the Earth, eq. (9):
-/// n exp(−(R − R₀)²/σ_r² − |Z|/σ_z − θ²/σ_θ²); the ring has no last term.
+/// `n exp(−(R − R₀)²/σ_r² − |Z|/σ_z − θ²/σ_θ²)`; the ring has no last term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ring {
     pub(super) plane: SymmetryPlane,

@@ -176,8 +176,8 @@ impl Zodiacal {
         let Dust { cloud, bands, rings } = &self.dust;
         let end = self.sphere_crossings(direction, END_AU)[1];
         let near = end.min(NEAR_AU);
-        let mut borders = equal(0.0, near, (near / PANEL_AU[0]).ceil() as usize);
-        borders.extend(equal(near, end, ((end - near) / PANEL_AU[1]).ceil() as usize));
+        let mut borders = equal(0.0, near, panels(near / PANEL_AU[0]));
+        borders.extend(equal(near, end, panels((end - near) / PANEL_AU[1])));
         // g has kinks in the planes of the cloud, of the ring and of the blob, and the cloud's profile
         // changes its formula on a cone.
         borders.extend(self.cone_crossings(&cloud.plane, direction, 0.0));
@@ -239,6 +239,12 @@ fn black_body(distance_au: f64) -> f64 {
     PLANCK_MJY_PER_SR / (QUANTUM_K / temperature_k).exp_m1()
 }
 
+/// The panels that so many lengths of one need.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "panels are few")]
+fn panels(lengths: f64) -> usize {
+    lengths.ceil() as usize
+}
+
 /// `count` equal parts, at least one.
 fn equal(from: f64, to: f64, count: usize) -> Vec<f64> {
     let count = count.max(1);
@@ -251,7 +257,7 @@ fn latitude_borders() -> Vec<f64> {
     let (low, high) = (of_latitude(-EDGES_WITHIN_RAD), of_latitude(EDGES_WITHIN_RAD));
     let mut borders = equal(0.0, low, PANELS / 2);
     borders.pop();
-    borders.extend(equal(low, high, (2.0 * EDGES_WITHIN_RAD / EDGE_RAD).ceil() as usize));
+    borders.extend(equal(low, high, panels(2.0 * EDGES_WITHIN_RAD / EDGE_RAD)));
     borders.pop();
     borders.extend(equal(high, 1.0, PANELS / 2));
     borders

@@ -8,7 +8,7 @@
 
 use super::dyadic::spacing;
 use super::engine::Engine;
-use super::exam::dyadic;
+use super::exam::{Lines, dyadic};
 use super::image_tree::Place;
 use super::lattice;
 use super::local_fit::{Known, MOST_VALUES, expected};
@@ -86,6 +86,9 @@ struct Deviation {
     /// The error of a pixel for a rate of 1 along a unit of depth, over the error allowed.
     effect: f64,
 }
+
+/// A point and what a sample there differs by.
+type Found = ([f64; 3], Deviation);
 
 impl LayerSamples {
     /// The scattered samples that a search for an interpolant has made, G times `density`.
@@ -187,10 +190,7 @@ pub(crate) fn size_seen(samples: usize, passes: f64) -> f64 {
 impl<E: Emission> Engine<'_, '_, E> {
     /// Samples each layer at scattered points; the lines that are wanted where these differ from what is
     /// known, for each sheet, with depths; `target` is the error allowed, in the unit of the image.
-    pub(crate) fn examine_samples(
-        &mut self,
-        target: f64,
-    ) -> Result<Vec<Vec<(Place, Vec<u32>)>>, Stop<E::Error>> {
+    pub(crate) fn examine_samples(&mut self, target: f64) -> Result<Vec<Lines>, Stop<E::Error>> {
         let layers = self.layers.len();
         self.coverage.layers.resize_with(layers, LayerSamples::default);
         let of_evaluations = SHARE_OF_EVALUATIONS * self.meter.evaluations() as f64;
@@ -225,7 +225,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         layer: usize,
         number: usize,
         target: f64,
-    ) -> Result<(Vec<(Place, Vec<u32>)>, Option<f64>), Stop<E::Error>> {
+    ) -> Result<(Lines, Option<f64>), Stop<E::Error>> {
         let sheet = &self.sheets[layer];
         let samples = &mut self.coverage.layers[layer];
         sheet.sample_scattered(samples, number)?;
@@ -346,11 +346,11 @@ impl<E: Emission> Examined<'_, '_, E> {
         &self,
         points: Vec<[f64; 3]>,
         deviations: Vec<Deviation>,
-    ) -> Result<Vec<([f64; 3], Deviation)>, Stop<E::Error>> {
-        let mut best: Vec<([f64; 3], Deviation)> = points.into_iter().zip(deviations).collect();
+    ) -> Result<Vec<Found>, Stop<E::Error>> {
+        let mut best: Vec<Found> = points.into_iter().zip(deviations).collect();
         let mut steps_of = vec![first_step(self.number); best.len()];
         for _ in 0..STEPS_OF_ASCENT {
-            let around = |(number, (point, _)): (usize, &([f64; 3], Deviation))| {
+            let around = |(number, (point, _)): (usize, &Found)| {
                 beside(*point, steps_of[number]).map(|moved| (number, moved))
             };
             let layer = self.sheet.scan.view.layer;

@@ -60,6 +60,9 @@ const SHARED_SIGNIFICANCE: f64 = 0.25;
 /// The number of the first scattered line in the lattice of scattered points: far beyond the samples.
 pub(crate) const FIRST_LINE: usize = 1 << 24;
 
+/// Places of lines, and the depths that each begins with.
+pub(crate) type Lines = Vec<(Place, Vec<u32>)>;
+
 /// Lines of a sheet that are no nodes of its tree.
 #[derive(Debug, Default)]
 pub(crate) struct Exam {
@@ -108,7 +111,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             Err(Stop::Failed(error)) => return Err(error),
             Ok(suspicious) => suspicious,
         };
-        let mut places: Vec<Vec<(Place, Vec<u32>)>> = Vec::with_capacity(self.sheets.len());
+        let mut places: Vec<Lines> = Vec::with_capacity(self.sheets.len());
         let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
         let lines = LEAST_LINES.max(nodes / NODES_PER_LINE) * self.lines_of_exam;
         let ascents = lines.div_ceil(LINES_PER_ASCENT);
@@ -240,7 +243,7 @@ impl<E: Emission> Engine<'_, '_, E> {
 
 impl<E: Emission> Sheet<'_, E> {
     /// Scattered places that no exam has had, of those where the sheet is in view.
-    fn scattered_lines(&mut self, count: usize) -> Vec<(Place, Vec<u32>)> {
+    fn scattered_lines(&mut self, count: usize) -> Lines {
         let base = self.scan.depth_level;
         let first = self.exam.scattered;
         self.exam.scattered += count;
@@ -253,7 +256,7 @@ impl<E: Emission> Sheet<'_, E> {
     }
 
     /// The middles of the pixels with the largest of the estimated `errors`, far from each other.
-    fn worst_lines(&self, errors: Vec<&Image>, count: usize) -> Vec<(Place, Vec<u32>)> {
+    fn worst_lines(&self, errors: Vec<&Image>, count: usize) -> Lines {
         let [height, width] = [self.scale.height(), self.scale.width()];
         let largest =
             |pixel: usize| errors.iter().map(|error| error.pixels()[pixel]).fold(0.0, f64::max);
@@ -279,7 +282,7 @@ impl<E: Emission> Sheet<'_, E> {
     }
 
     /// The places around a line of the exam at half the distance of the nodes there.
-    fn beside(&self, line: usize) -> Vec<(Place, Vec<u32>)> {
+    fn beside(&self, line: usize) -> Lines {
         let place = self.exam.places.nodes()[line].place;
         let distance = spacing(self.level_around(place) + 1);
         let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
@@ -307,11 +310,7 @@ impl<E: Emission> Sheet<'_, E> {
 
     /// Integrates lines at places that are new, from the given depths and those of the lines nearby, each
     /// to `tolerance`.
-    fn examine_lines(
-        &mut self,
-        places: Vec<(Place, Vec<u32>)>,
-        tolerance: f64,
-    ) -> Result<(), Stop<E::Error>> {
+    fn examine_lines(&mut self, places: Lines, tolerance: f64) -> Result<(), Stop<E::Error>> {
         let Self { scan: Scan { view, tree, sights, depth_level, closes, .. }, exam, .. } = self;
         let first = exam.places.len();
         let mut own = Vec::new();

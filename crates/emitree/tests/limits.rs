@@ -1,0 +1,71 @@
+//! Limits end every rendering, with the best image so far.
+
+use emitree::tree::BuildOptions;
+use emitree::{
+    Bounds, Ellipsoid, Ending, FromFn, GeometryError, LosOptions, Method, Perspective, RenderError,
+    RenderOptions, Steps, Threshold, Viewpoint, VolOptions, render,
+};
+use std::thread::sleep;
+use std::time::Duration;
+
+/// A sphere far from the middle of the view, so that most lines have no part in it.
+fn camera(distance: f64, centre: [f64; 3]) -> Result<Perspective, GeometryError> {
+    let viewpoint =
+        Viewpoint { position: [0.0, -distance, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
+    let camera = Perspective::new(viewpoint, [0.5, 0.5], [0.0, f64::INFINITY])?;
+    Ok(camera.with_bounds(Bounds::Ellipsoid(Ellipsoid::sphere(centre, 1.0)?)))
+}
+
+#[test]
+fn small_budgets_end_where_most_lines_see_nothing() {
+    let emission = FromFn(|[x, y, z]: [f64; 3], _| (-(x * x + y * y + z * z)).exp());
+    for (distance, centre) in [(100.0, [1.0, 0.0, 1.5]), (10.0, [0.0, -30.0, 0.0])] {
+        let camera = camera(distance, centre).unwrap();
+        for max_evaluations in [27, 200, 729, 1_000, 2_000, 5_000] {
+            let method = Method::Vol(VolOptions::default());
+            let options = RenderOptions { max_evaluations, ..RenderOptions::new(method) };
+            let rendering = render(&emission, &camera, [16, 16], &options).unwrap();
+            assert!(rendering.evaluations <= max_evaluations, "{max_evaluations}");
+        }
+    }
+}
+
+#[test]
+fn the_time_ends_every_method_with_the_best_image_so_far() {
+    // 50 microseconds and more for each evaluation: none of these would end in minutes.
+    let slow = FromFn(|[x, y, z]: [f64; 3], _: [f64; 3]| {
+        sleep(Duration::from_micros(50));
+        if (20.0 * x).sin() * (17.0 * y).cos() > (9.0 * z).sin() { 1.0 } else { 0.0 }
+    });
+    let vol = VolOptions { tolerance: 1e-4, ..VolOptions::default() };
+    let paper = BuildOptions { threshold: Threshold::Relative(1e-6), ..BuildOptions::default() };
+    let adaptive = LosOptions { lines: 1, steps: Steps::Adaptive(1e-6) };
+    for method in [Method::Vol(vol), Method::Paper(paper), Method::Los(adaptive)] {
+        let options = RenderOptions { max_seconds: 0.5, ..RenderOptions::new(method) };
+        let rendering = render(&slow, &emitree::Canonical, [4, 4], &options).unwrap();
+        assert_eq!(rendering.ending, Ending::Time, "{}", method.name());
+        assert!(!rendering.converged());
+        assert!(rendering.total_time < Duration::from_secs(4), "{:?}", rendering.total_time);
+        assert!(rendering.image.pixels().iter().all(|pixel| pixel.is_finite()));
+        assert!(rendering.image.max_difference(&emitree::Image::zeros(4, 4)) > 0.0);
+    }
+}
+
+#[test]
+fn a_time_that_ends_before_there_is_an_image_is_told() {
+    let slow = FromFn(|_: [f64; 3], _: [f64; 3]| {
+        sleep(Duration::from_millis(20));
+        1.0
+    });
+    let los = LosOptions { lines: 1, steps: Steps::Fixed(1_000) };
+    let options = RenderOptions { max_seconds: 0.05, ..RenderOptions::new(Method::Los(los)) };
+    let error = render(&slow, &emitree::Canonical, [64, 64], &options).unwrap_err();
+    assert_eq!(error, RenderError::Time { seconds: 0.05 });
+    assert_eq!(
+        error.to_string(),
+        "`max_seconds` is 0.05: the time ended before there was an image"
+    );
+    let options = RenderOptions { max_seconds: 0.0, ..RenderOptions::new(Method::Los(los)) };
+    let error = render(&slow, &emitree::Canonical, [4, 4], &options).unwrap_err();
+    assert_eq!(error.to_string(), "`max_seconds` is 0: expected a time in seconds above 0");
+}
