@@ -18,7 +18,7 @@ use emitree_problems::catalogue::{problem, problems};
 use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
 use emitree_problems::relative_error;
 use emitree_problems::solids::random_solids;
-use emitree_problems::views::{RandomView, random_view};
+use emitree_problems::views::{Outcome, RandomView, random_view};
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -189,6 +189,9 @@ fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     let references: Vec<Reference> = views.iter().map(RandomView::reference).collect();
     let worst = references.iter().map(|reference| reference.error).fold(0.0, f64::max);
     println!("references: largest error {worst:.1e}");
+    for (view, reference) in views.iter().zip(&references).filter(|(_, of)| of.error > 1e-4) {
+        println!("{}: reference error {:.1e}", view.name(), reference.error);
+    }
     for &tolerance in tolerances {
         let (mut kept, mut ended, mut broken, mut negative, mut logs) = (0, 0, 0, 0, 0.0);
         for (view, reference) in views.iter().zip(&references) {
@@ -199,7 +202,7 @@ fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
                 ..RenderOptions::new(Method::Vol(vol))
             };
             let rendering = render(&emission, view.camera(), view.shape(), &options)?;
-            let outcome = ViewOutcome::of(&rendering, reference);
+            let outcome = Outcome::of(&rendering, reference);
             let converged = rendering.converged();
             let is_within = outcome.error <= tolerance + reference.error;
             let is_broken = converged && outcome.error > 3.0 * tolerance + reference.error;
@@ -230,38 +233,6 @@ fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
         );
     }
     Ok(())
-}
-
-/// A rendering of a view against the truth.
-struct ViewOutcome {
-    /// The largest error, relative to the largest pixel.
-    error: f64,
-    /// The row and the column of its pixel.
-    worst: (usize, usize),
-    /// Whether a pixel is below minus its own estimate.
-    is_negative: bool,
-}
-
-impl ViewOutcome {
-    fn of(rendering: &Rendering, reference: &Reference) -> Self {
-        let exact = reference.image.pixels();
-        let largest = exact.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
-        let errors = rendering.image.pixels().iter().zip(exact).map(|(a, b)| (a - b).abs());
-        // Pixels outside of the image are NaN; the reference has no lines either in one of which a disc
-        // has less than a hundredth.
-        let (mut error, mut pixel) = (0.0, 0);
-        for (k, difference) in errors.enumerate().filter(|(k, _)| !exact[*k].is_nan()) {
-            if difference > error || difference.is_nan() {
-                (error, pixel) = (if difference.is_nan() { f64::INFINITY } else { difference }, k);
-            }
-        }
-        let estimates = rendering.error.iter().flat_map(Image::pixels);
-        let mut pairs = rendering.image.pixels().iter().zip(estimates);
-        let rounding = 1e-12 * largest;
-        let is_negative = pairs.any(|(value, estimate)| *value < -estimate - rounding);
-        let worst = (pixel / rendering.image.width(), pixel % rendering.image.width());
-        Self { error: error / largest, worst, is_negative }
-    }
 }
 
 /// The tolerances of [`monotone`].

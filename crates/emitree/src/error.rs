@@ -93,6 +93,37 @@ pub enum RenderError<E> {
     Interrupted,
 }
 
+impl<E> RenderError<E> {
+    /// The same with the error of another emission; an interruption if there is none.
+    pub(crate) fn with_emission_error<F>(
+        self,
+        of_emission: impl FnOnce(E) -> Option<F>,
+    ) -> RenderError<F> {
+        match self {
+            Self::Emission(error) => match of_emission(error) {
+                Some(error) => RenderError::Emission(error),
+                None => RenderError::Interrupted,
+            },
+            Self::EmptyImage { height, width } => RenderError::EmptyImage { height, width },
+            Self::NoSolidAngle => RenderError::NoSolidAngle,
+            Self::TooLarge { what, needed, allowed } => {
+                RenderError::TooLarge { what, needed, allowed }
+            }
+            Self::Option { name, value, expected } => RenderError::Option { name, value, expected },
+            Self::Build(error) => RenderError::Build(error),
+            Self::Budget { what, needed, allowed } => RenderError::Budget { what, needed, allowed },
+            Self::Time { seconds } => RenderError::Time { seconds },
+            Self::NotFinite { rate, position, direction, energy } => {
+                RenderError::NotFinite { rate, position, direction, energy }
+            }
+            Self::ImageNotFinite { row, column, value } => {
+                RenderError::ImageNotFinite { row, column, value }
+            }
+            Self::Interrupted => RenderError::Interrupted,
+        }
+    }
+}
+
 impl<E> From<BuildError<Self>> for RenderError<E> {
     fn from(error: BuildError<Self>) -> Self {
         match error {

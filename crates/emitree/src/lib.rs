@@ -57,6 +57,7 @@ pub mod vol;
 pub mod los;
 pub mod image;
 pub mod energy;
+mod erased;
 pub mod cube;
 mod memory;
 mod radiance;

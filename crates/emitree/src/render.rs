@@ -2,6 +2,7 @@
 
 use crate::cube::Cube;
 use crate::emission::Emission;
+use crate::erased::{Erased, Failure, with_erased};
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::los::{LosOptions, Steps, adaptive, fixed};
@@ -221,6 +222,15 @@ pub fn render<E: Emission>(
     shape: [usize; 2],
     options: &RenderOptions<'_>,
 ) -> Result<Rendering, RenderError<E::Error>> {
+    with_erased(emission, |emission| render_erased(emission, projection, shape, options))
+}
+
+fn render_erased(
+    emission: &Erased<'_>,
+    projection: &dyn Projection,
+    shape: [usize; 2],
+    options: &RenderOptions<'_>,
+) -> Result<Rendering, RenderError<Failure>> {
     let start = Instant::now();
     check_options(shape, None, options)?;
     let tiles = Tile::of(projection, shape)?;

@@ -3,6 +3,7 @@
 use crate::cube::Cube;
 use crate::emission::Emission;
 use crate::energy::EnergyAxis;
+use crate::erased::{Erased, Failure, with_erased};
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::los::{LosOptions, Steps};
@@ -99,6 +100,16 @@ pub fn render_cube<E: Emission>(
     axis: &EnergyAxis,
     options: &RenderOptions<'_>,
 ) -> Result<CubeRendering, RenderError<E::Error>> {
+    with_erased(emission, |emission| render_erased(emission, projection, shape, axis, options))
+}
+
+fn render_erased(
+    emission: &Erased<'_>,
+    projection: &dyn Projection,
+    shape: [usize; 2],
+    axis: &EnergyAxis,
+    options: &RenderOptions<'_>,
+) -> Result<CubeRendering, RenderError<Failure>> {
     let start = Instant::now();
     check_options(shape, Some(axis.bins()), options)?;
     let tiles = Tile::of(projection, shape)?;

@@ -62,7 +62,7 @@ fn evaluations_of_images(name: &str, tolerance: f64) -> u64 {
 /// The exact test: one spectrum everywhere is one image, to each tolerance, at a pinned cost.
 #[test]
 fn one_spectrum_everywhere_costs_one_image_and_a_few_spectra() {
-    for (tolerance, evaluations) in [(0.1, 4154), (0.01, 5164), (1e-3, 7480)] {
+    for (tolerance, evaluations) in [(0.1, 6032), (0.01, 7214), (1e-3, 9653)] {
         let found = checked("separable", SHAPE, BINS, &vol(tolerance));
         let rendering = &found.rendering;
         assert!(rendering.converged() && found.error <= tolerance, "{tolerance}: {}", found.error);
@@ -99,7 +99,7 @@ fn promises_are_kept_for_smooth_spectra_that_change_with_place() {
 /// A line that is elsewhere at each place is the dearest.
 #[test]
 fn promises_are_kept_for_a_line_that_is_shifted() {
-    for (tolerance, evaluations) in [(0.1, 189_721), (0.01, 405_419)] {
+    for (tolerance, evaluations) in [(0.1, 237_307), (0.01, 490_211)] {
         let found = checked("doppler", SHAPE, BINS, &vol(tolerance));
         assert!(found.rendering.converged() && found.error <= tolerance, "{}", found.error);
         assert_eq!(found.rendering.evaluations, evaluations);
@@ -111,11 +111,11 @@ fn promises_are_kept_for_a_line_that_is_shifted() {
 #[test]
 fn cubes_cost_what_they_cost() {
     for (name, evaluations, of_images) in [
-        ("mixture", 10_744, 43_726),
-        ("narrow-line", 9764, 43_378),
-        ("edge", 9605, 43_314),
-        ("bremsstrahlung", 8803, 71_776),
-        ("ena-ring", 19_072, 149_742),
+        ("mixture", 14_370, 50_144),
+        ("narrow-line", 13_246, 50_115),
+        ("edge", 12_653, 48_960),
+        ("bremsstrahlung", 11_521, 77_139),
+        ("ena-ring", 23_527, 303_611),
     ] {
         let found = checked(name, SHAPE, BINS, &vol(0.01));
         assert_eq!(found.rendering.evaluations, evaluations, "{name}");
@@ -251,7 +251,7 @@ fn a_line_in_darkness_is_found_where_it_is_announced() {
         let found = found.unwrap();
         let error = found.cube.max_difference(&exact) / exact.largest();
         assert!(found.converged() && error < 0.01, "{line}: {error}");
-        assert!(found.evaluations < 30_000, "{line}: {}", found.evaluations);
+        assert!(found.evaluations < 36_000, "{line}: {}", found.evaluations);
     }
 }
 

@@ -15,9 +15,10 @@
 //! at all surfaces and about the closest points. A pixel is the mean over lines, weighted with solid
 //! angles: a tensor Gauss–Legendre rule where no edge is near, else rows parted where an edge crosses
 //! them, and the rows parted where the sequence of edges along them changes. Each pixel is done with finer
-//! rules until two agree; the largest difference of the last two is the error.
+//! rules until two agree, and in quarters if none do; the largest difference of the last two is the error.
 
 mod glow;
+mod outcome;
 mod reference;
 mod shapes;
 
@@ -29,12 +30,15 @@ use emitree::{
     Perspective, Polar, Projection, Viewpoint,
 };
 use glow::Glow;
-use reference::Scenery;
+pub use outcome::Outcome;
+use reference::{Scene, Scenery};
 use shapes::{Ball, Room, Vector, advanced, less, norm};
 
 /// The kinds of cameras.
 const KINDS: [&str; 6] =
     ["orthographic", "perspective", "equirectangular", "polar", "fisheye", "healpix"];
+/// The number of the one whose image is a disc.
+const DISC: usize = 4;
 /// A view whose brightest line of a coarse lattice is shorter than this part of the distance is drawn
 /// anew: there is next to nothing in it.
 const LEAST_PATH: f64 = 0.02;
@@ -259,7 +263,11 @@ impl RandomView {
     /// The image and its error, by [quadrature](self#the-reference-image). Pixels without an image are
     /// NaN, as in renderings.
     pub fn reference(&self) -> Reference {
-        reference::image(&self.scenery, &*self.bare, self.shape)
+        reference::image(self.scene(), self.shape)
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        Scene { scenery: &self.scenery, bare: &*self.bare, is_disc: self.kind == DISC }
     }
 
     /// The longest path that glows, on some lines.

@@ -12,6 +12,8 @@ use rayon::prelude::*;
 const RULES: [[usize; 3]; 5] = [[3, 6, 6], [5, 9, 9], [8, 13, 12], [12, 19, 16], [18, 28, 20]];
 /// Two rules agree if they differ by less than this times the largest pixel.
 const AGREEMENT: f64 = 2e-5;
+/// Pixels with edges are quartered so many times if no rules agree.
+const QUARTERINGS: u32 = 4;
 /// What rounding can do to a pixel, relative to the largest.
 const ROUNDING: f64 = 1e-12;
 /// Intervals of a pixel's side between which edges are looked for.
@@ -110,12 +112,25 @@ fn line(bare: &dyn Projection, [x, y]: [f64; 2]) -> [Vector; 2] {
 }
 
 /// A camera and what it sees.
-struct Scene<'a> {
-    scenery: &'a Scenery,
-    bare: &'a dyn Projection,
+#[derive(Clone, Copy)]
+pub(super) struct Scene<'a> {
+    pub(super) scenery: &'a Scenery,
+    /// The camera without depths, bounds and bodies.
+    pub(super) bare: &'a dyn Projection,
+    /// Whether its image is the disc in the square.
+    pub(super) is_disc: bool,
 }
 
 impl Scene<'_> {
+    /// Where the rim of a disc crosses a row or a column.
+    fn rim(&self, across: f64) -> Vec<f64> {
+        let square = 0.25 - (across - 0.5) * (across - 0.5);
+        if !self.is_disc || square < 0.0 {
+            return Vec::new();
+        }
+        vec![0.5 - square.sqrt(), 0.5 + square.sqrt()]
+    }
+
     fn kind(&self, xy: [f64; 2]) -> Kind {
         if self.bare.solid_angle_density(xy) <= 0.0 {
             return Kind::Outside;
@@ -151,8 +166,27 @@ impl Pixel {
         [self.corner[0] + s * self.size[0], self.corner[1] + t * self.size[1]]
     }
 
+    /// Where the rim of a disc crosses a row, from 0 to 1.
+    fn rim_in_row(&self, scene: &Scene<'_>, t: f64) -> Vec<f64> {
+        let crossings = scene.rim(self.at([0.0, t])[1]).into_iter();
+        crossings.map(|x| (x - self.corner[0]) / self.size[0]).collect()
+    }
+
+    /// The rows in which the rim of a disc leaves the pixel, from 0 to 1.
+    fn rows_of_rim(&self, scene: &Scene<'_>) -> Vec<f64> {
+        let [left, right] = [0.0, 1.0].map(|s| scene.rim(self.at([s, 0.0])[0]));
+        let crossings = left.into_iter().chain(right);
+        crossings.map(|y| (y - self.corner[1]) / self.size[1]).collect()
+    }
+
     /// Whether all lines of a lattice in it and a little around it meet the same.
     fn is_smooth(&self, scene: &Scene<'_>) -> bool {
+        let is_crossed = |breaks: Vec<f64>| breaks.iter().any(|at| (0.0..=1.0).contains(at));
+        if is_crossed(self.rows_of_rim(scene))
+            || [0.0, 1.0].map(|t| is_crossed(self.rim_in_row(scene, t))).contains(&true)
+        {
+            return false;
+        }
         let along = |k: usize| (k as f64 - 0.5) / (PROBES - 1) as f64;
         let kind = |k: usize| {
             let st = [along(k % (PROBES + 1)), along(k / (PROBES + 1))];
@@ -163,8 +197,13 @@ impl Pixel {
         (1..(PROBES + 1) * (PROBES + 1)).all(|k| kind(k) == first)
     }
 
-    /// The mean by rules of these numbers of nodes; NaN where there is no image.
-    fn mean(&self, scene: &Scene<'_>, is_smooth: bool, [side, part, depth]: [usize; 3]) -> f64 {
+    /// The means of both densities by rules of these numbers of nodes.
+    fn means(
+        &self,
+        scene: &Scene<'_>,
+        is_smooth: bool,
+        [side, part, depth]: [usize; 3],
+    ) -> [f64; 2] {
         let along_line = Gauss::new(depth);
         let mut sums = [0.0; 2];
         let mut add = |st: [f64; 2], weight: f64| {
@@ -177,15 +216,43 @@ impl Pixel {
             rule.weigh(0.0, 1.0, |t, of_row| rule.weigh(0.0, 1.0, |s, w| add([s, t], w * of_row)));
         } else {
             let rule = Gauss::new(part);
-            for rows in pieces(&|t| self.sequence(scene, t)) {
+            for rows in pieces(&|t| self.sequence(scene, t), self.rows_of_rim(scene)) {
                 smoothed(&rule, rows, |t, of_row| {
-                    for ends in pieces(&|s| scene.kind(self.at([s, t]))) {
+                    for ends in pieces(&|s| scene.kind(self.at([s, t])), self.rim_in_row(scene, t))
+                    {
                         smoothed(&rule, ends, |s, weight| add([s, t], weight * of_row));
                     }
                 });
             }
         }
-        sums[0] / sums[1]
+        sums
+    }
+
+    /// The means of both densities by finer and finer rules until two agree to `allowed`, in the four
+    /// quarters if none do; and the change by the last one, in the first density over the second.
+    fn refined(&self, scene: &Scene<'_>, allowed: f64, quarterings: u32) -> ([f64; 2], f64) {
+        let is_smooth = self.is_smooth(scene);
+        let mut means = self.means(scene, is_smooth, RULES[0]);
+        let mut change = f64::INFINITY;
+        for rules in &RULES[1..] {
+            let finer = self.means(scene, is_smooth, *rules);
+            change = (finer[0] - means[0]).abs().max((finer[1] - means[1]).abs() * ratio(finer));
+            means = finer;
+            if change <= allowed * means[1] {
+                return (means, change);
+            }
+        }
+        if is_smooth || quarterings == 0 {
+            return (means, change);
+        }
+        let quarter = |k: usize| {
+            let size = self.size.map(|side| 0.5 * side);
+            let corner = self.at([0.5 * (k % 2) as f64, 0.5 * (k / 2) as f64]);
+            Self { corner, size }.refined(scene, allowed, quarterings - 1)
+        };
+        (0..4).map(quarter).fold(([0.0; 2], 0.0), |(sums, changes), (of_quarter, change)| {
+            (core::array::from_fn(|k| sums[k] + 0.25 * of_quarter[k]), changes + 0.25 * change)
+        })
     }
 
     /// What lines along a row meet, one after the other.
@@ -206,11 +273,20 @@ fn smoothed(rule: &Gauss, [from, to]: [f64; 2], mut f: impl FnMut(f64, f64)) {
     });
 }
 
-/// The parts of the unit interval on which `seen` does not change.
-fn pieces<T: PartialEq>(seen: &dyn Fn(f64) -> T) -> Vec<[f64; 2]> {
-    let probe = |k: usize| k as f64 / PROBES as f64;
-    let mut breaks = vec![0.0];
-    let mut last = seen(0.0);
+/// The parts of the unit interval on which `seen` does not change; some of the breaks may be `known`.
+fn pieces<T: PartialEq>(seen: &dyn Fn(f64) -> T, mut known: Vec<f64>) -> Vec<[f64; 2]> {
+    known.retain(|at| (0.0..1.0).contains(at));
+    known.extend([0.0, 1.0]);
+    known.sort_by(f64::total_cmp);
+    known.windows(2).flat_map(|ends| pieces_between([ends[0], ends[1]], seen)).collect()
+}
+
+/// The parts of an interval on which `seen` does not change.
+fn pieces_between<T: PartialEq>([from, to]: [f64; 2], seen: &dyn Fn(f64) -> T) -> Vec<[f64; 2]> {
+    // The ends may be breaks.
+    let probe = |k: usize| from + (to - from) * (k as f64 + 0.01) / (PROBES as f64 + 0.02);
+    let mut breaks = vec![from];
+    let mut last = seen(probe(0));
     for k in 1..=PROBES {
         let next = seen(probe(k));
         if next != last {
@@ -223,41 +299,35 @@ fn pieces<T: PartialEq>(seen: &dyn Fn(f64) -> T) -> Vec<[f64; 2]> {
         }
         last = next;
     }
-    breaks.push(1.0);
+    breaks.push(to);
     breaks.windows(2).map(|ends| [ends[0], ends[1]]).collect()
 }
 
+/// The radiance; 0 where there is no image.
+fn ratio([value, density]: [f64; 2]) -> f64 {
+    if density == 0.0 { 0.0 } else { value / density }
+}
+
 /// The image, each pixel with finer rules until two agree.
-pub(super) fn image(
-    scenery: &Scenery,
-    bare: &dyn Projection,
-    [height, width]: [usize; 2],
-) -> Reference {
-    let scene = Scene { scenery, bare };
+pub(super) fn image(scene: Scene<'_>, [height, width]: [usize; 2]) -> Reference {
     let pixel = |number: usize| Pixel {
         corner: [(number % width) as f64 / width as f64, (number / width) as f64 / height as f64],
         size: [1.0 / width as f64, 1.0 / height as f64],
     };
     let numbers = (0..height * width).into_par_iter();
-    let first: Vec<(bool, f64)> = numbers
-        .map(|number| {
-            let is_smooth = pixel(number).is_smooth(&scene);
-            (is_smooth, pixel(number).mean(&scene, is_smooth, RULES[0]))
-        })
-        .collect();
-    let largest = first.iter().map(|(_, value)| value.abs()).fold(0.0, f64::max);
-    let refined = |(number, (is_smooth, coarse)): (usize, &(bool, f64))| {
-        let (mut value, mut change) = (*coarse, 0.0);
-        for rules in &RULES[1..] {
-            let finer = pixel(number).mean(&scene, *is_smooth, *rules);
-            (value, change) = (finer, (finer - value).abs());
-            if change <= AGREEMENT * largest || value.is_nan() {
-                break;
-            }
+    let coarse = numbers.clone().map(|number| {
+        let is_smooth = pixel(number).is_smooth(&scene);
+        ratio(pixel(number).means(&scene, is_smooth, RULES[0])).abs()
+    });
+    let largest = coarse.reduce(|| 0.0, f64::max);
+    let refined = |number: usize| {
+        let (means, change) = pixel(number).refined(&scene, AGREEMENT * largest, QUARTERINGS);
+        match means[1] {
+            0.0 => (f64::NAN, 0.0),
+            area => (means[0] / area, change / area),
         }
-        (value, change)
     };
-    let found: Vec<(f64, f64)> = first.par_iter().enumerate().map(refined).collect();
+    let found: Vec<(f64, f64)> = numbers.map(refined).collect();
     let change = found.iter().map(|(_, change)| *change).fold(0.0, f64::max);
     let pixels = found.into_iter().map(|(value, _)| value).collect();
     let image = Image::from_pixels(height, width, pixels);
@@ -266,13 +336,7 @@ pub(super) fn image(
 
 /// The mean of `lines` × `lines` lines for each pixel, wherever edges are.
 #[cfg(test)]
-pub(super) fn plain(
-    scenery: &Scenery,
-    bare: &dyn Projection,
-    [height, width]: [usize; 2],
-    lines: usize,
-) -> Image {
-    let scene = Scene { scenery, bare };
+pub(super) fn plain(scene: Scene<'_>, [height, width]: [usize; 2], lines: usize) -> Image {
     let rule = Gauss::new(12);
     let mean = |number: usize| {
         let of_line = |k: usize| {

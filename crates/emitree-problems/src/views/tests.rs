@@ -7,11 +7,12 @@ fn references_agree_with_many_plain_lines() {
         let view = random_view(seed);
         let reference = view.reference();
         let largest = reference.image.pixels().iter().fold(0.0_f64, |m, p| m.max(p.abs()));
-        let plain = reference::plain(&view.scenery, &*view.bare, view.shape, 24);
+        let plain = reference::plain(view.scene(), view.shape, 24);
         for (k, (exact, plain)) in reference.image.pixels().iter().zip(plain.pixels()).enumerate() {
-            assert_eq!(exact.is_nan(), plain.is_nan(), "{} {k}", view.name());
+            // The lines may miss the corner of a pixel that a disc has.
+            assert!(!exact.is_nan() || plain.is_nan(), "{} {k}", view.name());
             let difference = (exact - plain).abs() / largest;
-            assert!(exact.is_nan() || difference < 0.02, "{} {k}: {difference:.1e}", view.name());
+            assert!(plain.is_nan() || difference < 0.02, "{} {k}: {difference:.1e}", view.name());
         }
     }
 }

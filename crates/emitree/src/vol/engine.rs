@@ -119,9 +119,9 @@ pub(crate) fn by_tree<E: Emission>(
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
     let layers: Vec<Vec<Box<dyn Layer + '_>>> =
         tiles.iter().map(|tile| tile.projection.layers()).collect();
-    let scales: Vec<Image> =
+    let mut scales: Vec<Image> =
         tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape)).collect();
-    let layers = visible_layers(tiles, &layers, &scales);
+    let layers = visible_layers(tiles, &layers, &mut scales);
     meter.check_time()?;
     let sheets = layers.len() as u64;
     // Each of several tiles is a small part of the view, and finer in itself.
@@ -267,14 +267,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         let mut halvings = 0;
         loop {
             let meter = self.meter;
-            if let Some(callback) = options.frame {
-                let [image, error] = &self.finished(&developed).map(|cube| self.in_all_bins(&cube));
-                let (evaluations, batches) = (meter.evaluations(), meter.batches());
-                let frame = Frame { image, error, evaluations, batches };
-                if let ControlFlow::Break(()) = callback(&frame) {
-                    return Err(RenderError::Interrupted);
-                }
-            }
+            self.show(&developed, options)?;
             let largest = developed.largest_pixel().max(CANCELLED * self.brightest());
             let met = |tolerance: f64| {
                 self.has_seen(&developed) && developed.largest_error() <= STOP * tolerance * largest
@@ -282,7 +275,10 @@ impl<E: Emission> Engine<'_, '_, E> {
             let [is_good, is_good_for_now] = [self.asked, self.tolerance].map(met);
             if is_good {
                 match self.examine(&developed, self.promised * largest)? {
-                    Verdict::Passed => return Ok((developed, Ending::Complete)),
+                    Verdict::Passed => {
+                        self.show(&developed, options)?;
+                        return Ok((developed, Ending::Complete));
+                    }
                     Verdict::TooFine => return Ok((developed, Ending::DeepestLevel)),
                     Verdict::Unaffordable => return Ok((developed, Ending::Budget)),
                     Verdict::Failed => developed = self.develop()?,
@@ -335,6 +331,21 @@ impl<E: Emission> Engine<'_, '_, E> {
                 within_budget = self.look_at_spectra(largest)?;
                 developed = self.develop()?;
             }
+        }
+    }
+
+    /// Shows the image so far to those who want to see it.
+    fn show(
+        &self,
+        developed: &Developed,
+        options: &RenderOptions<'_>,
+    ) -> Result<(), RenderError<E::Error>> {
+        let Some(callback) = options.frame else { return Ok(()) };
+        let [image, error] = &self.finished(developed).map(|cube| self.in_all_bins(&cube));
+        let (evaluations, batches) = (self.meter.evaluations(), self.meter.batches());
+        match callback(&Frame { image, error, evaluations, batches }) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(RenderError::Interrupted),
         }
     }
 
@@ -526,6 +537,13 @@ impl<E: Emission> Engine<'_, '_, E> {
                     image.add_scaled(&part.image, weight);
                     error.add_scaled(&part.error, weight.abs());
                 }
+            }
+        }
+        // If g is nowhere below 0, a pixel below 0 is wrong by no less than that.
+        if self.sheets.iter().all(|sheet| sheet.scan.sights.are_nowhere_negative()) {
+            for [image, error] in maps.iter_mut().flatten() {
+                let pixels = error.pixels_mut().iter_mut().zip(image.pixels());
+                pixels.for_each(|(error, pixel)| *error = error.max(-pixel));
             }
         }
         for (tile, maps) in self.tiles.iter().zip(&maps) {

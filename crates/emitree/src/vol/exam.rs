@@ -7,7 +7,7 @@
 //! nearby. Where one differs, the tree is refined and the exam is repeated with new lines; the former
 //! ones stay and are compared again.
 
-use super::dyadic::{STEPS, spacing, unit};
+use super::dyadic::{DEEPEST_LEVEL, STEPS, spacing, unit};
 use super::engine::{Developed, Engine, within_budget};
 use super::image_tree::{ImageTree, Node, Place};
 use super::lattice;
@@ -25,22 +25,31 @@ use rustc_hash::FxHashMap;
 
 /// Scattered lines of one exam, at the least, shared among the sheets of a view…
 const LEAST_LINES: usize = 12;
-/// …and at least one for so many nodes.
-const NODES_PER_LINE: usize = 40;
+/// …and, with those of exams before, as many as this share of all evaluations so far pays for, if each costs
+/// this many times as much as those that are integrated in full.
+const SHARE_OF_EVALUATIONS: f64 = 0.1;
+const COST_OF_LINE: f64 = 2.0;
 /// Lines where the estimated error is largest, as a share of the scattered ones.
 const WORST_SHARE: f64 = 0.5;
 /// These are at least this far from each other, as a share of the image's edge.
 const WORST_APART: f64 = 0.08;
+/// Lines beside edges, where the image is continued from one side, as a share of the scattered ones.
+const EDGE_SHARE: f64 = 0.5;
+/// Places in a pixel that an edge crosses, of which the first that is in view is taken.
+const PLACES_IN_PIXEL: usize = 16;
 /// One ascent to larger differences for so many scattered lines…
 const LINES_PER_ASCENT: usize = 8;
 /// …in so many steps.
 const STEPS_OF_ASCENT: usize = 3;
-/// After an exam that failed the next one has twice as many lines, up to this many times as many.
+/// After an exam that failed both numbers are doubled, up to this many times as many.
 const MOST_LINES: usize = 4;
 /// An ascent begins at a difference of more than this share of the error allowed.
 const ASCENT_FROM: f64 = 0.2;
 /// A line fails if what it differs by is more than this share of the error allowed in a pixel.
 const FAILED: f64 = 0.55;
+/// …and of the error estimated there, of which a line may have more than the mean over its pixel; but no
+/// line may differ by more than the error allowed.
+const OVER_ESTIMATE: f64 = 1.5;
 /// Once a line is integrated as a node would be, it is sampled at all depths of a lattice finer than
 /// that of nodes by so many levels…
 const FINER_DEPTHS: u8 = 1;
@@ -57,6 +66,12 @@ const MOST_FINER: u8 = 4;
 /// Samples of a line that failed are given to nodes nearby if their significance is beyond this share of
 /// the tolerance of a line.
 const SHARED_SIGNIFICANCE: f64 = 0.25;
+/// Lines are put on a lattice finer than the finest nodes by so many levels, or on this one: values
+/// between nodes are predicted level by level.
+const LEVELS_BELOW_NODES: u8 = 3;
+const COARSEST_LATTICE: u8 = 10;
+/// Lines that are compared by one thread at a time, at the least: those nearby need the same predictions.
+const LINES_PER_TASK: usize = 64;
 /// The number of the first scattered line in the lattice of scattered points: far beyond the samples.
 pub(crate) const FIRST_LINE: usize = 1 << 24;
 
@@ -71,8 +86,9 @@ pub(crate) struct Exam {
     sights: Sights,
     /// What the finer depths have changed in the integral of each line.
     changes: Vec<f64>,
-    /// Scattered places that have been used.
+    /// Scattered places that have been used, and those beside edges.
     scattered: usize,
+    at_edges: usize,
 }
 
 /// How an exam ended.
@@ -112,19 +128,26 @@ impl<E: Emission> Engine<'_, '_, E> {
             Ok(suspicious) => suspicious,
         };
         let mut places: Vec<Lines> = Vec::with_capacity(self.sheets.len());
-        let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
-        let lines = LEAST_LINES.max(nodes / NODES_PER_LINE) * self.lines_of_exam;
+        let affordable = SHARE_OF_EVALUATIONS * self.meter.evaluations() as f64;
+        let affordable = affordable / (COST_OF_LINE * self.cost_of_full_line());
+        let examined: usize = self.sheets.iter().map(|sheet| sheet.exam.places.len()).sum();
+        let times = self.lines_of_exam;
+        let lines = (whole(affordable) * times).saturating_sub(examined).max(LEAST_LINES * times);
         let ascents = lines.div_ceil(LINES_PER_ASCENT);
-        let lines = lines.div_ceil(self.sheets.len());
+        // Each place is in view on some of the layers of its tile.
+        let energies = self.sheets.len() / self.layers.len();
+        let lines = lines.div_ceil(energies * self.tiles.len());
         for (i, sheet) in self.sheets.iter_mut().enumerate() {
             let mut of_sheet = sheet.scattered_lines(lines);
             let worst = whole((WORST_SHARE * lines as f64).ceil());
             of_sheet.extend(sheet.worst_lines(developed.errors(sheet.tile), worst));
+            of_sheet.extend(sheet.edge_lines(whole((EDGE_SHARE * lines as f64).ceil())));
             of_sheet.extend(suspicious[i].iter().cloned());
             places.push(of_sheet);
         }
         let tolerances = self.line_tolerances(target);
         let mut differences = Vec::new();
+        let mut sizes = vec![Vec::new(); self.sheets.len()];
         let first: Vec<usize> = self.sheets.iter().map(|sheet| sheet.exam.places.len()).collect();
         for step in 0..=STEPS_OF_ASCENT {
             for i in 0..self.sheets.len() {
@@ -134,7 +157,7 @@ impl<E: Emission> Engine<'_, '_, E> {
                     return Ok(Verdict::Unaffordable);
                 }
             }
-            differences = self.differences(target);
+            differences = self.differences(target, &mut sizes);
             if step < STEPS_OF_ASCENT {
                 let rising = differences.iter().filter(|of| of.size > ASCENT_FROM).take(ascents);
                 for of in rising {
@@ -145,7 +168,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         if self.refine_depths(&first, developed, target)? {
             return Ok(Verdict::Failed);
         }
-        differences.retain(|of| of.size > FAILED);
+        differences.retain(|of| self.has_failed(of, developed, target));
         match self.refine_around(&differences, &tolerances)? {
             Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
             verdict => {
@@ -153,6 +176,32 @@ impl<E: Emission> Engine<'_, '_, E> {
                 Ok(verdict)
             }
         }
+    }
+
+    /// Whether a line differs by more than the tree may say.
+    fn has_failed(&self, of: &Difference, developed: &Developed, target: f64) -> bool {
+        let sheet = &self.sheets[of.sheet];
+        let [row, column] = sheet.pixel(sheet.exam.places.nodes()[of.line].place);
+        let errors = developed.errors(sheet.tile);
+        let estimate = errors.iter().map(|error| error[(row, column)]).fold(0.0, f64::max);
+        of.size > FAILED && of.size > (OVER_ESTIMATE * estimate / target).min(1.0)
+    }
+
+    /// Evaluations of a line that is integrated in full, on average.
+    fn cost_of_full_line(&self) -> f64 {
+        let of_sheet = |sheet: &Sheet<'_, E>| {
+            let sights = &sheet.scan.sights;
+            let full = (0..sights.lines.len()).filter(|&i| sights.is_full(i));
+            full.fold([0, 0], |[lines, samples], i| {
+                [lines + 1, samples + sights.lines[i].samples.len()]
+            })
+        };
+        let [lines, samples] = self
+            .sheets
+            .iter()
+            .map(of_sheet)
+            .fold([0, 0], |sum, of_sheet| core::array::from_fn(|k| sum[k] + of_sheet[k]));
+        samples.max(1) as f64 / lines.max(1) as f64
     }
 
     /// Samples the lines of those sheets more finely of which a line of this exam, the lines from `first` on,
@@ -170,7 +219,9 @@ impl<E: Emission> Engine<'_, '_, E> {
             let sheet = &mut self.sheets[i];
             let Scan { base_level, depth_level, .. } = sheet.scan;
             let stepped_over = sheet.largest_change(first) * weight > STEPPED_OVER * target;
-            if stepped_over && depth_level < base_level + MOST_FINER {
+            // A line that grazes a surface on which g jumps steps over what only it meets.
+            let is_systematic = stepped_over && !sheet.scan.sights.tracks_jumps;
+            if is_systematic && depth_level < base_level + MOST_FINER {
                 let tolerance = tolerances[i / self.layers.len()] / sheet.layers as f64;
                 let guarded = developed.guarded(i);
                 within_budget(sheet.scan.refine_depths(FINER_AT_ONCE, guarded, tolerance))?;
@@ -189,8 +240,9 @@ impl<E: Emission> Engine<'_, '_, E> {
         weights.iter().fold(0.0, |most: f64, weight| most.max(weight.abs()))
     }
 
-    /// What all lines of exams differ by, the largest first.
-    fn differences(&self, target: f64) -> Vec<Difference> {
+    /// What all lines of exams differ by, the largest first; `sizes` has, for each sheet, what the first of
+    /// them change in a pixel, and gets those of the others.
+    fn differences(&self, target: f64, sizes: &mut [Vec<f64>]) -> Vec<Difference> {
         let layers = self.layers.len();
         let mut differences = Vec::new();
         for (i, sheet) in self.sheets.iter().enumerate() {
@@ -198,13 +250,14 @@ impl<E: Emission> Engine<'_, '_, E> {
                 self.sheets[..i].iter().skip(i % layers).step_by(layers).collect();
             let learned = &self.energies.learned[i / layers];
             let weight = self.largest_weight(i);
-            let found = sheet.differences(&earlier, &learned.of_earlier);
-            let of_line = |(line, size): (usize, f64)| Difference {
+            let known = sizes[i].len();
+            sizes[i].extend(sheet.differences(known, &earlier, &learned.of_earlier));
+            let of_line = |(line, &size): (usize, &f64)| Difference {
                 sheet: i,
                 line,
                 size: size * weight / target,
             };
-            differences.extend(found.into_iter().enumerate().map(of_line));
+            differences.extend(sizes[i].iter().enumerate().map(of_line));
         }
         let order = |of: &Difference| (of.sheet, of.line);
         differences.sort_by(|a, b| b.size.total_cmp(&a.size).then(order(a).cmp(&order(b))));
@@ -281,6 +334,29 @@ impl<E: Emission> Sheet<'_, E> {
         worst.into_iter().map(|middle| (middle.map(dyadic), depths.clone())).collect()
     }
 
+    /// Lines in some of the pixels that an edge crosses, others in each exam.
+    fn edge_lines(&mut self, count: usize) -> Lines {
+        let Some(shares) = &self.shares else { return Vec::new() };
+        let [height, width] = [self.scale.height(), self.scale.width()];
+        let crossed: Vec<usize> =
+            (0..height * width).filter(|&pixel| shares.is_crossed[pixel]).collect();
+        let first = self.exam.at_edges;
+        self.exam.at_edges += count;
+        let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
+        let in_pixel = |k: usize| {
+            let [number, ..] = lattice::point(FIRST_LINE + k);
+            let pixel = *crossed.get(whole(number * crossed.len() as f64))?;
+            let places = (0..PLACES_IN_PIXEL).map(|part| {
+                let [_, x, y] = lattice::point(FIRST_LINE + PLACES_IN_PIXEL * k + part);
+                let [column, row] = [pixel % width, pixel / width];
+                [(column as f64 + x) / width as f64, (row as f64 + y) / height as f64]
+            });
+            let place = places.into_iter().find(|place| self.scan.view.layer.is_open(*place))?;
+            Some((place.map(dyadic), depths.clone()))
+        };
+        (first..first + count).filter_map(in_pixel).collect()
+    }
+
     /// The places around a line of the exam at half the distance of the nodes there.
     fn beside(&self, line: usize) -> Lines {
         let place = self.exam.places.nodes()[line].place;
@@ -314,7 +390,9 @@ impl<E: Emission> Sheet<'_, E> {
         let Self { scan: Scan { view, tree, sights, depth_level, closes, .. }, exam, .. } = self;
         let first = exam.places.len();
         let mut own = Vec::new();
+        let level = (tree.finest_level() + LEVELS_BELOW_NODES).max(COARSEST_LATTICE);
         for (place, depths) in places {
+            let place = place.map(|along| nearest_of_level(along, level));
             let is_new = tree.find(place).is_none() && exam.places.find(place).is_none();
             if is_new && (!*closes || view.layer.is_open(place.map(unit))) {
                 exam.places.add(place);
@@ -351,9 +429,9 @@ impl<E: Emission> Sheet<'_, E> {
         nodes.map(change).fold(0.0, f64::max)
     }
 
-    /// What each line of the exams differs by from the tree, as an error of a pixel, in the unit of the
+    /// What each line of the exams from `first` on differs by from the tree, as an error of a pixel, in the unit of the
     /// image; `earlier` and `of_earlier` as in [`set_values`](Self::set_values).
-    fn differences(&self, earlier: &[&Self], of_earlier: &[f64]) -> Vec<f64> {
+    fn differences(&self, first: usize, earlier: &[&Self], of_earlier: &[f64]) -> Vec<f64> {
         let [height, width] = [self.scale.height(), self.scale.width()];
         let nodes = self.exam.places.nodes();
         let difference = |ghosts: &mut (Ghosts, Vec<Ghosts>), i: usize| {
@@ -369,7 +447,8 @@ impl<E: Emission> Sheet<'_, E> {
             size * share * self.scale[(row, column)]
         };
         let ghosts = || (Ghosts::default(), vec![Ghosts::default(); earlier.len()]);
-        (0..nodes.len()).into_par_iter().map_init(ghosts, difference).collect()
+        let lines = (first..nodes.len()).into_par_iter().with_min_len(LINES_PER_TASK);
+        lines.map_init(ghosts, difference).collect()
     }
 }
 
@@ -424,6 +503,12 @@ impl<E: Emission> Scan<'_, E> {
         }
         integrated
     }
+}
+
+/// The place of a lattice that is nearest to another.
+fn nearest_of_level(along: u32, level: u8) -> u32 {
+    let step = spacing(level.min(DEEPEST_LEVEL));
+    (along + step / 2) / step * step
 }
 
 /// The place of a coordinate from 0 to 1.

@@ -62,6 +62,55 @@ impl Regions {
     }
 }
 
+impl Regions {
+    /// The number of the pixel that a part is in.
+    fn pixel(&self, part: usize) -> usize {
+        let ([_, columns], parts) = (self.shape, self.parts_per_side);
+        part / columns / parts * (columns / parts) + part % columns / parts
+    }
+
+    /// For each pixel, the radiance over the mean of the irradiance density on it, from `scale`, where that
+    /// is from closed forms. On a pixel of which the image has but a corner, mean and solid angle have to be
+    /// of the same nodes: a small error of that area would be a large one of their quotient.
+    pub(crate) fn scale(&self, projection: &dyn Projection, scale: &Image) -> Image {
+        let [rows, columns] = self.shape;
+        let parts = self.parts_per_side;
+        let mut is_cut = vec![false; scale.pixels().len()];
+        for (part, nodes) in &self.crossed {
+            is_cut[self.pixel(*part)] |= nodes.iter().any(|node| node.region == Region::Outside);
+        }
+        let mut densities = vec![0.0; scale.pixels().len()];
+        let mut add = |part: usize, nodes: &[Node]| {
+            let (row, column) = (part / columns, part % columns);
+            for Node { place: [x, y], weight, region } in nodes {
+                let at =
+                    |k: usize, place: f64, parts: usize| (k as f64 + 0.5 + place) / parts as f64;
+                if *region != Region::Outside {
+                    let xy = [at(column, *x, columns), at(row, *y, rows)];
+                    densities[self.pixel(part)] += weight * projection.solid_angle_density(xy);
+                }
+            }
+        };
+        let in_cut = |part: &usize| is_cut[self.pixel(*part)];
+        for (part, region) in self.whole.iter().enumerate().filter(|(part, _)| in_cut(part)) {
+            if let Some(region) = region {
+                add(part, &square(*region));
+            }
+        }
+        for (part, nodes) in self.crossed.iter().filter(|(part, _)| in_cut(part)) {
+            add(*part, nodes);
+        }
+        let share = 1.0 / (parts * parts) as f64;
+        let mut scale = scale.clone();
+        let cut =
+            scale.pixels_mut().iter_mut().zip(densities).zip(is_cut).filter(|(_, is_cut)| *is_cut);
+        for ((scale, density), _) in cut {
+            *scale = if density > 0.0 { 1.0 / (share * density) } else { 0.0 };
+        }
+        scale
+    }
+}
+
 /// The region of each part that has the same one at its corners and its middle as all parts around.
 fn whole_parts(projection: &dyn Projection, [rows, columns]: [usize; 2]) -> Vec<Option<Region>> {
     let at = |twice: usize, parts: usize| twice as f64 / (2 * parts) as f64;
@@ -168,6 +217,8 @@ pub(crate) struct Shares {
     varying: Vec<(usize, Moments)>,
     /// The mean of |share| over each pixel.
     pub(crate) reach: Image,
+    /// Whether an edge of the layer crosses a pixel.
+    pub(crate) is_crossed: Vec<bool>,
 }
 
 impl Shares {
@@ -206,7 +257,13 @@ impl Shares {
         varying.extend(crossed.collect::<Vec<_>>());
         varying.sort_unstable_by_key(|(part, _)| *part);
         let reach = Image::zeros(rows / parts_per_side, columns / parts_per_side);
-        let mut shares = Self { shape: [rows, columns], parts_per_side, constant, varying, reach };
+        let mut is_crossed = vec![false; reach.pixels().len()];
+        for (part, nodes) in &regions.crossed {
+            let is_seen = |node: &Node| layer.share(place(*part, node.place), node.region) != 0.0;
+            is_crossed[regions.pixel(*part)] |= nodes.iter().any(is_seen);
+        }
+        let shape = [rows, columns];
+        let mut shares = Self { shape, parts_per_side, constant, varying, reach, is_crossed };
         shares.reach = shares.sum(|part| shares.constant[part], |(_, moments)| moments[0].abs());
         shares
     }

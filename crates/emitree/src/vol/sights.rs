@@ -250,6 +250,12 @@ impl Sights {
         full.map(brightness).reduce(|| 0.0, f64::max)
     }
 
+    /// Whether no sample is negative.
+    pub(crate) fn are_nowhere_negative(&self) -> bool {
+        let lines = self.lines.par_iter().with_min_len(LINES_KNOWN);
+        lines.all(|line| line.samples.iter().all(|sample| sample.rate >= 0.0))
+    }
+
     /// The estimated |error| of the integral of line `i`.
     pub(crate) fn error(&self, i: usize) -> f64 {
         match self.ways[i] {

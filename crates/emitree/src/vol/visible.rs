@@ -21,15 +21,19 @@ pub(crate) struct Visible<'a> {
 
 /// The layers of all tiles, those of the first tile first, without what no pixel sees: the far side
 /// of a body that fills the view, or the shadow of one that is on another tile. `scales` are the
-/// tiles' radiances over means of the irradiance density.
+/// tiles' radiances over means of the irradiance density; those of pixels that a rim crosses are made
+/// anew.
 pub(crate) fn visible_layers<'a>(
     tiles: &[Tile<'_>],
     layers: &'a [Vec<Box<dyn Layer + 'a>>],
-    scales: &[Image],
+    scales: &mut [Image],
 ) -> Vec<Visible<'a>> {
     let mut visible: Vec<Visible<'a>> = Vec::new();
     for (number, (tile, layers)) in tiles.iter().zip(layers).enumerate() {
         let regions = Regions::of(tile.projection, tile.shape);
+        if let Some(regions) = &regions {
+            scales[number] = regions.scale(tile.projection, &scales[number]);
+        }
         let first = visible.len();
         for layer in layers {
             let layer: &dyn Layer = &**layer;

@@ -170,6 +170,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
                     self.smallest = Some(size_seen(self.search.probes(), passes.max(LEAST_PASS)));
                     judgement = self.search.ascend(&judgement)?;
                     if !judgement.hides_feature(of_rate, self.search.probes()) {
+                        self.show_maps(&maps)?;
                         return Ok(self.found(maps, Ending::Complete));
                     }
                 }
@@ -245,11 +246,14 @@ impl<E: Emission> Attempt<'_, '_, E> {
 
     /// Shows the image so far to those who want to see it.
     fn show(&self, left: &Left) -> Result<(), End<E::Error>> {
-        let Some(callback) = self.options.frame else { return Ok(()) };
-        if self.search.interpolant.ranks().contains(&0) {
-            return Ok(()); // There is nothing to see yet.
+        if self.options.frame.is_none() || self.search.interpolant.ranks().contains(&0) {
+            return Ok(()); // There is nobody to see it, or nothing to see yet.
         }
-        let Maps { image, error, .. } = &self.maps(left, self.pixels);
+        self.show_maps(&self.maps(left, self.pixels))
+    }
+
+    fn show_maps(&self, Maps { image, error, .. }: &Maps) -> Result<(), End<E::Error>> {
+        let Some(callback) = self.options.frame else { return Ok(()) };
         let (evaluations, batches) = (self.meter.evaluations(), self.meter.batches());
         match callback(&Frame { image, error, evaluations, batches }) {
             ControlFlow::Continue(()) => Ok(()),

@@ -1,0 +1,51 @@
+//! Method `vol` on random views with opaque bodies and bounds: whether promises are kept, and what they
+//! cost. Seeds from 160 on took no part in the choice of any constant.
+#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use emitree::{FromFn, Method, RenderOptions, VolOptions, render};
+use emitree_problems::views::{Outcome, random_view};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Asks for a tolerance, and how many evaluations that takes altogether; no more than `broken` views may be
+/// beyond it.
+fn check(seeds: Range<u64>, tolerance: f64, broken: usize, evaluations: u64) {
+    let outcome = |seed| {
+        let view = random_view(seed);
+        let reference = view.reference();
+        assert!(reference.error < 0.5 * tolerance, "{}: {:.1e}", view.name(), reference.error);
+        let emission = FromFn(|position, _| view.rate(position));
+        let options = VolOptions { tolerance, ..VolOptions::default() };
+        let options = RenderOptions::new(Method::Vol(options));
+        let rendering = render(&emission, view.camera(), view.shape(), &options).unwrap();
+        assert!(rendering.converged(), "{}: {:?}", view.name(), rendering.ending);
+        let outcome = Outcome::of(&rendering, &reference);
+        let allowed = 3.0 * tolerance + reference.error;
+        assert!(outcome.error <= allowed, "{}: {:.1e}", view.name(), outcome.error);
+        assert!(!outcome.is_negative, "{}", view.name());
+        (outcome.error > tolerance + reference.error, rendering.evaluations)
+    };
+    let outcomes: Vec<(bool, u64)> = seeds.into_par_iter().map(outcome).collect();
+    assert!(outcomes.iter().filter(|(is_broken, _)| *is_broken).count() <= broken);
+    assert_eq!(outcomes.iter().map(|(_, evaluations)| evaluations).sum::<u64>(), evaluations);
+}
+
+#[test]
+fn a_hundredth_is_kept() {
+    check(0..36, 1e-2, 0, 554_281);
+}
+
+#[test]
+fn a_hundredth_is_kept_in_views_set_aside() {
+    check(160..196, 1e-2, 0, 454_557);
+}
+
+#[test]
+fn a_thousandth_is_kept() {
+    check(0..24, 1e-3, 0, 793_663);
+}
+
+#[test]
+fn a_thousandth_is_kept_in_views_set_aside() {
+    check(160..184, 1e-3, 0, 0);
+}
