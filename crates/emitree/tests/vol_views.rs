@@ -32,12 +32,12 @@ fn check(seeds: Range<u64>, tolerance: f64, broken: usize, evaluations: u64) {
 
 #[test]
 fn a_hundredth_is_kept() {
-    check(0..36, 1e-2, 0, 554_281);
+    check(0..36, 1e-2, 0, 454_557);
 }
 
 #[test]
 fn a_hundredth_is_kept_in_views_set_aside() {
-    check(160..196, 1e-2, 0, 454_557);
+    check(160..196, 1e-2, 0, 554_281);
 }
 
 #[test]
@@ -47,5 +47,5 @@ fn a_thousandth_is_kept() {
 
 #[test]
 fn a_thousandth_is_kept_in_views_set_aside() {
-    check(160..184, 1e-3, 0, 0);
+    check(160..184, 1e-3, 0, 1_133_544);
 }
