@@ -6,6 +6,7 @@
 //! a line of the exam. How large a difference passes is known at each sample, and with it the size of
 //! the Gaussian that is seen wherever it is.
 
+use super::ascent::{self, ascend};
 use super::dyadic::spacing;
 use super::engine::Engine;
 use super::exam::{Lines, dyadic};
@@ -31,12 +32,6 @@ const SHARE_OF_EVALUATIONS: f64 = 0.05;
 pub(crate) const SEEN_SHARE: f64 = 4e-3;
 /// Samples are doubled this often if a feature that was asked for is not covered.
 const MOST_DOUBLINGS: u32 = 3;
-/// One ascent for so many samples…
-pub(crate) const SAMPLES_PER_ASCENT: usize = 128;
-/// …in so many steps, each along all three axes…
-pub(crate) const STEPS_OF_ASCENT: usize = 4;
-/// …the first of which have this share of the distance of the samples.
-const FIRST_STEP: f64 = 0.4;
 /// No ascent begins below this share of the error allowed.
 const ASCENT_FROM: f64 = 0.02;
 /// What an ascent has found gets a line of the exam, or goes into an interpolant, from this share of the
@@ -86,9 +81,6 @@ struct Deviation {
     /// The error of a pixel for a rate of 1 along a unit of depth, over the error allowed.
     effect: f64,
 }
-
-/// A point and what a sample there differs by.
-type Found = ([f64; 3], Deviation);
 
 impl LayerSamples {
     /// The scattered samples that a search for an interpolant has made, G times `density`.
@@ -238,14 +230,18 @@ impl<E: Emission> Engine<'_, '_, E> {
         let mut order: Vec<usize> = (0..deviations.len()).collect();
         let effect = |i: usize| examined.effect(&deviations[i]);
         order.sort_by(|&a, &b| effect(b).total_cmp(&effect(a)).then(a.cmp(&b)));
-        let ascents = samples.points.len().div_ceil(SAMPLES_PER_ASCENT);
+        let ascents = ascent::number(samples.points.len());
         let starts: Vec<usize> =
             order.iter().copied().take(ascents).filter(|&i| effect(i) > ASCENT_FROM).collect();
         // What is not followed passes: an excess below that of the last that is.
         let passed = order.get(ascents).map_or(0.0, |&i| effect(i)).max(ASCENT_FROM);
-        let points: Vec<[f64; 3]> = starts.iter().map(|&i| samples.points[i]).collect();
-        let first: Vec<Deviation> = starts.iter().map(|&i| deviations[i]).collect();
-        let found = examined.ascend(points, first)?;
+        let starts = starts.into_iter().map(|i| (samples.points[i], deviations[i])).collect();
+        let is_open = |at: &[f64; 3]| sheet.is_open(at);
+        let size = |of: &Deviation| examined.effect(of);
+        let found = ascend(starts, samples.number, is_open, size, |points| {
+            let at: Vec<(Place, u32)> = points.iter().map(steps).collect();
+            Ok(examined.deviations(points, &sheet.scan.view.rates(&at)?))
+        })?;
         let lines = found.iter().filter(|(_, of)| examined.effect(of) > LINE_FROM);
         let lines = lines.map(|(point, _)| examined.line_through(*point)).collect();
         let size = examined.size_covered(&samples.points, &deviations, passed);
@@ -254,38 +250,25 @@ impl<E: Emission> Engine<'_, '_, E> {
 }
 
 impl<E: Emission> Sheet<'_, E> {
+    /// Whether a point is in view.
+    fn is_open(&self, point: &[f64; 3]) -> bool {
+        !self.scan.closes || self.scan.view.layer.is_open([point[0], point[1]])
+    }
+
     /// Adds samples until so many points of the lattice have been looked at, those in view sampled.
     fn sample_scattered(
         &self,
         samples: &mut LayerSamples,
         number: usize,
     ) -> Result<(), Stop<E::Error>> {
-        let is_open = |point: &[f64; 3]| {
-            !self.scan.closes || self.scan.view.layer.is_open([point[0], point[1]])
-        };
-        let new: Vec<[f64; 3]> =
-            (samples.number..number).map(lattice::point).filter(is_open).collect();
+        let points = (samples.number..number).map(lattice::point);
+        let new: Vec<[f64; 3]> = points.filter(|point| self.is_open(point)).collect();
         let rates = self.scan.view.rates(&new.iter().map(steps).collect::<Vec<_>>())?;
         samples.number = samples.number.max(number);
         samples.points.extend(new);
         samples.rates.extend(rates);
         Ok(())
     }
-}
-
-/// The first step of an ascent from one of so many scattered samples.
-pub(crate) fn first_step(samples: usize) -> f64 {
-    FIRST_STEP / (samples as f64).cbrt()
-}
-
-/// The points of one step of an ascent: `step` away from a point along each axis, within the cube.
-pub(crate) fn beside(point: [f64; 3], step: f64) -> [[f64; 3]; 6] {
-    core::array::from_fn(|k| {
-        let by = if k % 2 == 0 { -step } else { step };
-        let mut moved = point;
-        moved[k / 2] = (moved[k / 2] + by).clamp(0.0, 1.0);
-        moved
-    })
 }
 
 /// The line and the depth of a point.
@@ -341,42 +324,6 @@ impl<E: Emission> Examined<'_, '_, E> {
         lattice::smallest_seen(self.number, SEEN_SHARE)
     }
 
-    /// Points near the given ones with larger deviations.
-    fn ascend(
-        &self,
-        points: Vec<[f64; 3]>,
-        deviations: Vec<Deviation>,
-    ) -> Result<Vec<Found>, Stop<E::Error>> {
-        let mut best: Vec<Found> = points.into_iter().zip(deviations).collect();
-        let mut steps_of = vec![first_step(self.number); best.len()];
-        for _ in 0..STEPS_OF_ASCENT {
-            let around = |(number, (point, _)): (usize, &Found)| {
-                beside(*point, steps_of[number]).map(|moved| (number, moved))
-            };
-            let layer = self.sheet.scan.view.layer;
-            let is_open = |(_, at): &(usize, [f64; 3])| {
-                !self.sheet.scan.closes || layer.is_open([at[0], at[1]])
-            };
-            let tried = best.iter().enumerate().flat_map(around).filter(is_open);
-            let tried: Vec<(usize, [f64; 3])> = tried.collect();
-            let points: Vec<[f64; 3]> = tried.iter().map(|(_, point)| *point).collect();
-            let at: Vec<(Place, u32)> = points.iter().map(steps).collect();
-            let found = self.deviations(&points, &self.sheet.scan.view.rates(&at)?);
-            let before: Vec<f64> = best.iter().map(|(_, of)| self.effect(of)).collect();
-            for ((number, point), of) in tried.into_iter().zip(found) {
-                if self.effect(&of) > self.effect(&best[number].1) {
-                    best[number] = (point, of);
-                }
-            }
-            for (number, before) in before.into_iter().enumerate() {
-                if self.effect(&best[number].1) <= before {
-                    steps_of[number] *= 0.5;
-                }
-            }
-        }
-        Ok(best)
-    }
-
     /// The line through a point, with depths around the point down to a part of a feature.
     fn line_through(&self, point: [f64; 3]) -> (Place, Vec<u32>) {
         let (place, depth) = steps(&point);
@@ -401,10 +348,8 @@ impl<E: Emission> Examined<'_, '_, E> {
             (of.error * of.effect + of_pass) * WIDTH_OF_GAUSSIAN / FEATURE_CONTRAST
         };
         let passes: Vec<f64> = deviations.iter().map(passes).collect();
-        let layer = self.sheet.scan.view.layer;
         let places = (0..PLACES).map(|k| lattice::point(2 * super::exam::FIRST_LINE + k));
-        let in_view = |at: &[f64; 3]| !self.sheet.scan.closes || layer.is_open([at[0], at[1]]);
-        let places: Vec<[f64; 3]> = places.filter(in_view).collect();
+        let places: Vec<[f64; 3]> = places.filter(|at| self.sheet.is_open(at)).collect();
         let size = |number: i32| SMALLEST * SIZE_RATIO.powi(number);
         let seen_from = |place: &[f64; 3]| {
             let squares = points.iter().zip(&passes).map(|(point, passes)| {

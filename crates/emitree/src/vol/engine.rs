@@ -140,6 +140,7 @@ pub(crate) fn by_tree<E: Emission>(
         scales,
         promised: vol.tolerance,
         asked,
+        made_before: meter.evaluations(),
         lines_of_exam: 1,
         coverage: Coverage::new(wanted, known),
         tolerance: if short { LOOSEST_TOLERANCE } else { asked },
@@ -203,7 +204,7 @@ pub(crate) struct Engine<'a, 'b, E> {
     /// How energies are found, if there is an energy axis.
     pub(crate) spectra: Option<Spectra<'b>>,
     /// For each tile, its radiances over means of the irradiance density.
-    scales: Vec<Image>,
+    pub(crate) scales: Vec<Image>,
     /// The error that was asked for, relative to the largest pixel…
     promised: f64,
     /// …and the one to be met in the end, which may be stricter.
@@ -213,44 +214,14 @@ pub(crate) struct Engine<'a, 'b, E> {
     pub(crate) line_share: f64,
     pub(crate) base_level: u8,
     /// The finest level that every rendering looks at.
-    always: u8,
+    pub(crate) always: u8,
     pub(crate) finest_level: u8,
+    /// Evaluations that were made before, for a search by products.
+    pub(crate) made_before: u64,
     /// How many times the usual number of lines the next exam has.
     pub(crate) lines_of_exam: usize,
     /// Scattered samples, and the size of what they see.
     pub(crate) coverage: Coverage,
-}
-
-/// The image so far, and what is known of its error.
-pub(crate) struct Developed {
-    /// Image and error of each energy bin of each tile.
-    maps: Vec<Vec<[Image; 2]>>,
-    /// What each sheet has seen.
-    seen: Vec<Seen>,
-}
-
-impl Developed {
-    pub(crate) fn largest_pixel(&self) -> f64 {
-        self.largest(0)
-    }
-
-    fn largest_error(&self) -> f64 {
-        self.largest(1)
-    }
-
-    /// The error of each energy bin of a tile.
-    pub(crate) fn errors(&self, tile: usize) -> Vec<&Image> {
-        self.maps[tile].iter().map(|[_, error]| error).collect()
-    }
-
-    /// The guarded details of the nodes of a sheet.
-    pub(crate) fn guarded(&self, sheet: usize) -> &[f64] {
-        &self.seen[sheet].guarded
-    }
-
-    fn largest(&self, kind: usize) -> f64 {
-        self.maps.iter().flatten().map(|maps| maps[kind].largest()).fold(0.0, f64::max)
-    }
 }
 
 impl<E: Emission> Engine<'_, '_, E> {
@@ -258,7 +229,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         &mut self,
         options: &RenderOptions<'_>,
     ) -> Result<(Developed, Ending), RenderError<E::Error>> {
-        let before = self.meter.evaluations();
+        let before = self.made_before;
         let mut within_budget = self.look_first()?;
         let mut developed = self.develop()?;
         // Lines that were refined by themselves: rules are cheaper.
@@ -334,21 +305,6 @@ impl<E: Emission> Engine<'_, '_, E> {
         }
     }
 
-    /// Shows the image so far to those who want to see it.
-    fn show(
-        &self,
-        developed: &Developed,
-        options: &RenderOptions<'_>,
-    ) -> Result<(), RenderError<E::Error>> {
-        let Some(callback) = options.frame else { return Ok(()) };
-        let [image, error] = &self.finished(developed).map(|cube| self.in_all_bins(&cube));
-        let (evaluations, batches) = (self.meter.evaluations(), self.meter.batches());
-        match callback(&Frame { image, error, evaluations, batches }) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(RenderError::Interrupted),
-        }
-    }
-
     /// The end of a search that a limit has stopped: it has been stricter than what was promised, and may
     /// have met that all the same.
     fn conclude(
@@ -371,7 +327,7 @@ impl<E: Emission> Engine<'_, '_, E> {
     }
 
     /// The largest ∫ |G| dz of a line.
-    fn brightest(&self) -> f64 {
+    pub(crate) fn brightest(&self) -> f64 {
         self.sheets.iter().map(|sheet| sheet.scan.sights.brightest()).fold(0.0, f64::max)
     }
 
@@ -502,78 +458,6 @@ impl<E: Emission> Engine<'_, '_, E> {
     fn has_seen(&self, developed: &Developed) -> bool {
         developed.seen.iter().all(|seen| seen.always_seen)
             && self.sheets.iter().all(|sheet| sheet.unseen_seeds().is_empty())
-    }
-
-    /// The image and its error in each bin, from what has been seen so far.
-    fn develop(&self) -> Result<Developed, RenderError<E::Error>> {
-        let nodal = self.energies.nodal_weights();
-        let unexplained = self.spectra.as_ref().map_or(&[0.0][..], |spectra| &spectra.unexplained);
-        // Spectra that have not been sampled may be anything.
-        let is_explained = self.spectra.as_ref().is_none_or(|spectra| spectra.are_explained);
-        let least = if is_explained { 0.0 } else { self.brightest() };
-        let empty = |tile: &Tile<'_>| {
-            let [height, width] = tile.shape;
-            let of_bin = |&error: &f64| {
-                let error = f64::max(error, least);
-                let constant = Image::from_pixels(height, width, vec![error; height * width]);
-                [Image::zeros(height, width), constant]
-            };
-            unexplained.iter().map(of_bin).collect()
-        };
-        let mut maps: Vec<Vec<[Image; 2]>> = self.tiles.iter().map(empty).collect();
-        let mut seen = Vec::with_capacity(self.sheets.len());
-        for (i, sheet) in self.sheets.iter().enumerate() {
-            let (part, of_sheet) = sheet.develop(&self.scales[sheet.tile], self.always);
-            seen.push(of_sheet);
-            let number = i / self.layers.len();
-            let weights = &self.energies.learned[number].weights;
-            let bins = maps[sheet.tile].iter_mut().zip(weights).zip(&nodal);
-            for (([image, error], &weight), nodal) in bins {
-                // Later energies may refer to this one in bins where it has no weight itself.
-                if nodal[number] != 0.0 {
-                    error.add_scaled(&part.of_lines, nodal[number].abs());
-                }
-                if weight != 0.0 {
-                    image.add_scaled(&part.image, weight);
-                    error.add_scaled(&part.error, weight.abs());
-                }
-            }
-        }
-        // If g is nowhere below 0, a pixel below 0 is wrong by no less than that.
-        if self.sheets.iter().all(|sheet| sheet.scan.sights.are_nowhere_negative()) {
-            for [image, error] in maps.iter_mut().flatten() {
-                let pixels = error.pixels_mut().iter_mut().zip(image.pixels());
-                pixels.for_each(|(error, pixel)| *error = error.max(-pixel));
-            }
-        }
-        for (tile, maps) in self.tiles.iter().zip(&maps) {
-            maps.iter().try_for_each(|[image, _]| tile.check_finite(image))?;
-        }
-        Ok(Developed { maps, seen })
-    }
-
-    /// The image and its error in one piece for each bin, and NaN where the projection has none.
-    fn finished(&self, developed: &Developed) -> [Cube; 2] {
-        let of_bin = |bin: usize, kind: usize| {
-            let mut map = Image::stacked(developed.maps.iter().map(|maps| &maps[bin][kind]));
-            let scales = self.scales.iter().flat_map(Image::pixels);
-            for (pixel, scale) in map.pixels_mut().iter_mut().zip(scales) {
-                if *scale == 0.0 {
-                    *pixel = f64::NAN;
-                }
-            }
-            map
-        };
-        let bins = developed.maps.first().map_or(0, Vec::len);
-        [0, 1].map(|kind| Cube::from_bands((0..bins).map(|bin| of_bin(bin, kind)).collect()))
-    }
-
-    /// The image in all bins together.
-    fn in_all_bins(&self, cube: &Cube) -> Image {
-        match &self.spectra {
-            Some(spectra) => cube.sum_over_energy(spectra.axis()),
-            None => cube.bands()[0].clone(),
-        }
     }
 
     /// The places to be looked at next on each sheet, the most worthwhile first. The sheets of a tile

@@ -7,8 +7,9 @@
 //! nearby. Where one differs, the tree is refined and the exam is repeated with new lines; the former
 //! ones stay and are compared again.
 
+use super::developed::Developed;
 use super::dyadic::{DEEPEST_LEVEL, STEPS, spacing, unit};
-use super::engine::{Developed, Engine, within_budget};
+use super::engine::{Engine, within_budget};
 use super::image_tree::{ImageTree, Node, Place};
 use super::lattice;
 use super::remaining::around;
@@ -128,7 +129,8 @@ impl<E: Emission> Engine<'_, '_, E> {
             Ok(suspicious) => suspicious,
         };
         let mut places: Vec<Lines> = Vec::with_capacity(self.sheets.len());
-        let affordable = SHARE_OF_EVALUATIONS * self.meter.evaluations() as f64;
+        let made = self.meter.evaluations() - self.made_before;
+        let affordable = SHARE_OF_EVALUATIONS * made as f64;
         let affordable = affordable / (COST_OF_LINE * self.cost_of_full_line());
         let examined: usize = self.sheets.iter().map(|sheet| sheet.exam.places.len()).sum();
         let times = self.lines_of_exam;

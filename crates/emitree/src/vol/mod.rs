@@ -32,11 +32,13 @@
 //!
 //! What is promised, and what can't be, is told at [`VolOptions::tolerance`].
 
+mod ascent;
 mod block;
 mod closed;
 mod coverage;
 mod cross;
 mod depth_rule;
+mod developed;
 mod dyadic;
 mod energies;
 mod engine;

@@ -169,7 +169,10 @@ impl<E: Emission> Attempt<'_, '_, E> {
                     let passes = of_rate * self.search.last_followed();
                     self.smallest = Some(size_seen(self.search.probes(), passes.max(LEAST_PASS)));
                     judgement = self.search.ascend(&judgement)?;
-                    if !judgement.hides_feature(of_rate, self.search.probes()) {
+                    // The errors with what ascents have found, which is more than what probes have.
+                    let maps = self.maps(&judgement.left, self.pixels);
+                    let is_good = maps.largest_error <= self.tolerance * maps.largest;
+                    if is_good && !judgement.hides_feature(of_rate, self.search.probes()) {
                         self.show_maps(&maps)?;
                         return Ok(self.found(maps, Ending::Complete));
                     }

@@ -1,9 +1,7 @@
 //! The search for an interpolant: fibers where most is left, until little is left everywhere.
 
-use super::super::coverage::{
-    LINE_FROM, LayerSamples, SAMPLES_PER_ASCENT, SEEN_SHARE, STEPS_OF_ASCENT, WIDTH_OF_GAUSSIAN,
-    beside, first_step,
-};
+use super::super::ascent::{self, ascend};
+use super::super::coverage::{LINE_FROM, LayerSamples, SEEN_SHARE, WIDTH_OF_GAUSSIAN};
 use super::super::lattice::{self, smallest_seen};
 use super::super::sights::{Stop, evaluate};
 use super::fibers::largest;
@@ -130,7 +128,7 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
         let rest = |i: usize| (rates[i] - values[i]).abs();
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| rest(b).total_cmp(&rest(a)).then(a.cmp(&b)));
-        order.truncate(points.len().div_ceil(SAMPLES_PER_ASCENT));
+        order.truncate(ascent::number(points.len()));
         order.into_iter().map(|i| (points[i], rest(i))).collect()
     }
 
@@ -139,27 +137,22 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
         self.followed().last().map_or(0.0, |of| of.1)
     }
 
-    /// Looks for more that is left in ascents from the points where most is, and returns the worst of all.
+    /// Looks for more that is left in ascents from the points where most is: what is left with the points
+    /// that they have found, and the worst of all.
     pub(super) fn ascend(&mut self, judgement: &Judgement) -> Result<Judgement, Stop<E::Error>> {
-        let mut best = self.followed();
-        let mut steps = vec![first_step(self.probes()); best.len()];
-        for _ in 0..STEPS_OF_ASCENT {
-            let around: Vec<[f64; 3]> =
-                best.iter().zip(&steps).flat_map(|((at, _), &step)| beside(*at, step)).collect();
-            let rates = self.view.rates(&around)?;
-            let values = self.interpolant.values(&around);
-            let left = rates.iter().zip(values.iter()).map(|(rate, value)| rate - value);
-            let tried: Vec<Worst> = around.iter().copied().zip(left).collect();
-            for ((best, step), tried) in best.iter_mut().zip(&mut steps).zip(tried.chunks(6)) {
-                let found = tried.iter().copied().fold(*best, worse);
-                if found.1 <= best.1 {
-                    *step *= 0.5;
-                }
-                *best = found;
-            }
-        }
-        let worst = best.into_iter().fold(judgement.worst, worse);
-        Ok(Judgement { left: judgement.left.clone(), worst })
+        let find = |points: &[[f64; 3]]| -> Result<Vec<f64>, Stop<E::Error>> {
+            let rates = self.view.rates(points)?;
+            let values = self.interpolant.values(points);
+            Ok(rates.iter().zip(values.iter()).map(|(rate, value)| (rate - value).abs()).collect())
+        };
+        let found = ascend(self.followed(), self.probes(), |_| true, |rest| *rest, find)?;
+        let Probes { points, rates, values } = &self.probes;
+        let rest = rates.iter().zip(values).map(|(rate, value)| rate - value);
+        let (mut points, mut rest): (Vec<[f64; 3]>, Vec<f64>) = (points.clone(), rest.collect());
+        points.extend(found.iter().map(|(point, _)| *point));
+        rest.extend(found.iter().map(|(_, rest)| *rest));
+        let worst = found.into_iter().fold(judgement.worst, worse);
+        Ok(Judgement { left: Left::new(&points, &rest), worst })
     }
 
     /// The number of scattered points.
