@@ -2,13 +2,14 @@
 
 use super::coverage::{Coverage, LayerSamples, fraction_of_view};
 use super::cross::{self, Attempted};
+use super::developed::Developed;
 use super::dyadic::STEPS;
 use super::energies::Energies;
 use super::exam::Verdict;
 use super::image_tree::Place;
 use super::opening::{Choice, ChoiceLimits, worthwhile};
 use super::round::Scan;
-use super::sheet::{Seen, Sheet};
+use super::sheet::Sheet;
 use super::sights::{Stop, Wanted};
 use super::spectra::Spectra;
 use super::visible::{Visible, visible_layers};
@@ -21,9 +22,8 @@ use crate::image::Image;
 use crate::meter::Meter;
 use crate::projection::Layer;
 use crate::radiance::radiance_per_density;
-use crate::render::{Frame, RenderOptions, Seed, Tile};
+use crate::render::{RenderOptions, Seed, Tile};
 use crate::tree::Ending;
-use core::ops::ControlFlow;
 
 /// Looser requests are met at this tolerance: a looser search does not find the structure.
 pub(super) const LOOSEST_TOLERANCE: f64 = 0.05;
