@@ -87,13 +87,6 @@ def test_executors_and_caches_go_together(tmp_path):
     assert (tmp_path / "c" / "points.f64").stat().st_size == RECORD * len(counted.points)
 
 
-def distinct_points(shape, tolerance):
-    """Points of a rendering, each once: an ascent may come back to where it was, and a cache then has it."""
-    every = Counted()
-    emitree.render(every, CUBE, shape, tolerance=tolerance)
-    return len(set(every.points))
-
-
 def test_a_mistake_loses_nothing_and_is_not_kept(tmp_path):
     calls = []
 
@@ -112,7 +105,7 @@ def test_a_mistake_loses_nothing_and_is_not_kept(tmp_path):
     mended = emitree.render(counted, CUBE, (32, 32), tolerance=1e-3, cache=tmp_path / "c")
     assert same(mended, emitree.render(peak, CUBE, (32, 32), tolerance=1e-3))
     compared = mended.report["cache"]["compared"]
-    assert len(counted.points) == distinct_points((32, 32), 1e-3) - points + compared
+    assert len(counted.points) == mended.evaluations - points + compared
 
 
 def test_a_torn_end_is_dropped(tmp_path):
@@ -179,7 +172,7 @@ def test_damaged_points_are_evaluated_again(tmp_path, damage):
     # What came anew is a record like the others.
     third = Counted()
     missing = np.frombuffer(points.read_bytes()).reshape(-1, 9)
-    assert len(missing) >= distinct_points((8, 8), 0.01)
+    assert len(missing) >= plain.evaluations
     if points.read_bytes() == whole:
         emitree.render(third, CUBE, (8, 8), cache=tmp_path / "c")
         assert len(third.points) <= COMPARED
@@ -341,7 +334,7 @@ def test_after_a_kill_it_goes_on(tmp_path, name):
     # What was recorded at the time of a kill was never asked for again, but for the few points that
     # are compared in each of two runs.
     points = logged(log)
-    assert len(recorded) == 2 and len(set(points)) == distinct_points((64, 64), 1e-3)
+    assert len(recorded) == 2 and len(set(points)) == plain.evaluations
     for killed_at, known in recorded.items():
         assert known and known <= set(points[:killed_at])
         assert len(known & set(points[killed_at:])) <= 2 * COMPARED

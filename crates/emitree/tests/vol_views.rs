@@ -13,7 +13,7 @@ fn check(seeds: Range<u64>, tolerance: f64, broken: usize, evaluations: u64) {
     let outcome = |seed| {
         let view = random_view(seed);
         let reference = view.reference();
-        assert!(reference.error < 0.5 * tolerance, "{}: {:.1e}", view.name(), reference.error);
+        assert!(reference.error < 0.3 * tolerance, "{}: {:.1e}", view.name(), reference.error);
         let emission = FromFn(|position, _| view.rate(position));
         let options = VolOptions { tolerance, ..VolOptions::default() };
         let options = RenderOptions::new(Method::Vol(options));

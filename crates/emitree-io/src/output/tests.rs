@@ -125,11 +125,13 @@ fn a_file_that_can_not_be_stored_keeps_all_others_as_they_were() {
     let temporary = tempfile::Builder::new().make(|_| full.try_clone()).unwrap();
     let (file, temporary) = temporary.into_parts();
     let temporary = NamedTempFile::from_parts(file, temporary);
+    let at = temporary.path().to_path_buf();
     let place = Place::Beside { target: folder.path().join("b.npy"), temporary };
     let broken = OutputFile { path: "b.npy".into(), place };
     let error = commit_all([(output, b"new"), (broken, b"new")]).unwrap_err();
-    let message = "`b.npy`: cannot write 3 bytes (No space left on device (os error 28)";
-    assert!(error.to_string().starts_with(message), "{error}");
+    let reason = format!("No space left on device (os error 28) at path {at:?}");
+    let message = format!("`b.npy`: cannot write 3 bytes ({reason})");
+    assert_eq!(error.to_string(), message);
     assert_eq!(fs::read(&path).unwrap(), b"old");
     assert_eq!(names(&folder), ["a.fits"]);
 }

@@ -13,7 +13,7 @@ const RULES: [[usize; 3]; 5] = [[3, 6, 6], [5, 9, 9], [8, 13, 12], [12, 19, 16],
 /// Two rules agree if they differ by less than this times the largest pixel.
 const AGREEMENT: f64 = 2e-5;
 /// Pixels with edges are quartered so many times if no rules agree.
-const QUARTERINGS: u32 = 4;
+const QUARTERINGS: u32 = 6;
 /// What rounding can do to a pixel, relative to the largest.
 const ROUNDING: f64 = 1e-12;
 /// Intervals of a pixel's side between which edges are looked for.
