@@ -145,6 +145,7 @@ pub(crate) fn by_tree<E: Emission>(
         coverage: Coverage::new(wanted, known),
         tolerance: if short { LOOSEST_TOLERANCE } else { asked },
         line_share: LINE_SHARE,
+        is_strict: false,
         base_level,
         always: base_level + 1,
         finest_level: finest_level(tiles[0].shape, base_level),
@@ -212,6 +213,7 @@ pub(crate) struct Engine<'a, 'b, E> {
     /// The error to be met first.
     pub(crate) tolerance: f64,
     pub(crate) line_share: f64,
+    pub(crate) is_strict: bool,
     pub(crate) base_level: u8,
     /// The finest level that every rendering looks at.
     pub(crate) always: u8,

@@ -61,6 +61,8 @@ const DENSER: u8 = 2;
 /// sheet are sampled on a lattice of depths finer by so many levels at once, since the rules of all other
 /// nodes have to be learned anew each time…
 const STEPPED_OVER: f64 = 0.4;
+const SYSTEMATIC: usize = 2;
+const STRICTER: f64 = 0.25;
 const FINER_AT_ONCE: u8 = 2;
 /// …and finer than that of the base by so many levels at the most.
 const MOST_FINER: u8 = 4;
@@ -214,22 +216,35 @@ impl<E: Emission> Engine<'_, '_, E> {
         developed: &Developed,
         target: f64,
     ) -> Result<bool, RenderError<E::Error>> {
-        let tolerances = self.line_tolerances(target);
-        let mut has_refined = false;
+        let mut stepped_over = Vec::new();
         for (i, &first) in first.iter().enumerate() {
             let weight = self.largest_weight(i);
             let sheet = &mut self.sheets[i];
             let Scan { base_level, depth_level, .. } = sheet.scan;
-            let stepped_over = sheet.largest_change(first) * weight > STEPPED_OVER * target;
+            let changed = sheet.changed_by_depths(first, STEPPED_OVER * target / weight);
             // A line that grazes a surface on which g jumps steps over what only it meets.
-            let is_systematic = stepped_over && !sheet.scan.sights.tracks_jumps;
-            if is_systematic && depth_level < base_level + MOST_FINER {
-                let tolerance = tolerances[i / self.layers.len()] / sheet.layers as f64;
-                let guarded = developed.guarded(i);
-                within_budget(sheet.scan.refine_depths(FINER_AT_ONCE, guarded, tolerance))?;
-                has_refined = true;
-            }
+            let is_systematic = changed >= SYSTEMATIC && !sheet.scan.sights.tracks_jumps;
+            stepped_over.extend((is_systematic && depth_level < base_level + MOST_FINER).then_some(i));
         }
+        // Lines to a stricter tolerance see more and cost less than a finer lattice, unless nothing that
+        // they have sampled leads them there.
+        let is_first = !stepped_over.is_empty() && !core::mem::replace(&mut self.is_strict, true);
+        if is_first {
+            self.line_share *= STRICTER;
+        }
+        let tolerances = self.line_tolerances(target);
+        for &i in &stepped_over {
+            let sheet = &mut self.sheets[i];
+            let tolerance = tolerances[i / self.layers.len()] / sheet.layers as f64;
+            let guarded = developed.guarded(i);
+            let scan = &mut sheet.scan;
+            within_budget(if is_first {
+                scan.scan(scan.tree.len(), guarded, tolerance)
+            } else {
+                scan.refine_depths(FINER_AT_ONCE, guarded, tolerance)
+            })?;
+        }
+        let has_refined = !stepped_over.is_empty();
         if has_refined {
             self.set_values(0);
         }
@@ -420,15 +435,16 @@ impl<E: Emission> Sheet<'_, E> {
         looked
     }
 
-    /// The largest change of a pixel by the finer depths of a line, in the unit of the image.
-    fn largest_change(&self, first: usize) -> f64 {
+    /// How many lines of this exam, which are those from `first` on, change a pixel by more than `most` by
+    /// their finer depths, in the unit of the image.
+    fn changed_by_depths(&self, first: usize, most: f64) -> usize {
         let nodes = self.exam.places.nodes()[first..].iter().zip(&self.exam.changes[first..]);
-        let change = |(node, change): (&Node, &f64)| {
+        let has_changed = |(node, change): &(&Node, &f64)| {
             let density = self.scan.view.layer.solid_angle_density(node.place.map(unit));
             let [row, column] = self.pixel(node.place);
-            density * change * self.scale[(row, column)]
+            density * *change * self.scale[(row, column)] > most
         };
-        nodes.map(change).fold(0.0, f64::max)
+        nodes.filter(has_changed).count()
     }
 
     /// What each line of the exams from `first` on differs by from the tree, as an error of a pixel, in the unit of the
