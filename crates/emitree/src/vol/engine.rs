@@ -31,6 +31,11 @@ pub(super) const LOOSEST_TOLERANCE: f64 = 0.05;
 pub(super) const STOP: f64 = 0.85;
 /// The share of the tolerance that a line or a depth rule may take.
 const LINE_SHARE: f64 = 0.2;
+/// Lines are integrated as for this tolerance if a looser one is asked for: looser lines step over peaks,
+/// and what some lines have and others have not looks like structure of the image, which is expensive. With
+/// 2 %, a tolerance of 3 % cost more than 1.15 times a tighter one on 3 of 60 anisotropic peaks, and
+/// without this, on 8; with 1 %, on none. A tenth costs 10 % more for it.
+const LOOSEST_OF_LINES: f64 = 0.01;
 /// If lines are all that is left to be improved, their share is halved this often.
 const MOST_HALVINGS: u32 = 4;
 /// Nodes are no closer to each other than 2^−this of a pixel…
@@ -144,7 +149,7 @@ pub(crate) fn by_tree<E: Emission>(
         lines_of_exam: 1,
         coverage: Coverage::new(wanted, known),
         tolerance: if short { LOOSEST_TOLERANCE } else { asked },
-        line_share: LINE_SHARE,
+        line_share: LINE_SHARE * (LOOSEST_OF_LINES / asked).min(1.0),
         is_strict: false,
         base_level,
         always: base_level + 1,

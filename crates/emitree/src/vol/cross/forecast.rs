@@ -13,6 +13,8 @@ const UNKNOWN: f64 = 1.5;
 const FIRST_IF_UNKNOWN: f64 = 2000.0;
 /// And the next ones each time that the evaluations have grown by this.
 const INTERVAL: f64 = 1.3;
+/// So many forecasts in a row have to be for the tree: the first ones know little of how the error falls.
+const DOUBTS: u32 = 2;
 /// The rest of a search costs so much more than its course so far lets expect.
 const OPTIMISM: f64 = 1.5;
 /// ln(error) falls by this for each rank, at the least.
@@ -30,11 +32,13 @@ pub(super) struct Forecast {
     course: Vec<(f64, f64)>,
     /// Evaluations at the next forecast.
     next: f64,
+    /// How many of the last forecasts were for the tree.
+    doubts: u32,
 }
 
 impl Forecast {
     pub(super) fn new(goal: f64) -> Self {
-        Self { goal, course: Vec::new(), next: FIRST }
+        Self { goal, course: Vec::new(), next: FIRST, doubts: 0 }
     }
 
     /// Takes down the relative error with functions of these `ranks` along the axes.
@@ -69,7 +73,9 @@ impl Forecast {
         let dearer = (rehearsed / tolerance).powf(COST_EXPONENT);
         let most = REHEARSED * rest / dearer;
         let tree = evaluations_of_tree(interpolant, shape, rehearsed, most, deadline);
-        tree.is_some_and(|tree| tree * dearer < OPTIMISM * rest)
+        let is_cheaper = tree.is_some_and(|tree| tree * dearer < OPTIMISM * rest);
+        self.doubts = if is_cheaper { self.doubts + 1 } else { 0 };
+        self.doubts >= DOUBTS
     }
 
     /// Evaluations from here to the goal, if the error goes on falling exponentially as it has since

@@ -16,10 +16,7 @@ use nalgebra::DVector;
 
 /// The level of the places that fibers begin with.
 const FIRST_LEVEL: u8 = 4;
-/// The finest level for tolerances from this one on…
-const MODERATE: f64 = 5e-3;
-const FINEST_LEVEL_IF_MODERATE: u8 = 7;
-/// …and for others.
+/// The finest level that they may have.
 const FINEST_LEVEL: u8 = 8;
 /// Probes to begin with.
 const FIRST_PROBES: usize = 128;
