@@ -62,7 +62,7 @@ fn evaluations_of_images(name: &str, tolerance: f64) -> u64 {
 /// The exact test: one spectrum everywhere is one image, to each tolerance, at a pinned cost.
 #[test]
 fn one_spectrum_everywhere_costs_one_image_and_a_few_spectra() {
-    for (tolerance, evaluations) in [(0.1, 6032), (0.01, 7214), (1e-3, 9653)] {
+    for (tolerance, evaluations) in [(0.1, 6244), (0.01, 7201), (1e-3, 9621)] {
         let found = checked("separable", SHAPE, BINS, &vol(tolerance));
         let rendering = &found.rendering;
         assert!(rendering.converged() && found.error <= tolerance, "{tolerance}: {}", found.error);
@@ -99,7 +99,7 @@ fn promises_are_kept_for_smooth_spectra_that_change_with_place() {
 /// A line that is elsewhere at each place is the dearest.
 #[test]
 fn promises_are_kept_for_a_line_that_is_shifted() {
-    for (tolerance, evaluations) in [(0.1, 237_307), (0.01, 490_211)] {
+    for (tolerance, evaluations) in [(0.1, 256_308), (0.01, 490_108)] {
         let found = checked("doppler", SHAPE, BINS, &vol(tolerance));
         assert!(found.rendering.converged() && found.error <= tolerance, "{}", found.error);
         assert_eq!(found.rendering.evaluations, evaluations);
@@ -111,11 +111,11 @@ fn promises_are_kept_for_a_line_that_is_shifted() {
 #[test]
 fn cubes_cost_what_they_cost() {
     for (name, evaluations, of_images) in [
-        ("mixture", 14_370, 50_144),
-        ("narrow-line", 13_246, 50_115),
-        ("edge", 12_653, 48_960),
-        ("bremsstrahlung", 11_521, 77_139),
-        ("ena-ring", 23_527, 303_611),
+        ("mixture", 14_352, 49_088),
+        ("narrow-line", 13_226, 49_059),
+        ("edge", 12_632, 47_959),
+        ("bremsstrahlung", 11_519, 76_277),
+        ("ena-ring", 23_500, 295_651),
     ] {
         let found = checked(name, SHAPE, BINS, &vol(0.01));
         assert_eq!(found.rendering.evaluations, evaluations, "{name}");
@@ -237,7 +237,9 @@ fn a_feature_in_darkness_is_found() {
 #[test]
 fn a_line_in_darkness_is_found_where_it_is_announced() {
     let axis = EnergyAxis::new(0.0, 1.0, 16, EnergyScale::Linear).unwrap();
-    for (line, width, lines) in [(0.3123, 5e-4, &[0.3123][..]), (0.3, 1.87e-3, &[])] {
+    for (line, width, lines, evaluations) in
+        [(0.3123, 5e-4, &[0.3123][..], 11_706), (0.3, 1.87e-3, &[], 33_069)]
+    {
         let rate = |[x, y, z]: [f64; 3], _, energy: f64| {
             let square = (x - 0.5).powi(2) + (y - 0.5).powi(2) + (z - 0.5).powi(2);
             1e3 * (-((energy - line) / width).powi(2)).exp() * (-20.0 * square).exp()
@@ -251,7 +253,7 @@ fn a_line_in_darkness_is_found_where_it_is_announced() {
         let found = found.unwrap();
         let error = found.cube.max_difference(&exact) / exact.largest();
         assert!(found.converged() && error < 0.01, "{line}: {error}");
-        assert_eq!(found.evaluations, 0, "{line}");
+        assert_eq!(found.evaluations, evaluations, "{line}");
     }
 }
 

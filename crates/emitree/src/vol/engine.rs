@@ -218,6 +218,7 @@ pub(crate) struct Engine<'a, 'b, E> {
     /// The error to be met first.
     pub(crate) tolerance: f64,
     pub(crate) line_share: f64,
+    /// Whether an exam has made lines stricter.
     pub(crate) is_strict: bool,
     pub(crate) base_level: u8,
     /// The finest level that every rendering looks at.
