@@ -105,12 +105,12 @@ promises! {
     ten_percent_seeds_240: 0.1, part 2, 30, "5806";
     ten_percent_seeds_360: 0.1, part 3, 30, "8317";
     one_percent_seeds_0: 0.01, part 0, 30, "9584";
-    one_percent_seeds_120: 0.01, part 1, 30, "9439";
+    one_percent_seeds_120: 0.01, part 1, 30, "9577";
     one_percent_seeds_240: 0.01, part 2, 30, "9704";
     one_percent_seeds_360: 0.01, part 3, 30, "13571";
     a_tenth_of_a_percent_seeds_0: 1e-3, part 0, 30, "17129";
     a_tenth_of_a_percent_seeds_120: 1e-3, part 1, 30, "16614";
-    a_tenth_of_a_percent_seeds_240: 1e-3, part 2, 29, "1";
+    a_tenth_of_a_percent_seeds_240: 1e-3, part 2, 29, "18553";
     a_tenth_of_a_percent_seeds_360: 1e-3, part 3, 30, "26655";
     one_in_10_000_seeds_0: 1e-4, part 0, 30, "26225";
     one_in_10_000_seeds_120: 1e-4, part 1, 30, "29549";
