@@ -32,9 +32,9 @@ pub(super) const STOP: f64 = 0.85;
 /// The share of the tolerance that a line or a depth rule may take.
 const LINE_SHARE: f64 = 0.2;
 /// Lines are integrated as for this tolerance if a looser one is asked for: looser lines step over peaks,
-/// and what some lines have and others have not looks like structure of the image, which is expensive. With
-/// 2 %, a tolerance of 3 % cost more than 1.15 times a tighter one on 3 of 60 anisotropic peaks, and
-/// without this, on 8; with 1 %, on none. A tenth costs 10 % more for it.
+/// and what some lines have and others have not looks like structure of the image, which is expensive. Of 60
+/// anisotropic peaks 3 cost more than 1.15 times a tighter tolerance at 2 to 10 %, 4 with lines for 2 %,
+/// and 10 without this; images to 10 % cost 8 % more for it.
 const LOOSEST_OF_LINES: f64 = 0.01;
 /// If lines are all that is left to be improved, their share is halved this often.
 const MOST_HALVINGS: u32 = 4;
