@@ -8,6 +8,7 @@
 mod astropy;
 mod environment;
 mod fuzz;
+mod gallery;
 mod peers;
 mod performance;
 mod python;
@@ -21,20 +22,23 @@ use std::process::ExitCode;
 use step::{Outcome, STEPS, Step};
 use workspace::Workspace;
 
+/// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
+type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
+
+const TOOLS: [(&str, Tool); 4] = [
+    ("compare-peers", peers::run),
+    ("fuzz", fuzz::run),
+    ("gallery", gallery::run),
+    ("performance", performance::run),
+];
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    if let ["compare-peers", contestants @ ..] = &words[..] {
-        let compared = Workspace::find().and_then(|workspace| peers::run(&workspace, contestants));
-        return compared.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
-    }
-    if let ["performance", sections @ ..] = &words[..] {
-        let measured =
-            Workspace::find().and_then(|workspace| performance::run(&workspace, sections));
-        return measured.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
-    }
-    if let ["fuzz", arguments @ ..] = &words[..] {
-        let done = Workspace::find().and_then(|workspace| fuzz::run(&workspace, arguments));
+    if let [name, arguments @ ..] = &words[..]
+        && let Some((_, tool)) = TOOLS.iter().find(|(tool, _)| tool == name)
+    {
+        let done = Workspace::find().and_then(|workspace| tool(&workspace, arguments));
         return done.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
     }
     let steps = match words[..] {
@@ -96,6 +100,9 @@ fn help() -> String {
          cargo xtask fuzz [SECONDS] [SEED]\n\n  \
          reads files and renders scenes with something wrong in them, for a minute or so many seconds\n  \
          for each test, from a seed on; one failed case again: its seed, and 0 seconds\n\n\
+         cargo xtask gallery [NAME ...]\n\n  \
+         renders the pictures of docs/gallery.md, or only those whose headings contain a name, and writes\n  \
+         what they cost there\n\n\
          cargo xtask performance [SECTION ...]\n\n  \
          measures what emitree costs beside the emission, or only the sections named, and writes\n  \
          docs/performance.md\n",

@@ -146,6 +146,41 @@ fn the_gallery_has_every_model_and_every_picture() {
     }
 }
 
+/// What the page says of each of its scenes: the section, its command and the evaluations.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn costs(gallery: &str) -> Vec<(&str, String, u64)> {
+    let sections = gallery.split("\n## ").skip(1).map(|section| {
+        let command = section.split_once("```sh\nemitree ").unwrap().1.split_once("```").unwrap().0;
+        let words = section.split_once(" evaluations, estimated error ").unwrap().0;
+        let evaluations = words.rsplit(' ').next().unwrap().replace(',', "");
+        let heading = section.lines().next().unwrap();
+        (heading, command.replace("\\\n", " "), evaluations.parse().unwrap())
+    });
+    sections.collect()
+}
+
+/// The scenes that cost least: `cargo xtask gallery` renders all, which takes minutes.
+#[test]
+fn the_gallery_says_what_its_scenes_cost() {
+    const CHEAP: u64 = 20_000;
+    let gallery = gallery();
+    let cheap: Vec<_> = costs(&gallery).into_iter().filter(|cost| cost.2 < CHEAP).collect();
+    assert!(cheap.len() >= 6, "{cheap:?}");
+    for (heading, command, evaluations) in cheap {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(!command.contains("--method"), "{heading}: rendered as its scene says");
+        let scene = command.split_whitespace().nth(1).unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_emitree"));
+        program.current_dir(&folder).arg("render").arg(root().join(scene));
+        program.args(["-o", "a.npy", "--report", "r.json"]);
+        assert!(program.output().unwrap().status.success(), "{heading}");
+        let report = std::fs::read(folder.path().join("r.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+        let hint = "cargo xtask gallery writes what it costs now";
+        assert_eq!(report["evaluations"], evaluations, "{heading}: {hint}");
+    }
+}
+
 #[test]
 fn annotations_are_around_the_pixels() {
     let folder = Folder::with_scene(HOLMSTROM);

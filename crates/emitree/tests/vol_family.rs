@@ -8,10 +8,8 @@ use rayon::prelude::*;
 use std::sync::OnceLock;
 
 const SHAPE: [usize; 2] = [64, 64];
-/// Seeds of one part of the family…
-const PART: u64 = 120;
-/// …of which one test renders the first ones.
-const SCENES: u64 = 30;
+/// Scenes of one test.
+const PART: u64 = 30;
 
 /// A scene, its exact image, and the error of that relative to its largest pixel.
 struct Known {
@@ -22,7 +20,7 @@ struct Known {
 
 /// The scenes of one part of the seeds, made once for all tests.
 fn family(part: u8) -> &'static [Known] {
-    static FAMILY: [OnceLock<Vec<Known>>; 4] = [const { OnceLock::new() }; 4];
+    static FAMILY: [OnceLock<Vec<Known>>; 16] = [const { OnceLock::new() }; 16];
     let known = |seed| {
         let scene = random_scene(seed);
         let reference = scene.reference_image(SHAPE);
@@ -30,7 +28,7 @@ fn family(part: u8) -> &'static [Known] {
     };
     let first = u64::from(part) * PART;
     FAMILY[usize::from(part)]
-        .get_or_init(|| (first..first + SCENES).into_par_iter().map(known).collect())
+        .get_or_init(|| (first..first + PART).into_par_iter().map(known).collect())
 }
 
 /// One rendering against the truth.
@@ -96,22 +94,64 @@ macro_rules! promises {
     )*};
 }
 
-// `… --example engine -- family 0 480 1e-1,1e-2,1e-3,1e-4` renders all of them: docs/engine.md has what is
-// kept. What is missed are mostly cores and knots of a radius of 0.02 between samples that are 0.06 apart
-// and more, the kind of structure that a seed is for.
+// Of 480 promises at least 99 % are kept at each tolerance: 478, 479 and 478, and of the 240 that are
+// tried at 1e-4 all. What is missed are mostly cores and knots of a radius of 0.02 between samples that
+// are 0.06 apart and more, the kind of structure that a seed is for.
 promises! {
     ten_percent_seeds_0: 0.1, part 0, 30, "5556";
-    ten_percent_seeds_120: 0.1, part 1, 30, "5571";
-    ten_percent_seeds_240: 0.1, part 2, 30, "5806";
-    ten_percent_seeds_360: 0.1, part 3, 30, "8317";
+    ten_percent_seeds_30: 0.1, part 1, 30, "5290";
+    ten_percent_seeds_60: 0.1, part 2, 30, "4564";
+    ten_percent_seeds_90: 0.1, part 3, 30, "5273";
+    ten_percent_seeds_120: 0.1, part 4, 30, "5571";
+    ten_percent_seeds_150: 0.1, part 5, 29, "6269";
+    ten_percent_seeds_180: 0.1, part 6, 30, "5562";
+    ten_percent_seeds_210: 0.1, part 7, 30, "6016";
+    ten_percent_seeds_240: 0.1, part 8, 30, "5806";
+    ten_percent_seeds_270: 0.1, part 9, 29, "6548";
+    ten_percent_seeds_300: 0.1, part 10, 30, "6622";
+    ten_percent_seeds_330: 0.1, part 11, 30, "6717";
+    ten_percent_seeds_360: 0.1, part 12, 30, "8317";
+    ten_percent_seeds_390: 0.1, part 13, 30, "5856";
+    ten_percent_seeds_420: 0.1, part 14, 30, "5402";
+    ten_percent_seeds_450: 0.1, part 15, 30, "6113";
     one_percent_seeds_0: 0.01, part 0, 30, "9584";
-    one_percent_seeds_120: 0.01, part 1, 30, "9577";
-    one_percent_seeds_240: 0.01, part 2, 30, "9704";
-    one_percent_seeds_360: 0.01, part 3, 30, "13571";
+    one_percent_seeds_30: 0.01, part 1, 30, "8489";
+    one_percent_seeds_60: 0.01, part 2, 30, "7702";
+    one_percent_seeds_90: 0.01, part 3, 30, "8559";
+    one_percent_seeds_120: 0.01, part 4, 30, "9577";
+    one_percent_seeds_150: 0.01, part 5, 30, "11362";
+    one_percent_seeds_180: 0.01, part 6, 29, "9189";
+    one_percent_seeds_210: 0.01, part 7, 30, "10624";
+    one_percent_seeds_240: 0.01, part 8, 30, "9704";
+    one_percent_seeds_270: 0.01, part 9, 30, "10537";
+    one_percent_seeds_300: 0.01, part 10, 30, "11096";
+    one_percent_seeds_330: 0.01, part 11, 30, "11580";
+    one_percent_seeds_360: 0.01, part 12, 30, "13571";
+    one_percent_seeds_390: 0.01, part 13, 30, "10015";
+    one_percent_seeds_420: 0.01, part 14, 30, "9758";
+    one_percent_seeds_450: 0.01, part 15, 30, "10144";
     a_tenth_of_a_percent_seeds_0: 1e-3, part 0, 30, "17129";
-    a_tenth_of_a_percent_seeds_120: 1e-3, part 1, 30, "16614";
-    a_tenth_of_a_percent_seeds_240: 1e-3, part 2, 29, "18553";
-    a_tenth_of_a_percent_seeds_360: 1e-3, part 3, 30, "26655";
+    a_tenth_of_a_percent_seeds_30: 1e-3, part 1, 30, "15813";
+    a_tenth_of_a_percent_seeds_60: 1e-3, part 2, 30, "12175";
+    a_tenth_of_a_percent_seeds_90: 1e-3, part 3, 30, "15229";
+    a_tenth_of_a_percent_seeds_120: 1e-3, part 4, 30, "16614";
+    a_tenth_of_a_percent_seeds_150: 1e-3, part 5, 30, "21062";
+    a_tenth_of_a_percent_seeds_180: 1e-3, part 6, 30, "15704";
+    a_tenth_of_a_percent_seeds_210: 1e-3, part 7, 30, "19983";
+    a_tenth_of_a_percent_seeds_240: 1e-3, part 8, 29, "18553";
+    a_tenth_of_a_percent_seeds_270: 1e-3, part 9, 30, "21051";
+    a_tenth_of_a_percent_seeds_300: 1e-3, part 10, 29, "20894";
+    a_tenth_of_a_percent_seeds_330: 1e-3, part 11, 30, "22367";
+    a_tenth_of_a_percent_seeds_360: 1e-3, part 12, 30, "26655";
+    a_tenth_of_a_percent_seeds_390: 1e-3, part 13, 30, "19458";
+    a_tenth_of_a_percent_seeds_420: 1e-3, part 14, 30, "17270";
+    a_tenth_of_a_percent_seeds_450: 1e-3, part 15, 30, "17994";
     one_in_10_000_seeds_0: 1e-4, part 0, 30, "26225";
-    one_in_10_000_seeds_120: 1e-4, part 1, 30, "29549";
+    one_in_10_000_seeds_30: 1e-4, part 1, 30, "27665";
+    one_in_10_000_seeds_60: 1e-4, part 2, 30, "17638";
+    one_in_10_000_seeds_90: 1e-4, part 3, 30, "23122";
+    one_in_10_000_seeds_120: 1e-4, part 4, 30, "29549";
+    one_in_10_000_seeds_150: 1e-4, part 5, 30, "34056";
+    one_in_10_000_seeds_180: 1e-4, part 6, 30, "26405";
+    one_in_10_000_seeds_210: 1e-4, part 7, 30, "35562";
 }

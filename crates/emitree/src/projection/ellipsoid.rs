@@ -204,8 +204,9 @@ mod tests {
             let near = body.on_near_surface(target, direction.map(|along| 2.0 * along));
             prop_assert!((norm(body.scaled_point(near)) - 1.0).abs() < 1e-11);
             prop_assert!(!body.contains(near));
-            // What is on the surface stays where it is. Rounding counts by one over the sine of the angle
-            // at which the ray from the far end meets the surface, which is half of its length.
+            // What is on the surface stays where it is, on all of the near side. Beside the far end, which
+            // is on the other side, the height of `near` above the surface counts by one over the length of
+            // the ray.
             let [point, away] = [body.scaled_point(near), body.scaled(direction)];
             let far_end = away.map(|component| component / norm(away));
             let rounding = 1e-10 / f64::min(1.0, norm(difference(point, far_end)));

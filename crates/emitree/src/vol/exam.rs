@@ -172,8 +172,9 @@ impl<E: Emission> Engine<'_, '_, E> {
                 }
             }
         }
-        if self.refine_depths(&first, developed, target)? {
-            return Ok(Verdict::Failed);
+        let verdict = self.refine_lines(&first, developed, target)?;
+        if verdict != Verdict::Passed {
+            return Ok(verdict);
         }
         differences.retain(|of| self.has_failed(of, developed, target));
         match self.refine_around(&differences, &tolerances)? {
@@ -211,48 +212,47 @@ impl<E: Emission> Engine<'_, '_, E> {
         samples.max(1) as f64 / lines.max(1) as f64
     }
 
-    /// Samples the lines of those sheets more finely of which a line of this exam, the lines from `first` on,
-    /// has shown that the depths of nodes step over something; whether there was one.
-    fn refine_depths(
+    /// Integrates the lines of those sheets more carefully of which a line of this exam, the lines from `first`
+    /// on, has shown that the depths of nodes step over something. That has failed if there was one.
+    fn refine_lines(
         &mut self,
         first: &[usize],
         developed: &Developed,
         target: f64,
-    ) -> Result<bool, RenderError<E::Error>> {
-        let mut stepped_over = Vec::new();
-        for (i, &first) in first.iter().enumerate() {
-            let weight = self.largest_weight(i);
-            let sheet = &mut self.sheets[i];
+    ) -> Result<Verdict, RenderError<E::Error>> {
+        let steps_over = |&i: &usize| {
+            let (sheet, weight) = (&self.sheets[i], self.largest_weight(i));
             let Scan { base_level, depth_level, .. } = sheet.scan;
-            let has_changed = sheet.is_changed_by_depths(first, STEPPED_OVER * target / weight);
             // A line that grazes a surface on which g jumps steps over what only it meets.
-            let is_systematic = has_changed && !sheet.scan.sights.tracks_jumps;
-            stepped_over
-                .extend((is_systematic && depth_level < base_level + MOST_FINER).then_some(i));
+            !sheet.scan.sights.tracks_jumps
+                && depth_level < base_level + MOST_FINER
+                && sheet.is_changed_by_depths(first[i], STEPPED_OVER * target / weight)
+        };
+        let sheets: Vec<usize> = (0..self.sheets.len()).filter(steps_over).collect();
+        if sheets.is_empty() {
+            return Ok(Verdict::Passed);
         }
-        // Lines to a stricter tolerance see more and cost less than a finer lattice, unless nothing that
-        // they have sampled leads them there.
-        let is_first = !stepped_over.is_empty() && !core::mem::replace(&mut self.is_strict, true);
+        let is_first = !core::mem::replace(&mut self.is_strict, true);
         if is_first {
             self.line_share *= STRICTER;
         }
         let tolerances = self.line_tolerances(target);
-        for &i in &stepped_over {
-            let sheet = &mut self.sheets[i];
-            let tolerance = tolerances[i / self.layers.len()] / sheet.layers as f64;
+        for i in sheets {
+            let Sheet { scan, layers, .. } = &mut self.sheets[i];
+            let tolerance = tolerances[i / self.layers.len()] / *layers as f64;
             let guarded = developed.guarded(i);
-            let scan = &mut sheet.scan;
-            within_budget(if is_first {
-                scan.scan(scan.tree.len(), guarded, tolerance)
-            } else {
-                scan.refine_depths(FINER_AT_ONCE, guarded, tolerance)
-            })?;
+            let standing = scan.sights.standing();
+            let refined = match is_first {
+                true => scan.scan(scan.tree.len(), guarded, tolerance),
+                false => scan.refine_depths(FINER_AT_ONCE, guarded, tolerance),
+            };
+            if !within_budget(refined)? {
+                self.sheets[i].scan.sights.restore(&standing);
+                return Ok(Verdict::Unaffordable);
+            }
         }
-        let has_refined = !stepped_over.is_empty();
-        if has_refined {
-            self.set_values(0);
-        }
-        Ok(has_refined)
+        self.set_values(0);
+        Ok(Verdict::Failed)
     }
 
     /// The largest weight of a sheet in an energy bin.

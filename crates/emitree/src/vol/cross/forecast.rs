@@ -13,12 +13,13 @@ const UNKNOWN: f64 = 1.5;
 const FIRST_IF_UNKNOWN: f64 = 2000.0;
 /// And the next ones each time that the evaluations have grown by this.
 const INTERVAL: f64 = 1.3;
-/// If the tree costs more than this many times what is rehearsed, at tolerances below 1 %…
+/// If the tree is expected to cost more than this many times what is rehearsed, which is at tolerances below
+/// 1 %…
 const EXTRAPOLATED: f64 = 1.4;
 /// …so many forecasts in a row have to be for it: the first ones know little of how the error falls. One
 /// made the random family 8 % more expensive at 0.1 %, and 13 % at 1e-4; two at 1 % cost nearly twice as much
 /// as the tree alone on one scene.
-const DOUBTS: u32 = 2;
+const FORECASTS_FOR_TREE: u32 = 2;
 /// The rest of a search costs so much more than its course so far lets expect.
 const OPTIMISM: f64 = 1.5;
 /// ln(error) falls by this for each rank, at the least.
@@ -37,12 +38,12 @@ pub(super) struct Forecast {
     /// Evaluations at the next forecast.
     next: f64,
     /// How many of the last forecasts were for the tree.
-    doubts: u32,
+    for_tree: u32,
 }
 
 impl Forecast {
     pub(super) fn new(goal: f64) -> Self {
-        Self { goal, course: Vec::new(), next: FIRST, doubts: 0 }
+        Self { goal, course: Vec::new(), next: FIRST, for_tree: 0 }
     }
 
     /// Takes down the relative error with functions of these `ranks` along the axes.
@@ -78,8 +79,8 @@ impl Forecast {
         let most = REHEARSED * rest / dearer;
         let tree = evaluations_of_tree(interpolant, shape, rehearsed, most, deadline);
         let is_cheaper = tree.is_some_and(|tree| tree * dearer < OPTIMISM * rest);
-        self.doubts = if is_cheaper { self.doubts + 1 } else { 0 };
-        self.doubts >= if dearer > EXTRAPOLATED { DOUBTS } else { 1 }
+        self.for_tree = if is_cheaper { self.for_tree + 1 } else { 0 };
+        self.for_tree >= if dearer > EXTRAPOLATED { FORECASTS_FOR_TREE } else { 1 }
     }
 
     /// Evaluations from here to the goal, if the error goes on falling exponentially as it has since
@@ -123,6 +124,6 @@ mod tests {
         let mut prefers_tree =
             |spent| forecast.prefers_tree(&interpolant, spent, 0, [16, 16], None);
         assert!(!prefers_tree(FIRST_IF_UNKNOWN + 1.0));
-        assert!(prefers_tree(1.31 * (FIRST_IF_UNKNOWN + 1.0)));
+        assert!(prefers_tree(1.01 * INTERVAL * (FIRST_IF_UNKNOWN + 1.0)));
     }
 }
