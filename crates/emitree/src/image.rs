@@ -89,12 +89,6 @@ impl Image {
         &mut self.pixels[row * self.width..][..self.width]
     }
 
-    /// Every pixel times `factor`.
-    pub(crate) fn scaled(mut self, factor: f64) -> Self {
-        self.pixels.iter_mut().for_each(|pixel| *pixel *= factor);
-        self
-    }
-
     /// Adds `factor` times another image of the same shape.
     pub(crate) fn add_scaled(&mut self, other: &Self, factor: f64) {
         for (pixel, other) in self.pixels.iter_mut().zip(&other.pixels) {

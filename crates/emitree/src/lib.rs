@@ -43,6 +43,8 @@
 //! Subdivision* ("the paper").
 
 pub mod emission;
+mod exchange;
+mod calls;
 mod meter;
 mod site;
 mod tally;
@@ -57,15 +59,18 @@ pub mod vol;
 pub mod los;
 pub mod image;
 pub mod energy;
-mod erased;
 pub mod cube;
 mod memory;
 mod radiance;
+mod tile;
+mod method;
+mod paper;
+mod session;
 mod render;
 mod render_cube;
-mod spectral_tree;
 mod error;
 
+pub use calls::Progress;
 pub use cell::CellIndex;
 pub use cube::Cube;
 pub use emission::{Emission, FromFn, FromSpectralFn, Samples};
@@ -73,7 +78,6 @@ pub use energy::{EnergyAxis, EnergyError, EnergyScale};
 pub use error::RenderError;
 pub use image::Image;
 pub use los::{LosOptions, Steps};
-pub use meter::Progress;
 pub use prediction::Predictor;
 pub use projection::{
     Bounds, Camera, Canonical, DiscMapping, Ellipsoid, Equirectangular, Fisheye, GeometryError,

@@ -1,43 +1,35 @@
-//! The meter: the only place where g is called, and where its calls are counted.
+//! The meter: where methods ask for rates, and where evaluations are counted.
 
-use crate::emission::{Emission, Samples};
 use crate::energy::EnergyAxis;
 use crate::error::RenderError;
+use crate::exchange::{Batch, Exchange, MethodError};
 use crate::projection::{MappedPoint, Projection};
-use crate::quadrature::{Integrand, Points};
+use crate::quadrature::{AsyncIntegrand, Points};
 use crate::site::{Mapping, Site, SiteSource, Stretch};
 use crate::tally::{EvaluationCounts, Tally};
 use crate::tree::Ending;
-use core::ops::ControlFlow;
-use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
 use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Sample points that one thread hands to g at a time, at the most: enough for a vectorised model to
-/// forget the call, few enough that positions, directions and rates stay in its cache.
-const MOST_SAMPLES_PER_CALL: usize = 2048;
-/// And at the least, if a batch is so small that it is shared out among the threads.
-const LEAST_SAMPLES_PER_CALL: usize = 16;
+/// Sample points that one thread makes at a time: so many that waking it costs little beside them.
+const POINTS_PER_TASK: usize = 2048;
+/// Sample points that are asked for at a time, at the most, unless g takes whole batches: few enough to stay
+/// in a cache on their way to g and back.
+const POINTS_AT_ONCE: usize = 1 << 16;
 
-/// The share of the time allowed that one call of g may be expected to take.
-const SHARE_OF_TIME_PER_CALL: f64 = 0.05;
-
-/// A batch that is expected to take less than this is not shared out.
-const WORTH_A_THREAD_NANOSECONDS: f64 = 3e4;
-
-/// Hears how many evaluations have been made so far, and may end the rendering.
-pub type Progress<'a> = dyn Fn(u64) -> ControlFlow<()> + Sync + 'a;
-
-/// The emission, with the bill.
-pub(crate) struct Meter<'a, E> {
-    emission: &'a E,
-    progress: Option<&'a Progress<'a>>,
+/// What a method has asked for so far, and what it may.
+pub(crate) struct Meter {
     limits: Limits,
+    exchange: Exchange,
     evaluations: AtomicU64,
     batches: AtomicU64,
     emission_nanoseconds: AtomicU64,
     of_pixels: Tally,
+    /// The arrays of the last batch, for the next one.
+    used: Mutex<Batch>,
 }
 
 /// How often g may be called, and until when.
@@ -47,6 +39,8 @@ pub(crate) struct Limits {
     pub(crate) max_evaluations: u64,
     /// Evaluations of one batch, 1 or more: a larger one is made in parts.
     pub(crate) batch_size: u64,
+    /// Whether a batch is evaluated at once, however large it is.
+    pub(crate) whole_batches: bool,
     /// When no call of g may begin any more, if there is a limit.
     pub(crate) deadline: Option<Deadline>,
 }
@@ -56,7 +50,7 @@ pub(crate) struct Limits {
 pub(crate) struct Deadline {
     at: Instant,
     /// The time that was allowed \[s\].
-    seconds: f64,
+    pub(crate) seconds: f64,
 }
 
 impl Deadline {
@@ -79,41 +73,53 @@ impl Deadline {
 
 /// The canonical integrand of the trees, g · ds/dz · dΩ/(dx dy) on the unit cube: an integral over
 /// the cube is an irradiance.
-pub(crate) struct CanonicalIntegrand<'a, 'b, E> {
-    pub(crate) meter: &'b Meter<'a, E>,
-    pub(crate) projection: &'b dyn Projection,
+pub(crate) struct CanonicalIntegrand<'a> {
+    pub(crate) meter: &'a Meter,
+    pub(crate) projection: &'a dyn Projection,
     pub(crate) tile: (usize, usize),
 }
 
 /// The canonical integrand with an energy axis, g · ds/dz · dΩ/(dx dy) · dE/du: an integral over the
 /// cube of four dimensions is an irradiance in the whole band.
-pub(crate) struct SpectralIntegrand<'a, 'b, E> {
-    pub(crate) canonical: CanonicalIntegrand<'a, 'b, E>,
-    pub(crate) axis: &'b EnergyAxis,
+pub(crate) struct SpectralIntegrand<'a> {
+    pub(crate) canonical: CanonicalIntegrand<'a>,
+    pub(crate) axis: &'a EnergyAxis,
 }
 
-impl<'a, E: Emission> Meter<'a, E> {
-    pub(crate) fn new(
-        emission: &'a E,
-        shape: [usize; 2],
-        limits: Limits,
-        progress: Option<&'a Progress<'a>>,
-    ) -> Self {
+impl Meter {
+    /// Nothing asked for yet; evaluations are counted for the pixels of an image of `shape`.
+    pub(crate) fn new(shape: [usize; 2], limits: Limits) -> Self {
         Self {
-            emission,
-            progress,
             limits,
+            exchange: Exchange::default(),
             evaluations: AtomicU64::new(0),
             batches: AtomicU64::new(0),
             emission_nanoseconds: AtomicU64::new(0),
             of_pixels: Tally::new(shape),
+            used: Mutex::default(),
         }
+    }
+
+    /// Where batches are asked for.
+    pub(crate) fn exchange(&self) -> &Exchange {
+        &self.exchange
+    }
+
+    /// Counts evaluations that have been made; how many there are now.
+    pub(crate) fn count(&self, evaluations: usize) -> u64 {
+        let evaluations = evaluations as u64;
+        self.evaluations.fetch_add(evaluations, Ordering::Relaxed) + evaluations
+    }
+
+    /// Counts time spent waiting for g.
+    pub(crate) fn count_nanoseconds(&self, nanoseconds: u64) {
+        self.emission_nanoseconds.fetch_add(nanoseconds, Ordering::Relaxed);
     }
 
     /// How many evaluations were made on the lines of sight of each pixel; those on a border count
     /// for the pixel above or to the right of it.
-    pub(crate) fn into_evaluations_of_pixels(self) -> EvaluationCounts {
-        self.of_pixels.into_counts()
+    pub(crate) fn evaluations_of_pixels(&self) -> EvaluationCounts {
+        self.of_pixels.counts()
     }
 
     pub(crate) fn evaluations(&self) -> u64 {
@@ -142,7 +148,7 @@ impl<'a, E: Emission> Meter<'a, E> {
     }
 
     /// Refuses to go on once the time has ended.
-    pub(crate) fn check_time(&self) -> Result<(), RenderError<E::Error>> {
+    pub(crate) fn check_time<E>(&self) -> Result<(), RenderError<E>> {
         match self.limits.deadline {
             Some(deadline) if deadline.has_passed() => {
                 Err(RenderError::Time { seconds: deadline.seconds })
@@ -170,151 +176,111 @@ impl<'a, E: Emission> Meter<'a, E> {
     }
 
     /// Evaluates weighted rates at canonical points: one batch, or several if it is too large.
-    pub(crate) fn evaluate(
+    pub(crate) async fn evaluate(
         &self,
         points: Points<'_, 3>,
         mapping: Mapping<'_>,
         values: &mut [f64],
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), MethodError> {
         let site = |i: usize| {
             let u = points.at(i);
             let Mapping { map, tile, energy } = mapping;
             Site { xy: [u[0], u[1]], point: map(u), energy, tile }
         };
-        self.evaluate_sites(&site, values)
+        self.evaluate_sites(&site, values).await
     }
 
     /// Evaluates the weighted rates of one site for each value: one batch, or several if it is too
     /// large.
-    pub(crate) fn evaluate_sites<S: SiteSource + ?Sized>(
+    pub(crate) async fn evaluate_sites<S: SiteSource + ?Sized>(
         &self,
         sites: &S,
         values: &mut [f64],
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), MethodError> {
         let batch_size = usize::try_from(self.limits.batch_size).unwrap_or(usize::MAX).max(1);
-        for (batch, values) in values.chunks_mut(batch_size).enumerate() {
-            self.evaluate_batch(sites, batch * batch_size, values)?;
+        let at_once = if self.limits.whole_batches { batch_size } else { POINTS_AT_ONCE };
+        let mut first = 0;
+        for batch in values.chunks_mut(batch_size) {
+            self.batches.fetch_add(1, Ordering::Relaxed);
+            for values in batch.chunks_mut(at_once) {
+                self.evaluate_part(sites, first, values).await?;
+                first += values.len();
+            }
         }
         Ok(())
     }
 
-    /// One batch, from site `first` on.
-    fn evaluate_batch<S: SiteSource + ?Sized>(
+    /// The sites from `first` on, at once; where nothing can be seen nothing is asked for.
+    async fn evaluate_part<S: SiteSource + ?Sized>(
         &self,
         sites: &S,
         first: usize,
         values: &mut [f64],
-    ) -> Result<(), RenderError<E::Error>> {
-        self.batches.fetch_add(1, Ordering::Relaxed);
-        let threads = rayon::current_num_threads();
-        let per_call = values.len().div_ceil(threads);
-        let per_call = match self.emission.takes_whole_batches() {
-            true => values.len().max(1),
-            false => per_call
-                .clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL)
-                .min(self.samples_before_deadline(threads)),
-        };
-        let calls = values.len().div_ceil(per_call);
-        let in_calls = AtomicU64::new(0);
-        // Calls behind one that failed are left out, those before it are made: so the first failure
-        // in the order of the points is found, whatever the threads.
-        let failed = AtomicUsize::new(usize::MAX);
-        let call = |scratch: &mut Scratch, (chunk, values): (usize, &mut [f64])| {
-            if chunk > failed.load(Ordering::Relaxed) {
-                return Ok(());
-            }
-            let result = self.call(scratch, sites, first + chunk * per_call, values, &in_calls);
-            if result.is_err() {
-                failed.fetch_min(chunk, Ordering::Relaxed);
-            }
-            result
-        };
-        let at_once = if self.is_short(values.len()) { calls } else { 1 };
-        let all_calls = values.par_chunks_mut(per_call).enumerate().with_min_len(at_once);
-        let results: Vec<Result<(), RenderError<E::Error>>> =
-            all_calls.map_init(Scratch::default, call).collect();
-        // Parallel calls are not each other's waiting time.
-        let spent = in_calls.into_inner() / calls.min(threads) as u64;
-        self.emission_nanoseconds.fetch_add(spent, Ordering::Relaxed);
-        results.into_iter().collect()
-    }
-
-    /// The samples of one call that are expected to take a small share of the time allowed, since a call
-    /// that has begun is waited for; few as long as nothing is known of g.
-    fn samples_before_deadline(&self, threads: usize) -> usize {
-        let Some(deadline) = self.limits.deadline else { return usize::MAX };
-        let evaluations = self.evaluations() as f64;
-        let nanoseconds = self.emission_nanoseconds.load(Ordering::Relaxed) as f64;
-        if nanoseconds == 0.0 {
-            return LEAST_SAMPLES_PER_CALL;
+    ) -> Result<(), MethodError> {
+        let mut batch = self.used_batch();
+        self.collect(sites, first, values, &mut batch);
+        if batch.len() > 0 {
+            batch = self.exchange.ask(batch).await?;
         }
-        let of_one = threads as f64 * nanoseconds / evaluations;
-        let samples = SHARE_OF_TIME_PER_CALL * 1e9 * deadline.seconds / of_one;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-        let samples = samples as usize;
-        samples.max(LEAST_SAMPLES_PER_CALL)
-    }
-
-    /// Whether so many evaluations take less time than it does to wake another thread, as far as is
-    /// known.
-    fn is_short(&self, evaluations: usize) -> bool {
-        let so_far = self.evaluations() as f64;
-        let nanoseconds = self.emission_nanoseconds.load(Ordering::Relaxed) as f64;
-        so_far > 0.0 && nanoseconds / so_far * (evaluations as f64) < WORTH_A_THREAD_NANOSECONDS
-    }
-
-    /// One call of g, from site `first` on; where nothing can be seen g is not called.
-    fn call<S: SiteSource + ?Sized>(
-        &self,
-        scratch: &mut Scratch,
-        sites: &S,
-        first: usize,
-        values: &mut [f64],
-        in_calls: &AtomicU64,
-    ) -> Result<(), RenderError<E::Error>> {
-        self.check_time()?;
-        let count = self.collect(scratch, sites, first, values);
-        let Scratch { positions, directions, energies, rates } = scratch;
-        let (positions, directions) = (&positions[..count], &directions[..count]);
-        let (samples, rates) = (Samples::new(positions, directions), &mut rates[..count]);
-        let samples = samples.at_energies(energies);
-        let start = Instant::now();
-        let result = match count {
-            0 => Ok(()),
-            _ => self.emission.emission_rates(&samples, rates),
-        };
-        let spent = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        in_calls.fetch_add(spent, Ordering::Relaxed);
-        let evaluations =
-            self.evaluations.fetch_add(count as u64, Ordering::Relaxed) + count as u64;
-        result.map_err(RenderError::Emission)?;
-        if let Some(k) = weigh(values, rates) {
+        if let Some(k) = weigh(values, &batch.rates) {
             return Err(RenderError::NotFinite {
-                rate: rates[k],
-                position: positions[k],
-                direction: directions[k],
-                energy: energies.get(k).copied(),
+                rate: batch.rates[k],
+                position: batch.positions[k],
+                direction: batch.directions[k],
+                energy: batch.energies.get(k).copied(),
             });
         }
-        match self.progress.map(|progress| progress(evaluations)) {
-            Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
-            _ => Ok(()),
-        }
+        *self.used.lock().unwrap_or_else(PoisonError::into_inner) = batch;
+        Ok(())
     }
 
-    /// Collects the sample points of a call, counts them for their pixels, and leaves their weights in
-    /// `weights`: 0 where nothing can be seen. Returns how many points are left.
+    fn used_batch(&self) -> Batch {
+        core::mem::take(&mut *self.used.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Collects the sample points of a part of a batch, counts them for their pixels, and leaves their
+    /// weights in `weights`: 0 where nothing can be seen.
     fn collect<S: SiteSource + ?Sized>(
         &self,
-        scratch: &mut Scratch,
         sites: &S,
         first: usize,
         weights: &mut [f64],
-    ) -> usize {
-        scratch.make_room(weights.len());
-        let Scratch { positions, directions, energies, .. } = scratch;
-        // As slices, whose ends stay in registers.
-        let (positions, directions) = (positions.as_mut_slice(), directions.as_mut_slice());
+        batch: &mut Batch,
+    ) {
+        let number = weights.len();
+        batch.make_room(number);
+        let arrays = weights
+            .par_chunks_mut(POINTS_PER_TASK)
+            .zip(batch.positions.par_chunks_mut(POINTS_PER_TASK))
+            .zip(batch.directions.par_chunks_mut(POINTS_PER_TASK));
+        let part = |(number, ((weights, positions), directions))| {
+            let first = first + number * POINTS_PER_TASK;
+            self.collect_part(sites, first, weights, [positions, directions])
+        };
+        let parts: Vec<(usize, Vec<f64>)> = arrays.enumerate().map(part).collect();
+        // Parts of which nothing was left out lie where they belong.
+        let mut seen = 0;
+        for (number, (of_part, energies)) in parts.into_iter().enumerate() {
+            let from = number * POINTS_PER_TASK;
+            if from > seen {
+                batch.positions.copy_within(from..from + of_part, seen);
+                batch.directions.copy_within(from..from + of_part, seen);
+            }
+            batch.energies.extend(energies);
+            seen += of_part;
+        }
+        batch.truncate(seen);
+    }
+
+    /// The points of one task that can be seen: how many they are, and their energies.
+    fn collect_part<S: SiteSource + ?Sized>(
+        &self,
+        sites: &S,
+        first: usize,
+        weights: &mut [f64],
+        [positions, directions]: [&mut [[f64; 3]]; 2],
+    ) -> (usize, Vec<f64>) {
+        let mut energies = Vec::new();
         let mut of_pixel =
             OfPixel { line: [f64::NAN; 2], tile: (0, 1), pixel: [0; 2], evaluations: 0 };
         let (mut weights, mut count) = (weights.iter_mut(), 0);
@@ -340,7 +306,7 @@ impl<'a, E: Emission> Meter<'a, E> {
             of_pixel.evaluations += count - before;
         });
         self.of_pixels.count(of_pixel.pixel, of_pixel.evaluations);
-        count
+        (count, energies)
     }
 }
 
@@ -362,7 +328,7 @@ fn weigh(weights: &mut [f64], rates: &[f64]) -> Option<usize> {
     None
 }
 
-impl<E> CanonicalIntegrand<'_, '_, E> {
+impl CanonicalIntegrand<'_> {
     /// The world point at `u`, with the weight ds/dz · dΩ/(dx dy) of g in place of ds/dz.
     fn weighted(&self, u: [f64; 3]) -> MappedPoint {
         let mapped = self.projection.world_from_canonical(u);
@@ -371,13 +337,13 @@ impl<E> CanonicalIntegrand<'_, '_, E> {
     }
 }
 
-impl<E: Emission> Integrand<3> for CanonicalIntegrand<'_, '_, E> {
-    type Error = RenderError<E::Error>;
+impl AsyncIntegrand<3> for CanonicalIntegrand<'_> {
+    type Error = MethodError;
 
-    fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Self::Error> {
+    async fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Self::Error> {
         let weighted = |u: [f64; 3]| self.weighted(u);
         let mapping = Mapping { map: &weighted, tile: self.tile, energy: None };
-        self.meter.evaluate(points, mapping, values)
+        self.meter.evaluate(points, mapping, values).await
     }
 
     fn evaluations_left(&self) -> u64 {
@@ -389,10 +355,10 @@ impl<E: Emission> Integrand<3> for CanonicalIntegrand<'_, '_, E> {
     }
 }
 
-impl<E: Emission> Integrand<4> for SpectralIntegrand<'_, '_, E> {
-    type Error = RenderError<E::Error>;
+impl AsyncIntegrand<4> for SpectralIntegrand<'_> {
+    type Error = MethodError;
 
-    fn evaluate(&self, points: Points<'_, 4>, values: &mut [f64]) -> Result<(), Self::Error> {
+    async fn evaluate(&self, points: Points<'_, 4>, values: &mut [f64]) -> Result<(), Self::Error> {
         let site = |i: usize| {
             let [x, y, z, u] = points.at(i);
             let mut point = self.canonical.weighted([x, y, z]);
@@ -400,7 +366,7 @@ impl<E: Emission> Integrand<4> for SpectralIntegrand<'_, '_, E> {
             let (tile, energy) = (self.canonical.tile, Some(self.axis.energy(u)));
             Site { xy: [x, y], tile, point, energy }
         };
-        self.canonical.meter.evaluate_sites(&site, values)
+        self.canonical.meter.evaluate_sites(&site, values).await
     }
 
     fn evaluations_left(&self) -> u64 {
@@ -427,81 +393,5 @@ impl OfPixel {
     #[expect(clippy::float_cmp, reason = "another line has other numbers")]
     fn has(&self, stretch: &Stretch<'_>) -> bool {
         self.line == stretch.xy && self.tile == stretch.tile
-    }
-}
-
-/// Sample points of one call, kept from call to call.
-#[derive(Default)]
-struct Scratch {
-    positions: Vec<[f64; 3]>,
-    directions: Vec<[f64; 3]>,
-    energies: Vec<f64>,
-    rates: Vec<f64>,
-}
-
-impl Scratch {
-    /// Room for so many points; energies are none.
-    fn make_room(&mut self, points: usize) {
-        if self.rates.len() < points {
-            self.positions.resize(points, [0.0; 3]);
-            self.directions.resize(points, [0.0; 3]);
-            self.rates.resize(points, 0.0);
-        }
-        self.energies.clear();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::projection::Canonical;
-    use crate::render::{Method, RenderOptions, render};
-    use crate::{LosOptions, Steps};
-    use core::convert::Infallible;
-    use std::sync::Mutex;
-
-    /// 1 everywhere; keeps the sizes of its calls.
-    struct Calls {
-        whole: bool,
-        sizes: Mutex<Vec<usize>>,
-    }
-
-    impl Emission for Calls {
-        type Error = Infallible;
-
-        fn emission_rates(
-            &self,
-            samples: &Samples<'_>,
-            rates: &mut [f64],
-        ) -> Result<(), Infallible> {
-            self.sizes
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner)
-                .push(samples.len());
-            rates.fill(1.0);
-            Ok(())
-        }
-
-        fn takes_whole_batches(&self) -> bool {
-            self.whole
-        }
-    }
-
-    /// The sizes of all calls for 16 × 16 pixels, 64 steps each, in batches of 10 000 at the most.
-    fn sizes(whole: bool) -> Vec<usize> {
-        let calls = Calls { whole, sizes: Mutex::default() };
-        let los = LosOptions { lines: 1, steps: Steps::Fixed(64) };
-        let options = RenderOptions { batch_size: 10_000, ..RenderOptions::new(Method::Los(los)) };
-        let rendering = render(&&calls, &Canonical, [16, 16], &options).unwrap();
-        assert_eq!((rendering.evaluations, rendering.batches), (16_384, 2));
-        calls.sizes.into_inner().unwrap()
-    }
-
-    #[test]
-    fn a_batch_comes_in_one_call_or_in_many() {
-        assert_eq!(sizes(true), [10_000, 6_384]);
-        let shared = sizes(false);
-        assert_eq!(shared.iter().sum::<usize>(), 16_384);
-        assert!(shared.iter().all(|&size| size <= MOST_SAMPLES_PER_CALL));
     }
 }

@@ -83,6 +83,40 @@ pub trait Integrand<const D: usize> {
     }
 }
 
+/// An [`Integrand`] whose values may have to be waited for.
+pub(crate) trait AsyncIntegrand<const D: usize> {
+    type Error;
+
+    fn evaluate(
+        &self,
+        points: Points<'_, D>,
+        values: &mut [f64],
+    ) -> impl Future<Output = Result<(), Self::Error>>;
+
+    fn evaluations_left(&self) -> u64;
+
+    fn is_out_of_time(error: &Self::Error) -> bool;
+}
+
+/// An [`Integrand`], for which nobody has to wait.
+pub(crate) struct Immediate<'a, I>(pub(crate) &'a I);
+
+impl<const D: usize, I: Integrand<D>> AsyncIntegrand<D> for Immediate<'_, I> {
+    type Error = I::Error;
+
+    async fn evaluate(&self, points: Points<'_, D>, values: &mut [f64]) -> Result<(), I::Error> {
+        self.0.evaluate(points, values)
+    }
+
+    fn evaluations_left(&self) -> u64 {
+        self.0.evaluations_left()
+    }
+
+    fn is_out_of_time(error: &I::Error) -> bool {
+        I::is_out_of_time(error)
+    }
+}
+
 /// An [`Integrand`] from a closure of one point.
 #[derive(Clone, Copy, Debug)]
 pub struct Pointwise<F>(pub F);
@@ -135,12 +169,12 @@ impl<const D: usize> Averager<D> {
 
     /// Writes the averages of the children of `families` to `averages`, family after family, and
     /// evaluates in one batch what is needed for it.
-    pub(crate) fn average<E>(
+    pub(crate) async fn average<E>(
         &mut self,
         level: u8,
         families: &[[u32; D]],
         averages: &mut [f64],
-        integrand: &impl Integrand<D, Error = E>,
+        integrand: &impl AsyncIntegrand<D, Error = E>,
     ) -> Result<(), E> {
         let siblings = 1_usize << D;
         let Some(nodes) = &mut self.nodes else {
@@ -149,7 +183,7 @@ impl<const D: usize> Averager<D> {
                 let child = cell::child_position(families[i / siblings], i % siblings);
                 child.map(|p| (f64::from(p) + 0.5) * edge)
             };
-            return integrand.evaluate(Points::new(averages.len(), &centre), averages);
+            return integrand.evaluate(Points::new(averages.len(), &centre), averages).await;
         };
         let node = |family: usize, child: usize, n: usize| {
             let cell = cell::child_position(families[family], child);
@@ -162,7 +196,7 @@ impl<const D: usize> Averager<D> {
                 nodes.want(node(family, child, n));
             }
         }
-        nodes.evaluate_wanted(integrand)?;
+        nodes.evaluate_wanted(integrand).await?;
         for ((family, child), average) in cells().zip(averages) {
             let values =
                 (0..per_cell).map(|n| simpson_weight::<D>(n) * nodes.value(node(family, child, n)));
@@ -212,12 +246,16 @@ impl<const D: usize> NodeStore<D> {
         }
     }
 
-    fn evaluate_wanted<E>(&mut self, integrand: &impl Integrand<D, Error = E>) -> Result<(), E> {
+    async fn evaluate_wanted<E>(
+        &mut self,
+        integrand: &impl AsyncIntegrand<D, Error = E>,
+    ) -> Result<(), E> {
         let first = self.values.len();
         self.values.resize(first + self.wanted.len(), 0.0);
         let step = 1.0 / f64::from(Self::STEPS);
         let point = |i: usize| self.wanted[i].map(|steps| f64::from(steps) * step);
-        integrand.evaluate(Points::new(self.wanted.len(), &point), &mut self.values[first..])?;
+        let points = Points::new(self.wanted.len(), &point);
+        integrand.evaluate(points, &mut self.values[first..]).await?;
         self.wanted.clear();
         Ok(())
     }

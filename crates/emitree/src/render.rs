@@ -1,22 +1,19 @@
-//! Rendering: from an emission and a projection to an image, its error and its bill.
+//! Rendering: from an emission and a projection to an image, its error and its cost.
 
+use crate::calls::Progress;
 use crate::cube::Cube;
 use crate::emission::Emission;
-use crate::erased::{Erased, Failure, with_erased};
 use crate::error::RenderError;
 use crate::image::Image;
-use crate::los::{LosOptions, Steps, adaptive, fixed};
-use crate::memory::{check_size, evaluations_in_memory};
-use crate::meter::{CanonicalIntegrand, Deadline, Limits, Meter, Progress};
-use crate::projection::{Projection, Region};
-use crate::radiance::{PixelRows, image_of_tree};
-use crate::refinement::Threshold;
+use crate::los::{LosOptions, Steps};
+use crate::memory::check_size;
+use crate::projection::Projection;
+use crate::session::{Ended, Session};
 use crate::tally::EvaluationCounts;
-use crate::tree::{BuildOptions, Ending, SparseTree, build};
-use crate::vol::{self, Found, VolOptions};
+use crate::tree::{BuildOptions, Ending, SparseTree};
+use crate::vol::VolOptions;
 use core::ops::ControlFlow;
 use core::time::Duration;
-use std::time::Instant;
 
 /// The way from g to the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -222,126 +219,36 @@ pub fn render<E: Emission>(
     shape: [usize; 2],
     options: &RenderOptions<'_>,
 ) -> Result<Rendering, RenderError<E::Error>> {
-    with_erased(emission, |emission| render_erased(emission, projection, shape, options))
+    Ok(Session::new(projection, shape, None, options, emission.takes_whole_batches())?
+        .run(emission, options.progress)?
+        .into())
 }
 
-fn render_erased(
-    emission: &Erased<'_>,
-    projection: &dyn Projection,
-    shape: [usize; 2],
-    options: &RenderOptions<'_>,
-) -> Result<Rendering, RenderError<Failure>> {
-    let start = Instant::now();
-    check_options(shape, None, options)?;
-    let tiles = Tile::of(projection, shape)?;
-    let meter = Meter::new(emission, shape, limits(options), options.progress);
-    let mut rendering = match options.method {
-        Method::Vol(vol_options) => {
-            vol::render(&meter, &tiles, None, &vol_options, options)?.into()
-        }
-        Method::Paper(build_options) => {
-            stacked(&tiles, |tile| render_tree(&meter, tile, &build_options))?
-        }
-        Method::Los(LosOptions { lines, steps }) => {
-            stacked(&tiles, |tile| render_los(&meter, tile, lines, steps, None))?
-        }
-    };
-    rendering.ending = meter.reason_for(rendering.ending);
-    rendering.evaluations = meter.evaluations();
-    rendering.batches = meter.batches();
-    rendering.emission_time = meter.emission_time();
-    rendering.evaluations_of_pixels = meter.into_evaluations_of_pixels();
-    rendering.total_time = start.elapsed();
-    Ok(rendering)
+/// The tree behind an image.
+#[derive(Clone, Debug)]
+pub struct RenderedTree {
+    /// The canonical integrand g · ds/dz · dΩ/(dx dy) as a tree.
+    pub tree: SparseTree<3>,
+    /// The threshold of the last step, in the unit of g as in [`Method::Paper`].
+    pub threshold: f64,
 }
 
-/// One square of an image: all of it, or one of several that lie one above the other.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tile<'a> {
-    pub(crate) projection: &'a dyn Projection,
-    /// Height and width in pixels.
-    pub(crate) shape: [usize; 2],
-    /// Its number from the lowest, and the number of all.
-    pub(crate) place: (usize, usize),
-}
-
-impl<'a> Tile<'a> {
-    /// The tiles of a projection's image, the lowest first.
-    pub(crate) fn of<E>(
-        projection: &'a dyn Projection,
-        [height, width]: [usize; 2],
-    ) -> Result<Vec<Self>, RenderError<E>> {
-        let tiles = projection.tiles();
-        let count = tiles.len();
-        if count == 0 {
-            let shape = [height, width];
-            if !has_image(&PixelRows { projection, shape }) {
-                return Err(RenderError::NoSolidAngle);
-            }
-            return Ok(vec![Self { projection, shape, place: (0, 1) }]);
+impl From<Ended> for Rendering {
+    fn from(Ended { made, cost }: Ended) -> Self {
+        Self {
+            image: made.cube.into_first(),
+            error: made.error.map(Cube::into_first),
+            evaluations: cost.evaluations,
+            evaluations_of_pixels: cost.evaluations_of_pixels,
+            batches: cost.batches,
+            ending: made.ending,
+            tree: made.tree,
+            base_level: made.base_level,
+            smallest_feature: made.smallest_feature,
+            emission_time: cost.emission_time,
+            total_time: cost.total_time,
         }
-        if !height.is_multiple_of(count) {
-            let (name, expected) = ("height", "as many rows for each tile of the projection");
-            return Err(RenderError::Option { name, value: height.to_string(), expected });
-        }
-        let tile = |(number, projection)| Self {
-            projection,
-            shape: [height / count, width],
-            place: (number, count),
-        };
-        Ok(tiles.into_iter().enumerate().map(tile).collect())
     }
-
-    /// Finds a pixel whose sum is beyond all numbers, although the rates are not.
-    pub(crate) fn check_finite<E>(&self, image: &Image) -> Result<(), RenderError<E>> {
-        let [height, width] = self.shape;
-        for row in 0..height {
-            for (column, &value) in image.row(row).iter().enumerate() {
-                let middle = [(column, width), (row, height)];
-                let middle = middle.map(|(at, pixels)| (at as f64 + 0.5) / pixels as f64);
-                if !value.is_finite() && self.projection.region(middle) != Region::Outside {
-                    let row = row + self.place.0 * height;
-                    return Err(RenderError::ImageNotFinite { row, column, value });
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Whether any pixel has a solid angle.
-fn has_image(rows: &PixelRows<'_>) -> bool {
-    let [height, width] = rows.shape;
-    let mut solid_angles = vec![0.0; width];
-    (0..height).any(|row| {
-        rows.solid_angles(row, &mut solid_angles);
-        solid_angles.iter().any(|&angle: &f64| angle > 0.0 && angle.is_finite())
-    })
-}
-
-/// One rendering from those of all tiles.
-pub(crate) fn stacked<E>(
-    tiles: &[Tile<'_>],
-    render: impl Fn(&Tile<'_>) -> Result<Rendering, RenderError<E>>,
-) -> Result<Rendering, RenderError<E>> {
-    let mut renderings = Vec::with_capacity(tiles.len());
-    for tile in tiles {
-        let rendering = render(tile)?;
-        tile.check_finite(&rendering.image)?;
-        renderings.push(rendering);
-    }
-    if renderings.len() == 1 {
-        return Ok(renderings.remove(0));
-    }
-    let image = Image::stacked(renderings.iter().map(|rendering| &rendering.image));
-    let errors: Option<Vec<&Image>> =
-        renderings.iter().map(|rendering| rendering.error.as_ref()).collect();
-    let error = errors.map(|errors| Image::stacked(errors.into_iter()));
-    let stopped = renderings.iter().map(|rendering| rendering.ending);
-    let ending = stopped.reduce(|a, b| if a == Ending::Complete { b } else { a });
-    let mut rendering = Rendering::new(image, error, ending.unwrap_or(Ending::Complete));
-    rendering.base_level = renderings.iter().find_map(|rendering| rendering.base_level);
-    Ok(rendering)
 }
 
 /// Refuses options out of range, and an image, or a cube of `bins` bands, beyond the memory allowed.
@@ -362,13 +269,6 @@ pub(crate) fn check_options<E>(
     check_size(shape, bins, options)
 }
 
-/// How often g may be called, and until when, counted from now.
-pub(crate) fn limits(options: &RenderOptions<'_>) -> Limits {
-    let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
-    let deadline = Deadline::after_seconds(options.max_seconds);
-    Limits { max_evaluations, batch_size: options.batch_size, deadline }
-}
-
 /// Finds a seed that is no place or has no size.
 fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
     for seed in seeds {
@@ -382,97 +282,4 @@ fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
         return Err(RenderError::Option { name, value: format!("{seed:?}"), expected });
     }
     Ok(())
-}
-
-/// The tree behind an image.
-#[derive(Clone, Debug)]
-pub struct RenderedTree {
-    /// The canonical integrand g · ds/dz · dΩ/(dx dy) as a tree.
-    pub tree: SparseTree<3>,
-    /// The threshold of the last step, in the unit of g as in [`Method::Paper`].
-    pub threshold: f64,
-}
-
-impl Rendering {
-    /// A rendering whose bill is still to be written.
-    pub(crate) fn new(image: Image, error: Option<Image>, ending: Ending) -> Self {
-        Self {
-            image,
-            error,
-            ending,
-            evaluations: 0,
-            evaluations_of_pixels: EvaluationCounts::none(),
-            batches: 0,
-            tree: None,
-            base_level: None,
-            smallest_feature: None,
-            emission_time: Duration::ZERO,
-            total_time: Duration::ZERO,
-        }
-    }
-}
-
-impl From<Found> for Rendering {
-    fn from(found: Found) -> Self {
-        let [image, error] = [found.cube, found.error].map(Cube::into_first);
-        let mut rendering = Self::new(image, Some(error), found.ending);
-        rendering.base_level = Some(found.base_level);
-        rendering.smallest_feature = found.smallest_feature;
-        rendering
-    }
-}
-
-fn render_tree<E: Emission>(
-    meter: &Meter<'_, E>,
-    &Tile { projection, shape, place: tile }: &Tile<'_>,
-    options: &BuildOptions,
-) -> Result<Rendering, RenderError<E::Error>> {
-    let middle = projection.world_from_canonical([0.5; 3]);
-    let weight = middle.path_per_depth * projection.solid_angle([0.0; 2], [1.0; 2]);
-    let threshold = match options.threshold {
-        Threshold::Absolute(size) => Threshold::Absolute(size * weight),
-        relative @ Threshold::Relative(_) => relative,
-    };
-    let options = BuildOptions { threshold, ..*options };
-    let integrand = CanonicalIntegrand { meter, projection, tile };
-    let built = build(&integrand, projection.periodic(), &options)?;
-    let image = image_of_tree(&built.tree.project(2), projection, shape);
-    let mut error = image_of_tree(&built.previous.project(2), projection, shape);
-    for (error, pixel) in error.pixels_mut().iter_mut().zip(image.pixels()) {
-        *error = (*error - pixel).abs();
-    }
-    let mut rendering = Rendering::new(image, Some(error), built.ending);
-    let threshold = built.threshold / weight;
-    rendering.base_level = Some(options.base_level);
-    rendering.tree = Some(RenderedTree { tree: built.tree, threshold });
-    Ok(rendering)
-}
-
-/// The image by integration along lines of sight, at one `energy` if there is an energy axis.
-pub(crate) fn render_los<E: Emission>(
-    meter: &Meter<'_, E>,
-    tile: &Tile<'_>,
-    lines: usize,
-    steps: Steps,
-    energy: Option<f64>,
-) -> Result<Rendering, RenderError<E::Error>> {
-    let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
-    if lines == 0 {
-        return option("lines", lines.to_string(), "1 or more lines along each side of a pixel");
-    }
-    match steps {
-        Steps::Fixed(0) => option("steps", "0".into(), "1 or more steps along each line"),
-        Steps::Fixed(steps) => {
-            let image = fixed::render(meter, tile, lines, steps, energy)?;
-            Ok(Rendering::new(image, None, Ending::Complete))
-        }
-        Steps::Adaptive(tolerance) if !(tolerance > 0.0 && tolerance.is_finite()) => {
-            option("tolerance", tolerance.to_string(), "a number above 0")
-        }
-        Steps::Adaptive(tolerance) => {
-            let found = adaptive::render(meter, tile, lines, tolerance, energy)?;
-            let ending = if found.converged { Ending::Complete } else { Ending::Budget };
-            Ok(Rendering::new(found.image, Some(found.error), ending))
-        }
-    }
 }

@@ -53,13 +53,13 @@ impl Tally {
         block[column % BLOCK].fetch_add(evaluations, Ordering::Relaxed);
     }
 
-    /// The counts, once no one counts any more.
-    pub(crate) fn into_counts(self) -> EvaluationCounts {
-        let of_block = |block: OnceLock<Box<[AtomicU32]>>| {
-            let counts = block.into_inner()?.into_iter();
-            Some(counts.map(AtomicU32::into_inner).collect())
+    /// The counts so far.
+    pub(crate) fn counts(&self) -> EvaluationCounts {
+        let of_block = |block: &OnceLock<Box<[AtomicU32]>>| {
+            let counts = block.get()?.iter();
+            Some(counts.map(|count| count.load(Ordering::Relaxed)).collect())
         };
-        let blocks = self.blocks.into_iter().map(of_block).collect();
+        let blocks = self.blocks.iter().map(of_block).collect();
         EvaluationCounts { shape: self.shape, in_row: self.in_row, blocks }
     }
 }
@@ -89,11 +89,6 @@ pub struct EvaluationCounts {
 }
 
 impl EvaluationCounts {
-    /// No evaluations on no pixels.
-    pub(crate) fn none() -> Self {
-        Self { shape: [0; 2], in_row: 0, blocks: Vec::new() }
-    }
-
     /// The map, in [the orientation of all images](crate::image).
     pub fn to_image(&self) -> Image {
         let [height, width] = self.shape;
@@ -125,7 +120,7 @@ mod tests {
             tally.count(tally.pixel([x(column), 0.5], (row, 2)), evaluations);
             tally.count(tally.pixel([x(column), 0.25 + 0.5 * row as f64], (0, 1)), 1);
         }
-        let counts = tally.into_counts();
+        let counts = tally.counts();
         assert_eq!(counts.blocks.iter().flatten().count(), 3);
         let image = counts.to_image();
         for (row, column, evaluations) in counted {
@@ -140,7 +135,7 @@ mod tests {
         for xy in [[0.5, 0.5], [1.0, 1.0], [1.0 + 1e-9, 1.0], [-1e-9, 0.0]] {
             tally.count(tally.pixel(xy, (0, 1)), 1);
         }
-        assert_eq!(tally.into_counts().to_image().pixels(), [1.0, 0.0, 0.0, 3.0]);
+        assert_eq!(tally.counts().to_image().pixels(), [1.0, 0.0, 0.0, 3.0]);
         let none = Tally::new([0, 0]);
         none.count(none.pixel([0.5; 2], (0, 1)), 1);
     }

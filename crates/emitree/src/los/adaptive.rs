@@ -5,14 +5,13 @@
 //! run twice: once to learn where it wants g, for a batch of panels on many lines, and once to be
 //! told the values.
 
-use super::Lines;
-use crate::emission::Emission;
+use super::{AtEnergy, Lines};
 use crate::error::RenderError;
-use crate::image::Image;
+use crate::exchange::MethodError;
 use crate::meter::Meter;
 use crate::quadrature::Points;
-use crate::render::Tile;
 use crate::site::Mapping;
+use crate::tile::Tile;
 use bilby::{GKPair, GaussKronrod};
 use core::cell::{Cell, RefCell};
 
@@ -40,23 +39,14 @@ struct Panel {
 /// Memory that one line takes: its first panels, its radiance and its error.
 pub(crate) const BYTES_PER_LINE: u64 = (FIRST_PANELS * size_of::<Panel>() + 16) as u64;
 
-/// What an adaptive rendering found.
-pub(crate) struct Adaptive {
-    pub(crate) image: Image,
-    /// The estimated error along the lines, averaged over each pixel.
-    pub(crate) error: Image,
-    /// Whether every line met the tolerance.
-    pub(crate) converged: bool,
-}
-
 /// The image by adaptive integration of each line to `tolerance` times the largest line.
-pub(crate) fn render<E: Emission>(
-    meter: &Meter<'_, E>,
+pub(super) async fn render(
+    meter: &Meter,
     &Tile { projection, shape: [height, width], place: tile }: &Tile<'_>,
     per_side: usize,
     tolerance: f64,
     energy: Option<f64>,
-) -> Result<Adaptive, RenderError<E::Error>> {
+) -> Result<AtEnergy, MethodError> {
     let lines = Lines { height, width, per_side };
     let panels_of = |line: usize| {
         (0..FIRST_PANELS).map(move |k| Panel {
@@ -83,7 +73,7 @@ pub(crate) fn render<E: Emission>(
     let mut panels = Vec::with_capacity(lines.count() * FIRST_PANELS);
     for first in blocks() {
         let mut block: Vec<Panel> = block_lines(first).flat_map(panels_of).collect();
-        integrate(meter, mapping, &lines, &rule, &mut block)?;
+        integrate(meter, mapping, &lines, &rule, &mut block).await?;
         panels.extend(block);
     }
     let largest = panels
@@ -107,7 +97,7 @@ pub(crate) fn render<E: Emission>(
             let mut integrated = cost <= meter.evaluations_left();
             if integrated {
                 halved = split.iter().copied().flat_map(halves).collect();
-                integrated = match integrate(meter, mapping, &lines, &rule, &mut halved) {
+                integrated = match integrate(meter, mapping, &lines, &rule, &mut halved).await {
                     Err(RenderError::Time { .. }) => false,
                     result => result.map(|()| true)?,
                 };
@@ -123,11 +113,8 @@ pub(crate) fn render<E: Emission>(
             waiting = halved;
         }
     }
-    Ok(Adaptive {
-        image: lines.image(projection, &radiances),
-        error: lines.image(projection, &errors),
-        converged,
-    })
+    let [image, error] = [&radiances, &errors].map(|values| lines.image(projection, values));
+    Ok(AtEnergy { image, error: Some(error), converged })
 }
 
 fn halves(panel: Panel) -> [Panel; 2] {
@@ -167,13 +154,13 @@ fn settle(
 }
 
 /// Evaluates all nodes of the panels in one batch, and integrates each panel.
-fn integrate<E: Emission>(
-    meter: &Meter<'_, E>,
+async fn integrate(
+    meter: &Meter,
     mapping: Mapping<'_>,
     lines: &Lines,
     rule: &GaussKronrod,
     panels: &mut [Panel],
-) -> Result<(), RenderError<E::Error>> {
+) -> Result<(), MethodError> {
     let unit_nodes = RefCell::new(Vec::with_capacity(NODES));
     rule.integrate(0.0, 1.0, |z| {
         unit_nodes.borrow_mut().push(z);
@@ -186,7 +173,7 @@ fn integrate<E: Emission>(
         let [x, y] = lines.position(panel.line);
         [x, y, panel.from + unit_nodes[i % NODES] * (panel.to - panel.from)]
     };
-    meter.evaluate(Points::new(rates.len(), &point), mapping, &mut rates)?;
+    meter.evaluate(Points::new(rates.len(), &point), mapping, &mut rates).await?;
     for (panel, rates) in panels.iter_mut().zip(rates.chunks_exact(NODES)) {
         let next = Cell::new(0);
         let told = |_: f64| {

@@ -1,13 +1,13 @@
 //! Equal steps along each line: the midpoint rule.
 
 use super::Lines;
-use crate::emission::Emission;
 use crate::error::RenderError;
+use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
 use crate::projection::{MappedPoint, Projection};
-use crate::render::Tile;
 use crate::site::{SiteSource, Stretch};
+use crate::tile::Tile;
 use core::ops::Range;
 use rayon::prelude::*;
 
@@ -50,13 +50,13 @@ impl SiteSource for StepsOfLines<'_> {
 }
 
 /// The image by `steps` equal steps along each of `per_side`² lines for each pixel.
-pub(crate) fn render<E: Emission>(
-    meter: &Meter<'_, E>,
+pub(super) async fn render(
+    meter: &Meter,
     &Tile { projection, shape: [height, width], place: tile }: &Tile<'_>,
     per_side: usize,
     steps: usize,
     energy: Option<f64>,
-) -> Result<Image, RenderError<E::Error>> {
+) -> Result<Image, MethodError> {
     let lines = Lines { height, width, per_side };
     let needed = (lines.count() as u64).saturating_mul(steps as u64);
     let allowed = meter.evaluations_left();
@@ -76,7 +76,7 @@ pub(crate) fn render<E: Emission>(
             let rates = &mut rates[..radiances.len() * count];
             let depths = &depths[first_step..][..count];
             let sites = StepsOfLines { lines, projection, first_line, depths, tile, energy };
-            meter.evaluate_sites(&sites, rates)?;
+            meter.evaluate_sites(&sites, rates).await?;
             let of_lines = radiances.par_iter_mut().zip(rates.par_chunks_exact(count));
             of_lines.with_min_len(LINES_AT_ONCE).for_each(|(radiance, rates)| {
                 *radiance += rates.iter().sum::<f64>() / steps as f64;

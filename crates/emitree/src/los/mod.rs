@@ -5,11 +5,19 @@
 //! error estimate chooses (`adaptive`). Nothing is shared between lines.
 
 pub(crate) mod adaptive;
-pub(crate) mod fixed;
+mod fixed;
 
+use crate::cube::Cube;
+use crate::energy::EnergyAxis;
+use crate::error::RenderError;
+use crate::exchange::MethodError;
 use crate::image::Image;
+use crate::meter::Meter;
+use crate::method::Made;
 use crate::projection::Projection;
 use crate::radiance::PixelRows;
+use crate::tile::Tile;
+use crate::tree::Ending;
 
 /// How each line of sight is integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +43,103 @@ impl Default for LosOptions {
     fn default() -> Self {
         Self { lines: 1, steps: Steps::Fixed(64) }
     }
+}
+
+/// The image, or the cube in the bins of `axis`, from as many energies in each bin as there are lines along
+/// each side of a pixel.
+pub(crate) async fn render(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    axis: Option<&EnergyAxis>,
+    options: &LosOptions,
+) -> Result<Made, MethodError> {
+    check(options)?;
+    // The energies of each bin and their weights.
+    let bins: Vec<Vec<(Option<f64>, f64)>> = match axis {
+        None => vec![vec![(None, 1.0)]],
+        Some(axis) => {
+            (0..axis.bins()).map(|bin| energies_of_bin(axis, bin, options.lines)).collect()
+        }
+    };
+    let mut of_tiles = Vec::with_capacity(tiles.len());
+    for tile in tiles {
+        let [mut bands, mut errors] = [Vec::new(), Vec::new()];
+        let mut ending = Ending::Complete;
+        for energies in &bins {
+            let [height, width] = tile.shape;
+            let mut mean = [Image::zeros(height, width), Image::zeros(height, width)];
+            for &(energy, weight) in energies {
+                let found = at_energy(meter, tile, options, energy).await?;
+                tile.check_finite(&found.image)?;
+                if !found.converged {
+                    ending = Ending::Budget;
+                }
+                for (mean, map) in mean.iter_mut().zip([Some(found.image), found.error]) {
+                    map.iter().for_each(|map| mean.add_scaled(map, weight));
+                }
+            }
+            let [band, error] = mean;
+            bands.push(band);
+            errors.push(error);
+        }
+        let has_error = matches!(options.steps, Steps::Adaptive(_));
+        let error = has_error.then(|| Cube::from_bands(errors));
+        let mut made = Made::new(Cube::from_bands(bands), error, ending);
+        made.energies = bins.iter().flatten().filter_map(|(energy, _)| *energy).collect();
+        of_tiles.push(made);
+    }
+    Ok(Made::stacked(of_tiles))
+}
+
+/// An image at one energy.
+struct AtEnergy {
+    image: Image,
+    /// The estimated error along the lines, averaged over each pixel, if there is an estimate.
+    error: Option<Image>,
+    /// Whether every line met the tolerance.
+    converged: bool,
+}
+
+async fn at_energy(
+    meter: &Meter,
+    tile: &Tile<'_>,
+    &LosOptions { lines, steps }: &LosOptions,
+    energy: Option<f64>,
+) -> Result<AtEnergy, MethodError> {
+    match steps {
+        Steps::Fixed(steps) => {
+            let image = fixed::render(meter, tile, lines, steps, energy).await?;
+            Ok(AtEnergy { image, error: None, converged: true })
+        }
+        Steps::Adaptive(tolerance) => adaptive::render(meter, tile, lines, tolerance, energy).await,
+    }
+}
+
+/// Refuses options out of range.
+fn check(&LosOptions { lines, steps }: &LosOptions) -> Result<(), MethodError> {
+    let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
+    if lines == 0 {
+        return option("lines", lines.to_string(), "1 or more lines along each side of a pixel");
+    }
+    match steps {
+        Steps::Fixed(0) => option("steps", "0".into(), "1 or more steps along each line"),
+        Steps::Adaptive(tolerance) if !(tolerance > 0.0 && tolerance.is_finite()) => {
+            option("tolerance", tolerance.to_string(), "a number above 0")
+        }
+        Steps::Fixed(_) | Steps::Adaptive(_) => Ok(()),
+    }
+}
+
+/// The energies in the middle of `parts` equal parts of a bin of the canonical axis, each with its
+/// share in the mean over the bin.
+fn energies_of_bin(axis: &EnergyAxis, bin: usize, parts: usize) -> Vec<(Option<f64>, f64)> {
+    let middle = |part: usize| {
+        let u = (bin as f64 + (part as f64 + 0.5) / parts as f64) / axis.bins() as f64;
+        (axis.energy(u), axis.energy_per_canonical(u))
+    };
+    let middles: Vec<(f64, f64)> = (0..parts).map(middle).collect();
+    let of_all: f64 = middles.iter().map(|(_, width)| width).sum();
+    middles.into_iter().map(|(energy, width)| (Some(energy), width / of_all)).collect()
 }
 
 /// All lines of sight of an image, pixel after pixel.

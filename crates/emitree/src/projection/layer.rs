@@ -20,7 +20,7 @@ pub enum Region {
 
 /// One layer of a view: a map from the canonical cube to a part of the world, smooth where it
 /// [is open](Self::is_open), and its share in the image.
-pub trait Layer: Sync + core::fmt::Debug {
+pub trait Layer: Send + Sync + core::fmt::Debug {
     /// As [`Projection::world_from_canonical`].
     fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint;
 

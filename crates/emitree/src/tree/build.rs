@@ -4,8 +4,9 @@ use super::SparseTree;
 use super::level::{LEAF, Level};
 use super::points::PointPredictor;
 use crate::cell::{CellIndex, to_u32};
+use crate::exchange::at_once;
 use crate::prediction::{OrderError, Predictor};
-use crate::quadrature::{Averager, CellRule, Integrand};
+use crate::quadrature::{AsyncIntegrand, Averager, CellRule, Immediate, Integrand};
 use crate::refinement::{Threshold, detail_size};
 use rayon::prelude::*;
 
@@ -171,7 +172,16 @@ pub fn build<const D: usize, I: Integrand<D>>(
     periodic: [bool; D],
     options: &BuildOptions,
 ) -> Result<Built<D>, BuildError<I::Error>> {
-    let Grown { mut tree, threshold, ending } = grow(integrand, periodic, options, None)?;
+    at_once(build_async(&Immediate(integrand), periodic, options))
+}
+
+/// [`build()`] for a function that has to be waited for.
+pub(crate) async fn build_async<const D: usize, I: AsyncIntegrand<D>>(
+    integrand: &I,
+    periodic: [bool; D],
+    options: &BuildOptions,
+) -> Result<Built<D>, BuildError<I::Error>> {
+    let Grown { mut tree, threshold, ending } = grow(integrand, periodic, options, None).await?;
     let previous = tree.without_last_generation();
     tree.restrict();
     tree.update_details();
@@ -188,7 +198,7 @@ pub(super) struct Grown<const D: usize> {
 
 /// The loop of [`build()`]; the numbers are cell averages, or values at the centres of the cells if
 /// there is a prediction of `points`.
-pub(super) fn grow<const D: usize, I: Integrand<D>>(
+pub(super) async fn grow<const D: usize, I: AsyncIntegrand<D>>(
     integrand: &I,
     periodic: [bool; D],
     options: &BuildOptions,
@@ -203,7 +213,7 @@ pub(super) fn grow<const D: usize, I: Integrand<D>>(
     if needed > left {
         return Err(BuildError::BudgetBelowBase { needed, left, level: *level });
     }
-    averager.average(*level, families, averages, integrand).map_err(BuildError::Integrand)?;
+    averager.average(*level, families, averages, integrand).await.map_err(BuildError::Integrand)?;
     let mut largest = detail_size(averages);
 
     let mut split: Vec<u32> = (0..to_u32(base.own_cells())).collect();
@@ -231,7 +241,7 @@ pub(super) fn grow<const D: usize, I: Integrand<D>>(
         tree.add_level(core::mem::take(&mut split), families);
         let last = tree.levels.len() - 1;
         let Level { level, families, averages, own, .. } = &mut tree.levels[last];
-        match averager.average(*level, &families[..*own], averages, integrand) {
+        match averager.average(*level, &families[..*own], averages, integrand).await {
             Err(error) if I::is_out_of_time(&error) => {
                 ending = Ending::Time;
                 tree.drop_finest_level();

@@ -30,6 +30,7 @@ mod reconstruct;
 mod sample;
 mod stencils;
 
+pub(crate) use build::build_async;
 pub use build::{BuildError, BuildOptions, Built, Ending, build};
 pub use point_tree::{Family, FamilyDefect};
 pub(crate) use point_tree::{GrownPoints, PointTree};

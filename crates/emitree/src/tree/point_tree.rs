@@ -10,7 +10,7 @@ use super::level::{LEAF, Level};
 use super::points::PointPredictor;
 use crate::cell::to_u32;
 use crate::prediction::Predictor;
-use crate::quadrature::Integrand;
+use crate::quadrature::AsyncIntegrand;
 use crate::refinement::detail_size;
 
 /// Eight cells, the halves of one cell along each axis, and the values at their centres.
@@ -135,12 +135,13 @@ impl PointTree {
 
     /// Grows a tree by the loop of [`build`](super::build()); the rule of `options` must be the
     /// midpoint rule, and the order and the base level in range.
-    pub(crate) fn grow<I: Integrand<3>>(
+    pub(crate) async fn grow<I: AsyncIntegrand<3>>(
         integrand: &I,
         options: &BuildOptions,
     ) -> Result<GrownPoints, BuildError<I::Error>> {
         let points = Some(PointPredictor::new(options.order));
-        let Grown { tree, threshold, ending } = grow(integrand, [false; 3], options, points)?;
+        let Grown { tree, threshold, ending } =
+            grow(integrand, [false; 3], options, points).await?;
         let (mut largest, mut largest_dropped, mut unresolved_cells) = (0.0_f64, 0.0_f64, 0);
         for level in &tree.levels {
             largest = largest.max(detail_size(&level.averages[..level.own_cells()]));

@@ -21,40 +21,62 @@ pub(crate) fn number(samples: usize) -> usize {
     samples.div_ceil(SAMPLES_PER_ASCENT)
 }
 
-/// The points of larger `size` near those of `starts`, some of `samples` scattered ones: `find` looks at
-/// points, of which those that are not `open` are left out.
-pub(crate) fn ascend<T, E>(
-    starts: Vec<Found<T>>,
-    samples: usize,
-    is_open: impl Fn(&[f64; 3]) -> bool,
-    size: impl Fn(&T) -> f64,
-    mut find: impl FnMut(&[[f64; 3]]) -> Result<Vec<T>, E>,
-) -> Result<Vec<Found<T>>, E> {
-    let mut best = starts;
-    let mut steps = vec![FIRST_STEP / (samples as f64).cbrt(); best.len()];
-    let mut known: FxHashSet<[u32; 3]> = best.iter().map(|(at, _)| at.map(dyadic)).collect();
-    for _ in 0..STEPS {
-        let mut tried: Vec<(usize, [f64; 3])> = Vec::new();
-        for (number, ((at, _), step)) in best.iter().zip(&steps).enumerate() {
-            let around = beside(*at, *step).into_iter().filter(&is_open);
+/// Ascents from some points, which take their steps side by side.
+pub(crate) struct Ascents<T> {
+    best: Vec<Found<T>>,
+    /// The length of the next step of each.
+    lengths: Vec<f64>,
+    /// All points that have been looked at.
+    known: FxHashSet<[u32; 3]>,
+    /// The points of this step, each with the number of its ascent.
+    tried: Vec<(usize, [f64; 3])>,
+    steps: usize,
+}
+
+impl<T> Ascents<T> {
+    /// Ascents from `starts`, which are some of `samples` scattered points.
+    pub(crate) fn new(starts: Vec<Found<T>>, samples: usize) -> Self {
+        let lengths = vec![FIRST_STEP / (samples as f64).cbrt(); starts.len()];
+        let known = starts.iter().map(|(at, _)| at.map(dyadic)).collect();
+        Self { best: starts, lengths, known, tried: Vec::new(), steps: 0 }
+    }
+
+    /// The points of the next step, of which those that are not `open` are left out; `None` after the
+    /// last one.
+    pub(crate) fn next(&mut self, is_open: impl Fn(&[f64; 3]) -> bool) -> Option<Vec<[f64; 3]>> {
+        if self.steps == STEPS {
+            return None;
+        }
+        self.steps += 1;
+        let Self { best, lengths, known, tried, .. } = self;
+        tried.clear();
+        for (number, ((at, _), length)) in best.iter().zip(lengths).enumerate() {
+            let around = beside(*at, *length).into_iter().filter(&is_open);
             let new = around.filter(|at| known.insert(at.map(dyadic)));
             tried.extend(new.map(|at| (number, at)));
         }
-        let points: Vec<[f64; 3]> = tried.iter().map(|(_, at)| *at).collect();
-        let found = find(&points)?;
-        let before: Vec<f64> = best.iter().map(|(_, of)| size(of)).collect();
-        for ((number, at), of) in tried.into_iter().zip(found) {
-            if size(&of) > size(&best[number].1) {
-                best[number] = (at, of);
+        Some(tried.iter().map(|(_, at)| *at).collect())
+    }
+
+    /// Takes what was `found` at the points of this step; the larger in `size` is the better.
+    pub(crate) fn take(&mut self, found: Vec<T>, size: impl Fn(&T) -> f64) {
+        let before: Vec<f64> = self.best.iter().map(|(_, of)| size(of)).collect();
+        for ((number, at), of) in self.tried.drain(..).zip(found) {
+            if size(&of) > size(&self.best[number].1) {
+                self.best[number] = (at, of);
             }
         }
-        for ((step, before), (_, of)) in steps.iter_mut().zip(before).zip(&best) {
+        for ((length, before), (_, of)) in self.lengths.iter_mut().zip(before).zip(&self.best) {
             if size(of) <= before {
-                *step *= 0.5;
+                *length *= 0.5;
             }
         }
     }
-    Ok(best)
+
+    /// The best point of each ascent.
+    pub(crate) fn best(self) -> Vec<Found<T>> {
+        self.best
+    }
 }
 
 /// The points `step` away from a point along each axis, within the cube.
@@ -70,7 +92,6 @@ fn beside(point: [f64; 3], step: f64) -> [[f64; 3]; 6] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use core::convert::Infallible;
 
     #[test]
     fn an_ascent_gets_nearer_to_a_peak_and_asks_for_no_point_twice() {
@@ -81,12 +102,12 @@ mod tests {
         };
         let start = [0.5, 0.5, 0.5];
         let mut asked: Vec<[u64; 3]> = Vec::new();
-        let find = |points: &[[f64; 3]]| -> Result<Vec<f64>, Infallible> {
+        let mut ascents = Ascents::new(vec![(start, height(&start))], 1000);
+        while let Some(points) = ascents.next(|_| true) {
             asked.extend(points.iter().map(|at| at.map(f64::to_bits)));
-            Ok(points.iter().map(height).collect())
-        };
-        let starts = vec![(start, height(&start))];
-        let found = ascend(starts, 1000, |_| true, |height| *height, find).unwrap();
+            ascents.take(points.iter().map(height).collect(), |height| *height);
+        }
+        let found = ascents.best();
         assert!(found[0].1 > 1.5 * height(&start), "{found:?}");
         let number = asked.len();
         asked.sort_unstable();
@@ -97,11 +118,13 @@ mod tests {
 
     #[test]
     fn what_is_closed_is_not_asked_for() {
-        let starts = vec![([0.5; 3], 0.0)];
-        let find = |points: &[[f64; 3]]| -> Result<Vec<f64>, Infallible> {
+        let mut ascents = Ascents::new(vec![([0.5; 3], 0.0)], 64);
+        let mut number = 0;
+        while let Some(points) = ascents.next(|at| at[0] <= 0.5) {
             assert!(points.iter().all(|at| at[0] <= 0.5));
-            Ok(points.iter().map(|at| at[0]).collect())
-        };
-        ascend(starts, 64, |at| at[0] <= 0.5, |height| *height, find).unwrap();
+            number += points.len();
+            ascents.take(points.iter().map(|at| at[0]).collect(), |height| *height);
+        }
+        assert!(number > 0);
     }
 }

@@ -6,7 +6,7 @@
 //! a line of the exam. How large a difference passes is known at each sample, and with it the size of
 //! the Gaussian that is seen wherever it is.
 
-use super::ascent::{self, ascend};
+use super::ascent::{self, Ascents};
 use super::dyadic::spacing;
 use super::engine::Engine;
 use super::exam::{Lines, dyadic};
@@ -17,10 +17,10 @@ use super::nearest::Nearest;
 use super::sheet::Sheet;
 use super::sights::Stop;
 use super::{FEATURE_CONTRAST, FeatureSize, whole};
-use crate::emission::Emission;
 use crate::error::RenderError;
+use crate::exchange::MethodError;
 use crate::projection::Projection;
-use crate::render::Tile;
+use crate::tile::Tile;
 use rayon::prelude::*;
 
 /// Scattered samples of a view, at the least: they see a Gaussian of 1/40 of the cube's edge.
@@ -114,10 +114,7 @@ impl Coverage {
 }
 
 /// The size of a feature as a fraction of the view's cube.
-pub(crate) fn fraction_of_view<E>(
-    size: FeatureSize,
-    tiles: &[Tile<'_>],
-) -> Result<f64, RenderError<E>> {
+pub(crate) fn fraction_of_view(size: FeatureSize, tiles: &[Tile<'_>]) -> Result<f64, MethodError> {
     let refused = |value: String, expected| {
         Err(RenderError::Option { name: "smallest_feature", value, expected })
     };
@@ -179,10 +176,10 @@ pub(crate) fn size_seen(samples: usize, passes: f64) -> f64 {
     })
 }
 
-impl<E: Emission> Engine<'_, '_, E> {
+impl Engine<'_> {
     /// Samples each layer at scattered points; the lines that are wanted where these differ from what is
     /// known, for each sheet, with depths; `target` is the error allowed, in the unit of the image.
-    pub(crate) fn examine_samples(&mut self, target: f64) -> Result<Vec<Lines>, Stop<E::Error>> {
+    pub(crate) async fn examine_samples(&mut self, target: f64) -> Result<Vec<Lines>, Stop> {
         let layers = self.layers.len();
         self.coverage.layers.resize_with(layers, LayerSamples::default);
         let of_evaluations = SHARE_OF_EVALUATIONS * self.meter.evaluations() as f64;
@@ -194,7 +191,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             let mut lines = Vec::with_capacity(self.sheets.len());
             let mut smallest: Option<f64> = None;
             for layer in 0..layers {
-                let (of_layer, size) = self.examine_layer(layer, number, target)?;
+                let (of_layer, size) = self.examine_layer(layer, number, target).await?;
                 lines.push(of_layer);
                 if let Some(size) = size {
                     smallest = Some(smallest.map_or(size, |of_others| of_others.max(size)));
@@ -212,15 +209,15 @@ impl<E: Emission> Engine<'_, '_, E> {
 
     /// The lines wanted on one layer after so many scattered samples, and the size that these cover, if
     /// anything is in view.
-    fn examine_layer(
+    async fn examine_layer(
         &mut self,
         layer: usize,
         number: usize,
         target: f64,
-    ) -> Result<(Lines, Option<f64>), Stop<E::Error>> {
+    ) -> Result<(Lines, Option<f64>), Stop> {
         let sheet = &self.sheets[layer];
         let samples = &mut self.coverage.layers[layer];
-        sheet.sample_scattered(samples, number)?;
+        sheet.sample_scattered(samples, number).await?;
         if samples.points.is_empty() {
             return Ok((Vec::new(), None));
         }
@@ -238,10 +235,13 @@ impl<E: Emission> Engine<'_, '_, E> {
         let starts = starts.into_iter().map(|i| (samples.points[i], deviations[i])).collect();
         let is_open = |at: &[f64; 3]| sheet.is_open(at);
         let size = |of: &Deviation| examined.effect(of);
-        let found = ascend(starts, samples.number, is_open, size, |points| {
+        let mut ascents = Ascents::new(starts, samples.number);
+        while let Some(points) = ascents.next(is_open) {
             let at: Vec<(Place, u32)> = points.iter().map(steps).collect();
-            Ok(examined.deviations(points, &sheet.scan.view.rates(&at)?))
-        })?;
+            let rates = sheet.scan.view.rates(&at).await?;
+            ascents.take(examined.deviations(&points, &rates), size);
+        }
+        let found = ascents.best();
         let lines = found.iter().filter(|(_, of)| examined.effect(of) > LINE_FROM);
         let lines = lines.map(|(point, _)| examined.line_through(*point)).collect();
         let size = examined.size_covered(&samples.points, &deviations, passed);
@@ -249,21 +249,21 @@ impl<E: Emission> Engine<'_, '_, E> {
     }
 }
 
-impl<E: Emission> Sheet<'_, E> {
+impl Sheet<'_> {
     /// Whether a point is in view.
     fn is_open(&self, point: &[f64; 3]) -> bool {
         !self.scan.closes || self.scan.view.layer.is_open([point[0], point[1]])
     }
 
     /// Adds samples until so many points of the lattice have been looked at, those in view sampled.
-    fn sample_scattered(
+    async fn sample_scattered(
         &self,
         samples: &mut LayerSamples,
         number: usize,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         let points = (samples.number..number).map(lattice::point);
         let new: Vec<[f64; 3]> = points.filter(|point| self.is_open(point)).collect();
-        let rates = self.scan.view.rates(&new.iter().map(steps).collect::<Vec<_>>())?;
+        let rates = self.scan.view.rates(&new.iter().map(steps).collect::<Vec<_>>()).await?;
         samples.number = samples.number.max(number);
         samples.points.extend(new);
         samples.rates.extend(rates);
@@ -278,8 +278,8 @@ fn steps(point: &[f64; 3]) -> (Place, u32) {
 }
 
 /// A sheet whose scattered samples are looked at.
-struct Examined<'a, 'b, E> {
-    sheet: &'a Sheet<'b, E>,
+struct Examined<'a, 'b> {
+    sheet: &'a Sheet<'b>,
     /// Its full lines.
     lines: Nearest,
     /// The error allowed, in the unit of the image.
@@ -288,7 +288,7 @@ struct Examined<'a, 'b, E> {
     number: usize,
 }
 
-impl<E: Emission> Examined<'_, '_, E> {
+impl Examined<'_, '_> {
     /// The rates at points beside those of the lines around them.
     fn deviations(&self, points: &[[f64; 3]], rates: &[f64]) -> Vec<Deviation> {
         let both = points.par_iter().zip(rates);

@@ -3,10 +3,11 @@
 use super::engine::Engine;
 use super::sheet::Seen;
 use crate::cube::Cube;
-use crate::emission::Emission;
 use crate::error::RenderError;
+use crate::exchange::MethodError;
 use crate::image::Image;
-use crate::render::{Frame, RenderOptions, Tile};
+use crate::render::{Frame, RenderOptions};
+use crate::tile::Tile;
 use core::ops::ControlFlow;
 
 /// The image so far, and what is known of its error.
@@ -41,9 +42,9 @@ impl Developed {
     }
 }
 
-impl<E: Emission> Engine<'_, '_, E> {
+impl Engine<'_> {
     /// The image and its error in each bin, from what has been seen so far.
-    pub(super) fn develop(&self) -> Result<Developed, RenderError<E::Error>> {
+    pub(super) fn develop(&self) -> Result<Developed, MethodError> {
         let nodal = self.energies.nodal_weights();
         let unexplained = self.spectra.as_ref().map_or(&[0.0][..], |spectra| &spectra.unexplained);
         // Spectra that have not been sampled may be anything.
@@ -119,7 +120,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         &self,
         developed: &Developed,
         options: &RenderOptions<'_>,
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), MethodError> {
         let Some(callback) = options.frame else { return Ok(()) };
         let [image, error] = &self.finished(developed).map(|cube| self.in_all_bins(&cube));
         let (evaluations, batches) = (self.meter.evaluations(), self.meter.batches());

@@ -14,15 +14,16 @@ use super::sights::{Stop, Wanted};
 use super::spectra::Spectra;
 use super::visible::{Visible, visible_layers};
 use super::{BASE_LEVELS, VolOptions, whole};
-use crate::cube::Cube;
-use crate::emission::Emission;
 use crate::energy::EnergyAxis;
 use crate::error::RenderError;
+use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
+use crate::method::Made;
 use crate::projection::Layer;
 use crate::radiance::radiance_per_density;
-use crate::render::{RenderOptions, Seed, Tile};
+use crate::render::{RenderOptions, Seed};
+use crate::tile::Tile;
 use crate::tree::Ending;
 
 /// Looser requests are met at this tolerance: a looser search does not find the structure.
@@ -61,66 +62,45 @@ const SHORT_BUDGET: u64 = 300;
 /// to three times as many.
 pub(super) const COST_EXPONENT: f64 = 0.4;
 
-/// What the engine has made: an image, or a cube if there is an energy axis.
-pub(crate) struct Found {
-    /// One band for each energy bin, or one altogether.
-    pub(crate) cube: Cube,
-    pub(crate) error: Cube,
-    pub(crate) ending: Ending,
-    pub(crate) base_level: u8,
-    /// The energies at which lines were integrated, in the unit of the axis.
-    pub(crate) energies: Vec<f64>,
-    /// The smallest feature that would have been seen, as a fraction of the view's cube.
-    pub(crate) smallest_feature: Option<f64>,
-}
-
-impl Found {
-    /// The largest estimated error over the largest |value|.
-    pub(super) fn estimated_error(&self) -> f64 {
-        let largest = |cube: &Cube| cube.bands().iter().map(Image::largest).fold(0.0, f64::max);
-        largest(&self.error) / largest(&self.cube)
-    }
-}
-
 /// The image that a camera sees, or the cube in the bins of `axis`, to the tolerance of `vol`.
-pub(crate) fn render<E: Emission>(
-    meter: &Meter<'_, E>,
+pub(crate) async fn render(
+    meter: &Meter,
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     options: &RenderOptions<'_>,
-) -> Result<Found, RenderError<E::Error>> {
+) -> Result<Made, MethodError> {
     check(vol)?;
     let Attempted { found: products, samples } = match axis {
-        None => cross::attempt(meter, tiles, vol, options)?,
+        None => cross::attempt(meter, tiles, vol, options).await?,
         Some(_) => Attempted::default(),
     };
-    let is_good = |found: &Found| found.ending == Ending::Complete;
+    let is_good = |found: &Made| found.ending == Ending::Complete;
     let products = match products {
         Some(products) if is_good(&products) => return Ok(products),
         products => products,
     };
-    match (products, by_tree(meter, tiles, axis, vol, options, samples)) {
+    match (products, by_tree(meter, tiles, axis, vol, options, samples).await) {
         // The time has ended before the lines have given an image.
         (Some(products), Err(RenderError::Time { .. })) => Ok(products),
         (products, tree) => {
             let tree = tree?;
             // A limit may end both: then the better one counts.
-            let is_better = |products: &Found| products.estimated_error() < tree.estimated_error();
+            let is_better = |products: &Made| products.estimated_error() < tree.estimated_error();
             Ok(products.filter(|p| !is_good(&tree) && is_better(p)).unwrap_or(tree))
         }
     }
 }
 
 /// The same by image trees alone.
-pub(crate) fn by_tree<E: Emission>(
-    meter: &Meter<'_, E>,
+pub(crate) async fn by_tree(
+    meter: &Meter,
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     options: &RenderOptions<'_>,
     known: LayerSamples,
-) -> Result<Found, RenderError<E::Error>> {
+) -> Result<Made, MethodError> {
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
     let layers: Vec<Vec<Box<dyn Layer + '_>>> =
         tiles.iter().map(|tile| tile.projection.layers()).collect();
@@ -155,17 +135,19 @@ pub(crate) fn by_tree<E: Emission>(
         always: base_level + 1,
         finest_level: finest_level(tiles[0].shape, base_level),
     };
-    let (developed, ending) = engine.run(options)?;
+    let (developed, ending) = engine.run(options).await?;
     // A base coarser than the one asked for has not looked where it was asked to.
     let ending = if base_level < wanted_level { Ending::Budget } else { ending };
     let [cube, error] = engine.finished(&developed);
-    let energies = engine.energies_used();
-    let smallest_feature = engine.coverage.smallest;
-    Ok(Found { cube, error, ending, base_level, energies, smallest_feature })
+    let mut made = Made::new(cube, Some(error), ending);
+    made.base_level = Some(base_level);
+    made.energies = engine.energies_used();
+    made.smallest_feature = engine.coverage.smallest;
+    Ok(made)
 }
 
 /// Refuses options out of range.
-fn check<E>(vol: &VolOptions) -> Result<(), RenderError<E>> {
+fn check(vol: &VolOptions) -> Result<(), MethodError> {
     let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     if !(vol.tolerance > 0.0 && vol.tolerance < 1.0) {
         return option("tolerance", vol.tolerance.to_string(), "a fraction above 0 and below 1");
@@ -177,7 +159,7 @@ fn check<E>(vol: &VolOptions) -> Result<(), RenderError<E>> {
 }
 
 /// The base level wanted, or the finest one whose first look the budget allows.
-fn affordable_base_level<E>(wanted: u8, sheets: u64, allowed: u64) -> Result<u8, RenderError<E>> {
+fn affordable_base_level(wanted: u8, sheets: u64, allowed: u64) -> Result<u8, MethodError> {
     let needed = |level| sheets * first_look(level);
     (1..=wanted).rev().find(|&level| needed(level) <= allowed).ok_or_else(|| {
         let what = "a first look at 3 x 3 lines in 3 depths".to_owned();
@@ -197,14 +179,14 @@ pub(super) fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
     u8::try_from(of_pixels).unwrap_or(FINEST_LEVEL).clamp(least, FINEST_LEVEL)
 }
 
-pub(crate) struct Engine<'a, 'b, E> {
-    pub(crate) meter: &'b Meter<'a, E>,
+pub(crate) struct Engine<'b> {
+    pub(crate) meter: &'b Meter,
     pub(crate) tiles: &'b [Tile<'b>],
     /// The layers of all tiles, those of the first tile first.
     pub(crate) layers: Vec<Visible<'b>>,
     pub(crate) seeds: &'b [Seed],
     /// All layers at the first energy, then all at the second, and so on.
-    pub(crate) sheets: Vec<Sheet<'b, E>>,
+    pub(crate) sheets: Vec<Sheet<'b>>,
     /// The energies of the sheets, and their weights in the bins.
     pub(crate) energies: Energies,
     /// How energies are found, if there is an energy axis.
@@ -232,13 +214,13 @@ pub(crate) struct Engine<'a, 'b, E> {
     pub(crate) coverage: Coverage,
 }
 
-impl<E: Emission> Engine<'_, '_, E> {
-    fn run(
+impl Engine<'_> {
+    async fn run(
         &mut self,
         options: &RenderOptions<'_>,
-    ) -> Result<(Developed, Ending), RenderError<E::Error>> {
+    ) -> Result<(Developed, Ending), MethodError> {
         let before = self.made_before;
-        let mut within_budget = self.look_first()?;
+        let mut within_budget = self.look_first().await?;
         let mut developed = self.develop()?;
         // Lines that were refined by themselves: rules are cheaper.
         let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
@@ -253,7 +235,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             };
             let [is_good, is_good_for_now] = [self.asked, self.tolerance].map(met);
             if is_good {
-                match self.examine(&developed, self.promised * largest)? {
+                match self.examine(&developed, self.promised * largest).await? {
                     Verdict::Passed => {
                         self.show(&developed, options)?;
                         return Ok((developed, Ending::Complete));
@@ -264,7 +246,7 @@ impl<E: Emission> Engine<'_, '_, E> {
                 }
             }
             if !within_budget {
-                return self.conclude(developed, Ending::Budget);
+                return self.conclude(developed, Ending::Budget).await;
             }
             if is_good_for_now && !is_good {
                 self.tolerance = self.next_tolerance();
@@ -274,7 +256,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             let count = total(&places);
             if count == 0 {
                 if halvings == MOST_HALVINGS {
-                    return self.conclude(developed, Ending::DeepestLevel);
+                    return self.conclude(developed, Ending::DeepestLevel).await;
                 }
                 halvings += 1;
                 self.line_share *= 0.5;
@@ -293,7 +275,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             }
             let looked = total(&places);
             let before = meter.evaluations();
-            if self.look(&places, &developed, target)? {
+            if self.look(&places, &developed, target).await? {
                 let spent = (meter.evaluations() - before) as f64;
                 if looked > 0 {
                     cost_per_node = spent / looked as f64;
@@ -307,7 +289,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             let largest = developed.largest_pixel();
             developed = self.develop()?;
             if within_budget && self.spectra.is_some() {
-                within_budget = self.look_at_spectra(largest)?;
+                within_budget = self.look_at_spectra(largest).await?;
                 developed = self.develop()?;
             }
         }
@@ -315,14 +297,14 @@ impl<E: Emission> Engine<'_, '_, E> {
 
     /// The end of a search that a limit has stopped: it has been stricter than what was promised, and may
     /// have met that all the same.
-    fn conclude(
+    async fn conclude(
         &mut self,
         developed: Developed,
         ending: Ending,
-    ) -> Result<(Developed, Ending), RenderError<E::Error>> {
+    ) -> Result<(Developed, Ending), MethodError> {
         let target = self.promised * developed.largest_pixel();
         let met = self.has_seen(&developed) && developed.largest_error() <= target;
-        let passed = met && self.examine(&developed, target)? == Verdict::Passed;
+        let passed = met && self.examine(&developed, target).await? == Verdict::Passed;
         Ok((developed, if passed { Ending::Complete } else { ending }))
     }
 
@@ -341,34 +323,34 @@ impl<E: Emission> Engine<'_, '_, E> {
 
     /// The lines of the base lattice at the first energy, and at all others that their spectra need;
     /// whether the budget allowed it.
-    fn look_first(&mut self) -> Result<bool, RenderError<E::Error>> {
+    async fn look_first(&mut self) -> Result<bool, MethodError> {
         let base = self.layers.len() as u64 * first_look(self.base_level);
         let energy = if base + self.cost_of_first_energy() > self.meter.evaluations_left() {
             self.spectra.as_ref().map(|_| STEPS / 2)
         } else {
-            match self.brightest_energy() {
+            match self.brightest_energy().await {
                 Err(Stop::Budget) => Some(STEPS / 2),
                 Err(Stop::Failed(error)) => return Err(error),
                 Ok(place) => place,
             }
         };
         self.add_sheets(energy);
-        let looked = self.look_at_base(0, None)?;
+        let looked = self.look_at_base(0, None).await?;
         match &self.spectra {
-            Some(_) if looked => self.look_at_first_spectra(energy),
+            Some(_) if looked => self.look_at_first_spectra(energy).await,
             _ => Ok(looked),
         }
     }
 
     /// The lines of the base lattice of the sheets from `first` on, each refined by itself, to
     /// the `tolerances` of all energies, or to that of the largest of them; whether the budget allowed it.
-    pub(crate) fn look_at_base(
+    pub(crate) async fn look_at_base(
         &mut self,
         first: usize,
         tolerances: Option<&[f64]>,
-    ) -> Result<bool, RenderError<E::Error>> {
+    ) -> Result<bool, MethodError> {
         let wanted = self.sheets[first..].iter_mut().map(Sheet::add_base).collect();
-        let looked = self.refine_base(first, wanted, tolerances);
+        let looked = self.refine_base(first, wanted, tolerances).await;
         self.sheets[first..].iter_mut().for_each(Sheet::settle);
         self.set_values(first);
         within_budget(looked)
@@ -376,12 +358,12 @@ impl<E: Emission> Engine<'_, '_, E> {
 
     /// Refines all lines of the base, step by step: the tolerance follows the largest of them unless
     /// there is one for each energy.
-    fn refine_base(
+    async fn refine_base(
         &mut self,
         first: usize,
         mut wanted: Vec<Wanted>,
         fixed: Option<&[f64]>,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         let layers = self.layers.len();
         let mut tolerances = vec![f64::INFINITY; self.sheets.len()];
         let mut seeded: Vec<Wanted> = self.sheets[first..].iter().map(Sheet::seeded).collect();
@@ -389,7 +371,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             let sheets = self.sheets.iter_mut().zip(&tolerances).skip(first);
             for ((sheet, tolerance), wanted) in sheets.zip(&wanted) {
                 let Scan { view, tree, sights, depth_level, .. } = &mut sheet.scan;
-                sights.sample(view, tree, wanted)?;
+                sights.sample(view, tree, wanted).await?;
                 sights.assess(wanted.iter().map(|(i, _)| *i), *tolerance, *depth_level);
             }
             let largest = self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max);
@@ -399,7 +381,7 @@ impl<E: Emission> Engine<'_, '_, E> {
                 *tolerance =
                     fixed.map_or(following, |fixed| fixed[i / layers]) / sheet.layers as f64;
             }
-            let assess = |(sheet, tolerance): (&mut Sheet<'_, E>, &f64)| {
+            let assess = |(sheet, tolerance): (&mut Sheet<'_>, &f64)| {
                 let Scan { tree, sights, depth_level, .. } = &mut sheet.scan;
                 sights.assess(0..tree.len(), *tolerance, *depth_level)
             };
@@ -410,7 +392,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         }
         for (sheet, tolerance) in self.sheets.iter_mut().zip(&tolerances).skip(first) {
             let found: Vec<usize> = (0..sheet.scan.tree.len()).collect();
-            sheet.scan.follow(&found, *tolerance)?;
+            sheet.scan.follow(&found, *tolerance).await?;
         }
         Ok(())
     }
@@ -436,7 +418,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         let layers = self.layers.len();
         for i in first..self.sheets.len() {
             let (earlier, rest) = self.sheets.split_at_mut(i);
-            let of_layer: Vec<&Sheet<'_, E>> =
+            let of_layer: Vec<&Sheet<'_>> =
                 earlier.iter().skip(i % layers).step_by(layers).collect();
             let amounts = self.energies.learned.get(i / layers).map(|one| &one.of_earlier[..]);
             rest[0].set_values(&of_layer, amounts.unwrap_or_default());
@@ -444,19 +426,19 @@ impl<E: Emission> Engine<'_, '_, E> {
     }
 
     /// The radiances of nodes at new `places` of each sheet; whether the budget allowed it.
-    fn look(
+    async fn look(
         &mut self,
         places: &[Vec<Place>],
         developed: &Developed,
         target: f64,
-    ) -> Result<bool, RenderError<E::Error>> {
+    ) -> Result<bool, MethodError> {
         let mut allowed = true;
         let tolerances = self.line_tolerances(target);
         let layers = self.layers.len();
         let sheets = self.sheets.iter_mut().zip(places).zip(&developed.seen);
         for (i, ((sheet, places), seen)) in sheets.enumerate() {
             let tolerance = tolerances[i / layers] / sheet.layers as f64;
-            allowed &= within_budget(sheet.look(places, &seen.guarded, tolerance))?;
+            allowed &= within_budget(sheet.look(places, &seen.guarded, tolerance).await)?;
         }
         self.set_values(0);
         Ok(allowed)
@@ -497,7 +479,7 @@ fn total(places: &[Vec<Place>]) -> usize {
 }
 
 /// Whether the budget allowed something that may have been stopped by it.
-pub(crate) fn within_budget<E>(result: Result<(), Stop<E>>) -> Result<bool, RenderError<E>> {
+pub(crate) fn within_budget(result: Result<(), Stop>) -> Result<bool, MethodError> {
     match result {
         Ok(()) => Ok(true),
         Err(Stop::Budget) => Ok(false),

@@ -18,8 +18,7 @@ use super::sheet::Sheet;
 use super::sights::{Sights, Stop, View, Wanted, Way, base_depths};
 use super::whole;
 use crate::cell;
-use crate::emission::Emission;
-use crate::error::RenderError;
+use crate::exchange::MethodError;
 use crate::image::Image;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -120,15 +119,15 @@ struct Difference {
     size: f64,
 }
 
-impl<E: Emission> Engine<'_, '_, E> {
+impl Engine<'_> {
     /// Compares the image with lines that it was not made from, and asks for nodes where they differ;
     /// `target` is the error allowed, in the unit of the image.
-    pub(crate) fn examine(
+    pub(crate) async fn examine(
         &mut self,
         developed: &Developed,
         target: f64,
-    ) -> Result<Verdict, RenderError<E::Error>> {
-        let suspicious = match self.examine_samples(target) {
+    ) -> Result<Verdict, MethodError> {
+        let suspicious = match self.examine_samples(target).await {
             Err(Stop::Budget) => return Ok(Verdict::Unaffordable),
             Err(Stop::Failed(error)) => return Err(error),
             Ok(suspicious) => suspicious,
@@ -160,7 +159,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             for i in 0..self.sheets.len() {
                 let tolerance = tolerances[i / self.layers.len()] / self.sheets[i].layers as f64;
                 let of_sheet = core::mem::take(&mut places[i]);
-                if !within_budget(self.sheets[i].examine_lines(of_sheet, tolerance))? {
+                if !within_budget(self.sheets[i].examine_lines(of_sheet, tolerance).await)? {
                     return Ok(Verdict::Unaffordable);
                 }
             }
@@ -172,12 +171,12 @@ impl<E: Emission> Engine<'_, '_, E> {
                 }
             }
         }
-        let verdict = self.refine_lines(&first, developed, target)?;
+        let verdict = self.refine_lines(&first, developed, target).await?;
         if verdict != Verdict::Passed {
             return Ok(verdict);
         }
         differences.retain(|of| self.has_failed(of, developed, target));
-        match self.refine_around(&differences, &tolerances)? {
+        match self.refine_around(&differences, &tolerances).await? {
             Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
             verdict => {
                 self.lines_of_exam = (2 * self.lines_of_exam).min(MOST_LINES);
@@ -197,7 +196,7 @@ impl<E: Emission> Engine<'_, '_, E> {
 
     /// Evaluations of a line that is integrated in full, on average.
     fn cost_of_full_line(&self) -> f64 {
-        let of_sheet = |sheet: &Sheet<'_, E>| {
+        let of_sheet = |sheet: &Sheet<'_>| {
             let sights = &sheet.scan.sights;
             let full = (0..sights.lines.len()).filter(|&i| sights.is_full(i));
             full.fold([0, 0], |[lines, samples], i| {
@@ -214,12 +213,12 @@ impl<E: Emission> Engine<'_, '_, E> {
 
     /// Integrates the lines of those sheets more carefully of which a line of this exam, the lines from `first`
     /// on, has shown that the depths of nodes step over something. That has failed if there was one.
-    fn refine_lines(
+    async fn refine_lines(
         &mut self,
         first: &[usize],
         developed: &Developed,
         target: f64,
-    ) -> Result<Verdict, RenderError<E::Error>> {
+    ) -> Result<Verdict, MethodError> {
         let steps_over = |&i: &usize| {
             let (sheet, weight) = (&self.sheets[i], self.largest_weight(i));
             let Scan { base_level, depth_level, .. } = sheet.scan;
@@ -243,8 +242,8 @@ impl<E: Emission> Engine<'_, '_, E> {
             let guarded = developed.guarded(i);
             let standing = scan.sights.standing();
             let refined = match is_first {
-                true => scan.scan(scan.tree.len(), guarded, tolerance),
-                false => scan.refine_depths(FINER_AT_ONCE, guarded, tolerance),
+                true => scan.scan(scan.tree.len(), guarded, tolerance).await,
+                false => scan.refine_depths(FINER_AT_ONCE, guarded, tolerance).await,
             };
             if !within_budget(refined)? {
                 self.sheets[i].scan.sights.restore(&standing);
@@ -267,7 +266,7 @@ impl<E: Emission> Engine<'_, '_, E> {
         let layers = self.layers.len();
         let mut differences = Vec::new();
         for (i, sheet) in self.sheets.iter().enumerate() {
-            let earlier: Vec<&Sheet<'_, E>> =
+            let earlier: Vec<&Sheet<'_>> =
                 self.sheets[..i].iter().skip(i % layers).step_by(layers).collect();
             let learned = &self.energies.learned[i / layers];
             let weight = self.largest_weight(i);
@@ -286,11 +285,11 @@ impl<E: Emission> Engine<'_, '_, E> {
     }
 
     /// Asks for nodes around lines that failed, and has the nodes nearby sampled where those were.
-    fn refine_around(
+    async fn refine_around(
         &mut self,
         failed: &[Difference],
         tolerances: &[f64],
-    ) -> Result<Verdict, RenderError<E::Error>> {
+    ) -> Result<Verdict, MethodError> {
         let layers = self.layers.len();
         let mut verdict = Verdict::Passed;
         for of in failed {
@@ -303,7 +302,7 @@ impl<E: Emission> Engine<'_, '_, E> {
             }
             verdict = Verdict::Failed;
             let depths = sheet.exam.significant_depths(of.line, tolerance);
-            if !within_budget(sheet.scan.sample_around(place, level, &depths, tolerance))? {
+            if !within_budget(sheet.scan.sample_around(place, level, &depths, tolerance).await)? {
                 return Ok(Verdict::Unaffordable);
             }
             sheet.scan.seeds.look_around(place, level + 1, &depths);
@@ -315,7 +314,7 @@ impl<E: Emission> Engine<'_, '_, E> {
     }
 }
 
-impl<E: Emission> Sheet<'_, E> {
+impl Sheet<'_> {
     /// Scattered places that no exam has had, of those where the sheet is in view.
     fn scattered_lines(&mut self, count: usize) -> Lines {
         let base = self.scan.depth_level;
@@ -407,7 +406,7 @@ impl<E: Emission> Sheet<'_, E> {
 
     /// Integrates lines at places that are new, from the given depths and those of the lines nearby, each
     /// to `tolerance`.
-    fn examine_lines(&mut self, places: Lines, tolerance: f64) -> Result<(), Stop<E::Error>> {
+    async fn examine_lines(&mut self, places: Lines, tolerance: f64) -> Result<(), Stop> {
         let Self { scan: Scan { view, tree, sights, depth_level, closes, .. }, exam, .. } = self;
         let first = exam.places.len();
         let mut own = Vec::new();
@@ -430,7 +429,7 @@ impl<E: Emission> Sheet<'_, E> {
             usual.push((i, depths));
             finer.push((i, own));
         }
-        let looked = exam.integrate(view, [usual, finer], tolerance, *depth_level);
+        let looked = exam.integrate(view, [usual, finer], tolerance, *depth_level).await;
         if looked.is_err() {
             exam.places.truncate(first);
             exam.sights.truncate(first);
@@ -478,17 +477,17 @@ type Ghosts = FxHashMap<u64, f64>;
 
 impl Exam {
     /// Integrates lines from the depths that nodes would begin with, then with their own besides.
-    fn integrate<E: Emission>(
+    async fn integrate(
         &mut self,
-        view: &View<'_, E>,
+        view: &View<'_>,
         [usual, finer]: [Wanted; 2],
         tolerance: f64,
         depth_level: u8,
-    ) -> Result<(), Stop<E::Error>> {
-        self.sights.refine(view, &self.places, usual, tolerance, depth_level)?;
+    ) -> Result<(), Stop> {
+        self.sights.refine(view, &self.places, usual, tolerance, depth_level).await?;
         let before: Vec<f64> = finer.iter().map(|(i, _)| self.sights.lines[*i].integral).collect();
         let numbers: Vec<usize> = finer.iter().map(|(i, _)| *i).collect();
-        self.sights.refine(view, &self.places, finer, tolerance, depth_level)?;
+        self.sights.refine(view, &self.places, finer, tolerance, depth_level).await?;
         let changes = numbers.into_iter().zip(before);
         self.changes
             .extend(changes.map(|(i, before)| (self.sights.lines[i].integral - before).abs()));
@@ -504,22 +503,22 @@ impl Exam {
     }
 }
 
-impl<E: Emission> Scan<'_, E> {
+impl Scan<'_> {
     /// Has the nodes within a spacing of `level` sampled at the given depths and integrated in full, each
     /// to `tolerance`.
-    fn sample_around(
+    async fn sample_around(
         &mut self,
         place: Place,
         level: u8,
         depths: &[u32],
         tolerance: f64,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         let is_near = |at: Place| (0..2).all(|k| at[k].abs_diff(place[k]) <= spacing(level));
         let nodes = self.tree.nodes().iter().enumerate();
         let near = nodes.filter(|(i, node)| is_near(node.place) && !self.sights.is_closed(*i));
         let near: Vec<usize> = near.map(|(i, _)| i).collect();
         let standing = self.sights.standing();
-        let integrated = self.integrate_in_full(&near, depths, tolerance);
+        let integrated = self.integrate_in_full(&near, depths, tolerance).await;
         if integrated.is_err() {
             self.sights.restore(&standing);
         }

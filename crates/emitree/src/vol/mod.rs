@@ -69,7 +69,7 @@ mod visible;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use engine::{Found, render};
+pub(crate) use engine::render;
 
 /// Options of method `vol`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,7 +13,6 @@ use super::remaining::around;
 use super::seeds::Looks;
 use super::sights::{LINES_KNOWN, Sights, Stop, View, Wanted, Way, base_depths};
 use super::whole;
-use crate::emission::Emission;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,8 +37,8 @@ const AGAIN: f64 = 1.02;
 const BETWEEN: i8 = 4;
 
 /// The image tree, its lines, and where they are sampled.
-pub(crate) struct Scan<'a, E> {
-    pub(crate) view: View<'a, E>,
+pub(crate) struct Scan<'a> {
+    pub(crate) view: View<'a>,
     pub(crate) base_level: u8,
     /// Every full line has all depths of the lattice of this level: that of the base, or a finer one after
     /// an exam has found that lines step over something.
@@ -88,7 +87,7 @@ struct Plan {
     ruled: BTreeMap<usize, usize>,
 }
 
-impl<E: Emission> Scan<'_, E> {
+impl Scan<'_> {
     /// Adds nodes, without radiances.
     pub(crate) fn add(&mut self, places: &[Place]) {
         let first = self.tree.len();
@@ -126,56 +125,52 @@ impl<E: Emission> Scan<'_, E> {
     }
 
     /// Samples the depths and refines the lines until each is within `tolerance`.
-    pub(crate) fn refine(&mut self, wanted: Wanted, tolerance: f64) -> Result<(), Stop<E::Error>> {
-        self.sights.refine(&self.view, &self.tree, wanted, tolerance, self.depth_level)
+    pub(crate) async fn refine(&mut self, wanted: Wanted, tolerance: f64) -> Result<(), Stop> {
+        self.sights.refine(&self.view, &self.tree, wanted, tolerance, self.depth_level).await
     }
 
     /// Looks on neighbours for what the given full lines have found.
-    pub(crate) fn follow(&mut self, found: &[usize], tolerance: f64) -> Result<(), Stop<E::Error>> {
-        self.sights.follow(&self.view, &self.tree, found, tolerance, self.depth_level)
+    pub(crate) async fn follow(&mut self, found: &[usize], tolerance: f64) -> Result<(), Stop> {
+        self.sights.follow(&self.view, &self.tree, found, tolerance, self.depth_level).await
     }
 
     /// Finds the radiances of the nodes from `first` on, each to `tolerance`; `guarded` are the
     /// guarded details of those before.
-    pub(crate) fn scan(
+    pub(crate) async fn scan(
         &mut self,
         first: usize,
         guarded: &[f64],
         tolerance: f64,
-    ) -> Result<(), Stop<E::Error>> {
-        let mut new: Vec<usize> = self.no_longer_good(first, tolerance)?;
+    ) -> Result<(), Stop> {
+        let mut new: Vec<usize> = self.no_longer_good(first, tolerance).await?;
         new.extend((first..self.tree.len()).filter(|&i| !self.sights.is_closed(i)));
         // Where there is no rule yet, a third of the lines may be enough to learn one.
         let plan = self.plan(&new, first, guarded, tolerance, true);
         let rest = plan.postponed.clone();
-        self.carry_out(plan, first, tolerance)?;
+        self.carry_out(plan, first, tolerance).await?;
         let plan = self.plan(&rest, first, guarded, tolerance, false);
-        self.carry_out(plan, first, tolerance)
+        self.carry_out(plan, first, tolerance).await
     }
 
     /// Does what is planned, and what turns out to be needed besides.
-    fn carry_out(
+    async fn carry_out(
         &mut self,
         mut plan: Plan,
         first: usize,
         tolerance: f64,
-    ) -> Result<(), Stop<E::Error>> {
-        self.scan_full(&plan, first, tolerance)?;
+    ) -> Result<(), Stop> {
+        self.scan_full(&plan, first, tolerance).await?;
         let mut again = self.replace_failed(&mut plan, tolerance);
-        again.extend(self.apply(&plan, tolerance)?);
-        self.scan_again(&again, first, tolerance)
+        again.extend(self.apply(&plan, tolerance).await?);
+        self.scan_again(&again, first, tolerance).await
     }
 
     /// Refines the older full lines that the tolerance has left behind, and returns the other nodes
     /// that it has: it falls with the largest pixel.
-    fn no_longer_good(
-        &mut self,
-        first: usize,
-        tolerance: f64,
-    ) -> Result<Vec<usize>, Stop<E::Error>> {
+    async fn no_longer_good(&mut self, first: usize, tolerance: f64) -> Result<Vec<usize>, Stop> {
         let beyond = (0..first).filter(|&i| self.sights.error(i) > AGAIN * tolerance);
         let (full, ruled): (Vec<usize>, Vec<usize>) = beyond.partition(|&i| self.sights.is_full(i));
-        self.refine(full.into_iter().map(|i| (i, Vec::new())).collect(), tolerance)?;
+        self.refine(full.into_iter().map(|i| (i, Vec::new())).collect(), tolerance).await?;
         Ok(ruled)
     }
 
@@ -294,12 +289,7 @@ impl<E: Emission> Scan<'_, E> {
     }
 
     /// Refines the full lines of the plan, and what they find on their neighbours.
-    fn scan_full(
-        &mut self,
-        plan: &Plan,
-        first: usize,
-        tolerance: f64,
-    ) -> Result<(), Stop<E::Error>> {
+    async fn scan_full(&mut self, plan: &Plan, first: usize, tolerance: f64) -> Result<(), Stop> {
         plan.full.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
         let mut wanted = self.start(&plan.full, first, tolerance);
         let position: FxHashMap<usize, usize> =
@@ -308,8 +298,8 @@ impl<E: Emission> Scan<'_, E> {
             // The depths of the rule too: it is compared with what it would have seen.
             wanted[position[i]].1.extend(&plan.rules[*number].rule.depths);
         }
-        self.refine(wanted, tolerance)?;
-        self.follow(&plan.full, tolerance)
+        self.refine(wanted, tolerance).await?;
+        self.follow(&plan.full, tolerance).await
     }
 
     /// The depths that new full lines start with, given the lines before node `first`.
@@ -375,10 +365,10 @@ impl<E: Emission> Scan<'_, E> {
     }
 
     /// Samples the depths of the rules, in one batch, and returns the nodes that are odd.
-    fn apply(&mut self, plan: &Plan, tolerance: f64) -> Result<Vec<usize>, Stop<E::Error>> {
+    async fn apply(&mut self, plan: &Plan, tolerance: f64) -> Result<Vec<usize>, Stop> {
         let wanted =
             plan.ruled.iter().map(|(&i, &number)| (i, plan.rules[number].rule.depths.clone()));
-        self.sights.sample(&self.view, &self.tree, &wanted.collect())?;
+        self.sights.sample(&self.view, &self.tree, &wanted.collect()).await?;
         let mut odd = Vec::new();
         for (&i, &number) in &plan.ruled {
             let BlockRule { block, rule } = &plan.rules[number];
@@ -394,51 +384,51 @@ impl<E: Emission> Scan<'_, E> {
     }
 
     /// Full lines for nodes whose rules do not hold.
-    fn scan_again(
+    async fn scan_again(
         &mut self,
         nodes: &BTreeSet<usize>,
         first: usize,
         tolerance: f64,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         let numbers: Vec<usize> = nodes.iter().copied().collect();
         let wanted = self.start(&numbers, first, tolerance);
         nodes.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
-        self.refine(wanted, tolerance)
+        self.refine(wanted, tolerance).await
     }
 
     /// Samples every full line on a lattice of depths finer by some `levels`, and finds the radiances of all
     /// other nodes anew from these lines; `guarded` are the guarded details of all nodes.
-    pub(crate) fn refine_depths(
+    pub(crate) async fn refine_depths(
         &mut self,
         levels: u8,
         guarded: &[f64],
         tolerance: f64,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         self.depth_level += levels;
         let depths = base_depths(self.depth_level);
         let in_view = (0..self.tree.len()).filter(|&i| !self.sights.is_closed(i));
         let (full, ruled): (Vec<usize>, Vec<usize>) =
             in_view.partition(|&i| self.sights.is_full(i));
-        self.refine(full.iter().map(|&i| (i, depths.clone())).collect(), tolerance)?;
-        self.follow(&full, tolerance)?;
+        self.refine(full.iter().map(|&i| (i, depths.clone())).collect(), tolerance).await?;
+        self.follow(&full, tolerance).await?;
         let (first, postpone) = (self.tree.len(), false);
         let plan = self.plan(&ruled, first, guarded, tolerance, postpone);
-        self.carry_out(plan, first, tolerance)
+        self.carry_out(plan, first, tolerance).await
     }
 
     /// Full lines for these nodes, sampled at the given depths besides; what they find is looked for on
     /// their neighbours.
-    pub(crate) fn integrate_in_full(
+    pub(crate) async fn integrate_in_full(
         &mut self,
         nodes: &[usize],
         depths: &[u32],
         tolerance: f64,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         let mut wanted = self.start(nodes, self.tree.len(), tolerance);
         wanted.iter_mut().for_each(|(_, of_line)| of_line.extend(depths));
         nodes.iter().for_each(|&i| self.sights.ways[i] = Way::Full);
-        self.refine(wanted, tolerance)?;
-        self.follow(nodes, tolerance)
+        self.refine(wanted, tolerance).await?;
+        self.follow(nodes, tolerance).await
     }
 }
 

@@ -11,7 +11,6 @@ use super::sights::{Stop, View};
 use super::spectrum::{BASE_LEVEL, Spectrum};
 use super::whole;
 use crate::cell;
-use crate::emission::Emission;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -98,14 +97,14 @@ impl<'a> Scouts<'a> {
     /// Sends scouts to the posts of the glances that the energies explain least, if they leave more
     /// than `allowed`. Each glance is a post, a place of the energy axis, the path and what is
     /// expected of it.
-    pub(crate) fn glance<E: Emission>(
+    pub(crate) async fn glance(
         &mut self,
-        layers: &[View<'_, E>],
+        layers: &[View<'_>],
         glances: &[Glance],
         allowed: f64,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         let points: Vec<_> = glances.iter().map(|glance| (glance.post, glance.energy)).collect();
-        let rates = View::spectral_rates(layers, &points, &self.bins)?;
+        let rates = View::spectral_rates(layers, &points, &self.bins).await?;
         let unexplained = |(glance, rate): (&Glance, f64)| {
             let wrong = (rate - glance.expected).abs() / self.bins.density(unit(glance.energy));
             (wrong * glance.path, *glance)
@@ -157,11 +156,7 @@ impl<'a> Scouts<'a> {
     }
 
     /// Samples and refines all spectra until each is known to a share of `allowed` in every voxel.
-    pub(crate) fn sample<E: Emission>(
-        &mut self,
-        layers: &[View<'_, E>],
-        allowed: f64,
-    ) -> Result<(), Stop<E::Error>> {
+    pub(crate) async fn sample(&mut self, layers: &[View<'_>], allowed: f64) -> Result<(), Stop> {
         loop {
             let of_scout = |(i, scout): (usize, &Scout)| {
                 let missing = self.missing(scout);
@@ -176,7 +171,7 @@ impl<'a> Scouts<'a> {
             }
             let point = |&(i, energy): &(usize, u32)| (self.scouts[i].post, energy);
             let points: Vec<_> = wanted.iter().map(point).collect();
-            let rates = View::spectral_rates(layers, &points, &self.bins)?;
+            let rates = View::spectral_rates(layers, &points, &self.bins).await?;
             for ((i, place), rate) in wanted.into_iter().zip(rates) {
                 self.scouts[i].spectrum.add(place, rate);
             }

@@ -12,7 +12,6 @@ use super::round::Scan;
 use super::shares::Shares;
 use super::sights::{Stop, Wanted, Way, base_depths};
 use super::whole;
-use crate::emission::Emission;
 use crate::image::Image;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -32,8 +31,8 @@ const ROUGH_JUMP_LEVEL: u8 = 5;
 const LEAST_OPEN: usize = 6;
 
 /// One layer of one tile at one energy, as a tree of lines.
-pub(crate) struct Sheet<'a, E> {
-    pub(crate) scan: Scan<'a, E>,
+pub(crate) struct Sheet<'a> {
+    pub(crate) scan: Scan<'a>,
     /// The number of its tile.
     pub(crate) tile: usize,
     /// The layers of its tile: the errors of their lines add up.
@@ -65,7 +64,7 @@ pub(crate) struct Seen {
     pub(crate) always_seen: bool,
 }
 
-impl<'a, E: Emission> Sheet<'a, E> {
+impl<'a> Sheet<'a> {
     /// Adds the nodes of the base lattice, and returns the depths that they start with.
     pub(crate) fn add_base(&mut self) -> Wanted {
         let level = self.scan.base_level;
@@ -120,16 +119,16 @@ impl<'a, E: Emission> Sheet<'a, E> {
 
     /// The radiances of nodes at new `places`, each to `tolerance`; whether the budget allowed it. If
     /// not, the nodes are left out again. Their values are to be set.
-    pub(crate) fn look(
+    pub(crate) async fn look(
         &mut self,
         places: &[Place],
         guarded: &[f64],
         tolerance: f64,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         let first = self.scan.tree.len();
         let standing = self.scan.sights.standing();
         self.scan.add(places);
-        let looked = self.scan.scan(first, guarded, tolerance);
+        let looked = self.scan.scan(first, guarded, tolerance).await;
         if let Err(Stop::Budget) = looked {
             self.scan.truncate(first);
             self.scan.sights.restore(&standing);

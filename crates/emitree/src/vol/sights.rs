@@ -11,8 +11,8 @@ use super::nearest::Nearest;
 use super::remaining::around;
 use super::scouts::Post;
 use super::tracking::{Bracket, NEIGHBOURS, Neighbour, Predicted, predict};
-use crate::emission::Emission;
 use crate::error::RenderError;
+use crate::exchange::MethodError;
 use crate::meter::Meter;
 use crate::projection::Layer;
 use crate::site::{Site, Sites};
@@ -22,15 +22,15 @@ use std::sync::OnceLock;
 
 /// What keeps samples from being made.
 #[derive(Debug)]
-pub(crate) enum Stop<E> {
+pub(crate) enum Stop {
     /// The budget does not suffice for the batch, or the time has ended: there are no new rates.
     Budget,
-    Failed(RenderError<E>),
+    Failed(MethodError),
 }
 
 /// Where G is sampled.
-pub(crate) struct View<'a, E> {
-    pub(crate) meter: &'a Meter<'a, E>,
+pub(crate) struct View<'a> {
+    pub(crate) meter: &'a Meter,
     pub(crate) layer: &'a dyn Layer,
     /// Which of the tiles of the image it belongs to, and of how many.
     pub(crate) tile: (usize, usize),
@@ -55,7 +55,7 @@ impl EnergySample {
     }
 }
 
-impl<E: Emission> View<'_, E> {
+impl View<'_> {
     /// One sample of the radiance per depth, G = g · ds/dz · dE/du.
     fn site(&self, [x, y, depth]: [u32; 3], energy: Option<EnergySample>) -> Site {
         let u = [unit(x), unit(y), unit(depth)];
@@ -68,35 +68,35 @@ impl<E: Emission> View<'_, E> {
     }
 
     /// Samples at the energy of the view, in one batch.
-    pub(crate) fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop<E::Error>> {
+    pub(crate) async fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop> {
         let site = |i: usize| {
             let ([x, y], depth) = points[i];
             self.site([x, y, depth], self.energy)
         };
-        evaluate(self.meter, points.len(), &site)
+        evaluate(self.meter, points.len(), &site).await
     }
 
     /// Samples at points of the `layers`, each at its own place on the energy axis, in one batch.
-    pub(crate) fn spectral_rates(
+    pub(crate) async fn spectral_rates(
         layers: &[Self],
         points: &[(Post, u32)],
         bins: &Bins<'_>,
-    ) -> Result<Vec<f64>, Stop<E::Error>> {
+    ) -> Result<Vec<f64>, Stop> {
         let Some(first) = layers.first() else { return Ok(Vec::new()) };
         let site = |i: usize| {
             let (Post { layer, place: [x, y], depth }, energy) = points[i];
             layers[layer].site([x, y, depth], Some(EnergySample::at(energy, bins)))
         };
-        evaluate(first.meter, points.len(), &site)
+        evaluate(first.meter, points.len(), &site).await
     }
 }
 
 /// Evaluates one batch, if the budget suffices for all of it.
-pub(crate) fn evaluate<E: Emission>(
-    meter: &Meter<'_, E>,
+pub(crate) async fn evaluate(
+    meter: &Meter,
     count: usize,
     site: &Sites<'_>,
-) -> Result<Vec<f64>, Stop<E::Error>> {
+) -> Result<Vec<f64>, Stop> {
     let left = meter.evaluations_left();
     // Points at which nothing can be seen cost nothing; they are counted only where it matters.
     let needed = || (0..count).filter(|&i| site(i).point.path_per_depth != 0.0).count() as u64;
@@ -104,7 +104,7 @@ pub(crate) fn evaluate<E: Emission>(
         return Err(Stop::Budget);
     }
     let mut rates = vec![0.0; count];
-    match meter.evaluate_sites(site, &mut rates) {
+    match meter.evaluate_sites(site, &mut rates).await {
         Err(RenderError::Time { .. }) => Err(Stop::Budget),
         Err(error) => Err(Stop::Failed(error)),
         Ok(()) => Ok(rates),
@@ -268,12 +268,12 @@ impl Sights {
 
     /// Samples all wanted depths in one batch; those that are there already cost nothing, and a depth
     /// may be wanted twice.
-    pub(crate) fn sample<E: Emission>(
+    pub(crate) async fn sample(
         &mut self,
-        view: &View<'_, E>,
+        view: &View<'_>,
         tree: &ImageTree,
         wanted: &Wanted,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         let missing = |(i, depths): &(usize, Vec<u32>)| {
             let line = &self.lines[*i];
             let missing = depths.iter().filter(|&&depth| !line.has(depth));
@@ -284,7 +284,7 @@ impl Sights {
         missing.par_sort_unstable();
         missing.dedup();
         let points: Vec<_> = missing.iter().map(|&(i, d)| (tree.nodes()[i].place, d)).collect();
-        let rates = view.rates(&points)?;
+        let rates = view.rates(&points).await?;
         let samples: Vec<_> =
             missing.into_iter().zip(rates).map(|((i, depth), rate)| (i, (depth, rate))).collect();
         let of_lines: Vec<_> = samples.chunk_by(|a, b| a.0 == b.0).collect();
@@ -301,16 +301,16 @@ impl Sights {
 
     /// Samples the wanted depths and refines each line of them until its error is within
     /// `tolerance`, all lines together: one batch for each step.
-    pub(crate) fn refine<E: Emission>(
+    pub(crate) async fn refine(
         &mut self,
-        view: &View<'_, E>,
+        view: &View<'_>,
         tree: &ImageTree,
         mut wanted: Wanted,
         tolerance: f64,
         base_level: u8,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         while !wanted.is_empty() {
-            self.sample(view, tree, &wanted)?;
+            self.sample(view, tree, &wanted).await?;
             wanted = self.assess(wanted.iter().map(|(i, _)| *i), tolerance, base_level);
         }
         Ok(())
@@ -448,14 +448,14 @@ impl Sights {
     }
 
     /// Looks on neighbouring full lines for what the lines `found` have found, and from there on.
-    pub(crate) fn follow<E: Emission>(
+    pub(crate) async fn follow(
         &mut self,
-        view: &View<'_, E>,
+        view: &View<'_>,
         tree: &ImageTree,
         found: &[usize],
         tolerance: f64,
         base_level: u8,
-    ) -> Result<(), Stop<E::Error>> {
+    ) -> Result<(), Stop> {
         let mut found = found.to_vec();
         for _ in 0..MOST_HOPS {
             let mut wanted: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
@@ -474,7 +474,7 @@ impl Sights {
                 break;
             }
             let wanted = wanted.into_iter().collect();
-            self.refine(view, tree, wanted, tolerance, base_level)?;
+            self.refine(view, tree, wanted, tolerance, base_level).await?;
         }
         Ok(())
     }

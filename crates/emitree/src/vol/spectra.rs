@@ -13,9 +13,8 @@ use super::sheet::Sheet;
 use super::sights::{EnergySample, Sights, Stop, View};
 use super::whole;
 use crate::cell;
-use crate::emission::Emission;
 use crate::energy::EnergyAxis;
-use crate::error::RenderError;
+use crate::exchange::MethodError;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -96,7 +95,7 @@ impl<'a> Spectra<'a> {
     }
 }
 
-impl<'b, E: Emission> Engine<'_, 'b, E> {
+impl<'b> Engine<'b> {
     /// The energies at which lines were integrated, ascending.
     pub(crate) fn energies_used(&self) -> Vec<f64> {
         let Some(spectra) = &self.spectra else { return Vec::new() };
@@ -134,7 +133,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
         }
     }
 
-    fn views(&self) -> Vec<View<'b, E>> {
+    fn views(&self) -> Vec<View<'b>> {
         let view = |visible: &super::visible::Visible<'b>| View {
             meter: self.meter,
             layer: visible.layer,
@@ -152,7 +151,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
 
     /// Where on the energy axis a few points of the volume are brightest; the middle of the axis if
     /// they are all dark.
-    pub(crate) fn brightest_energy(&self) -> Result<Option<u32>, Stop<E::Error>> {
+    pub(crate) async fn brightest_energy(&self) -> Result<Option<u32>, Stop> {
         let Some(spectra) = &self.spectra else { return Ok(None) };
         let bins = &spectra.scouts.bins;
         let energies = spectra.first_energies();
@@ -161,7 +160,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
             .iter()
             .flat_map(|&post| energies.iter().map(move |&energy| (post, energy)))
             .collect();
-        let rates = View::spectral_rates(&self.views(), &points, bins)?;
+        let rates = View::spectral_rates(&self.views(), &points, bins).await?;
         let mut sums = vec![0.0; energies.len()];
         for rates in rates.chunks(energies.len()) {
             for ((sum, rate), &place) in sums.iter_mut().zip(rates).zip(&energies) {
@@ -183,7 +182,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
             (0..1_u32 << FIRST_LOOK_LEVEL).map(move |k| (post, k * step + shift))
         };
         let points: Vec<_> = posts.iter().enumerate().flat_map(shifted).collect();
-        let rates = View::spectral_rates(&self.views(), &points, bins)?;
+        let rates = View::spectral_rates(&self.views(), &points, bins).await?;
         let size = |i: usize| rates[i].abs() / bins.density(unit(points[i].1));
         let brightest =
             (0..points.len()).fold(0, |best, i| if size(i) > size(best) { i } else { best });
@@ -207,10 +206,10 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
 
     /// The energies that the spectra on the base lines of the first one need, and their base lines;
     /// whether the budget allowed it.
-    pub(crate) fn look_at_first_spectra(
+    pub(crate) async fn look_at_first_spectra(
         &mut self,
         first: Option<u32>,
-    ) -> Result<bool, RenderError<E::Error>> {
+    ) -> Result<bool, MethodError> {
         self.energies = Energies::default();
         self.add_scouts(FIRST_SCOUTS);
         let views = self.views();
@@ -218,10 +217,10 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
         let first = first.unwrap_or_default();
         spectra.scouts.look_at(first);
         // How bright the voxels are is known once some of the spectra are.
-        let mut looked = within_budget(spectra.scouts.sample(&views, f64::INFINITY))?;
+        let mut looked = within_budget(spectra.scouts.sample(&views, f64::INFINITY).await)?;
         let largest = spectra.scouts.largest();
         let allowed = spectra.share * self.tolerance * largest;
-        looked = looked && within_budget(spectra.scouts.sample(&views, allowed))?;
+        looked = looked && within_budget(spectra.scouts.sample(&views, allowed).await)?;
         let Scouts { scouts, bins, .. } = &spectra.scouts;
         let rest = |scout| self.energies.rest(scout, bins);
         let mut rests: Vec<Rest> = scouts.iter().map(rest).collect();
@@ -237,32 +236,32 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
         if !looked {
             return Ok(false);
         }
-        Ok(self.learn_energies(largest)?
-            && self.glance(largest)?
-            && self.learn_energies(largest)?)
+        Ok(self.learn_energies(largest).await?
+            && self.glance(largest).await?
+            && self.learn_energies(largest).await?)
     }
 
     /// Samples spectra on new lines, and adds the energies that they need; whether the budget
     /// allowed it. `largest` is the largest voxel.
-    pub(crate) fn look_at_spectra(&mut self, largest: f64) -> Result<bool, RenderError<E::Error>> {
+    pub(crate) async fn look_at_spectra(&mut self, largest: f64) -> Result<bool, MethodError> {
         self.add_scouts(ROUND_SCOUTS);
-        self.learn_energies(largest)
+        self.learn_energies(largest).await
     }
 
     /// Adds energies until all sampled spectra are explained, with their base lines; whether the
     /// budget allowed it.
-    fn learn_energies(&mut self, largest: f64) -> Result<bool, RenderError<E::Error>> {
+    async fn learn_energies(&mut self, largest: f64) -> Result<bool, MethodError> {
         loop {
             let known = self.energies.len();
             let views = self.views();
             let Some(spectra) = &mut self.spectra else { return Ok(true) };
             // How bright new ones are is part of the target.
-            if !within_budget(spectra.scouts.sample(&views, f64::INFINITY))? {
+            if !within_budget(spectra.scouts.sample(&views, f64::INFINITY).await)? {
                 spectra.are_explained = false;
                 return Ok(false);
             }
             let target = self.tolerance * largest.max(spectra.scouts.largest());
-            if !self.explain_spectra(target)? {
+            if !self.explain_spectra(target).await? {
                 return Ok(false);
             }
             let places: Vec<u32> =
@@ -276,7 +275,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
                 self.spectra.iter_mut().for_each(|spectra| spectra.scouts.look_at(place));
             }
             let tolerances = self.line_tolerances(target);
-            if !self.look_at_base(first, Some(&tolerances))? {
+            if !self.look_at_base(first, Some(&tolerances)).await? {
                 self.sheets.truncate(first);
                 self.energies.learned.truncate(known);
                 return Ok(false);
@@ -287,12 +286,12 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
 
     /// Adds energies until all sampled spectra are explained to their share of `target`; whether the
     /// budget allowed it.
-    fn explain_spectra(&mut self, target: f64) -> Result<bool, RenderError<E::Error>> {
+    async fn explain_spectra(&mut self, target: f64) -> Result<bool, MethodError> {
         let views = self.views();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
         let allowed = spectra.share * target;
         let most = ENERGIES_PER_BIN * spectra.scouts.bins.factors.len() + MORE_ENERGIES;
-        let mut sampled = within_budget(spectra.scouts.sample(&views, allowed))?;
+        let mut sampled = within_budget(spectra.scouts.sample(&views, allowed).await)?;
         let Spectra { scouts, unexplained, .. } = &mut *spectra;
         let rest = |scout| self.energies.rest(scout, &scouts.bins);
         let mut rests: Vec<Rest> = scouts.scouts.par_iter().map(rest).collect();
@@ -305,7 +304,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
             let Some(worst) = worst.filter(|&i| rests[i].largest() > goal) else { break };
             goal = LEARNED_SHARE * allowed;
             scouts.sharpen(worst, rests[worst].largest(), target / self.tolerance);
-            sampled = within_budget(scouts.sample(&views, allowed))?;
+            sampled = within_budget(scouts.sample(&views, allowed).await)?;
             rests[worst] = self.energies.rest(&scouts.scouts[worst], &scouts.bins);
             if !self.energies.learn(&mut rests, worst, None, &scouts.bins) {
                 break;
@@ -368,7 +367,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
 
     /// Single samples on all lines of the base, each line at a part of the energies, and scouts where
     /// those are not explained; whether the budget allowed it.
-    fn glance(&mut self, largest: f64) -> Result<bool, RenderError<E::Error>> {
+    async fn glance(&mut self, largest: f64) -> Result<bool, MethodError> {
         let views = self.views();
         let layers = self.layers.len();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
@@ -405,7 +404,7 @@ impl<'b, E: Emission> Engine<'_, 'b, E> {
             }
         }
         let allowed = spectra.share * self.tolerance * largest;
-        within_budget(spectra.scouts.glance(&views, &glances, allowed))
+        within_budget(spectra.scouts.glance(&views, &glances, allowed).await)
     }
 }
 

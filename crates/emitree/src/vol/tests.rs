@@ -3,11 +3,14 @@
 use super::VolOptions;
 use super::coverage::LayerSamples;
 use super::engine::{by_tree, render};
+use crate::calls::Calls;
 use crate::emission::FromFn;
 use crate::meter::{Limits, Meter};
 use crate::projection::Canonical;
-use crate::render::{DEFAULT_MAX_EVALUATIONS, Method, RenderOptions, Tile};
+use crate::render::{DEFAULT_MAX_EVALUATIONS, Method, RenderOptions};
+use crate::tile::Tile;
 use core::f64::consts::TAU;
+use core::pin::pin;
 use emitree_problems::family::random_scene;
 use rayon::prelude::*;
 
@@ -16,14 +19,20 @@ const SHAPE: [usize; 2] = [64, 64];
 /// Evaluations of the engine and of the image tree alone.
 fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let emission = FromFn(|position, _| rate(position));
-    let limits =
-        Limits { max_evaluations: DEFAULT_MAX_EVALUATIONS, batch_size: u64::MAX, deadline: None };
+    let limits = Limits {
+        max_evaluations: DEFAULT_MAX_EVALUATIONS,
+        batch_size: u64::MAX,
+        whole_batches: false,
+        deadline: None,
+    };
     let vol = VolOptions { tolerance, ..Default::default() };
     let options = RenderOptions::new(Method::Vol(vol));
     let tiles = [Tile { projection: &Canonical, shape: SHAPE, place: (0, 1) }];
-    let meters = [(); 2].map(|()| Meter::new(&emission, SHAPE, limits, None));
-    render(&meters[0], &tiles, None, &vol, &options).unwrap();
-    by_tree(&meters[1], &tiles, None, &vol, &options, LayerSamples::default()).unwrap();
+    let meters = [(); 2].map(|()| Meter::new(SHAPE, limits));
+    let engine = render(&meters[0], &tiles, None, &vol, &options);
+    Calls::new(&emission, &meters[0], None).drive(pin!(engine)).unwrap();
+    let tree = by_tree(&meters[1], &tiles, None, &vol, &options, LayerSamples::default());
+    Calls::new(&emission, &meters[1], None).drive(pin!(tree)).unwrap();
     meters.map(|meter| meter.evaluations())
 }
 

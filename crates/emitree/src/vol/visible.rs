@@ -3,7 +3,7 @@
 use super::shares::{Regions, Shares};
 use crate::image::Image;
 use crate::projection::Layer;
-use crate::render::Tile;
+use crate::tile::Tile;
 use std::sync::Arc;
 
 /// A layer that some pixels have a share of.

@@ -1,15 +1,18 @@
 //! Building a tree in the world: every call of g that it costs, and the bill.
 
 use super::{WorldBox, WorldTree, WorldTreeError};
+use crate::calls::{Calls, Progress};
 use crate::emission::Emission;
 use crate::error::RenderError;
-use crate::meter::{Limits, Meter, Progress};
+use crate::exchange::MethodError;
+use crate::meter::{Limits, Meter};
 use crate::projection::MappedPoint;
-use crate::quadrature::{Integrand, Points};
+use crate::quadrature::{AsyncIntegrand, Points};
 use crate::refinement::Threshold;
 use crate::render::DEFAULT_MAX_EVALUATIONS;
 use crate::site::Mapping;
 use crate::tree::{BuildOptions, Ending, GrownPoints, PointTree};
+use core::pin::pin;
 use core::time::Duration;
 use std::time::Instant;
 
@@ -141,11 +144,14 @@ pub fn build_world_tree<E: Emission>(
     check(options)?;
     let affordable = options.max_memory_bytes / BYTES_PER_CELL;
     let max_evaluations = options.max_evaluations.min(affordable);
-    let limits = Limits { max_evaluations, batch_size: options.batch_size, deadline: None };
+    let limits = Limits {
+        max_evaluations,
+        batch_size: options.batch_size,
+        deadline: None,
+        whole_batches: emission.takes_whole_batches(),
+    };
     // There are no pixels that evaluations could be counted for.
-    let meter = Meter::new(emission, [0, 0], limits, options.progress);
-    check_directions(&meter, bounds)?;
-
+    let meter = Meter::new([0, 0], limits);
     let build_options = BuildOptions {
         order: options.order,
         base_level: options.base_level,
@@ -153,8 +159,21 @@ pub fn build_world_tree<E: Emission>(
         finest_level: options.finest_level,
         ..BuildOptions::default()
     };
-    let grown = PointTree::grow(&Rates { meter: &meter, bounds }, &build_options)
-        .map_err(RenderError::from)?;
+    let method = pin!(async {
+        match directional(&meter, bounds).await? {
+            Some(directional) => Ok(Err(directional)),
+            None => {
+                let rates = Rates { meter: &meter, bounds };
+                Ok(Ok(PointTree::grow(&rates, &build_options).await?))
+            }
+        }
+    });
+    let grown = Calls::new(emission, &meter, options.progress).drive(method)?;
+    let grown = grown.map_err(|Directional { position, rates }| WorldTreeError::Directional {
+        position,
+        directions: DIRECTIONS,
+        rates,
+    })?;
     let GrownPoints { tree: points, threshold, ending, .. } = grown;
     Ok(BuiltWorldTree {
         tree: WorldTree { bounds, points },
@@ -171,35 +190,39 @@ pub fn build_world_tree<E: Emission>(
 }
 
 /// g alone on the unit cube of the box.
-struct Rates<'a, 'b, E> {
-    meter: &'b Meter<'a, E>,
+struct Rates<'a> {
+    meter: &'a Meter,
     bounds: WorldBox,
 }
 
 /// g at points of the unit cube of a box, towards one of the two directions.
-fn evaluate<E: Emission>(
-    meter: &Meter<'_, E>,
+async fn evaluate(
+    meter: &Meter,
     bounds: WorldBox,
     direction: [f64; 3],
     points: Points<'_, 3>,
     rates: &mut [f64],
-) -> Result<(), RenderError<E::Error>> {
+) -> Result<(), MethodError> {
     let map = |u| {
         let position = bounds.world_from_unit(u);
         MappedPoint { position, direction, path_per_depth: 1.0 }
     };
-    meter.evaluate(points, Mapping { map: &map, tile: (0, 1), energy: None }, rates)
+    meter.evaluate(points, Mapping { map: &map, tile: (0, 1), energy: None }, rates).await
 }
 
-impl<E: Emission> Integrand<3> for Rates<'_, '_, E> {
-    type Error = RenderError<E::Error>;
+impl AsyncIntegrand<3> for Rates<'_> {
+    type Error = MethodError;
 
-    fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Self::Error> {
-        evaluate(self.meter, self.bounds, DIRECTIONS[0], points, values)
+    async fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), MethodError> {
+        evaluate(self.meter, self.bounds, DIRECTIONS[0], points, values).await
     }
 
     fn evaluations_left(&self) -> u64 {
         self.meter.evaluations_left()
+    }
+
+    fn is_out_of_time(_: &MethodError) -> bool {
+        false // There is no limit on the time.
     }
 }
 
@@ -238,11 +261,14 @@ fn check<E>(options: &WorldTreeOptions<'_>) -> Result<(), RenderError<E>> {
     Ok(())
 }
 
-/// Evaluates g towards both directions at a few points, and refuses rates that differ.
-fn check_directions<E: Emission>(
-    meter: &Meter<'_, E>,
-    bounds: WorldBox,
-) -> Result<(), WorldTreeError<E::Error>> {
+/// A point at which the rates towards the two directions differ.
+struct Directional {
+    position: [f64; 3],
+    rates: [f64; 2],
+}
+
+/// Evaluates g towards both directions at a few points: the first at which it differs, if there is one.
+async fn directional(meter: &Meter, bounds: WorldBox) -> Result<Option<Directional>, MethodError> {
     let cells = 1 << CHECKED_LEVEL;
     let centre = |i: usize| {
         let cell = [i % cells, i / cells % cells, i / (cells * cells)];
@@ -251,15 +277,13 @@ fn check_directions<E: Emission>(
     let points = Points::new(cells * cells * cells, &centre);
     let mut rates = [vec![0.0; points.len()], vec![0.0; points.len()]];
     for (direction, rates) in DIRECTIONS.into_iter().zip(&mut rates) {
-        evaluate(meter, bounds, direction, points, rates)?;
+        evaluate(meter, bounds, direction, points, rates).await?;
     }
     let [ours, theirs] = rates;
-    for (i, (&a, &b)) in ours.iter().zip(&theirs).enumerate() {
-        if (a - b).abs() > ROUNDING * a.abs().max(b.abs()) {
-            let position = bounds.world_from_unit(centre(i));
-            let (directions, rates) = (DIRECTIONS, [a, b]);
-            return Err(WorldTreeError::Directional { position, directions, rates });
-        }
-    }
-    Ok(())
+    let mut both = ours.iter().copied().zip(theirs.iter().copied());
+    let differ = both.position(|(a, b)| (a - b).abs() > ROUNDING * a.abs().max(b.abs()));
+    Ok(differ.map(|i| Directional {
+        position: bounds.world_from_unit(centre(i)),
+        rates: [ours[i], theirs[i]],
+    }))
 }

@@ -24,17 +24,19 @@ mod search;
 
 use super::VolOptions;
 use super::coverage::{LayerSamples, SEEN_SHARE, fraction_of_view, size_seen};
-use super::engine::{Found, LOOSEST_TOLERANCE, STOP, finest_level, first_look};
+use super::engine::{LOOSEST_TOLERANCE, STOP, finest_level, first_look};
 use super::lattice::points_to_see;
 use super::seeds::Looks;
 use super::sights::Stop;
 use crate::cube::Cube;
-use crate::emission::Emission;
 use crate::error::RenderError;
+use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
+use crate::method::Made;
 use crate::radiance::{PixelRows, radiance_per_density};
-use crate::render::{Frame, RenderOptions, Tile};
+use crate::render::{Frame, RenderOptions};
+use crate::tile::Tile;
 use crate::tree::Ending;
 use core::ops::ControlFlow;
 use forecast::Forecast;
@@ -65,12 +67,12 @@ const NOTICED: f64 = 1e-3;
 const USUAL_LEVEL: u8 = 6;
 
 /// Tries the image to the tolerance of `vol` from an interpolant of G.
-pub(crate) fn attempt<E: Emission>(
-    meter: &Meter<'_, E>,
+pub(crate) async fn attempt(
+    meter: &Meter,
     tiles: &[Tile<'_>],
     vol: &VolOptions,
     options: &RenderOptions<'_>,
-) -> Result<Attempted, RenderError<E::Error>> {
+) -> Result<Attempted, MethodError> {
     let nothing = Attempted::default();
     let &[tile] = tiles else { return Ok(nothing) };
     let layers = tile.projection.layers();
@@ -97,7 +99,7 @@ pub(crate) fn attempt<E: Emission>(
         wanted,
         smallest: None,
     };
-    let found = match attempt.run() {
+    let found = match attempt.run().await {
         Ok(found) => Some(found),
         // If the time may end before there is an image from lines, this one is better than none.
         Err(End::Hopeless) if meter.deadline().is_some() => Some(attempt.unfinished()),
@@ -113,14 +115,14 @@ pub(crate) fn attempt<E: Emission>(
 pub(crate) struct Attempted {
     /// The image to the tolerance, or the best one that a part of the budget allows; none if an image tree
     /// is the better way, for all that is known.
-    pub(crate) found: Option<Found>,
+    pub(crate) found: Option<Made>,
     /// Its scattered samples.
     pub(crate) samples: LayerSamples,
 }
 
-struct Attempt<'a, 'b, E> {
-    meter: &'a Meter<'b, E>,
-    search: Search<'a, 'b, E>,
+struct Attempt<'a> {
+    meter: &'a Meter,
+    search: Search<'a>,
     /// The image wanted…
     pixels: PixelRows<'a>,
     /// …and of a coarser one, radiances over means of the irradiance density…
@@ -138,9 +140,9 @@ struct Attempt<'a, 'b, E> {
     smallest: Option<f64>,
 }
 
-impl<E: Emission> Attempt<'_, '_, E> {
-    fn run(&mut self) -> Result<Found, End<E::Error>> {
-        self.search.probe()?;
+impl Attempt<'_> {
+    async fn run(&mut self) -> Result<Made, End> {
+        self.search.probe().await?;
         let mut forecast = Forecast::new(STOP * self.tolerance);
         loop {
             let mut judgement = self.search.judge();
@@ -157,7 +159,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
             let error = largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values));
             let error = error / largest;
             if error <= STOP * self.tolerance && self.search.probes() < self.probes_needed() {
-                self.search.probe()?;
+                self.search.probe().await?;
                 continue;
             }
             if error <= STOP * self.tolerance {
@@ -168,7 +170,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
                     let of_rate = self.coarse_scale.largest() / (self.tolerance * largest);
                     let passes = of_rate * self.search.last_followed();
                     self.smallest = Some(size_seen(self.search.probes(), passes.max(LEAST_PASS)));
-                    judgement = self.search.ascend(&judgement)?;
+                    judgement = self.search.ascend(&judgement).await?;
                     // The errors with what ascents have found, which is more than what probes have.
                     let maps = self.maps(&judgement.left, self.pixels);
                     let is_good = maps.largest_error <= self.tolerance * maps.largest;
@@ -195,7 +197,7 @@ impl<E: Emission> Attempt<'_, '_, E> {
             }
             self.coarse_largest = None;
             let before = self.search.interpolant.clone();
-            if let Err(end) = self.search.grow(&judgement) {
+            if let Err(end) = self.search.grow(&judgement).await {
                 self.search.interpolant = before;
                 return Err(end);
             }
@@ -248,14 +250,14 @@ impl<E: Emission> Attempt<'_, '_, E> {
     }
 
     /// Shows the image so far to those who want to see it.
-    fn show(&self, left: &Left) -> Result<(), End<E::Error>> {
+    fn show(&self, left: &Left) -> Result<(), End> {
         if self.options.frame.is_none() || self.search.interpolant.ranks().contains(&0) {
             return Ok(()); // There is nobody to see it, or nothing to see yet.
         }
         self.show_maps(&self.maps(left, self.pixels))
     }
 
-    fn show_maps(&self, Maps { image, error, .. }: &Maps) -> Result<(), End<E::Error>> {
+    fn show_maps(&self, Maps { image, error, .. }: &Maps) -> Result<(), End> {
         let Some(callback) = self.options.frame else { return Ok(()) };
         let (evaluations, batches) = (self.meter.evaluations(), self.meter.batches());
         match callback(&Frame { image, error, evaluations, batches }) {
@@ -265,21 +267,18 @@ impl<E: Emission> Attempt<'_, '_, E> {
     }
 
     /// The image of a search that has ended before its goal.
-    fn unfinished(&mut self) -> Found {
+    fn unfinished(&mut self) -> Made {
         let left = self.search.judge().left;
         self.found(self.maps(&left, self.pixels), Ending::Budget)
     }
 
     /// The image as it is.
-    fn found(&self, Maps { image, error, .. }: Maps, ending: Ending) -> Found {
-        Found {
-            cube: Cube::from_bands(vec![image]),
-            error: Cube::from_bands(vec![error]),
-            ending,
-            base_level: self.vol.base_level,
-            energies: Vec::new(),
-            smallest_feature: self.smallest,
-        }
+    fn found(&self, Maps { image, error, .. }: Maps, ending: Ending) -> Made {
+        let [cube, error] = [image, error].map(|map| Cube::from_bands(vec![map]));
+        let mut made = Made::new(cube, Some(error), ending);
+        made.base_level = Some(self.vol.base_level);
+        made.smallest_feature = self.smallest;
+        made
     }
 }
 

@@ -4,12 +4,15 @@ use super::super::VolOptions;
 use super::super::coverage::LayerSamples;
 use super::super::engine::by_tree;
 use super::interpolant::Interpolant;
+use crate::calls::Calls;
 use crate::emission::{Emission, Samples};
 use crate::meter::{Deadline, Limits, Meter};
 use crate::projection::Canonical;
-use crate::render::{Frame, Method, RenderOptions, Tile};
+use crate::render::{Frame, Method, RenderOptions};
+use crate::tile::Tile;
 use core::convert::Infallible;
 use core::ops::ControlFlow;
+use core::pin::pin;
 
 /// An interpolant as an emission, in canonical coordinates.
 struct Stage<'a>(&'a Interpolant);
@@ -34,8 +37,9 @@ pub(super) fn evaluations_of_tree(
 ) -> Option<f64> {
     let stage = Stage(interpolant);
     // A limit would make the tree go another way, so it is stopped from outside.
-    let limits = Limits { max_evaluations: u64::MAX, batch_size: u64::MAX, deadline };
-    let meter = Meter::new(&stage, [0, 0], limits, None);
+    let (max_evaluations, batch_size, whole_batches) = (u64::MAX, u64::MAX, false);
+    let limits = Limits { max_evaluations, batch_size, whole_batches, deadline };
+    let meter = Meter::new([0, 0], limits);
     let stop = |frame: &Frame<'_>| match frame.evaluations as f64 > most {
         true => ControlFlow::Break(()),
         false => ControlFlow::Continue(()),
@@ -43,7 +47,9 @@ pub(super) fn evaluations_of_tree(
     let vol = VolOptions { tolerance, ..VolOptions::default() };
     let options = RenderOptions { frame: Some(&stop), ..RenderOptions::new(Method::Vol(vol)) };
     let tile = Tile { projection: &Canonical, shape, place: (0, 1) };
-    by_tree(&meter, &[tile], None, &vol, &options, LayerSamples::default()).ok()?;
+    let tiles = [tile];
+    let tree = by_tree(&meter, &tiles, None, &vol, &options, LayerSamples::default());
+    Calls::new(&stage, &meter, None).drive(pin!(tree)).ok()?;
     Some(meter.evaluations() as f64)
 }
 

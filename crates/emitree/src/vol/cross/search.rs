@@ -1,6 +1,6 @@
 //! The search for an interpolant: fibers where most is left, until little is left everywhere.
 
-use super::super::ascent::{self, ascend};
+use super::super::ascent::{self, Ascents};
 use super::super::coverage::{LINE_FROM, LayerSamples, SEEN_SHARE, WIDTH_OF_GAUSSIAN};
 use super::super::lattice::{self, smallest_seen};
 use super::super::sights::{Stop, evaluate};
@@ -8,7 +8,6 @@ use super::fibers::largest;
 use super::interpolant::Interpolant;
 use super::jump::{CLOSER_LOOKS, Steep};
 use super::probes::Left;
-use crate::emission::Emission;
 use crate::meter::Meter;
 use crate::projection::Layer;
 use crate::site::Site;
@@ -36,26 +35,26 @@ const CLOSER: f64 = 0.3;
 const MOST_CLOSER: u32 = 4;
 
 /// Through what G is seen.
-pub(super) struct View<'a, 'b, E> {
-    pub(super) meter: &'a Meter<'b, E>,
+pub(super) struct View<'a> {
+    pub(super) meter: &'a Meter,
     pub(super) layer: &'a dyn Layer,
 }
 
-impl<E: Emission> View<'_, '_, E> {
+impl View<'_> {
     /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
-    fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop<E::Error>> {
+    async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
         let site = |i: usize| {
             let u = points[i];
             let mut point = self.layer.world_from_canonical(u);
             point.path_per_depth *= self.layer.solid_angle_density([u[0], u[1]]);
             Site { xy: [u[0], u[1]], point, energy: None, tile: (0, 1) }
         };
-        evaluate(self.meter, points.len(), &site)
+        evaluate(self.meter, points.len(), &site).await
     }
 
     /// The same at several groups of points.
-    fn rates_of_groups(&self, groups: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<f64>>, Stop<E::Error>> {
-        let mut rates = self.rates(&groups.concat())?.into_iter();
+    async fn rates_of_groups(&self, groups: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<f64>>, Stop> {
+        let mut rates = self.rates(&groups.concat()).await?.into_iter();
         Ok(groups.iter().map(|group| rates.by_ref().take(group.len()).collect()).collect())
     }
 }
@@ -77,8 +76,8 @@ fn worse(worst: Worst, (point, rest): Worst) -> Worst {
 }
 
 /// An interpolant on its way.
-pub(super) struct Search<'a, 'b, E> {
-    view: View<'a, 'b, E>,
+pub(super) struct Search<'a> {
+    view: View<'a>,
     pub(super) interpolant: Interpolant,
     probes: Probes,
     /// The worst of the fibers, if the interpolant has been asked.
@@ -103,20 +102,20 @@ impl Judgement {
 }
 
 /// Why a search can't go on.
-pub(super) enum End<E> {
+pub(super) enum End {
     /// G has too much structure for an interpolant.
     Hopeless,
-    Stopped(Stop<E>),
+    Stopped(Stop),
 }
 
-impl<E> From<Stop<E>> for End<E> {
-    fn from(stop: Stop<E>) -> Self {
+impl From<Stop> for End {
+    fn from(stop: Stop) -> Self {
         Self::Stopped(stop)
     }
 }
 
-impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
-    pub(super) fn new(view: View<'a, 'b, E>, tolerance: f64) -> Self {
+impl<'a> Search<'a> {
+    pub(super) fn new(view: View<'a>, tolerance: f64) -> Self {
         let finest_level =
             if tolerance >= MODERATE { FINEST_LEVEL_IF_MODERATE } else { FINEST_LEVEL };
         let interpolant = Interpolant::new(FIRST_LEVEL);
@@ -140,13 +139,15 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
 
     /// Looks for more that is left in ascents from the points where most is: what is left with the points
     /// that they have found, and the worst of all.
-    pub(super) fn ascend(&mut self, judgement: &Judgement) -> Result<Judgement, Stop<E::Error>> {
-        let find = |points: &[[f64; 3]]| -> Result<Vec<f64>, Stop<E::Error>> {
-            let rates = self.view.rates(points)?;
-            let values = self.interpolant.values(points);
-            Ok(rates.iter().zip(values.iter()).map(|(rate, value)| (rate - value).abs()).collect())
-        };
-        let found = ascend(self.followed(), self.probes(), |_| true, |rest| *rest, find)?;
+    pub(super) async fn ascend(&mut self, judgement: &Judgement) -> Result<Judgement, Stop> {
+        let mut ascents = Ascents::new(self.followed(), self.probes());
+        while let Some(points) = ascents.next(|_| true) {
+            let rates = self.view.rates(&points).await?;
+            let values = self.interpolant.values(&points);
+            let both = rates.iter().zip(values.iter());
+            ascents.take(both.map(|(rate, value)| (rate - value).abs()).collect(), |rest| *rest);
+        }
+        let found = ascents.best();
         let Probes { points, rates, values } = &self.probes;
         let rest = rates.iter().zip(values).map(|(rate, value)| rate - value);
         let (mut points, mut rest): (Vec<[f64; 3]>, Vec<f64>) = (points.clone(), rest.collect());
@@ -168,11 +169,11 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
     }
 
     /// Doubles the scattered points.
-    pub(super) fn probe(&mut self) -> Result<(), Stop<E::Error>> {
+    pub(super) async fn probe(&mut self) -> Result<(), Stop> {
         let first = self.probes();
         let more = first.max(FIRST_PROBES);
         let points: Vec<[f64; 3]> = (first..first + more).map(lattice::point).collect();
-        self.probes.rates.extend(self.view.rates(&points)?);
+        self.probes.rates.extend(self.view.rates(&points).await?);
         self.probes.points.extend(points);
         Ok(())
     }
@@ -206,20 +207,20 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
     }
 
     /// Takes up the fibers through the point where most is left.
-    pub(super) fn grow(&mut self, judgement: &Judgement) -> Result<(), End<E::Error>> {
+    pub(super) async fn grow(&mut self, judgement: &Judgement) -> Result<(), End> {
         let (point, most) = judgement.worst;
         self.probes.values.clear();
         self.of_fibers = None;
         let is_first = self.interpolant.ranks() == [0; 3];
-        self.add_fibers(point)?;
+        self.add_fibers(point).await?;
         if is_first {
-            self.check_for_jumps(most)?;
+            self.check_for_jumps(most).await?;
         }
         let resolved = if is_first { FIRST_RESOLVED } else { RESOLVED };
         let mut is_new = [true; 3];
         let mut allowed = most;
         for _ in 0..MOST_CLOSER {
-            let mut has_grown = self.resolve(resolved * allowed)?;
+            let mut has_grown = self.resolve(resolved * allowed).await?;
             for (fibers, is_new) in self.interpolant.axes.iter_mut().zip(&mut is_new) {
                 if *is_new && fibers.learn_last(WORTHWHILE * allowed) {
                     *is_new = false;
@@ -229,7 +230,7 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
             if has_grown {
                 let new = self.interpolant.axes.iter_mut().zip(is_new).filter(|(_, new)| *new);
                 new.for_each(|(fibers, _)| fibers.forget_last());
-                let rates = self.view.rates(&self.interpolant.missing())?;
+                let rates = self.view.rates(&self.interpolant.missing()).await?;
                 self.interpolant.fill(&rates);
                 return Ok(());
             }
@@ -239,11 +240,11 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
     }
 
     /// The fibers through a point, in one batch.
-    fn add_fibers(&mut self, point: [f64; 3]) -> Result<(), Stop<E::Error>> {
+    async fn add_fibers(&mut self, point: [f64; 3]) -> Result<(), Stop> {
         let axes = &mut self.interpolant.axes;
         let wanted: Vec<Vec<[f64; 3]>> =
             (0..3).map(|axis| along(axis, others(axis, point), axes[axis].places())).collect();
-        let rates = self.view.rates_of_groups(&wanted)?;
+        let rates = self.view.rates_of_groups(&wanted).await?;
         for (axis, (fibers, rates)) in axes.iter_mut().zip(rates).enumerate() {
             fibers.add(others(axis, point), rates);
         }
@@ -251,7 +252,7 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
     }
 
     /// Ends the search if G jumps on one of the newest fibers.
-    fn check_for_jumps(&self, most: f64) -> Result<(), End<E::Error>> {
+    async fn check_for_jumps(&self, most: f64) -> Result<(), End> {
         let axes = &self.interpolant.axes;
         let newest = |axis: usize| axes[axis].at.last().copied().unwrap_or_default();
         let mut steep: Vec<(usize, Steep)> =
@@ -259,7 +260,7 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
         for _ in 0..CLOSER_LOOKS {
             let wanted =
                 steep.iter().map(|(axis, steep)| along(*axis, newest(*axis), &steep.inside()));
-            let rates = self.view.rates_of_groups(&wanted.collect::<Vec<_>>())?;
+            let rates = self.view.rates_of_groups(&wanted.collect::<Vec<_>>()).await?;
             let closer = steep.iter().zip(rates);
             steep = closer
                 .filter_map(|((axis, steep), rates)| Some((*axis, steep.closer(&rates)?)))
@@ -272,7 +273,7 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
     }
 
     /// Refines the axes until all of their fibers are resolved to `allowed`; whether one had to be.
-    fn resolve(&mut self, allowed: f64) -> Result<bool, End<E::Error>> {
+    async fn resolve(&mut self, allowed: f64) -> Result<bool, End> {
         let mut has_refined = false;
         loop {
             let axes = &self.interpolant.axes;
@@ -293,7 +294,7 @@ impl<'a, 'b, E: Emission> Search<'a, 'b, E> {
                 axes[axis].at.iter().map(move |&at| along(axis, at, &places))
             };
             let wanted: Vec<Vec<[f64; 3]>> = coarse.iter().flat_map(of_axis).collect();
-            let mut rates = self.view.rates_of_groups(&wanted)?.into_iter();
+            let mut rates = self.view.rates_of_groups(&wanted).await?.into_iter();
             for axis in coarse {
                 let fibers = &mut self.interpolant.axes[axis];
                 let own: Vec<Vec<f64>> = rates.by_ref().take(fibers.at.len()).collect();

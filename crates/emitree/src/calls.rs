@@ -1,0 +1,198 @@
+//! The calls of g: batches are shared out among threads, timed, and ended with the time allowed.
+
+use crate::emission::{Emission, Samples};
+use crate::error::RenderError;
+use crate::exchange::{Batch, EmissionFailed, MethodError, drive};
+use crate::meter::Meter;
+use core::future::Future;
+use core::ops::ControlFlow;
+use core::pin::Pin;
+use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Sample points that one thread hands to g at a time, at the most: enough for a vectorised model to
+/// forget the call, few enough that positions, directions and rates stay in its cache.
+const MOST_SAMPLES_PER_CALL: usize = 2048;
+/// And at the least, if a batch is so small that it is shared out among the threads.
+const LEAST_SAMPLES_PER_CALL: usize = 16;
+
+/// The share of the time allowed that one call of g may be expected to take.
+const SHARE_OF_TIME_PER_CALL: f64 = 0.05;
+
+/// A batch that is expected to take less than this is not shared out.
+const WORTH_A_THREAD_NANOSECONDS: f64 = 3e4;
+
+/// Hears how many evaluations have been made so far, and may end the rendering.
+pub type Progress<'a> = dyn Fn(u64) -> ControlFlow<()> + Sync + 'a;
+
+/// An emission that is evaluated for a method.
+pub(crate) struct Calls<'a, E> {
+    emission: &'a E,
+    meter: &'a Meter,
+    progress: Option<&'a Progress<'a>>,
+}
+
+impl<'a, E: Emission> Calls<'a, E> {
+    /// Calls of `emission`, counted by `meter`; `progress` hears of each.
+    pub(crate) fn new(
+        emission: &'a E,
+        meter: &'a Meter,
+        progress: Option<&'a Progress<'a>>,
+    ) -> Self {
+        Self { emission, meter, progress }
+    }
+
+    /// What a method makes with the rates of the emission.
+    pub(crate) fn drive<T>(
+        &self,
+        method: Pin<&mut (dyn Future<Output = Result<T, MethodError>> + '_)>,
+    ) -> Result<T, RenderError<E::Error>> {
+        let mut failure = None;
+        let result = drive(self.meter.exchange(), method, |batch| {
+            self.evaluate(batch).map_err(|error| {
+                error.with_emission_error(|error| {
+                    failure = Some(error);
+                    Some(EmissionFailed)
+                })
+            })
+        });
+        result.map_err(|error| error.with_emission_error(|EmissionFailed| failure.take()))
+    }
+
+    /// The rates of one batch.
+    pub(crate) fn evaluate(&self, batch: &mut Batch) -> Result<(), RenderError<E::Error>> {
+        let Batch { positions, directions, energies, rates } = batch;
+        let threads = rayon::current_num_threads();
+        let per_call = rates.len().div_ceil(threads);
+        let per_call = match self.emission.takes_whole_batches() {
+            true => rates.len().max(1),
+            false => per_call
+                .clamp(LEAST_SAMPLES_PER_CALL, MOST_SAMPLES_PER_CALL)
+                .min(self.samples_before_deadline(threads)),
+        };
+        let calls = rates.len().div_ceil(per_call);
+        let in_calls = AtomicU64::new(0);
+        // Calls behind one that failed are left out, those before it are made: so the first failure
+        // in the order of the points is found, whatever the threads.
+        let failed = AtomicUsize::new(usize::MAX);
+        let call = |(number, rates): (usize, &mut [f64])| {
+            if number > failed.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            let points = number * per_call..number * per_call + rates.len();
+            let samples = Samples::new(&positions[points.clone()], &directions[points.clone()]);
+            let samples = samples.at_energies(energies.get(points).unwrap_or_default());
+            let result = self.call(&samples, rates, &in_calls);
+            if result.is_err() {
+                failed.fetch_min(number, Ordering::Relaxed);
+            }
+            result
+        };
+        let at_once = if self.is_short(rates.len()) { calls } else { 1 };
+        let all_calls = rates.par_chunks_mut(per_call).enumerate().with_min_len(at_once);
+        let results: Vec<Result<(), RenderError<E::Error>>> = all_calls.map(call).collect();
+        // Parallel calls are not each other's waiting time.
+        self.meter.count_nanoseconds(in_calls.into_inner() / calls.min(threads).max(1) as u64);
+        results.into_iter().collect()
+    }
+
+    /// The samples of one call that are expected to take a small share of the time allowed, since a call
+    /// that has begun is waited for; few as long as nothing is known of g.
+    fn samples_before_deadline(&self, threads: usize) -> usize {
+        let Some(deadline) = self.meter.deadline() else { return usize::MAX };
+        let evaluations = self.meter.evaluations() as f64;
+        let nanoseconds = self.meter.emission_time().as_nanos() as f64;
+        if nanoseconds == 0.0 {
+            return LEAST_SAMPLES_PER_CALL;
+        }
+        let of_one = threads as f64 * nanoseconds / evaluations;
+        let samples = SHARE_OF_TIME_PER_CALL * 1e9 * deadline.seconds / of_one;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let samples = samples as usize;
+        samples.max(LEAST_SAMPLES_PER_CALL)
+    }
+
+    /// Whether so many evaluations take less time than it does to wake another thread, as far as is
+    /// known.
+    fn is_short(&self, evaluations: usize) -> bool {
+        let so_far = self.meter.evaluations() as f64;
+        let nanoseconds = self.meter.emission_time().as_nanos() as f64;
+        so_far > 0.0 && nanoseconds / so_far * (evaluations as f64) < WORTH_A_THREAD_NANOSECONDS
+    }
+
+    /// One call of g.
+    fn call(
+        &self,
+        samples: &Samples<'_>,
+        rates: &mut [f64],
+        in_calls: &AtomicU64,
+    ) -> Result<(), RenderError<E::Error>> {
+        self.meter.check_time()?;
+        let start = Instant::now();
+        let result = self.emission.emission_rates(samples, rates);
+        let spent = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        in_calls.fetch_add(spent, Ordering::Relaxed);
+        let evaluations = self.meter.count(samples.len());
+        result.map_err(RenderError::Emission)?;
+        match self.progress.map(|progress| progress(evaluations)) {
+            Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::Canonical;
+    use crate::render::{Method, RenderOptions, render};
+    use crate::{LosOptions, Steps};
+    use core::convert::Infallible;
+    use std::sync::Mutex;
+
+    /// 1 everywhere; keeps the sizes of its calls.
+    struct Calls {
+        whole: bool,
+        sizes: Mutex<Vec<usize>>,
+    }
+
+    impl Emission for Calls {
+        type Error = Infallible;
+
+        fn emission_rates(
+            &self,
+            samples: &Samples<'_>,
+            rates: &mut [f64],
+        ) -> Result<(), Infallible> {
+            self.sizes
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner)
+                .push(samples.len());
+            rates.fill(1.0);
+            Ok(())
+        }
+
+        fn takes_whole_batches(&self) -> bool {
+            self.whole
+        }
+    }
+
+    /// The sizes of all calls for 16 × 16 pixels, 64 steps each, in batches of 10 000 at the most.
+    fn sizes(whole: bool) -> Vec<usize> {
+        let calls = Calls { whole, sizes: Mutex::default() };
+        let los = LosOptions { lines: 1, steps: Steps::Fixed(64) };
+        let options = RenderOptions { batch_size: 10_000, ..RenderOptions::new(Method::Los(los)) };
+        let rendering = render(&&calls, &Canonical, [16, 16], &options).unwrap();
+        assert_eq!((rendering.evaluations, rendering.batches), (16_384, 2));
+        calls.sizes.into_inner().unwrap()
+    }
+
+    #[test]
+    fn a_batch_comes_in_one_call_or_in_many() {
+        assert_eq!(sizes(true), [10_000, 6_384]);
+        let shared = sizes(false);
+        assert_eq!(shared.iter().sum::<usize>(), 16_384);
+        assert!(shared.iter().all(|&size| size <= MOST_SAMPLES_PER_CALL));
+    }
+}

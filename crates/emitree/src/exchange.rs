@@ -1,0 +1,183 @@
+//! The exchange of a method, which asks for rates at points, with a caller, who evaluates g there.
+//!
+//! A method is an asynchronous function that waits for rates and for nothing else. So it can be held while
+//! it waits, and the caller has the loop: see [`drive`] for the shortest one.
+
+use crate::error::RenderError;
+use core::fmt;
+use core::future::{Future, poll_fn};
+use core::pin::Pin;
+use core::task::{Context, Poll, Waker};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Says that the emission failed; the caller has its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EmissionFailed;
+
+impl fmt::Display for EmissionFailed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the emission failed")
+    }
+}
+
+impl core::error::Error for EmissionFailed {}
+
+/// The error of a method, which knows nothing of the type of the emission.
+pub(crate) type MethodError = RenderError<EmissionFailed>;
+
+/// Points at which rates are asked for, and the rates once they are known.
+#[derive(Debug, Default)]
+pub(crate) struct Batch {
+    /// In world coordinates and the scene's length unit.
+    pub(crate) positions: Vec<[f64; 3]>,
+    /// Unit vectors of emission.
+    pub(crate) directions: Vec<[f64; 3]>,
+    /// One for each point, or none without an energy axis.
+    pub(crate) energies: Vec<f64>,
+    /// One for each point.
+    pub(crate) rates: Vec<f64>,
+}
+
+impl Batch {
+    /// The number of points.
+    pub(crate) fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Room for so many points; energies are none.
+    pub(crate) fn make_room(&mut self, points: usize) {
+        self.positions.resize(points, [0.0; 3]);
+        self.directions.resize(points, [0.0; 3]);
+        self.energies.clear();
+    }
+
+    /// Leaves the first `points`, whose rates are still to be told.
+    pub(crate) fn truncate(&mut self, points: usize) {
+        self.positions.truncate(points);
+        self.directions.truncate(points);
+        self.rates.clear();
+        self.rates.resize(points, 0.0);
+    }
+}
+
+/// Where a method leaves what it asks for, and a caller the answer.
+#[derive(Debug, Default)]
+pub(crate) struct Exchange(Mutex<State>);
+
+#[derive(Debug, Default)]
+enum State {
+    #[default]
+    Idle,
+    Asked(Batch),
+    Answered(Result<Batch, MethodError>),
+}
+
+impl Exchange {
+    /// Asks for the rates of a batch, and waits for them.
+    pub(crate) async fn ask(&self, batch: Batch) -> Result<Batch, MethodError> {
+        *self.state() = State::Asked(batch);
+        poll_fn(|_| match core::mem::take(&mut *self.state()) {
+            State::Answered(answer) => Poll::Ready(answer),
+            waiting => {
+                *self.state() = waiting;
+                Poll::Pending
+            }
+        })
+        .await
+    }
+
+    /// Takes the batch that is asked for, if one is.
+    pub(crate) fn take(&self) -> Option<Batch> {
+        match core::mem::take(&mut *self.state()) {
+            State::Asked(batch) => Some(batch),
+            State::Idle | State::Answered(_) => None,
+        }
+    }
+
+    /// Answers what has been asked.
+    pub(crate) fn answer(&self, answer: Result<Batch, MethodError>) {
+        *self.state() = State::Answered(answer);
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Takes a method up to where it asks or ends.
+pub(crate) fn advance<T>(method: Pin<&mut (impl Future<Output = T> + ?Sized)>) -> Poll<T> {
+    method.poll(&mut Context::from_waker(Waker::noop()))
+}
+
+/// The result of a method whose questions are all answered by `evaluate`.
+pub(crate) fn drive<T>(
+    exchange: &Exchange,
+    mut method: Pin<&mut (dyn Future<Output = T> + '_)>,
+    mut evaluate: impl FnMut(&mut Batch) -> Result<(), MethodError>,
+) -> T {
+    loop {
+        if let Poll::Ready(result) = advance(method.as_mut()) {
+            return result;
+        }
+        if let Some(mut batch) = exchange.take() {
+            let evaluated = evaluate(&mut batch);
+            exchange.answer(evaluated.map(|()| batch));
+        }
+    }
+}
+
+/// The result of a function that never has to wait.
+pub(crate) fn at_once<T>(function: impl Future<Output = T>) -> T {
+    let mut function = core::pin::pin!(function);
+    loop {
+        if let Poll::Ready(result) = advance(function.as_mut()) {
+            return result;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::pin::pin;
+
+    /// Asks for the rates at 0, 1, 2 and so on until their sum is above 10.
+    async fn adds_up(exchange: &Exchange) -> Result<f64, MethodError> {
+        let mut sum = 0.0;
+        for k in 0.. {
+            let positions = vec![[f64::from(k), 0.0, 0.0]];
+            let batch = Batch { positions, rates: vec![0.0], ..Batch::default() };
+            sum += exchange.ask(batch).await?.rates[0];
+            if sum > 10.0 {
+                break;
+            }
+        }
+        Ok(sum)
+    }
+
+    #[test]
+    fn a_method_waits_until_it_is_answered() {
+        let exchange = Exchange::default();
+        let mut method = pin!(adds_up(&exchange));
+        assert!(advance(method.as_mut()).is_pending());
+        assert!(advance(method.as_mut()).is_pending(), "nobody has answered");
+        let mut batch = exchange.take().unwrap();
+        assert!(exchange.take().is_none(), "what was taken is there once");
+        batch.rates[0] = 11.0;
+        exchange.answer(Ok(batch));
+        assert_eq!(advance(method.as_mut()), Poll::Ready(Ok(11.0)));
+    }
+
+    #[test]
+    fn a_loop_answers_all_questions_and_ends_at_an_error() {
+        let exchange = Exchange::default();
+        let square = |batch: &mut Batch| {
+            batch.rates[0] = batch.positions[0][0].powi(2);
+            Ok(())
+        };
+        assert_eq!(drive(&exchange, pin!(adds_up(&exchange)), square), Ok(14.0));
+        let fails = |_: &mut Batch| Err(RenderError::Emission(EmissionFailed));
+        let failed = drive(&exchange, pin!(adds_up(&exchange)), fails);
+        assert_eq!(failed, Err(RenderError::Emission(EmissionFailed)));
+    }
+}

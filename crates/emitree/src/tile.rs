@@ -1,0 +1,70 @@
+//! Tiles: the squares of an image that projections map one by one.
+
+use crate::error::RenderError;
+use crate::image::Image;
+use crate::projection::{Projection, Region};
+use crate::radiance::PixelRows;
+
+/// One square of an image: all of it, or one of several that lie one above the other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tile<'a> {
+    pub(crate) projection: &'a dyn Projection,
+    /// Height and width in pixels.
+    pub(crate) shape: [usize; 2],
+    /// Its number from the lowest, and the number of all.
+    pub(crate) place: (usize, usize),
+}
+
+impl<'a> Tile<'a> {
+    /// The tiles of a projection's image, the lowest first.
+    pub(crate) fn of<E>(
+        projection: &'a dyn Projection,
+        [height, width]: [usize; 2],
+    ) -> Result<Vec<Self>, RenderError<E>> {
+        let tiles = projection.tiles();
+        let count = tiles.len();
+        if count == 0 {
+            let shape = [height, width];
+            if !has_image(&PixelRows { projection, shape }) {
+                return Err(RenderError::NoSolidAngle);
+            }
+            return Ok(vec![Self { projection, shape, place: (0, 1) }]);
+        }
+        if !height.is_multiple_of(count) {
+            let (name, expected) = ("height", "as many rows for each tile of the projection");
+            return Err(RenderError::Option { name, value: height.to_string(), expected });
+        }
+        let tile = |(number, projection)| Self {
+            projection,
+            shape: [height / count, width],
+            place: (number, count),
+        };
+        Ok(tiles.into_iter().enumerate().map(tile).collect())
+    }
+
+    /// Finds a pixel whose sum is beyond all numbers, although the rates are not.
+    pub(crate) fn check_finite<E>(&self, image: &Image) -> Result<(), RenderError<E>> {
+        let [height, width] = self.shape;
+        for row in 0..height {
+            for (column, &value) in image.row(row).iter().enumerate() {
+                let middle = [(column, width), (row, height)];
+                let middle = middle.map(|(at, pixels)| (at as f64 + 0.5) / pixels as f64);
+                if !value.is_finite() && self.projection.region(middle) != Region::Outside {
+                    let row = row + self.place.0 * height;
+                    return Err(RenderError::ImageNotFinite { row, column, value });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether any pixel has a solid angle.
+fn has_image(rows: &PixelRows<'_>) -> bool {
+    let [height, width] = rows.shape;
+    let mut solid_angles = vec![0.0; width];
+    (0..height).any(|row| {
+        rows.solid_angles(row, &mut solid_angles);
+        solid_angles.iter().any(|&angle: &f64| angle > 0.0 && angle.is_finite())
+    })
+}
