@@ -76,11 +76,14 @@ impl Exchange {
     /// Asks for the rates of a batch, and waits for them.
     pub(crate) async fn ask(&self, batch: Batch) -> Result<Batch, MethodError> {
         *self.state() = State::Asked(batch);
-        poll_fn(|_| match core::mem::take(&mut *self.state()) {
-            State::Answered(answer) => Poll::Ready(answer),
-            waiting => {
-                *self.state() = waiting;
-                Poll::Pending
+        poll_fn(|_| {
+            let mut state = self.state();
+            match core::mem::take(&mut *state) {
+                State::Answered(answer) => Poll::Ready(answer),
+                waiting => {
+                    *state = waiting;
+                    Poll::Pending
+                }
             }
         })
         .await
