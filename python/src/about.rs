@@ -1,7 +1,7 @@
 //! What a rendering keeps of its scene and its bill: plain data, so that results can be pickled and
 //! copied, and need neither the emission nor any file afterwards.
 
-use emitree::{CubeRendering, Ending, EnergyAxis, EnergyScale, Image, Method, Rendering};
+use emitree::{Cube, Ending, EnergyAxis, EnergyScale, Image, Method, Rendering};
 use emitree_io::units::Unit;
 use emitree_io::{CameraKind, Card, Energies, Scene, Wcs, WcsAxis};
 use pyo3::exceptions::PyValueError;
@@ -82,34 +82,21 @@ pub(crate) struct Bins {
 }
 
 impl About {
-    pub(crate) fn of_image(scene: &Scene, found: &Rendering) -> Self {
+    pub(crate) fn new(scene: &Scene, found: &Rendering<Cube>) -> Self {
         let tree = found.tree.as_ref();
         let leaves = tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level());
-        let leaves_per_level = leaves.into_iter().collect();
+        let stats = &found.stats;
         Self {
-            evaluations: found.evaluations,
-            batches: found.batches,
-            ending: ending(found.ending).to_owned(),
+            evaluations: stats.evaluations,
+            batches: stats.batches,
+            ending: ending(stats.ending).to_owned(),
             threshold: tree.map(|built| built.threshold),
-            leaves_per_level,
-            base_level: found.base_level,
-            smallest_feature: found.smallest_feature,
-            emission_seconds: found.emission_time.as_secs_f64(),
-            total_seconds: found.total_time.as_secs_f64(),
-            ..Self::of_scene(scene)
-        }
-    }
-
-    pub(crate) fn of_cube(scene: &Scene, found: &CubeRendering) -> Self {
-        Self {
-            evaluations: found.evaluations,
-            batches: found.batches,
-            ending: ending(found.ending).to_owned(),
-            energies: Some(found.energies.len()).filter(|&energies| energies > 0),
-            base_level: found.base_level,
-            smallest_feature: found.smallest_feature,
-            emission_seconds: found.emission_time.as_secs_f64(),
-            total_seconds: found.total_time.as_secs_f64(),
+            leaves_per_level: leaves.into_iter().collect(),
+            energies: Some(stats.energies.len()).filter(|&energies| energies > 0),
+            base_level: stats.base_level,
+            smallest_feature: stats.smallest_feature,
+            emission_seconds: stats.emission_time.as_secs_f64(),
+            total_seconds: stats.total_time.as_secs_f64(),
             ..Self::of_scene(scene)
         }
     }
@@ -125,7 +112,7 @@ impl About {
             text: scene.text.clone(),
             overrides: scene.overrides.clone(),
             method: render.method.name().to_owned(),
-            order: match render.method {
+            order: match &render.method {
                 Method::Paper(options) => Some(options.order),
                 _ => None,
             },

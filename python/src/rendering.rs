@@ -5,7 +5,7 @@ use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
 use crate::fits::{self, NamedMap};
 use emitree::projection::healpix::pixel_of_direction;
-use emitree::{Cube, CubeRendering, EvaluationCounts, Healpix, Image, Rendering, irradiance_of};
+use emitree::{Cube, EvaluationCounts, Healpix, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
     Card, East, Energies, PictureOptions, Quantity, Scene, WcsAxis, encode_png, mollweide,
@@ -40,25 +40,12 @@ enum Counted {
 }
 
 impl Rendered {
-    pub(crate) fn image(scene: &Arc<Scene>, found: Rendering) -> Self {
-        let about = About::of_image(scene, &found);
-        let one = |image| Cube::from_bands(vec![in_quantity(scene, image)]);
+    pub(crate) fn of(scene: &Arc<Scene>, found: Rendering<Cube>) -> Self {
         Self {
-            about,
-            bands: one(found.image),
-            error: found.error.map(one),
-            evaluations_of_pixels: Counted::Sparse(found.evaluations_of_pixels),
-            counting: None,
-        }
-    }
-
-    pub(crate) fn cube(scene: &Arc<Scene>, found: CubeRendering) -> Self {
-        let about = About::of_cube(scene, &found);
-        Self {
-            about,
-            bands: bands_in_quantity(scene, found.cube),
-            error: found.error.map(|error| bands_in_quantity(scene, error)),
-            evaluations_of_pixels: Counted::Sparse(found.evaluations_of_pixels),
+            about: About::new(scene, &found),
+            bands: scene.cube_in_quantity(&found.values),
+            error: found.error.map(|error| scene.cube_in_quantity(&error)),
+            evaluations_of_pixels: Counted::Sparse(found.stats.evaluations_per_pixel),
             counting: scene.instrument.is_some().then(|| Arc::clone(scene)),
         }
     }
@@ -388,19 +375,3 @@ type Reduced<'py> = (Bound<'py, PyType>, Bound<'py, PyTuple>);
 
 /// Name, unit and coordinates of an axis of the image.
 type AxisOfImage<'py> = (String, Option<String>, Bound<'py, PyArray1<f64>>);
-
-/// In the quantity that the scene asks for.
-pub(crate) fn in_quantity(scene: &Scene, image: Image) -> Image {
-    match scene.quantity {
-        Quantity::Irradiance => irradiance_of(&image, scene.camera.projection()),
-        _ => image,
-    }
-}
-
-/// All bands in that quantity.
-fn bands_in_quantity(scene: &Scene, mut map: Cube) -> Cube {
-    for band in map.bands_mut() {
-        *band = in_quantity(scene, std::mem::replace(band, Image::zeros(0, 0)));
-    }
-    map
-}

@@ -3,10 +3,8 @@
 use crate::bridge::{Caller, Hooks, run};
 use crate::emission::AnyEmission;
 use crate::error::{SceneError, of_encoding, of_rendering, of_scene, of_tree};
-use crate::rendering::{Rendered, in_quantity};
-use emitree::{
-    Ending, Frame, Image, RenderOptions, WorldTreeOptions, build_world_tree, render, render_cube,
-};
+use crate::rendering::Rendered;
+use emitree::{Ending, Frame, Image, RenderOptions, WorldTreeOptions, build_world_tree};
 use emitree_io::{Override, TreeFile};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -193,26 +191,14 @@ fn rendered(
         let [image, error] = [frame.image, frame.error].map(|map| on_the_way(scene, map));
         caller.frame(frame, image, error)
     };
-    let mut options = RenderOptions::new(scene.render.method);
-    options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
-    options.batch_size = batch_size.or(scene.render.batch_size).unwrap_or(options.batch_size);
-    options.max_seconds = scene.render.max_seconds.unwrap_or(options.max_seconds);
-    options.max_memory_bytes = MOST_MEMORY_BYTES;
-    options.seeds = &scene.render.seeds;
-    options.line_energies = scene.energy.as_ref().map_or(&[], |energies| energies.lines());
+    let mut options: RenderOptions<'_> = scene.render_options();
+    options.batch_size = batch_size.unwrap_or(options.batch_size);
     options.progress = Some(&progress);
     if hooks.frame.is_some() {
         options.frame = Some(&on_frame);
     }
-    let (emission, camera) = (emission(scene, hooks, caller), scene.camera.projection());
-    let shape = [scene.height, scene.width];
-    match &scene.energy {
-        None => {
-            render(&emission, camera, shape, &options).map(|found| Rendered::image(scene, found))
-        }
-        Some(energies) => render_cube(&emission, camera, shape, energies.axis(), &options)
-            .map(|found| Rendered::cube(scene, found)),
-    }
+    let found = scene.render(&emission(scene, hooks, caller), &options)?;
+    Ok(Rendered::of(scene, found))
 }
 
 /// An image on the way in the unit of the final one; of a cube, the whole band.
@@ -221,5 +207,5 @@ fn on_the_way(scene: &emitree_io::Scene, map: &Image) -> Image {
         Some(_) => scene.in_band_unit(map.clone()),
         None => map.clone(),
     };
-    in_quantity(scene, map)
+    scene.in_quantity(&map)
 }

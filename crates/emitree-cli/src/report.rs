@@ -118,20 +118,20 @@ impl Report {
         };
         let tree = rendered.tree.as_ref();
         Self {
-            evaluations: rendered.evaluations,
-            batches: rendered.batches,
+            evaluations: rendered.stats.evaluations,
+            batches: rendered.stats.batches,
             method: scene.render.method.name(),
             tolerance: scene.render.tolerance,
             estimated_error: rendered.estimated_error(),
             converged: rendered.converged(),
             threshold: tree.map(|built| built.threshold),
             order,
-            base_level: rendered.base_level,
-            smallest_feature: rendered.smallest_feature,
+            base_level: rendered.stats.base_level,
+            smallest_feature: rendered.stats.smallest_feature,
             leaves_per_level: tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level()),
             seconds: Seconds {
-                total: rendered.total_time.as_secs_f64(),
-                emission: rendered.emission_time.as_secs_f64(),
+                total: rendered.stats.total_time.as_secs_f64(),
+                emission: rendered.stats.emission_time.as_secs_f64(),
             },
             peak_memory_bytes: peak_memory_bytes(),
             image: ImageReport {
@@ -143,7 +143,7 @@ impl Report {
                 unit: scene.image_unit().to_owned(),
             },
             energy: scene.energy.as_ref().map(EnergyReport::new),
-            energies: rendered.energies,
+            energies: rendered.energies(),
             instrument: rendered
                 .counts
                 .as_ref()

@@ -39,7 +39,7 @@ impl Energies {
     }
 
     /// With the energies of spectral lines, in the unit of the axis; see
-    /// [`RenderOptions::line_energies`](emitree::RenderOptions::line_energies).
+    /// [`VolOptions::line_energies`](emitree::VolOptions::line_energies).
     pub fn with_lines(self, lines: Vec<f64>) -> Self {
         Self { lines, ..self }
     }

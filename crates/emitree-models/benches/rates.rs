@@ -105,7 +105,9 @@ fn lines(criterion: &mut Criterion) {
     group.bench_function("equation_8 expression", |bencher| {
         bencher.iter(|| {
             let rendering = render(&glow, &Canonical, [PIXELS, PIXELS], &options);
-            assert!(rendering.is_ok_and(|rendering| rendering.evaluations == evaluations as u64));
+            assert!(
+                rendering.is_ok_and(|rendering| rendering.stats.evaluations == evaluations as u64)
+            );
         });
     });
     group.finish();

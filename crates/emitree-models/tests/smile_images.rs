@@ -42,21 +42,21 @@ fn largest(image: &Image) -> f64 {
 #[test]
 fn lines_of_sight_give_the_image_of_the_community() {
     let rendering = render_view_1("cmem", los(1, 160));
-    assert_eq!(rendering.evaluations, 800_000);
+    assert_eq!(rendering.stats.evaluations, 800_000);
     for (at, _, midpoint) in reference() {
-        let pixel = rendering.image[at];
+        let pixel = rendering.values[at];
         assert!((pixel / midpoint - 1.0).abs() < 1e-12, "{at:?}: {pixel}, {midpoint}");
     }
     // The independent image has its largest pixel, 6.582783, at row 0, column 35.
-    assert!((largest(&rendering.image) - 6.582_783).abs() < 1e-6);
-    assert!((rendering.image[(0, 35)] - 6.582_783).abs() < 1e-6);
+    assert!((largest(&rendering.values) - 6.582_783).abs() < 1e-6);
+    assert!((rendering.values[(0, 35)] - 6.582_783).abs() < 1e-6);
 }
 
 /// The largest mean over a pixel is 6.4742 in the independent image of 8 × 8 lines for each pixel.
 #[test]
 fn many_lines_converge_to_the_largest_pixel() {
     let rendering = render_view_1("cmem", los(4, 400));
-    assert!((largest(&rendering.image) / 6.474_2 - 1.0).abs() < 2e-3);
+    assert!((largest(&rendering.values) / 6.474_2 - 1.0).abs() < 2e-3);
 }
 
 /// The jumps at magnetopause and bow shock leave a few per cent at this finest level.
@@ -70,17 +70,17 @@ fn the_paper_method_gives_the_same_image_to_a_few_per_cent() {
     };
     for model in ["cmem", "jorgensen"] {
         let rendering = render_view_1(model, Method::Paper(options));
-        let lines = render_view_1(model, los(3, 240)).image;
+        let lines = render_view_1(model, los(3, 240)).values;
         let scale = largest(&lines);
-        let error = rendering.image.max_difference(&lines) / scale;
+        let error = rendering.values.max_difference(&lines) / scale;
         assert!(error < 0.05, "{model}: {error}");
-        let squares = rendering.image.pixels().iter().zip(lines.pixels());
+        let squares = rendering.values.pixels().iter().zip(lines.pixels());
         let square: f64 = squares.map(|(a, b)| (a - b).powi(2)).sum();
         let rms = (square / 5_000.0).sqrt() / scale;
         assert!(rms < 0.01, "{model}: {rms}");
         if model == "cmem" {
             for (at, converged, _) in reference() {
-                let pixel = rendering.image[at];
+                let pixel = rendering.values[at];
                 assert!((pixel - converged).abs() < 0.04 * scale, "{at:?}: {pixel}");
             }
         }

@@ -66,11 +66,11 @@ fn table(
                 let emission = FromFn(|position, _| knot.rate(position));
                 let method = Method::Vol(VolOptions { tolerance: TOLERANCE, ..Default::default() });
                 let rendering = render(&emission, &Canonical, SHAPE, &RenderOptions::new(method))?;
-                let error = relative_error(&rendering.image, knot.exact_image());
+                let error = relative_error(&rendering.values, knot.exact_image());
                 worst = worst.max(error);
                 unfinished += u64::from(!rendering.converged());
                 missed += u64::from(rendering.converged() && error > TOLERANCE);
-                evaluations.push(rendering.evaluations);
+                evaluations.push(rendering.stats.evaluations);
             }
             evaluations.sort_unstable();
             let median = evaluations.get(evaluations.len() / 2).copied().unwrap_or_default();

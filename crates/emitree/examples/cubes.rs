@@ -7,7 +7,7 @@
 //! same tolerance of its own largest pixel, and to the same error as the cube.
 
 use emitree::{
-    Canonical, CubeRendering, EnergyAxis, FromFn, FromSpectralFn, Method, RenderOptions,
+    Canonical, Cube, EnergyAxis, FromFn, FromSpectralFn, Method, RenderOptions, Rendering,
     VolOptions, render, render_cube,
 };
 use emitree_problems::cubes::{CubeProblem, problems};
@@ -35,7 +35,7 @@ fn cube(
     problem: &CubeProblem,
     axis: &EnergyAxis,
     tolerance: f64,
-) -> Result<CubeRendering, Box<dyn Error>> {
+) -> Result<Rendering<Cube>, Box<dyn Error>> {
     let emission = FromSpectralFn(|position, _, energy| problem.rate(position, energy));
     Ok(render_cube(&emission, &Canonical, SHAPE, axis, &options(tolerance))?)
 }
@@ -56,7 +56,7 @@ fn images(
             (Some(brightest), Some(bands)) => (tolerance * brightest / bands[bin]).min(0.5),
             _ => tolerance,
         };
-        evaluations += render(&emission, &Canonical, SHAPE, &options(tolerance))?.evaluations;
+        evaluations += render(&emission, &Canonical, SHAPE, &options(tolerance))?.stats.evaluations;
     }
     Ok(evaluations)
 }
@@ -79,14 +79,14 @@ fn table(bins: usize, tolerances: &str, only: &str) -> Result<(), Box<dyn Error>
             let errors = found.error.as_ref().map(|error| error.voxels().collect::<Vec<_>>());
             let errors = errors.unwrap_or_default();
             let slack = problem.cube_error * exact.largest();
-            let within = found.cube.voxels().zip(exact.voxels()).zip(&errors);
+            let within = found.values.voxels().zip(exact.voxels()).zip(&errors);
             let within = within.filter(|((a, b), error)| (a - b).abs() <= **error + slack).count();
             println!(
                 "| {} | {tolerance:.0e} | {} | {} | {:.1e} | {:.1e}{} | {:.4} | {seconds:.2} | {} | {} |",
                 problem.name,
-                found.evaluations,
-                found.energies.len(),
-                found.cube.max_difference(&exact) / exact.largest(),
+                found.stats.evaluations,
+                found.stats.energies.len(),
+                found.values.max_difference(&exact) / exact.largest(),
                 found.estimated_error().unwrap_or(f64::NAN),
                 if found.converged() { "" } else { " (not converged)" },
                 within as f64 / errors.len() as f64,

@@ -72,7 +72,7 @@ fn vol(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> Result<Renderin
 fn inside(rendering: &Rendering, exact: &Image, slack: f64) -> f64 {
     let largest = exact.pixels().iter().fold(0.0, |m: f64, p| m.max(p.abs()));
     let Some(error) = &rendering.error else { return 0.0 };
-    let pairs = rendering.image.pixels().iter().zip(exact.pixels()).zip(error.pixels());
+    let pairs = rendering.values.pixels().iter().zip(exact.pixels()).zip(error.pixels());
     let within =
         pairs.filter(|((found, exact), error)| (*found - *exact).abs() <= *error + slack * largest);
     within.count() as f64 / exact.pixels().len() as f64
@@ -91,9 +91,9 @@ fn named(tolerances: &[f64], only: &str) -> Result<(), Box<dyn Error>> {
             println!(
                 "| {} | {tolerance:.0e} | {} | {} | {:.1e} | {:.1e}{} | {:.4} | {:.2} |",
                 problem.name,
-                rendering.evaluations,
-                rendering.batches,
-                relative_error(&rendering.image, &exact),
+                rendering.stats.evaluations,
+                rendering.stats.batches,
+                relative_error(&rendering.values, &exact),
                 rendering.estimated_error().unwrap_or(f64::NAN),
                 if rendering.converged() { "" } else { " (not converged)" },
                 inside(&rendering, &exact, problem.image_error),
@@ -153,17 +153,17 @@ fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
         for Scene { name, rate, reference } in &scenes {
             let (exact, slack) = (&reference.image, reference.error);
             let rendering = vol(rate, tolerance)?;
-            let error = relative_error(&rendering.image, exact);
+            let error = relative_error(&rendering.values, exact);
             let estimate = rendering.estimated_error().unwrap_or(f64::NAN);
             let is_kept = error <= tolerance + slack && rendering.converged();
             kept += usize::from(is_kept);
-            logs += (rendering.evaluations as f64).ln();
+            logs += (rendering.stats.evaluations as f64).ln();
             ratios.push(estimate / error.max(1e-15));
             insides += inside(&rendering, exact, slack);
             if !is_kept {
                 println!(
                     "{name}: {} evaluations, true {error:.1e}, estimate {estimate:.1e}, converged {}",
-                    rendering.evaluations,
+                    rendering.stats.evaluations,
                     rendering.converged()
                 );
             }
@@ -210,12 +210,12 @@ fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
             ended += usize::from(converged);
             broken += usize::from(is_broken);
             negative += usize::from(outcome.is_negative);
-            logs += (rendering.evaluations as f64).ln();
+            logs += (rendering.stats.evaluations as f64).ln();
             if !(converged && is_within) || outcome.is_negative {
                 println!(
                     "{}: {} evaluations, true {:.1e} at {:?}, estimate {:.1e}, converged {converged}{}{}",
                     view.name(),
-                    rendering.evaluations,
+                    rendering.stats.evaluations,
                     outcome.error,
                     outcome.worst,
                     rendering.estimated_error().unwrap_or(f64::NAN),
@@ -249,7 +249,7 @@ fn monotone(scenes: impl Iterator<Item = RandomScene>) -> Result<(), Box<dyn Err
     for scene in scenes {
         let mut costs = [0.0; LADDER.len()];
         for (cost, tolerance) in costs.iter_mut().zip(LADDER) {
-            *cost = vol(|r| scene.rate(r), tolerance)?.evaluations as f64;
+            *cost = vol(|r| scene.rate(r), tolerance)?.stats.evaluations as f64;
         }
         let cheapest_from = |k: usize| costs[k..].iter().copied().fold(f64::INFINITY, f64::min);
         let worst = (0..costs.len()).map(|k| costs[k] / cheapest_from(k)).fold(0.0, f64::max);
@@ -287,8 +287,8 @@ fn cheapest(
         };
         let options = RenderOptions::new(Method::Paper(build));
         let rendering = render(&emission, &Canonical, SHAPE, &options)?;
-        let error = relative_error(&rendering.image, exact);
-        most = rendering.evaluations;
+        let error = relative_error(&rendering.values, exact);
+        most = rendering.stats.evaluations;
         for (cheapest, &tolerance) in cheapest.iter_mut().zip(tolerances) {
             if error <= tolerance && cheapest.is_none() {
                 *cheapest = Some(most);

@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let options =
                 RenderOptions { max_evaluations: 3_000_000, ..RenderOptions::new(method) };
             let rendering = render(&emission, &*camera, SHAPE, &options)?;
-            let error = relative_error(&rendering.image, &reference.image);
+            let error = relative_error(&rendering.values, &reference.image);
             let converged = rendering.converged();
             let is_broken = converged && error > tolerance + reference.error;
             *kept += u64::from(!is_broken);
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 "| {} | {:.0e} | {tolerance} | {} | {error:.1e} | {:.1e} | {} | {} |",
                 tail.name(),
                 reference.error,
-                rendering.evaluations,
+                rendering.stats.evaluations,
                 rendering.estimated_error().unwrap_or(f64::NAN),
                 if converged { "yes" } else { "no" },
                 if is_broken { "**broken**" } else { "" },

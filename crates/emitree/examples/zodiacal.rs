@@ -55,13 +55,13 @@ fn table(zodiacal: &Zodiacal, tolerances: &[f64]) -> Result<(), Box<dyn Error>> 
         let rendering =
             render(&emission, &camera, SHAPE, &RenderOptions::new(Method::Vol(options)))?;
         let error = rendering.error.as_ref().ok_or("method vol estimates errors")?;
-        let far = rendering.image.pixels().iter().zip(exact.pixels()).map(|(a, b)| (a - b).abs());
+        let far = rendering.values.pixels().iter().zip(exact.pixels()).map(|(a, b)| (a - b).abs());
         let slack = reference.error * largest;
         let outside = far.clone().zip(error.pixels()).filter(|(far, own)| *far > *own + slack);
         println!(
             "| {tolerance} | {} | {:.2e} | {:.2e}{} | {} | {} | {:.2} |",
-            rendering.evaluations,
-            relative_error(&rendering.image, exact),
+            rendering.stats.evaluations,
+            relative_error(&rendering.values, exact),
             rendering.estimated_error().unwrap_or(f64::NAN),
             if rendering.converged() { "" } else { " (not converged)" },
             outside.count(),

@@ -101,7 +101,7 @@ impl<'a, E: Emission> Calls<'a, E> {
     /// that has begun is waited for; few as long as nothing is known of g.
     fn samples_before_deadline(&self, threads: usize) -> usize {
         let Some(deadline) = self.meter.deadline() else { return usize::MAX };
-        let evaluations = self.meter.evaluations() as f64;
+        let evaluations = self.meter.new_evaluations() as f64;
         let nanoseconds = self.meter.emission_time().as_nanos() as f64;
         if nanoseconds == 0.0 {
             return LEAST_SAMPLES_PER_CALL;
@@ -116,7 +116,7 @@ impl<'a, E: Emission> Calls<'a, E> {
     /// Whether so many evaluations take less time than it does to wake another thread, as far as is
     /// known.
     fn is_short(&self, evaluations: usize) -> bool {
-        let so_far = self.meter.evaluations() as f64;
+        let so_far = self.meter.new_evaluations() as f64;
         let nanoseconds = self.meter.emission_time().as_nanos() as f64;
         so_far > 0.0 && nanoseconds / so_far * (evaluations as f64) < WORTH_A_THREAD_NANOSECONDS
     }
@@ -145,8 +145,9 @@ impl<'a, E: Emission> Calls<'a, E> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::{Method, RenderOptions};
     use crate::projection::Canonical;
-    use crate::render::{Method, RenderOptions, render};
+    use crate::render::render;
     use crate::{LosOptions, Steps};
     use core::convert::Infallible;
     use std::sync::Mutex;
@@ -184,7 +185,7 @@ mod tests {
         let los = LosOptions { lines: 1, steps: Steps::Fixed(64) };
         let options = RenderOptions { batch_size: 10_000, ..RenderOptions::new(Method::Los(los)) };
         let rendering = render(&&calls, &Canonical, [16, 16], &options).unwrap();
-        assert_eq!((rendering.evaluations, rendering.batches), (16_384, 2));
+        assert_eq!((rendering.stats.evaluations, rendering.stats.batches), (16_384, 2));
         calls.sizes.into_inner().unwrap()
     }
 

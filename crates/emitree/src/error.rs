@@ -85,6 +85,14 @@ pub enum RenderError<E> {
         /// The value of the pixel.
         value: f64,
     },
+    /// Another number of rates than was asked for.
+    #[error("{number} rates were told: expected {expected}")]
+    Rates {
+        /// The rates that were told.
+        number: usize,
+        /// How many were expected.
+        expected: String,
+    },
     /// The emission model failed.
     #[error("the emission model failed: {0}")]
     Emission(#[source] E),
@@ -119,6 +127,7 @@ impl<E> RenderError<E> {
             Self::ImageNotFinite { row, column, value } => {
                 RenderError::ImageNotFinite { row, column, value }
             }
+            Self::Rates { number, expected } => RenderError::Rates { number, expected },
             Self::Interrupted => RenderError::Interrupted,
         }
     }

@@ -3,6 +3,7 @@
 //! A method is an asynchronous function that waits for rates and for nothing else. So it can be held while
 //! it waits, and the caller has the loop: see [`drive`] for the shortest one.
 
+use crate::emission::Samples;
 use crate::error::RenderError;
 use core::fmt;
 use core::future::{Future, poll_fn};
@@ -42,6 +43,11 @@ impl Batch {
     /// The number of points.
     pub(crate) fn len(&self) -> usize {
         self.positions.len()
+    }
+
+    /// The points, as an emission takes them.
+    pub(crate) fn samples(&self) -> Samples<'_> {
+        Samples::new(&self.positions, &self.directions).at_energies(&self.energies)
     }
 
     /// Room for so many points; energies are none.

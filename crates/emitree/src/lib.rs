@@ -17,9 +17,9 @@
 //!
 //! let rendering = render(&corona, &camera, [60, 80], &options)?;
 //! assert!(rendering.converged() && rendering.estimated_error() < Some(0.01));
-//! let centre = rendering.image[(30, 40)];
+//! let centre = rendering.values[(30, 40)];
 //! assert!((centre - 2.0).abs() < 0.1); // ∫ exp(−|s|) ds = 2 through the middle
-//! println!("{} evaluations", rendering.evaluations);
+//! println!("{} evaluations", rendering.stats.evaluations);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -43,6 +43,7 @@
 //! Subdivision* ("the paper").
 
 pub mod emission;
+mod known;
 mod exchange;
 mod calls;
 mod meter;
@@ -65,9 +66,10 @@ mod radiance;
 mod tile;
 mod method;
 mod paper;
+mod options;
 mod session;
+mod rendering;
 mod render;
-mod render_cube;
 mod error;
 
 pub use calls::Progress;
@@ -78,6 +80,7 @@ pub use energy::{EnergyAxis, EnergyError, EnergyScale};
 pub use error::RenderError;
 pub use image::Image;
 pub use los::{LosOptions, Steps};
+pub use options::{DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions};
 pub use prediction::Predictor;
 pub use projection::{
     Bounds, Camera, Canonical, DiscMapping, Ellipsoid, Equirectangular, Fisheye, GeometryError,
@@ -86,12 +89,10 @@ pub use projection::{
 };
 pub use radiance::{image_of_tree, irradiance_of};
 pub use refinement::Threshold;
-pub use render::{
-    DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions, RenderedTree, Rendering,
-    Seed, render,
-};
-pub use render_cube::{CubeRendering, render_cube};
+pub use render::{render, render_cube};
+pub use rendering::{RenderStats, RenderedTree, Rendering, Values};
+pub use session::Session;
 pub use tally::EvaluationCounts;
 pub use tree::{Ending, SparseTree};
-pub use vol::{FEATURE_CONTRAST, FeatureSize, VolOptions};
+pub use vol::{FEATURE_CONTRAST, FeatureSize, Seed, VolOptions};
 pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};

@@ -2,8 +2,8 @@
 
 use crate::error::RenderError;
 use crate::los::{LosOptions, Steps, adaptive};
+use crate::options::{Method, RenderOptions};
 use crate::quadrature::CellRule;
-use crate::render::{Method, RenderOptions};
 use crate::tree::{BuildOptions, sampled_level};
 use crate::vol;
 

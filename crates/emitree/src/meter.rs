@@ -1,8 +1,10 @@
 //! The meter: where methods ask for rates, and where evaluations are counted.
 
+use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::error::RenderError;
 use crate::exchange::{Batch, Exchange, MethodError};
+use crate::known::KnownRates;
 use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{AsyncIntegrand, Points};
 use crate::site::{Mapping, Site, SiteSource, Stretch};
@@ -11,7 +13,7 @@ use crate::tree::Ending;
 use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
 use rayon::prelude::*;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Sample points that one thread makes at a time: so many that waking it costs little beside them.
@@ -30,6 +32,21 @@ pub(crate) struct Meter {
     of_pixels: Tally,
     /// The arrays of the last batch, for the next one.
     used: Mutex<Batch>,
+    /// Evaluations that were not known before.
+    new_evaluations: AtomicU64,
+    known: Option<Arc<Mutex<KnownRates>>>,
+    /// Images on the way, if they are kept.
+    shown: Option<Mutex<Vec<Shown>>>,
+}
+
+/// An image on the way.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    /// The values and their errors.
+    pub(crate) maps: [Cube; 2],
+    /// Evaluations and batches so far.
+    pub(crate) evaluations: u64,
+    pub(crate) batches: u64,
 }
 
 /// How often g may be called, and until when.
@@ -97,7 +114,39 @@ impl Meter {
             emission_nanoseconds: AtomicU64::new(0),
             of_pixels: Tally::new(shape),
             used: Mutex::default(),
+            new_evaluations: AtomicU64::new(0),
+            known: None,
+            shown: None,
         }
+    }
+
+    /// Uses rates that are known, and keeps those that are told; keeps images on the way or not.
+    pub(crate) fn keep(&mut self, known: Option<Arc<Mutex<KnownRates>>>, images: bool) {
+        self.known = known;
+        self.shown = images.then(Mutex::default);
+    }
+
+    /// Whether images on the way are kept.
+    pub(crate) fn keeps_images(&self) -> bool {
+        self.shown.is_some()
+    }
+
+    /// Keeps an image on the way and its error.
+    pub(crate) fn show(&self, maps: [Cube; 2]) {
+        if let Some(shown) = &self.shown {
+            let (evaluations, batches) = (self.evaluations(), self.batches());
+            locked(shown).push(Shown { maps, evaluations, batches });
+        }
+    }
+
+    /// Takes the images that have been kept, the first one first.
+    pub(crate) fn take_shown(&self) -> Vec<Shown> {
+        self.shown.as_ref().map_or_else(Vec::new, |shown| core::mem::take(&mut *locked(shown)))
+    }
+
+    /// Evaluations that were not known before.
+    pub(crate) fn new_evaluations(&self) -> u64 {
+        self.new_evaluations.load(Ordering::Relaxed)
     }
 
     /// Where batches are asked for.
@@ -105,10 +154,11 @@ impl Meter {
         &self.exchange
     }
 
-    /// Counts evaluations that have been made; how many there are now.
+    /// Counts evaluations that have been made; how many there are now. The method counts those that were
+    /// known as well, as if it had made them.
     pub(crate) fn count(&self, evaluations: usize) -> u64 {
         let evaluations = evaluations as u64;
-        self.evaluations.fetch_add(evaluations, Ordering::Relaxed) + evaluations
+        self.new_evaluations.fetch_add(evaluations, Ordering::Relaxed) + evaluations
     }
 
     /// Counts time spent waiting for g.
@@ -118,7 +168,7 @@ impl Meter {
 
     /// How many evaluations were made on the lines of sight of each pixel; those on a border count
     /// for the pixel above or to the right of it.
-    pub(crate) fn evaluations_of_pixels(&self) -> EvaluationCounts {
+    pub(crate) fn evaluations_per_pixel(&self) -> EvaluationCounts {
         self.of_pixels.counts()
     }
 
@@ -217,10 +267,12 @@ impl Meter {
         first: usize,
         values: &mut [f64],
     ) -> Result<(), MethodError> {
-        let mut batch = self.used_batch();
+        let mut batch = core::mem::take(&mut *locked(&self.used));
         self.collect(sites, first, values, &mut batch);
         if batch.len() > 0 {
-            batch = self.exchange.ask(batch).await?;
+            let asked = batch.len() as u64;
+            batch = self.rates(batch).await?;
+            self.evaluations.fetch_add(asked, Ordering::Relaxed);
         }
         if let Some(k) = weigh(values, &batch.rates) {
             return Err(RenderError::NotFinite {
@@ -230,12 +282,20 @@ impl Meter {
                 energy: batch.energies.get(k).copied(),
             });
         }
-        *self.used.lock().unwrap_or_else(PoisonError::into_inner) = batch;
+        *locked(&self.used) = batch;
         Ok(())
     }
 
-    fn used_batch(&self) -> Batch {
-        core::mem::take(&mut *self.used.lock().unwrap_or_else(PoisonError::into_inner))
+    /// The rates at all points of a batch, of which those that are not known are asked for.
+    async fn rates(&self, mut batch: Batch) -> Result<Batch, MethodError> {
+        let Some(known) = &self.known else { return self.exchange.ask(batch).await };
+        let unknown = locked(known).unknown(&batch);
+        if unknown.len() > 0 {
+            let answered = self.exchange.ask(unknown).await?;
+            locked(known).learn(&answered);
+        }
+        locked(known).fill(&mut batch);
+        Ok(batch)
     }
 
     /// Collects the sample points of a part of a batch, counts them for their pixels, and leaves their
@@ -308,6 +368,10 @@ impl Meter {
         self.of_pixels.count(of_pixel.pixel, of_pixel.evaluations);
         (count, energies)
     }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Multiplies the weights that are not 0 with the rates; the number of the first rate that is beyond

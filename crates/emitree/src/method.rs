@@ -5,7 +5,8 @@ use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::render::{Method, RenderOptions, RenderedTree};
+use crate::options::Method;
+use crate::rendering::RenderedTree;
 use crate::tile::Tile;
 use crate::tree::Ending;
 use crate::{los, paper, vol};
@@ -63,16 +64,16 @@ fn stacked(cubes: Vec<&Cube>) -> Cube {
     Cube::from_bands((0..bins).map(band).collect())
 }
 
-/// The image that a camera sees, or the cube in the bins of `axis`, by the method of `options`.
+/// The image that a camera sees, or the cube in the bins of `axis`, by a method.
 pub(crate) async fn run(
     meter: &Meter,
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
-    options: &RenderOptions<'_>,
+    method: &Method,
 ) -> Result<Made, MethodError> {
-    match options.method {
-        Method::Vol(vol) => vol::render(meter, tiles, axis, &vol, options).await,
-        Method::Paper(paper) => paper::render(meter, tiles, axis, &paper).await,
-        Method::Los(los) => los::render(meter, tiles, axis, &los).await,
+    match method {
+        Method::Vol(vol) => vol::render(meter, tiles, axis, vol).await,
+        Method::Paper(paper) => paper::render(meter, tiles, axis, paper).await,
+        Method::Los(los) => los::render(meter, tiles, axis, los).await,
     }
 }

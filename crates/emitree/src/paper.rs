@@ -12,7 +12,7 @@ use crate::meter::{CanonicalIntegrand, Meter, SpectralIntegrand};
 use crate::method::Made;
 use crate::radiance::{image_of_tree, solid_angles, to_radiance};
 use crate::refinement::Threshold;
-use crate::render::RenderedTree;
+use crate::rendering::RenderedTree;
 use crate::tile::Tile;
 use crate::tree::{BuildOptions, SparseTree, build_async};
 

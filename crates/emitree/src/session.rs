@@ -1,97 +1,396 @@
-//! A session: one rendering that can be held while it waits for rates.
+//! A session: one rendering that can be held between its batches, looked at, and continued.
+//!
+//! [`render()`](crate::render()) is a session that is run to its end.
 
 use crate::calls::{Calls, Progress};
-use crate::emission::Emission;
+use crate::cube::Cube;
+use crate::emission::{Emission, Samples};
 use crate::energy::EnergyAxis;
 use crate::error::RenderError;
-use crate::exchange::MethodError;
-use crate::memory::evaluations_in_memory;
-use crate::meter::{Deadline, Limits, Meter};
+use crate::exchange::{Batch, MethodError, advance};
+use crate::image::Image;
+use crate::known::KnownRates;
+use crate::meter::{Meter, Shown};
 use crate::method::{self, Made};
+use crate::options::{Frame, FrameCallback, Method, RenderOptions, check_options, limits};
 use crate::projection::Projection;
-use crate::render::{RenderOptions, check_options};
-use crate::tally::EvaluationCounts;
+use crate::rendering::{RenderStats, Rendering, Values};
 use crate::tile::Tile;
+use crate::tree::Ending;
+use core::borrow::Borrow;
+use core::convert::Infallible;
 use core::future::Future;
+use core::marker::PhantomData;
 use core::pin::Pin;
+use core::task::Poll;
 use core::time::Duration;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// A method on its way, which waits for rates.
-type Waiting<'a> = Pin<Box<dyn Future<Output = Result<Made, MethodError>> + Send + 'a>>;
+type Running<'a> = Pin<Box<dyn Future<Output = Result<Made, MethodError>> + Send + 'a>>;
 
-/// One rendering.
-pub(crate) struct Session<'a> {
+/// What starts a method in the view of a session.
+type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + Sync + 'a;
+
+/// One rendering that can be held between its batches: it asks for rates at points and is told them, so
+/// that the caller has the loop. What is known of the image can be looked at at any time, and a session
+/// that has ended can be continued to a tighter tolerance or to more pixels.
+///
+/// All rates are kept: no point is evaluated twice in one session, and a continued session returns, bit
+/// by bit, what a rendering to the new tolerance would have returned at once.
+///
+/// ```
+/// use emitree::{Canonical, FromFn, Image, Method, Projection, RenderOptions, Session, VolOptions};
+///
+/// let peak = |[x, y, z]: [f64; 3]| (-30.0 * (x * x + y * y + z * z)).exp();
+/// let options = |tolerance| {
+///     RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
+/// };
+/// let camera: &dyn Projection = &Canonical;
+/// let mut session = Session::<Image>::new(camera, [48, 64], &options(0.01))?;
+/// while let Some(points) = session.ask() {
+///     let rates: Vec<f64> = points.positions().iter().map(|&position| peak(position)).collect();
+///     session.tell(&rates)?;
+/// }
+/// let coarse = session.rendering().ok_or("an image")?;
+///
+/// session.resume([48, 64], &options(1e-4))?;
+/// while !session.is_done() {
+///     session.step(&FromFn(|position, _| peak(position)))?;
+/// }
+/// let fine = session.rendering().ok_or("an image")?;
+/// assert!(fine.estimated_error() < Some(1e-4) && fine.stats.evaluations > coarse.stats.evaluations);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Session<'a, V = Image> {
+    start: Box<Start<'a>>,
+    axis: Option<EnergyAxis>,
+    shape: [usize; 2],
+    method: Running<'a>,
     meter: Arc<Meter>,
-    method: Waiting<'a>,
-    start: Instant,
+    known: Option<Arc<Mutex<KnownRates>>>,
+    keeps_images: bool,
+    whole_batches: bool,
+    state: State,
+    /// Images on the way that nobody has seen yet; the last one is kept.
+    shown: Vec<Shown>,
+    /// What was done before the session was resumed.
+    before: Before,
+    started: Instant,
+    values: PhantomData<fn() -> V>,
 }
 
-/// What a session has made, and what it has cost.
-pub(crate) struct Ended {
-    pub(crate) made: Made,
-    pub(crate) cost: Cost,
+/// What a session is about to do.
+enum State {
+    /// It waits for the rates at these points.
+    Waiting(Batch),
+    Ended(Made),
+    Failed(MethodError),
 }
 
-/// What a rendering has cost.
-pub(crate) struct Cost {
-    pub(crate) evaluations: u64,
-    pub(crate) evaluations_of_pixels: EvaluationCounts,
-    pub(crate) batches: u64,
-    pub(crate) emission_time: Duration,
-    pub(crate) total_time: Duration,
+/// What earlier renderings of a session took.
+#[derive(Clone, Copy, Debug, Default)]
+struct Before {
+    evaluations: u64,
+    batches: u64,
+    emission_time: Duration,
+    total_time: Duration,
+}
+
+/// What a session keeps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kept {
+    /// All rates, so that no point is evaluated twice.
+    pub(crate) rates: bool,
+    /// Images on the way.
+    pub(crate) images: bool,
 }
 
 impl<'a> Session<'a> {
-    /// A rendering of `shape` = \[height, width\] pixels and, with an energy axis, its bins.
-    pub(crate) fn new<E>(
-        projection: &'a dyn Projection,
+    /// The rendering of an image of `shape` = \[height, width\] pixels. The callbacks of the options are
+    /// not called.
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError`]: options out of range, an image or a grid beyond the memory allowed.
+    pub fn new<P: Borrow<dyn Projection + 'a> + Send + Sync + 'a>(
+        projection: P,
         shape: [usize; 2],
-        axis: Option<&'a EnergyAxis>,
-        options: &RenderOptions<'a>,
+        options: &RenderOptions<'_>,
+    ) -> Result<Self, RenderError<Infallible>> {
+        Self::start(projection, shape, None, options, Kept { rates: true, images: true }, true)
+    }
+}
+
+impl<'a> Session<'a, Cube> {
+    /// The same for a cube in the bins of an energy axis.
+    ///
+    /// # Errors
+    ///
+    /// As [`Session::new`].
+    pub fn with_energies<P: Borrow<dyn Projection + 'a> + Send + Sync + 'a>(
+        projection: P,
+        shape: [usize; 2],
+        axis: EnergyAxis,
+        options: &RenderOptions<'_>,
+    ) -> Result<Self, RenderError<Infallible>> {
+        let kept = Kept { rates: true, images: true };
+        Self::start(projection, shape, Some(axis), options, kept, true)
+    }
+}
+
+impl<'a, V: Values> Session<'a, V> {
+    /// A session up to the first points that it asks for.
+    pub(crate) fn start<P: Borrow<dyn Projection + 'a> + Send + Sync + 'a, E>(
+        projection: P,
+        shape: [usize; 2],
+        axis: Option<EnergyAxis>,
+        options: &RenderOptions<'_>,
+        kept: Kept,
         whole_batches: bool,
     ) -> Result<Self, RenderError<E>> {
-        check_options(shape, axis.map(EnergyAxis::bins), options)?;
-        let tiles = Tile::of(projection, shape)?;
-        let meter = Arc::new(Meter::new(shape, limits(options, whole_batches)));
-        let method = run(Arc::clone(&meter), tiles, axis, *options);
-        Ok(Self { meter, method, start: Instant::now() })
+        let view = Arc::new((projection, axis.clone()));
+        let start = move |meter: Arc<Meter>, shape: [usize; 2], method: Method| -> Running<'a> {
+            let view = Arc::clone(&view);
+            Box::pin(async move {
+                let (projection, axis) = &*view;
+                run(&meter, projection.borrow(), shape, axis.as_ref(), &method).await
+            })
+        };
+        let mut session = Self {
+            start: Box::new(start),
+            axis,
+            shape,
+            method: Box::pin(core::future::ready(Err(RenderError::Interrupted))),
+            meter: Arc::new(Meter::new([0, 0], limits(options, whole_batches))),
+            known: kept.rates.then(Arc::default),
+            keeps_images: kept.images,
+            whole_batches,
+            state: State::Failed(RenderError::Interrupted),
+            shown: Vec::new(),
+            before: Before::default(),
+            started: Instant::now(),
+            values: PhantomData,
+        };
+        session.begin(shape, options).map_err(of_method)?;
+        Ok(session)
     }
 
-    /// Evaluates the emission for the method until that has ended.
-    pub(crate) fn run<E: Emission>(
-        mut self,
+    /// Begins a rendering, up to the first points that it asks for.
+    fn begin(&mut self, shape: [usize; 2], options: &RenderOptions<'_>) -> Result<(), MethodError> {
+        check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
+        let mut meter = Meter::new(shape, limits(options, self.whole_batches));
+        meter.keep(self.known.clone(), self.keeps_images);
+        self.meter = Arc::new(meter);
+        self.method = (self.start)(Arc::clone(&self.meter), shape, options.method.clone());
+        self.shape = shape;
+        self.started = Instant::now();
+        self.advance()
+    }
+
+    /// Continues a session with other options or another `shape` = \[height, width\], in the same view: to a
+    /// tighter tolerance, to more pixels, with a larger budget. Rates that are known are used again and
+    /// cost nothing, but count for `max_evaluations` as if they had been made now.
+    ///
+    /// # Errors
+    ///
+    /// As [`Session::new`]; then the session is as it was.
+    pub fn resume(
+        &mut self,
+        shape: [usize; 2],
+        options: &RenderOptions<'_>,
+    ) -> Result<(), RenderError<Infallible>> {
+        check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
+        self.before = self.so_far();
+        self.begin(shape, options).map_err(of_method)
+    }
+
+    /// The points at which rates are wanted next; `None` once the rendering has ended.
+    pub fn ask(&self) -> Option<Samples<'_>> {
+        match &self.state {
+            State::Waiting(batch) => Some(batch.samples()),
+            State::Ended(_) | State::Failed(_) => None,
+        }
+    }
+
+    /// Takes the rates at the points asked for, in their order and in the unit of g, and goes on to the
+    /// next points.
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError`]: a number of rates other than that of the points, a rate that is not finite, an image
+    /// that is not. If the number is wrong the session still waits.
+    pub fn tell(&mut self, rates: &[f64]) -> Result<(), RenderError<Infallible>> {
+        let State::Waiting(batch) = &mut self.state else {
+            return Err(wrong_number(
+                rates.len(),
+                "none, as the session waits for no rates".into(),
+            ));
+        };
+        if batch.len() != rates.len() {
+            let expected = format!("{}, one for each point asked for", batch.len());
+            return Err(wrong_number(rates.len(), expected));
+        }
+        batch.rates.copy_from_slice(rates);
+        self.meter.count(rates.len());
+        let batch = core::mem::take(batch);
+        self.answer(Ok(batch)).map_err(of_method)
+    }
+
+    /// Evaluates an emission at the points asked for, and goes on to the next ones; nothing if the rendering
+    /// has ended.
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError`] as of [`tell`](Self::tell), or an emission that failed: then the session still waits.
+    pub fn step<E: Emission>(&mut self, emission: &E) -> Result<(), RenderError<E::Error>> {
+        self.evaluate(emission, None)
+    }
+
+    /// One [`step`](Self::step); `progress` hears of each call.
+    pub(crate) fn evaluate<E: Emission>(
+        &mut self,
         emission: &E,
         progress: Option<&Progress<'_>>,
-    ) -> Result<Ended, RenderError<E::Error>> {
-        let calls = Calls::new(emission, &self.meter, progress);
-        let mut made = calls.drive(self.method.as_mut())?;
-        made.ending = self.meter.reason_for(made.ending);
-        let cost = Cost {
-            evaluations: self.meter.evaluations(),
-            evaluations_of_pixels: self.meter.evaluations_of_pixels(),
-            batches: self.meter.batches(),
-            emission_time: self.meter.emission_time(),
-            total_time: self.start.elapsed(),
+    ) -> Result<(), RenderError<E::Error>> {
+        let State::Waiting(batch) = &mut self.state else { return Ok(()) };
+        let answer = match Calls::new(emission, &self.meter, progress).evaluate(batch) {
+            Ok(()) => Ok(core::mem::take(batch)),
+            // The method may have an image all the same.
+            Err(RenderError::Time { seconds }) => Err(RenderError::Time { seconds }),
+            Err(error) => return Err(error),
         };
-        Ok(Ended { made, cost })
+        self.answer(answer).map_err(of_method)
+    }
+
+    /// Whether there is nothing more to be evaluated.
+    pub fn is_done(&self) -> bool {
+        !matches!(self.state, State::Waiting(_))
+    }
+
+    /// What is known of the image: the rendering once it has ended, before that the latest image if the
+    /// method has one on the way ([`Method::Vol`] has), with [`Ending::Unfinished`].
+    pub fn rendering(&self) -> Option<Rendering<V>> {
+        match &self.state {
+            State::Ended(made) => Some(self.finished(made.clone())),
+            State::Waiting(_) | State::Failed(_) => {
+                let [cube, error] = self.shown.last()?.maps.clone();
+                Some(self.finished(Made::new(cube, Some(error), Ending::Unfinished)))
+            }
+        }
+    }
+
+    /// The rendering of a session that has ended.
+    pub(crate) fn into_rendering<E>(mut self) -> Result<Rendering<V>, RenderError<E>> {
+        match core::mem::replace(&mut self.state, State::Failed(RenderError::Interrupted)) {
+            State::Ended(made) => Ok(self.finished(made)),
+            State::Failed(error) => Err(of_method(error)),
+            State::Waiting(_) => Err(RenderError::Interrupted),
+        }
+    }
+
+    /// Shows the images on the way that have not been shown yet.
+    pub(crate) fn show_new_images<E>(
+        &mut self,
+        callback: Option<&FrameCallback<'_>>,
+    ) -> Result<(), RenderError<E>> {
+        let Some(callback) = callback else { return Ok(()) };
+        for Shown { maps, evaluations, batches } in self.shown.drain(..) {
+            let [image, error] = &maps.map(|cube| match &self.axis {
+                Some(axis) => cube.sum_over_energy(axis),
+                None => cube.into_first(),
+            });
+            if callback(&Frame { image, error, evaluations, batches }).is_break() {
+                return Err(RenderError::Interrupted);
+            }
+        }
+        Ok(())
+    }
+
+    fn answer(&mut self, answer: Result<Batch, MethodError>) -> Result<(), MethodError> {
+        self.meter.exchange().answer(answer);
+        self.advance()
+    }
+
+    /// Takes the method up to where it asks or ends.
+    fn advance(&mut self) -> Result<(), MethodError> {
+        self.state = match advance(self.method.as_mut()) {
+            Poll::Ready(Ok(made)) => State::Ended(made),
+            Poll::Ready(Err(error)) => State::Failed(error),
+            Poll::Pending => {
+                let asked = self.meter.exchange().take();
+                asked.map_or(State::Failed(RenderError::Interrupted), State::Waiting)
+            }
+        };
+        self.shown.extend(self.meter.take_shown());
+        match &self.state {
+            State::Failed(error) => Err(error.clone()),
+            State::Waiting(_) | State::Ended(_) => Ok(()),
+        }
+    }
+
+    fn so_far(&self) -> Before {
+        Before {
+            evaluations: self.before.evaluations + self.meter.new_evaluations(),
+            batches: self.before.batches + self.meter.batches(),
+            emission_time: self.before.emission_time + self.meter.emission_time(),
+            total_time: self.before.total_time + self.started.elapsed(),
+        }
+    }
+
+    fn finished(&self, made: Made) -> Rendering<V> {
+        let Before { evaluations, batches, emission_time, total_time } = self.so_far();
+        let stats = RenderStats {
+            evaluations,
+            evaluations_per_pixel: self.meter.evaluations_per_pixel(),
+            batches,
+            ending: self.meter.reason_for(made.ending),
+            energies: made.energies,
+            base_level: made.base_level,
+            smallest_feature: made.smallest_feature,
+            emission_time,
+            total_time,
+        };
+        let (values, error) = (V::from_cube(made.cube), made.error.map(V::from_cube));
+        Rendering { values, error, stats, tree: made.tree }
     }
 }
 
-/// The method of the options. It is compiled here, once, and not for each type of emission.
-fn run<'a>(
-    meter: Arc<Meter>,
-    tiles: Vec<Tile<'a>>,
-    axis: Option<&'a EnergyAxis>,
-    options: RenderOptions<'a>,
-) -> Waiting<'a> {
-    Box::pin(async move { method::run(&meter, &tiles, axis, &options).await })
+impl<V> core::fmt::Debug for Session<'_, V> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let state = match &self.state {
+            State::Waiting(batch) => format!("waits for {} rates", batch.len()),
+            State::Ended(_) => "has ended".to_owned(),
+            State::Failed(error) => format!("has failed: {error}"),
+        };
+        f.debug_struct("Session")
+            .field("shape", &self.shape)
+            .field("evaluations", &self.meter.new_evaluations())
+            .field("state", &state)
+            .finish_non_exhaustive()
+    }
 }
 
-/// How often g may be called, and until when, counted from now.
-fn limits(options: &RenderOptions<'_>, whole_batches: bool) -> Limits {
-    let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
-    let deadline = Deadline::after_seconds(options.max_seconds);
-    Limits { max_evaluations, batch_size: options.batch_size, whole_batches, deadline }
+/// Compiled here, once, and not for each type of projection.
+fn run<'b>(
+    meter: &'b Meter,
+    projection: &'b dyn Projection,
+    shape: [usize; 2],
+    axis: Option<&'b EnergyAxis>,
+    method: &'b Method,
+) -> Running<'b> {
+    Box::pin(async move {
+        let tiles = Tile::of(projection, shape)?;
+        method::run(meter, &tiles, axis, method).await
+    })
+}
+
+/// The error of a method as one of a rendering: the emission is not evaluated in it.
+fn of_method<E>(error: MethodError) -> RenderError<E> {
+    error.with_emission_error(|_| None)
+}
+
+fn wrong_number<E>(number: usize, expected: String) -> RenderError<E> {
+    RenderError::Rates { number, expected }
 }

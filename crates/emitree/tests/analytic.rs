@@ -12,7 +12,7 @@ use emitree_problems::relative_error;
 fn error(problem: &Problem, shape: [usize; 2], method: Method) -> (Rendering, f64) {
     let emission = FromFn(|position: [f64; 3], _: [f64; 3]| problem.rate(position));
     let rendering = render(&emission, &Canonical, shape, &RenderOptions::new(method)).unwrap();
-    let error = relative_error(&rendering.image, &problem.exact_image(shape));
+    let error = relative_error(&rendering.values, &problem.exact_image(shape));
     (rendering, error)
 }
 
@@ -42,7 +42,7 @@ fn trees_converge_on_smooth_problems() {
 /// Pinned: a change that costs more is seen.
 #[test]
 fn trees_cost_what_they_cost() {
-    let cost = |name| error(&problem(name).unwrap(), [64, 64], paper(3, 0.01)).0.evaluations;
+    let cost = |name| error(&problem(name).unwrap(), [64, 64], paper(3, 0.01)).0.stats.evaluations;
     assert_eq!(["eq8", "beta", "gaussians"].map(cost), [49_408, 45_632, 63_616]);
 }
 
@@ -89,8 +89,9 @@ fn a_uniform_glow_is_uniform() {
     let uniform = FromFn(|_: [f64; 3], _: [f64; 3]| 1.5);
     let lines = LosOptions { lines: 2, steps: Steps::Fixed(8) };
     for (method, tolerance) in [(Method::Los(lines), 1e-14), (paper(3, 0.01), 5e-4)] {
-        let rendering = render(&uniform, &camera, [17, 40], &RenderOptions::new(method)).unwrap();
-        for pixel in rendering.image.pixels() {
+        let rendering =
+            render(&uniform, &camera, [17, 40], &RenderOptions::new(method.clone())).unwrap();
+        for pixel in rendering.values.pixels() {
             assert!((pixel / 6.0 - 1.0).abs() < tolerance, "{method:?}: {pixel}");
         }
     }

@@ -65,7 +65,7 @@ fn a_uniform_glow_has_the_same_radiance_in_every_pixel_of_every_camera() {
         assert!(rendering.converged(), "{name}");
         let (rows, columns) = (shape[0], shape[1]);
         let mut inside = 0;
-        for (pixel, value) in rendering.image.pixels().iter().enumerate() {
+        for (pixel, value) in rendering.values.pixels().iter().enumerate() {
             let middle = [
                 ((pixel % columns) as f64 + 0.5) / columns as f64,
                 ((pixel / columns) as f64 + 0.5) / rows as f64,
@@ -76,7 +76,7 @@ fn a_uniform_glow_has_the_same_radiance_in_every_pixel_of_every_camera() {
             inside += 1;
             assert!((value - 1.5).abs() < 1.5e-3, "{name}: pixel {pixel} is {value}");
         }
-        assert!(inside >= rendering.image.pixels().len() * 3 / 4, "{name}: {inside}");
+        assert!(inside >= rendering.values.pixels().len() * 3 / 4, "{name}: {inside}");
     }
 }
 
@@ -165,13 +165,13 @@ fn exact_image(
 const RIM_LINES: usize = 240;
 
 fn check_image(name: &str, rendering: &Rendering, exact: &Image, tolerance: f64, of_exact: f64) {
-    assert!(rendering.converged(), "{name}: {:?}", rendering.ending);
+    assert!(rendering.converged(), "{name}: {:?}", rendering.stats.ending);
     let largest = exact.min_max().1;
-    let errors = rendering.image.pixels().iter().zip(exact.pixels());
+    let errors = rendering.values.pixels().iter().zip(exact.pixels());
     let worst = errors.clone().fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
     let blank = |image: &Image| image.pixels().iter().filter(|p| p.is_nan()).count();
     // A sliver of a disc may fall between the lines of the exact image.
-    assert!(blank(&rendering.image) <= blank(exact), "{name}");
+    assert!(blank(&rendering.values) <= blank(exact), "{name}");
     assert!(worst <= (tolerance + of_exact) * largest, "{name}: {:.2e}", worst / largest);
 }
 
@@ -252,8 +252,8 @@ fn narrow_fields_cost_what_wide_ones_do() {
         let rendering = image_of(&cluster, &camera, [64, 64], &vol(0.01));
         let pixels = (0..64 * 64).map(|at| exact(distance, at)).collect();
         let exact = Image::from_pixels(64, 64, pixels);
-        let error = rendering.image.max_difference(&exact) / exact.min_max().1;
+        let error = rendering.values.max_difference(&exact) / exact.min_max().1;
         assert!(rendering.converged() && error < 0.01, "{distance:e}: {error}");
-        assert_eq!(rendering.evaluations, 7112, "{distance:e}");
+        assert_eq!(rendering.stats.evaluations, 7112, "{distance:e}");
     }
 }

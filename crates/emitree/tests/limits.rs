@@ -25,7 +25,7 @@ fn small_budgets_end_where_most_lines_see_nothing() {
             let method = Method::Vol(VolOptions::default());
             let options = RenderOptions { max_evaluations, ..RenderOptions::new(method) };
             let rendering = render(&emission, &camera, [16, 16], &options).unwrap();
-            assert!(rendering.evaluations <= max_evaluations, "{max_evaluations}");
+            assert!(rendering.stats.evaluations <= max_evaluations, "{max_evaluations}");
         }
     }
 }
@@ -41,13 +41,17 @@ fn the_time_ends_every_method_with_the_best_image_so_far() {
     let paper = BuildOptions { threshold: Threshold::Relative(1e-6), ..BuildOptions::default() };
     let adaptive = LosOptions { lines: 1, steps: Steps::Adaptive(1e-6) };
     for method in [Method::Vol(vol), Method::Paper(paper), Method::Los(adaptive)] {
-        let options = RenderOptions { max_seconds: 0.5, ..RenderOptions::new(method) };
+        let options = RenderOptions { max_seconds: 0.5, ..RenderOptions::new(method.clone()) };
         let rendering = render(&slow, &emitree::Canonical, [4, 4], &options).unwrap();
-        assert_eq!(rendering.ending, Ending::Time, "{}", method.name());
+        assert_eq!(rendering.stats.ending, Ending::Time, "{}", method.name());
         assert!(!rendering.converged());
-        assert!(rendering.total_time < Duration::from_secs(4), "{:?}", rendering.total_time);
-        assert!(rendering.image.pixels().iter().all(|pixel| pixel.is_finite()));
-        assert!(rendering.image.max_difference(&emitree::Image::zeros(4, 4)) > 0.0);
+        assert!(
+            rendering.stats.total_time < Duration::from_secs(4),
+            "{:?}",
+            rendering.stats.total_time
+        );
+        assert!(rendering.values.pixels().iter().all(|pixel| pixel.is_finite()));
+        assert!(rendering.values.max_difference(&emitree::Image::zeros(4, 4)) > 0.0);
     }
 }
 

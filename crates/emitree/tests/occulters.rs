@@ -186,10 +186,10 @@ fn check_limb(name: &str) {
         let largest = exact.min_max().1;
         for (tolerance, cost) in [1e-2, 1e-3].into_iter().zip(costs) {
             let rendering = image_of(&FromFn(exosphere), &*camera, shape, &vol(tolerance));
-            assert!(rendering.converged(), "{name} {tolerance}: {:?}", rendering.ending);
-            let worst = rendering.image.max_difference(&exact) / largest;
+            assert!(rendering.converged(), "{name} {tolerance}: {:?}", rendering.stats.ending);
+            let worst = rendering.values.max_difference(&exact) / largest;
             assert!(worst <= tolerance, "{name} {tolerance}: {worst:.2e}");
-            assert_eq!(rendering.evaluations, cost, "{name} {tolerance}");
+            assert_eq!(rendering.stats.evaluations, cost, "{name} {tolerance}");
         }
     }
 }
@@ -244,11 +244,15 @@ fn several_bodies_agree_with_lines_of_sight() {
     assert!(rendering.converged());
     let los = Method::Los(LosOptions { lines: 16, steps: Steps::Fixed(300) });
     let reference = image_of(&glow, &camera, shape, &RenderOptions::new(los));
-    let largest = reference.image.min_max().1;
-    let worst = rendering.image.max_difference(&reference.image) / largest;
+    let largest = reference.values.min_max().1;
+    let worst = rendering.values.max_difference(&reference.values) / largest;
     // Lines of sight count the limb in 256 parts of a pixel, and are off by half a step at the end.
     assert!(worst < 1e-2 + 6e-3, "{worst:.2e}");
-    assert!(rendering.evaluations < 16 * 16 * 256 * 300 / 100, "{}", rendering.evaluations);
+    assert!(
+        rendering.stats.evaluations < 16 * 16 * 256 * 300 / 100,
+        "{}",
+        rendering.stats.evaluations
+    );
 }
 
 /// A body that is smaller than a pixel hides what it hides.
@@ -262,9 +266,9 @@ fn a_body_smaller_than_a_pixel_is_not_overlooked() {
     let rendering = image_of(&uniform, &camera, [20, 20], &vol(1e-4));
     // Half of the depth is hidden on the area of the speck, and what is before its front half too.
     let hidden = PI * 0.01_f64.powi(2) * 5.0 + 2.0 / 3.0 * PI * 0.01_f64.powi(3);
-    let missing = 10.0 - rendering.image[(10, 10)];
+    let missing = 10.0 - rendering.values[(10, 10)];
     assert!((missing * 0.04 / hidden - 1.0).abs() < 0.02, "{missing} {}", hidden / 0.04);
-    assert!((rendering.image[(10, 12)] - 10.0).abs() < 1e-3);
+    assert!((rendering.values[(10, 12)] - 10.0).abs() < 1e-3);
 }
 
 /// What a whole sky sees is the same in every projection of it, behind an opaque body or not.
@@ -289,8 +293,8 @@ fn the_total_irradiance_is_the_same_in_every_projection_of_the_whole_sky() {
         .into_iter()
         .map(|(camera, shape)| {
             let rendering = image_of(&FromFn(exosphere), &*camera, shape, &vol(1e-2));
-            assert!(rendering.converged(), "{camera:?}: {:?}", rendering.ending);
-            let irradiance = emitree::irradiance_of(&rendering.image, &*camera);
+            assert!(rendering.converged(), "{camera:?}: {:?}", rendering.stats.ending);
+            let irradiance = emitree::irradiance_of(&rendering.values, &*camera);
             irradiance.pixels().iter().filter(|pixel| !pixel.is_nan()).sum()
         })
         .collect();
@@ -313,11 +317,11 @@ fn nothing_is_seen_beside_bounds_before_a_large_body() {
     let uniform = FromFn(|_: [f64; 3], _: [f64; 3]| 1.0);
     for (tolerance, evaluations) in [(1e-2, 8657), (1e-3, 18_174)] {
         let rendering = image_of(&uniform, &camera, [64, 64], &vol(tolerance));
-        let (low, high) = rendering.image.min_max();
-        assert!(rendering.converged(), "{tolerance}: {:?}", rendering.ending);
+        let (low, high) = rendering.values.min_max();
+        assert!(rendering.converged(), "{tolerance}: {:?}", rendering.stats.ending);
         assert!((high - 125.504).abs() < 125.504 * tolerance, "{tolerance}: {high}");
         assert!(low >= -tolerance * high, "{tolerance}: {low}");
-        assert_eq!(rendering.evaluations, evaluations, "{tolerance}");
+        assert_eq!(rendering.stats.evaluations, evaluations, "{tolerance}");
     }
 }
 
@@ -338,8 +342,8 @@ fn a_corner_of_the_sky_is_as_bright_as_it_is() {
         (-(r.max(1.0) - 1.0) / 0.07).exp()
     });
     let rendering = image_of(&atmosphere, &camera, [64, 64], &vol(1e-2));
-    let (low, high) = rendering.image.min_max();
-    assert!(rendering.converged(), "{:?}", rendering.ending);
+    let (low, high) = rendering.values.min_max();
+    assert!(rendering.converged(), "{:?}", rendering.stats.ending);
     assert!((high - 0.5226).abs() < 0.5226 * 1e-2 && low > -0.5226 * 1e-2, "{low} {high}");
-    assert_eq!(rendering.evaluations, 136_441);
+    assert_eq!(rendering.stats.evaluations, 136_441);
 }

@@ -11,7 +11,7 @@ fn render_equation8(method: Method) -> (Rendering, f64) {
     let emission = FromFn(|position, _| equation8::rate(position, equation8::ALPHA));
     let rendering = render(&emission, &Canonical, [64, 64], &RenderOptions::new(method)).unwrap();
     let exact = equation8::exact_image(equation8::ALPHA, [64, 64]);
-    let error = relative_error(&rendering.image, &exact);
+    let error = relative_error(&rendering.values, &exact);
     (rendering, error)
 }
 
@@ -32,7 +32,7 @@ fn los(lines: usize, steps: usize) -> (Rendering, f64) {
 #[test]
 fn figure_9_six_per_cent_for_less_than_one_evaluation_a_pixel() {
     let (rendering, error) = paper(2, 0.038);
-    assert_eq!(rendering.evaluations, 4_032);
+    assert_eq!(rendering.stats.evaluations, 4_032);
     assert!(error <= 0.06, "{error}");
 }
 
@@ -42,7 +42,7 @@ fn figure_10_one_per_cent_for_twenty_thousand_evaluations() {
     let expected = [(0.02, 11_328, 0.012), (0.01, 19_136, 0.006_1), (0.001, 272_000, 0.001)];
     for (threshold, evaluations, largest_error) in expected {
         let (rendering, error) = paper(3, threshold);
-        assert_eq!(rendering.evaluations, evaluations, "threshold {threshold}");
+        assert_eq!(rendering.stats.evaluations, evaluations, "threshold {threshold}");
         assert!(error <= 1.05 * largest_error, "threshold {threshold}: {error}");
     }
 }
@@ -55,7 +55,7 @@ fn figure_10_one_per_cent_for_twenty_thousand_evaluations() {
 #[test]
 fn figure_10_lines_of_sight_need_more_evaluations_for_one_per_cent() {
     fn cheapest(mut runs: impl Iterator<Item = (Rendering, f64)>) -> u64 {
-        runs.find(|(_, error)| *error <= 0.01).unwrap().0.evaluations
+        runs.find(|(_, error)| *error <= 0.01).unwrap().0.stats.evaluations
     }
     let thresholds = (0..24).map(|i| 0.5 * 10_f64.powf(-0.2 * f64::from(i)));
     let paper = cheapest(thresholds.map(|threshold| paper(3, threshold)));
@@ -81,7 +81,7 @@ fn equal_steps_have_the_errors_of_the_prototype() {
         [(1, 8, 32_768, 0.041), (1, 16, 65_536, 0.004_3), (2, 16, 262_144, 0.001_1)]
     {
         let (rendering, error) = los(lines, steps);
-        assert_eq!(rendering.evaluations, evaluations);
+        assert_eq!(rendering.stats.evaluations, evaluations);
         assert!((error / expected - 1.0).abs() < 0.05, "{evaluations}: {error}");
     }
 }

@@ -3,9 +3,9 @@
 use emitree::quadrature::CellRule;
 use emitree::tree::BuildOptions;
 use emitree::{
-    Canonical, Cube, CubeRendering, DiscMapping, Emission, Ending, EnergyAxis, EnergyScale,
-    Fisheye, FromFn, FromSpectralFn, Healpix, Image, Method, Projection, RenderOptions, Rendering,
-    Threshold, Viewpoint, render, render_cube,
+    Canonical, Cube, DiscMapping, Emission, Ending, EnergyAxis, EnergyScale, Fisheye, FromFn,
+    FromSpectralFn, Healpix, Image, Method, Projection, RenderOptions, Rendering, Threshold,
+    Viewpoint, render, render_cube,
 };
 use emitree_problems::{means, relative_error};
 use std::convert::Infallible;
@@ -68,7 +68,7 @@ fn cube_of(
     shape: [usize; 2],
     axis: &EnergyAxis,
     options: &RenderOptions<'_>,
-) -> CubeRendering {
+) -> Rendering<Cube> {
     render_cube(emission, projection, shape, axis, options).unwrap()
 }
 
@@ -105,14 +105,15 @@ fn the_error_falls_with_the_threshold() {
             cube_of(&spectral_ball(), &Canonical, shape, &axis, &options)
         });
         for ((rendering, evaluations), bound) in rendered.iter().zip(evaluations).zip(bounds) {
-            let error = error_of(&rendering.cube, &exact);
-            assert_eq!(rendering.evaluations, evaluations, "{scale:?} {bins}");
+            let error = error_of(&rendering.values, &exact);
+            assert_eq!(rendering.stats.evaluations, evaluations, "{scale:?} {bins}");
             assert!(error < bound && error > 0.8 * bound, "{scale:?} {bins}: {error}");
             // What the last generation changed is more than what is left.
             assert!(rendering.estimated_error() > Some(error), "{scale:?} {bins}: {error}");
-            assert!(rendering.converged() && rendering.energies.is_empty());
-            assert_eq!(rendering.base_level, Some(2));
-            let of_pixels = rendering.evaluations_of_pixels.to_image().pixels().iter().sum::<f64>();
+            assert!(rendering.converged() && rendering.stats.energies.is_empty());
+            assert_eq!(rendering.stats.base_level, Some(2));
+            let of_pixels =
+                rendering.stats.evaluations_per_pixel.to_image().pixels().iter().sum::<f64>();
             assert!((of_pixels - evaluations as f64).abs() < 0.5);
         }
     }
@@ -129,13 +130,13 @@ fn the_sum_over_energy_is_the_image_of_the_band() {
         let in_band = 3.0 * mean_of_power_law([1.0, 4.0]);
         let band = image_of(&FromFn(|position, _| ball(position) * in_band), shape, &options);
         let (sum, error) = (
-            cube.cube.sum_over_energy(&axis),
+            cube.values.sum_over_energy(&axis),
             cube.error.map(|error| error.sum_over_energy(&axis)),
         );
         let estimated = error.map_or(0.0, |error| error.min_max().1);
-        let difference = sum.max_difference(&band.image);
+        let difference = sum.max_difference(&band.values);
         assert!(difference > 0.0 && difference < estimated, "{scale:?} {difference} {estimated}");
-        assert!(difference < 0.005 * band.image.min_max().1, "{scale:?} {difference}");
+        assert!(difference < 0.005 * band.values.min_max().1, "{scale:?} {difference}");
     }
 }
 
@@ -148,13 +149,13 @@ fn a_tree_along_energy_is_cheaper_than_many_images() {
     let image = |threshold| {
         let options = paper(2, Threshold::Relative(threshold));
         let image = image_of(&FromFn(|position, _| ball(position)), shape, &options);
-        (image.evaluations, relative_error(&image.image, &exact_ball(shape)))
+        (image.stats.evaluations, relative_error(&image.values, &exact_ball(shape)))
     };
     let cube = |bins, scale, threshold| {
         let axis = axis(bins, scale);
         let options = paper(2, Threshold::Relative(threshold));
         let cube = cube_of(&spectral_ball(), &Canonical, shape, &axis, &options);
-        (cube.evaluations, error_of(&cube.cube, &exact_cube(shape, &axis)))
+        (cube.stats.evaluations, error_of(&cube.values, &exact_cube(shape, &axis)))
     };
     let (image_evaluations, image_error) = image(0.05);
     assert_eq!(16 * image_evaluations, 62_464);
@@ -183,12 +184,12 @@ fn an_absolute_threshold_is_in_the_unit_of_g() {
     };
     let (narrow, wide) =
         (render(1.0, Threshold::Absolute(0.02)), render(64.0, Threshold::Absolute(0.02)));
-    assert_eq!(narrow.evaluations, wide.evaluations);
+    assert_eq!(narrow.stats.evaluations, wide.stats.evaluations);
     // Radiances per unit of energy are the same, and the largest average of g is near to 1.
-    assert!(narrow.cube.max_difference(&wide.cube) < 1e-12);
-    let relative = render(1.0, Threshold::Relative(0.02)).evaluations;
-    assert!(relative.abs_diff(narrow.evaluations) < relative / 5, "{relative}");
-    assert!(narrow.evaluations > 2 * render(1.0, Threshold::Absolute(0.1)).evaluations);
+    assert!(narrow.values.max_difference(&wide.values) < 1e-12);
+    let relative = render(1.0, Threshold::Relative(0.02)).stats.evaluations;
+    assert!(relative.abs_diff(narrow.stats.evaluations) < relative / 5, "{relative}");
+    assert!(narrow.stats.evaluations > 2 * render(1.0, Threshold::Absolute(0.1)).stats.evaluations);
 }
 
 /// Tiles are stacked as those of an image are: each band is that image with another spectrum.
@@ -201,15 +202,16 @@ fn tiles_are_stacked() {
     let glow = |[x, y, z]: [f64; 3]| 2.0 + (0.5 * x + z) / (x * x + y * y + z * z).sqrt();
     let spectral = FromSpectralFn(|position, _, energy: f64| glow(position) * energy.powf(-INDEX));
     let rendering = cube_of(&spectral, &sky, shape, &axis, &options);
-    let image = render(&FromFn(|position, _| glow(position)), &sky, shape, &options).unwrap().image;
-    assert_eq!(rendering.cube.shape(), [3, shape[0], shape[1]]);
-    for (band, edges) in rendering.cube.bands().iter().zip(axis.edges().windows(2)) {
+    let image =
+        render(&FromFn(|position, _| glow(position)), &sky, shape, &options).unwrap().values;
+    assert_eq!(rendering.values.shape(), [3, shape[0], shape[1]]);
+    for (band, edges) in rendering.values.bands().iter().zip(axis.edges().windows(2)) {
         let spectrum = mean_of_power_law([edges[0], edges[1]]);
         for (voxel, pixel) in band.pixels().iter().zip(image.pixels()) {
             assert!((voxel / (pixel * spectrum) - 1.0).abs() < 0.01, "{voxel} {pixel} {spectrum}");
         }
     }
-    assert_eq!(rendering.error.map(|error| error.shape()), Some(rendering.cube.shape()));
+    assert_eq!(rendering.error.map(|error| error.shape()), Some(rendering.values.shape()));
 }
 
 /// Where a projection has no image voxels and their errors are not numbers, and nowhere else.
@@ -223,10 +225,11 @@ fn voxels_outside_of_a_disc_are_not_numbers() {
     let options = BuildOptions { base_level: 2, finest_level: Some(4), ..BuildOptions::default() };
     let options = RenderOptions::new(Method::Paper(options));
     let rendering = cube_of(&glow, &disc, [16, 16], &axis, &options);
-    let image = render(&FromFn(|_, _| 1.0), &disc, [16, 16], &options).unwrap().image;
+    let image = render(&FromFn(|_, _| 1.0), &disc, [16, 16], &options).unwrap().values;
     let holes = |image: &Image| image.pixels().iter().map(|p| p.is_nan()).collect::<Vec<_>>();
     assert!(image[(0, 0)].is_nan() && !image[(8, 8)].is_nan());
-    for band in rendering.cube.bands().iter().chain(rendering.error.iter().flat_map(Cube::bands)) {
+    for band in rendering.values.bands().iter().chain(rendering.error.iter().flat_map(Cube::bands))
+    {
         assert_eq!(holes(band), holes(&image));
     }
 }
@@ -240,7 +243,7 @@ fn threads_do_not_change_a_bit() {
         pool.install(|| cube_of(&spectral_ball(), &Canonical, [9, 14], &axis, &options))
     };
     let (one, four) = (render(1), render(4));
-    assert_eq!((one.cube, one.error), (four.cube, four.error));
+    assert_eq!((one.values, one.error), (four.values, four.error));
 }
 
 #[test]
@@ -252,8 +255,8 @@ fn limits_end_a_cube() {
     let mut options = paper(2, Threshold::Relative(0.01));
     options.max_evaluations = 20_000;
     let stopped = render(&options).unwrap();
-    assert_eq!(stopped.ending, Ending::Budget);
-    assert!(stopped.evaluations <= 20_000 && stopped.evaluations > 20_000 - 16);
+    assert_eq!(stopped.stats.ending, Ending::Budget);
+    assert!(stopped.stats.evaluations <= 20_000 && stopped.stats.evaluations > 20_000 - 16);
     options.max_evaluations = 255;
     let text = render(&options).unwrap_err().to_string();
     assert!(text.contains("255 evaluations") && text.contains("needs 256"), "{text}");

@@ -23,7 +23,7 @@ fn rendered(problem: &Problem, shape: [usize; 2], options: &RenderOptions<'_>) -
 fn at_tolerance(name: &str, tolerance: f64) -> (Rendering, f64) {
     let problem = problem(name).unwrap();
     let rendering = rendered(&problem, SHAPE, &RenderOptions::new(vol(tolerance)));
-    let error = relative_error(&rendering.image, &problem.exact_image(SHAPE));
+    let error = relative_error(&rendering.values, &problem.exact_image(SHAPE));
     (rendering, error)
 }
 
@@ -33,7 +33,7 @@ fn promises_are_kept_from_10_percent_to_1e_5() {
         for tolerance in [0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5] {
             let (rendering, error) = at_tolerance(name, tolerance);
             let estimate = rendering.estimated_error().unwrap();
-            assert!(rendering.converged(), "{name} {tolerance}: {:?}", rendering.ending);
+            assert!(rendering.converged(), "{name} {tolerance}: {:?}", rendering.stats.ending);
             assert!(error <= tolerance && estimate <= tolerance, "{name} {tolerance}: {error}");
             // Where g jumps the largest estimate may fall a little short of the largest error.
             let covered = error <= estimate || name == "shock";
@@ -49,7 +49,7 @@ fn promises_are_kept_from_10_percent_to_1e_5() {
 /// Pinned: a change that costs more is seen.
 #[test]
 fn images_cost_what_they_cost() {
-    let cost = |(name, tolerance)| at_tolerance(name, tolerance).0.evaluations;
+    let cost = |(name, tolerance)| at_tolerance(name, tolerance).0.stats.evaluations;
     let eq8 = [0.1, 0.01, 1e-3, 1e-4].map(|tolerance| cost(("eq8", tolerance)));
     assert_eq!(eq8, [869, 1464, 1691, 1691]);
     let shell = [0.1, 0.01, 1e-3, 1e-4].map(|tolerance| cost(("shell", tolerance)));
@@ -67,7 +67,7 @@ fn jumps_are_met_or_reported() {
         let (rendering, error) = at_tolerance(name, tolerance);
         assert!(!rendering.converged() || error <= tolerance, "{name} {tolerance}: {error}");
         let estimates = rendering.error.as_ref().unwrap().pixels();
-        for (pixel, estimate) in rendering.image.pixels().iter().zip(estimates) {
+        for (pixel, estimate) in rendering.values.pixels().iter().zip(estimates) {
             assert!(*pixel >= -estimate, "{name} {tolerance}: {pixel} with estimate {estimate}");
         }
     }
@@ -76,8 +76,9 @@ fn jumps_are_met_or_reported() {
 #[test]
 fn small_pixels_cost_no_evaluations() {
     let problem = problem("eq8").unwrap();
-    let cost =
-        |pixels| rendered(&problem, [pixels; 2], &RenderOptions::new(vol(1e-3))).evaluations as f64;
+    let cost = |pixels| {
+        rendered(&problem, [pixels; 2], &RenderOptions::new(vol(1e-3))).stats.evaluations as f64
+    };
     let (few, many) = (cost(64), cost(4096));
     assert!(many <= 1.2 * few, "{few} for 64 x 64, {many} for 4096 x 4096");
 }
@@ -87,7 +88,7 @@ fn odd_shapes_keep_the_promise() {
     let problem = problem("gaussians").unwrap();
     for shape in [[1, 1], [1, 100], [77, 3], [33, 50]] {
         let rendering = rendered(&problem, shape, &RenderOptions::new(vol(0.01)));
-        let error = relative_error(&rendering.image, &problem.exact_image(shape));
+        let error = relative_error(&rendering.values, &problem.exact_image(shape));
         assert!(rendering.converged() && error <= 0.01, "{shape:?}: {error}");
     }
 }
@@ -103,9 +104,9 @@ fn threads_and_batch_sizes_do_not_change_a_bit() {
     let one = with_threads(1, u64::MAX);
     for (threads, batch_size) in [(2, u64::MAX), (3, 100), (1, 7)] {
         let other = with_threads(threads, batch_size);
-        assert_eq!((&one.image, &one.error), (&other.image, &other.error));
-        assert_eq!(one.evaluations, other.evaluations);
-        assert!(other.evaluations <= other.batches.saturating_mul(batch_size));
+        assert_eq!((&one.values, &one.error), (&other.values, &other.error));
+        assert_eq!(one.stats.evaluations, other.stats.evaluations);
+        assert!(other.stats.evaluations <= other.stats.batches.saturating_mul(batch_size));
     }
 }
 
@@ -117,11 +118,15 @@ fn a_budget_is_kept_and_its_image_is_as_good_as_is_said() {
     for max_evaluations in [27, 100, 400, 800, 1500, 3000, 6000, 12_000] {
         let options = RenderOptions { max_evaluations, ..RenderOptions::new(vol(1e-15)) };
         let rendering = rendered(&problem, SHAPE, &options);
-        assert!(rendering.evaluations <= max_evaluations);
-        assert!(2 * rendering.evaluations > max_evaluations, "{}", rendering.evaluations);
-        assert_eq!(rendering.ending, Ending::Budget);
+        assert!(rendering.stats.evaluations <= max_evaluations);
+        assert!(
+            2 * rendering.stats.evaluations > max_evaluations,
+            "{}",
+            rendering.stats.evaluations
+        );
+        assert_eq!(rendering.stats.ending, Ending::Budget);
         let (error, estimate) =
-            (relative_error(&rendering.image, &exact), rendering.estimated_error().unwrap());
+            (relative_error(&rendering.values, &exact), rendering.estimated_error().unwrap());
         // Nothing has been seen of the peak by the first few samples.
         assert!(
             max_evaluations < 800 || error <= estimate,
@@ -148,11 +153,11 @@ fn a_coarser_base_is_named_and_not_called_converged() {
     for max_evaluations in [27, 64, 90, 124, 200, 700] {
         let options = RenderOptions { max_evaluations, ..RenderOptions::new(vol(0.01)) };
         let rendering = render(&peak, &Canonical, [16, 16], &options).unwrap();
-        assert_eq!(rendering.ending, Ending::Budget, "{max_evaluations}");
-        assert_eq!(rendering.base_level, Some(if max_evaluations < 125 { 1 } else { 2 }));
+        assert_eq!(rendering.stats.ending, Ending::Budget, "{max_evaluations}");
+        assert_eq!(rendering.stats.base_level, Some(if max_evaluations < 125 { 1 } else { 2 }));
     }
     let enough = render(&peak, &Canonical, [16, 16], &RenderOptions::new(vol(0.01))).unwrap();
-    assert_eq!((enough.ending, enough.base_level), (Ending::Complete, Some(3)));
+    assert_eq!((enough.stats.ending, enough.stats.base_level), (Ending::Complete, Some(3)));
 }
 
 /// What cancels along each line leaves an image of rounding errors, which is good enough.
@@ -161,7 +166,7 @@ fn an_image_that_cancels_to_nothing_ends() {
     let odd = FromFn(|[x, _, z]: [f64; 3], _| (z - 0.5).powi(3) * (3.0 * x).sin());
     let rendering = render(&odd, &Canonical, [9, 5], &RenderOptions::new(vol(0.01))).unwrap();
     assert!(rendering.converged());
-    assert!(rendering.image.pixels().iter().all(|pixel| pixel.abs() < 1e-9));
+    assert!(rendering.values.pixels().iter().all(|pixel| pixel.abs() < 1e-9));
 }
 
 /// A row of many pixels across an edge: memory and time follow the pixels, not their square.
@@ -171,7 +176,7 @@ fn long_narrow_images_are_made() {
     for shape in [[1, 20_000], [20_000, 1]] {
         let options = RenderOptions { max_evaluations: 20_000, ..RenderOptions::new(vol(0.01)) };
         let rendering = render(&edge, &Canonical, shape, &options).unwrap();
-        let mean = rendering.image.pixels().iter().sum::<f64>() / 20_000.0;
+        let mean = rendering.values.pixels().iter().sum::<f64>() / 20_000.0;
         assert!((mean - 1.37).abs() < 1e-3, "{shape:?}: {mean}");
     }
 }
@@ -183,12 +188,18 @@ fn knot(position: [f64; 3], _: [f64; 3]) -> f64 {
     1.0 + 400.0 * (-squares / (2.0 * 0.004_f64.powi(2))).exp()
 }
 
+/// To 1 %, with seeds.
+fn with_seeds(seeds: &[Seed]) -> Method {
+    let seeds = seeds.to_vec();
+    Method::Vol(VolOptions { tolerance: 0.01, seeds, ..VolOptions::default() })
+}
+
 #[test]
 fn a_seed_shows_a_knot_between_the_samples() {
     let seeds = [Seed { position: [0.301, 0.618, 0.4], radius: 0.004 }];
     let image = |seeds: &[Seed]| {
-        let options = RenderOptions { seeds, ..RenderOptions::new(vol(0.01)) };
-        render(&FromFn(knot), &Canonical, SHAPE, &options).unwrap().image
+        let options = RenderOptions::new(with_seeds(seeds));
+        render(&FromFn(knot), &Canonical, SHAPE, &options).unwrap().values
     };
     // The knot's integral over the cube: 400 (2 π)^(3/2) 0.004³.
     let exact = 1.0 + 400.0 * (2.0 * core::f64::consts::PI).powf(1.5) * 0.004_f64.powi(3);
@@ -201,11 +212,11 @@ fn a_seed_shows_a_knot_between_the_samples() {
 #[test]
 fn seeds_of_any_size_do_no_harm() {
     let cost = |seeds: &[Seed]| {
-        let options = RenderOptions { seeds, ..RenderOptions::new(vol(0.01)) };
+        let options = RenderOptions::new(with_seeds(seeds));
         let peak = FromFn(|[x, y, z]: [f64; 3], _| (-30.0 * (x * x + y * y + z * z)).exp());
         let rendering = render(&peak, &Canonical, SHAPE, &options).unwrap();
         assert!(rendering.converged());
-        rendering.evaluations
+        rendering.stats.evaluations
     };
     let at = |position, radius| cost(&[Seed { position, radius }]);
     assert_eq!(at([0.5; 3], 1e6), cost(&[]), "nothing to look at more closely");
@@ -214,7 +225,7 @@ fn seeds_of_any_size_do_no_harm() {
 
     let message = |seed| {
         let seeds = [seed];
-        let options = RenderOptions { seeds: &seeds, ..RenderOptions::new(vol(0.01)) };
+        let options = RenderOptions::new(with_seeds(&seeds));
         render(&FromFn(|_, _| 1.0), &Canonical, [2, 2], &options).unwrap_err().to_string()
     };
     let flat = message(Seed { position: [0.5; 3], radius: 0.0 });
@@ -228,11 +239,12 @@ fn seeds_of_any_size_do_no_harm() {
 fn seeds_come_first_when_the_budget_is_short() {
     let seeds = [Seed { position: [0.3, 0.62, 0.4], radius: 0.004 }];
     for max_evaluations in [729, 1_000, 2_000] {
-        let options =
-            RenderOptions { seeds: &seeds, max_evaluations, ..RenderOptions::new(vol(0.01)) };
+        let options = RenderOptions { max_evaluations, ..RenderOptions::new(with_seeds(&seeds)) };
         let rendering = render(&FromFn(knot), &Canonical, SHAPE, &options).unwrap();
-        assert_eq!(rendering.ending, Ending::Budget, "{max_evaluations}");
-        assert!(rendering.evaluations >= 729 && rendering.evaluations <= max_evaluations);
+        assert_eq!(rendering.stats.ending, Ending::Budget, "{max_evaluations}");
+        assert!(
+            rendering.stats.evaluations >= 729 && rendering.stats.evaluations <= max_evaluations
+        );
     }
 }
 
@@ -248,7 +260,7 @@ fn a_thin_sheet_that_lines_step_over_is_seen() {
             base_level,
             ..VolOptions::default()
         }));
-        render(&FromFn(sheet), &Canonical, [8, 8], &options).unwrap().image[(3, 3)]
+        render(&FromFn(sheet), &Canonical, [8, 8], &options).unwrap().values[(3, 3)]
     };
     for base_level in [3, 5] {
         let found = pixel(base_level);
@@ -266,7 +278,7 @@ fn a_small_bright_knot_that_one_sample_meets_is_followed_down() {
     let options = RenderOptions::new(vol(0.01));
     let rendering = render(&FromFn(knot), &Canonical, SHAPE, &options).unwrap();
     let exact = 0.1 + 20.0 * (2.0 * core::f64::consts::PI).powf(1.5) * 0.01_f64.powi(3);
-    let mean = rendering.image.pixels().iter().sum::<f64>() / 4096.0;
+    let mean = rendering.values.pixels().iter().sum::<f64>() / 4096.0;
     assert!((mean - exact).abs() < 1e-3 * exact, "{mean} {exact}");
     assert!(rendering.converged());
 }
@@ -285,8 +297,8 @@ fn the_images_on_the_way_get_better_and_end_at_the_last() {
     let rendering = rendered(&problem, SHAPE, &options);
     let frames = frames.into_inner().unwrap();
     let (first, last) = (&frames[0], &frames[frames.len() - 1]);
-    assert_eq!(last.2, rendering.image);
-    assert_eq!((last.0, last.1), (rendering.evaluations, rendering.batches));
+    assert_eq!(last.2, rendering.values);
+    assert_eq!((last.0, last.1), (rendering.stats.evaluations, rendering.stats.batches));
     assert!(frames.is_sorted_by_key(|frame| frame.0));
     assert!(relative_error(&first.2, &exact) > 30.0 * relative_error(&last.2, &exact));
 
@@ -306,7 +318,7 @@ fn a_uniform_glow_is_uniform_over_the_whole_sky() {
     let camera = Equirectangular::new(viewpoint, sky, [0.0, 2.0]).unwrap();
     let uniform = FromFn(|_, _| 3.0);
     let rendering = render(&uniform, &camera, [18, 40], &RenderOptions::new(vol(1e-3))).unwrap();
-    let (low, high) = rendering.image.min_max();
+    let (low, high) = rendering.values.min_max();
     assert!((low - 6.0).abs() < 6e-3 && (high - 6.0).abs() < 6e-3, "{low} {high}");
 }
 
@@ -314,7 +326,7 @@ fn a_uniform_glow_is_uniform_over_the_whole_sky() {
 fn nothing_gives_an_image_of_nothing() {
     let dark = FromFn(|_, _| 0.0);
     let rendering = render(&dark, &Canonical, [5, 9], &RenderOptions::new(vol(1e-5))).unwrap();
-    assert_eq!(rendering.image, Image::zeros(5, 9));
+    assert_eq!(rendering.values, Image::zeros(5, 9));
     assert!(rendering.converged());
     assert_eq!(rendering.estimated_error(), Some(0.0));
 }

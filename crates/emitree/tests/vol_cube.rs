@@ -2,9 +2,9 @@
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use emitree::{
-    Canonical, Cube, CubeRendering, Ellipsoid, Emission, Ending, EnergyAxis, EnergyScale, FromFn,
-    FromSpectralFn, Healpix, Image, LosOptions, Method, Perspective, Projection, RenderOptions,
-    Seed, Steps, Viewpoint, VolOptions, render, render_cube,
+    Canonical, Cube, Ellipsoid, Emission, Ending, EnergyAxis, EnergyScale, FromFn, FromSpectralFn,
+    Healpix, Image, LosOptions, Method, Perspective, Projection, RenderOptions, Rendering, Seed,
+    Steps, Viewpoint, VolOptions, render, render_cube,
 };
 use emitree_problems::cubes::{CubeProblem, problem, problems};
 use std::convert::Infallible;
@@ -23,7 +23,7 @@ fn emission(problem: &CubeProblem) -> impl Emission<Error = Infallible> {
 /// A cube with its axis, and the exact one.
 struct Checked {
     axis: EnergyAxis,
-    rendering: CubeRendering,
+    rendering: Rendering<Cube>,
     exact: Cube,
     /// The largest error of a voxel over the largest voxel.
     error: f64,
@@ -34,7 +34,7 @@ fn checked(name: &str, shape: [usize; 2], bins: usize, options: &RenderOptions<'
     let axis = problem.default_axis(bins).unwrap();
     let rendering = render_cube(&emission(&problem), &Canonical, shape, &axis, options).unwrap();
     let exact = problem.exact(shape, &axis);
-    let error = rendering.cube.max_difference(&exact) / exact.largest();
+    let error = rendering.values.max_difference(&exact) / exact.largest();
     Checked { axis, rendering, exact, error }
 }
 
@@ -42,7 +42,7 @@ fn checked(name: &str, shape: [usize; 2], bins: usize, options: &RenderOptions<'
 fn share_within_estimate(Checked { rendering, exact, .. }: &Checked, exact_error: f64) -> f64 {
     let errors: Vec<f64> = rendering.error.as_ref().unwrap().voxels().collect();
     let slack = exact_error * exact.largest();
-    let found = rendering.cube.voxels().zip(exact.voxels()).zip(&errors);
+    let found = rendering.values.voxels().zip(exact.voxels()).zip(&errors);
     let within = found.filter(|((found, exact), error)| (found - exact).abs() <= *error + slack);
     within.count() as f64 / errors.len() as f64
 }
@@ -54,7 +54,7 @@ fn evaluations_of_images(name: &str, tolerance: f64) -> u64 {
     let image = |bin: usize| {
         let energy = axis.energy((bin as f64 + 0.5) / BINS as f64);
         let emission = FromFn(|position, _| problem.rate(position, energy));
-        render(&emission, &Canonical, SHAPE, &vol(tolerance)).unwrap().evaluations
+        render(&emission, &Canonical, SHAPE, &vol(tolerance)).unwrap().stats.evaluations
     };
     (0..BINS).map(image).sum()
 }
@@ -68,8 +68,8 @@ fn one_spectrum_everywhere_costs_one_image_and_a_few_spectra() {
         assert!(rendering.converged() && found.error <= tolerance, "{tolerance}: {}", found.error);
         let estimate = rendering.estimated_error().unwrap();
         assert!(found.error <= estimate && estimate <= tolerance, "{tolerance}: {estimate}");
-        assert_eq!(rendering.evaluations, evaluations, "{tolerance}");
-        assert_eq!(rendering.energies.len(), 1);
+        assert_eq!(rendering.stats.evaluations, evaluations, "{tolerance}");
+        assert_eq!(rendering.stats.energies.len(), 1);
     }
 }
 
@@ -102,7 +102,7 @@ fn promises_are_kept_for_a_line_that_is_shifted() {
     for (tolerance, evaluations) in [(0.1, 256_308), (0.01, 490_108)] {
         let found = checked("doppler", SHAPE, BINS, &vol(tolerance));
         assert!(found.rendering.converged() && found.error <= tolerance, "{}", found.error);
-        assert_eq!(found.rendering.evaluations, evaluations);
+        assert_eq!(found.rendering.stats.evaluations, evaluations);
     }
 }
 
@@ -118,7 +118,7 @@ fn cubes_cost_what_they_cost() {
         ("ena-ring", 23_500, 295_651),
     ] {
         let found = checked(name, SHAPE, BINS, &vol(0.01));
-        assert_eq!(found.rendering.evaluations, evaluations, "{name}");
+        assert_eq!(found.rendering.stats.evaluations, evaluations, "{name}");
         assert_eq!(evaluations_of_images(name, 0.01), of_images, "{name}");
         assert!(3 * evaluations < of_images, "{name}");
     }
@@ -127,7 +127,8 @@ fn cubes_cost_what_they_cost() {
 /// More bins cost spectra of more samples, not images.
 #[test]
 fn bins_cost_little() {
-    let cost = |bins| checked("bremsstrahlung", SHAPE, bins, &vol(0.01)).rendering.evaluations;
+    let cost =
+        |bins| checked("bremsstrahlung", SHAPE, bins, &vol(0.01)).rendering.stats.evaluations;
     let [few, many] = [8, 256].map(cost);
     assert!(many < 2 * few, "{few} {many}");
 }
@@ -136,12 +137,12 @@ fn bins_cost_little() {
 fn the_sum_over_energy_is_the_exact_band() {
     for name in ["separable", "edge"] {
         let found = checked(name, [40, 30], 12, &vol(0.01));
-        let band = found.rendering.cube.sum_over_energy(&found.axis);
+        let band = found.rendering.values.sum_over_energy(&found.axis);
         let exact = found.exact.sum_over_energy(&found.axis);
         let error = band.max_difference(&exact) / exact.min_max().1;
         assert!(error < 0.01, "{name}: {error}");
         let widths: Vec<f64> = found.axis.edges().windows(2).map(|e| e[1] - e[0]).collect();
-        let bands = found.rendering.cube.bands().iter().zip(&widths);
+        let bands = found.rendering.values.bands().iter().zip(&widths);
         let by_hand: f64 = bands.map(|(band, width)| band[(7, 9)] * width).sum();
         assert!((band[(7, 9)] - by_hand).abs() < 1e-12 * by_hand.abs());
     }
@@ -154,9 +155,9 @@ fn threads_and_batches_change_no_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let options = RenderOptions { batch_size: 1000 * threads as u64 + 1, ..vol(0.01) };
         let again = pool.install(|| checked("ena-ring", [24, 32], 10, &options).rendering);
-        assert_eq!(again.evaluations, reference.evaluations);
-        assert!(again.cube == reference.cube && again.error == reference.error, "{threads}");
-        assert_eq!(again.energies, reference.energies);
+        assert_eq!(again.stats.evaluations, reference.stats.evaluations);
+        assert!(again.values == reference.values && again.error == reference.error, "{threads}");
+        assert_eq!(again.stats.energies, reference.stats.energies);
     }
 }
 
@@ -166,14 +167,14 @@ fn a_limit_is_kept_and_told() {
     for limit in [30, 400, 729, 1000, 5000, 12_000] {
         let options = RenderOptions { max_evaluations: limit, ..vol(1e-3) };
         let found = checked("ena-ring", SHAPE, BINS, &options);
-        assert!(found.rendering.evaluations <= limit, "{limit}");
+        assert!(found.rendering.stats.evaluations <= limit, "{limit}");
         assert!(!found.rendering.converged(), "{limit}");
-        assert_ne!(found.rendering.ending, Ending::Complete);
+        assert_ne!(found.rendering.stats.ending, Ending::Complete);
         // What is not known is said to be not known.
         let within = share_within_estimate(&found, 1e-6);
         assert!(within >= 0.95 || limit < 729, "{limit}: {within}");
         assert!(found.rendering.estimated_error() > Some(1e-3), "{limit}");
-        assert_eq!(found.rendering.cube.shape(), [BINS, 64, 64]);
+        assert_eq!(found.rendering.values.shape(), [BINS, 64, 64]);
     }
 }
 
@@ -182,13 +183,13 @@ fn darkness_and_a_flat_spectrum_have_one_energy() {
     let axis = EnergyAxis::new(1.0, 2.0, 7, EnergyScale::Linear).unwrap();
     let dark = FromSpectralFn(|_: [f64; 3], _, _: f64| 0.0);
     let rendering = render_cube(&dark, &Canonical, [8, 8], &axis, &vol(0.01)).unwrap();
-    assert!(rendering.converged() && rendering.cube.largest() == 0.0);
+    assert!(rendering.converged() && rendering.values.largest() == 0.0);
     assert_eq!(rendering.estimated_error(), Some(0.0));
     let flat = FromSpectralFn(|[x, ..]: [f64; 3], _, _: f64| 1.0 + x);
     let rendering = render_cube(&flat, &Canonical, [8, 8], &axis, &vol(0.01)).unwrap();
-    assert_eq!(rendering.energies.len(), 1);
+    assert_eq!(rendering.stats.energies.len(), 1);
     for (column, expected) in (0..8).map(|column| (column, 1.0 + (column as f64 + 0.5) / 8.0)) {
-        for band in rendering.cube.bands() {
+        for band in rendering.values.bands() {
             assert!((band[(3, column)] - expected).abs() < 1e-12, "{column}");
         }
     }
@@ -228,9 +229,9 @@ fn a_feature_in_darkness_is_found() {
     let exact = exact_ball(mean, &axis, 16);
     let found =
         render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &vol(0.01)).unwrap();
-    let error = found.cube.max_difference(&exact) / exact.largest();
+    let error = found.values.max_difference(&exact) / exact.largest();
     assert!(found.converged() && error < 0.01, "{error}");
-    assert!(found.evaluations < 10_000, "{}", found.evaluations);
+    assert!(found.stats.evaluations < 10_000, "{}", found.stats.evaluations);
 }
 
 /// A narrow line and nothing else, where it is announced; and a spectrum that underflows elsewhere.
@@ -248,12 +249,14 @@ fn a_line_in_darkness_is_found_where_it_is_announced() {
             1e3 * emitree_problems::means::gaussian(width.powi(-2), line, low, high)
         };
         let exact = exact_ball(mean, &axis, 16);
-        let options = RenderOptions { line_energies: lines, ..vol(0.01) };
+        let line_energies = lines.to_vec();
+        let options =
+            RenderOptions::new(Method::Vol(VolOptions { line_energies, ..VolOptions::default() }));
         let found = render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &options);
         let found = found.unwrap();
-        let error = found.cube.max_difference(&exact) / exact.largest();
+        let error = found.values.max_difference(&exact) / exact.largest();
         assert!(found.converged() && error < 0.01, "{line}: {error}");
-        assert_eq!(found.evaluations, evaluations, "{line}");
+        assert_eq!(found.stats.evaluations, evaluations, "{line}");
     }
 }
 
@@ -267,11 +270,12 @@ fn a_seed_in_darkness_is_counted_once() {
         1e6 * (-square / (size * size)).exp() * (-energy).exp()
     };
     let seeds = [Seed { position: place, radius: size }];
-    let options = RenderOptions { seeds: &seeds, ..vol(0.01) };
+    let seeds = seeds.to_vec();
+    let options = RenderOptions::new(Method::Vol(VolOptions { seeds, ..VolOptions::default() }));
     let found = render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &options).unwrap();
     assert!(found.converged());
     let volume = 1e6 * (size * core::f64::consts::PI.sqrt()).powi(3);
-    for (band, edges) in found.cube.bands().iter().zip(axis.edges().windows(2)) {
+    for (band, edges) in found.values.bands().iter().zip(axis.edges().windows(2)) {
         let mean = 8.0 * ((-edges[0]).exp() - (-edges[1]).exp());
         let sum: f64 = band.pixels().iter().sum::<f64>() / 256.0;
         assert!((sum / (volume * mean) - 1.0).abs() < 0.02, "{sum} {}", volume * mean);
@@ -287,7 +291,9 @@ fn a_very_narrow_line_is_found_where_it_is_announced() {
         let square = (x - 0.3).powi(2) + (y - 0.5).powi(2) + (z - 0.5).powi(2);
         1.0 + 400.0 * (-((energy - line) / width).powi(2)).exp() * (-20.0 * square).exp()
     };
-    let options = RenderOptions { line_energies: &[line], ..vol(0.01) };
+    let line_energies = vec![line];
+    let options =
+        RenderOptions::new(Method::Vol(VolOptions { line_energies, ..VolOptions::default() }));
     let told = render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &options).unwrap();
     // Without the continuum the sixth bin has the column of the ball times the line's area.
     let column =
@@ -301,9 +307,9 @@ fn a_very_narrow_line_is_found_where_it_is_announced() {
     let exact = Image::from_pixels(16, 16, (0..256).map(pixel).collect());
     let largest = exact.min_max().1;
     assert!(largest > 1.25, "{largest}");
-    assert!(told.cube.bands()[6].max_difference(&exact) < 0.01 * largest);
+    assert!(told.values.bands()[6].max_difference(&exact) < 0.01 * largest);
     assert!(
-        told.cube.bands()[5].max_difference(&Image::from_pixels(16, 16, vec![1.0; 256])) < 0.01
+        told.values.bands()[5].max_difference(&Image::from_pixels(16, 16, vec![1.0; 256])) < 0.01
     );
 }
 
@@ -323,12 +329,12 @@ fn check_bands(
     let axis = EnergyAxis::new(1.0, 3.0, 12, EnergyScale::Log).unwrap();
     let emission = FromSpectralFn(|position, _, energy: f64| rate(position, energy));
     let rendering = render_cube(&emission, camera, shape, &axis, &vol(0.01)).unwrap();
-    assert!(rendering.converged() && rendering.energies.len() > 1);
-    let largest = rendering.cube.largest();
-    for (band, edges) in rendering.cube.bands().iter().zip(axis.edges().windows(2)).step_by(5) {
+    assert!(rendering.converged() && rendering.stats.energies.len() > 1);
+    let largest = rendering.values.largest();
+    for (band, edges) in rendering.values.bands().iter().zip(axis.edges().windows(2)).step_by(5) {
         let mean = |position, _| mean_over_bin([edges[0], edges[1]], |e| rate(position, e));
         let image = render(&FromFn(mean), camera, shape, &vol(1e-3)).unwrap();
-        let error = band.max_difference(&image.image) / largest;
+        let error = band.max_difference(&image.values) / largest;
         assert!(image.converged() && error < 0.01, "{error}");
     }
 }
@@ -366,10 +372,10 @@ fn lines_of_sight_see_the_same() {
     let options = RenderOptions::new(Method::Los(los));
     let lines = render_cube(&emission(&problem), &Canonical, [12, 10], &axis, &options).unwrap();
     let exact = problem.exact([12, 10], &axis);
-    let error = lines.cube.max_difference(&exact) / exact.largest();
+    let error = lines.values.max_difference(&exact) / exact.largest();
     assert!(error < 0.02, "{error}");
-    assert_eq!(lines.energies.len(), 24);
-    assert_eq!(lines.evaluations, 12 * 10 * 16 * 64 * 24);
+    assert_eq!(lines.stats.energies.len(), 24);
+    assert_eq!(lines.stats.evaluations, 12 * 10 * 16 * 64 * 24);
 }
 
 /// No bin costs: one of them is an image of the band's mean.

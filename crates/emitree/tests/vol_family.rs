@@ -48,10 +48,10 @@ fn outcome(known: &Known, tolerance: f64) -> Outcome {
     let options = VolOptions { tolerance, ..Default::default() };
     let options = RenderOptions::new(Method::Vol(options));
     let rendering: Rendering = render(&FromFn(rate), &Canonical, SHAPE, &options).unwrap();
-    let error = relative_error(&rendering.image, &known.exact);
+    let error = relative_error(&rendering.values, &known.exact);
     let estimates = rendering.error.as_ref().unwrap();
     let (_, largest) = known.exact.min_max();
-    let pixels = rendering.image.pixels().iter().zip(known.exact.pixels()).zip(estimates.pixels());
+    let pixels = rendering.values.pixels().iter().zip(known.exact.pixels()).zip(estimates.pixels());
     let inside = pixels
         .filter(|((found, exact), estimate)| {
             (*found - *exact).abs() <= *estimate + known.image_error * largest
@@ -60,7 +60,7 @@ fn outcome(known: &Known, tolerance: f64) -> Outcome {
     Outcome {
         name: known.scene.name(),
         kept: rendering.converged() && error <= tolerance + known.image_error,
-        evaluations: rendering.evaluations,
+        evaluations: rendering.stats.evaluations,
         overestimate: rendering.estimated_error().unwrap() / error,
         inside: inside as f64 / known.exact.pixels().len() as f64,
     }

@@ -15,8 +15,8 @@ fn promises_are_kept_where_g_jumps() {
         let options = RenderOptions::new(Method::Vol(options));
         let emission = FromFn(|position, _| solids.rate(position));
         let rendering = render(&emission, &Canonical, [64, 64], &options).unwrap();
-        let error = relative_error(&rendering.image, &exact.image);
-        (rendering.converged() && error <= 0.05 + exact.error, rendering.evaluations)
+        let error = relative_error(&rendering.values, &exact.image);
+        (rendering.converged() && error <= 0.05 + exact.error, rendering.stats.evaluations)
     };
     let outcomes: Vec<(bool, u64)> = (0..20_u64).into_par_iter().map(outcome).collect();
     let evaluations: u64 = outcomes.iter().map(|outcome| outcome.1).sum();

@@ -18,12 +18,12 @@ fn check(seeds: Range<u64>, tolerance: f64, broken: usize, evaluations: u64) {
         let options = VolOptions { tolerance, ..VolOptions::default() };
         let options = RenderOptions::new(Method::Vol(options));
         let rendering = render(&emission, view.camera(), view.shape(), &options).unwrap();
-        assert!(rendering.converged(), "{}: {:?}", view.name(), rendering.ending);
+        assert!(rendering.converged(), "{}: {:?}", view.name(), rendering.stats.ending);
         let outcome = Outcome::of(&rendering, &reference);
         let allowed = 3.0 * tolerance + reference.error;
         assert!(outcome.error <= allowed, "{}: {:.1e}", view.name(), outcome.error);
         assert!(!outcome.is_negative, "{}", view.name());
-        (outcome.error > tolerance + reference.error, rendering.evaluations)
+        (outcome.error > tolerance + reference.error, rendering.stats.evaluations)
     };
     let outcomes: Vec<(bool, u64)> = seeds.into_par_iter().map(outcome).collect();
     assert!(outcomes.iter().filter(|(is_broken, _)| *is_broken).count() <= broken);

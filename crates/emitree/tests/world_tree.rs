@@ -79,7 +79,7 @@ fn image<E: Emission>(emission: &E, camera: &dyn Projection, tolerance: f64) -> 
     let rendering = render(emission, camera, [24, 32], &options);
     let Ok(rendering) = rendering else { unreachable!("the scene can be rendered") };
     assert!(rendering.converged());
-    rendering.image
+    rendering.values
 }
 
 /// Views from outside, along an edge, and from within.

@@ -75,10 +75,10 @@ fn provenance(scene: &Scene, rendered: &Rendered) -> Vec<Card> {
     let mut provenance = vec![
         Card::new("SCENE", scene.name.as_str(), "scene file, in full under HISTORY"),
         Card::new("METHOD", scene.render.method.name(), "from the emission to the image"),
-        Card::new("NEVAL", rendered.evaluations, "evaluations of the emission rate"),
+        Card::new("NEVAL", rendered.stats.evaluations, "evaluations of the emission rate"),
         Card::new("CONVERGD", rendered.converged(), "the method ended by itself"),
     ];
-    if let Some(energies) = rendered.energies {
+    if let Some(energies) = rendered.energies() {
         provenance.push(Card::new("NENERGY", energies, "energies that were evaluated"));
     }
     if let Some(tolerance) = scene.render.tolerance {
@@ -93,7 +93,7 @@ fn provenance(scene: &Scene, rendered: &Rendered) -> Vec<Card> {
         provenance.push(Card::new("THRESHLD", *threshold, "details below it were dropped"));
         provenance.push(Card::new("ORDER", tree.order(), "order of the prediction"));
     }
-    if let Some(base_level) = rendered.base_level {
+    if let Some(base_level) = rendered.stats.base_level {
         let base_level = i32::from(base_level);
         provenance.push(Card::new("BASELEVL", base_level, "2^this base intervals along each axis"));
     }

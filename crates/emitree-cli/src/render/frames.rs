@@ -42,7 +42,7 @@ impl<'a> FrameWriter<'a> {
         // Frames of a cube are the images of its whole energy band.
         let shown = |image: &Image| {
             let image = self.scene.in_band_unit(image.clone());
-            Map::from(image).in_quantity(self.scene)
+            Map::from(self.scene.in_quantity(&image))
         };
         let [image, error] = [image, error].map(shown);
         let bytes = self.encode(&image, &error);
@@ -105,7 +105,7 @@ pub(super) fn write_progression(
     let mut written = Vec::new();
     for (i, frame) in tree.progression::<2>(2).enumerate() {
         let image = image_of_tree(&frame.tree, scene.camera.projection(), shape);
-        let image = Map::from(image).in_quantity(scene);
+        let image = Map::from(scene.in_quantity(&image));
         for (format, ending) in [(Format::Png, "png"), (Format::Npy, "npy")] {
             let name = format!("{FRAME}{i:02}-{:08}.{ending}", frame.coefficients);
             let file = OutputFile::create(folder.join(name))?;

@@ -6,7 +6,7 @@ use super::summary::grouped;
 /// The likely reasons why every pixel is 0; none if one is not.
 pub(crate) fn nothing_in_view(rendered: &Rendered) -> Option<String> {
     let is_dark = rendered.map.cube().voxels().all(|value| value.is_nan() || value == 0.0);
-    is_dark.then(|| reasons(rendered.evaluations))
+    is_dark.then(|| reasons(rendered.stats.evaluations))
 }
 
 fn reasons(evaluations: u64) -> String {

@@ -1,10 +1,9 @@
 //! What a rendering makes, whether it has energies or not: maps of one band or of many.
 
 use super::counts::Counts;
-use emitree::{Cube, CubeRendering, Ending, Image, RenderedTree, Rendering, irradiance_of};
+use emitree::{Cube, Ending, Image, RenderStats, RenderedTree, Rendering};
 use emitree_instrument::Channel;
-use emitree_io::{FitsImage, Quantity, Scene};
-use std::time::Duration;
+use emitree_io::{FitsImage, Scene};
 
 /// An image, or a cube: a value for each pixel in one band or in more.
 #[derive(Clone, Debug)]
@@ -41,6 +40,12 @@ impl From<Cube> for Map {
 }
 
 impl Map {
+    /// Values of a scene: an image, or a cube if it has energies.
+    fn of_scene(scene: &Scene, bands: Cube) -> Self {
+        let kind = if scene.energy.is_some() { Kind::Energies } else { Kind::Image };
+        Self { bands, kind }
+    }
+
     /// Counts in channels, each of which is a bin of the scene or not.
     pub(super) fn counts(bands: Cube, channels: Vec<Channel>, are_bins: bool) -> Self {
         Self { bands, kind: Kind::Counts { channels, are_bins } }
@@ -82,16 +87,6 @@ impl Map {
         }
     }
 
-    /// In the quantity that the scene asks for.
-    pub(super) fn in_quantity(mut self, scene: &Scene) -> Self {
-        if scene.quantity == Quantity::Irradiance {
-            for band in self.bands.bands_mut() {
-                *band = irradiance_of(band, scene.camera.projection());
-            }
-        }
-        self
-    }
-
     /// The image of the whole energy band of a cube.
     fn whole_band(&self, scene: &Scene) -> Option<Self> {
         Some(scene.band_image(&self.bands).filter(|_| self.is_cube())?.into())
@@ -111,67 +106,36 @@ pub(crate) struct Rendered {
     pub(crate) band_error: Option<Map>,
     /// What the instrument of the scene counts, if it has one.
     pub(crate) counts: Option<Counts>,
-    /// How many energies were evaluated, if the method takes some.
-    pub(crate) energies: Option<usize>,
-    pub(crate) evaluations: u64,
-    pub(crate) evaluations_of_pixels: Map,
-    pub(crate) batches: u64,
-    pub(crate) ending: Ending,
+    /// What the rendering took.
+    pub(crate) stats: RenderStats,
+    pub(crate) evaluations_per_pixel: Map,
     pub(crate) tree: Option<RenderedTree>,
-    pub(crate) base_level: Option<u8>,
-    /// The smallest feature that would have been seen, as a fraction of the view's cube, if the method
-    /// tells.
-    pub(crate) smallest_feature: Option<f64>,
-    pub(crate) emission_time: Duration,
-    pub(crate) total_time: Duration,
 }
 
 impl Rendered {
-    pub(crate) fn image(scene: &Scene, rendering: Rendering) -> Self {
+    pub(crate) fn new(scene: &Scene, rendering: Rendering<Cube>, counts: Option<Counts>) -> Self {
+        let map = |cube: &Cube| Map::of_scene(scene, scene.cube_in_quantity(cube));
+        let (values, error) = (map(&rendering.values), rendering.error.as_ref().map(map));
         Self {
-            map: Map::from(rendering.image).in_quantity(scene),
-            error: rendering.error.map(|error| Map::from(error).in_quantity(scene)),
-            band: None,
-            band_error: None,
-            counts: None,
-            energies: None,
-            evaluations: rendering.evaluations,
-            evaluations_of_pixels: rendering.evaluations_of_pixels.to_image().into(),
-            batches: rendering.batches,
-            ending: rendering.ending,
+            band: values.whole_band(scene),
+            band_error: error.as_ref().and_then(|error| error.whole_band(scene)),
+            counts,
+            map: values,
+            error,
+            evaluations_per_pixel: rendering.stats.evaluations_per_pixel.to_image().into(),
+            stats: rendering.stats,
             tree: rendering.tree,
-            base_level: rendering.base_level,
-            smallest_feature: rendering.smallest_feature,
-            emission_time: rendering.emission_time,
-            total_time: rendering.total_time,
         }
     }
 
-    pub(crate) fn cube(scene: &Scene, rendering: CubeRendering, counts: Option<Counts>) -> Self {
-        let map = Map::from(rendering.cube).in_quantity(scene);
-        let error = rendering.error.map(|error| Map::from(error).in_quantity(scene));
-        Self {
-            band: map.whole_band(scene),
-            band_error: error.as_ref().and_then(|error| error.whole_band(scene)),
-            counts,
-            map,
-            error,
-            energies: Some(rendering.energies.len()).filter(|&energies| energies > 0),
-            evaluations: rendering.evaluations,
-            evaluations_of_pixels: rendering.evaluations_of_pixels.to_image().into(),
-            batches: rendering.batches,
-            ending: rendering.ending,
-            tree: None,
-            base_level: rendering.base_level,
-            smallest_feature: rendering.smallest_feature,
-            emission_time: rendering.emission_time,
-            total_time: rendering.total_time,
-        }
+    /// How many energies were evaluated, if the method takes some.
+    pub(crate) fn energies(&self) -> Option<usize> {
+        Some(self.stats.energies.len()).filter(|&energies| energies > 0)
     }
 
     /// Whether the method did all it was asked for.
     pub(crate) fn converged(&self) -> bool {
-        self.ending == Ending::Complete
+        self.stats.ending == Ending::Complete
     }
 
     /// The largest estimated error over the largest |value|.

@@ -22,8 +22,8 @@ use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::report::Report;
-use emitree::{Frame, Method, RenderError, RenderOptions, render, render_cube};
-use emitree_io::{Scene, available_memory_bytes};
+use emitree::{Frame, Method, RenderError, RenderOptions};
+use emitree_io::Scene;
 use frames::FrameWriter;
 use outputs::Outputs;
 use std::ops::ControlFlow;
@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     // Only `vol` has images on its way; the frames of a tree are made from the whole of it.
-    let frames = match (scene.render.method, &arguments.progressive) {
+    let frames = match (&scene.render.method, &arguments.progressive) {
         (Method::Vol(_), Some(folder)) => Some(FrameWriter::new(folder, &scene)),
         _ => None,
     };
@@ -56,30 +56,16 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
         Some(frames) => frames.write(frame),
         None => ControlFlow::Continue(()),
     };
-    let mut options = RenderOptions::new(scene.render.method);
-    options.max_evaluations = scene.render.max_evaluations.unwrap_or(options.max_evaluations);
-    options.max_seconds = scene.render.max_seconds.unwrap_or(options.max_seconds);
-    options.batch_size = scene.render.batch_size.unwrap_or(options.batch_size);
-    options.seeds = &scene.render.seeds;
-    options.line_energies = scene.energy.as_ref().map_or(&[], |energies| energies.lines());
+    let mut options: RenderOptions<'_> = scene.render_options();
     options.progress = Some(&progress);
     if frames.is_some() {
         options.frame = Some(&on_frame);
     }
-    if let Some(available) = available_memory_bytes() {
-        options.max_memory_bytes = available;
-    }
-    let shape = [scene.height, scene.width];
-    let (emission, camera) = (&scene.emission, scene.camera.projection());
-    let rendered: Result<(Rendered, Option<Failure>), Failure> =
-        pool.install(|| match &scene.energy {
-            None => Ok((Rendered::image(&scene, render(emission, camera, shape, &options)?), None)),
-            Some(energies) => {
-                let found = render_cube(emission, camera, shape, energies.axis(), &options)?;
-                let (counts, failure) = Counts::of(arguments, &scene, &found.cube);
-                Ok((Rendered::cube(&scene, found, counts), failure))
-            }
-        });
+    let rendered: Result<(Rendered, Option<Failure>), Failure> = pool.install(|| {
+        let rendering = scene.render(&scene.emission, &options)?;
+        let (counts, failure) = Counts::of(arguments, &scene, &rendering.values);
+        Ok((Rendered::new(&scene, rendering, counts), failure))
+    });
     line.finish();
     // A frame that can't be written ends the rendering as an interruption does: its own failure
     // says more.

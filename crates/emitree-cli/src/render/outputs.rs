@@ -53,8 +53,7 @@ impl Outputs {
             check_columns(scene)?;
         }
         let to_fits = expected.iter().chain(drawn).any(is_fits);
-        let allowed = available_memory_bytes()
-            .unwrap_or_else(|| RenderOptions::new(scene.render.method).max_memory_bytes);
+        let allowed = scene.render_options().max_memory_bytes;
         counts::check(arguments, scene, to_fits, allowed)?;
         let style = Style::of(arguments);
         if style != Style::Bare && !formats.contains(&Format::Png) {
@@ -245,7 +244,7 @@ fn name(scene: &Scene) -> &'static str {
 }
 
 fn evaluations(rendered: &Rendered) -> NamedMap<'_> {
-    ("EVALUATIONS", &rendered.evaluations_of_pixels, "")
+    ("EVALUATIONS", &rendered.evaluations_per_pixel, "")
 }
 
 /// The bytes of a bare map; colours of a picture in `range`, or in the map's own.

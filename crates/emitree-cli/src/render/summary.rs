@@ -29,17 +29,17 @@ pub(crate) fn print(
         let of_bins = format!("{bins} bin{}", if bins == 1 { "" } else { "s" });
         writeln!(out, "  energies     {of_bins} of {label} ({scale}){}", evaluated(rendered))?;
     }
-    writeln!(out, "  method       {}", method(scene.render.method, value))?;
+    writeln!(out, "  method       {}", method(&scene.render.method, value))?;
     writeln!(
         out,
         "  evaluations  {} in {} batch{}, {:.2} for each {value}",
-        grouped(rendered.evaluations),
-        rendered.batches,
-        if rendered.batches == 1 { "" } else { "es" },
-        rendered.evaluations as f64 / values,
+        grouped(rendered.stats.evaluations),
+        rendered.stats.batches,
+        if rendered.stats.batches == 1 { "" } else { "es" },
+        rendered.stats.evaluations as f64 / values,
     )?;
     writeln!(out, "  error        {}", error(scene, rendered, value))?;
-    if let Some(fraction) = rendered.smallest_feature {
+    if let Some(fraction) = rendered.stats.smallest_feature {
         writeln!(out, "  covered      {}", covered(fraction))?;
     }
     let ranges = [
@@ -54,7 +54,7 @@ pub(crate) fn print(
         let exposure_s = instrument.instrument.exposure_s;
         writeln!(out, "  counts       {}", counted(counts, exposure_s, instrument.seed))?;
     }
-    let [total, emission] = [rendered.total_time, rendered.emission_time].map(seconds);
+    let [total, emission] = [rendered.stats.total_time, rendered.stats.emission_time].map(seconds);
     writeln!(out, "  time         {total}, of which the emission {emission}")?;
     let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
     match names.as_slice() {
@@ -71,7 +71,9 @@ pub(crate) fn print(
     if let Some(hint) = nothing_in_view(rendered) {
         writeln!(out, "  hint         {hint}")?;
     }
-    if let Some(how) = stopped(scene.render.method, rendered.ending, rendered.evaluations) {
+    if let Some(how) =
+        stopped(&scene.render.method, rendered.stats.ending, rendered.stats.evaluations)
+    {
         writeln!(out, "  NOT CONVERGED: stopped {how}")?;
     }
     Ok(())
@@ -91,11 +93,11 @@ fn counted(counts: &Counts, exposure_s: f64, seed: u64) -> String {
 
 /// How many energies were evaluated, where the method takes some.
 fn evaluated(rendered: &Rendered) -> String {
-    rendered.energies.map_or_else(String::new, |count| format!(", {count} evaluated"))
+    rendered.energies().map_or_else(String::new, |count| format!(", {count} evaluated"))
 }
 
 /// How a rendering stopped before it had done all that was asked for.
-fn stopped(method: Method, ending: Ending, evaluations: u64) -> Option<String> {
+fn stopped(method: &Method, ending: Ending, evaluations: u64) -> Option<String> {
     match (ending, method) {
         (Ending::Complete, _) => None,
         (Ending::DeepestLevel, Method::Vol(_)) => {
@@ -112,7 +114,7 @@ fn stopped(method: Method, ending: Ending, evaluations: u64) -> Option<String> {
 }
 
 /// The method, of an image of pixels or a cube of voxels.
-fn method(method: Method, value: &str) -> String {
+fn method(method: &Method, value: &str) -> String {
     match method {
         Method::Vol(options) => {
             let lines = (1_u32 << options.base_level) + 1;
@@ -201,14 +203,14 @@ mod tests {
     fn methods_tell_what_they_were_asked_for() {
         let vol = |tolerance, base_level| {
             method(
-                Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() }),
+                &Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() }),
                 "pixel",
             )
         };
         assert_eq!(vol(0.01, 3), "vol: to 1 % of the largest pixel, base 9 x 9 lines");
         assert_eq!(vol(0.007, 7), "vol: to 0.7 % of the largest pixel, base 129 x 129 lines");
         assert_eq!([1e-6, 2.0, 1.0 / 3.0].map(percent), ["0.0001 %", "200 %", "33.33333333 %"]);
-        let paper = method(Method::Paper(BuildOptions::default()), "pixel");
+        let paper = method(&Method::Paper(BuildOptions::default()), "pixel");
         assert_eq!(
             paper,
             "paper: order 3, base grid 8^3, threshold 1 % of the largest cell average"
@@ -217,13 +219,13 @@ mod tests {
 
     #[test]
     fn endings_are_told_in_the_words_of_the_method() {
-        let vol = |ending| stopped(Method::Vol(VolOptions::default()), ending, 1_234);
+        let vol = |ending| stopped(&Method::Vol(VolOptions::default()), ending, 1_234);
         assert_eq!(vol(Ending::Complete), None);
         let budget = "by its budget after 1,234 evaluations";
         assert_eq!(vol(Ending::Budget).unwrap(), budget);
         let finest = "at the finest level (a sixteenth of a pixel or less)";
         assert_eq!(vol(Ending::DeepestLevel).unwrap(), finest);
-        let paper = |ending| stopped(Method::Paper(BuildOptions::default()), ending, 1_234);
+        let paper = |ending| stopped(&Method::Paper(BuildOptions::default()), ending, 1_234);
         assert_eq!(paper(Ending::Budget).unwrap(), budget);
         let deepest = "at the deepest level; a finest_level would end it earlier";
         assert_eq!(paper(Ending::DeepestLevel).unwrap(), deepest);

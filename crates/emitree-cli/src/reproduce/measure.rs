@@ -96,7 +96,7 @@ fn measure(
         |_| if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let options = RenderOptions { progress: Some(&stop), ..RenderOptions::new(method) };
     let rendering = render(&emission, &Canonical, SHAPE, &options)?;
-    let error = relative_error(&rendering.image, exact);
-    let run = Run { method: name, parameter, evaluations: rendering.evaluations, error };
-    Ok((rendering.image, run))
+    let error = relative_error(&rendering.values, exact);
+    let run = Run { method: name, parameter, evaluations: rendering.stats.evaluations, error };
+    Ok((rendering.values, run))
 }

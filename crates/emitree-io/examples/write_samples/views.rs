@@ -102,10 +102,10 @@ far = 2.0
 /// The sky of directions, and the lines of sight through the middle and the corners of its pixels.
 pub(crate) fn sky() -> Result<Vec<File>, Box<dyn Error>> {
     let scene = Scene::parse("sky", SKY, &[])?;
-    let options = RenderOptions::new(scene.render.method);
+    let options = scene.render_options();
     let shape = [scene.height, scene.width];
     let rendering = render(&scene.emission, scene.camera.projection(), shape, &options)?;
-    let map = Healpix::nested(&rendering.image);
+    let map = Healpix::nested(&rendering.values);
     let file = HealpixFile {
         columns: vec![HealpixColumn { name: "RADIANCE", unit: None, values: &map }],
         coordinates: None,

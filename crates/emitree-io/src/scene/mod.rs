@@ -28,8 +28,12 @@ pub use settings::RenderSettings;
 pub use tree::BuildSettings;
 
 use crate::energies::Energies;
+use crate::memory::available_memory_bytes;
 use document::Node;
-use emitree::{Cube, Healpix, Image, irradiance_of};
+use emitree::{
+    Cube, Emission, Healpix, Image, RenderError, RenderOptions, Rendering, irradiance_of, render,
+    render_cube,
+};
 use emitree_instrument::{Observation, ObservationError};
 use instrument::Observer;
 use radiometry::{BandUnit, CameraUnits, ImageUnits};
@@ -179,6 +183,64 @@ impl Scene {
         Some(instrument.expected_counts(radiance, energies.axis(), &solid_angles_sr))
     }
 
+    /// The options of the library that render the scene, with the memory that is available now and without
+    /// callbacks.
+    ///
+    /// ```
+    /// use emitree_io::Scene;
+    ///
+    /// let text = r#"
+    ///     emission = { expression = "exp(-x)" }
+    ///     projection = { type = "canonical" }
+    ///     image = { width = 4, height = 4 }
+    ///     render = { max_evaluations = 2000 }
+    /// "#;
+    /// let options = Scene::parse("example", text, &[])?.render_options();
+    /// assert_eq!((options.method.name(), options.max_evaluations), ("vol", 2000));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn render_options(&self) -> RenderOptions<'static> {
+        let RenderSettings { method, max_evaluations, max_seconds, batch_size, .. } = &self.render;
+        let defaults = RenderOptions::new(method.clone());
+        RenderOptions {
+            max_evaluations: max_evaluations.unwrap_or(defaults.max_evaluations),
+            max_seconds: max_seconds.unwrap_or(defaults.max_seconds),
+            batch_size: batch_size.unwrap_or(defaults.batch_size),
+            max_memory_bytes: available_memory_bytes().unwrap_or(defaults.max_memory_bytes),
+            ..defaults
+        }
+    }
+
+    /// Renders an emission as the scene says: radiances, in one band if the scene has no energies.
+    ///
+    /// # Errors
+    ///
+    /// As [`render`].
+    pub fn render<E: Emission>(
+        &self,
+        emission: &E,
+        options: &RenderOptions<'_>,
+    ) -> Result<Rendering<Cube>, RenderError<E::Error>> {
+        let (camera, shape) = (self.camera.projection(), [self.height, self.width]);
+        match &self.energy {
+            None => render(emission, camera, shape, options).map(Into::into),
+            Some(energies) => render_cube(emission, camera, shape, energies.axis(), options),
+        }
+    }
+
+    /// Radiances, or their errors, in the quantity that the scene asks for.
+    pub fn in_quantity(&self, radiance: &Image) -> Image {
+        match self.quantity {
+            Quantity::Irradiance => irradiance_of(radiance, self.camera.projection()),
+            Quantity::Radiance => radiance.clone(),
+        }
+    }
+
+    /// All bands of a cube in that quantity.
+    pub fn cube_in_quantity(&self, radiance: &Cube) -> Cube {
+        Cube::from_bands(radiance.bands().iter().map(|band| self.in_quantity(band)).collect())
+    }
+
     /// Reads the scene file at `path`, with values replaced by `overrides`, the later ones last.
     ///
     /// # Errors
@@ -240,7 +302,10 @@ impl Scene {
             CameraUnits { length: length_unit, has_solid_angles: camera.has_solid_angles() };
         let found =
             radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
-        let render = settings::read(render, seeds, found.length_unit.as_deref())?;
+        let render = {
+            let lines = energy.as_ref().map_or_else(Vec::new, |energies| energies.lines().to_vec());
+            settings::read(render, seeds, lines, found.length_unit.as_deref())?
+        };
         let observer = Observer {
             camera: &camera,
             shape,

@@ -27,8 +27,6 @@ pub struct RenderSettings {
     pub max_seconds: Option<f64>,
     /// The largest number of evaluations in one batch; no limit if it is not given.
     pub batch_size: Option<u64>,
-    /// Structures to be looked at: the tables `[[seed]]`.
-    pub seeds: Vec<Seed>,
     /// Options that the scene or the command line has and the method has not.
     pub ignored: Vec<&'static str>,
 }
@@ -42,10 +40,11 @@ enum Kind {
     Los,
 }
 
-/// `length_unit` is that of the scene, for lengths with a unit of their own.
+/// `line_energies` are in the unit of the energy axis; `length_unit` is that of the scene, for lengths with a unit of their own.
 pub(super) fn read(
     mut table: Table,
     seeds: Vec<Seed>,
+    line_energies: Vec<f64>,
     length_unit: Option<&str>,
 ) -> Result<RenderSettings, SceneError> {
     let kind = match table.text("method")? {
@@ -88,6 +87,7 @@ pub(super) fn read(
         options.iter().filter(|(_, node)| node.is_some()).map(|(key, _)| *key).collect()
     };
     let mut ignored = Vec::new();
+    let has_seeds = !seeds.is_empty();
     let (method, tolerance) = match kind {
         Kind::Vol => {
             ignored.extend(given(&of_trees));
@@ -98,7 +98,10 @@ pub(super) fn read(
             }
             options.base_level = base_level.unwrap_or(options.base_level);
             options.smallest_feature = smallest_feature;
-            (Method::Vol(options), Some(options.tolerance))
+            options.seeds = seeds;
+            options.line_energies = line_energies;
+            let tolerance = options.tolerance;
+            (Method::Vol(options), Some(tolerance))
         }
         Kind::Paper => {
             ignored.extend(given(&of_lines));
@@ -117,17 +120,9 @@ pub(super) fn read(
     };
     if kind != Kind::Vol {
         ignored.extend(smallest_feature.map(|_| "smallest_feature"));
-        ignored.extend((!seeds.is_empty()).then_some("seed"));
+        ignored.extend(has_seeds.then_some("seed"));
     }
-    Ok(RenderSettings {
-        method,
-        tolerance,
-        max_evaluations,
-        max_seconds,
-        batch_size,
-        seeds,
-        ignored,
-    })
+    Ok(RenderSettings { method, tolerance, max_evaluations, max_seconds, batch_size, ignored })
 }
 
 fn kind_of_name((name, place): &(String, Place)) -> Result<Kind, SceneError> {

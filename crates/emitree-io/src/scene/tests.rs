@@ -342,7 +342,7 @@ fn the_method_is_vol_unless_another_is_named() {
         );
         assert_eq!(settings.tolerance, Some(0.01));
         assert_eq!((settings.max_evaluations, settings.batch_size), (None, None));
-        assert_eq!((settings.seeds, settings.ignored), (Vec::new(), Vec::new()));
+        assert_eq!(settings.ignored, Vec::<&str>::new());
     }
     let settings = settings(&format!("{before}[render]{}", after.replace("method", "# method")));
     assert_eq!(
@@ -359,16 +359,24 @@ fn the_method_is_vol_unless_another_is_named() {
     assert_eq!(settings.tolerance, Some(1e-4));
 }
 
+/// The seeds of method `vol`.
+fn seeds(settings: &RenderSettings) -> &[Seed] {
+    match &settings.method {
+        Method::Vol(vol) => &vol.seeds,
+        other => panic!("{other:?} has no seeds"),
+    }
+}
+
 #[test]
 fn all_options_of_vol_are_read() {
     let settings = Scene::parse("scene.toml", KNOTS, &[]).unwrap().render;
+    let seeds = [([0.3, 0.62, 0.4], 0.01), ([1.0, 0.0, 0.0], 2.0)];
+    let seeds = seeds.map(|(position, radius)| Seed { position, radius }).to_vec();
     assert_eq!(
         settings.method,
-        Method::Vol(VolOptions { tolerance: 0.02, base_level: 4, ..VolOptions::default() })
+        Method::Vol(VolOptions { tolerance: 0.02, base_level: 4, seeds, ..VolOptions::default() })
     );
     assert_eq!((settings.max_evaluations, settings.batch_size), (Some(20_000), Some(500)));
-    let seeds = [([0.3, 0.62, 0.4], 0.01), ([1.0, 0.0, 0.0], 2.0)];
-    assert_eq!(settings.seeds, seeds.map(|(position, radius)| Seed { position, radius }));
     assert_eq!(settings.ignored, Vec::<&str>::new());
     // A tolerance of the image and steps of other methods are no contradiction.
     let scene = KNOTS.replace("tolerance", "rule = \"simpson\"\nsteps = 9\ntolerance");
@@ -435,7 +443,7 @@ fn seeds_that_are_wrong_are_refused_where_they_stand() {
     // As options: all of them at once.
     let one = option("seed", "[{ position = [0, 1, 2], radius = 3 }]");
     let scene = Scene::parse("scene.toml", KNOTS, &[one]).unwrap();
-    assert_eq!(scene.render.seeds, [Seed { position: [0.0, 1.0, 2.0], radius: 3.0 }]);
+    assert_eq!(seeds(&scene.render), [Seed { position: [0.0, 1.0, 2.0], radius: 3.0 }]);
 }
 
 #[test]
@@ -443,7 +451,7 @@ fn the_example_scenes_are_read() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
     let example = |name: &str| Scene::open(&Path::new(folder).join(name), &[]).unwrap().render;
     let knot = example("knot.toml");
-    assert_eq!(knot.seeds, [Seed { position: [0.3, 0.62, 0.4], radius: 0.01 }]);
+    assert_eq!(seeds(&knot), [Seed { position: [0.3, 0.62, 0.4], radius: 0.01 }]);
     for (name, method) in [
         ("holmstrom.toml", "vol"),
         ("knot.toml", "vol"),

@@ -89,7 +89,7 @@ fn line_of_sight_integration_goes_to_the_exact_cube() {
             let los = LosOptions { lines, steps: Steps::Fixed(6 * lines) };
             let options = RenderOptions::new(Method::Los(los));
             let rendering = render_cube(&emission, &Canonical, [3, 5], &axis, &options).unwrap();
-            rendering.cube.max_difference(&exact) / exact.largest()
+            rendering.values.max_difference(&exact) / exact.largest()
         };
         let (coarse, fine) = (far(lines), far(2 * lines));
         assert!(coarse < 0.05, "{}: {coarse:e}", problem.name);

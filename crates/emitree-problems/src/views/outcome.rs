@@ -36,7 +36,7 @@ impl Outcome {
     pub fn of(rendering: &Rendering, reference: &Reference) -> Self {
         let exact = reference.image.pixels();
         let largest = exact.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
-        let errors = rendering.image.pixels().iter().zip(exact).map(|(a, b)| (a - b).abs());
+        let errors = rendering.values.pixels().iter().zip(exact).map(|(a, b)| (a - b).abs());
         let (mut error, mut pixel) = (0.0, 0);
         for (k, difference) in errors.enumerate().filter(|(k, _)| !exact[*k].is_nan()) {
             if difference > error || difference.is_nan() {
@@ -44,9 +44,9 @@ impl Outcome {
             }
         }
         let estimates = rendering.error.iter().flat_map(Image::pixels);
-        let mut pairs = rendering.image.pixels().iter().zip(estimates);
+        let mut pairs = rendering.values.pixels().iter().zip(estimates);
         let is_negative = pairs.any(|(value, estimate)| *value < -estimate - ROUNDING * largest);
-        let worst = (pixel / rendering.image.width(), pixel % rendering.image.width());
+        let worst = (pixel / rendering.values.width(), pixel % rendering.values.width());
         Self { error: error / largest, worst, is_negative }
     }
 }

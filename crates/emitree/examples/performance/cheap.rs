@@ -89,7 +89,7 @@ impl Settings {
             for steps in 2..=MOST_STEPS {
                 let los = LosOptions { lines, steps: Steps::Fixed(steps) };
                 let found = rendered(emission, [coarse; 2], Method::Los(los))?;
-                if relative_error(&found.image, &exact) <= error {
+                if relative_error(&found.values, &exact) <= error {
                     return Ok(Self { shape: [pixels; 2], error, los, exact: image(pixels) });
                 }
             }
@@ -101,7 +101,7 @@ impl Settings {
 fn row(name: &str, emission: &impl Emission, settings: &Settings) -> Result<Vec<String>, String> {
     let &Settings { shape, error: tolerance, los, ref exact } = settings;
     let method = Method::Vol(VolOptions { tolerance, ..VolOptions::default() });
-    let (seconds_of_vol, of_vol, peak) = fastest(|| rendered(emission, shape, method))?;
+    let (seconds_of_vol, of_vol, peak) = fastest(|| rendered(emission, shape, method.clone()))?;
     let (seconds_of_los, of_los, _) = fastest(|| rendered(emission, shape, Method::Los(los)))?;
     let [height, width] = shape;
     let pixels = height * width;
@@ -113,8 +113,8 @@ fn row(name: &str, emission: &impl Emission, settings: &Settings) -> Result<Vec<
         width.to_string(),
         tolerance.to_string(),
         format!("{} x {steps}", los.lines * los.lines),
-        number(relative_error(&of_los.image, exact)),
-        number(relative_error(&of_vol.image, exact)),
+        number(relative_error(&of_los.values, exact)),
+        number(relative_error(&of_vol.values, exact)),
         number(seconds_of_los * 1e3),
         number(seconds_of_vol * 1e3),
         number(seconds_of_los / seconds_of_vol),

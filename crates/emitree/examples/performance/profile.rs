@@ -64,7 +64,7 @@ fn rows_of(problem: &Problem) -> Result<Vec<Vec<String>>, String> {
     let mut rows = Vec::new();
     for tolerance in TOLERANCES {
         for method in methods(tolerance) {
-            let mut options = RenderOptions::new(method);
+            let mut options = RenderOptions::new(method.clone());
             if !matches!(method, Method::Los(_)) {
                 options.max_evaluations = MAX_EVALUATIONS;
             }
@@ -73,7 +73,7 @@ fn rows_of(problem: &Problem) -> Result<Vec<Vec<String>>, String> {
                 let (rendering, taken) =
                     measured(|| render(&emission, &Canonical, SHAPE, &options));
                 let rendering = rendering.map_err(|error| error.to_string())?;
-                let long = rendering.total_time.as_secs_f64() > LONG_S;
+                let long = rendering.stats.total_time.as_secs_f64() > LONG_S;
                 best = match best {
                     Some((fastest, of_fastest)) if own_s(&fastest) <= own_s(&rendering) => {
                         Some((fastest, of_fastest))
@@ -85,15 +85,15 @@ fn rows_of(problem: &Problem) -> Result<Vec<Vec<String>>, String> {
                 }
             }
             let Some((rendering, taken)) = best else { continue };
-            let evaluations = rendering.evaluations as f64;
+            let evaluations = rendering.stats.evaluations as f64;
             rows.push(vec![
                 problem.name.clone(),
                 method.name().to_owned(),
                 tolerance.to_string(),
-                number(relative_error(&rendering.image, &exact)),
-                rendering.evaluations.to_string(),
-                number(rendering.total_time.as_secs_f64()),
-                number(rendering.emission_time.as_secs_f64()),
+                number(relative_error(&rendering.values, &exact)),
+                rendering.stats.evaluations.to_string(),
+                number(rendering.stats.total_time.as_secs_f64()),
+                number(rendering.stats.emission_time.as_secs_f64()),
                 number(own_s(&rendering) / evaluations * 1e9),
                 mebibytes(taken.peak_bytes),
                 number(taken.allocations as f64 / evaluations),
@@ -106,5 +106,5 @@ fn rows_of(problem: &Problem) -> Result<Vec<Vec<String>>, String> {
 
 /// Time that is not the emission's \[s\].
 fn own_s(rendering: &emitree::Rendering) -> f64 {
-    (rendering.total_time - rendering.emission_time).as_secs_f64()
+    (rendering.stats.total_time - rendering.stats.emission_time).as_secs_f64()
 }

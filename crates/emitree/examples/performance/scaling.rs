@@ -160,8 +160,8 @@ fn point(
     Ok(Point {
         series: series.to_owned(),
         along,
-        evaluations: rendering.evaluations,
-        error: exact.map(|exact| relative_error(&rendering.image, exact)),
+        evaluations: rendering.stats.evaluations,
+        error: exact.map(|exact| relative_error(&rendering.values, exact)),
         estimate: rendering.estimated_error(),
         seconds,
         peak_bytes,
@@ -229,8 +229,12 @@ fn width() -> Result<Vec<Point>, String> {
         add_series(&mut points, &WIDTHS, |width| {
             let ball = Gaussian { centre: PLACE, width };
             let seeds = [Seed { position: PLACE, radius: width }];
-            let seeds = if name.ends_with("seed") { &seeds[..] } else { &[] };
-            let options = RenderOptions { seeds, ..*options };
+            let mut options = options.clone();
+            if let Method::Vol(vol) = &mut options.method
+                && name.ends_with("seed")
+            {
+                vol.seeds = seeds.to_vec();
+            }
             let exact = ball.exact_image(SHAPE);
             point(&series, width, |u| ball.rate(u), (SHAPE, &options), Some(&exact))
         })?;

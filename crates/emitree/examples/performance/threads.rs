@@ -87,14 +87,14 @@ fn row(scene: &Scene, cost_us: u64, one: &ThreadPool, two: &ThreadPool) -> Vec<S
     for _ in 0..REPETITIONS {
         let renderings = [one, two].map(|pool| pool.install(|| rendered(scene, cost_us)));
         for (least, rendering) in seconds.iter_mut().zip(&renderings) {
-            *least = least.min(rendering.total_time.as_secs_f64());
+            *least = least.min(rendering.stats.total_time.as_secs_f64());
         }
         let [one, two] = &renderings;
-        assert_eq!(bits(&one.image), bits(&two.image), "{}: the images differ", scene.name);
-        assert_eq!(one.evaluations, two.evaluations, "{}", scene.name);
+        assert_eq!(bits(&one.values), bits(&two.values), "{}: the images differ", scene.name);
+        assert_eq!(one.stats.evaluations, two.stats.evaluations, "{}", scene.name);
         let errors = [one, two].map(|rendering| rendering.error.as_ref().map(bits));
         assert_eq!(errors[0], errors[1], "{}: the errors differ", scene.name);
-        evaluations = one.evaluations;
+        evaluations = one.stats.evaluations;
     }
     let [one, two] = seconds;
     vec![
@@ -119,7 +119,7 @@ fn rendered(scene: &Scene, cost_us: u64) -> Rendering {
         }
         rate
     });
-    let options = RenderOptions::new(scene.method);
+    let options = RenderOptions::new(scene.method.clone());
     render(&emission, &Canonical, SHAPE, &options).expect("the scene can be rendered")
 }
 

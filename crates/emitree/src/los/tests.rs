@@ -22,10 +22,10 @@ fn lines_are_the_centres_of_the_parts_of_pixels() {
 #[test]
 fn fixed_steps_are_the_midpoint_rule() {
     let rendering = los(|[x, y, z], _| x + 10.0 * y + z * z, [2, 3], 1, Steps::Fixed(4));
-    assert_eq!(rendering.evaluations, 2 * 3 * 4);
+    assert_eq!(rendering.stats.evaluations, 2 * 3 * 4);
     let depth = [0.125_f64, 0.375, 0.625, 0.875].iter().map(|z| z * z / 4.0).sum::<f64>();
     let expected = 2.5 / 3.0 + 10.0 * 0.75 + depth;
-    assert!((rendering.image[(1, 2)] - expected).abs() < 1e-14);
+    assert!((rendering.values[(1, 2)] - expected).abs() < 1e-14);
     assert!(rendering.error.is_none() && rendering.converged());
 }
 
@@ -40,13 +40,13 @@ fn batches_of_any_size_make_the_same_image_and_count() {
         render(&g, &Canonical, [5, 7], &options).unwrap()
     };
     let whole = rendered(u64::MAX);
-    assert_eq!(whole.evaluations, 5 * 7 * 9 * 13);
+    assert_eq!(whole.stats.evaluations, 5 * 7 * 9 * 13);
     for batch_size in [1, 5, 13, 100, 1000] {
         let parts = rendered(batch_size);
-        assert_eq!(parts.image, whole.image, "batches of {batch_size}");
-        assert_eq!(parts.evaluations_of_pixels, whole.evaluations_of_pixels);
+        assert_eq!(parts.values, whole.values, "batches of {batch_size}");
+        assert_eq!(parts.stats.evaluations_per_pixel, whole.stats.evaluations_per_pixel);
     }
-    let counts = whole.evaluations_of_pixels.to_image();
+    let counts = whole.stats.evaluations_per_pixel.to_image();
     assert!(counts.pixels().iter().all(|count| (count - 117.0).abs() <= 0.0));
     // The lines and depths of the midpoint rule, in its order.
     let at = |part: usize, pixel: usize, pixels: usize| {
@@ -57,13 +57,13 @@ fn batches_of_any_size_make_the_same_image_and_count() {
         let rates = (0..13).map(|k| (g.0)([x, y, (f64::from(k) + 0.5) / 13.0], [0.0; 3]));
         rates.sum::<f64>() / 13.0
     };
-    assert!((whole.image[(4, 6)] - (0..9).map(line).sum::<f64>() / 9.0).abs() < 1e-15);
+    assert!((whole.values[(4, 6)] - (0..9).map(line).sum::<f64>() / 9.0).abs() < 1e-15);
 }
 
 #[test]
 fn more_lines_average_over_the_pixel() {
     let rendering = los(|[x, ..], _| x * x, [1, 1], 2, Steps::Fixed(1));
-    assert!((rendering.image[(0, 0)] - 0.5 * (0.0625 + 0.5625)).abs() < 1e-15);
+    assert!((rendering.values[(0, 0)] - 0.5 * (0.0625 + 0.5625)).abs() < 1e-15);
 }
 
 #[test]
@@ -74,11 +74,11 @@ fn adaptive_lines_keep_their_tolerance_on_peaks_and_jumps() {
         let steps = Steps::Adaptive(tolerance);
         let rendering = los(peak, [2, 2], 1, steps);
         let exact = 0.02 * core::f64::consts::PI.sqrt();
-        for pixel in rendering.image.pixels() {
+        for pixel in rendering.values.pixels() {
             assert!((pixel - exact).abs() <= tolerance * exact, "{pixel} {exact}");
         }
         let rendering = los(jump, [1, 4], 1, steps);
-        for (column, pixel) in rendering.image.pixels().iter().enumerate() {
+        for (column, pixel) in rendering.values.pixels().iter().enumerate() {
             let exact = 0.3 + 0.1 * (column as f64 + 0.5) / 4.0;
             assert!((pixel - exact).abs() <= tolerance * 0.4, "{pixel} {exact}");
         }
@@ -90,7 +90,7 @@ fn adaptive_lines_keep_their_tolerance_on_peaks_and_jumps() {
 #[test]
 fn adaptive_lines_cost_what_they_cost() {
     let peak = |[_, _, z]: [f64; 3], _: [f64; 3]| (-((z - 0.3) / 0.05).powi(2)).exp();
-    let cost = |tolerance| los(peak, [1, 1], 1, Steps::Adaptive(tolerance)).evaluations;
+    let cost = |tolerance| los(peak, [1, 1], 1, Steps::Adaptive(tolerance)).stats.evaluations;
     assert_eq!([cost(1e-2), cost(1e-4), cost(1e-8)], [120, 120, 210]);
 }
 
@@ -100,8 +100,8 @@ fn an_adaptive_budget_ends_with_an_image_and_says_so() {
     let method = Method::Los(LosOptions { lines: 1, steps: Steps::Adaptive(1e-9) });
     let options = RenderOptions { max_evaluations: 400, ..RenderOptions::new(method) };
     let rendering = render(&FromFn(jump), &Canonical, [1, 2], &options).unwrap();
-    assert!(!rendering.converged() && rendering.evaluations <= 400);
-    assert!((rendering.image[(0, 0)] - 0.3).abs() < rendering.error.unwrap()[(0, 0)]);
+    assert!(!rendering.converged() && rendering.stats.evaluations <= 400);
+    assert!((rendering.values[(0, 0)] - 0.3).abs() < rendering.error.unwrap()[(0, 0)]);
 }
 
 #[test]

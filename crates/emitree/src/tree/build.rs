@@ -66,6 +66,8 @@ pub enum Ending {
     Time,
     /// A cell of the deepest level that there is should have been split.
     DeepestLevel,
+    /// Nothing yet: the rendering is on its way.
+    Unfinished,
 }
 
 /// A tree that can't be built.

@@ -3,12 +3,9 @@
 use super::engine::Engine;
 use super::sheet::Seen;
 use crate::cube::Cube;
-use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::image::Image;
-use crate::render::{Frame, RenderOptions};
 use crate::tile::Tile;
-use core::ops::ControlFlow;
 
 /// The image so far, and what is known of its error.
 pub(crate) struct Developed {
@@ -107,26 +104,10 @@ impl Engine<'_> {
         [0, 1].map(|kind| Cube::from_bands((0..bins).map(|bin| of_bin(bin, kind)).collect()))
     }
 
-    /// The image in all bins together.
-    fn in_all_bins(&self, cube: &Cube) -> Image {
-        match &self.spectra {
-            Some(spectra) => cube.sum_over_energy(spectra.axis()),
-            None => cube.bands()[0].clone(),
-        }
-    }
-
-    /// Shows the image so far to those who want to see it.
-    pub(super) fn show(
-        &self,
-        developed: &Developed,
-        options: &RenderOptions<'_>,
-    ) -> Result<(), MethodError> {
-        let Some(callback) = options.frame else { return Ok(()) };
-        let [image, error] = &self.finished(developed).map(|cube| self.in_all_bins(&cube));
-        let (evaluations, batches) = (self.meter.evaluations(), self.meter.batches());
-        match callback(&Frame { image, error, evaluations, batches }) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(RenderError::Interrupted),
+    /// Shows the image so far, if somebody wants to see it.
+    pub(super) fn show(&self, developed: &Developed) {
+        if self.meter.keeps_images() {
+            self.meter.show(self.finished(developed));
         }
     }
 }

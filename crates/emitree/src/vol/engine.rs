@@ -9,6 +9,7 @@ use super::exam::Verdict;
 use super::image_tree::Place;
 use super::opening::{Choice, ChoiceLimits, worthwhile};
 use super::round::Scan;
+use super::seeds::{Seed, check_seeds};
 use super::sheet::Sheet;
 use super::sights::{Stop, Wanted};
 use super::spectra::Spectra;
@@ -22,7 +23,6 @@ use crate::meter::Meter;
 use crate::method::Made;
 use crate::projection::Layer;
 use crate::radiance::radiance_per_density;
-use crate::render::{RenderOptions, Seed};
 use crate::tile::Tile;
 use crate::tree::Ending;
 
@@ -68,11 +68,11 @@ pub(crate) async fn render(
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
-    options: &RenderOptions<'_>,
 ) -> Result<Made, MethodError> {
     check(vol)?;
+    check_seeds(&vol.seeds)?;
     let Attempted { found: products, samples } = match axis {
-        None => cross::attempt(meter, tiles, vol, options).await?,
+        None => cross::attempt(meter, tiles, vol).await?,
         Some(_) => Attempted::default(),
     };
     let is_good = |found: &Made| found.ending == Ending::Complete;
@@ -80,7 +80,7 @@ pub(crate) async fn render(
         Some(products) if is_good(&products) => return Ok(products),
         products => products,
     };
-    match (products, by_tree(meter, tiles, axis, vol, options, samples).await) {
+    match (products, by_tree(meter, tiles, axis, vol, samples).await) {
         // The time has ended before the lines have given an image.
         (Some(products), Err(RenderError::Time { .. })) => Ok(products),
         (products, tree) => {
@@ -98,7 +98,6 @@ pub(crate) async fn by_tree(
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
-    options: &RenderOptions<'_>,
     known: LayerSamples,
 ) -> Result<Made, MethodError> {
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
@@ -118,10 +117,10 @@ pub(crate) async fn by_tree(
         meter,
         tiles,
         layers,
-        seeds: options.seeds,
+        seeds: &vol.seeds,
         sheets: Vec::new(),
         energies: Energies::none(),
-        spectra: axis.map(|axis| Spectra::new(axis, options.line_energies)),
+        spectra: axis.map(|axis| Spectra::new(axis, &vol.line_energies)),
         scales,
         promised: vol.tolerance,
         asked,
@@ -135,7 +134,7 @@ pub(crate) async fn by_tree(
         always: base_level + 1,
         finest_level: finest_level(tiles[0].shape, base_level),
     };
-    let (developed, ending) = engine.run(options).await?;
+    let (developed, ending) = engine.run().await?;
     // A base coarser than the one asked for has not looked where it was asked to.
     let ending = if base_level < wanted_level { Ending::Budget } else { ending };
     let [cube, error] = engine.finished(&developed);
@@ -215,10 +214,7 @@ pub(crate) struct Engine<'b> {
 }
 
 impl Engine<'_> {
-    async fn run(
-        &mut self,
-        options: &RenderOptions<'_>,
-    ) -> Result<(Developed, Ending), MethodError> {
+    async fn run(&mut self) -> Result<(Developed, Ending), MethodError> {
         let before = self.made_before;
         let mut within_budget = self.look_first().await?;
         let mut developed = self.develop()?;
@@ -228,7 +224,7 @@ impl Engine<'_> {
         let mut halvings = 0;
         loop {
             let meter = self.meter;
-            self.show(&developed, options)?;
+            self.show(&developed);
             let largest = developed.largest_pixel().max(CANCELLED * self.brightest());
             let met = |tolerance: f64| {
                 self.has_seen(&developed) && developed.largest_error() <= STOP * tolerance * largest
@@ -237,7 +233,7 @@ impl Engine<'_> {
             if is_good {
                 match self.examine(&developed, self.promised * largest).await? {
                     Verdict::Passed => {
-                        self.show(&developed, options)?;
+                        self.show(&developed);
                         return Ok((developed, Ending::Complete));
                     }
                     Verdict::TooFine => return Ok((developed, Ending::DeepestLevel)),

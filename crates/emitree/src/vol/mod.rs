@@ -70,9 +70,10 @@ mod visible;
 mod tests;
 
 pub(crate) use engine::render;
+pub use seeds::Seed;
 
 /// Options of method `vol`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VolOptions {
     /// The largest error of a pixel that is allowed, relative to the largest |pixel|; above 0 and
     /// below 1.
@@ -87,6 +88,11 @@ pub struct VolOptions {
     /// The smallest feature to be seen with a probability of 99 %; by default what the scattered
     /// samples that every rendering makes cover. See [`FeatureSize`] and [`FEATURE_CONTRAST`].
     pub smallest_feature: Option<FeatureSize>,
+    /// Small structures at known places.
+    pub seeds: Vec<Seed>,
+    /// Energies of spectral lines, in the unit of the [energy axis](crate::EnergyAxis), at which
+    /// spectra are sampled: a line much narrower than its bin may be missed else. Only for cubes.
+    pub line_energies: Vec<f64>,
 }
 
 /// The size of a small feature: the standard deviation of a Gaussian.
@@ -110,7 +116,13 @@ pub const BASE_LEVELS: core::ops::RangeInclusive<u8> = 2..=7;
 impl Default for VolOptions {
     /// 1 % of the largest pixel, from a base lattice of 9 × 9 lines with 9 depths each.
     fn default() -> Self {
-        Self { tolerance: 0.01, base_level: 3, smallest_feature: None }
+        Self {
+            tolerance: 0.01,
+            base_level: 3,
+            smallest_feature: None,
+            seeds: Vec::new(),
+            line_energies: Vec::new(),
+        }
     }
 }
 

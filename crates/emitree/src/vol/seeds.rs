@@ -3,8 +3,39 @@
 use super::dyadic::{spacing, unit};
 use super::image_tree::Place;
 use super::remaining::around;
+use crate::error::RenderError;
 use crate::projection::Layer;
-use crate::render::Seed;
+
+/// Where the emission is known to have a structure that a coarse grid would miss: method
+/// [`Vol`](crate::Method::Vol) looks there down to the size of the structure.
+///
+/// ```
+/// use emitree::Seed;
+///
+/// let knot = Seed { position: [0.2, 0.4, 0.9], radius: 0.01 };
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seed {
+    /// The middle of the structure, in world coordinates and the scene's length unit.
+    pub position: [f64; 3],
+    /// Its radius, in the scene's length unit, above 0.
+    pub radius: f64,
+}
+
+/// Finds a seed that is no place or has no size.
+pub(crate) fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
+    for seed in seeds {
+        let (name, expected) = if !seed.position.iter().all(|x| x.is_finite()) {
+            ("seed.position", "three finite coordinates")
+        } else if !(seed.radius > 0.0 && seed.radius.is_finite()) {
+            ("seed.radius", "a finite length above 0")
+        } else {
+            continue;
+        };
+        return Err(RenderError::Option { name, value: format!("{seed:?}"), expected });
+    }
+    Ok(())
+}
 
 /// What seeds ask to be looked at.
 #[derive(Clone, Debug, Default)]

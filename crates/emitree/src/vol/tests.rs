@@ -6,8 +6,8 @@ use super::engine::{by_tree, render};
 use crate::calls::Calls;
 use crate::emission::FromFn;
 use crate::meter::{Limits, Meter};
+use crate::options::DEFAULT_MAX_EVALUATIONS;
 use crate::projection::Canonical;
-use crate::render::{DEFAULT_MAX_EVALUATIONS, Method, RenderOptions};
 use crate::tile::Tile;
 use core::f64::consts::TAU;
 use core::pin::pin;
@@ -26,12 +26,11 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
         deadline: None,
     };
     let vol = VolOptions { tolerance, ..Default::default() };
-    let options = RenderOptions::new(Method::Vol(vol));
     let tiles = [Tile { projection: &Canonical, shape: SHAPE, place: (0, 1) }];
     let meters = [(); 2].map(|()| Meter::new(SHAPE, limits));
-    let engine = render(&meters[0], &tiles, None, &vol, &options);
+    let engine = render(&meters[0], &tiles, None, &vol);
     Calls::new(&emission, &meters[0], None).drive(pin!(engine)).unwrap();
-    let tree = by_tree(&meters[1], &tiles, None, &vol, &options, LayerSamples::default());
+    let tree = by_tree(&meters[1], &tiles, None, &vol, LayerSamples::default());
     Calls::new(&emission, &meters[1], None).drive(pin!(tree)).unwrap();
     meters.map(|meter| meter.evaluations())
 }

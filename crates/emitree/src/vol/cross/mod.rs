@@ -29,16 +29,13 @@ use super::lattice::points_to_see;
 use super::seeds::Looks;
 use super::sights::Stop;
 use crate::cube::Cube;
-use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
 use crate::method::Made;
 use crate::radiance::{PixelRows, radiance_per_density};
-use crate::render::{Frame, RenderOptions};
 use crate::tile::Tile;
 use crate::tree::Ending;
-use core::ops::ControlFlow;
 use forecast::Forecast;
 use probes::Left;
 use rayon::prelude::*;
@@ -71,7 +68,6 @@ pub(crate) async fn attempt(
     meter: &Meter,
     tiles: &[Tile<'_>],
     vol: &VolOptions,
-    options: &RenderOptions<'_>,
 ) -> Result<Attempted, MethodError> {
     let nothing = Attempted::default();
     let &[tile] = tiles else { return Ok(nothing) };
@@ -80,7 +76,7 @@ pub(crate) async fn attempt(
     let budget = meter.evaluations_left();
     let is_small = budget / LEAST_BUDGET < first_look(vol.base_level);
     let finest_level = finest_level(tile.shape, vol.base_level);
-    let looks = Looks::at(options.seeds, &**layer, vol.base_level, finest_level);
+    let looks = Looks::at(&vol.seeds, &**layer, vol.base_level, finest_level);
     if is_small || tile.projection.has_regions() || !looks.are_none() {
         return Ok(nothing);
     }
@@ -93,7 +89,6 @@ pub(crate) async fn attempt(
         coarse_scale: radiance_per_density(tile.projection, coarse),
         coarse_largest: None,
         tolerance: vol.tolerance.min(LOOSEST_TOLERANCE),
-        options,
         most: MOST_OF_BUDGET * budget as f64,
         vol,
         wanted,
@@ -130,7 +125,6 @@ struct Attempt<'a> {
     /// …and the largest |pixel| of what the interpolant says now, once it has been asked.
     coarse_largest: Option<f64>,
     tolerance: f64,
-    options: &'a RenderOptions<'a>,
     /// Evaluations that may be made.
     most: f64,
     vol: &'a VolOptions,
@@ -146,7 +140,7 @@ impl Attempt<'_> {
         let mut forecast = Forecast::new(STOP * self.tolerance);
         loop {
             let mut judgement = self.search.judge();
-            self.show(&judgement.left)?;
+            self.show(&judgement.left);
             let largest = *self.coarse_largest.get_or_insert_with(|| {
                 let pixels = self.search.interpolant.pixels(shape_of(&self.coarse_scale));
                 largest_of_rows(&self.coarse_scale, |row, values| pixels.row(row, values))
@@ -175,7 +169,7 @@ impl Attempt<'_> {
                     let maps = self.maps(&judgement.left, self.pixels);
                     let is_good = maps.largest_error <= self.tolerance * maps.largest;
                     if is_good && !judgement.hides_feature(of_rate, self.search.probes()) {
-                        self.show_maps(&maps)?;
+                        self.show_maps(&maps);
                         return Ok(self.found(maps, Ending::Complete));
                     }
                 }
@@ -249,20 +243,16 @@ impl Attempt<'_> {
         Maps { image, error, largest, largest_error }
     }
 
-    /// Shows the image so far to those who want to see it.
-    fn show(&self, left: &Left) -> Result<(), End> {
-        if self.options.frame.is_none() || self.search.interpolant.ranks().contains(&0) {
-            return Ok(()); // There is nobody to see it, or nothing to see yet.
+    /// Shows the image so far, if somebody wants to see it and there is something to see.
+    fn show(&self, left: &Left) {
+        if self.meter.keeps_images() && !self.search.interpolant.ranks().contains(&0) {
+            self.show_maps(&self.maps(left, self.pixels));
         }
-        self.show_maps(&self.maps(left, self.pixels))
     }
 
-    fn show_maps(&self, Maps { image, error, .. }: &Maps) -> Result<(), End> {
-        let Some(callback) = self.options.frame else { return Ok(()) };
-        let (evaluations, batches) = (self.meter.evaluations(), self.meter.batches());
-        match callback(&Frame { image, error, evaluations, batches }) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(Stop::Failed(RenderError::Interrupted).into()),
+    fn show_maps(&self, Maps { image, error, .. }: &Maps) {
+        if self.meter.keeps_images() {
+            self.meter.show([image, error].map(|map| Cube::from_bands(vec![map.clone()])));
         }
     }
 

@@ -6,12 +6,12 @@ use super::super::engine::by_tree;
 use super::interpolant::Interpolant;
 use crate::calls::Calls;
 use crate::emission::{Emission, Samples};
+use crate::error::RenderError;
+use crate::exchange::drive;
 use crate::meter::{Deadline, Limits, Meter};
 use crate::projection::Canonical;
-use crate::render::{Frame, Method, RenderOptions};
 use crate::tile::Tile;
 use core::convert::Infallible;
-use core::ops::ControlFlow;
 use core::pin::pin;
 
 /// An interpolant as an emission, in canonical coordinates.
@@ -40,17 +40,16 @@ pub(super) fn evaluations_of_tree(
     let (max_evaluations, batch_size, whole_batches) = (u64::MAX, u64::MAX, false);
     let limits = Limits { max_evaluations, batch_size, whole_batches, deadline };
     let meter = Meter::new([0, 0], limits);
-    let stop = |frame: &Frame<'_>| match frame.evaluations as f64 > most {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    };
     let vol = VolOptions { tolerance, ..VolOptions::default() };
-    let options = RenderOptions { frame: Some(&stop), ..RenderOptions::new(Method::Vol(vol)) };
-    let tile = Tile { projection: &Canonical, shape, place: (0, 1) };
-    let tiles = [tile];
-    let tree = by_tree(&meter, &tiles, None, &vol, &options, LayerSamples::default());
-    Calls::new(&stage, &meter, None).drive(pin!(tree)).ok()?;
-    Some(meter.evaluations() as f64)
+    let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
+    let mut tree = pin!(by_tree(&meter, &tiles, None, &vol, LayerSamples::default()));
+    let calls = Calls::new(&stage, &meter, None);
+    let is_too_expensive = || meter.evaluations() as f64 > most;
+    let ended = drive(meter.exchange(), tree.as_mut(), |batch| match is_too_expensive() {
+        true => Err(RenderError::Interrupted),
+        false => calls.evaluate(batch).map_err(|error| error.with_emission_error(|_| None)),
+    });
+    ended.ok().filter(|_| !is_too_expensive()).map(|_| meter.evaluations() as f64)
 }
 
 #[cfg(test)]

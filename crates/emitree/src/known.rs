@@ -1,0 +1,79 @@
+//! Rates that are known: no point is evaluated twice in one session.
+
+use crate::exchange::Batch;
+use rustc_hash::FxHashMap;
+
+/// The bits of a point: position, direction, and energy if there is an axis.
+type Point = [u64; 7];
+
+/// The rates at all points that have been evaluated.
+#[derive(Debug, Default)]
+pub(crate) struct KnownRates(FxHashMap<Point, f64>);
+
+/// Point `i` of a batch.
+fn point(batch: &Batch, i: usize) -> Point {
+    let ([x, y, z], [dx, dy, dz]) = (batch.positions[i], batch.directions[i]);
+    let energy = batch.energies.get(i).copied().unwrap_or(f64::NAN);
+    [x, y, z, dx, dy, dz, energy].map(f64::to_bits)
+}
+
+impl KnownRates {
+    /// The points of a batch that are not known.
+    pub(crate) fn unknown(&self, batch: &Batch) -> Batch {
+        let numbers = || (0..batch.len()).filter(|&i| !self.0.contains_key(&point(batch, i)));
+        let positions: Vec<[f64; 3]> = numbers().map(|i| batch.positions[i]).collect();
+        Batch {
+            directions: numbers().map(|i| batch.directions[i]).collect(),
+            energies: numbers().filter_map(|i| batch.energies.get(i).copied()).collect(),
+            rates: vec![0.0; positions.len()],
+            positions,
+        }
+    }
+
+    /// Takes the rates of a batch.
+    pub(crate) fn learn(&mut self, batch: &Batch) {
+        self.0.extend((0..batch.len()).map(|i| (point(batch, i), batch.rates[i])));
+    }
+
+    /// Gives a batch its rates, all of which are known.
+    pub(crate) fn fill(&self, batch: &mut Batch) {
+        for i in 0..batch.len() {
+            batch.rates[i] = self.0.get(&point(batch, i)).copied().unwrap_or(f64::NAN);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn batch(along: &[f64], energies: &[f64]) -> Batch {
+        Batch {
+            positions: along.iter().map(|&x| [x, 0.0, 0.0]).collect(),
+            directions: vec![[0.0, 0.0, 1.0]; along.len()],
+            energies: energies.to_vec(),
+            rates: along.to_vec(),
+        }
+    }
+
+    #[test]
+    fn what_is_known_is_not_asked_for_again() {
+        let mut known = KnownRates::default();
+        known.learn(&batch(&[1.0, 2.0], &[]));
+        let mut wanted = batch(&[3.0, 2.0, 1.0], &[]);
+        wanted.rates.fill(0.0);
+        let unknown = known.unknown(&wanted);
+        assert_eq!(unknown.positions, [[3.0, 0.0, 0.0]]);
+        known.learn(&batch(&[3.0], &[]));
+        known.fill(&mut wanted);
+        assert_eq!(wanted.rates, [3.0, 2.0, 1.0]);
+    }
+
+    #[test]
+    fn another_energy_is_another_point() {
+        let mut known = KnownRates::default();
+        known.learn(&batch(&[1.0], &[5.0]));
+        let unknown = known.unknown(&batch(&[1.0, 1.0], &[5.0, 6.0]));
+        assert_eq!(unknown.energies, [6.0]);
+    }
+}

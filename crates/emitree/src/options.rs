@@ -1,0 +1,140 @@
+//! Options of a rendering: the method and its own options, the limits, and who hears of it on the way.
+
+use crate::calls::Progress;
+use crate::error::RenderError;
+use crate::image::Image;
+use crate::los::{LosOptions, Steps};
+use crate::memory::{check_size, evaluations_in_memory};
+use crate::meter::{Deadline, Limits};
+use crate::tree::BuildOptions;
+use crate::vol::VolOptions;
+use core::ops::ControlFlow;
+
+/// The way from g to the image.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Method {
+    /// The image to the error that was asked for: a tree in the image plane whose nodes are lines of
+    /// sight.
+    Vol(VolOptions),
+    /// The paper's: a sparse tree of cell averages, built by conservative subdivision, projected.
+    ///
+    /// An absolute threshold is in the unit of g. The tree's function is g times a weight of the
+    /// view, ds/dz · dΩ/(dx dy); its value for a line through the middle stands for all of them.
+    Paper(BuildOptions),
+    /// Integration along lines of sight, pixel by pixel.
+    Los(LosOptions),
+}
+
+impl Method {
+    /// The name, as scenes write it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Vol(_) => "vol",
+            Self::Paper(_) => "paper",
+            Self::Los(_) => "los",
+        }
+    }
+}
+
+/// An image on the way: what a rendering has after one of its steps.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Frame<'a> {
+    /// The image so far, in the unit of the final one.
+    pub image: &'a Image,
+    /// The estimated |error| of each pixel of it.
+    pub error: &'a Image,
+    /// Evaluations of g so far.
+    pub evaluations: u64,
+    /// Batches of evaluations so far.
+    pub batches: u64,
+}
+
+/// Sees the image on the way, and may end the rendering.
+pub type FrameCallback<'a> = dyn Fn(&Frame<'_>) -> ControlFlow<()> + Sync + 'a;
+
+/// Options of a rendering.
+#[derive(Clone)]
+pub struct RenderOptions<'a> {
+    /// The way from g to the image.
+    pub method: Method,
+    /// The largest number of evaluations of g.
+    pub max_evaluations: u64,
+    /// The longest time that the rendering may take \[s\], above 0; infinite for no limit. It ends with
+    /// the best image so far and [`Ending::Time`]. A call of g that has begun is waited for.
+    pub max_seconds: f64,
+    /// What the image and the coarsest grid may take \[bytes\]; more is refused before anything is
+    /// allocated.
+    pub max_memory_bytes: u64,
+    /// The largest number of evaluations in one batch: a larger one is made in parts.
+    pub batch_size: u64,
+    /// Called after each call of g, from any thread, with the evaluations so far; may break.
+    pub progress: Option<&'a Progress<'a>>,
+    /// Called after each step that has made a better image, coarse first; may break. Only
+    /// [`Method::Vol`] has images on the way.
+    pub frame: Option<&'a FrameCallback<'a>>,
+}
+
+/// A budget that ends a runaway refinement (a jump and a tiny threshold) while its tree still fits
+/// in a few GiB.
+pub const DEFAULT_MAX_EVALUATIONS: u64 = 50_000_000;
+
+/// Memory that any workstation has.
+const DEFAULT_MAX_MEMORY_BYTES: u64 = 8 << 30;
+
+impl RenderOptions<'_> {
+    /// The given method with the default limits: equal steps along lines are counted beforehand and
+    /// have none, all else may make [`DEFAULT_MAX_EVALUATIONS`].
+    pub fn new(method: Method) -> Self {
+        let max_evaluations = match method {
+            Method::Los(LosOptions { steps: Steps::Fixed(_), .. }) => u64::MAX,
+            _ => DEFAULT_MAX_EVALUATIONS,
+        };
+        Self {
+            method,
+            max_evaluations,
+            max_seconds: f64::INFINITY,
+            max_memory_bytes: DEFAULT_MAX_MEMORY_BYTES,
+            batch_size: u64::MAX,
+            progress: None,
+            frame: None,
+        }
+    }
+}
+
+impl core::fmt::Debug for RenderOptions<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("RenderOptions")
+            .field("method", &self.method)
+            .field("max_evaluations", &self.max_evaluations)
+            .field("max_seconds", &self.max_seconds)
+            .field("max_memory_bytes", &self.max_memory_bytes)
+            .field("batch_size", &self.batch_size)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Refuses options out of range, and an image, or a cube of `bins` bands, beyond the memory allowed.
+pub(crate) fn check_options<E>(
+    shape: [usize; 2],
+    bins: Option<usize>,
+    options: &RenderOptions<'_>,
+) -> Result<(), RenderError<E>> {
+    if options.batch_size == 0 {
+        let (name, expected) = ("batch_size", "1 or more evaluations in a batch");
+        return Err(RenderError::Option { name, value: "0".into(), expected });
+    }
+    if options.max_seconds.is_nan() || options.max_seconds <= 0.0 {
+        let (name, value) = ("max_seconds", options.max_seconds.to_string());
+        return Err(RenderError::Option { name, value, expected: "a time in seconds above 0" });
+    }
+    check_size(shape, bins, options)
+}
+
+/// How often g may be called, and until when, counted from now.
+pub(crate) fn limits(options: &RenderOptions<'_>, whole_batches: bool) -> Limits {
+    let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
+    let deadline = Deadline::after_seconds(options.max_seconds);
+    Limits { max_evaluations, batch_size: options.batch_size, whole_batches, deadline }
+}

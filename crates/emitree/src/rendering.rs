@@ -1,0 +1,125 @@
+//! What a rendering returns: an image or a cube, its error, and what it took.
+
+use crate::cube::Cube;
+use crate::image::Image;
+use crate::tally::EvaluationCounts;
+use crate::tree::{Ending, SparseTree};
+use core::fmt::Debug;
+use core::time::Duration;
+
+/// What is rendered: an [`Image`], or with an energy axis a [`Cube`].
+pub trait Values: Clone + Debug + Send + sealed::FromCube {
+    /// The largest |value|.
+    fn largest(&self) -> f64;
+}
+
+mod sealed {
+    /// Made of the bands that a method has made, of which an image has one.
+    pub trait FromCube {
+        #[doc(hidden)]
+        fn from_cube(cube: crate::Cube) -> Self;
+    }
+}
+
+impl sealed::FromCube for Image {
+    fn from_cube(cube: Cube) -> Self {
+        cube.into_first()
+    }
+}
+
+impl sealed::FromCube for Cube {
+    fn from_cube(cube: Cube) -> Self {
+        cube
+    }
+}
+
+impl Values for Image {
+    fn largest(&self) -> f64 {
+        Self::largest(self)
+    }
+}
+
+impl Values for Cube {
+    fn largest(&self) -> f64 {
+        Self::largest(self)
+    }
+}
+
+/// An image or a cube, its error, and what it took.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Rendering<V = Image> {
+    /// Radiance, F(Ω)/Ω in each pixel: the unit of g times the length unit of the scene. Of a cube the
+    /// radiance per unit of energy, the mean over each pixel and energy bin.
+    pub values: V,
+    /// The estimated |error| of each value, in the same unit, if the method has one.
+    ///
+    /// `Vol`: what remains unseen, as the tolerance bounds it. `Paper`: what the last generation of
+    /// cells changed. Adaptive `Los`: the error along the lines; that of too few lines for a pixel is
+    /// not in it. Fixed steps have no estimate.
+    pub error: Option<V>,
+    /// What it took, and how it ended.
+    pub stats: RenderStats,
+    /// The tree that was built, if the method builds one, and one only.
+    pub tree: Option<RenderedTree>,
+}
+
+/// What a rendering took, and how it ended.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct RenderStats {
+    /// How often g was evaluated.
+    pub evaluations: u64,
+    /// How many samples are on the lines of sight of each pixel, at all energies: those of the values
+    /// that were returned.
+    pub evaluations_per_pixel: EvaluationCounts,
+    /// The number of batches in which that was done: one for each refinement step.
+    pub batches: u64,
+    /// What ended the rendering.
+    pub ending: Ending,
+    /// The energies at which g was integrated along lines of sight, ascending, in the unit of the
+    /// energy axis; none without one, or if the method has a tree along the energy axis too.
+    pub energies: Vec<f64>,
+    /// The base level that was used, if the method has one: [`Method::Vol`](crate::Method::Vol) takes
+    /// a coarser one than asked for if the budget does not suffice, and has not converged then.
+    pub base_level: Option<u8>,
+    /// The standard deviation of the smallest Gaussian that would have been seen with a probability
+    /// of 99 %, as a fraction of the edge of the view's cube, if its peak in the image is
+    /// [`FEATURE_CONTRAST`](crate::FEATURE_CONTRAST) times the tolerance; only of
+    /// [`Method::Vol`](crate::Method::Vol).
+    pub smallest_feature: Option<f64>,
+    /// Time spent in g, for one of the threads.
+    pub emission_time: Duration,
+    /// Time spent altogether.
+    pub total_time: Duration,
+}
+
+/// The tree behind an image.
+#[derive(Clone, Debug)]
+pub struct RenderedTree {
+    /// The canonical integrand g · ds/dz · dΩ/(dx dy) as a tree.
+    pub tree: SparseTree<3>,
+    /// The threshold of the last step, in the unit of g as in [`Method::Paper`](crate::Method::Paper).
+    pub threshold: f64,
+}
+
+impl From<Rendering> for Rendering<Cube> {
+    /// A cube of one band.
+    fn from(Rendering { values, error, stats, tree }: Rendering) -> Self {
+        let of_one = |image| Cube::from_bands(vec![image]);
+        Self { values: of_one(values), error: error.map(of_one), stats, tree }
+    }
+}
+
+impl<V: Values> Rendering<V> {
+    /// Whether the method did all it was asked for; `false` if a limit ended it before.
+    pub fn converged(&self) -> bool {
+        self.stats.ending == Ending::Complete
+    }
+
+    /// The largest estimated |error| of a value over the largest |value|.
+    pub fn estimated_error(&self) -> Option<f64> {
+        let error = self.error.as_ref()?.largest();
+        Some(if error > 0.0 { error / self.values.largest() } else { 0.0 })
+    }
+}
