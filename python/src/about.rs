@@ -201,6 +201,7 @@ fn ending(ending: Ending) -> &'static str {
         Ending::Complete => "complete",
         Ending::DeepestLevel => "deepest level",
         Ending::Time => "time",
+        Ending::Unfinished => "unfinished",
         _ => "budget",
     }
 }

@@ -1,13 +1,21 @@
 //! Images and cubes as arrays of `NumPy`, and back.
 
 use emitree::{Cube, Image};
-use numpy::{PyArray1, PyReadonlyArray3};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray3};
 use pyo3::prelude::*;
 
 /// An image as an array of shape (height, width).
 pub(crate) fn array<'py>(py: Python<'py>, image: &Image) -> PyResult<Bound<'py, PyAny>> {
     let pixels = PyArray1::from_slice(py, image.pixels());
     pixels.call_method1("reshape", ((image.height(), image.width()),))
+}
+
+/// Vectors as an array of shape (n, 3).
+pub(crate) fn vectors<'py>(
+    py: Python<'py>,
+    vectors: &[[f64; 3]],
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    PyArray1::from_slice(py, vectors.as_flattened()).reshape([vectors.len(), 3])
 }
 
 /// An array (bands, height, width).

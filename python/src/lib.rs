@@ -4,6 +4,7 @@
 //! with keywords, units, plots, executors, caches) is written in Python, beside this module.
 //!
 //! * `scene`: a scene that was read and checked, and what is made of it;
+//! * `session`: a rendering that asks for rates and is told them;
 //! * `bridge`: the rendering works on threads of its own and hands batches to the thread that
 //!   called, which alone runs Python;
 //! * `emission`: the emission of a scene, or a function in Python, as the library sees it;
@@ -23,6 +24,7 @@ mod fits;
 mod output;
 mod rendering;
 mod scene;
+mod session;
 
 /// emitree's compiled half: use `emitree`.
 #[pyo3::pymodule]
@@ -35,6 +37,8 @@ mod _native {
     use crate::rendering::{Rendered, draw_counts};
     #[pymodule_export]
     use crate::scene::Scene;
+    #[pymodule_export]
+    use crate::session::Session;
 
     /// The version of the package.
     #[pymodule_export]

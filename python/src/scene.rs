@@ -22,6 +22,13 @@ const MOST_MEMORY_BYTES: u64 = 8 << 30;
 /// Keys with values in TOML, as options of the command line: `("render.method", "los")`.
 type Changes = Vec<(String, String)>;
 
+impl Scene {
+    /// The scene, for what outlives this object.
+    pub(crate) fn shared(&self) -> Arc<emitree_io::Scene> {
+        Arc::clone(&self.0)
+    }
+}
+
 #[pymethods]
 impl Scene {
     /// Reads the scene file at `path`; `changes` replace values of it.

@@ -102,6 +102,18 @@ pub enum RenderError<E> {
 }
 
 impl<E> RenderError<E> {
+    /// The same with another error of the emission.
+    ///
+    /// ```
+    /// use emitree::RenderError;
+    ///
+    /// let error = RenderError::Emission("no file".to_owned());
+    /// assert_eq!(error.map_emission(|error| error.len()), RenderError::Emission(7));
+    /// ```
+    pub fn map_emission<F>(self, of_emission: impl FnOnce(E) -> F) -> RenderError<F> {
+        self.with_emission_error(|error| Some(of_emission(error)))
+    }
+
     /// The same with the error of another emission; an interruption if there is none.
     pub(crate) fn with_emission_error<F>(
         self,

@@ -124,7 +124,7 @@ impl<'a> Session<'a> {
 }
 
 impl<'a> Session<'a, Cube> {
-    /// The same for a cube in the bins of an energy axis.
+    /// The same for a cube in the bins of an energy axis; without one the cube has one band, the image.
     ///
     /// # Errors
     ///
@@ -132,11 +132,11 @@ impl<'a> Session<'a, Cube> {
     pub fn with_energies<P: Borrow<dyn Projection + 'a> + Send + Sync + 'a>(
         projection: P,
         shape: [usize; 2],
-        axis: EnergyAxis,
+        axis: Option<EnergyAxis>,
         options: &RenderOptions<'_>,
     ) -> Result<Self, RenderError<Infallible>> {
         let kept = Kept { rates: true, images: true };
-        Self::start(projection, shape, Some(axis), options, kept, true)
+        Self::start(projection, shape, axis, options, kept, true)
     }
 }
 
@@ -150,7 +150,7 @@ impl<'a, V: Values> Session<'a, V> {
         kept: Kept,
         whole_batches: bool,
     ) -> Result<Self, RenderError<E>> {
-        let view = Arc::new((projection, axis.clone()));
+        let view = Arc::new((projection, axis));
         let start = move |meter: Arc<Meter>, shape: [usize; 2], method: Method| -> Running<'a> {
             let view = Arc::clone(&view);
             Box::pin(async move {

@@ -40,6 +40,7 @@ from emitree._native import EmissionError, RenderError, SceneError, __version__
 from emitree._progressive import Frame, progressive
 from emitree._render import build_tree, render
 from emitree._result import Rendering
+from emitree._session import Points, Session
 from emitree._spectrum import Spectrum
 
 __all__ = [
@@ -59,10 +60,12 @@ __all__ = [
     "Model",
     "Orthographic",
     "Perspective",
+    "Points",
     "Polar",
     "RenderError",
     "Rendering",
     "SceneError",
+    "Session",
     "Spectrum",
     "Sphere",
     "Tree",

@@ -121,8 +121,8 @@ def render(
         "method": method,
         "tolerance": tolerance,
         "max_evaluations": max_evaluations,
-        "max_seconds": _units.value_in(max_seconds, "s", "max_seconds"),
-        "smallest_feature": _units.length_text(smallest_feature, "smallest_feature"),
+        "max_seconds": max_seconds,
+        "smallest_feature": smallest_feature,
         "base_level": base_level,
         "order": order,
         "finest_level": finest_level,
@@ -146,18 +146,15 @@ def render(
         ):
             if given is not None:
                 raise TypeError(f"`{name}` is for a camera: the scene file has its own")
-        scene = _opened(emission, shape, settings, changes)
+        scene = _opened(emission, shape, _values(settings), changes)
+        _refuse_unused(scene, settings, energy, seeds, changes)
         function = None
     else:
         if shape is None:
             raise TypeError("expected `shape`, (height, width)")
         if changes is not None:
             raise TypeError("`changes` are for scene files: expected none")
-        # Of `los`, equal steps and a tolerance exclude each other.
-        of_scene = dict(settings)
-        if tolerance is None and method != "paper" and not (method == "los" and steps is not None):
-            of_scene["tolerance"] = 0.01
-        scene = compose(
+        scene = scene_of_camera(
             emission,
             camera,
             shape,
@@ -169,13 +166,64 @@ def render(
             occulters=occulters,
             seeds=seeds,
             instrument=instrument,
-            render=of_scene,
+            **settings,
         )
         function = _function(emission, scene, unit, quantities)
     if quantities and function is None:
         raise _native.SceneError("`quantities` is for functions: expected none with this emission")
-    _refuse_unused(scene, settings, energy, seeds, changes)
     return _rendered(scene, function, executor, batch_size, threads, cache, progress, frame)
+
+
+def scene_of_camera(
+    emission: Any,
+    camera: Camera,
+    shape: Sequence[int] | int,
+    *,
+    unit: Any = None,
+    image_unit: Any = None,
+    quantity: str | None = None,
+    energy: Any = None,
+    bounds: Any = None,
+    occulters: Sequence[Any] = (),
+    seeds: Sequence[tuple[Any, Any]] = (),
+    instrument: Any = None,
+    **settings: Any,
+) -> _native.Scene:
+    """The scene of an emission before a camera; `settings` are those of the table `[render]`."""
+    of_scene = _values(settings)
+    # Of `los`, equal steps and a tolerance exclude each other.
+    method, steps = of_scene.get("method"), of_scene.get("steps")
+    if (
+        of_scene.get("tolerance") is None
+        and method != "paper"
+        and not (method == "los" and steps is not None)
+    ):
+        of_scene["tolerance"] = 0.01
+    scene = compose(
+        emission,
+        camera,
+        shape,
+        unit=unit,
+        image_unit=image_unit,
+        quantity=quantity,
+        energy=energy,
+        bounds=bounds,
+        occulters=occulters,
+        seeds=seeds,
+        instrument=instrument,
+        render=of_scene,
+    )
+    _refuse_unused(scene, settings, energy, seeds, None)
+    return scene
+
+
+def _values(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings as the table `[render]` has them."""
+    values = dict(settings)
+    values["max_seconds"] = _units.value_in(values.get("max_seconds"), "s", "max_seconds")
+    feature = values.get("smallest_feature")
+    values["smallest_feature"] = _units.length_text(feature, "smallest_feature")
+    return values
 
 
 def _refuse_unused(

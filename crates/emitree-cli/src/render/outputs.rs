@@ -8,10 +8,10 @@ use super::picture::{self, Style};
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::report::Report;
-use emitree::{Healpix, Method, RenderOptions, Steps};
+use emitree::{Healpix, Method, Steps};
 use emitree_io::{
     CameraKind, Card, Format, HealpixFile, OutputFile, OutputSet, Quantity, Scene, ValueRange,
-    available_memory_bytes, commit_all, encode_npy, encode_npy_cube, encode_npy_image,
+    commit_all, encode_npy, encode_npy_cube, encode_npy_image,
 };
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! Views of every kind of camera, and where each of them says that its pixels look.
 
 use emitree::projection::healpix::face_pixel;
-use emitree::{Healpix, Image, MappedPoint, Region, RenderOptions, render};
+use emitree::{Healpix, Image, MappedPoint, Region, render};
 use emitree_io::units::Unit;
 use emitree_io::{FitsFile, FitsImage, HealpixColumn, HealpixFile, Scene, encode_npy};
 use std::error::Error;

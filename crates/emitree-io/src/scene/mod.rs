@@ -31,13 +31,15 @@ use crate::energies::Energies;
 use crate::memory::available_memory_bytes;
 use document::Node;
 use emitree::{
-    Cube, Emission, Healpix, Image, RenderError, RenderOptions, Rendering, irradiance_of, render,
-    render_cube,
+    Cube, Emission, Healpix, Image, Projection, RenderError, RenderOptions, Rendering, Session,
+    irradiance_of, render, render_cube,
 };
 use emitree_instrument::{Observation, ObservationError};
 use instrument::Observer;
 use radiometry::{BandUnit, CameraUnits, ImageUnits};
 use source::{Place, Source};
+use std::borrow::Borrow;
+use std::convert::Infallible;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -228,6 +230,17 @@ impl Scene {
         }
     }
 
+    /// The same rendering as a session, which asks for rates in the unit of the image per length.
+    ///
+    /// # Errors
+    ///
+    /// As [`Session::new`](emitree::Session::new).
+    pub fn session(self: &Arc<Self>) -> Result<Session<'static, Cube>, RenderError<Infallible>> {
+        let (camera, shape) = (SceneCamera(Arc::clone(self)), [self.height, self.width]);
+        let axis = self.energy.as_ref().map(|energies| *energies.axis());
+        Session::with_energies(camera, shape, axis, &self.render_options())
+    }
+
     /// Radiances, or their errors, in the quantity that the scene asks for.
     pub fn in_quantity(&self, radiance: &Image) -> Image {
         match self.quantity {
@@ -333,6 +346,15 @@ impl Scene {
             render,
             build,
         })
+    }
+}
+
+/// The camera of a scene that a session shares.
+struct SceneCamera(Arc<Scene>);
+
+impl Borrow<dyn Projection> for SceneCamera {
+    fn borrow(&self) -> &(dyn Projection + 'static) {
+        self.0.camera.projection()
     }
 }
 

@@ -57,7 +57,7 @@ pub enum CameraKind {
 
 impl Camera {
     /// The projection.
-    pub fn projection(&self) -> &dyn Projection {
+    pub fn projection(&self) -> &(dyn Projection + 'static) {
         &*self.projection
     }
 

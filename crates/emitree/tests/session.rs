@@ -1,0 +1,212 @@
+//! Sessions: held, looked at and continued.
+
+use emitree::tree::BuildOptions;
+use emitree::{
+    Canonical, Cube, Emission, Ending, EnergyAxis, EnergyScale, Equirectangular, FromFn,
+    FromSpectralFn, Image, LosOptions, Method, Projection, RenderError, RenderOptions, Samples,
+    Session, Steps, Viewpoint, VolOptions, render, render_cube,
+};
+use emitree_problems::family::random_scene;
+use std::sync::Arc;
+
+const CAMERA: &dyn Projection = &Canonical;
+
+fn vol(tolerance: f64) -> RenderOptions<'static> {
+    RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
+}
+
+fn peak([x, y, z]: [f64; 3]) -> f64 {
+    let square = (x - 0.3_f64).powi(2) + (y - 0.6_f64).powi(2) + (z - 0.4_f64).powi(2);
+    0.1 + (-square / 0.02).exp()
+}
+
+/// Answers all questions by hand; the number of rates that were told.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn answer(session: &mut Session<'_>, rate: impl Fn([f64; 3]) -> f64) -> u64 {
+    let mut told = 0;
+    while let Some(points) = session.ask() {
+        let rates: Vec<f64> = points.positions().iter().map(|&at| rate(at)).collect();
+        told += rates.len() as u64;
+        session.tell(&rates).unwrap();
+    }
+    told
+}
+
+#[test]
+fn who_asks_gets_what_render_returns() {
+    let adaptive = LosOptions { lines: 1, steps: Steps::Adaptive(1e-3) };
+    let methods = [
+        vol(0.01).method,
+        Method::Paper(BuildOptions::default()),
+        Method::Los(LosOptions::default()),
+        Method::Los(adaptive),
+    ];
+    for method in methods {
+        let options = RenderOptions::new(method);
+        let at_once = render(&FromFn(|at, _| peak(at)), CAMERA, [16, 24], &options).unwrap();
+        let mut session = Session::<Image>::new(CAMERA, [16, 24], &options).unwrap();
+        let told = answer(&mut session, peak);
+        let rendering = session.rendering().unwrap();
+        assert_eq!(rendering.values, at_once.values);
+        assert_eq!(rendering.error, at_once.error);
+        assert_eq!(rendering.stats.ending, Ending::Complete);
+        assert_eq!(rendering.stats.evaluations, told);
+        assert_eq!(at_once.stats.evaluations, told);
+    }
+}
+
+#[test]
+fn a_cube_is_asked_for_at_its_energies() {
+    let axis = EnergyAxis::new(1.0, 10.0, 6, EnergyScale::Log).unwrap();
+    let rate = |at: [f64; 3], energy: f64| peak(at) * (-energy * (1.0 + at[0])).exp();
+    let options = vol(0.01);
+    let emission = FromSpectralFn(|at, _, energy| rate(at, energy));
+    let at_once = render_cube(&emission, CAMERA, [8, 8], &axis, &options).unwrap();
+    let mut session = Session::<Cube>::with_energies(CAMERA, [8, 8], Some(axis), &options).unwrap();
+    while let Some(points) = session.ask() {
+        let both = points.positions().iter().zip(points.energies());
+        let rates: Vec<f64> = both.map(|(&at, &energy)| rate(at, energy)).collect();
+        session.tell(&rates).unwrap();
+    }
+    let rendering = session.rendering().unwrap();
+    assert_eq!(rendering.values, at_once.values);
+    assert_eq!(rendering.stats.energies, at_once.stats.energies);
+}
+
+/// What is continued to 0.1 % is what 0.1 % gives at once. Of what 1 % has cost on the way, depth rules and
+/// the final verification do not use all again.
+#[test]
+fn a_tighter_tolerance_costs_what_it_costs_at_once() {
+    let (mut together, mut alone) = (0, 0);
+    for seed in [0, 1, 2, 3, 4, 5, 240, 241, 242, 243, 244, 245] {
+        let scene = random_scene(seed);
+        let emission = FromFn(|at, _| scene.rate(at));
+        let at_once = render(&emission, CAMERA, [32, 32], &vol(1e-3)).unwrap();
+        let mut session = Session::<Image>::new(CAMERA, [32, 32], &vol(0.01)).unwrap();
+        for options in [vol(0.01), vol(1e-3)] {
+            session.resume([32, 32], &options).unwrap();
+            while !session.is_done() {
+                session.step(&emission).unwrap();
+            }
+        }
+        let rendering = session.rendering().unwrap();
+        assert_eq!(rendering.values, at_once.values, "{}", scene.name());
+        assert_eq!(rendering.error, at_once.error, "{}", scene.name());
+        together += rendering.stats.evaluations;
+        alone += at_once.stats.evaluations;
+    }
+    assert_eq!((together, alone), (525_922, 461_766));
+}
+
+#[test]
+fn more_pixels_and_a_larger_budget_use_what_is_known() {
+    let emission = FromFn(|at, _| peak(at));
+    let run = |session: &mut Session<'_>| {
+        while !session.is_done() {
+            session.step(&emission).unwrap();
+        }
+        session.rendering().unwrap()
+    };
+    let short = RenderOptions { max_evaluations: 900, ..vol(0.01) };
+    let mut session = Session::<Image>::new(CAMERA, [16, 16], &short).unwrap();
+    let poor = run(&mut session);
+    assert_eq!((poor.stats.ending, poor.stats.evaluations <= 900), (Ending::Budget, true));
+    session.resume([16, 16], &vol(0.01)).unwrap();
+    let good = run(&mut session);
+    let at_once = render(&emission, CAMERA, [16, 16], &vol(0.01)).unwrap();
+    assert_eq!(good.values, at_once.values);
+    session.resume([64, 64], &vol(0.01)).unwrap();
+    let large = run(&mut session);
+    let at_once = render(&emission, CAMERA, [64, 64], &vol(0.01)).unwrap();
+    assert_eq!(large.values, at_once.values);
+    // Pixels are integrals of what is known.
+    assert_eq!(large.stats.evaluations, good.stats.evaluations);
+    assert!(large.stats.batches >= good.stats.batches);
+}
+
+#[test]
+fn images_on_the_way_can_be_looked_at() {
+    let scene = random_scene(3);
+    let mut session = Session::<Image>::new(CAMERA, [16, 16], &vol(1e-3)).unwrap();
+    let mut seen = Vec::new();
+    assert!(session.rendering().is_none(), "nothing is known yet");
+    while !session.is_done() {
+        session.step(&FromFn(|at, _| scene.rate(at))).unwrap();
+        seen.extend(session.rendering().filter(|_| !session.is_done()));
+    }
+    let last = session.rendering().unwrap();
+    assert!(seen.len() > 3 && last.converged());
+    for early in &seen {
+        assert_eq!(early.stats.ending, Ending::Unfinished);
+        assert!(!early.converged());
+    }
+    let first = seen.first().unwrap().estimated_error().unwrap();
+    assert!(first > last.estimated_error().unwrap());
+}
+
+#[test]
+fn a_session_owns_its_camera_and_moves_to_another_thread() {
+    let viewpoint = Viewpoint { position: [4.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
+    let camera = Equirectangular::new(viewpoint, [0.8, 0.6], [0.0, 8.0]).unwrap();
+    let camera: Arc<dyn Projection + Send + Sync> = Arc::new(camera);
+    struct Held(Arc<dyn Projection + Send + Sync>);
+    impl core::borrow::Borrow<dyn Projection> for Held {
+        fn borrow(&self) -> &(dyn Projection + 'static) {
+            &*self.0
+        }
+    }
+    let mut session = Session::<Image>::new(Held(camera), [8, 8], &vol(0.01)).unwrap();
+    let worker = std::thread::spawn(move || {
+        answer(&mut session, peak);
+        session.rendering().unwrap().converged()
+    });
+    assert!(worker.join().unwrap());
+}
+
+/// g that fails once.
+struct Fails(std::sync::atomic::AtomicBool);
+
+impl Emission for Fails {
+    type Error = std::fmt::Error;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Self::Error> {
+        if self.0.swap(false, std::sync::atomic::Ordering::Relaxed) {
+            return Err(std::fmt::Error);
+        }
+        for (rate, &at) in rates.iter_mut().zip(samples.positions()) {
+            *rate = peak(at);
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn wrong_answers_are_named_and_a_failed_step_can_be_repeated() {
+    let mut session = Session::<Image>::new(CAMERA, [8, 8], &vol(0.01)).unwrap();
+    let wanted = session.ask().unwrap().len();
+    let refused = session.tell(&[1.0]).unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        format!("1 rates were told: expected {wanted}, one for each point asked for")
+    );
+    let emission = Fails(true.into());
+    assert!(matches!(session.step(&emission), Err(RenderError::Emission(_))));
+    while !session.is_done() {
+        session.step(&emission).unwrap();
+    }
+    assert!(session.rendering().unwrap().converged());
+    let refused = session.tell(&[1.0]).unwrap_err().to_string();
+    assert_eq!(refused, "1 rates were told: expected none, as the session waits for no rates");
+
+    session.resume([8, 8], &vol(1e-7)).unwrap();
+    let nan = vec![f64::NAN; session.ask().map_or(0, |points| points.len())];
+    let refused = session.tell(&nan).unwrap_err().to_string();
+    assert!(refused.starts_with("the emission rate is NaN at position"), "{refused}");
+    assert!(session.is_done());
+
+    let wide = Session::<Image>::new(CAMERA, [0, 8], &vol(0.01)).unwrap_err();
+    assert_eq!(
+        wide.to_string(),
+        "the image has 0 x 8 pixels (height x width): expected at least 1 x 1"
+    );
+}

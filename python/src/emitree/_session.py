@@ -1,0 +1,134 @@
+"""A rendering that asks for rates and is told them: the caller has the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from emitree import _native, _units
+from emitree._cameras import Camera
+from emitree._function import Floats, as_rates
+from emitree._render import scene_of_camera
+from emitree._result import Rendering
+
+#: Keywords of `render` that say what is rendered and how, and those of them that `resume` may change.
+_OF_VIEW = frozenset(
+    ["energy", "unit", "image_unit", "quantity", "bounds", "occulters", "seeds", "instrument"]
+)
+_OF_METHOD = frozenset(
+    [
+        "tolerance",
+        "method",
+        "max_evaluations",
+        "max_seconds",
+        "smallest_feature",
+        "base_level",
+        "order",
+        "finest_level",
+        "rule",
+        "threshold",
+        "lines",
+        "steps",
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points at which rates are wanted.
+
+    position: (n, 3), in the camera's length unit.
+    direction: (n, 3), unit vectors of emission, from the point to the observer.
+    energy: (n,), in the unit of the bins; None without bins.
+    """
+
+    position: Floats
+    direction: Floats
+    energy: Floats | None
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+
+class Session:
+    """One rendering that is held between its batches, for any way of evaluating an emission.
+
+    `ask` gives points, `tell` takes their rates; what is known of the image is in `rendering()` at
+    any time. A session that has ended can be continued with `resume`: no point is evaluated twice, and
+    the result is, bit by bit, that of the new options at once.
+
+    camera, shape: as of `render`.
+    options: keywords of `render` that tell what is rendered: tolerance, method, max_evaluations,
+        max_seconds, smallest_feature, energy, unit, image_unit, quantity, bounds, occulters, seeds,
+        instrument, and the options of the methods.
+
+    >>> import emitree, numpy as np
+    >>> session = emitree.Session(emitree.Canonical(), (16, 16), tolerance=0.01)
+    >>> while points := session.ask():
+    ...     session.tell(np.exp(-100 * ((points.position - 0.5) ** 2).sum(axis=1)))
+    >>> coarse = session.rendering()
+    >>> session.resume(tolerance=1e-6)
+    >>> while points := session.ask():
+    ...     session.tell(np.exp(-100 * ((points.position - 0.5) ** 2).sum(axis=1)))
+    >>> fine = session.rendering()
+    >>> fine.converged and coarse.evaluations < fine.evaluations
+    True
+    """
+
+    def __init__(self, camera: Camera, shape: Sequence[int] | int, **options: Any) -> None:
+        _known(options, _OF_VIEW | _OF_METHOD)
+        self._camera = camera
+        self._shape = shape
+        self._options = options
+        self._native = _native.Session(self._scene(shape, options))
+
+    def _scene(self, shape: Sequence[int] | int, options: Mapping[str, Any]) -> _native.Scene:
+        return scene_of_camera(_told, self._camera, shape, **options)
+
+    def ask(self) -> Points | None:
+        """The points at which rates are wanted next; None once the rendering has ended."""
+        asked = self._native.ask()
+        return Points(*asked) if asked is not None else None
+
+    def tell(self, rates: Any) -> None:
+        """Takes the rates (n,) at the points asked for, in `unit`, and goes on to the next points.
+
+        Raises `RenderError` if there are not as many rates as points, `EmissionError` if one is not
+        finite.
+        """
+        asked = self._native.ask()
+        count = len(asked[0]) if asked is not None else 0
+        unit = _units.to_text(self._options.get("unit"))
+        self._native.tell(as_rates(rates, count, unit))
+
+    def resume(self, shape: Sequence[int] | int | None = None, **options: Any) -> None:
+        """Continues to a tighter tolerance, to more pixels, or with a larger budget.
+
+        shape: of the new image; as it is by default.
+        options: those of the method and its limits; others stay as they are.
+        """
+        _known(options, _OF_METHOD)
+        shape = self._shape if shape is None else shape
+        changed = self._options | options
+        self._native.resume(self._scene(shape, changed))
+        self._shape, self._options = shape, changed
+
+    def rendering(self) -> Rendering | None:
+        """What is known of the image; None if nothing is.
+
+        Before the rendering has ended it is the latest image on the way, which has not converged.
+        """
+        found = self._native.rendering()
+        return Rendering(found, found.report()) if found is not None else None
+
+
+def _told(position: Floats, direction: Floats) -> Floats:
+    """What stands for the emission, whose rates are told."""
+    raise NotImplementedError
+
+
+def _known(options: Mapping[str, Any], known: frozenset[str]) -> None:
+    for name in options:
+        if name not in known:
+            raise TypeError(f"unknown option `{name}`: expected one of {', '.join(sorted(known))}")

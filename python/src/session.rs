@@ -1,0 +1,86 @@
+//! A rendering that asks for rates and is told them: the caller has the loop.
+
+use crate::arrays::vectors;
+use crate::emission::EmissionStop;
+use crate::error::of_rendering;
+use crate::rendering::Rendered;
+use crate::scene::Scene;
+use emitree::{Cube, RenderError};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use pyo3::prelude::*;
+use std::convert::Infallible;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// One rendering of a scene, held between its batches.
+#[pyclass(frozen, module = "emitree._native")]
+pub(crate) struct Session(Mutex<State>);
+
+struct State {
+    scene: Arc<emitree_io::Scene>,
+    session: emitree::Session<'static, Cube>,
+}
+
+/// Positions, directions, and energies if there is an axis.
+type Points<'py> =
+    (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Option<Bound<'py, PyArray1<f64>>>);
+
+impl Session {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl Session {
+    #[new]
+    fn new(py: Python<'_>, scene: &Scene) -> PyResult<Self> {
+        let scene = scene.shared();
+        let session = py.detach(|| scene.session()).map_err(|error| raised(py, error))?;
+        Ok(Self(Mutex::new(State { scene, session })))
+    }
+
+    /// The points at which rates are wanted; `None` once the rendering has ended.
+    fn ask<'py>(&self, py: Python<'py>) -> PyResult<Option<Points<'py>>> {
+        let state = self.state();
+        let Some(samples) = state.session.ask() else { return Ok(None) };
+        let energies = samples.energies();
+        let energies = (!energies.is_empty()).then(|| PyArray1::from_slice(py, energies));
+        Ok(Some((vectors(py, samples.positions())?, vectors(py, samples.directions())?, energies)))
+    }
+
+    /// Takes the rates at these points, in the unit of the function.
+    fn tell(&self, py: Python<'_>, rates: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
+        let rates = rates.as_array().to_vec();
+        let told = py.detach(|| {
+            let State { scene, session } = &mut *self.state();
+            let factor = scene.emission.rate_factor;
+            let rates: Vec<f64> = rates.iter().map(|rate| rate * factor).collect();
+            session.tell(&rates)
+        });
+        told.map_err(|error| raised(py, error))
+    }
+
+    /// Continues with the options and the shape of another scene of the same view.
+    fn resume(&self, py: Python<'_>, scene: &Scene) -> PyResult<()> {
+        let scene = scene.shared();
+        let resumed = py.detach(|| {
+            let mut state = self.state();
+            let options = scene.render_options();
+            state.session.resume([scene.height, scene.width], &options)?;
+            state.scene = scene;
+            Ok(())
+        });
+        resumed.map_err(|error| raised(py, error))
+    }
+
+    /// What is known of the image; `None` if nothing is.
+    fn rendering(&self) -> Option<Rendered> {
+        let state = self.state();
+        Some(Rendered::of(&state.scene, state.session.rendering()?))
+    }
+}
+
+/// The error as an exception.
+fn raised(py: Python<'_>, error: RenderError<Infallible>) -> PyErr {
+    of_rendering(py, error.map_emission::<EmissionStop>(|never| match never {}))
+}
