@@ -15,7 +15,7 @@
 //! let options = RenderOptions::new(Method::Paper(BuildOptions::default()));
 //! let rendering = render(&emission, &Canonical, [64, 64], &options)?;
 //! let exact = equation8::exact_image(100.0, [64, 64]);
-//! assert!(relative_error(&rendering.image, &exact) < 0.01);
+//! assert!(relative_error(&rendering.values, &exact) < 0.01);
 //! # Ok::<(), emitree::RenderError<std::convert::Infallible>>(())
 //! ```
 

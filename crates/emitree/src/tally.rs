@@ -77,8 +77,8 @@ fn new_block() -> Box<[AtomicU32]> {
 /// let glow = FromFn(|[x, y, _]: [f64; 3], _| (-30.0 * (x * x + y * y)).exp());
 /// let options = RenderOptions::new(Method::Vol(VolOptions::default()));
 /// let rendering = render(&glow, &Canonical, [48, 64], &options)?;
-/// let map = rendering.evaluations_of_pixels.to_image();
-/// assert_eq!(map.pixels().iter().sum::<f64>(), rendering.evaluations as f64);
+/// let map = rendering.stats.evaluations_per_pixel.to_image();
+/// assert_eq!(map.pixels().iter().sum::<f64>(), rendering.stats.evaluations as f64);
 /// # Ok::<(), emitree::RenderError<std::convert::Infallible>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -25,7 +25,7 @@ use crate::image::Image;
 /// let glow = FromFn(|_: [f64; 3], _: [f64; 3]| 0.5);
 /// let options = RenderOptions::new(Method::Vol(VolOptions::default()));
 /// let rendering = render(&glow, &sky, Healpix::shape(4), &options)?;
-/// let map = Healpix::nested(&rendering.image);
+/// let map = Healpix::nested(&rendering.values);
 /// assert_eq!(map.len(), 12 * 4 * 4);
 /// assert!(map.iter().all(|radiance| (radiance - 1.0).abs() < 1e-12));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,0 +1,183 @@
+//! The FITS files of a rendering: its maps, and how they came about. One for every front end.
+
+use crate::energies::Energies;
+use crate::fits::{
+    Card, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs,
+};
+use emitree::{Cube, Healpix};
+use emitree_instrument::Channel;
+use std::time::SystemTime;
+
+/// What files tell of a rendering beside its values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Provenance<'a> {
+    /// The name of the scene.
+    pub scene: &'a str,
+    /// The name of the method.
+    pub method: &'a str,
+    /// Evaluations of the emission rate.
+    pub evaluations: u64,
+    /// Whether the method did all it was asked for.
+    pub converged: bool,
+    /// How many energies were evaluated, if the method selects some.
+    pub energies: Option<usize>,
+    /// The tolerance, relative to the largest |value|, if the method keeps one.
+    pub tolerance: Option<f64>,
+    /// The largest estimated error over the largest |value|, if there is an estimate.
+    pub estimated_error: Option<f64>,
+    /// The threshold of a tree, in the unit of g.
+    pub threshold: Option<f64>,
+    /// The order of its prediction.
+    pub order: Option<usize>,
+    /// The base level that was used.
+    pub base_level: Option<u8>,
+    /// The unit of length of the scene.
+    pub length_unit: Option<&'a str>,
+    /// Whether the values are those of a cube.
+    pub is_cube: bool,
+}
+
+impl Provenance<'_> {
+    /// The same as FITS keywords.
+    ///
+    /// ```
+    /// use emitree_io::{Card, Provenance};
+    ///
+    /// let found = Provenance { scene: "a.toml", method: "vol", evaluations: 729, ..Provenance::default() };
+    /// assert_eq!(found.cards()[2], Card::new("NEVAL", 729_u64, "evaluations of the emission rate"));
+    /// ```
+    pub fn cards(&self) -> Vec<Card> {
+        let value = if self.is_cube { "voxel" } else { "pixel" };
+        let always = [
+            Card::new("SCENE", self.scene, "the scene, in full under HISTORY"),
+            Card::new("METHOD", self.method, "from the emission to the image"),
+            Card::new("NEVAL", self.evaluations, "evaluations of the emission rate"),
+            Card::new("CONVERGD", self.converged, "the method ended by itself"),
+        ];
+        let energies = self.energies.map(|n| Card::new("NENERGY", n, "energies that were evaluated"));
+        let tolerance = self.tolerance.map(|tolerance| {
+            Card::new("TOLERANC", tolerance, format!("error asked for / largest {value}"))
+        });
+        let error = self.estimated_error.map(|error| {
+            Card::new("ESTERROR", error, format!("estimated error / largest {value}"))
+        });
+        let threshold = self
+            .threshold
+            .map(|threshold| Card::new("THRESHLD", threshold, "details below it were dropped"));
+        let order = self.order.map(|order| Card::new("ORDER", order, "order of the prediction"));
+        let base_level = self.base_level.map(|level| {
+            Card::new("BASELEVL", i32::from(level), "2^this base intervals along each axis")
+        });
+        let length_unit =
+            self.length_unit.map(|unit| Card::new("LENUNIT", unit, "unit of length of the scene"));
+        let told = [energies, tolerance, error, threshold, order, base_level, length_unit];
+        always.into_iter().chain(told.into_iter().flatten()).collect()
+    }
+}
+
+/// A scene as FITS tells it: its text, and a line for each value that was changed.
+///
+/// ```
+/// let history = emitree_io::scene_history("x = 1\n", &["x = 2".to_owned()]);
+/// assert_eq!(history, "x = 1\n# changed: x = 2\n");
+/// ```
+pub fn scene_history(text: &str, changes: &[String]) -> String {
+    let mut history = text.trim_end().to_owned() + "\n";
+    for change in changes {
+        history.push_str(&format!("# changed: {change}\n"));
+    }
+    history
+}
+
+/// What the bands of a map are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bands<'a> {
+    /// The only one, of an image.
+    Image,
+    /// Means over the energy bins of the file.
+    Energies,
+    /// Counts in channels.
+    Channels(&'a [Channel]),
+}
+
+/// One of the maps of a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProductMap<'a> {
+    /// The name of its HDU or column.
+    pub name: &'a str,
+    /// The values.
+    pub map: &'a Cube,
+    /// Their unit, in the grammar of FITS; empty if it is not known.
+    pub unit: &'a str,
+    /// What the bands are.
+    pub bands: Bands<'a>,
+}
+
+/// A FITS file of a rendering: an HDU for each map, or for a sky a table with a column for each band.
+#[derive(Clone, Debug)]
+pub struct FitsProduct<'a> {
+    /// The main map, and those that go with it.
+    pub maps: Vec<ProductMap<'a>>,
+    /// Whether the pixels are those of `HEALPix`.
+    pub is_sky: bool,
+    /// The coordinates of the pixels, if they have some.
+    pub wcs: Option<Wcs>,
+    /// The energy bins, if there are some.
+    pub energies: Option<&'a Energies>,
+    /// [`Provenance::cards`], and what is true of this file only.
+    pub provenance: Vec<Card>,
+    /// [`scene_history`].
+    pub history: String,
+}
+
+impl FitsProduct<'_> {
+    /// The bytes of the file, with the time of now.
+    ///
+    /// # Errors
+    ///
+    /// [`FitsEncodeError`]: what FITS can't hold.
+    pub fn encode(self) -> Result<Vec<u8>, FitsEncodeError> {
+        let Self { maps, is_sky, wcs, energies, provenance, history } = self;
+        let date = Some(SystemTime::now());
+        if is_sky {
+            let columns: Vec<(String, &str, Vec<f64>)> = maps.iter().flat_map(columns).collect();
+            let columns = columns
+                .iter()
+                .map(|(name, unit, values)| HealpixColumn { name, unit: known(unit), values })
+                .collect();
+            let coordinates = None;
+            return HealpixFile { columns, coordinates, energies, provenance, history, date }
+                .encode();
+        }
+        let mut images = maps.iter().map(image);
+        let Some(primary) = images.next() else { return Ok(Vec::new()) };
+        let extensions = images.collect();
+        FitsFile { primary, extensions, wcs, energies, provenance, history, date }.encode()
+    }
+}
+
+/// A unit, if it is told.
+fn known(unit: &str) -> Option<&str> {
+    Some(unit).filter(|unit| !unit.is_empty())
+}
+
+/// A map as an HDU.
+fn image<'a>(&ProductMap { name, map, unit, bands }: &ProductMap<'a>) -> FitsImage<'a> {
+    match (map.bands(), bands) {
+        ([image], Bands::Image) => FitsImage::new(name, image, known(unit)),
+        (_, Bands::Channels(channels)) => FitsImage::channels(name, map, channels, known(unit)),
+        (_, Bands::Image | Bands::Energies) => FitsImage::cube(name, map, known(unit)),
+    }
+}
+
+/// A column for each band: `RADIANCE`, or `RADIANCE_1`, `RADIANCE_2` and so on of a cube.
+fn columns<'a>(
+    &ProductMap { name, map, unit, bands }: &ProductMap<'a>,
+) -> Vec<(String, &'a str, Vec<f64>)> {
+    let is_cube = bands != Bands::Image;
+    let number = |bin: usize| if is_cube { format!("_{}", bin + 1) } else { String::new() };
+    let bands = map.bands().iter().enumerate();
+    bands
+        .map(|(bin, band)| (format!("{name}{}", number(bin)), unit, Healpix::nested(band)))
+        .collect()
+}
