@@ -3,7 +3,7 @@
 
 use emitree::{Cube, Ending, EnergyAxis, EnergyScale, Image, Method, Rendering};
 use emitree_io::units::Unit;
-use emitree_io::{CameraKind, Card, Energies, Scene, Wcs, WcsAxis};
+use emitree_io::{CameraKind, Energies, Provenance, Scene, Wcs, WcsAxis, scene_history};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -153,46 +153,25 @@ impl About {
 
     /// The scene with what was changed in it, a line for each change.
     pub(crate) fn history(&self) -> String {
-        let mut history = self.text.trim_end().to_owned() + "\n";
-        for change in &self.overrides {
-            history.push_str(&format!("# changed: {change}\n"));
-        }
-        history
+        scene_history(&self.text, &self.overrides)
     }
 
-    /// How the image came about, as FITS keywords; `error` is the estimate of the whole.
-    pub(crate) fn provenance(&self, error: Option<f64>) -> Vec<Card> {
-        let value = if self.bins.is_some() { "voxel" } else { "pixel" };
-        let mut cards = vec![
-            Card::new("SCENE", self.scene.as_str(), "the scene, in full under HISTORY"),
-            Card::new("METHOD", self.method.as_str(), "from the emission to the image"),
-            Card::new("NEVAL", self.evaluations, "evaluations of the emission rate"),
-            Card::new("CONVERGD", self.converged(), "the method ended by itself"),
-        ];
-        if let Some(energies) = self.energies {
-            cards.push(Card::new("NENERGY", energies, "energies that were evaluated"));
+    /// How the image came about; `error` is the estimate of the whole.
+    pub(crate) fn provenance(&self, error: Option<f64>) -> Provenance<'_> {
+        Provenance {
+            scene: &self.scene,
+            method: &self.method,
+            evaluations: self.evaluations,
+            converged: self.converged(),
+            energies: self.energies,
+            tolerance: self.tolerance,
+            estimated_error: error,
+            threshold: self.threshold,
+            order: self.order,
+            base_level: self.base_level,
+            length_unit: self.length_unit.as_deref(),
+            is_cube: self.bins.is_some(),
         }
-        if let Some(tolerance) = self.tolerance {
-            let meaning = format!("error asked for / largest {value}");
-            cards.push(Card::new("TOLERANC", tolerance, meaning));
-        }
-        if let Some(error) = error {
-            cards.push(Card::new("ESTERROR", error, format!("estimated error / largest {value}")));
-        }
-        if let Some(threshold) = self.threshold {
-            cards.push(Card::new("THRESHLD", threshold, "details below it were dropped"));
-        }
-        if let Some(order) = self.order {
-            cards.push(Card::new("ORDER", order, "order of the prediction"));
-        }
-        if let Some(base_level) = self.base_level {
-            let meaning = "2^this base intervals along each axis";
-            cards.push(Card::new("BASELEVL", i32::from(base_level), meaning));
-        }
-        if let Some(unit) = &self.length_unit {
-            cards.push(Card::new("LENUNIT", unit.as_str(), "unit of length of the scene"));
-        }
-        cards
     }
 }
 

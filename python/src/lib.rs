@@ -11,7 +11,6 @@
 //! * `rendering`: an image or a cube with its error and its bill;
 //! * `about`: what of its scene the results need, plain data that can be pickled;
 //! * `arrays`: images and cubes as arrays of `NumPy`;
-//! * `fits`: the same as the bytes of a file;
 //! * `output`: files that are whole or absent;
 //! * `error`: errors as exceptions, all in one place.
 
@@ -20,7 +19,6 @@ mod arrays;
 mod bridge;
 mod emission;
 mod error;
-mod fits;
 mod output;
 mod rendering;
 mod scene;

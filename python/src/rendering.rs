@@ -3,12 +3,12 @@
 use crate::about::{About, Bins};
 use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
-use crate::fits::{self, NamedMap};
 use emitree::projection::healpix::pixel_of_direction;
 use emitree::{Cube, EvaluationCounts, Healpix, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
-    Card, East, Energies, PictureOptions, Quantity, Scene, WcsAxis, encode_png, mollweide,
+    Bands, Card, East, Energies, FitsProduct, PictureOptions, ProductMap, Quantity, Scene, WcsAxis,
+    encode_png, mollweide,
 };
 use numpy::{PyArray1, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
@@ -308,16 +308,21 @@ impl Rendered {
         Ok(PyBytes::new(py, &encode_png(&picture, &options).map_err(of_encoding)?))
     }
 
-    /// The image and its error with units, coordinates and provenance: the bytes of a FITS file.
+    /// The image with its error, its evaluations and, of a cube, the whole band, with units, coordinates
+    /// and provenance: the bytes of a FITS file.
     fn fits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let unit = self.about.unit.as_str();
-        let named = |name, map| NamedMap { name, map, unit, channels: None };
-        let quantity = self.about.quantity.to_uppercase();
-        let mut maps = vec![named(&quantity, &self.bands)];
-        maps.extend(self.error.as_ref().map(|error| named("ERROR", error)));
-        let (energies, provenance) = (self.energies_of_bins()?, self.provenance());
-        let bytes = fits::encode(&self.about, &maps, energies.as_ref(), provenance);
-        Ok(PyBytes::new(py, &bytes.map_err(of_encoding)?))
+        let About { unit, band_unit, quantity, .. } = &self.about;
+        let bands = if self.is_cube() { Bands::Energies } else { Bands::Image };
+        let quantity = quantity.to_uppercase();
+        let evaluations = Cube::from_bands(vec![self.evaluation_map().into_owned()]);
+        let band = self.is_cube().then(|| self.flat()).transpose()?;
+        let band = band.map(|band| Cube::from_bands(vec![band]));
+        let mut maps = vec![ProductMap { name: &quantity, map: &self.bands, unit, bands }];
+        maps.extend(self.error.iter().map(|map| ProductMap { name: "ERROR", map, unit, bands }));
+        let one = |name, map, unit| ProductMap { name, map, unit, bands: Bands::Image };
+        maps.push(one("EVALUATIONS", &evaluations, ""));
+        maps.extend(band.iter().map(|band| one("BAND", band, band_unit)));
+        self.encoded(py, maps, self.energies_of_bins()?.as_ref(), Vec::new())
     }
 
     /// Counts (channels, height, width) with the number and the nominal energies \[keV\] of each
@@ -337,21 +342,35 @@ impl Rendered {
             .map(|(number, low, high)| Channel { number, range_kev: [low, high] });
         let channels: Vec<Channel> = channels.collect();
         let name = if seed.is_some() { "COUNTS" } else { "EXPECTED" };
-        let maps = [NamedMap { name, map: &map, unit: "count", channels: Some(&channels) }];
-        let mut provenance = self.provenance();
+        let bands = Bands::Channels(&channels);
+        let maps = vec![ProductMap { name, map: &map, unit: "count", bands }];
         let exposure = self.about.exposure_s;
-        provenance.extend(exposure.map(|time| Card::new("EXPOSURE", time, "[s] of the counts")));
-        provenance
-            .extend(seed.map(|seed| Card::new("SEED", seed, "of the counts that were drawn")));
-        let bytes = fits::encode(&self.about, &maps, None, provenance).map_err(of_encoding)?;
-        Ok(PyBytes::new(py, &bytes))
+        let exposure = exposure.map(|time| Card::new("EXPOSURE", time, "[s] of the counts"));
+        let seed = seed.map(|seed| Card::new("SEED", seed, "of the counts that were drawn"));
+        self.encoded(py, maps, None, exposure.into_iter().chain(seed).collect())
     }
 }
 
 impl Rendered {
-    /// How the image came about, as FITS keywords.
-    fn provenance(&self) -> Vec<Card> {
-        self.about.provenance(self.estimated_error())
+    /// The bytes of a FITS file with these maps, and `cards` that are true of it alone.
+    fn encoded<'py>(
+        &self,
+        py: Python<'py>,
+        maps: Vec<ProductMap<'_>>,
+        energies: Option<&Energies>,
+        cards: Vec<Card>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let mut provenance = self.about.provenance(self.estimated_error()).cards();
+        provenance.extend(cards);
+        let file = FitsProduct {
+            maps,
+            is_sky: self.about.is_sky,
+            wcs: self.about.wcs(),
+            energies,
+            provenance,
+            history: self.about.history(),
+        };
+        Ok(PyBytes::new(py, &file.encode().map_err(of_encoding)?))
     }
 }
 

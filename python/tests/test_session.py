@@ -59,7 +59,10 @@ def test_a_cube_with_units():
         far=5,
         length_unit="km",
     )
-    options = {"energy": {"min": 1, "max": 3, "bins": 4, "unit": "keV"}, "unit": "cm-3 s-1 sr-1 keV-1"}
+    options = {
+        "energy": {"min": 1, "max": 3, "bins": 4, "unit": "keV"},
+        "unit": "cm-3 s-1 sr-1 keV-1",
+    }
     at_once = emitree.render(rate, camera, (6, 8), **options)
     session = emitree.Session(camera, (6, 8), **options)
     while points := session.ask():

@@ -4,6 +4,7 @@
 use crate::environment::{INSTALL, empty_folder, interpreter};
 use crate::step::Outcome;
 use crate::workspace::{Workspace, succeed};
+use std::env::consts;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -29,7 +30,12 @@ fn check(workspace: &Workspace) -> Result<(), String> {
     let python = interpreter(workspace, "python-venv", "python/tests/requirements.txt")?;
     lint(workspace, &python, "python")?;
     install(workspace, &python, "python-wheel", &[])?;
-    succeed(workspace.command(&python).args(TESTS).env("PYTHONDONTWRITEBYTECODE", "1"))
+    // The files of the package are compared with those of the command.
+    succeed(workspace.cargo().args(["build", "--package", "emitree-cli"]))?;
+    let command = workspace.target_path("debug").join(format!("emitree{}", consts::EXE_SUFFIX));
+    let mut tests = workspace.command(&python);
+    tests.args(TESTS).env("PYTHONDONTWRITEBYTECODE", "1").env("EMITREE_COMMAND", command);
+    succeed(&mut tests)
 }
 
 /// Lints of Python files, and their formatting.

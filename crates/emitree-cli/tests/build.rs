@@ -93,7 +93,7 @@ fn options_win_and_quiet_is_quiet() {
     assert_eq!((run.stdout.as_str(), run.stderr.as_str()), ("", ""));
     let file = TreeFile::open(folder.path("model.fits")).unwrap();
     assert_eq!(file.evaluations, 41_600);
-    assert!(file.scene.ends_with("# command line: build.tolerance = 0.01\n"));
+    assert!(file.scene.ends_with("# changed: build.tolerance = 0.01\n"));
 }
 
 #[test]

@@ -334,7 +334,7 @@ fn a_scene_keeps_its_last_line_in_the_history() {
     let fits = folder.bytes("a.fits");
     let card = |text: &str| fits.windows(text.len()).any(|bytes| bytes == text.as_bytes());
     assert!(card("HISTORY threshold = 0.01  "));
-    assert!(card("HISTORY # command line: image.width = 5  "));
+    assert!(card("HISTORY # changed: image.width = 5  "));
 }
 
 #[test]

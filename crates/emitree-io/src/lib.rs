@@ -37,6 +37,7 @@ mod mollweide;
 mod npy;
 mod output;
 mod png;
+mod product;
 pub mod scene;
 mod tree_file;
 pub mod units;
@@ -52,6 +53,7 @@ pub use mollweide::{East, mollweide};
 pub use npy::{NpyError, encode_npy, encode_npy_cube, encode_npy_image};
 pub use output::{OutputError, OutputFile, OutputSet, commit_all};
 pub use png::{PictureError, PictureOptions, encode_png};
+pub use product::{Bands, FitsProduct, ProductMap, Provenance, scene_history};
 pub use scene::{
     BuildSettings, Camera, CameraKind, EmissionFailure, EmissionSource, GridEmission, Override,
     Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,

@@ -1,9 +1,7 @@
 //! The FITS files of a rendering: its maps, and how they came about. One for every front end.
 
 use crate::energies::Energies;
-use crate::fits::{
-    Card, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs,
-};
+use crate::fits::{Card, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs};
 use emitree::{Cube, Healpix};
 use emitree_instrument::Channel;
 use std::time::SystemTime;
@@ -54,7 +52,8 @@ impl Provenance<'_> {
             Card::new("NEVAL", self.evaluations, "evaluations of the emission rate"),
             Card::new("CONVERGD", self.converged, "the method ended by itself"),
         ];
-        let energies = self.energies.map(|n| Card::new("NENERGY", n, "energies that were evaluated"));
+        let energies =
+            self.energies.map(|n| Card::new("NENERGY", n, "energies that were evaluated"));
         let tolerance = self.tolerance.map(|tolerance| {
             Card::new("TOLERANC", tolerance, format!("error asked for / largest {value}"))
         });

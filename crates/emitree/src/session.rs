@@ -73,7 +73,7 @@ pub struct Session<'a, V = Image> {
     keeps_images: bool,
     whole_batches: bool,
     state: State,
-    /// Images on the way that nobody has seen yet; the last one is kept.
+    /// Images on the way: those that have not been shown yet, or the latest one.
     shown: Vec<Shown>,
     /// What was done before the session was resumed.
     before: Before,
@@ -186,6 +186,7 @@ impl<'a, V: Values> Session<'a, V> {
         self.method = (self.start)(Arc::clone(&self.meter), shape, options.method.clone());
         self.shape = shape;
         self.started = Instant::now();
+        self.shown.clear();
         self.advance()
     }
 
@@ -324,6 +325,10 @@ impl<'a, V: Values> Session<'a, V> {
             }
         };
         self.shown.extend(self.meter.take_shown());
+        if self.known.is_some() {
+            // Nobody is called for each: the latest is what can be asked for.
+            self.shown.drain(..self.shown.len().saturating_sub(1));
+        }
         match &self.state {
             State::Failed(error) => Err(error.clone()),
             State::Waiting(_) | State::Ended(_) => Ok(()),

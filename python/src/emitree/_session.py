@@ -12,7 +12,7 @@ from emitree._function import Floats, as_rates
 from emitree._render import scene_of_camera
 from emitree._result import Rendering
 
-#: Keywords of `render` that say what is rendered and how, and those of them that `resume` may change.
+#: Keywords of `render` that say what is rendered; and those that say how, which may change.
 _OF_VIEW = frozenset(
     ["energy", "unit", "image_unit", "quantity", "bounds", "occulters", "seeds", "instrument"]
 )
@@ -55,8 +55,8 @@ class Session:
     """One rendering that is held between its batches, for any way of evaluating an emission.
 
     `ask` gives points, `tell` takes their rates; what is known of the image is in `rendering()` at
-    any time. A session that has ended can be continued with `resume`: no point is evaluated twice, and
-    the result is, bit by bit, that of the new options at once.
+    any time. A session that has ended can be continued with `resume`: no point is evaluated twice,
+    and the result is, bit by bit, that of the new options at once.
 
     camera, shape: as of `render`.
     options: keywords of `render` that tell what is rendered: tolerance, method, max_evaluations,

@@ -5,9 +5,9 @@ mod summary;
 use crate::arguments::BuildArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
-use crate::render::{ProgressLine, history};
+use crate::render::ProgressLine;
 use emitree::{Ending, RenderError, WorldTreeError, WorldTreeOptions, build_world_tree};
-use emitree_io::{OutputFile, Quantity, Scene, TreeFile, available_memory_bytes};
+use emitree_io::{OutputFile, Quantity, Scene, TreeFile, available_memory_bytes, scene_history};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
     let complete = built.ending == Ending::Complete;
     let file = TreeFile::new(built, settings.tolerance)
         .with_units(scene.length_unit.as_deref(), scene.image_unit())
-        .with_scene(&history(&scene));
+        .with_scene(&scene_history(&scene.text, &scene.overrides));
     output.commit(&file.encode()?)?;
     if !arguments.quiet {
         // The file is written: that nobody reads the summary changes nothing.

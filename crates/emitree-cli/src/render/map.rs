@@ -3,7 +3,7 @@
 use super::counts::Counts;
 use emitree::{Cube, Ending, Image, RenderStats, RenderedTree, Rendering};
 use emitree_instrument::Channel;
-use emitree_io::{FitsImage, Scene};
+use emitree_io::Scene;
 
 /// An image, or a cube: a value for each pixel in one band or in more.
 #[derive(Clone, Debug)]
@@ -74,17 +74,6 @@ impl Map {
     /// All bands, of an image too.
     pub(crate) fn cube(&self) -> &Cube {
         &self.bands
-    }
-
-    /// As an HDU of FITS.
-    pub(super) fn fits<'a>(&'a self, name: &'a str, unit: Option<&'a str>) -> FitsImage<'a> {
-        match (self.bands(), &self.kind) {
-            ([image], Kind::Image) => FitsImage::new(name, image, unit),
-            (_, Kind::Counts { channels, are_bins: false }) => {
-                FitsImage::channels(name, &self.bands, channels, unit)
-            }
-            _ => FitsImage::cube(name, &self.bands, unit),
-        }
     }
 
     /// The image of the whole energy band of a cube.

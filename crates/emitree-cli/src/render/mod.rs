@@ -12,7 +12,6 @@ mod sheet;
 mod summary;
 
 pub(crate) use counts::{Counts, total};
-pub(crate) use fits::history;
 pub(crate) use hint::nothing_in_view;
 pub(crate) use map::Rendered;
 pub(crate) use progress::ProgressLine;

@@ -1,0 +1,54 @@
+"""The same scene by the command and from Python: the same FITS files, header by header."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from astropy.io import fits
+
+import emitree
+
+#: The command, which `cargo xtask python` builds for this.
+COMMAND = os.environ.get("EMITREE_COMMAND")
+EXAMPLES = Path(__file__).parents[2] / "examples"
+#: What differs from run to run.
+TIMES = {"DATE", "CHECKSUM", "DATASUM"}
+
+IMAGE = {"image.width": 24, "image.height": 16}
+
+
+def cards(hdu):
+    return [card for card in hdu.header.cards if card.keyword not in TIMES]
+
+
+@pytest.mark.skipif(COMMAND is None, reason="EMITREE_COMMAND is not set")
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("holmstrom", IMAGE),
+        ("holmstrom", IMAGE | {"render.method": "paper"}),
+        ("k_corona", {"image.width": 16, "image.height": 16, "render.tolerance": 0.1}),
+        ("bremsstrahlung", {"image.width": 12, "image.height": 12, "render.tolerance": 0.1}),
+        ("power_law", {"image.nside": 4, "render.tolerance": 0.1}),
+    ],
+)
+def test_the_command_and_python_write_the_same_file(tmp_path, name, changes):
+    scene = EXAMPLES / f"{name}.toml"
+    ours = tmp_path / "python.fits"
+    emitree.render(scene, changes=changes).to_fits(ours)
+    theirs = tmp_path / "command.fits"
+    sets = [f"--set={key}={value}" for key, value in changes.items()]
+    subprocess.run(
+        [COMMAND, "render", scene, *sets, "-o", theirs, "--quiet"], check=True, timeout=60
+    )
+    with fits.open(ours) as python, fits.open(theirs) as command:
+        assert [hdu.name for hdu in python] == [hdu.name for hdu in command]
+        for one, other in zip(python, command, strict=True):
+            assert cards(one) == cards(other)
+            if one.data is not None and one.data.dtype.names is None:
+                assert np.array_equal(one.data, other.data, equal_nan=True)
+            elif one.data is not None:
+                for column in one.data.dtype.names:
+                    assert np.array_equal(one.data[column], other.data[column], equal_nan=True)
