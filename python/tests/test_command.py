@@ -20,7 +20,7 @@ IMAGE = {"image.width": 24, "image.height": 16}
 
 
 def cards(hdu):
-    return [card for card in hdu.header.cards if card.keyword not in TIMES]
+    return [tuple(card) for card in hdu.header.cards if card.keyword not in TIMES]
 
 
 @pytest.mark.skipif(COMMAND is None, reason="EMITREE_COMMAND is not set")

@@ -131,20 +131,21 @@ def render(
         "lines": lines,
         "steps": steps,
     }
+    of_view = {
+        "energy": energy,
+        "unit": unit,
+        "image_unit": image_unit,
+        "quantity": quantity,
+        "bounds": bounds,
+        "occulters": occulters,
+        "seeds": seeds,
+        "instrument": instrument,
+    }
     if camera is None:
         if not is_scene_file(emission):
             raise TypeError("expected a camera, or the name of a scene file alone")
-        for name, given in (
-            ("energy", energy),
-            ("unit", unit),
-            ("image_unit", image_unit),
-            ("quantity", quantity),
-            ("bounds", bounds),
-            ("occulters", occulters or None),
-            ("seeds", seeds or None),
-            ("instrument", instrument),
-        ):
-            if given is not None:
+        for name, given in of_view.items():
+            if given is not None and not (isinstance(given, Sequence) and len(given) == 0):
                 raise TypeError(f"`{name}` is for a camera: the scene file has its own")
         scene = _opened(emission, shape, _values(settings), changes)
         _refuse_unused(scene, settings, energy, seeds, changes)
@@ -154,42 +155,25 @@ def render(
             raise TypeError("expected `shape`, (height, width)")
         if changes is not None:
             raise TypeError("`changes` are for scene files: expected none")
-        scene = scene_of_camera(
-            emission,
-            camera,
-            shape,
-            unit=unit,
-            image_unit=image_unit,
-            quantity=quantity,
-            energy=energy,
-            bounds=bounds,
-            occulters=occulters,
-            seeds=seeds,
-            instrument=instrument,
-            **settings,
-        )
+        scene = scene_of_camera(emission, camera, shape, of_view | settings)
         function = _function(emission, scene, unit, quantities)
     if quantities and function is None:
         raise _native.SceneError("`quantities` is for functions: expected none with this emission")
     return _rendered(scene, function, executor, batch_size, threads, cache, progress, frame)
 
 
+#: What of the keywords of `render` the camera sees; all others are of the table `[render]`.
+OF_VIEW = frozenset(
+    ["energy", "unit", "image_unit", "quantity", "bounds", "occulters", "seeds", "instrument"]
+)
+
+
 def scene_of_camera(
-    emission: Any,
-    camera: Camera,
-    shape: Sequence[int] | int,
-    *,
-    unit: Any = None,
-    image_unit: Any = None,
-    quantity: str | None = None,
-    energy: Any = None,
-    bounds: Any = None,
-    occulters: Sequence[Any] = (),
-    seeds: Sequence[tuple[Any, Any]] = (),
-    instrument: Any = None,
-    **settings: Any,
+    emission: Any, camera: Camera, shape: Sequence[int] | int, options: Mapping[str, Any]
 ) -> _native.Scene:
-    """The scene of an emission before a camera; `settings` are those of the table `[render]`."""
+    """The scene of an emission before a camera, with keywords of `render` as options."""
+    of_view = {key: value for key, value in options.items() if key in OF_VIEW}
+    settings = {key: value for key, value in options.items() if key not in OF_VIEW}
     of_scene = _values(settings)
     # Of `los`, equal steps and a tolerance exclude each other.
     method, steps = of_scene.get("method"), of_scene.get("steps")
@@ -199,21 +183,8 @@ def scene_of_camera(
         and not (method == "los" and steps is not None)
     ):
         of_scene["tolerance"] = 0.01
-    scene = compose(
-        emission,
-        camera,
-        shape,
-        unit=unit,
-        image_unit=image_unit,
-        quantity=quantity,
-        energy=energy,
-        bounds=bounds,
-        occulters=occulters,
-        seeds=seeds,
-        instrument=instrument,
-        render=of_scene,
-    )
-    _refuse_unused(scene, settings, energy, seeds, None)
+    scene = compose(emission, camera, shape, **of_view, render=of_scene)
+    _refuse_unused(scene, settings, of_view.get("energy"), of_view.get("seeds", ()), None)
     return scene
 
 
@@ -249,7 +220,8 @@ def _refuse_unused(
 def _opened(
     path: Any, shape: Any, settings: Mapping[str, Any], changes: Mapping[str, Any] | None
 ) -> _native.Scene:
-    values = {f"render.{key}": value for key, value in settings.items()}
+    given = {key: value for key, value in settings.items() if value is not None}
+    values: dict[str, Any] = {f"render.{key}": value for key, value in given.items()}
     if shape is not None:
         height, width = shape
         values |= {"image.height": height, "image.width": width}

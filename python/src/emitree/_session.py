@@ -9,13 +9,10 @@ from typing import Any
 from emitree import _native, _units
 from emitree._cameras import Camera
 from emitree._function import Floats, as_rates
-from emitree._render import scene_of_camera
+from emitree._render import OF_VIEW, scene_of_camera
 from emitree._result import Rendering
 
-#: Keywords of `render` that say what is rendered; and those that say how, which may change.
-_OF_VIEW = frozenset(
-    ["energy", "unit", "image_unit", "quantity", "bounds", "occulters", "seeds", "instrument"]
-)
+#: Keywords of `render` that say how a view is rendered: `resume` may change them.
 _OF_METHOD = frozenset(
     [
         "tolerance",
@@ -77,14 +74,14 @@ class Session:
     """
 
     def __init__(self, camera: Camera, shape: Sequence[int] | int, **options: Any) -> None:
-        _known(options, _OF_VIEW | _OF_METHOD)
+        _known(options, OF_VIEW | _OF_METHOD)
         self._camera = camera
         self._shape = shape
         self._options = options
         self._native = _native.Session(self._scene(shape, options))
 
     def _scene(self, shape: Sequence[int] | int, options: Mapping[str, Any]) -> _native.Scene:
-        return scene_of_camera(_told, self._camera, shape, **options)
+        return scene_of_camera(_told, self._camera, shape, options)
 
     def ask(self) -> Points | None:
         """The points at which rates are wanted next; None once the rendering has ended."""

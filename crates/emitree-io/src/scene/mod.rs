@@ -286,8 +286,11 @@ impl Scene {
     pub fn parse(name: &str, text: &str, overrides: &[Override]) -> Result<Self, SceneError> {
         let source = Arc::new(Source { name: name.to_owned(), text: text.to_owned() });
         let mut root = Node::parse(&source)?;
+        let mut changes = Vec::with_capacity(overrides.len());
         for change in overrides {
-            root.merge(change.parse()?);
+            let (node, line) = change.parse()?;
+            root.merge(node);
+            changes.push(line);
         }
         let whole = root.place.clone();
         let start = Place { span: 0..0, ..whole };
@@ -328,11 +331,10 @@ impl Scene {
         };
         let instrument = instrument.map(|table| instrument::read(table, observer)).transpose()?;
         let [height, width] = shape;
-        let overrides = overrides.iter().map(|o| format!("{} = {}", o.key, o.value)).collect();
         Ok(Self {
             name: name.to_owned(),
             text: text.to_owned(),
-            overrides,
+            overrides: changes,
             emission: found.emission,
             camera,
             length_unit: found.length_unit,
@@ -428,27 +430,26 @@ fn beside_scene(file: &str, place: &Place) -> PathBuf {
 }
 
 impl Override {
-    /// The scene of one line that this is.
-    fn parse(&self) -> Result<Node, SceneError> {
-        let source = |text| {
+    /// The scene of one line that this is, and the line as TOML.
+    fn parse(&self) -> Result<(Node, String), SceneError> {
+        let parsed = |line: String| {
             let name = format!("{OPTION_PREFIX}{}", self.option.trim_start_matches('-'));
-            Arc::new(Source { name, text })
+            let source = Arc::new(Source { name, text: line.clone() });
+            Ok((Node::parse(&source)?, line))
         };
-        let as_written = source(format!("{} = {}", self.key, self.value));
-        let as_text =
-            || source(format!("{} = {}", self.key, toml::Value::from(self.value.as_str())));
+        let as_text = || format!("{} = {}", self.key, toml::Value::from(self.value.as_str()));
         if self.value.contains('\n') {
-            return Node::parse(&as_text());
+            return parsed(as_text());
         }
         // Words need no quotes on a command line; a number, a list or a table that is wrong is wrong.
         let is_number = |value: &str| value.chars().all(|c| "0123456789+-_.eE".contains(c));
         let is_word = |value: &str| !value.starts_with(['"', '\'', '[', '{']) && !is_number(value);
-        Node::parse(&as_written).or_else(|error| {
+        parsed(format!("{} = {}", self.key, self.value)).or_else(|error| {
             if !is_word(&self.value) {
                 return Err(error);
             }
             // If even a string can't be put there, it is the key that is wrong.
-            Node::parse(&as_text()).map_err(|_| error)
+            parsed(as_text()).map_err(|_: SceneError| error)
         })
     }
 }
