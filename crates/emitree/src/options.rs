@@ -62,7 +62,7 @@ pub struct RenderOptions<'a> {
     /// The largest number of evaluations of g.
     pub max_evaluations: u64,
     /// The longest time that the rendering may take \[s\], above 0; infinite for no limit. It ends with
-    /// the best image so far and [`Ending::Time`]. A call of g that has begun is waited for.
+    /// the best image so far and [`Ending::Time`](crate::Ending::Time). A call of g that has begun is waited for.
     pub max_seconds: f64,
     /// What the image and the coarsest grid may take \[bytes\]; more is refused before anything is
     /// allocated.

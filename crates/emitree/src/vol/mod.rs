@@ -80,7 +80,7 @@ pub struct VolOptions {
     ///
     /// It is kept for what the samples have seen. A structure that falls between them can't be promised,
     /// be it the lines and depths of the base lattice or a thousand scattered points: name it with a
-    /// [`Seed`](crate::Seed), or choose a finer base.
+    /// [`Seed`], or choose a finer base.
     pub tolerance: f64,
     /// The base lattice has 2^`base_level` intervals along each axis, of the image and in depth; one
     /// of [`BASE_LEVELS`]. If it is finer than the default, there are no fewer scattered points.
