@@ -16,7 +16,7 @@ use std::sync::Arc;
 #[pyclass(frozen, module = "emitree._native")]
 pub(crate) struct Scene(Arc<emitree_io::Scene>);
 
-/// What a rendering may take besides the function: memory that any workstation has.
+/// What a rendering, or the build of a tree, may take besides the function: memory that any workstation has.
 const MOST_MEMORY_BYTES: u64 = 8 << 30;
 
 /// Keys with values in TOML, as options of the command line: `("render.method", "los")`.
@@ -198,7 +198,7 @@ fn rendered(
         let [image, error] = [frame.image, frame.error].map(|map| on_the_way(scene, map));
         caller.frame(frame, image, error)
     };
-    let mut options: RenderOptions<'_> = scene.render_options();
+    let mut options: RenderOptions<'_> = options_of(scene);
     options.batch_size = batch_size.unwrap_or(options.batch_size);
     options.progress = Some(&progress);
     if hooks.frame.is_some() {
@@ -206,6 +206,11 @@ fn rendered(
     }
     let found = scene.render(&emission(scene, hooks, caller), &options)?;
     Ok(Rendered::of(scene, found))
+}
+
+/// The options of a scene, with the same memory whatever is free: it may decide the way to the image.
+pub(crate) fn options_of(scene: &emitree_io::Scene) -> RenderOptions<'static> {
+    RenderOptions { max_memory_bytes: MOST_MEMORY_BYTES, ..scene.render_options() }
 }
 
 /// An image on the way in the unit of the final one; of a cube, the whole band.

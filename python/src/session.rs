@@ -4,7 +4,7 @@ use crate::arrays::vectors;
 use crate::emission::EmissionStop;
 use crate::error::of_rendering;
 use crate::rendering::Rendered;
-use crate::scene::Scene;
+use crate::scene::{Scene, options_of};
 use emitree::{Cube, RenderError};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -35,17 +35,28 @@ impl Session {
     #[new]
     fn new(py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let scene = scene.shared();
-        let session = py.detach(|| scene.session()).map_err(|error| raised(py, error))?;
+        let session = py.detach(|| scene.session(&options_of(&scene)));
+        let session = session.map_err(|error| raised(py, error))?;
         Ok(Self(Mutex::new(State { scene, session })))
+    }
+
+    /// The number of rates that are wanted next; `None` once the rendering has ended.
+    fn waits_for(&self, py: Python<'_>) -> Option<usize> {
+        py.detach(|| self.state().session.ask().map(|samples| samples.len()))
     }
 
     /// The points at which rates are wanted; `None` once the rendering has ended.
     fn ask<'py>(&self, py: Python<'py>) -> PyResult<Option<Points<'py>>> {
-        let state = self.state();
-        let Some(samples) = state.session.ask() else { return Ok(None) };
-        let energies = samples.energies();
-        let energies = (!energies.is_empty()).then(|| PyArray1::from_slice(py, energies));
-        Ok(Some((vectors(py, samples.positions())?, vectors(py, samples.directions())?, energies)))
+        // While one thread holds the session no other one waits for it with the interpreter.
+        let asked = py.detach(|| {
+            let state = self.state();
+            let samples = state.session.ask()?;
+            let energies = samples.energies().to_vec();
+            Some((samples.positions().to_vec(), samples.directions().to_vec(), energies))
+        });
+        let Some((positions, directions, energies)) = asked else { return Ok(None) };
+        let energies = (!energies.is_empty()).then(|| PyArray1::from_vec(py, energies));
+        Ok(Some((vectors(py, &positions)?, vectors(py, &directions)?, energies)))
     }
 
     /// Takes the rates at these points, in the unit of the function.
@@ -65,8 +76,7 @@ impl Session {
         let scene = scene.shared();
         let resumed = py.detach(|| {
             let mut state = self.state();
-            let options = scene.render_options();
-            state.session.resume([scene.height, scene.width], &options)?;
+            state.session.resume([scene.height, scene.width], &options_of(&scene))?;
             state.scene = scene;
             Ok(())
         });
@@ -74,9 +84,11 @@ impl Session {
     }
 
     /// What is known of the image; `None` if nothing is.
-    fn rendering(&self) -> Option<Rendered> {
-        let state = self.state();
-        Some(Rendered::of(&state.scene, state.session.rendering()?))
+    fn rendering(&self, py: Python<'_>) -> Option<Rendered> {
+        py.detach(|| {
+            let state = self.state();
+            Some(Rendered::of(&state.scene, state.session.rendering()?))
+        })
     }
 }
 

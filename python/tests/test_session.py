@@ -94,4 +94,10 @@ def test_what_is_wrong_is_named():
         session.resume(energy=None)
     with pytest.raises(emitree.EmissionError, match="NaN"):
         session.tell(np.full(len(session.ask()), np.nan))
-    told(emitree.Session(CUBE, (4, 4)))
+    told(session)
+    assert session.rendering().converged, "what was refused left no trace"
+    with pytest.raises(ValueError, match="expected none, as the session waits for no rates"):
+        session.tell([])
+    with pytest.raises(emitree.RenderError, match="max_evaluations"):
+        session.resume(max_evaluations=10)
+    assert session.rendering().converged, "a session that is not continued is as it was"

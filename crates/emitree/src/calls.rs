@@ -93,7 +93,8 @@ impl<'a, E: Emission> Calls<'a, E> {
         let all_calls = rates.par_chunks_mut(per_call).enumerate().with_min_len(at_once);
         let results: Vec<Result<(), RenderError<E::Error>>> = all_calls.map(call).collect();
         // Parallel calls are not each other's waiting time.
-        self.meter.count_nanoseconds(in_calls.into_inner() / calls.min(threads).max(1) as u64);
+        let waited = in_calls.into_inner() / calls.min(threads).max(1) as u64;
+        self.meter.count_time(rates.len(), waited);
         results.into_iter().collect()
     }
 
@@ -101,7 +102,7 @@ impl<'a, E: Emission> Calls<'a, E> {
     /// that has begun is waited for; few as long as nothing is known of g.
     fn samples_before_deadline(&self, threads: usize) -> usize {
         let Some(deadline) = self.meter.deadline() else { return usize::MAX };
-        let evaluations = self.meter.new_evaluations() as f64;
+        let evaluations = self.meter.timed_evaluations() as f64;
         let nanoseconds = self.meter.emission_time().as_nanos() as f64;
         if nanoseconds == 0.0 {
             return LEAST_SAMPLES_PER_CALL;
@@ -116,7 +117,7 @@ impl<'a, E: Emission> Calls<'a, E> {
     /// Whether so many evaluations take less time than it does to wake another thread, as far as is
     /// known.
     fn is_short(&self, evaluations: usize) -> bool {
-        let so_far = self.meter.new_evaluations() as f64;
+        let so_far = self.meter.timed_evaluations() as f64;
         let nanoseconds = self.meter.emission_time().as_nanos() as f64;
         so_far > 0.0 && nanoseconds / so_far * (evaluations as f64) < WORTH_A_THREAD_NANOSECONDS
     }
@@ -135,10 +136,24 @@ impl<'a, E: Emission> Calls<'a, E> {
         in_calls.fetch_add(spent, Ordering::Relaxed);
         let evaluations = self.meter.count(samples.len());
         result.map_err(RenderError::Emission)?;
+        check_finite(samples, rates)?;
         match self.progress.map(|progress| progress(evaluations)) {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
             _ => Ok(()),
         }
+    }
+}
+
+/// Refuses rates that are not finite.
+pub(crate) fn check_finite<E>(samples: &Samples<'_>, rates: &[f64]) -> Result<(), RenderError<E>> {
+    match rates.iter().position(|rate| !rate.is_finite()) {
+        None => Ok(()),
+        Some(k) => Err(RenderError::NotFinite {
+            rate: rates[k],
+            position: samples.positions()[k],
+            direction: samples.directions()[k],
+            energy: samples.energies().get(k).copied(),
+        }),
     }
 }
 

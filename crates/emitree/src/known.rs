@@ -3,6 +3,9 @@
 use crate::exchange::Batch;
 use rustc_hash::FxHashMap;
 
+/// Memory that a rate takes with its point: 64 bytes, in a hash table that has just grown.
+pub(crate) const BYTES_PER_KNOWN_RATE: u64 = 160;
+
 /// The bits of a point: position, direction, and energy if there is an axis.
 type Point = [u64; 7];
 

@@ -28,6 +28,7 @@ pub(crate) struct Meter {
     exchange: Exchange,
     evaluations: AtomicU64,
     batches: AtomicU64,
+    timed_evaluations: AtomicU64,
     emission_nanoseconds: AtomicU64,
     of_pixels: Tally,
     /// The arrays of the last batch, for the next one.
@@ -111,6 +112,7 @@ impl Meter {
             exchange: Exchange::default(),
             evaluations: AtomicU64::new(0),
             batches: AtomicU64::new(0),
+            timed_evaluations: AtomicU64::new(0),
             emission_nanoseconds: AtomicU64::new(0),
             of_pixels: Tally::new(shape),
             used: Mutex::default(),
@@ -126,6 +128,11 @@ impl Meter {
         self.shown = images.then(Mutex::default);
     }
 
+    /// Whether rates are kept.
+    pub(crate) fn keeps_rates(&self) -> bool {
+        self.known.is_some()
+    }
+
     /// Whether images on the way are kept.
     pub(crate) fn keeps_images(&self) -> bool {
         self.shown.is_some()
@@ -135,7 +142,12 @@ impl Meter {
     pub(crate) fn show(&self, maps: [Cube; 2]) {
         if let Some(shown) = &self.shown {
             let (evaluations, batches) = (self.evaluations(), self.batches());
-            locked(shown).push(Shown { maps, evaluations, batches });
+            let mut shown = locked(shown);
+            if self.known.is_some() {
+                // Nobody is called for each image: the latest one can be looked at.
+                shown.clear();
+            }
+            shown.push(Shown { maps, evaluations, batches });
         }
     }
 
@@ -161,9 +173,15 @@ impl Meter {
         self.new_evaluations.fetch_add(evaluations, Ordering::Relaxed) + evaluations
     }
 
-    /// Counts time spent waiting for g.
-    pub(crate) fn count_nanoseconds(&self, nanoseconds: u64) {
+    /// Counts time spent waiting for g, which has made so many evaluations.
+    pub(crate) fn count_time(&self, evaluations: usize, nanoseconds: u64) {
+        self.timed_evaluations.fetch_add(evaluations as u64, Ordering::Relaxed);
         self.emission_nanoseconds.fetch_add(nanoseconds, Ordering::Relaxed);
+    }
+
+    /// Evaluations whose time is known.
+    pub(crate) fn timed_evaluations(&self) -> u64 {
+        self.timed_evaluations.load(Ordering::Relaxed)
     }
 
     /// How many evaluations were made on the lines of sight of each pixel; those on a border count
@@ -251,11 +269,14 @@ impl Meter {
         let at_once = if self.limits.whole_batches { batch_size } else { POINTS_AT_ONCE };
         let mut first = 0;
         for batch in values.chunks_mut(batch_size) {
-            self.batches.fetch_add(1, Ordering::Relaxed);
+            let before = self.new_evaluations();
             for values in batch.chunks_mut(at_once) {
                 self.evaluate_part(sites, first, values).await?;
                 first += values.len();
             }
+            // A batch of which all is known costs nothing.
+            let is_new = self.known.is_none() || self.new_evaluations() > before;
+            self.batches.fetch_add(u64::from(is_new), Ordering::Relaxed);
         }
         Ok(())
     }
@@ -267,6 +288,7 @@ impl Meter {
         first: usize,
         values: &mut [f64],
     ) -> Result<(), MethodError> {
+        self.check_time()?;
         let mut batch = core::mem::take(&mut *locked(&self.used));
         self.collect(sites, first, values, &mut batch);
         if batch.len() > 0 {

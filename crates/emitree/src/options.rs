@@ -3,6 +3,7 @@
 use crate::calls::Progress;
 use crate::error::RenderError;
 use crate::image::Image;
+use crate::known::BYTES_PER_KNOWN_RATE;
 use crate::los::{LosOptions, Steps};
 use crate::memory::{check_size, evaluations_in_memory};
 use crate::meter::{Deadline, Limits};
@@ -133,8 +134,15 @@ pub(crate) fn check_options<E>(
 }
 
 /// How often g may be called, and until when, counted from now.
-pub(crate) fn limits(options: &RenderOptions<'_>, whole_batches: bool) -> Limits {
-    let max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
+pub(crate) fn limits(
+    options: &RenderOptions<'_>,
+    whole_batches: bool,
+    keeps_rates: bool,
+) -> Limits {
+    let mut max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
+    if keeps_rates {
+        max_evaluations = max_evaluations.min(options.max_memory_bytes / BYTES_PER_KNOWN_RATE);
+    }
     let deadline = Deadline::after_seconds(options.max_seconds);
     Limits { max_evaluations, batch_size: options.batch_size, whole_batches, deadline }
 }

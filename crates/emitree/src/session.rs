@@ -2,7 +2,7 @@
 //!
 //! [`render()`](crate::render()) is a session that is run to its end.
 
-use crate::calls::{Calls, Progress};
+use crate::calls::{Calls, Progress, check_finite};
 use crate::cube::Cube;
 use crate::emission::{Emission, Samples};
 use crate::energy::EnergyAxis;
@@ -37,8 +37,10 @@ type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + 
 /// that the caller has the loop. What is known of the image can be looked at at any time, and a session
 /// that has ended can be continued to a tighter tolerance or to more pixels.
 ///
-/// All rates are kept: no point is evaluated twice in one session, and a continued session returns, bit
-/// by bit, what a rendering to the new tolerance would have returned at once.
+/// All rates are kept: no point is evaluated twice in one session, unless a step failed at it or the time
+/// limit cut its batch short, and a continued session returns, bit by bit, what a rendering to the new
+/// tolerance would have returned at once. The time limit counts from [`new`](Self::new) or
+/// [`resume`](Self::resume), with the time that the caller takes.
 ///
 /// ```
 /// use emitree::{Canonical, FromFn, Image, Method, Projection, RenderOptions, Session, VolOptions};
@@ -66,19 +68,79 @@ type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + 
 pub struct Session<'a, V = Image> {
     start: Box<Start<'a>>,
     axis: Option<EnergyAxis>,
-    shape: [usize; 2],
-    method: Running<'a>,
-    meter: Arc<Meter>,
     known: Option<Arc<Mutex<KnownRates>>>,
     keeps_images: bool,
     whole_batches: bool,
+    course: Course<'a>,
+    /// What was done before the session was resumed.
+    before: Before,
+    values: PhantomData<fn() -> V>,
+}
+
+/// A rendering of a session on its way.
+struct Course<'a> {
+    shape: [usize; 2],
+    meter: Arc<Meter>,
+    method: Running<'a>,
     state: State,
     /// Images on the way: those that have not been shown yet, or the latest one.
     shown: Vec<Shown>,
-    /// What was done before the session was resumed.
-    before: Before,
     started: Instant,
-    values: PhantomData<fn() -> V>,
+    /// How long it took, once it has ended.
+    took: Option<Duration>,
+}
+
+impl<'a> Course<'a> {
+    /// The course of a method up to the first points that it asks for.
+    fn begin(
+        meter: Meter,
+        start: &Start<'a>,
+        shape: [usize; 2],
+        method: Method,
+    ) -> Result<Self, MethodError> {
+        let meter = Arc::new(meter);
+        let mut course = Self {
+            shape,
+            method: start(Arc::clone(&meter), shape, method),
+            meter,
+            state: State::Failed(RenderError::Interrupted),
+            shown: Vec::new(),
+            started: Instant::now(),
+            took: None,
+        };
+        course.advance()?;
+        Ok(course)
+    }
+
+    fn answer(&mut self, answer: Result<Batch, MethodError>) -> Result<(), MethodError> {
+        self.meter.exchange().answer(answer);
+        self.advance()
+    }
+
+    /// Takes the method up to where it asks or ends.
+    fn advance(&mut self) -> Result<(), MethodError> {
+        self.state = match advance(self.method.as_mut()) {
+            Poll::Ready(Ok(mut made)) => {
+                made.ending = self.meter.reason_for(made.ending);
+                self.took = Some(self.started.elapsed());
+                State::Ended(made)
+            }
+            Poll::Ready(Err(error)) => State::Failed(error),
+            Poll::Pending => {
+                let asked = self.meter.exchange().take();
+                asked.map_or(State::Failed(RenderError::Interrupted), State::Waiting)
+            }
+        };
+        let shown = self.meter.take_shown();
+        if !shown.is_empty() && self.meter.keeps_rates() {
+            self.shown.clear();
+        }
+        self.shown.extend(shown);
+        match &self.state {
+            State::Failed(error) => Err(error.clone()),
+            State::Waiting(_) | State::Ended(_) => Ok(()),
+        }
+    }
 }
 
 /// What a session is about to do.
@@ -158,41 +220,27 @@ impl<'a, V: Values> Session<'a, V> {
                 run(&meter, projection.borrow(), shape, axis.as_ref(), &method).await
             })
         };
-        let mut session = Self {
+        let known = kept.rates.then(Arc::default);
+        let mut meter = Meter::new(shape, limits(options, whole_batches, kept.rates));
+        meter.keep(known.clone(), kept.images);
+        check_options(shape, axis.as_ref().map(EnergyAxis::bins), options)?;
+        let course = Course::begin(meter, &start, shape, options.method.clone());
+        Ok(Self {
             start: Box::new(start),
             axis,
-            shape,
-            method: Box::pin(core::future::ready(Err(RenderError::Interrupted))),
-            meter: Arc::new(Meter::new([0, 0], limits(options, whole_batches))),
-            known: kept.rates.then(Arc::default),
+            known,
             keeps_images: kept.images,
             whole_batches,
-            state: State::Failed(RenderError::Interrupted),
-            shown: Vec::new(),
+            course: course.map_err(of_method)?,
             before: Before::default(),
-            started: Instant::now(),
             values: PhantomData,
-        };
-        session.begin(shape, options).map_err(of_method)?;
-        Ok(session)
-    }
-
-    /// Begins a rendering, up to the first points that it asks for.
-    fn begin(&mut self, shape: [usize; 2], options: &RenderOptions<'_>) -> Result<(), MethodError> {
-        check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
-        let mut meter = Meter::new(shape, limits(options, self.whole_batches));
-        meter.keep(self.known.clone(), self.keeps_images);
-        self.meter = Arc::new(meter);
-        self.method = (self.start)(Arc::clone(&self.meter), shape, options.method.clone());
-        self.shape = shape;
-        self.started = Instant::now();
-        self.shown.clear();
-        self.advance()
+        })
     }
 
     /// Continues a session with other options or another `shape` = \[height, width\], in the same view: to a
     /// tighter tolerance, to more pixels, with a larger budget. Rates that are known are used again and
-    /// cost nothing, but count for `max_evaluations` as if they had been made now.
+    /// cost nothing, but count for `max_evaluations` as if they had been made now. Points that were asked for
+    /// before are void.
     ///
     /// # Errors
     ///
@@ -203,13 +251,19 @@ impl<'a, V: Values> Session<'a, V> {
         options: &RenderOptions<'_>,
     ) -> Result<(), RenderError<Infallible>> {
         check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
+        let limits = limits(options, self.whole_batches, self.known.is_some());
+        let mut meter = Meter::new(shape, limits);
+        meter.keep(self.known.clone(), self.keeps_images);
+        let course = Course::begin(meter, &*self.start, shape, options.method.clone());
+        let course = course.map_err(of_method)?;
         self.before = self.so_far();
-        self.begin(shape, options).map_err(of_method)
+        self.course = course;
+        Ok(())
     }
 
     /// The points at which rates are wanted next; `None` once the rendering has ended.
     pub fn ask(&self) -> Option<Samples<'_>> {
-        match &self.state {
+        match &self.course.state {
             State::Waiting(batch) => Some(batch.samples()),
             State::Ended(_) | State::Failed(_) => None,
         }
@@ -220,10 +274,10 @@ impl<'a, V: Values> Session<'a, V> {
     ///
     /// # Errors
     ///
-    /// [`RenderError`]: a number of rates other than that of the points, a rate that is not finite, an image
-    /// that is not. If the number is wrong the session still waits.
+    /// [`RenderError`]: a number of rates other than that of the points, or a rate that is not finite: then
+    /// the session still waits. An image that is not finite.
     pub fn tell(&mut self, rates: &[f64]) -> Result<(), RenderError<Infallible>> {
-        let State::Waiting(batch) = &mut self.state else {
+        let State::Waiting(batch) = &mut self.course.state else {
             return Err(wrong_number(
                 rates.len(),
                 "none, as the session waits for no rates".into(),
@@ -233,10 +287,11 @@ impl<'a, V: Values> Session<'a, V> {
             let expected = format!("{}, one for each point asked for", batch.len());
             return Err(wrong_number(rates.len(), expected));
         }
+        check_finite(&batch.samples(), rates)?;
         batch.rates.copy_from_slice(rates);
-        self.meter.count(rates.len());
+        self.course.meter.count(rates.len());
         let batch = core::mem::take(batch);
-        self.answer(Ok(batch)).map_err(of_method)
+        self.course.answer(Ok(batch)).map_err(of_method)
     }
 
     /// Evaluates an emission at the points asked for, and goes on to the next ones; nothing if the rendering
@@ -255,28 +310,28 @@ impl<'a, V: Values> Session<'a, V> {
         emission: &E,
         progress: Option<&Progress<'_>>,
     ) -> Result<(), RenderError<E::Error>> {
-        let State::Waiting(batch) = &mut self.state else { return Ok(()) };
-        let answer = match Calls::new(emission, &self.meter, progress).evaluate(batch) {
+        let State::Waiting(batch) = &mut self.course.state else { return Ok(()) };
+        let answer = match Calls::new(emission, &self.course.meter, progress).evaluate(batch) {
             Ok(()) => Ok(core::mem::take(batch)),
             // The method may have an image all the same.
             Err(RenderError::Time { seconds }) => Err(RenderError::Time { seconds }),
             Err(error) => return Err(error),
         };
-        self.answer(answer).map_err(of_method)
+        self.course.answer(answer).map_err(of_method)
     }
 
     /// Whether there is nothing more to be evaluated.
     pub fn is_done(&self) -> bool {
-        !matches!(self.state, State::Waiting(_))
+        !matches!(self.course.state, State::Waiting(_))
     }
 
     /// What is known of the image: the rendering once it has ended, before that the latest image if the
     /// method has one on the way ([`Method::Vol`] has), with [`Ending::Unfinished`].
     pub fn rendering(&self) -> Option<Rendering<V>> {
-        match &self.state {
+        match &self.course.state {
             State::Ended(made) => Some(self.finished(made.clone())),
             State::Waiting(_) | State::Failed(_) => {
-                let [cube, error] = self.shown.last()?.maps.clone();
+                let [cube, error] = self.course.shown.last()?.maps.clone();
                 Some(self.finished(Made::new(cube, Some(error), Ending::Unfinished)))
             }
         }
@@ -284,7 +339,7 @@ impl<'a, V: Values> Session<'a, V> {
 
     /// The rendering of a session that has ended.
     pub(crate) fn into_rendering<E>(mut self) -> Result<Rendering<V>, RenderError<E>> {
-        match core::mem::replace(&mut self.state, State::Failed(RenderError::Interrupted)) {
+        match core::mem::replace(&mut self.course.state, State::Failed(RenderError::Interrupted)) {
             State::Ended(made) => Ok(self.finished(made)),
             State::Failed(error) => Err(of_method(error)),
             State::Waiting(_) => Err(RenderError::Interrupted),
@@ -297,7 +352,7 @@ impl<'a, V: Values> Session<'a, V> {
         callback: Option<&FrameCallback<'_>>,
     ) -> Result<(), RenderError<E>> {
         let Some(callback) = callback else { return Ok(()) };
-        for Shown { maps, evaluations, batches } in self.shown.drain(..) {
+        for Shown { maps, evaluations, batches } in self.course.shown.drain(..) {
             let [image, error] = &maps.map(|cube| match &self.axis {
                 Some(axis) => cube.sum_over_energy(axis),
                 None => cube.into_first(),
@@ -309,38 +364,13 @@ impl<'a, V: Values> Session<'a, V> {
         Ok(())
     }
 
-    fn answer(&mut self, answer: Result<Batch, MethodError>) -> Result<(), MethodError> {
-        self.meter.exchange().answer(answer);
-        self.advance()
-    }
-
-    /// Takes the method up to where it asks or ends.
-    fn advance(&mut self) -> Result<(), MethodError> {
-        self.state = match advance(self.method.as_mut()) {
-            Poll::Ready(Ok(made)) => State::Ended(made),
-            Poll::Ready(Err(error)) => State::Failed(error),
-            Poll::Pending => {
-                let asked = self.meter.exchange().take();
-                asked.map_or(State::Failed(RenderError::Interrupted), State::Waiting)
-            }
-        };
-        self.shown.extend(self.meter.take_shown());
-        if self.known.is_some() {
-            // Nobody is called for each: the latest is what can be asked for.
-            self.shown.drain(..self.shown.len().saturating_sub(1));
-        }
-        match &self.state {
-            State::Failed(error) => Err(error.clone()),
-            State::Waiting(_) | State::Ended(_) => Ok(()),
-        }
-    }
-
     fn so_far(&self) -> Before {
         Before {
-            evaluations: self.before.evaluations + self.meter.new_evaluations(),
-            batches: self.before.batches + self.meter.batches(),
-            emission_time: self.before.emission_time + self.meter.emission_time(),
-            total_time: self.before.total_time + self.started.elapsed(),
+            evaluations: self.before.evaluations + self.course.meter.new_evaluations(),
+            batches: self.before.batches + self.course.meter.batches(),
+            emission_time: self.before.emission_time + self.course.meter.emission_time(),
+            total_time: self.before.total_time
+                + self.course.took.unwrap_or_else(|| self.course.started.elapsed()),
         }
     }
 
@@ -348,9 +378,9 @@ impl<'a, V: Values> Session<'a, V> {
         let Before { evaluations, batches, emission_time, total_time } = self.so_far();
         let stats = RenderStats {
             evaluations,
-            evaluations_per_pixel: self.meter.evaluations_per_pixel(),
+            evaluations_per_pixel: self.course.meter.evaluations_per_pixel(),
             batches,
-            ending: self.meter.reason_for(made.ending),
+            ending: made.ending,
             energies: made.energies,
             base_level: made.base_level,
             smallest_feature: made.smallest_feature,
@@ -364,14 +394,14 @@ impl<'a, V: Values> Session<'a, V> {
 
 impl<V> core::fmt::Debug for Session<'_, V> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let state = match &self.state {
+        let state = match &self.course.state {
             State::Waiting(batch) => format!("waits for {} rates", batch.len()),
             State::Ended(_) => "has ended".to_owned(),
             State::Failed(error) => format!("has failed: {error}"),
         };
         f.debug_struct("Session")
-            .field("shape", &self.shape)
-            .field("evaluations", &self.meter.new_evaluations())
+            .field("shape", &self.course.shape)
+            .field("evaluations", &self.course.meter.new_evaluations())
             .field("state", &state)
             .finish_non_exhaustive()
     }

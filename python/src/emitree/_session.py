@@ -51,9 +51,9 @@ class Points:
 class Session:
     """One rendering that is held between its batches, for any way of evaluating an emission.
 
-    `ask` gives points, `tell` takes their rates; what is known of the image is in `rendering()` at
-    any time. A session that has ended can be continued with `resume`: no point is evaluated twice,
-    and the result is, bit by bit, that of the new options at once.
+    `ask` gives points, `tell` takes their rates; `rendering()` has the latest image, which only
+    method "vol" has before the end. A session that has ended can be continued with `resume`: no
+    point is evaluated twice, and the result is, bit by bit, that of the new options at once.
 
     camera, shape: as of `render`.
     options: keywords of `render` that tell what is rendered: tolerance, method, max_evaluations,
@@ -91,16 +91,19 @@ class Session:
     def tell(self, rates: Any) -> None:
         """Takes the rates (n,) at the points asked for, in `unit`, and goes on to the next points.
 
-        Raises `RenderError` if there are not as many rates as points, `EmissionError` if one is not
-        finite.
+        Raises `ValueError` if there are not as many rates as points, `EmissionError` if one is not
+        finite: then the session still waits for them.
         """
-        asked = self._native.ask()
-        count = len(asked[0]) if asked is not None else 0
+        count = self._native.waits_for()
+        if count is None:
+            raise ValueError("rates are told: expected none, as the session waits for no rates")
         unit = _units.to_text(self._options.get("unit"))
         self._native.tell(as_rates(rates, count, unit))
 
     def resume(self, shape: Sequence[int] | int | None = None, **options: Any) -> None:
         """Continues to a tighter tolerance, to more pixels, or with a larger budget.
+
+        Points that were asked for before are void; if it fails the session is as it was.
 
         shape: of the new image; as it is by default.
         options: those of the method and its limits; others stay as they are.

@@ -235,10 +235,13 @@ impl Scene {
     /// # Errors
     ///
     /// As [`Session::new`](emitree::Session::new).
-    pub fn session(self: &Arc<Self>) -> Result<Session<'static, Cube>, RenderError<Infallible>> {
+    pub fn session(
+        self: &Arc<Self>,
+        options: &RenderOptions<'_>,
+    ) -> Result<Session<'static, Cube>, RenderError<Infallible>> {
         let (camera, shape) = (SceneCamera(Arc::clone(self)), [self.height, self.width]);
         let axis = self.energy.as_ref().map(|energies| *energies.axis());
-        Session::with_energies(camera, shape, axis, &self.render_options())
+        Session::with_energies(camera, shape, axis, options)
     }
 
     /// Radiances, or their errors, in the quantity that the scene asks for.

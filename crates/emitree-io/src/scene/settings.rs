@@ -40,7 +40,8 @@ enum Kind {
     Los,
 }
 
-/// `line_energies` are in the unit of the energy axis; `length_unit` is that of the scene, for lengths with a unit of their own.
+/// `line_energies` are in the unit of the energy axis; `length_unit` is that of the scene, for lengths with
+/// a unit of their own.
 pub(super) fn read(
     mut table: Table,
     seeds: Vec<Seed>,

@@ -60,6 +60,7 @@ pub(super) async fn render(
     let needed = (lines.count() as u64).saturating_mul((FIRST_PANELS * NODES) as u64);
     let allowed = meter.evaluations_left();
     if needed > allowed {
+        meter.check_time()?;
         let what = format!("a first look at {} lines", lines.count());
         return Err(RenderError::Budget { what, needed, allowed });
     }

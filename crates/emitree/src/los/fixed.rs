@@ -61,6 +61,7 @@ pub(super) async fn render(
     let needed = (lines.count() as u64).saturating_mul(steps as u64);
     let allowed = meter.evaluations_left();
     if needed > allowed {
+        meter.check_time()?;
         let what = format!("{} lines of {steps} steps", lines.count());
         return Err(RenderError::Budget { what, needed, allowed });
     }
