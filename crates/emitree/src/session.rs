@@ -220,10 +220,11 @@ impl<'a, V: Values> Session<'a, V> {
                 run(&meter, projection.borrow(), shape, axis.as_ref(), &method).await
             })
         };
+        // Before anything is allocated.
+        check_options(shape, axis.as_ref().map(EnergyAxis::bins), options)?;
         let known = kept.rates.then(Arc::default);
         let mut meter = Meter::new(shape, limits(options, whole_batches, kept.rates));
         meter.keep(known.clone(), kept.images);
-        check_options(shape, axis.as_ref().map(EnergyAxis::bins), options)?;
         let course = Course::begin(meter, &start, shape, options.method.clone());
         Ok(Self {
             start: Box::new(start),
