@@ -1,4 +1,4 @@
-//! Evaluations of spectral cubes against bins × one image: the tables of docs/engine.md.
+//! Evaluations of spectral cubes against bins × one image: the tables of docs/results/engine.md.
 #![expect(clippy::print_stdout, reason = "this program prints tables")]
 //!
 //! `cargo run --release -p emitree --example cubes -- 32 1e-1,1e-2,1e-3` renders the cubes of

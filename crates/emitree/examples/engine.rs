@@ -1,4 +1,4 @@
-//! Evaluations against error: the tables of docs/engine.md.
+//! Evaluations against error: the tables of docs/results/engine.md.
 #![expect(clippy::print_stdout, reason = "this program prints tables")]
 //!
 //! `cargo run --release -p emitree --example engine -- named 1e-2,1e-3` renders the named problems

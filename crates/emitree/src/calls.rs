@@ -63,6 +63,10 @@ impl<'a, E: Emission> Calls<'a, E> {
     /// The rates of one batch.
     pub(crate) fn evaluate(&self, batch: &mut Batch) -> Result<(), RenderError<E::Error>> {
         let Batch { positions, directions, energies, rates } = batch;
+        if rates.is_empty() {
+            self.meter.check_time()?;
+            return self.tell_progress(self.meter.new_evaluations());
+        }
         let threads = rayon::current_num_threads();
         let per_call = rates.len().div_ceil(threads);
         let per_call = match self.emission.takes_whole_batches() {
@@ -137,6 +141,11 @@ impl<'a, E: Emission> Calls<'a, E> {
         let evaluations = self.meter.count(samples.len());
         result.map_err(RenderError::Emission)?;
         check_finite(samples, rates)?;
+        self.tell_progress(evaluations)
+    }
+
+    /// Tells how many evaluations there are, to whoever may end the rendering.
+    fn tell_progress(&self, evaluations: u64) -> Result<(), RenderError<E::Error>> {
         match self.progress.map(|progress| progress(evaluations)) {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
             _ => Ok(()),

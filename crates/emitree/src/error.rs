@@ -96,7 +96,7 @@ pub enum RenderError<E> {
     /// The emission model failed.
     #[error("the emission model failed: {0}")]
     Emission(#[source] E),
-    /// The progress callback ended the rendering.
+    /// A callback ended the rendering.
     #[error("the rendering was interrupted")]
     Interrupted,
 }

@@ -105,8 +105,14 @@ pub(crate) struct SpectralIntegrand<'a> {
 }
 
 impl Meter {
-    /// Nothing asked for yet; evaluations are counted for the pixels of an image of `shape`.
-    pub(crate) fn new(shape: [usize; 2], limits: Limits) -> Self {
+    /// Nothing asked for yet; evaluations are counted for the pixels of an image of `shape`. Rates that are
+    /// `known` are not asked for, and those that are told are added; images on the way are kept or not.
+    pub(crate) fn new(
+        shape: [usize; 2],
+        limits: Limits,
+        known: Option<Arc<Mutex<KnownRates>>>,
+        keeps_images: bool,
+    ) -> Self {
         Self {
             limits,
             exchange: Exchange::default(),
@@ -117,15 +123,9 @@ impl Meter {
             of_pixels: Tally::new(shape),
             used: Mutex::default(),
             new_evaluations: AtomicU64::new(0),
-            known: None,
-            shown: None,
+            known,
+            shown: keeps_images.then(Mutex::default),
         }
-    }
-
-    /// Uses rates that are known, and keeps those that are told; keeps images on the way or not.
-    pub(crate) fn keep(&mut self, known: Option<Arc<Mutex<KnownRates>>>, images: bool) {
-        self.known = known;
-        self.shown = images.then(Mutex::default);
     }
 
     /// Whether rates are kept.
@@ -281,7 +281,8 @@ impl Meter {
         Ok(())
     }
 
-    /// The sites from `first` on, at once; where nothing can be seen nothing is asked for.
+    /// The sites from `first` on, at once. Where nothing can be seen g is not evaluated, but the caller is
+    /// asked all the same: it may end the rendering.
     async fn evaluate_part<S: SiteSource + ?Sized>(
         &self,
         sites: &S,
@@ -290,12 +291,10 @@ impl Meter {
     ) -> Result<(), MethodError> {
         self.check_time()?;
         let mut batch = core::mem::take(&mut *locked(&self.used));
-        self.collect(sites, first, values, &mut batch);
-        if batch.len() > 0 {
-            let asked = batch.len() as u64;
-            batch = self.rates(batch).await?;
-            self.evaluations.fetch_add(asked, Ordering::Relaxed);
-        }
+        let of_pixels = self.collect(sites, first, values, &mut batch);
+        batch = self.rates(batch).await?;
+        self.evaluations.fetch_add(batch.len() as u64, Ordering::Relaxed);
+        of_pixels.into_iter().for_each(|(pixel, number)| self.of_pixels.count(pixel, number));
         if let Some(k) = weigh(values, &batch.rates) {
             return Err(RenderError::NotFinite {
                 rate: batch.rates[k],
@@ -320,15 +319,15 @@ impl Meter {
         Ok(batch)
     }
 
-    /// Collects the sample points of a part of a batch, counts them for their pixels, and leaves their
-    /// weights in `weights`: 0 where nothing can be seen.
+    /// Collects the sample points of a part of a batch, and leaves their weights in `weights`: 0 where nothing
+    /// can be seen. Returns how many there are in pixels, one after the other.
     fn collect<S: SiteSource + ?Sized>(
         &self,
         sites: &S,
         first: usize,
         weights: &mut [f64],
         batch: &mut Batch,
-    ) {
+    ) -> Vec<([usize; 2], usize)> {
         let number = weights.len();
         batch.make_room(number);
         let arrays = weights
@@ -339,30 +338,33 @@ impl Meter {
             let first = first + number * POINTS_PER_TASK;
             self.collect_part(sites, first, weights, [positions, directions])
         };
-        let parts: Vec<(usize, Vec<f64>)> = arrays.enumerate().map(part).collect();
+        let parts: Vec<Collected> = arrays.enumerate().map(part).collect();
         // Parts of which nothing was left out lie where they belong.
-        let mut seen = 0;
-        for (number, (of_part, energies)) in parts.into_iter().enumerate() {
+        let (mut seen, mut of_pixels) = (0, Vec::new());
+        for (number, part) in parts.into_iter().enumerate() {
+            let of_part = part.seen;
             let from = number * POINTS_PER_TASK;
             if from > seen {
                 batch.positions.copy_within(from..from + of_part, seen);
                 batch.directions.copy_within(from..from + of_part, seen);
             }
-            batch.energies.extend(energies);
+            batch.energies.extend(part.energies);
+            of_pixels.extend(part.of_pixels);
             seen += of_part;
         }
         batch.truncate(seen);
+        of_pixels
     }
 
-    /// The points of one task that can be seen: how many they are, and their energies.
+    /// The points of one task that can be seen.
     fn collect_part<S: SiteSource + ?Sized>(
         &self,
         sites: &S,
         first: usize,
         weights: &mut [f64],
         [positions, directions]: [&mut [[f64; 3]]; 2],
-    ) -> (usize, Vec<f64>) {
-        let mut energies = Vec::new();
+    ) -> Collected {
+        let (mut energies, mut of_pixels) = (Vec::new(), Vec::new());
         let mut of_pixel =
             OfPixel { line: [f64::NAN; 2], tile: (0, 1), pixel: [0; 2], evaluations: 0 };
         let (mut weights, mut count) = (weights.iter_mut(), 0);
@@ -380,16 +382,26 @@ impl Meter {
             if !of_pixel.has(stretch) {
                 let pixel = self.of_pixels.pixel(stretch.xy, stretch.tile);
                 if pixel != of_pixel.pixel {
-                    self.of_pixels.count(of_pixel.pixel, of_pixel.evaluations);
+                    of_pixels.push((of_pixel.pixel, of_pixel.evaluations));
                     of_pixel.evaluations = 0;
                 }
                 of_pixel = OfPixel { line: stretch.xy, tile: stretch.tile, pixel, ..of_pixel };
             }
             of_pixel.evaluations += count - before;
         });
-        self.of_pixels.count(of_pixel.pixel, of_pixel.evaluations);
-        (count, energies)
+        of_pixels.push((of_pixel.pixel, of_pixel.evaluations));
+        Collected { seen: count, energies, of_pixels }
     }
+}
+
+/// What one task has collected.
+struct Collected {
+    /// Points that can be seen.
+    seen: usize,
+    /// Their energies, if there is an axis.
+    energies: Vec<f64>,
+    /// How many of them are in pixels, one after the other.
+    of_pixels: Vec<([usize; 2], usize)>,
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -69,8 +69,6 @@ pub struct Session<'a, V = Image> {
     start: Box<Start<'a>>,
     axis: Option<EnergyAxis>,
     known: Option<Arc<Mutex<KnownRates>>>,
-    keeps_images: bool,
-    whole_batches: bool,
     course: Course<'a>,
     /// What was done before the session was resumed.
     before: Before,
@@ -223,15 +221,13 @@ impl<'a, V: Values> Session<'a, V> {
         // Before anything is allocated.
         check_options(shape, axis.as_ref().map(EnergyAxis::bins), options)?;
         let known = kept.rates.then(Arc::default);
-        let mut meter = Meter::new(shape, limits(options, whole_batches, kept.rates));
-        meter.keep(known.clone(), kept.images);
+        let limits = limits(options, whole_batches, kept.rates);
+        let meter = Meter::new(shape, limits, known.clone(), kept.images);
         let course = Course::begin(meter, &start, shape, options.method.clone());
         Ok(Self {
             start: Box::new(start),
             axis,
             known,
-            keeps_images: kept.images,
-            whole_batches,
             course: course.map_err(of_method)?,
             before: Before::default(),
             values: PhantomData,
@@ -252,9 +248,8 @@ impl<'a, V: Values> Session<'a, V> {
         options: &RenderOptions<'_>,
     ) -> Result<(), RenderError<Infallible>> {
         check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
-        let limits = limits(options, self.whole_batches, self.known.is_some());
-        let mut meter = Meter::new(shape, limits);
-        meter.keep(self.known.clone(), self.keeps_images);
+        // Whoever can resume a session has the loop, and keeps all.
+        let meter = Meter::new(shape, limits(options, true, true), self.known.clone(), true);
         let course = Course::begin(meter, &*self.start, shape, options.method.clone());
         let course = course.map_err(of_method)?;
         self.before = self.so_far();

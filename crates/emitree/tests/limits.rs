@@ -5,6 +5,8 @@ use emitree::{
     Bounds, Ellipsoid, Ending, FromFn, GeometryError, LosOptions, Method, Perspective, RenderError,
     RenderOptions, Steps, Threshold, Viewpoint, VolOptions, render,
 };
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -51,8 +53,32 @@ fn the_time_ends_every_method_with_the_best_image_so_far() {
             rendering.stats.total_time
         );
         assert!(rendering.values.pixels().iter().all(|pixel| pixel.is_finite()));
+        // A batch that was cut short is in no pixel.
+        let of_pixels = rendering.stats.evaluations_per_pixel.to_image();
+        let of_pixels: f64 = of_pixels.pixels().iter().sum();
+        assert!(0.0 < of_pixels && of_pixels <= rendering.stats.evaluations as f64);
         assert!(rendering.values.max_difference(&emitree::Image::zeros(4, 4)) > 0.0);
     }
+}
+
+/// Ctrl-C is heard where no line of sight meets the bounds, too.
+#[test]
+fn a_view_of_nothing_can_be_ended() {
+    let behind = camera(10.0, [0.0, -30.0, 0.0]).unwrap();
+    let never = FromFn(|_: [f64; 3], _: [f64; 3]| -> f64 { unreachable!("nothing is in view") });
+    let told = AtomicU64::new(0);
+    let stop = |evaluations: u64| {
+        assert_eq!(evaluations, 0);
+        told.fetch_add(1, Ordering::Relaxed);
+        ControlFlow::Break(())
+    };
+    let los = Method::Los(LosOptions { lines: 1, steps: Steps::Fixed(64) });
+    for method in [los, Method::Paper(BuildOptions::default())] {
+        let options = RenderOptions { progress: Some(&stop), ..RenderOptions::new(method) };
+        let ended = render(&never, &behind, [16, 16], &options);
+        assert_eq!(ended.unwrap_err(), RenderError::Interrupted);
+    }
+    assert_eq!(told.into_inner(), 2, "each ends at once");
 }
 
 #[test]

@@ -5,8 +5,8 @@
 //! where there are any.
 
 use super::SparseTree;
-use super::clan::ClanBuffer;
-use super::index::{clan, runs};
+use super::cousins::CousinBuffer;
+use super::index::{cousins, runs};
 use super::level::Level;
 use super::stencils::{FAMILIES_PER_TASK, Stencils};
 use core::cmp::Ordering;
@@ -87,8 +87,8 @@ impl<const D: usize> SparseTree<D> {
             return Vec::new();
         }
         let stencils = self.stencils(depth);
-        let new = || (Vec::new(), ClanBuffer::new::<D>(self.order()));
-        let of_task = |(mut missing, mut buffer): (Vec<_>, ClanBuffer), cells: &[[u32; D]]| {
+        let new = || (Vec::new(), CousinBuffer::new::<D>(self.order()));
+        let of_task = |(mut missing, mut buffer): (Vec<_>, CousinBuffer), cells: &[[u32; D]]| {
             for run in runs(cells) {
                 stencils.missing_of_run(run, &mut buffer, &mut missing);
             }
@@ -108,11 +108,11 @@ impl<const D: usize> Stencils<'_, D> {
     fn missing_of_run(
         &self,
         cells: &[[u32; D]],
-        buffer: &mut ClanBuffer,
+        buffer: &mut CousinBuffer,
         missing: &mut Vec<[u32; D]>,
     ) {
         if cells.len() == Level::<D>::SIBLINGS {
-            let reach = self.reach_of_family(clan(cells[0]));
+            let reach = self.reach_of_family(cousins(cells[0]));
             reach.for_each_missing(self.level, buffer, |family| missing.push(family));
             return;
         }

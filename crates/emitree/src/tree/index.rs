@@ -1,21 +1,21 @@
 //! Where the families of a refined level are: found by their position.
 //!
-//! The families whose parents are the cells of one family are a *clan*. A clan has one entry in a
+//! The families whose parents are the cells of one family are *cousins*. A block of cousins has one entry in a
 //! table, and its 2^D members lie side by side: neighbours are looked up in few steps, and a table
 //! with one entry for each 4^D cells stays in the cache of the processor.
 
 use crate::cell::{self, to_u32};
 use rustc_hash::FxHashMap;
 
-/// Marks a member of a clan that the level has not.
+/// Marks a member of a block of cousins that the level has not.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// The indices of families by their position.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FamilyIndex<const D: usize> {
-    /// Number of the clan, by the key of its position: that of its members' parents' family.
-    clans: FxHashMap<u64, u32>,
-    /// Family of each member, or [`NONE`], clan after clan; member `n` is the upper half along axis
+    /// Number of the block of cousins, by the key of its position: that of its members' parents' family.
+    cousin_blocks: FxHashMap<u64, u32>,
+    /// Family of each member, or [`NONE`], block of cousins after block; member `n` is the upper half along axis
     /// `a` where bit `a` of `n` is set.
     members: Vec<u32>,
 }
@@ -25,16 +25,20 @@ impl<const D: usize> FamilyIndex<D> {
 
     /// The index of `families`, which are numbered in their order.
     pub(super) fn of(families: &[[u32; D]]) -> Self {
-        // Members of a clan mostly follow each other.
-        let changes = families.windows(2).filter(|pair| clan(pair[0]) != clan(pair[1])).count();
-        let clans = (changes + 1).min(families.len());
+        // Members of a block of cousins mostly follow each other.
+        let changes =
+            families.windows(2).filter(|pair| cousins(pair[0]) != cousins(pair[1])).count();
+        let cousin_blocks = (changes + 1).min(families.len());
         let mut index = Self {
-            clans: FxHashMap::with_capacity_and_hasher(clans, rustc_hash::FxBuildHasher),
-            members: Vec::with_capacity(clans * Self::MEMBERS),
+            cousin_blocks: FxHashMap::with_capacity_and_hasher(
+                cousin_blocks,
+                rustc_hash::FxBuildHasher,
+            ),
+            members: Vec::with_capacity(cousin_blocks * Self::MEMBERS),
         };
         let mut family = 0;
         for run in runs(families) {
-            let members = index.members_or_new(clan(run[0]));
+            let members = index.members_or_new(cousins(run[0]));
             for &position in run {
                 members[member(position)] = to_u32(family);
                 family += 1;
@@ -43,34 +47,34 @@ impl<const D: usize> FamilyIndex<D> {
         index
     }
 
-    /// The number of the clan at `position`, or [`NONE`].
-    pub(super) fn clan_at(&self, position: [u32; D]) -> u32 {
-        self.clans.get(&cell::key(position)).copied().unwrap_or(NONE)
+    /// The number of the block of cousins at `position`, or [`NONE`].
+    pub(super) fn block_at(&self, position: [u32; D]) -> u32 {
+        self.cousin_blocks.get(&cell::key(position)).copied().unwrap_or(NONE)
     }
 
-    /// The family that is this member of a clan that there is, or [`NONE`].
-    pub(super) fn member_of(&self, clan: u32, member: usize) -> u32 {
-        self.members[clan as usize * Self::MEMBERS + member]
+    /// The family that is this member of a block of cousins that there is, or [`NONE`].
+    pub(super) fn member_of(&self, cousins: u32, member: usize) -> u32 {
+        self.members[cousins as usize * Self::MEMBERS + member]
     }
 
     /// The index of the family at `position`.
     pub(super) fn get(&self, position: [u32; D]) -> Option<usize> {
-        let clan = self.clan_at(clan(position));
-        if clan == NONE {
+        let cousins = self.block_at(cousins(position));
+        if cousins == NONE {
             return None;
         }
-        let family = self.member_of(clan, member(position));
+        let family = self.member_of(cousins, member(position));
         (family != NONE).then_some(family as usize)
     }
 
     /// Adds the family at `position`.
     pub(super) fn insert(&mut self, position: [u32; D], family: usize) {
-        self.members_or_new(clan(position))[member(position)] = to_u32(family);
+        self.members_or_new(cousins(position))[member(position)] = to_u32(family);
     }
 
-    fn members_or_new(&mut self, clan: [u32; D]) -> &mut [u32] {
-        let next = to_u32(self.clans.len());
-        let number = *self.clans.entry(cell::key(clan)).or_insert(next);
+    fn members_or_new(&mut self, cousins: [u32; D]) -> &mut [u32] {
+        let next = to_u32(self.cousin_blocks.len());
+        let number = *self.cousin_blocks.entry(cell::key(cousins)).or_insert(next);
         if number == next {
             self.members.resize(self.members.len() + Self::MEMBERS, NONE);
         }
@@ -78,19 +82,19 @@ impl<const D: usize> FamilyIndex<D> {
     }
 }
 
-/// The position of the clan of the family at `position`.
-pub(super) fn clan<const D: usize>(position: [u32; D]) -> [u32; D] {
+/// The position of the block of cousins of the family at `position`.
+pub(super) fn cousins<const D: usize>(position: [u32; D]) -> [u32; D] {
     position.map(|p| p >> 1)
 }
 
-/// Which member of its clan the family at `position` is.
+/// Which member of its block of cousins the family at `position` is.
 pub(super) fn member<const D: usize>(position: [u32; D]) -> usize {
     (0..D).fold(0, |member, axis| member | (position[axis] as usize & 1) << axis)
 }
 
-/// Families that follow each other and are of one clan.
+/// Families that follow each other and are of one block of cousins.
 pub(super) fn runs<const D: usize>(families: &[[u32; D]]) -> impl Iterator<Item = &[[u32; D]]> {
-    families.chunk_by(|a, b| clan(*a) == clan(*b))
+    families.chunk_by(|a, b| cousins(*a) == cousins(*b))
 }
 
 #[cfg(test)]
@@ -107,13 +111,13 @@ mod tests {
             assert_eq!(index.get(position), Some(number));
         }
         assert_eq!([[3, 2], [6, 0], [9, 9]].map(|position| index.get(position)), [None; 3]);
-        let clan = index.clan_at([1, 1]);
-        assert_eq!([0, 1, 2, 3].map(|member| index.member_of(clan, member)), [3, NONE, 0, 1]);
+        let cousins = index.block_at([1, 1]);
+        assert_eq!([0, 1, 2, 3].map(|member| index.member_of(cousins, member)), [3, NONE, 0, 1]);
         assert_eq!(FamilyIndex::<3>::of(&[]).get([0; 3]), None);
     }
 
     #[test]
-    fn runs_are_of_one_clan() {
+    fn runs_are_of_one_block() {
         let families = [[0, 0], [1, 1], [2, 0], [0, 1]];
         let lengths: Vec<usize> = runs(&families).map(<[_]>::len).collect();
         assert_eq!(lengths, [2, 1, 1]);

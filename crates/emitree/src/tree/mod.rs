@@ -16,7 +16,7 @@
 //! The tree knows neither cameras nor units: it sees a function on the unit cube.
 
 mod build;
-mod clan;
+mod cousins;
 mod ghosts;
 mod halves;
 mod index;

@@ -1,8 +1,8 @@
 //! Stencils on one level of a tree: gathering the averages around cells, and predicting families from
-//! them, one by one or whole clans at once.
+//! them, one by one or whole blocks of cousins at once.
 
-use super::clan::{ClanBuffer, ClanReach};
-use super::index::{clan, runs};
+use super::cousins::{CousinBuffer, CousinReach};
+use super::index::{cousins, runs};
 use super::level::Level;
 use super::points::PointPredictor;
 use crate::cell::{power, to_u32};
@@ -105,8 +105,8 @@ impl<const D: usize> Stencils<'_, D> {
     }
 
     /// Which families the stencils of the cells of the family at `position` touch.
-    pub(super) fn reach_of_family(&self, position: [u32; D]) -> ClanReach<D> {
-        ClanReach::new(position, self.level.level, self.predictor.order(), self.periodic)
+    pub(super) fn reach_of_family(&self, position: [u32; D]) -> CousinReach<D> {
+        CousinReach::new(position, self.level.level, self.predictor.order(), self.periodic)
     }
 
     /// Fills `buffer.block` with the averages around the cell at `position`, axis 0 fastest; every
@@ -172,9 +172,9 @@ impl<const D: usize> Stencils<'_, D> {
         }
         let siblings = Level::<D>::SIBLINGS;
         let order = self.predictor.order();
-        let new_buffers = || (StencilBuffer::new::<D>(order), ClanBuffer::new::<D>(order));
+        let new_buffers = || (StencilBuffer::new::<D>(order), CousinBuffer::new::<D>(order));
         let predict_task =
-            |(stencil, of_clan): &mut (StencilBuffer, ClanBuffer),
+            |(stencil, of_cousins): &mut (StencilBuffer, CousinBuffer),
              (task, (values, families)): (usize, (&mut [f64], &[[u32; D]]))| {
                 let mut children = values.iter_mut();
                 let mut numbers = task * FAMILIES_PER_TASK * siblings..;
@@ -186,17 +186,17 @@ impl<const D: usize> Stencils<'_, D> {
                     }
                 };
                 for run in runs(families) {
-                    if run.len() < LEAST_OF_CLAN {
+                    if run.len() < LEAST_COUSINS {
                         for &position in run {
                             self.predict(position, stencil);
                             settle_family(&stencil.block[..siblings]);
                         }
                         continue;
                     }
-                    let reach = self.reach_of_family(clan(run[0]));
-                    reach.predict(self.level, self.predictor, self.points, of_clan);
+                    let reach = self.reach_of_family(cousins(run[0]));
+                    reach.predict(self.level, self.predictor, self.points, of_cousins);
                     for &position in run {
-                        settle_family(of_clan.children_of(position));
+                        settle_family(of_cousins.children_of(position));
                     }
                 }
             };
@@ -208,8 +208,8 @@ impl<const D: usize> Stencils<'_, D> {
     }
 }
 
-/// From so many members on a clan is predicted at once, whatever is missing.
-const LEAST_OF_CLAN: usize = 3;
+/// From so many members on a block of cousins is predicted at once, whatever is missing.
+const LEAST_COUSINS: usize = 3;
 /// Families that one task of a parallel loop predicts: some microseconds of work.
 pub(super) const FAMILIES_PER_TASK: usize = 256;
 
@@ -218,7 +218,7 @@ mod tests {
     use crate::Threshold;
     use crate::quadrature::{CellRule, Pointwise};
     use crate::tree::points::PointPredictor;
-    use crate::tree::stencils::{LEAST_OF_CLAN, StencilBuffer};
+    use crate::tree::stencils::{LEAST_COUSINS, StencilBuffer};
     use crate::tree::{BuildOptions, SparseTree, build};
 
     fn tree<const D: usize>(order: usize, periodic: [bool; D]) -> SparseTree<D> {
@@ -234,7 +234,7 @@ mod tests {
         build(&Pointwise(f), periodic, &options).unwrap().tree
     }
 
-    /// Families of a clan one by one, and all at once: borders, ghosts and all.
+    /// Families of a block of cousins one by one, and all at once: borders, ghosts and all.
     fn same_bits<const D: usize>(tree: &SparseTree<D>) {
         let siblings = 1 << D;
         for depth in 1..tree.levels.len() {
@@ -254,13 +254,13 @@ mod tests {
     }
 
     #[test]
-    fn clans_are_predicted_to_the_bit_as_their_members() {
+    fn blocks_are_predicted_to_the_bit_as_their_members() {
         for order in [1, 3, 5, 7, 9] {
             for periodic in [false, true] {
                 same_bits(&tree(order, [periodic; 1]));
                 same_bits(&tree(order, [periodic, false]));
                 let mut three = tree(order, [false, periodic, false]);
-                assert!(three.levels[2].own > LEAST_OF_CLAN);
+                assert!(three.levels[2].own > LEAST_COUSINS);
                 same_bits(&three);
                 three.points = Some(PointPredictor::new(order));
                 same_bits(&three);

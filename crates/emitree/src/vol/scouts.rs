@@ -1,7 +1,7 @@
 //! Scouts: points of the volume at which whole spectra are sampled.
 //!
 //! They tell which energies are worth integrating, and whether those still explain what new lines
-//! have found. Some look into every bin; where a spectrum shows structure it is refined. Glances are
+//! have found. Some look into every bin; where a spectrum shows structure it is refined. Spot checks are
 //! single samples at many places and energies: where one is not explained a scout is sent.
 
 use super::dyadic::{spacing, unit};
@@ -16,15 +16,15 @@ use std::collections::BTreeSet;
 
 /// The finest lattice that looks into every bin; with more bins than that, into some of them.
 const FINEST_FULL_LEVEL: u8 = 10;
-/// The lattice of glances, for few bins: a line is as narrow in a wide bin as in a narrow one…
-const LEAST_GLANCE_LEVEL: u8 = 7;
+/// The lattice of spot checks, for few bins: a line is as narrow in a wide bin as in a narrow one…
+const LEAST_CHECKED_LEVEL: u8 = 7;
 /// …is finer than the bins by so many levels…
-const GLANCE_LEVELS: u8 = 2;
+const CHECKED_LEVELS: u8 = 2;
 /// …up to this one.
-const FINEST_GLANCE_LEVEL: u8 = 8;
+const FINEST_CHECKED_LEVEL: u8 = 8;
 /// The lattice that the energies of lines are rounded to.
 pub(crate) const LINE_LEVEL: u8 = 15;
-/// The most scouts that glances may send.
+/// The most scouts that spot checks may send.
 const MOST_FOLLOWED: usize = 16;
 /// No spectrum has to be more precise than others by more than this.
 const LEAST_PRECISION: f64 = 1e-4;
@@ -51,14 +51,14 @@ pub(crate) struct Scout {
     /// How much more precise than others its spectrum has to be, 1 or less: an energy is learned from
     /// it, and may be brighter elsewhere.
     precision: f64,
-    /// Where a glance has found something.
+    /// Where a spot check has found something.
     wanted: BTreeSet<u32>,
     pub(crate) spectrum: Spectrum,
 }
 
 /// One sample that is compared with what the energies make expect.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Glance {
+pub(crate) struct SpotCheck {
     pub(crate) post: Post,
     /// A place of the energy axis.
     pub(crate) energy: u32,
@@ -94,38 +94,38 @@ impl<'a> Scouts<'a> {
         }
     }
 
-    /// Sends scouts to the posts of the glances that the energies explain least, if they leave more
-    /// than `allowed`. Each glance is a post, a place of the energy axis, the path and what is
+    /// Sends scouts to the posts of the spot checks that the energies explain least, if they leave more
+    /// than `allowed`. Each is a post, a place of the energy axis, the path and what is
     /// expected of it.
-    pub(crate) async fn glance(
+    pub(crate) async fn spot_check(
         &mut self,
         layers: &[View<'_>],
-        glances: &[Glance],
+        checks: &[SpotCheck],
         allowed: f64,
     ) -> Result<(), Stop> {
-        let points: Vec<_> = glances.iter().map(|glance| (glance.post, glance.energy)).collect();
+        let points: Vec<_> = checks.iter().map(|check| (check.post, check.energy)).collect();
         let rates = View::spectral_rates(layers, &points, &self.bins).await?;
-        let unexplained = |(glance, rate): (&Glance, f64)| {
-            let wrong = (rate - glance.expected).abs() / self.bins.density(unit(glance.energy));
-            (wrong * glance.path, *glance)
+        let unexplained = |(check, rate): (&SpotCheck, f64)| {
+            let wrong = (rate - check.expected).abs() / self.bins.density(unit(check.energy));
+            (wrong * check.path, *check)
         };
-        let mut found: Vec<(f64, Glance)> = glances.iter().zip(rates).map(unexplained).collect();
+        let mut found: Vec<(f64, SpotCheck)> = checks.iter().zip(rates).map(unexplained).collect();
         found.retain(|(wrong, _)| *wrong > allowed);
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, glance) in found.into_iter().take(MOST_FOLLOWED) {
-            self.add(glance.post, glance.path, false);
-            let scout = self.scouts.iter_mut().find(|scout| scout.post == glance.post);
+        for (_, check) in found.into_iter().take(MOST_FOLLOWED) {
+            self.add(check.post, check.path, false);
+            let scout = self.scouts.iter_mut().find(|scout| scout.post == check.post);
             if let Some(scout) = scout {
-                scout.wanted.insert(glance.energy);
+                scout.wanted.insert(check.energy);
             }
         }
         Ok(())
     }
 
-    /// The lattice of the energies of glances.
-    pub(crate) fn glance_level(&self) -> u8 {
+    /// The lattice of the energies of spot checks.
+    pub(crate) fn checked_level(&self) -> u8 {
         let level = self.level_of_bins();
-        (level + GLANCE_LEVELS).clamp(LEAST_GLANCE_LEVEL, FINEST_GLANCE_LEVEL.max(level))
+        (level + CHECKED_LEVELS).clamp(LEAST_CHECKED_LEVEL, FINEST_CHECKED_LEVEL.max(level))
     }
 
     /// Has every spectrum sampled at these energies from now on, in the unit of the axis.

@@ -7,7 +7,7 @@ use super::exam::Exam;
 use super::image_tree::ImageTree;
 use super::line::Line;
 use super::round::Scan;
-use super::scouts::{Glance, LINE_LEVEL, Post, Scouts};
+use super::scouts::{LINE_LEVEL, Post, Scouts, SpotCheck};
 use super::seeds::Looks;
 use super::sheet::Sheet;
 use super::sights::{EnergySample, Sights, Stop, View};
@@ -42,10 +42,10 @@ const FULL_SCOUTS: usize = 3;
 /// A third of the scouts are where lines are brightest, a third on lines beyond this share of the
 /// brightest one, and a third anywhere: at other energies they may be bright.
 const DIM: f64 = 1e-2;
-/// From line to line glances at dark lines go on by so many depths.
+/// From line to line spot checks of dark lines go on by so many depths.
 const DEPTH_STRIDE: usize = 5;
-/// Each line of the base is glanced at in one of so many energies.
-const GLANCE_PARTS: u32 = 8;
+/// Each line of the base is checked at one of so many energies.
+const CHECKED_PARTS: u32 = 8;
 /// The most energies: this many for each bin, and some more.
 const ENERGIES_PER_BIN: usize = 2;
 const MORE_ENERGIES: usize = 16;
@@ -237,7 +237,7 @@ impl<'b> Engine<'b> {
             return Ok(false);
         }
         Ok(self.learn_energies(largest).await?
-            && self.glance(largest).await?
+            && self.spot_check(largest).await?
             && self.learn_energies(largest).await?)
     }
 
@@ -367,12 +367,12 @@ impl<'b> Engine<'b> {
 
     /// Single samples on all lines of the base, each line at a part of the energies, and scouts where
     /// those are not explained; whether the budget allowed it.
-    async fn glance(&mut self, largest: f64) -> Result<bool, MethodError> {
+    async fn spot_check(&mut self, largest: f64) -> Result<bool, MethodError> {
         let views = self.views();
         let layers = self.layers.len();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
-        let step = spacing(spectra.scouts.glance_level());
-        let mut glances = Vec::new();
+        let step = spacing(spectra.scouts.checked_level());
+        let mut checks = Vec::new();
         for (layer, sheet) in self.sheets[..layers].iter().enumerate() {
             let Scan { sights, tree, base_level, .. } = &sheet.scan;
             for (i, line) in sights.lines.iter().enumerate().filter(|(i, _)| !sights.is_closed(*i))
@@ -389,13 +389,13 @@ impl<'b> Engine<'b> {
                 let post = Post { layer, place: tree.nodes()[i].place, depth: brightest.depth };
                 // Neighbours look at different energies.
                 let [x, y] = post.place.map(|along| along / spacing(*base_level));
-                let first = (3 * x + y) % GLANCE_PARTS;
+                let first = (3 * x + y) % CHECKED_PARTS;
                 let rates = || {
                     let of_layer = self.sheets.iter().skip(layer).step_by(layers);
                     of_layer.map(|sheet| sheet.scan.sights.lines[i].rate(post.depth))
                 };
-                let energies = (first..=STEPS / step).step_by(GLANCE_PARTS as usize);
-                glances.extend(energies.map(|k| k * step).map(|energy| Glance {
+                let energies = (first..=STEPS / step).step_by(CHECKED_PARTS as usize);
+                checks.extend(energies.map(|k| k * step).map(|energy| SpotCheck {
                     post,
                     energy,
                     path,
@@ -404,7 +404,7 @@ impl<'b> Engine<'b> {
             }
         }
         let allowed = spectra.share * self.tolerance * largest;
-        within_budget(spectra.scouts.glance(&views, &glances, allowed).await)
+        within_budget(spectra.scouts.spot_check(&views, &checks, allowed).await)
     }
 }
 

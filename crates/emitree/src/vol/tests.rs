@@ -27,7 +27,7 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     };
     let vol = VolOptions { tolerance, ..Default::default() };
     let tiles = [Tile { projection: &Canonical, shape: SHAPE, place: (0, 1) }];
-    let meters = [(); 2].map(|()| Meter::new(SHAPE, limits));
+    let meters = [(); 2].map(|()| Meter::new(SHAPE, limits, None, false));
     let engine = render(&meters[0], &tiles, None, &vol);
     Calls::new(&emission, &meters[0], None).drive(pin!(engine)).unwrap();
     let tree = by_tree(&meters[1], &tiles, None, &vol, LayerSamples::default());

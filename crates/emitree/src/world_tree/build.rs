@@ -151,7 +151,7 @@ pub fn build_world_tree<E: Emission>(
         whole_batches: emission.takes_whole_batches(),
     };
     // There are no pixels that evaluations could be counted for.
-    let meter = Meter::new([0, 0], limits);
+    let meter = Meter::new([0, 0], limits, None, false);
     let build_options = BuildOptions {
         order: options.order,
         base_level: options.base_level,

@@ -39,7 +39,7 @@ pub(super) fn evaluations_of_tree(
     // A limit would make the tree go another way, so it is stopped from outside.
     let (max_evaluations, batch_size, whole_batches) = (u64::MAX, u64::MAX, false);
     let limits = Limits { max_evaluations, batch_size, whole_batches, deadline };
-    let meter = Meter::new([0, 0], limits);
+    let meter = Meter::new([0, 0], limits, None, false);
     let vol = VolOptions { tolerance, ..VolOptions::default() };
     let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
     let mut tree = pin!(by_tree(&meter, &tiles, None, &vol, LayerSamples::default()));

@@ -1,7 +1,7 @@
-//! Prediction of a whole clan at once: of the families whose parents are the cells of one family.
+//! Prediction of a whole block of cousins at once: of the families whose parents are the cells of one family.
 //!
 //! The stencils of neighbouring cells have most of their cells in common. For order 3 in three
-//! dimensions a clan needs 4³ averages from 27 families, found in 8 look-ups, where its members one
+//! dimensions a block of cousins needs 4³ averages from 27 families, found in 8 look-ups, where its members one
 //! by one need 8 · 3³ averages from 8 · 8 families; and what is made along one axis serves two cells
 //! along the next. Every number is made as [`Predictor::predict_family`] makes it, from the same
 //! numbers in the same order: the result is the same to the last bit.
@@ -9,16 +9,16 @@
 //! [`Predictor::predict_family`]: crate::Predictor
 
 use super::halves::{Halves, Means, Values};
-use super::index::{NONE, clan, member};
+use super::index::{NONE, cousins, member};
 use super::level::Level;
 use super::points::PointPredictor;
 use crate::cell::{power, to_u32};
 use crate::prediction::{MAX_ORDER, Predictor, Stencil};
 
-/// Families that the stencils of a clan touch along an axis, at the most.
+/// Families that the stencils of a block of cousins touch along an axis, at the most.
 const MOST_FAMILIES: usize = MAX_ORDER / 2 + 2;
-/// And their clans.
-const MOST_CLANS: usize = MOST_FAMILIES / 2 + 1;
+/// And their blocks.
+const MOST_BLOCKS: usize = MOST_FAMILIES / 2 + 1;
 
 /// What the stencils of the two cells of a family touch along one axis.
 #[derive(Clone, Copy)]
@@ -55,17 +55,17 @@ impl Span {
 }
 
 /// What the stencils of all cells of one family touch.
-pub(super) struct ClanReach<const D: usize> {
+pub(super) struct CousinReach<const D: usize> {
     spans: [Span; D],
 }
 
-/// Working memory for one clan, kept from clan to clan.
+/// Working memory for one block of cousins, kept from block to block.
 #[derive(Debug)]
-pub(super) struct ClanBuffer {
-    /// Numbers of the clans that the reach touches, and of its families: axis 0 slowest.
-    clans: Vec<u32>,
+pub(super) struct CousinBuffer {
+    /// Numbers of the blocks that the reach touches, and of its families: axis 0 slowest.
+    cousin_blocks: Vec<u32>,
     families: Vec<u32>,
-    /// Averages around the clan, and in the end those of its members' cells, axis 0 slowest.
+    /// Averages around the block of cousins, and in the end those of its members' cells, axis 0 slowest.
     block: Vec<f64>,
     scratch: Vec<f64>,
     /// Where the upper halves of each child are in a block of 4^D.
@@ -73,12 +73,12 @@ pub(super) struct ClanBuffer {
     children: Vec<f64>,
 }
 
-impl ClanBuffer {
+impl CousinBuffer {
     pub(super) fn new<const D: usize>(order: usize) -> Self {
         // Each pass makes 4 of `order` + 1.
         let length = power((order + 1).max(4), D);
         Self {
-            clans: Vec::with_capacity(power(MOST_CLANS, D)),
+            cousin_blocks: Vec::with_capacity(power(MOST_BLOCKS, D)),
             families: Vec::with_capacity(power(order / 2 + 2, D)),
             block: vec![0.0; length],
             scratch: vec![0.0; length],
@@ -87,7 +87,7 @@ impl ClanBuffer {
         }
     }
 
-    /// The children of the family at `position`, a member of the clan that was predicted.
+    /// The children of the family at `position`, a member of the block of cousins that was predicted.
     pub(super) fn children_of<const D: usize>(&mut self, position: [u32; D]) -> &[f64] {
         let block = &self.block[2 * self.places[member(position)]..];
         for (child, &place) in self.children.iter_mut().zip(&self.places) {
@@ -97,7 +97,7 @@ impl ClanBuffer {
     }
 }
 
-impl<const D: usize> ClanReach<D> {
+impl<const D: usize> CousinReach<D> {
     /// Of the family at `position` of `level`.
     pub(super) fn new(position: [u32; D], level: u8, order: usize, periodic: [bool; D]) -> Self {
         let span = |axis: usize| Span::new(position[axis], level, order, periodic[axis]);
@@ -110,9 +110,9 @@ impl<const D: usize> ClanReach<D> {
     }
 
     /// Finds the families in their level: [`NONE`] for those that it lacks.
-    fn find(&self, level: &Level<D>, buffer: &mut ClanBuffer) {
-        let ClanBuffer { clans, families, .. } = buffer;
-        clans.clear();
+    fn find(&self, level: &Level<D>, buffer: &mut CousinBuffer) {
+        let CousinBuffer { cousin_blocks, families, .. } = buffer;
+        cousin_blocks.clear();
         families.clear();
         let position_of =
             |at: [usize; D]| core::array::from_fn(|axis| self.spans[axis].families[at[axis]]);
@@ -123,22 +123,22 @@ impl<const D: usize> ClanReach<D> {
             });
             return;
         };
-        // Along each axis, the clan of each family, and a family of each clan.
-        let (mut clan_of, mut family_of) = ([[0; MOST_FAMILIES]; D], [[0; MOST_CLANS]; D]);
-        let mut clan_counts = [1; D];
+        // Along each axis, the block of cousins of each family, and a family of each block.
+        let (mut block_of, mut family_of) = ([[0; MOST_FAMILIES]; D], [[0; MOST_BLOCKS]; D]);
+        let mut block_counts = [1; D];
         for axis in 0..D {
             let Span { families, count, .. } = &self.spans[axis];
             for family in 1..*count {
                 if families[family] >> 1 != families[family - 1] >> 1 {
-                    family_of[axis][clan_counts[axis]] = family;
-                    clan_counts[axis] += 1;
+                    family_of[axis][block_counts[axis]] = family;
+                    block_counts[axis] += 1;
                 }
-                clan_of[axis][family] = clan_counts[axis] - 1;
+                block_of[axis][family] = block_counts[axis] - 1;
             }
         }
-        for_each(clan_counts, |at| {
+        for_each(block_counts, |at| {
             let family = core::array::from_fn(|axis| family_of[axis][at[axis]]);
-            clans.push(index.clan_at(clan(position_of(family))));
+            cousin_blocks.push(index.block_at(cousins(position_of(family))));
         });
         let last = &self.spans[D - 1];
         let mut rows = counts;
@@ -146,14 +146,14 @@ impl<const D: usize> ClanReach<D> {
         for_each(rows, |at| {
             let (mut first, mut half) = (0, 0);
             for axis in 0..D - 1 {
-                first = (first + clan_of[axis][at[axis]]) * clan_counts[axis + 1];
+                first = (first + block_of[axis][at[axis]]) * block_counts[axis + 1];
                 half |= (self.spans[axis].families[at[axis]] as usize & 1) << axis;
             }
-            for (clan, family) in clan_of[D - 1].iter().zip(&last.families[..last.count]) {
+            for (cousins, family) in block_of[D - 1].iter().zip(&last.families[..last.count]) {
                 let half = half | (*family as usize & 1) << (D - 1);
-                families.push(match clans[first + clan] {
+                families.push(match cousin_blocks[first + cousins] {
                     NONE => NONE,
-                    clan => index.member_of(clan, half),
+                    cousins => index.member_of(cousins, half),
                 });
             }
         });
@@ -163,7 +163,7 @@ impl<const D: usize> ClanReach<D> {
     pub(super) fn for_each_missing(
         &self,
         level: &Level<D>,
-        buffer: &mut ClanBuffer,
+        buffer: &mut CousinBuffer,
         mut visit: impl FnMut([u32; D]),
     ) {
         self.find(level, buffer);
@@ -180,9 +180,9 @@ impl<const D: usize> ClanReach<D> {
 
     /// Fills the block with the averages of N + 1 cells along each axis; the last ones are not used
     /// where both stencils are the same, and what the level lacks is 0.
-    fn gather<const N: usize>(&self, level: &Level<D>, buffer: &mut ClanBuffer) {
+    fn gather<const N: usize>(&self, level: &Level<D>, buffer: &mut CousinBuffer) {
         self.find(level, buffer);
-        let ClanBuffer { families, block, .. } = buffer;
+        let CousinBuffer { families, block, .. } = buffer;
         // Along each axis, of each cell: what it adds to the index of its family, and of the child.
         let mut places = [[(0, 0); MAX_ORDER + 1]; D];
         let mut stride = 1;
@@ -211,14 +211,14 @@ impl<const D: usize> ClanReach<D> {
         });
     }
 
-    /// Predicts the families of the clan, for [`children_of`](ClanBuffer::children_of). Those that the
+    /// Predicts the families of the block of cousins, for [`children_of`](CousinBuffer::children_of). Those that the
     /// level lacks a cell for get numbers without a meaning.
     pub(super) fn predict(
         &self,
         level: &Level<D>,
         predictor: &Predictor,
         points: Option<&PointPredictor>,
-        buffer: &mut ClanBuffer,
+        buffer: &mut CousinBuffer,
     ) {
         match self.order() {
             1 => self.predict_with::<1>(level, predictor, points, buffer),
@@ -236,7 +236,7 @@ impl<const D: usize> ClanReach<D> {
         level: &Level<D>,
         predictor: &Predictor,
         points: Option<&PointPredictor>,
-        buffer: &mut ClanBuffer,
+        buffer: &mut CousinBuffer,
     ) {
         self.gather::<N>(level, buffer);
         match points {
@@ -248,10 +248,10 @@ impl<const D: usize> ClanReach<D> {
     /// Makes 4 halves of 2 cells along one axis after the other, axis 0 first.
     fn split<const N: usize, H: Halves<N>>(
         &self,
-        buffer: &mut ClanBuffer,
+        buffer: &mut CousinBuffer,
         halves: impl Fn(Stencil) -> H,
     ) {
-        let ClanBuffer { block, scratch, .. } = buffer;
+        let CousinBuffer { block, scratch, .. } = buffer;
         let (mut done, mut rest) = (1, power(N + 1, D - 1));
         for Span { stencils, shift, .. } in &self.spans {
             let of_cells = stencils.map(&halves);
