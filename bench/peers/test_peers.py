@@ -16,7 +16,6 @@ from .counter import Counter, GridMemo, PointMemo
 from .scene import Scene, relative_error
 from .scenes import SCENES
 
-
 #: Those that have settings for it.
 OF_EQ8 = [one for one in CONTESTANTS.values() if one.settings_of("eq8")]
 

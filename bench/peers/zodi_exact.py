@@ -1,8 +1,8 @@
 """The exact image of `zodi` by quadrature: `python -m peers.zodi_exact` writes zodi_exact.npz.
 
-Lines of sight are cut where the rate has kinks, in the planes of the cloud and of the ring, and into
-short panels near the Earth, where the ring and the inner edges of the bands are. Pixels are means
-over order x order Gauss nodes, more finely near the ecliptic. The two ways share no panel.
+Lines of sight are cut where the rate has kinks, in the planes of the cloud and of the ring, and
+into short panels near the Earth, where the ring and the inner edges of the bands are. Pixels are
+means over order x order Gauss nodes, more finely near the ecliptic. The two ways share no panel.
 """
 
 import time
@@ -47,9 +47,7 @@ def radiances(directions: np.ndarray, near: int, far: int, nodes: int) -> np.nda
     node, weight = gauss.nodes(nodes)
     length = np.diff(borders, axis=1)
     s = borders[:, :-1, None] + length[..., None] * node
-    places = (
-        start + s * directions[:, axis, None, None] for axis, start in enumerate(zodi.EARTH)
-    )
+    places = (start + s * directions[:, axis, None, None] for axis, start in enumerate(zodi.EARTH))
     return np.einsum("ij,ijk,k->i", length, zodi.rate(*places), weight)
 
 

@@ -115,7 +115,11 @@ CONTESTANTS = [
         distribution="scipy",
         about="`scipy.integrate.cubature`, Genz-Malik rule, of a vector of all pixels",
         run=_together_by_scipy,
-        settings={OTHERWISE: _settings(10, 1, 0.3, 0.1, 0.01), "smile": _settings(10, 1, 0.3), "zodi": []},
+        settings={
+            OTHERWISE: _settings(10, 1, 0.3, 0.1, 0.01),
+            "smile": _settings(10, 1, 0.3),
+            "zodi": [],
+        },
         modules=("scipy.integrate",),
         patience=1,
         for_users=True,
