@@ -200,7 +200,7 @@ def test_names_are_those_of_contestants_and_scenes():
     assert [one.name for one in contestants] == ["emitree", "yt grid"]
     assert [one.name for one in scenes] == ["smile"]
     contestants, scenes = command.selected(["users"])
-    assert [one.name for one in scenes] == ["eq8", "smile"]
+    assert [one.name for one in scenes] == ["eq8", "smile", "zodi"]
     assert {"emitree", "raysect"} < {one.name for one in contestants} < set(CONTESTANTS)
     with pytest.raises(ValueError, match=r"unknown contestants or scenes \['nobody'\]"):
         command.selected(["eq8", "nobody"])
