@@ -94,6 +94,8 @@ def _closest(rows: Sequence[Row]) -> Row | None:
 
 def _missed(rows: Sequence[Row]) -> str:
     """What is said of rows none of which has an error that is wanted."""
+    if not rows:
+        return "not measured"
     failed = [row for row in rows if not row.found]
     return "; ".join(["missed", *(f"{row.setting} {row.note}" for row in failed[-1:])])
 
