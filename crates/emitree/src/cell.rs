@@ -96,6 +96,16 @@ pub(crate) fn key<const D: usize>(position: [u32; D]) -> u64 {
     position.iter().rev().fold(0, |key, &p| key << bits | u64::from(p))
 }
 
+/// The whole part of a number of nodes or depths, which is 0 or more.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates as it should"
+)]
+pub(crate) fn whole(number: f64) -> usize {
+    number as usize
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

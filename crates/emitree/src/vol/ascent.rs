@@ -3,7 +3,7 @@
 //! A scattered sample may have but the foot of something small. All ascents take their steps side by side,
 //! so that each step is one batch, and no point is asked for twice.
 
-use super::exam::dyadic;
+use crate::vol::dyadic::from_unit;
 use rustc_hash::FxHashSet;
 
 /// One ascent for so many scattered samples…
@@ -37,7 +37,7 @@ impl<T> Ascents<T> {
     /// Ascents from `starts`, which are some of `samples` scattered points.
     pub(crate) fn new(starts: Vec<Found<T>>, samples: usize) -> Self {
         let lengths = vec![FIRST_STEP / (samples as f64).cbrt(); starts.len()];
-        let known = starts.iter().map(|(at, _)| at.map(dyadic)).collect();
+        let known = starts.iter().map(|(at, _)| at.map(from_unit)).collect();
         Self { best: starts, lengths, known, tried: Vec::new(), steps: 0 }
     }
 
@@ -52,7 +52,7 @@ impl<T> Ascents<T> {
         tried.clear();
         for (number, ((at, _), length)) in best.iter().zip(lengths).enumerate() {
             let around = beside(*at, *length).into_iter().filter(&is_open);
-            let new = around.filter(|at| known.insert(at.map(dyadic)));
+            let new = around.filter(|at| known.insert(at.map(from_unit)));
             tried.extend(new.map(|at| (number, at)));
         }
         Some(tried.iter().map(|(_, at)| *at).collect())
@@ -101,18 +101,18 @@ mod tests {
             (-square / 0.002).exp()
         };
         let start = [0.5, 0.5, 0.5];
-        let mut asked: Vec<[u64; 3]> = Vec::new();
+        let mut goal: Vec<[u64; 3]> = Vec::new();
         let mut ascents = Ascents::new(vec![(start, height(&start))], 1000);
         while let Some(points) = ascents.next(|_| true) {
-            asked.extend(points.iter().map(|at| at.map(f64::to_bits)));
+            goal.extend(points.iter().map(|at| at.map(f64::to_bits)));
             ascents.take(points.iter().map(height).collect(), |height| *height);
         }
         let found = ascents.best();
         assert!(found[0].1 > 1.5 * height(&start), "{found:?}");
-        let number = asked.len();
-        asked.sort_unstable();
-        asked.dedup();
-        assert_eq!(asked.len(), number);
+        let number = goal.len();
+        goal.sort_unstable();
+        goal.dedup();
+        assert_eq!(goal.len(), number);
         assert!(number <= 6 * STEPS);
     }
 

@@ -4,6 +4,8 @@
 //! lattice of level l has the places that are multiples of 2^−l; a place's own level is that of the
 //! coarsest lattice it is on.
 
+use crate::cell::{self, whole};
+
 /// The deepest level of a place.
 pub(crate) const DEEPEST_LEVEL: u8 = 24;
 /// Steps of the unit interval.
@@ -130,6 +132,30 @@ fn through<const N: usize>(points: [(f64, f64); N], x: f64) -> f64 {
         }
     }
     terms.iter().sum()
+}
+
+/// A dyadic place on the image plane, (x, y) in steps.
+pub(crate) type Place = [u32; 2];
+
+/// The places around `place` at the given multiples of `distance`, those on the image.
+pub(crate) fn around(
+    place: Place,
+    distance: u32,
+    reach: i8,
+) -> impl Iterator<Item = (i8, i8, Place)> {
+    let along = move |from: u32, times: i8| {
+        beside(from, distance * u32::from(times.unsigned_abs()), times >= 0)
+    };
+    (-reach..=reach).flat_map(move |i| {
+        (-reach..=reach)
+            .filter(move |&j| (i, j) != (0, 0))
+            .filter_map(move |j| Some((i, j, [along(place[0], i)?, along(place[1], j)?])))
+    })
+}
+
+/// The place of a coordinate from 0 to 1.
+pub(crate) fn from_unit(along: f64) -> u32 {
+    cell::to_u32(whole(along * f64::from(STEPS))).min(STEPS)
 }
 
 #[cfg(test)]

@@ -1,75 +1,50 @@
-//! Method `vol`: the image to the error that was asked for, with as few evaluations as can be.
+//! Method `vol`: the image within a tolerance, from as few evaluations as possible.
 //!
-//! There are two ways. If G is a sum of few products of functions of x, y and z, crosses of samples
-//! know all of it: `cross`. Else it is integrated line by line, which needs no structure but the
-//! image's own, and what there is of it along the lines and between them is learned on the way.
+//! There are two representations. If G has a low-rank approximation along the axes of the view, samples
+//! on a few crosses determine the image. Otherwise G is integrated line by line, and the lines are the
+//! nodes of a tree in the image plane: the image may be smooth where g is not, and its error is what the
+//! tolerance limits.
 //!
-//! The image is a function of two variables that may be smooth where g is not, and its error is what
-//! has been promised: so the tree is one of the image plane, and each of its nodes is a line of
-//! sight.
+//! The modules, each of which uses those before it only:
 //!
-//! * `dyadic`: places on the unit interval, predictions and polynomials;
-//! * `line`, `line_error`: samples along one line, its integral, its error and where to look next;
-//!   `memo`: what of that is known from before;
-//! * `jumps`, `local_fit`, `tracking`: the jumps of lines, and where those of a new line are expected
-//!   from its neighbours;
-//! * `block`, `depth_rule`: a few depths that integrate all lines of a part of the image;
-//! * `nearest`: the nearest of many lines;
-//! * `sights`, `round`: the lines of all nodes, sampled in batches; the radiances of new nodes;
-//! * `image_tree`, `remaining`: values and details in the image plane, and what remains unseen;
-//! * `closed`: nodes that no pixel sees, and the values that stencils find there;
-//! * `error_map`, `opening`: that spread over the pixels, and the nodes that are worth opening;
-//! * `pixels`: the means over pixels;
-//! * `shares`: what each pixel has of a layer, where the image has edges that geometry knows;
-//! * `spectrum`: G along the energy axis at one point; `scouts`: the points where spectra are sampled;
-//! * `energies`: the energies that explain all spectra, and bins as sums of their images; `spectra`: when
-//!   to look at which;
-//! * `visible`: the layers of all tiles, before there are energies;
-//! * `lattice`: scattered samples, and how small a structure they see;
-//! * `cross`: the other way, for a G that is a sum of few products, tried first;
-//! * `sheet`: the image tree of one [layer](crate::Layer), and its part in the image;
-//! * `engine`: the loop over all this, for all layers of the view and all energies.
+//! * `dyadic`: places on the unit interval and on the image plane, predictions and polynomials;
+//! * `lattice`, `ascent`: scattered samples, the size of the structure that they detect, and ascents
+//!   from them; `least_squares`: local fits to scattered values;
+//! * `image`: the tree of the image plane: values and details of its nodes, the remaining error around
+//!   them, the error of each pixel, the nodes to be refined, means over pixels;
+//! * `sampling`: samples of G in batches;
+//! * `line`: samples along one line, its integral and error; the lines of all nodes, their jumps and
+//!   what neighbours take from each other;
+//! * `seeds`: nodes and depths at structures that the caller names;
+//! * `rule`: a few depths that integrate all lines of a block; the radiances of new nodes;
+//! * `spectrum`: spectra at single points, and the energies that explain them;
+//! * `view`: the [layers](crate::Layer) of a view and their coverage fractions; a sheet, the image
+//!   tree of one layer at one energy; lines and samples that verify a sheet;
+//! * `engine`: the loop over all sheets, and the final verification;
+//! * `lowrank`: the low-rank approximation, with a forecast of its cost and of the tree's;
+//! * `choose`: the low-rank approximation first, then the tree.
 //!
-//! What is promised, and what can't be, is told at [`VolOptions::tolerance`].
+//! [`VolOptions::tolerance`] says what is guaranteed, and what is not.
 
 mod ascent;
-mod block;
-mod closed;
-mod coverage;
-mod cross;
-mod depth_rule;
-mod developed;
+mod choose;
 mod dyadic;
-mod energies;
 mod engine;
-mod error_map;
-mod exam;
-mod image_tree;
-mod jumps;
+mod image;
 mod lattice;
+mod least_squares;
 mod line;
-mod line_error;
-mod local_fit;
-mod memo;
-mod nearest;
-mod opening;
-mod pixels;
-mod remaining;
-mod round;
-mod scouts;
+mod lowrank;
+mod rule;
+mod sampling;
 mod seeds;
-mod shares;
-mod sheet;
-mod sights;
-mod spectra;
 mod spectrum;
-mod tracking;
-mod visible;
+mod view;
 
 #[cfg(test)]
 mod tests;
 
-pub(crate) use engine::render;
+pub(crate) use choose::render;
 pub use seeds::Seed;
 
 /// Options of method `vol`.
@@ -132,13 +107,3 @@ pub(crate) const BYTES_PER_EVALUATION: u64 = 640;
 /// Numbers for each pixel beside the image and its error: the copy that the choice is made on, the
 /// scale, and the columns of one axis.
 pub(crate) const MAPS: u64 = 4;
-
-/// The whole part of a number of nodes or depths, which is 0 or more.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "saturates as it should"
-)]
-fn whole(number: f64) -> usize {
-    number as usize
-}

@@ -1,10 +1,8 @@
 //! Seeds: the nodes and depths at which structures that were named are looked at.
 
-use super::dyadic::{spacing, unit};
-use super::image_tree::Place;
-use super::remaining::around;
 use crate::error::RenderError;
 use crate::projection::Layer;
+use crate::vol::dyadic::{Place, around, spacing, unit};
 
 /// Where the emission is known to have a structure that a coarse grid would miss: method
 /// [`Vol`](crate::Method::Vol) looks there down to the size of the structure.
@@ -39,7 +37,7 @@ pub(crate) fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
 
 /// What seeds ask to be looked at.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Looks {
+pub(crate) struct SeedTargets {
     /// Nodes around the seeds, of all levels down to their size.
     pub(crate) places: Vec<Place>,
     boxes: Vec<SeedBox>,
@@ -66,10 +64,10 @@ struct SeedBox {
 /// Levels of depths, and of nodes on a finer image than there will be.
 const FINEST_LEVEL: u8 = 20;
 
-impl Looks {
+impl SeedTargets {
     /// Where to look for seeds that are in the view.
     pub(crate) fn at(seeds: &[Seed], layer: &dyn Layer, base_level: u8, finest_level: u8) -> Self {
-        let mut looks = Self::default();
+        let mut targets = Self::default();
         for seed in seeds {
             let Some(centre) = layer.canonical_from_world(seed.position) else { continue };
             let mut half = [0.0; 3];
@@ -89,7 +87,7 @@ impl Looks {
             }
             let of_image = level_of_size(half[0].min(half[1])).min(finest_level);
             for level in base_level + 1..=of_image {
-                looks.places.extend(places(centre, level));
+                targets.places.extend(places(centre, level));
             }
             let of_depth = level_of_size(half[2]);
             if of_image <= base_level && of_depth <= base_level {
@@ -97,16 +95,16 @@ impl Looks {
             }
             // Nodes may be no closer to the seed than the image's finest level lets them be.
             let reach = f64::max(2.0 * half[0].max(half[1]), unit(spacing(finest_level)));
-            looks.boxes.push(SeedBox { centre, reach, finest_level: of_depth.max(base_level) });
+            targets.boxes.push(SeedBox { centre, reach, finest_level: of_depth.max(base_level) });
         }
-        looks.places.sort_unstable();
-        looks.places.dedup();
-        looks
+        targets.places.sort_unstable();
+        targets.places.dedup();
+        targets
     }
 
     /// Looks at the nodes of `level` around a place too, and at the given depths on all lines that are
     /// added near it.
-    pub(crate) fn look_around(&mut self, place: Place, level: u8, depths: &[u32]) {
+    pub(crate) fn add_depths_around(&mut self, place: Place, level: u8, depths: &[u32]) {
         let [x, y] = place.map(unit);
         self.places.extend(places([x, y, 0.0], level));
         self.places.sort_unstable();

@@ -1,14 +1,15 @@
 //! The choice between the two ways, against the image tree alone.
 
-use super::VolOptions;
-use super::coverage::LayerSamples;
-use super::engine::{by_tree, render};
 use crate::calls::Calls;
 use crate::emission::FromFn;
 use crate::meter::{Limits, Meter};
 use crate::options::DEFAULT_MAX_EVALUATIONS;
 use crate::projection::Canonical;
 use crate::tile::Tile;
+use crate::vol::VolOptions;
+use crate::vol::choose::render;
+use crate::vol::engine::by_tree;
+use crate::vol::view::scattered::LayerSamples;
 use core::f64::consts::TAU;
 use core::pin::pin;
 use emitree_problems::family::random_scene;

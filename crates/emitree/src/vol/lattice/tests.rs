@@ -1,7 +1,7 @@
 //! The search for the generator, and Monte Carlo tests of what the points see.
 
 use super::*;
-use crate::vol::whole;
+use crate::cell::whole;
 use nalgebra::Vector3;
 
 const FIRST_LEVEL: u32 = FEWEST.ilog2();
@@ -61,8 +61,8 @@ type Candidate = ([u64; 3], f64, f64);
 /// All odd generators of the first level, and then each of the best with each choice of the next bit.
 #[test]
 fn the_generator_is_what_the_search_finds() {
-    let odd = || (1..1_u64 << FIRST_LEVEL).step_by(2);
-    let pairs = odd().flat_map(|second| odd().map(move |third| [1, second, third]));
+    let outliers = || (1..1_u64 << FIRST_LEVEL).step_by(2);
+    let pairs = outliers().flat_map(|second| outliers().map(move |third| [1, second, third]));
     let mut best: Vec<Candidate> =
         pairs.filter(|[_, second, third]| second <= third).map(|g| (g, 0.0, 0.0)).collect();
     for level in FIRST_LEVEL..=LAST_LEVEL {

@@ -1,0 +1,89 @@
+//! The base lattice: the lines that every rendering samples.
+
+use crate::exchange::MethodError;
+use crate::vol::dyadic::STEPS;
+use crate::vol::engine::run::CANCELLED;
+use crate::vol::engine::{Engine, base_evaluations, within_budget};
+use crate::vol::line::node_lines::Wanted;
+use crate::vol::rule::scan::Scan;
+use crate::vol::sampling::Stop;
+use crate::vol::view::sheet::Sheet;
+
+impl Engine<'_> {
+    /// The lines of the base lattice at the first energy, and at all others that their spectra need;
+    /// whether the budget allowed it.
+    pub(crate) async fn sample_initially(&mut self) -> Result<bool, MethodError> {
+        let base = self.layers.len() as u64 * base_evaluations(self.base_level);
+        let energy = if base + self.cost_of_first_energy() > self.meter.evaluations_left() {
+            self.spectra.as_ref().map(|_| STEPS / 2)
+        } else {
+            match self.brightest_energy().await {
+                Err(Stop::Budget) => Some(STEPS / 2),
+                Err(Stop::Failed(error)) => return Err(error),
+                Ok(place) => place,
+            }
+        };
+        self.add_sheets(energy);
+        let sampled = self.sample_base(0, None).await?;
+        match &self.spectra {
+            Some(_) if sampled => self.sample_first_spectra(energy).await,
+            _ => Ok(sampled),
+        }
+    }
+
+    /// The lines of the base lattice of the sheets from `first` on, each refined by itself, to
+    /// the `tolerances` of all energies, or to that of the largest of them; whether the budget allowed it.
+    pub(crate) async fn sample_base(
+        &mut self,
+        first: usize,
+        tolerances: Option<&[f64]>,
+    ) -> Result<bool, MethodError> {
+        let wanted = self.sheets[first..].iter_mut().map(Sheet::add_base).collect();
+        let sampled = self.refine_base(first, wanted, tolerances).await;
+        self.sheets[first..].iter_mut().for_each(Sheet::choose_order);
+        self.set_values(first);
+        within_budget(sampled)
+    }
+
+    /// Refines all lines of the base, step by step: the tolerance follows the largest of them unless
+    /// there is one for each energy.
+    async fn refine_base(
+        &mut self,
+        first: usize,
+        mut wanted: Vec<Wanted>,
+        fixed: Option<&[f64]>,
+    ) -> Result<(), Stop> {
+        let mut tolerances = vec![f64::INFINITY; self.sheets.len()];
+        let mut seeded: Vec<Wanted> = self.sheets[first..].iter().map(Sheet::seeded).collect();
+        while wanted.iter().any(|wanted| !wanted.is_empty()) {
+            let sheets = self.sheets.iter_mut().zip(&tolerances).skip(first);
+            for ((sheet, tolerance), wanted) in sheets.zip(&wanted) {
+                let Scan { view, tree, node_lines, depth_level, .. } = &mut sheet.scan;
+                node_lines.sample(view, tree, wanted).await?;
+                node_lines.assess(wanted.iter().map(|(i, _)| *i), *tolerance, *depth_level);
+            }
+            let largest = self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max);
+            let largest = largest.max(CANCELLED * self.brightest());
+            let following = self.line_share * self.tolerance * largest;
+            for (sheet, tolerance) in self.sheets.iter().zip(&mut tolerances) {
+                *tolerance = match fixed {
+                    Some(fixed) => sheet.line_tolerance(fixed),
+                    None => following / sheet.layers_of_tile as f64,
+                };
+            }
+            let assess = |(sheet, tolerance): (&mut Sheet<'_>, &f64)| {
+                let Scan { tree, node_lines, depth_level, .. } = &mut sheet.scan;
+                node_lines.assess(0..tree.len(), *tolerance, *depth_level)
+            };
+            wanted = self.sheets.iter_mut().zip(&tolerances).skip(first).map(assess).collect();
+            if wanted.iter().all(Vec::is_empty) {
+                wanted = core::mem::take(&mut seeded);
+            }
+        }
+        for (sheet, tolerance) in self.sheets.iter_mut().zip(&tolerances).skip(first) {
+            let found: Vec<usize> = (0..sheet.scan.tree.len()).collect();
+            sheet.scan.follow(&found, *tolerance).await?;
+        }
+        Ok(())
+    }
+}

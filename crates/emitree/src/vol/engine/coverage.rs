@@ -1,0 +1,125 @@
+//! Coverage: scattered samples that tell how small a structure would have been seen.
+//!
+//! Lines lie on lattices, and what is compact may lie between all of them. So each layer of a view is
+//! sampled at scattered points too, and each sample is compared with what the lines around it let
+//! expect. From the samples that agree least an ascent looks for larger differences; what it finds gets
+//! a line of the exam. How large a difference passes is known at each sample, and with it the size of
+//! the Gaussian that is seen wherever it is.
+
+use crate::cell::whole;
+use crate::vol::ascent::{self, Ascents};
+use crate::vol::dyadic::Place;
+use crate::vol::engine::Engine;
+use crate::vol::lattice;
+use crate::vol::sampling::Stop;
+use crate::vol::view::scattered::{
+    Deviation, LINE_FROM, LayerSamples, SEEN_SHARE, ScatteredSheet, steps,
+};
+use crate::vol::view::verification_lines::Lines;
+
+/// Scattered samples of a view, at the least: they see a Gaussian of 1/40 of the cube's edge.
+const LEAST_SAMPLES: usize = 1024;
+/// …and this share of all evaluations, so that expensive views are covered more finely.
+const SHARE_OF_EVALUATIONS: f64 = 0.05;
+/// Samples are doubled this often if a feature that was asked for is not covered.
+const MOST_DOUBLINGS: u32 = 3;
+/// No ascent begins below this share of the error allowed.
+const ASCENT_FROM: f64 = 0.02;
+
+/// The scattered samples of all layers of a view.
+#[derive(Debug)]
+pub(crate) struct Coverage {
+    /// The feature that was asked for, as a fraction of the view's cube.
+    wanted: Option<f64>,
+    layers: Vec<LayerSamples>,
+    /// The size of the feature that is covered, once it is known.
+    pub(crate) smallest: Option<f64>,
+}
+
+impl Coverage {
+    /// For features of a size that was asked for, with samples of the first layer that are `known`.
+    pub(crate) fn new(wanted: Option<f64>, known: LayerSamples) -> Self {
+        Self { wanted, layers: vec![known], smallest: None }
+    }
+
+    /// Whether what was asked for is covered.
+    pub(crate) fn is_sufficient(&self) -> bool {
+        match (self.wanted, self.smallest) {
+            (Some(wanted), Some(smallest)) => smallest <= wanted,
+            _ => true,
+        }
+    }
+}
+
+impl Engine<'_> {
+    /// Samples each layer at scattered points; the lines that are wanted where these differ from what is
+    /// known, for each sheet, with depths; `target` is the error allowed, in the unit of the image.
+    pub(crate) async fn verify_samples(&mut self, target: f64) -> Result<Vec<Lines>, Stop> {
+        let layers = self.layers.len();
+        self.coverage.layers.resize_with(layers, LayerSamples::default);
+        let of_evaluations = SHARE_OF_EVALUATIONS * self.meter.evaluations() as f64;
+        let of_feature =
+            self.coverage.wanted.map_or(0, |size| lattice::points_to_see(size, SEEN_SHARE));
+        let number = LEAST_SAMPLES.max(whole(of_evaluations)).max(of_feature);
+        let mut number = (number / self.tiles.len()).next_power_of_two();
+        for _ in 0..=MOST_DOUBLINGS {
+            let mut lines = Vec::with_capacity(self.sheets.len());
+            let mut smallest: Option<f64> = None;
+            for layer in 0..layers {
+                let (of_layer, size) = self.verify_layer(layer, number, target).await?;
+                lines.push(of_layer);
+                if let Some(size) = size {
+                    smallest = Some(smallest.map_or(size, |of_others| of_others.max(size)));
+                }
+            }
+            lines.resize_with(self.sheets.len(), Vec::new);
+            self.coverage.smallest = smallest;
+            if self.coverage.is_sufficient() || lines.iter().any(|of_layer| !of_layer.is_empty()) {
+                return Ok(lines);
+            }
+            number *= 2;
+        }
+        Ok(vec![Vec::new(); self.sheets.len()])
+    }
+
+    /// The lines wanted on one layer after so many scattered samples, and the size that these cover, if
+    /// anything is in view.
+    async fn verify_layer(
+        &mut self,
+        layer: usize,
+        number: usize,
+        target: f64,
+    ) -> Result<(Lines, Option<f64>), Stop> {
+        let sheet = &self.sheets[layer];
+        let samples = &mut self.coverage.layers[layer];
+        sheet.sample_scattered(samples, number).await?;
+        if samples.points.is_empty() {
+            return Ok((Vec::new(), None));
+        }
+        let lines = sheet.scan.node_lines.nearest_full(&sheet.scan.tree, sheet.scan.tree.len());
+        let verified = ScatteredSheet { sheet, lines, target, number: samples.number };
+        let deviations = verified.deviations(&samples.points, &samples.rates);
+        let mut order: Vec<usize> = (0..deviations.len()).collect();
+        let effect = |i: usize| verified.effect(&deviations[i]);
+        order.sort_by(|&a, &b| effect(b).total_cmp(&effect(a)).then(a.cmp(&b)));
+        let ascents = ascent::number(samples.points.len());
+        let starts: Vec<usize> =
+            order.iter().copied().take(ascents).filter(|&i| effect(i) > ASCENT_FROM).collect();
+        // What is not followed passes: an excess below that of the last that is.
+        let passed = order.get(ascents).map_or(0.0, |&i| effect(i)).max(ASCENT_FROM);
+        let starts = starts.into_iter().map(|i| (samples.points[i], deviations[i])).collect();
+        let is_open = |at: &[f64; 3]| sheet.is_open(at);
+        let size = |of: &Deviation| verified.effect(of);
+        let mut ascents = Ascents::new(starts, samples.number);
+        while let Some(points) = ascents.next(is_open) {
+            let at: Vec<(Place, u32)> = points.iter().map(steps).collect();
+            let rates = sheet.scan.view.rates(&at).await?;
+            ascents.take(verified.deviations(&points, &rates), size);
+        }
+        let found = ascents.best();
+        let lines = found.iter().filter(|(_, of)| verified.effect(of) > LINE_FROM);
+        let lines = lines.map(|(point, _)| verified.line_through(*point)).collect();
+        let size = verified.size_covered(&samples.points, &deviations, passed);
+        Ok((lines, Some(size)))
+    }
+}

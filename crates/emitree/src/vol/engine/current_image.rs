@@ -1,0 +1,113 @@
+//! The image so far: the sheets of all layers and energies added up, with what is not known of it.
+
+use crate::cube::Cube;
+use crate::exchange::MethodError;
+use crate::image::Image;
+use crate::tile::Tile;
+use crate::vol::engine::Engine;
+use crate::vol::view::sheet::SheetState;
+
+/// The image so far, and what is known of its error.
+pub(crate) struct CurrentImage {
+    /// Image and error of each energy bin of each tile.
+    pub(crate) maps: Vec<Vec<[Image; 2]>>,
+    /// What each sheet has seen.
+    pub(crate) seen: Vec<SheetState>,
+}
+
+impl CurrentImage {
+    pub(crate) fn largest_pixel(&self) -> f64 {
+        self.largest(0)
+    }
+
+    pub(crate) fn largest_error(&self) -> f64 {
+        self.largest(1)
+    }
+
+    /// The error of each energy bin of a tile.
+    pub(crate) fn errors(&self, tile: usize) -> Vec<&Image> {
+        self.maps[tile].iter().map(|[_, error]| error).collect()
+    }
+
+    /// The guarded details of the nodes of a sheet.
+    pub(crate) fn guarded(&self, sheet: usize) -> &[f64] {
+        &self.seen[sheet].guarded
+    }
+
+    fn largest(&self, kind: usize) -> f64 {
+        self.maps.iter().flatten().map(|maps| maps[kind].largest()).fold(0.0, f64::max)
+    }
+}
+
+impl Engine<'_> {
+    /// The image and its error in each bin, from what has been seen so far.
+    pub(crate) fn assemble(&self) -> Result<CurrentImage, MethodError> {
+        let nodal = self.energies.nodal_weights();
+        let unexplained = self.spectra.as_ref().map_or(&[0.0][..], |spectra| &spectra.unexplained);
+        // Spectra that have not been sampled may be anything.
+        let is_explained = self.spectra.as_ref().is_none_or(|spectra| spectra.are_explained);
+        let least = if is_explained { 0.0 } else { self.brightest() };
+        let empty = |tile: &Tile<'_>| {
+            let [height, width] = tile.shape;
+            let of_bin = |&error: &f64| {
+                let error = f64::max(error, least);
+                let constant = Image::from_pixels(height, width, vec![error; height * width]);
+                [Image::zeros(height, width), constant]
+            };
+            unexplained.iter().map(of_bin).collect()
+        };
+        let mut maps: Vec<Vec<[Image; 2]>> = self.tiles.iter().map(empty).collect();
+        let mut seen = Vec::with_capacity(self.sheets.len());
+        for sheet in &self.sheets {
+            let (part, of_sheet) = sheet.assemble(&self.scales[sheet.tile], self.required_level);
+            seen.push(of_sheet);
+            let number = sheet.id.energy;
+            let weights = &self.energies.selected[number].weights;
+            let bins = maps[sheet.tile].iter_mut().zip(weights).zip(&nodal);
+            for (([image, error], &weight), nodal) in bins {
+                // Later energies may refer to this one in bins where it has no weight itself.
+                if nodal[number] != 0.0 {
+                    error.add_scaled(&part.of_lines, nodal[number].abs());
+                }
+                if weight != 0.0 {
+                    image.add_scaled(&part.image, weight);
+                    error.add_scaled(&part.error, weight.abs());
+                }
+            }
+        }
+        // If g is nowhere below 0, a pixel below 0 is wrong by no less than that.
+        if self.sheets.iter().all(|sheet| sheet.scan.node_lines.are_nowhere_negative()) {
+            for [image, error] in maps.iter_mut().flatten() {
+                let pixels = error.pixels_mut().iter_mut().zip(image.pixels());
+                pixels.for_each(|(error, pixel)| *error = error.max(-pixel));
+            }
+        }
+        for (tile, maps) in self.tiles.iter().zip(&maps) {
+            maps.iter().try_for_each(|[image, _]| tile.check_finite(image))?;
+        }
+        Ok(CurrentImage { maps, seen })
+    }
+
+    /// The image and its error in one piece for each bin, and NaN where the projection has none.
+    pub(crate) fn finished(&self, current: &CurrentImage) -> [Cube; 2] {
+        let of_bin = |bin: usize, kind: usize| {
+            let mut map = Image::stacked(current.maps.iter().map(|maps| &maps[bin][kind]));
+            let scales = self.scales.iter().flat_map(Image::pixels);
+            for (pixel, scale) in map.pixels_mut().iter_mut().zip(scales) {
+                if *scale == 0.0 {
+                    *pixel = f64::NAN;
+                }
+            }
+            map
+        };
+        let bins = current.maps.first().map_or(0, Vec::len);
+        [0, 1].map(|kind| Cube::from_bands((0..bins).map(|bin| of_bin(bin, kind)).collect()))
+    }
+
+    /// Shows the image so far, if somebody wants to see it.
+    pub(crate) fn show(&self, current: &CurrentImage) {
+        if self.meter.keeps_images() {
+            self.meter.show(self.finished(current));
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! The loop: sample, assemble the image and its error, refine where it is worthwhile, until the tolerance is met.
+
+use crate::cell::whole;
+use crate::exchange::MethodError;
+use crate::image::Image;
+use crate::tree::Ending;
+use crate::vol::dyadic::Place;
+use crate::vol::engine::current_image::CurrentImage;
+use crate::vol::engine::spectra::Spectra;
+use crate::vol::engine::verification::Verdict;
+use crate::vol::engine::{Engine, within_budget};
+use crate::vol::image::opening::{Choice, ChoiceLimits, worthwhile};
+
+/// The largest estimate has to be within this share of the tolerance.
+pub(crate) const STOP: f64 = 0.85;
+/// If lines are all that is left to be improved, their share is halved this often.
+const MOST_HALVINGS: u32 = 4;
+/// A round may cost this much more for each node than the one before.
+const COST_MARGIN: f64 = 1.3;
+/// A round that the budget did not allow has cost this much more than was expected, at the least.
+const OVERRUN_FACTOR: f64 = 3.0;
+/// An image whose pixels cancel below this share of ∫ |G| dz on a line is good enough if it is good to
+/// the tolerance of that.
+pub(crate) const CANCELLED: f64 = 1e-6;
+/// A round of fewer nodes is not worth another one, when the budget is all but spent.
+const LEAST_ROUND: usize = 8;
+/// Evaluations grow like the tolerance to the power of −this, roughly: a tenfold precision costs two
+/// to three times as many.
+pub(crate) const COST_EXPONENT: f64 = 0.4;
+
+impl Engine<'_> {
+    pub(crate) async fn run(&mut self) -> Result<(CurrentImage, Ending), MethodError> {
+        let before = self.made_before;
+        let mut within_budget = self.sample_initially().await?;
+        let mut current = self.assemble()?;
+        // Lines that were refined by themselves: rules are cheaper.
+        let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
+        let mut cost_per_node = (self.meter.evaluations() - before) as f64 / nodes as f64;
+        let mut halvings = 0;
+        loop {
+            let meter = self.meter;
+            self.show(&current);
+            let largest = current.largest_pixel().max(CANCELLED * self.brightest());
+            let met = |tolerance: f64| {
+                self.has_required_nodes(&current)
+                    && current.largest_error() <= STOP * tolerance * largest
+            };
+            let [is_good, is_good_for_now] = [self.goal, self.tolerance].map(met);
+            if is_good {
+                match self.verify(&current, self.requested * largest).await? {
+                    Verdict::Passed => {
+                        self.show(&current);
+                        return Ok((current, Ending::Complete));
+                    }
+                    Verdict::AtFinestLevel => return Ok((current, Ending::DeepestLevel)),
+                    Verdict::Unaffordable => return Ok((current, Ending::Budget)),
+                    Verdict::Failed => current = self.assemble()?,
+                }
+            }
+            if !within_budget {
+                return self.conclude(current, Ending::Budget).await;
+            }
+            if is_good_for_now && !is_good {
+                self.tolerance = self.next_tolerance();
+            }
+            let target = self.tolerance * largest;
+            let mut places = self.choose(&current, target);
+            let count = total(&places);
+            if count == 0 {
+                if halvings == MOST_HALVINGS {
+                    return self.conclude(current, Ending::DeepestLevel).await;
+                }
+                halvings += 1;
+                self.line_share *= 0.5;
+                self.spectra.iter_mut().for_each(Spectra::tighten);
+            }
+            let affordable = meter.evaluations_left() as f64 / (COST_MARGIN * cost_per_node);
+            if count as f64 > affordable {
+                // Each sheet keeps its most worthwhile ones.
+                let kept = whole(affordable);
+                places.iter_mut().for_each(|places| places.truncate(places.len() * kept / count));
+                within_budget = total(&places) >= LEAST_ROUND;
+            }
+            for places in &mut places {
+                places.sort_unstable();
+                places.dedup();
+            }
+            let sampled = total(&places);
+            let before = meter.evaluations();
+            if self.sample_nodes(&places, &current, target).await? {
+                let spent = (meter.evaluations() - before) as f64;
+                if sampled > 0 {
+                    cost_per_node = spent / sampled as f64;
+                }
+            } else {
+                // Fewer nodes may do, with what is left. Nodes where nothing is in view cost nothing, and
+                // those before may all have been such.
+                cost_per_node = cost_per_node.max(1.0) * OVERRUN_FACTOR;
+                within_budget &= sampled >= LEAST_ROUND;
+            }
+            let largest = current.largest_pixel();
+            current = self.assemble()?;
+            if within_budget && self.spectra.is_some() {
+                within_budget = self.sample_spectra(largest).await?;
+                current = self.assemble()?;
+            }
+        }
+    }
+
+    /// The end of a search that a limit has stopped: it has been stricter than what was promised, and may
+    /// have met that all the same.
+    async fn conclude(
+        &mut self,
+        current: CurrentImage,
+        ending: Ending,
+    ) -> Result<(CurrentImage, Ending), MethodError> {
+        let target = self.requested * current.largest_pixel();
+        let met = self.has_required_nodes(&current) && current.largest_error() <= target;
+        let passed = met && self.verify(&current, target).await? == Verdict::Passed;
+        Ok((current, if passed { Ending::Complete } else { ending }))
+    }
+
+    /// The tolerance that the rest of the budget may reach.
+    fn next_tolerance(&self) -> f64 {
+        let (spent, left) = (self.meter.evaluations() as f64, self.meter.evaluations_left() as f64);
+        let finer = ((spent + left) / spent).powf(-1.0 / COST_EXPONENT);
+        // Half at the least: a smaller step would cost more than it brings.
+        (self.tolerance * finer.min(0.5)).max(self.goal)
+    }
+
+    /// The radiances of nodes at new `places` of each sheet; whether the budget allowed it.
+    async fn sample_nodes(
+        &mut self,
+        places: &[Vec<Place>],
+        current: &CurrentImage,
+        target: f64,
+    ) -> Result<bool, MethodError> {
+        let mut allowed = true;
+        let tolerances = self.line_tolerances(target);
+        let sheets = self.sheets.iter_mut().zip(places).zip(&current.seen);
+        for ((sheet, places), seen) in sheets {
+            let tolerance = sheet.line_tolerance(&tolerances);
+            allowed &= within_budget(sheet.sample_nodes(places, &seen.guarded, tolerance).await)?;
+        }
+        self.set_values(0);
+        Ok(allowed)
+    }
+
+    /// Whether all that every rendering looks at has been looked at, and what seeds have named.
+    fn has_required_nodes(&self, current: &CurrentImage) -> bool {
+        current.seen.iter().all(|seen| seen.has_required)
+            && self.sheets.iter().all(|sheet| sheet.missing_seed_places().is_empty())
+    }
+
+    /// The places to be looked at next on each sheet, the most worthwhile first. The sheets of a tile
+    /// compete for its error.
+    fn choose(&self, current: &CurrentImage, target: f64) -> Vec<Vec<Place>> {
+        let Self { finest_level, required_level, .. } = *self;
+        let limits = ChoiceLimits { tolerance: target, finest_level, required_level };
+        let mut places = vec![Vec::new(); self.sheets.len()];
+        for (tile, maps) in current.maps.iter().enumerate() {
+            let of_tile = (0..self.sheets.len()).filter(|&i| self.sheets[i].tile == tile);
+            let of_tile: Vec<usize> = of_tile.collect();
+            let choice = |&i: &usize| {
+                let weights = &self.energies.selected[self.sheets[i].id.energy].weights;
+                self.sheets[i].choice(&current.seen[i], weights, &limits)
+            };
+            let choices: Vec<Choice<'_>> = of_tile.iter().map(choice).collect();
+            let errors: Vec<&Image> = maps.iter().map(|[_, error]| error).collect();
+            let nodes = worthwhile(&choices, &errors);
+            for ((&i, choice), nodes) in of_tile.iter().zip(&choices).zip(nodes) {
+                places[i] = self.sheets[i].places(&current.seen[i], choice, nodes);
+            }
+        }
+        places
+    }
+}
+
+fn total(places: &[Vec<Place>]) -> usize {
+    places.iter().map(Vec::len).sum()
+}

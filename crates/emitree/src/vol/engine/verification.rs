@@ -1,0 +1,272 @@
+//! The final exam: lines of sight that took no part in an image tree, against what the tree says.
+//!
+//! An error estimate is made from the nodes themselves, and a structure between them is in none of it.
+//! So a tree that is good enough by its own estimate is compared with other lines, integrated in full
+//! from depths of their own: scattered ones, those where the estimate is largest, those through the
+//! scattered samples that agree least with the lines around them, and, from the worst of all, some
+//! nearby. Where one differs, the tree is refined and the exam is repeated with new lines; the former
+//! ones stay and are compared again.
+
+use crate::cell::whole;
+use crate::exchange::MethodError;
+use crate::vol::engine::current_image::CurrentImage;
+use crate::vol::engine::{Engine, within_budget};
+use crate::vol::rule::scan::Scan;
+use crate::vol::sampling::Stop;
+use crate::vol::view::sheet::Sheet;
+use crate::vol::view::verification_lines::Lines;
+
+/// Scattered lines of one exam, at the least, shared among the sheets of a view…
+const LEAST_LINES: usize = 12;
+/// …and, with those of exams before, as many as this share of all evaluations so far pays for, if each costs
+/// this many times as much as those that are integrated in full.
+const SHARE_OF_EVALUATIONS: f64 = 0.1;
+const COST_OF_LINE: f64 = 2.0;
+/// Lines where the estimated error is largest, as a share of the scattered ones.
+const WORST_SHARE: f64 = 0.5;
+/// Lines beside edges, where the image is continued from one side, as a share of the scattered ones.
+const EDGE_SHARE: f64 = 0.5;
+/// One ascent to larger differences for so many scattered lines…
+const LINES_PER_ASCENT: usize = 8;
+/// …in so many steps.
+const STEPS_OF_ASCENT: usize = 3;
+/// After an exam that failed both numbers are doubled, up to this many times as many.
+const MOST_LINES: usize = 4;
+/// An ascent begins at a difference of more than this share of the error allowed.
+const ASCENT_FROM: f64 = 0.2;
+/// A line fails if what it differs by is more than this share of the error allowed in a pixel.
+const FAILED: f64 = 0.55;
+/// …and of the error estimated there, of which a line may have more than the mean over its pixel; but no
+/// line may differ by more than the error allowed.
+const OVER_ESTIMATE: f64 = 1.5;
+/// If that changes the integral by more than this share of the error allowed in a pixel, all lines of the
+/// sheet are integrated more carefully (if two lines have to be changed, zodiacal light at 1 % is wrong by
+/// 1.02 %):…
+const STEPPED_OVER: f64 = 0.4;
+/// …first to a tolerance stricter by this, where they have samples that lead on; that costs less than depths
+/// everywhere, which made a tolerance of 5 % up to 2.3 times as expensive as 2 %…
+const STRICTER: f64 = 0.25;
+/// …then on a lattice of depths finer by so many levels at once, since the rules of all other nodes have to
+/// be learned anew each time…
+const FINER_AT_ONCE: u8 = 2;
+/// …and finer than that of the base by so many levels at the most.
+const MOST_FINER: u8 = 4;
+
+/// How an exam ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// No line differs by more than is allowed.
+    Passed,
+    /// New nodes are wanted.
+    Failed,
+    /// A line differs between nodes of the finest level.
+    AtFinestLevel,
+    /// The budget did not allow it.
+    Unaffordable,
+}
+
+/// A line of an exam that differs from the tree.
+#[derive(Clone, Copy, Debug)]
+struct Difference {
+    sheet: usize,
+    /// The number of the line in the exam of its sheet.
+    line: usize,
+    /// The difference in the image, over the error allowed there.
+    size: f64,
+}
+
+impl Engine<'_> {
+    /// Compares the image with lines that it was not made from, and asks for nodes where they differ;
+    /// `target` is the error allowed, in the unit of the image.
+    pub(crate) async fn verify(
+        &mut self,
+        current: &CurrentImage,
+        target: f64,
+    ) -> Result<Verdict, MethodError> {
+        let suspicious = match self.verify_samples(target).await {
+            Err(Stop::Budget) => return Ok(Verdict::Unaffordable),
+            Err(Stop::Failed(error)) => return Err(error),
+            Ok(suspicious) => suspicious,
+        };
+        let mut places: Vec<Lines> = Vec::with_capacity(self.sheets.len());
+        let made = self.meter.evaluations() - self.made_before;
+        let affordable = SHARE_OF_EVALUATIONS * made as f64;
+        let affordable = affordable / (COST_OF_LINE * self.cost_of_full_line());
+        let verified: usize = self.sheets.iter().map(|sheet| sheet.verification.places.len()).sum();
+        let times = self.verification_lines;
+        let lines = (whole(affordable) * times).saturating_sub(verified).max(LEAST_LINES * times);
+        let ascents = lines.div_ceil(LINES_PER_ASCENT);
+        // Each place is in view on some of the layers of its tile.
+        let energies = self.sheets.len() / self.layers.len();
+        let lines = lines.div_ceil(energies * self.tiles.len());
+        for (i, sheet) in self.sheets.iter_mut().enumerate() {
+            let mut of_sheet = sheet.scattered_lines(lines);
+            let worst = whole((WORST_SHARE * lines as f64).ceil());
+            of_sheet.extend(sheet.worst_lines(current.errors(sheet.tile), worst));
+            of_sheet.extend(sheet.edge_lines(whole((EDGE_SHARE * lines as f64).ceil())));
+            of_sheet.extend(suspicious[i].iter().cloned());
+            places.push(of_sheet);
+        }
+        let tolerances = self.line_tolerances(target);
+        let mut differences = Vec::new();
+        let mut sizes = vec![Vec::new(); self.sheets.len()];
+        let first: Vec<usize> =
+            self.sheets.iter().map(|sheet| sheet.verification.places.len()).collect();
+        for step in 0..=STEPS_OF_ASCENT {
+            for i in 0..self.sheets.len() {
+                let tolerance = self.sheets[i].line_tolerance(&tolerances);
+                let of_sheet = core::mem::take(&mut places[i]);
+                if !within_budget(self.sheets[i].verify_lines(of_sheet, tolerance).await)? {
+                    return Ok(Verdict::Unaffordable);
+                }
+            }
+            differences = self.differences(target, &mut sizes);
+            if step < STEPS_OF_ASCENT {
+                let rising = differences.iter().filter(|of| of.size > ASCENT_FROM).take(ascents);
+                for of in rising {
+                    places[of.sheet].extend(self.sheets[of.sheet].beside(of.line));
+                }
+            }
+        }
+        let verdict = self.refine_lines(&first, current, target).await?;
+        if verdict != Verdict::Passed {
+            return Ok(verdict);
+        }
+        differences.retain(|of| self.has_failed(of, current, target));
+        match self.refine_around(&differences, &tolerances).await? {
+            Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
+            verdict => {
+                self.verification_lines = (2 * self.verification_lines).min(MOST_LINES);
+                Ok(verdict)
+            }
+        }
+    }
+
+    /// Whether a line differs by more than the tree may say.
+    fn has_failed(&self, of: &Difference, current: &CurrentImage, target: f64) -> bool {
+        let sheet = &self.sheets[of.sheet];
+        let [row, column] = sheet.pixel(sheet.verification.places.nodes()[of.line].place);
+        let errors = current.errors(sheet.tile);
+        let estimate = errors.iter().map(|error| error[(row, column)]).fold(0.0, f64::max);
+        of.size > FAILED && of.size > (OVER_ESTIMATE * estimate / target).min(1.0)
+    }
+
+    /// Evaluations of a line that is integrated in full, on average.
+    fn cost_of_full_line(&self) -> f64 {
+        let of_sheet = |sheet: &Sheet<'_>| {
+            let node_lines = &sheet.scan.node_lines;
+            let full = (0..node_lines.lines.len()).filter(|&i| node_lines.is_full(i));
+            full.fold([0, 0], |[lines, samples], i| {
+                [lines + 1, samples + node_lines.lines[i].samples.len()]
+            })
+        };
+        let [lines, samples] = self
+            .sheets
+            .iter()
+            .map(of_sheet)
+            .fold([0, 0], |sum, of_sheet| core::array::from_fn(|k| sum[k] + of_sheet[k]));
+        samples.max(1) as f64 / lines.max(1) as f64
+    }
+
+    /// Integrates the lines of those sheets more carefully of which a line of this exam, the lines from `first`
+    /// on, has shown that the depths of nodes step over something. That has failed if there was one.
+    async fn refine_lines(
+        &mut self,
+        first: &[usize],
+        current: &CurrentImage,
+        target: f64,
+    ) -> Result<Verdict, MethodError> {
+        let steps_over = |&i: &usize| {
+            let (sheet, weight) = (&self.sheets[i], self.largest_weight(i));
+            let Scan { base_level, depth_level, .. } = sheet.scan;
+            // A line that grazes a surface on which g jumps steps over what only it meets.
+            !sheet.scan.node_lines.tracks_jumps
+                && depth_level < base_level + MOST_FINER
+                && sheet.is_changed_by_depths(first[i], STEPPED_OVER * target / weight)
+        };
+        let sheets: Vec<usize> = (0..self.sheets.len()).filter(steps_over).collect();
+        if sheets.is_empty() {
+            return Ok(Verdict::Passed);
+        }
+        let is_first = !core::mem::replace(&mut self.is_strict, true);
+        if is_first {
+            self.line_share *= STRICTER;
+        }
+        let tolerances = self.line_tolerances(target);
+        for i in sheets {
+            let tolerance = self.sheets[i].line_tolerance(&tolerances);
+            let scan = &mut self.sheets[i].scan;
+            let guarded = current.guarded(i);
+            let snapshot = scan.node_lines.snapshot();
+            let refined = match is_first {
+                true => scan.scan(scan.tree.len(), guarded, tolerance).await,
+                false => scan.refine_depths(FINER_AT_ONCE, guarded, tolerance).await,
+            };
+            if !within_budget(refined)? {
+                self.sheets[i].scan.node_lines.restore(&snapshot);
+                return Ok(Verdict::Unaffordable);
+            }
+        }
+        self.set_values(0);
+        Ok(Verdict::Failed)
+    }
+
+    /// The largest weight of a sheet in an energy bin.
+    fn largest_weight(&self, sheet: usize) -> f64 {
+        let weights = &self.energies.selected[self.sheets[sheet].id.energy].weights;
+        weights.iter().fold(0.0, |most: f64, weight| most.max(weight.abs()))
+    }
+
+    /// What all lines of exams differ by, the largest first; `sizes` has, for each sheet, what the first of
+    /// them change in a pixel, and gets those of the others.
+    fn differences(&self, target: f64, sizes: &mut [Vec<f64>]) -> Vec<Difference> {
+        let mut differences = Vec::new();
+        for (i, sheet) in self.sheets.iter().enumerate() {
+            let earlier: Vec<&Sheet<'_>> = self.sheets[..i]
+                .iter()
+                .filter(|earlier| earlier.id.layer == sheet.id.layer)
+                .collect();
+            let selected = &self.energies.selected[sheet.id.energy];
+            let weight = self.largest_weight(i);
+            let known = sizes[i].len();
+            sizes[i].extend(sheet.differences(known, &earlier, &selected.of_earlier));
+            let of_line = |(line, &size): (usize, &f64)| Difference {
+                sheet: i,
+                line,
+                size: size * weight / target,
+            };
+            differences.extend(sizes[i].iter().enumerate().map(of_line));
+        }
+        let order = |of: &Difference| (of.sheet, of.line);
+        differences.sort_by(|a, b| b.size.total_cmp(&a.size).then(order(a).cmp(&order(b))));
+        differences
+    }
+
+    /// Asks for nodes around lines that failed, and has the nodes nearby sampled where those were.
+    async fn refine_around(
+        &mut self,
+        failed: &[Difference],
+        tolerances: &[f64],
+    ) -> Result<Verdict, MethodError> {
+        let mut verdict = Verdict::Passed;
+        for of in failed {
+            let sheet = &mut self.sheets[of.sheet];
+            let tolerance = sheet.line_tolerance(tolerances);
+            let place = sheet.verification.places.nodes()[of.line].place;
+            let level = sheet.level_around(place);
+            if level >= self.finest_level {
+                return Ok(Verdict::AtFinestLevel);
+            }
+            verdict = Verdict::Failed;
+            let depths = sheet.verification.significant_depths(of.line, tolerance);
+            if !within_budget(sheet.scan.sample_around(place, level, &depths, tolerance).await)? {
+                return Ok(Verdict::Unaffordable);
+            }
+            sheet.scan.seeds.add_depths_around(place, level + 1, &depths);
+        }
+        if verdict == Verdict::Failed {
+            self.set_values(0);
+        }
+        Ok(verdict)
+    }
+}

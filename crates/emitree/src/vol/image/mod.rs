@@ -1,0 +1,9 @@
+//! The image plane: a tree of nodes, the error that remains between them, and pixels.
+
+pub(crate) mod block;
+pub(crate) mod error_map;
+pub(crate) mod nearest;
+pub(crate) mod opening;
+pub(crate) mod pixels;
+pub(crate) mod remaining;
+pub(crate) mod tree;

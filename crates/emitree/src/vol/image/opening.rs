@@ -1,0 +1,132 @@
+//! Opening: which nodes get children, so that every pixel can be expected to be good enough.
+//!
+//! The largest contributions first, each taken off a copy of the error map, until no pixel is above
+//! the goal: a node next to a bad pixel is left alone if larger ones are expected to mend it.
+
+use crate::image::Image;
+use crate::vol::dyadic::{Place, around, spacing, unit};
+use crate::vol::image::error_map::Footprint;
+use crate::vol::image::remaining::{Children, Remaining};
+use crate::vol::image::tree::{ImageTree, key};
+use rustc_hash::FxHashSet;
+
+/// Every pixel is to be expected below this share of the tolerance.
+const GOAL: f64 = 0.7;
+/// What opening a node takes away of its contribution.
+const EXPECTED_GAIN: f64 = 0.95;
+/// A contribution below this share of the tolerance is left alone.
+const LEAST_CONTRIBUTION: f64 = 1e-3;
+
+/// What the choice is made from.
+pub(crate) struct Choice<'a> {
+    pub(crate) tree: &'a ImageTree,
+    pub(crate) remaining: &'a [Remaining],
+    /// For each node, where what remains reaches the image, if anything does.
+    pub(crate) footprints: &'a [Option<Footprint>],
+    /// What the tree's image is multiplied with in each energy bin.
+    pub(crate) weights: &'a [f64],
+    pub(crate) scale: &'a Image,
+    pub(crate) limits: ChoiceLimits,
+}
+
+/// What is allowed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ChoiceLimits {
+    /// The error allowed, in the unit of the image.
+    pub(crate) tolerance: f64,
+    /// The deepest level that nodes may have.
+    pub(crate) finest_level: u8,
+    /// The finest level that every rendering looks at.
+    pub(crate) required_level: u8,
+}
+
+/// The nodes to be opened of each of the trees whose images add up, the most worthwhile first: they
+/// compete for the same errors, one map for each energy bin.
+pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<usize>> {
+    let mut opened = vec![Vec::new(); choices.len()];
+    let of_tree = |(tree, choice): (usize, &Choice<'_>)| {
+        let found = choice.candidates().into_iter();
+        found.map(|(contribution, i)| (contribution, tree, i)).collect::<Vec<_>>()
+    };
+    let mut candidates: Vec<_> = choices.iter().enumerate().flat_map(of_tree).collect();
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    // There may be thousands of bins: once for each tree, and not for each of their weights.
+    let least = |choice: &Choice<'_>| {
+        LEAST_CONTRIBUTION * choice.limits.tolerance * choice.largest_weight()
+    };
+    let least: Vec<f64> = choices.iter().map(least).collect();
+    let mut expected: Vec<Image> = errors.iter().map(|error| (*error).clone()).collect();
+    for (contribution, tree, i) in candidates {
+        let choice = &choices[tree];
+        let Some(footprint) = &choice.footprints[i] else { continue };
+        let ChoiceLimits { tolerance, .. } = choice.limits;
+        let matters = |weight: f64| contribution * weight.abs() >= least[tree];
+        let bins = || choice.weights.iter().enumerate().filter(|(_, weight)| matters(**weight));
+        let is_bad = |(bin, _): (usize, &f64)| {
+            footprint.touches_above(&expected[bin], choice.scale, GOAL * tolerance)
+        };
+        if bins().any(is_bad) {
+            for (bin, weight) in bins() {
+                let gain = -EXPECTED_GAIN * weight.abs();
+                footprint.add_to(&mut expected[bin], choice.scale, gain);
+            }
+            opened[tree].push(i);
+        }
+    }
+    opened
+}
+
+impl Choice<'_> {
+    fn largest_weight(&self) -> f64 {
+        self.weights.iter().fold(0.0, |largest: f64, weight| largest.max(weight.abs()))
+    }
+
+    /// The nodes that may be opened, with what each may contribute to a pixel's error in any bin.
+    fn candidates(&self) -> Vec<(f64, usize)> {
+        let ChoiceLimits { tolerance, finest_level, .. } = self.limits;
+        let [height, width] = [self.scale.height(), self.scale.width()].map(|n| n as f64);
+        let largest_weight = self.largest_weight();
+        let largest_scale = self.scale.largest();
+        let least = LEAST_CONTRIBUTION * tolerance;
+        let mut candidates = Vec::new();
+        for (i, node) in self.tree.nodes().iter().enumerate() {
+            let Some(footprint) = &self.footprints[i] else { continue };
+            if node.level >= finest_level {
+                continue;
+            }
+            let half_width = unit(spacing(node.level));
+            let share = (half_width * width).min(1.0) * (half_width * height).min(1.0);
+            // In the unit of the image: what a node has is multiplied with the scale on its way.
+            let unscaled = self.remaining[i].size * share * largest_weight;
+            if unscaled * largest_scale < least {
+                continue;
+            }
+            let contribution = unscaled * footprint.largest_scale(self.scale);
+            if contribution >= least {
+                candidates.push((contribution, i));
+            }
+        }
+        candidates
+    }
+
+    /// The places of the children that are missing around `nodes`, in that order, each once.
+    pub(crate) fn places(&self, nodes: &[usize]) -> Vec<Place> {
+        let mut seen = FxHashSet::default();
+        let mut places = Vec::new();
+        for &i in nodes {
+            let node = self.tree.nodes()[i];
+            let diagonal_only = node.level >= self.limits.required_level
+                && self.remaining[i].children == Children::None;
+            for (dx, dy, child) in around(node.place, spacing(node.level + 1), 1) {
+                let beside = dx == 0 || dy == 0;
+                if (diagonal_only && beside) || self.tree.find(child).is_some() {
+                    continue;
+                }
+                if seen.insert(key(child)) {
+                    places.push(child);
+                }
+            }
+        }
+        places
+    }
+}

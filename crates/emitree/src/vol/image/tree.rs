@@ -1,0 +1,264 @@
+//! The image tree: values at nested dyadic nodes of the image plane, and their details.
+//!
+//! A node of level l is predicted from the lattice of level l − 1, along each axis in which it is
+//! odd, by the stencils of [`midpoint_weights`]; its detail is its value minus the prediction. A
+//! lattice point that is not a node has its own prediction for a value, so that a tree with holes
+//! stands for the same function as the full lattice with those details zero.
+
+use crate::cell;
+use crate::vol::dyadic::{
+    DEEPEST_LEVEL, Place, STENCIL, STEPS, level_of, midpoint_weights, spacing,
+};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// What is open around a node at which nothing is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Around {
+    /// Nothing that was found: the value does not matter.
+    Closed,
+    /// One of the neighbours on the node's own lattice: an edge passes between them.
+    Beside,
+    /// Only places between them: what is seen there is known from none of the neighbours.
+    Between,
+}
+
+/// One value of the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Node {
+    pub(crate) place: Place,
+    /// The level of the coarsest lattice that the node is on.
+    pub(crate) level: u8,
+    pub(crate) value: f64,
+    /// The value minus its prediction from the next coarser lattice.
+    pub(crate) detail: f64,
+    /// Whether nothing was seen here, and the value is continued from other nodes.
+    pub(crate) is_continued: bool,
+    /// How wrong the value may be because it is continued.
+    pub(crate) unknown: f64,
+    /// What is open around it, if it is continued.
+    pub(crate) around: Around,
+}
+
+impl Node {
+    /// The size of the detail, as far as something was seen.
+    pub(crate) fn seen(&self) -> f64 {
+        if self.is_continued { 0.0 } else { self.detail.abs() }
+    }
+}
+
+/// Nodes of the image plane, in the order in which they were added.
+#[derive(Clone, Debug)]
+pub(crate) struct ImageTree {
+    nodes: Vec<Node>,
+    index: FxHashMap<u64, u32>,
+    order: usize,
+}
+
+/// Nodes that share their ghosts, at the least.
+pub(crate) const NODES_PER_TASK: usize = 512;
+
+impl Default for ImageTree {
+    fn default() -> Self {
+        Self { nodes: Vec::new(), index: FxHashMap::default(), order: STENCIL }
+    }
+}
+
+impl ImageTree {
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// The order of the predictions: 6, or what it has been set to.
+    pub(crate) fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Predicts with stencils of 4 or 6 points; details are those of the former order until they are
+    /// updated.
+    pub(crate) fn set_order(&mut self, order: usize) {
+        self.order = order;
+    }
+
+    /// The number of the node at a place.
+    pub(crate) fn find(&self, place: Place) -> Option<usize> {
+        self.index.get(&key(place)).map(|&i| i as usize)
+    }
+
+    /// Adds a node, which must be new; its value comes later.
+    pub(crate) fn add(&mut self, place: Place) {
+        let level = level_of_place(place);
+        self.index.insert(key(place), cell::to_u32(self.nodes.len()));
+        self.nodes.push(Node {
+            place,
+            level,
+            value: 0.0,
+            detail: 0.0,
+            is_continued: false,
+            unknown: 0.0,
+            around: Around::Closed,
+        });
+    }
+
+    pub(crate) fn set(&mut self, node: usize, value: f64) {
+        self.nodes[node].value = value;
+    }
+
+    /// Sets a value that is continued from other nodes, and how wrong it may be.
+    pub(crate) fn set_continued(&mut self, node: usize, value: f64, unknown: f64) {
+        let node = &mut self.nodes[node];
+        (node.value, node.unknown) = (value, unknown);
+        node.is_continued = true;
+    }
+
+    /// Says what is open around a node that nothing is seen at.
+    pub(crate) fn set_around(&mut self, node: usize, around: Around) {
+        self.nodes[node].around = around;
+    }
+
+    /// The largest |value| that was seen.
+    pub(crate) fn largest_seen(&self) -> f64 {
+        let seen = self.nodes.iter().filter(|node| !node.is_continued);
+        seen.map(|node| node.value.abs()).fold(0.0, f64::max)
+    }
+
+    /// Forgets all nodes but the first `len`.
+    pub(crate) fn truncate(&mut self, len: usize) {
+        for node in self.nodes.drain(len..) {
+            self.index.remove(&key(node.place));
+        }
+    }
+
+    /// The level of the finest node.
+    pub(crate) fn finest_level(&self) -> u8 {
+        self.nodes.iter().map(|node| node.level).max().unwrap_or(0)
+    }
+
+    /// Sets all details anew, from the values.
+    pub(crate) fn update_details(&mut self) {
+        let detail = |ghosts: &mut FxHashMap<u64, f64>, node: &Node| {
+            let prediction = if node.level == 0 { 0.0 } else { self.predict(node.place, ghosts) };
+            node.value - prediction
+        };
+        let nodes = self.nodes.par_iter().with_min_len(NODES_PER_TASK);
+        let details: Vec<f64> = nodes.map_init(FxHashMap::default, detail).collect();
+        for (node, detail) in self.nodes.iter_mut().zip(details) {
+            node.detail = detail;
+        }
+    }
+
+    /// The value at a place: a node's, or what is predicted there; predictions are kept in `ghosts`.
+    pub(crate) fn value(&self, place: Place, ghosts: &mut FxHashMap<u64, f64>) -> f64 {
+        if let Some(i) = self.find(place) {
+            return self.nodes[i].value;
+        }
+        let key = key(place);
+        if let Some(&ghost) = ghosts.get(&key) {
+            return ghost;
+        }
+        let ghost = self.predict(place, ghosts);
+        ghosts.insert(key, ghost);
+        ghost
+    }
+
+    /// The value expected at a place from the lattice one level coarser than its own.
+    fn predict(&self, place: Place, ghosts: &mut FxHashMap<u64, f64>) -> f64 {
+        let step = spacing(level_of_place(place));
+        let [x, y] = place.map(|along| stencil(self.order, along, step));
+        let mut sum = 0.0;
+        for (i, weight_x) in x.weights.iter().enumerate() {
+            for (j, weight_y) in y.weights.iter().enumerate() {
+                let at =
+                    [x.first + cell::to_u32(i) * 2 * step, y.first + cell::to_u32(j) * 2 * step];
+                sum += weight_x * weight_y * self.value(at, ghosts);
+            }
+        }
+        sum
+    }
+}
+
+/// A place packed into one integer, for hashing. Places of coarse lattices end in zeros, of which a
+/// product makes no other digits: so they are put where the product's digits do not come from.
+pub(crate) fn key([x, y]: Place) -> u64 {
+    let reversed = |along: u32| u64::from(along.reverse_bits() >> (u32::BITS - DIGITS));
+    reversed(x) | reversed(y) << DIGITS
+}
+
+/// Binary digits of a place: the last one is as large as all others together.
+const DIGITS: u32 = DEEPEST_LEVEL as u32 + 1;
+
+/// The level of the coarsest lattice that a place is on.
+pub(crate) fn level_of_place([x, y]: Place) -> u8 {
+    level_of(x).max(level_of(y))
+}
+
+struct Stencil {
+    first: u32,
+    weights: &'static [f64],
+}
+
+/// The stencil of `order` points along one axis on the lattice of twice the spacing `step`.
+fn stencil(order: usize, along: u32, step: u32) -> Stencil {
+    if (along / step).is_multiple_of(2) {
+        return Stencil { first: along, weights: &[1.0] };
+    }
+    let intervals = (STEPS / (2 * step)) as usize;
+    let (first, weights) = midpoint_weights(order, intervals, (along / (2 * step)) as usize);
+    Stencil { first: cell::to_u32(first) * 2 * step, weights }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vol::dyadic::unit;
+    use proptest::prelude::*;
+
+    pub(crate) fn tree_of(
+        places: impl IntoIterator<Item = Place>,
+        value: impl Fn(f64, f64) -> f64,
+    ) -> ImageTree {
+        let mut tree = ImageTree::default();
+        for place in places {
+            if tree.find(place).is_none() {
+                tree.add(place);
+                tree.set(tree.len() - 1, value(unit(place[0]), unit(place[1])));
+            }
+        }
+        tree.update_details();
+        tree
+    }
+
+    fn lattice(level: u8) -> impl Iterator<Item = Place> {
+        let step = spacing(level);
+        (0..=1_u32 << level)
+            .flat_map(move |i| (0..=1_u32 << level).map(move |j| [i * step, j * step]))
+    }
+
+    proptest! {
+        #[test]
+        fn quintics_have_no_details_below_level_3(
+            c in prop::array::uniform6(-1.0..1.0f64),
+            fine in prop::collection::vec([0..=64u32, 0..=64u32], 20),
+        ) {
+            let along = |x: f64| c.iter().rev().fold(0.0, |sum, c| sum * x + c);
+            let fine = fine.into_iter().map(|place| place.map(|k| k * spacing(6)));
+            let tree = tree_of(lattice(3).chain(fine), |x, y| along(x) * along(1.0 - y));
+            for node in tree.nodes().iter().filter(|node| node.level > 3) {
+                prop_assert!(node.detail.abs() < 1e-13, "{node:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn truncating_forgets_the_last_nodes() {
+        let mut tree = tree_of(lattice(1), |x, y| x + y);
+        tree.add([spacing(2), 0]);
+        tree.truncate(9);
+        assert_eq!((tree.len(), tree.find([spacing(2), 0])), (9, None));
+        assert!(tree.find([STEPS, STEPS]).is_some());
+    }
+}

@@ -1,0 +1,238 @@
+//! Neighbouring lines: the depths that a new line takes from them, and structure found on one that is
+//! sampled on the next.
+
+use crate::vol::dyadic::{Place, around, spacing};
+use crate::vol::image::nearest::Nearest;
+use crate::vol::image::tree::ImageTree;
+use crate::vol::line::Sample;
+use crate::vol::line::jumps::{are_known, probes};
+use crate::vol::line::node_lines::{LINES_ASSESSED, NodeLines, Wanted, base_depths};
+use crate::vol::line::tracking::{Bracket, NEIGHBOURS, Neighbour, Predicted, predict};
+use crate::vol::sampling::{Stop, View};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Depths of a line beyond this level, if jumps are near, are its own: neighbours jump elsewhere.
+const SHARED_JUMP_LEVEL: u8 = 6;
+/// A sample is looked for on neighbouring lines if its significance is beyond this many tolerances.
+const SHARED_SIGNIFICANCE: f64 = 2.0;
+/// Neighbours that are coarser than this there, in units of the sample's own spacing.
+const COARSER: u32 = 4;
+/// Steps from line to line that something found is followed in one round.
+const MOST_HOPS: usize = 6;
+/// Lines whose depths a new line starts with.
+const NEAREST: usize = 4;
+/// If one of those has a jump, depths beyond this level are not taken from them…
+const STARTING_LEVEL: u8 = 7;
+/// …nor samples with a significance below this share of the tolerance: they were made to close in on
+/// jumps, or to look whether there is more.
+const STARTING_SIGNIFICANCE: f64 = 0.25;
+
+/// A depth of one line that those next to it should know of.
+#[derive(Clone, Copy, Debug)]
+struct Shared {
+    depth: u32,
+    /// The spacing of its level.
+    length: u32,
+    /// Whether there is only a jump that it is shared for.
+    of_jump: bool,
+}
+
+impl NodeLines {
+    /// The depths that the new full lines `numbers` start with, and where they are expected to
+    /// jump, given the full lines before node `before`.
+    pub(crate) fn start(
+        &mut self,
+        tree: &ImageTree,
+        numbers: &[usize],
+        before: usize,
+        tolerance: f64,
+        base_level: u8,
+    ) -> Wanted {
+        let places: Vec<Place> = numbers.iter().map(|&i| tree.nodes()[i].place).collect();
+        let starts = self.starts(tree, &places, before, tolerance, base_level);
+        let of_line = |(&i, (depths, brackets))| {
+            self.expect(i, brackets);
+            (i, depths)
+        };
+        numbers.iter().zip(starts).map(of_line).collect()
+    }
+
+    /// The same for lines at any `places`, with the brackets of their jumps.
+    pub(crate) fn starts(
+        &self,
+        tree: &ImageTree,
+        places: &[Place],
+        before: usize,
+        tolerance: f64,
+        base_level: u8,
+    ) -> Vec<(Vec<u32>, Vec<Bracket>)> {
+        let full = self.nearest_full(tree, before);
+        let of_line = |&place: &Place| {
+            let near = full.find(place, NEIGHBOURS);
+            self.starting_depths(tree, place, &near, tolerance, base_level)
+        };
+        places.par_iter().with_min_len(LINES_ASSESSED).map(of_line).collect()
+    }
+
+    /// The full lines before node `before`, by their places.
+    pub(crate) fn nearest_full(&self, tree: &ImageTree, before: usize) -> Nearest {
+        let full = (0..before).filter(|&i| self.is_full(i));
+        let full: Vec<(Place, usize)> = full.map(|i| (tree.nodes()[i].place, i)).collect();
+        Nearest::new(full.into_iter())
+    }
+
+    /// Sets where line `i` is expected to jump.
+    pub(crate) fn expect(&mut self, i: usize, brackets: Vec<Bracket>) {
+        self.brackets[i] = brackets;
+    }
+
+    /// The depths that a new full line at `place` starts with: those of the base level, what the
+    /// nearest of the full lines `near` it have opened, and brackets of the jumps.
+    fn starting_depths(
+        &self,
+        tree: &ImageTree,
+        place: Place,
+        near: &[(u64, usize)],
+        tolerance: f64,
+        base_level: u8,
+    ) -> (Vec<u32>, Vec<Bracket>) {
+        let mut depths = base_depths(base_level);
+        let neighbours =
+            if self.tracks_jumps { self.neighbours(tree, place, near) } else { Vec::new() };
+        // Two, or more if they are as near as the second.
+        let farthest = near.get(1).map_or(0, |(distance, _)| *distance);
+        let nearest = near.iter().take(NEAREST).filter(|(distance, _)| *distance <= farthest);
+        let has_jumps = neighbours.iter().take(NEAREST).any(|one| !one.jumps.is_empty());
+        for line in nearest.map(|&(_, i)| &self.lines[i]) {
+            let worthwhile = line.samples.iter().enumerate().filter(|(k, sample)| {
+                if has_jumps {
+                    let significant = sample.significance > STARTING_SIGNIFICANCE * tolerance;
+                    return significant
+                        && sample.level <= STARTING_LEVEL
+                        && !line.is_beside_jump(*k);
+                }
+                sample.opened || (sample.level <= SHARED_JUMP_LEVEL && line.is_near_jump(*k))
+            });
+            depths.extend(worthwhile.map(|(_, sample)| sample.depth));
+        }
+        let Predicted { brackets, probes } = predict(&neighbours, tolerance);
+        depths.extend(brackets.iter().flat_map(|bracket| [bracket.low, bracket.high]));
+        depths.extend(probes);
+        depths.sort_unstable();
+        depths.dedup();
+        (depths, brackets)
+    }
+
+    /// The jumps of full lines near `place`; none at all if the nearest have none.
+    fn neighbours(&self, tree: &ImageTree, place: Place, near: &[(u64, usize)]) -> Vec<Neighbour> {
+        let unit_distance =
+            near.first().map_or(1.0, |(square, _)| (*square as f64).sqrt().max(1.0));
+        let neighbour = |&(_, i): &(u64, usize)| {
+            let from = tree.nodes()[i].place;
+            let along =
+                |axis: usize| (f64::from(from[axis]) - f64::from(place[axis])) / unit_distance;
+            Neighbour { place: [along(0), along(1)], jumps: self.jumps(i).to_vec() }
+        };
+        let mut neighbours: Vec<Neighbour> = near.iter().take(NEAREST).map(neighbour).collect();
+        if neighbours.iter().any(|one| !one.jumps.is_empty()) {
+            neighbours.extend(near.iter().skip(NEAREST).map(neighbour));
+        }
+        neighbours
+    }
+
+    /// Looks on neighbouring full lines for what the lines `found` have found, and from there on.
+    pub(crate) async fn follow(
+        &mut self,
+        view: &View<'_>,
+        tree: &ImageTree,
+        found: &[usize],
+        tolerance: f64,
+        base_level: u8,
+    ) -> Result<(), Stop> {
+        let mut found = found.to_vec();
+        for _ in 0..MOST_HOPS {
+            let mut wanted: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+            let unseen = |&i: &usize| self.unseen_by_neighbours(tree, i, tolerance, base_level);
+            let found_lines = found.par_iter().with_min_len(LINES_ASSESSED);
+            let of_lines: Vec<Wanted> = found_lines.map(unseen).collect();
+            for (k, depths) in of_lines.into_iter().flatten() {
+                wanted.entry(k).or_default().extend(depths);
+            }
+            for depths in wanted.values_mut() {
+                depths.sort_unstable();
+                depths.dedup();
+            }
+            found = wanted.keys().copied().collect();
+            if found.is_empty() {
+                break;
+            }
+            let wanted = wanted.into_iter().collect();
+            self.refine(view, tree, wanted, tolerance, base_level).await?;
+        }
+        Ok(())
+    }
+
+    /// What line `i` has found that full lines next to it have not looked for.
+    fn unseen_by_neighbours(
+        &self,
+        tree: &ImageTree,
+        i: usize,
+        tolerance: f64,
+        base_level: u8,
+    ) -> Wanted {
+        let node = &tree.nodes()[i];
+        let step = spacing(node.level.max(base_level));
+        let depths = self.shared_depths(i, tolerance, base_level);
+        let own = if self.tracks_jumps { self.jumps(i) } else { &[] };
+        if own.is_empty() && depths.is_empty() {
+            return Vec::new();
+        }
+        let of_neighbour = |(_, _, neighbour)| {
+            let k = tree.find(neighbour).filter(|&k| self.is_full(k))?;
+            let line = &self.lines[k];
+            let theirs = if own.is_empty() { &[] } else { self.jumps(k) };
+            let is_unseen = |shared: &&Shared| {
+                let is_theirs = shared.of_jump && are_known(own, theirs, shared.depth);
+                !is_theirs && self.is_coarse(k, shared.depth, shared.length)
+            };
+            let mut unseen = probes(own, theirs, line);
+            unseen.extend(depths.iter().filter(is_unseen).map(|shared| shared.depth));
+            (!unseen.is_empty()).then_some((k, unseen))
+        };
+        around(node.place, step, 1).filter_map(of_neighbour).collect()
+    }
+
+    /// The depths of line `i` that its neighbours should know of.
+    fn shared_depths(&self, i: usize, tolerance: f64, base_level: u8) -> Vec<Shared> {
+        let line = &self.lines[i];
+        let of_sample = |(k, sample): (usize, &Sample)| {
+            let significant = sample.opened
+                && sample.level >= base_level
+                && sample.significance > SHARED_SIGNIFICANCE * tolerance;
+            let beside_jump = sample.level <= SHARED_JUMP_LEVEL
+                && sample.level > base_level
+                && line.is_near_jump(k);
+            (significant || beside_jump).then(|| Shared {
+                depth: sample.depth,
+                length: spacing(sample.level),
+                of_jump: !significant,
+            })
+        };
+        line.samples.iter().enumerate().filter_map(of_sample).collect()
+    }
+
+    /// Whether line `k` has no sample at `depth`, and none near it in terms of `length`.
+    fn is_coarse(&self, k: usize, depth: u32, length: u32) -> bool {
+        let line = &self.lines[k];
+        match line.find(depth) {
+            Ok(_) => false,
+            Err(0) => true,
+            Err(after) if after == line.samples.len() => true,
+            Err(after) => {
+                let interval = line.samples[after].depth - line.samples[after - 1].depth;
+                interval >= COARSER * length
+            }
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! The lines of sight behind the nodes of the image tree: sampled in batches, refined together.
+
+use crate::vol::dyadic::spacing;
+use crate::vol::image::block::Block;
+use crate::vol::image::tree::ImageTree;
+use crate::vol::line::Line;
+use crate::vol::line::jumps::{Jump, jumps};
+use crate::vol::line::profile::{Profile, has_jump};
+use crate::vol::line::tracking::Bracket;
+use crate::vol::sampling::{Stop, View};
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// Lines that are worth a thread of their own, which takes some ten microseconds to wake: if all but few
+/// of them have answered before…
+pub(crate) const LINES_KNOWN: usize = 1024;
+/// …if samples are looked up or taken in…
+const LINES_READ: usize = 128;
+/// …and if all samples of them are looked at.
+pub(crate) const LINES_ASSESSED: usize = 8;
+
+/// Depths that are wanted on a line, by the number of its node.
+pub(crate) type Wanted = Vec<(usize, Vec<u32>)>;
+
+/// How a line came by its integral.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum LineSource {
+    /// It has none yet.
+    Unknown,
+    /// It needs none: no pixel sees it.
+    Closed,
+    /// It was refined by itself.
+    Full,
+    /// By the depth rule of a block, which was right to `error` on the lines it was learned from.
+    Rule { block: Block, error: f64 },
+}
+
+/// The lines of all nodes, in the order of the nodes.
+#[derive(Debug, Default)]
+pub(crate) struct NodeLines {
+    pub(crate) lines: Vec<Line>,
+    pub(crate) sources: Vec<LineSource>,
+    /// Whether jumps are looked for where those of neighbours are.
+    pub(crate) tracks_jumps: bool,
+    /// Where jumps are expected on lines that have not been refined yet.
+    pub(crate) brackets: Vec<Vec<Bracket>>,
+    /// What others have asked of each line.
+    derived: Vec<Derived>,
+}
+
+/// What others ask of a line, worked out when the first one does and kept until there are new samples.
+#[derive(Debug, Default)]
+struct Derived {
+    profile: OnceLock<Profile>,
+    jumps: OnceLock<Vec<Jump>>,
+    /// Whether no rule can be learned from the line.
+    has_jump: OnceLock<bool>,
+    /// ∫ |G| dz.
+    brightness: OnceLock<f64>,
+}
+
+/// Lines that follow rules, each with its rule and integral.
+#[derive(Debug)]
+pub(crate) struct RuleSnapshot(Vec<(usize, LineSource, f64)>);
+
+impl NodeLines {
+    /// Adds lines without samples until there is one for each of `nodes` nodes.
+    pub(crate) fn grow(&mut self, nodes: usize) {
+        self.lines.resize_with(nodes, Line::default);
+        self.sources.resize(nodes, LineSource::Unknown);
+        self.brackets.resize(nodes, Vec::new());
+        self.derived.resize_with(nodes, Derived::default);
+    }
+
+    pub(crate) fn truncate(&mut self, nodes: usize) {
+        self.lines.truncate(nodes);
+        self.sources.truncate(nodes);
+        self.brackets.truncate(nodes);
+        self.derived.truncate(nodes);
+    }
+
+    /// How the lines that follow rules stand, so that they can be restored.
+    pub(crate) fn snapshot(&self) -> RuleSnapshot {
+        let ruled = (0..self.lines.len()).filter(|&i| !self.is_full(i));
+        RuleSnapshot(ruled.map(|i| (i, self.sources[i], self.lines[i].integral)).collect())
+    }
+
+    /// Gives lines back the rules that they had.
+    pub(crate) fn restore(&mut self, snapshot: &RuleSnapshot) {
+        for &(i, way, integral) in &snapshot.0 {
+            self.sources[i] = way;
+            self.lines[i].integral = integral;
+        }
+    }
+
+    pub(crate) fn is_closed(&self, i: usize) -> bool {
+        self.sources[i] == LineSource::Closed
+    }
+
+    pub(crate) fn is_full(&self, i: usize) -> bool {
+        self.sources[i] == LineSource::Full
+    }
+
+    /// Full line `i` as rules see it.
+    pub(crate) fn profile(&self, i: usize) -> &Profile {
+        self.derived[i].profile.get_or_init(|| Profile::new(&self.lines[i]))
+    }
+
+    /// Whether line `i` has a jump that has been resolved: no rule is learned from it.
+    pub(crate) fn has_jump(&self, i: usize) -> bool {
+        *self.derived[i].has_jump.get_or_init(|| has_jump(&self.lines[i]))
+    }
+
+    pub(crate) fn jumps(&self, i: usize) -> &[Jump] {
+        self.derived[i].jumps.get_or_init(|| jumps(&self.lines[i]))
+    }
+
+    /// The largest ∫ |G| dz of a full line.
+    pub(crate) fn brightest(&self) -> f64 {
+        let all = (0..self.lines.len()).into_par_iter().with_min_len(LINES_KNOWN);
+        let full = all.filter(|&i| self.is_full(i));
+        let brightness =
+            |i: usize| *self.derived[i].brightness.get_or_init(|| self.lines[i].brightness());
+        full.map(brightness).reduce(|| 0.0, f64::max)
+    }
+
+    /// Whether no sample is negative.
+    pub(crate) fn are_nowhere_negative(&self) -> bool {
+        let lines = self.lines.par_iter().with_min_len(LINES_KNOWN);
+        lines.all(|line| line.samples.iter().all(|sample| sample.rate >= 0.0))
+    }
+
+    /// The estimated |error| of the integral of line `i`.
+    pub(crate) fn error(&self, i: usize) -> f64 {
+        match self.sources[i] {
+            LineSource::Full => self.lines[i].error,
+            LineSource::Rule { error, .. } => error,
+            LineSource::Unknown => f64::INFINITY,
+            LineSource::Closed => 0.0,
+        }
+    }
+
+    /// Samples all wanted depths in one batch; those that are there already cost nothing, and a depth
+    /// may be wanted twice.
+    pub(crate) async fn sample(
+        &mut self,
+        view: &View<'_>,
+        tree: &ImageTree,
+        wanted: &Wanted,
+    ) -> Result<(), Stop> {
+        let missing = |(i, depths): &(usize, Vec<u32>)| {
+            let line = &self.lines[*i];
+            let missing = depths.iter().filter(|&&depth| !line.has(depth));
+            missing.map(|&depth| (*i, depth)).collect::<Vec<_>>()
+        };
+        let wanted = wanted.par_iter().with_min_len(LINES_READ);
+        let mut missing: Vec<(usize, u32)> = wanted.flat_map_iter(missing).collect();
+        missing.par_sort_unstable();
+        missing.dedup();
+        let points: Vec<_> = missing.iter().map(|&(i, d)| (tree.nodes()[i].place, d)).collect();
+        let rates = view.rates(&points).await?;
+        let samples: Vec<_> =
+            missing.into_iter().zip(rates).map(|((i, depth), rate)| (i, (depth, rate))).collect();
+        let of_lines: Vec<_> = samples.chunk_by(|a, b| a.0 == b.0).collect();
+        let numbers = of_lines.iter().map(|of_line| of_line[0].0);
+        let lines = chosen(&mut self.lines, numbers.clone());
+        let derived = chosen(&mut self.derived, numbers);
+        let lines = lines.into_par_iter().zip(derived).zip(of_lines).with_min_len(LINES_READ);
+        lines.for_each(|((line, derived), new)| {
+            line.add(new.iter().map(|(_, sample)| *sample));
+            *derived = Derived::default();
+        });
+        Ok(())
+    }
+
+    /// Samples the wanted depths and refines each line of them until its error is within
+    /// `tolerance`, all lines together: one batch for each step.
+    pub(crate) async fn refine(
+        &mut self,
+        view: &View<'_>,
+        tree: &ImageTree,
+        mut wanted: Wanted,
+        tolerance: f64,
+        base_level: u8,
+    ) -> Result<(), Stop> {
+        while !wanted.is_empty() {
+            self.sample(view, tree, &wanted).await?;
+            wanted = self.assess(wanted.iter().map(|(i, _)| *i), tolerance, base_level);
+        }
+        Ok(())
+    }
+
+    /// Assesses the given lines and returns what they want, the lines in ascending order: first the
+    /// jumps that are expected, until all have been found or given up.
+    pub(crate) fn assess(
+        &mut self,
+        numbers: impl Iterator<Item = usize>,
+        tolerance: f64,
+        base_level: u8,
+    ) -> Wanted {
+        let mut numbers: Vec<usize> = numbers.collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let lines = chosen(&mut self.lines, numbers.iter().copied());
+        let brackets = chosen(&mut self.brackets, numbers.iter().copied());
+        let derived = chosen(&mut self.derived, numbers.iter().copied());
+        let lines = lines.into_par_iter().zip(brackets).zip(derived).zip(&numbers);
+        let lines = lines.with_min_len(LINES_ASSESSED);
+        let wanted = lines.map(|(((line, brackets), derived), &i)| {
+            *derived = Derived::default();
+            let searched: Vec<u32> = brackets.iter_mut().filter_map(|b| b.next(line)).collect();
+            if searched.is_empty() {
+                brackets.clear();
+                (i, line.assess(tolerance, base_level))
+            } else {
+                (i, searched)
+            }
+        });
+        wanted.filter(|(_, depths)| !depths.is_empty()).collect()
+    }
+}
+
+/// The entries of these numbers, which ascend.
+fn chosen<T>(all: &mut [T], numbers: impl Iterator<Item = usize>) -> Vec<&mut T> {
+    let (mut rest, mut passed) = (all.iter_mut(), 0);
+    let entry = |i: usize| {
+        let entry = rest.nth(i - passed);
+        passed = i + 1;
+        entry
+    };
+    numbers.filter_map(entry).collect()
+}
+
+/// All depths of the lattice of `level`.
+pub(crate) fn base_depths(level: u8) -> Vec<u32> {
+    (0..=1_u32 << level).map(|k| k * spacing(level)).collect()
+}

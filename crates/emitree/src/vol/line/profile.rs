@@ -1,0 +1,44 @@
+//! Profiles: full lines at the depths that rules may use.
+
+use crate::vol::dyadic::spacing;
+use crate::vol::line::Line;
+
+/// Depths that a rule may use are on the lattice of this level.
+const DEPTH_LEVEL: u8 = 7;
+/// Depths that there are.
+pub(crate) const DEPTHS: usize = (1 << DEPTH_LEVEL) + 1;
+/// A jump within an interval as short as the spacing of this level has been resolved: lines with one
+/// have no rule, it would fit where the jumps happen to be.
+const RESOLVED_JUMP_LEVEL: u8 = 7;
+
+/// A line as rules see it: G at all depths that a rule may use.
+#[derive(Clone, Debug)]
+pub(crate) struct Profile {
+    pub(crate) rates: Vec<f64>,
+    /// Which of the depths have been sampled; at the others G is interpolated.
+    pub(crate) sampled: Vec<bool>,
+    pub(crate) integral: f64,
+    pub(crate) has_jump: bool,
+}
+
+/// Depth `k` of [`DEPTHS`].
+pub(crate) fn depth_of(k: usize) -> u32 {
+    crate::cell::to_u32(k) * spacing(DEPTH_LEVEL)
+}
+
+/// Whether a line has a jump that has been resolved: no rule is learned from it.
+pub(crate) fn has_jump(line: &Line) -> bool {
+    line.has_jump_within(spacing(RESOLVED_JUMP_LEVEL))
+}
+
+impl Profile {
+    pub(crate) fn new(line: &Line) -> Self {
+        let depth = |k: usize| depth_of(k);
+        Self {
+            rates: (0..DEPTHS).map(|k| line.rate(depth(k))).collect(),
+            sampled: (0..DEPTHS).map(|k| line.has(depth(k))).collect(),
+            integral: line.integral,
+            has_jump: has_jump(line),
+        }
+    }
+}

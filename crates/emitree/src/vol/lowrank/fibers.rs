@@ -1,0 +1,260 @@
+//! Fibers: G along one axis of the cube, and the functions that they span.
+//!
+//! Empirical interpolation (Barrault et al. 2004, doi:10.1016/j.crma.2004.08.006): each fiber that
+//! the ones before do not explain adds a function, and as its *pivot* the place where it differs
+//! most from what they say. A function in the span follows from its values at the pivots.
+
+use crate::vol::lowrank::chebyshev::{Analysis, LANES, Series, all_places, means, places, sums_at};
+use core::mem::replace;
+use nalgebra::DMatrix;
+
+/// G along one axis through several points.
+#[derive(Clone, Debug)]
+pub(super) struct Fibers {
+    /// The places of this level are sampled.
+    pub(super) level: u8,
+    /// Their coordinates.
+    places: Vec<f64>,
+    /// Where the fibers are on the other two axes, in ascending order of the axes.
+    pub(super) at: Vec<[f64; 2]>,
+    /// G at each place of each fiber.
+    pub(super) rates: Vec<Vec<f64>>,
+    /// The fibers that are no sums of those before, in order.
+    chosen: Vec<usize>,
+    /// The numbers of their pivots among the places.
+    pivots: Vec<usize>,
+    /// One column for each pivot: the function in the span that is 1 there and 0 at the others.
+    cardinal: DMatrix<f64>,
+    /// The same functions as sums of polynomials.
+    series: Series,
+    /// How sums follow from values.
+    analysis: Analysis,
+}
+
+impl Fibers {
+    pub(super) fn new(level: u8) -> Self {
+        Self {
+            level,
+            places: all_places(level),
+            at: Vec::new(),
+            rates: Vec::new(),
+            chosen: Vec::new(),
+            pivots: Vec::new(),
+            cardinal: DMatrix::zeros(places(level), 0),
+            series: Series::zeros(places(level), 0),
+            analysis: Analysis::new(level),
+        }
+    }
+
+    /// The number of functions.
+    pub(super) fn rank(&self) -> usize {
+        self.pivots.len()
+    }
+
+    /// The coordinates of the pivots.
+    pub(super) fn pivots(&self) -> Vec<f64> {
+        self.pivots.iter().map(|&i| self.places[i]).collect()
+    }
+
+    /// The functions that are 1 at one pivot and 0 at the others, a column each, at all places.
+    pub(super) fn cardinal(&self) -> &DMatrix<f64> {
+        &self.cardinal
+    }
+
+    /// What the polynomials through the fibers leave open, at the most.
+    pub(super) fn tail(&self) -> f64 {
+        self.largest_tail(self.level, &self.analysis)
+    }
+
+    /// What they would leave open on the next level, if it falls as it did from the level before: its
+    /// logarithm doubles with the number of places (Trefethen 2013, theorem 8.2).
+    pub(super) fn next_tail(&self) -> f64 {
+        let level_before = self.level - 1;
+        let before = self.largest_tail(level_before, &Analysis::new(level_before));
+        let now = self.tail();
+        if before > 0.0 { now * (now / before).powi(2) } else { 0.0 }
+    }
+
+    /// The largest tail of a fiber by its places of `level`.
+    fn largest_tail(&self, level: u8, analysis: &Analysis) -> f64 {
+        let step = 1 << (self.level - level);
+        let of_fiber = |rates: &Vec<f64>| analysis.tail(rates.iter().step_by(step).copied());
+        self.rates.iter().map(of_fiber).fold(0.0, f64::max)
+    }
+
+    /// Adds a fiber with its rates at all places.
+    pub(super) fn add(&mut self, at: [f64; 2], rates: Vec<f64>) {
+        self.at.push(at);
+        self.rates.push(rates);
+    }
+
+    /// Takes the last fiber to the functions if more than `allowed` of it is not explained by the
+    /// ones before; whether it did.
+    pub(super) fn extend_basis(&mut self, allowed: f64) -> bool {
+        let Some(last) = self.rates.len().checked_sub(1) else { return false };
+        let rest = self.unexplained(last);
+        let pivot = largest(&rest);
+        if rest[pivot].abs() <= allowed {
+            return false;
+        }
+        self.push(last, pivot, &rest);
+        true
+    }
+
+    /// Forgets the last fiber, which is a sum of others.
+    pub(super) fn drop_last(&mut self) {
+        self.at.pop();
+        self.rates.pop();
+    }
+
+    /// Goes to the next level, given the rates of each fiber at its new places.
+    pub(super) fn refine(&mut self, new_rates: &[Vec<f64>]) {
+        for (rates, new) in self.rates.iter_mut().zip(new_rates) {
+            let mut finer = Vec::with_capacity(rates.len() + new.len());
+            for (rate, new) in rates.iter().zip(new) {
+                finer.extend([*rate, *new]);
+            }
+            finer.extend(rates.last());
+            *rates = finer;
+        }
+        self.level += 1;
+        self.places = all_places(self.level);
+        self.analysis = Analysis::new(self.level);
+        // The functions at the new places, by the same steps.
+        let chosen = core::mem::take(&mut self.chosen);
+        let pivots = core::mem::take(&mut self.pivots);
+        self.cardinal = DMatrix::zeros(places(self.level), 0);
+        self.series = Series::zeros(places(self.level), 0);
+        for (fiber, pivot) in chosen.into_iter().zip(pivots) {
+            let rest = self.unexplained(fiber);
+            self.push(fiber, 2 * pivot, &rest);
+        }
+    }
+
+    /// The coordinates of all places.
+    pub(super) fn places(&self) -> &[f64] {
+        &self.places
+    }
+
+    /// The coordinates of the places that the next level adds.
+    pub(super) fn new_places(&self) -> Vec<f64> {
+        all_places(self.level + 1).into_iter().skip(1).step_by(2).collect()
+    }
+
+    /// A fiber less what the functions make of its values at the pivots.
+    fn unexplained(&self, fiber: usize) -> Vec<f64> {
+        let rates = &self.rates[fiber];
+        let mut rest = rates.clone();
+        for (k, &pivot) in self.pivots.iter().enumerate() {
+            let function = self.cardinal.column(k);
+            rest.iter_mut().zip(function.iter()).for_each(|(rest, f)| *rest -= rates[pivot] * f);
+        }
+        // Rounding must not make a pivot of one that there is.
+        self.pivots.iter().for_each(|&pivot| rest[pivot] = 0.0);
+        rest
+    }
+
+    fn push(&mut self, fiber: usize, pivot: usize, rest: &[f64]) {
+        let scale = 1.0 / rest[pivot];
+        let new: Vec<f64> = rest.iter().map(|rest| rest * scale).collect();
+        let there: Vec<f64> = self.cardinal.row(pivot).iter().copied().collect();
+        let coefficients: Vec<f64> = self.analysis.coefficients(&new).collect();
+        let none = || DMatrix::zeros(0, 0);
+        let (cardinal, series) =
+            (replace(&mut self.cardinal, none()), replace(&mut self.series, none()));
+        self.cardinal = with_function(cardinal, &there, &new);
+        self.series = with_function(series, &there, &coefficients);
+        self.chosen.push(fiber);
+        self.pivots.push(pivot);
+    }
+
+    /// The functions at the coordinates `x`.
+    pub(super) fn functions_at(&self, x: &[f64; LANES], functions: &mut [[f64; LANES]]) {
+        sums_at(&self.series, x, functions);
+    }
+
+    /// The means of the functions over `pixels` equal parts of the axis: a column for each.
+    pub(super) fn means(&self, pixels: usize) -> DMatrix<f64> {
+        means(&self.series, pixels)
+    }
+}
+
+/// The functions with the `new` one, times what each is `there` taken off: a column for each.
+fn with_function(mut functions: DMatrix<f64>, there: &[f64], new: &[f64]) -> DMatrix<f64> {
+    for (mut function, there) in functions.column_iter_mut().zip(there) {
+        function.iter_mut().zip(new).for_each(|(f, new)| *f -= there * new);
+    }
+    let number = functions.ncols();
+    let mut functions = functions.insert_column(number, 0.0);
+    functions.column_mut(number).copy_from_slice(new);
+    functions
+}
+
+/// The number of the largest |value|, the first of equal ones.
+pub(super) fn largest(values: &[f64]) -> usize {
+    let better =
+        |best: usize, i: usize| if values[i].abs() > values[best].abs() { i } else { best };
+    (0..values.len()).fold(0, better)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fiber(level: u8, f: impl Fn(f64) -> f64) -> Vec<f64> {
+        all_places(level).into_iter().map(f).collect()
+    }
+
+    fn mixed(a: f64, b: f64) -> impl Fn(f64) -> f64 {
+        move |x: f64| a * (3.0 * x).sin() + b * (-4.0 * x).exp()
+    }
+
+    #[test]
+    fn what_is_in_the_span_follows_from_its_pivots() {
+        let mut fibers = Fibers::new(4);
+        for (a, b) in [(1.0, 0.0), (0.3, 1.0)] {
+            fibers.add([a, b], fiber(4, mixed(a, b)));
+            assert!(fibers.extend_basis(1e-10));
+        }
+        fibers.add([0.5, 0.5], fiber(4, mixed(-0.2, 0.7)));
+        assert!(!fibers.extend_basis(1e-10));
+        assert_eq!(fibers.rank(), 2);
+        // Also on the next level, and between its places.
+        let new = fibers.new_places();
+        let rates: Vec<Vec<f64>> = [(1.0, 0.0), (0.3, 1.0), (-0.2, 0.7)]
+            .map(|(a, b)| new.iter().map(|&x| mixed(a, b)(x)).collect())
+            .into();
+        fibers.refine(&rates);
+        assert_eq!(fibers.rates[2], fiber(5, mixed(-0.2, 0.7)));
+        let mut functions = [[0.0; LANES]; 2];
+        let wanted = mixed(0.9, 0.4);
+        let x = core::array::from_fn(|lane| lane as f64 / (LANES - 1) as f64);
+        fibers.functions_at(&x, &mut functions);
+        for (lane, x) in x.into_iter().enumerate() {
+            let at_pivots = functions.iter().zip(fibers.pivots());
+            let found: f64 = at_pivots.map(|(f, at)| f[lane] * wanted(at)).sum();
+            assert!((found - wanted(x)).abs() < 1e-10, "{x}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_step_is_never_resolved() {
+        let mut fibers = Fibers::new(5);
+        fibers.add([0.0; 2], fiber(5, |x| (2.0 * x).cos()));
+        assert!(fibers.tail() < 1e-9 && fibers.next_tail() < 1e-9);
+        fibers.add([0.0; 2], fiber(5, |x| if x < 0.4 { 1.0 } else { 0.0 }));
+        assert!(fibers.tail() > 1e-2 && fibers.next_tail() > 1e-2);
+    }
+
+    #[test]
+    fn the_next_tail_is_known_beforehand() {
+        let core = |x: f64| 1.0 / (1.0 + ((x - 0.43) / 0.1).powi(2));
+        let tail_at = |level: u8| {
+            let mut fibers = Fibers::new(level);
+            fibers.add([0.0; 2], fiber(level, core));
+            [fibers.tail(), fibers.next_tail()]
+        };
+        let ([_, expected], [found, _]) = (tail_at(5), tail_at(6));
+        assert!((0.2..5.0).contains(&(found / expected)), "{found} {expected}");
+    }
+}

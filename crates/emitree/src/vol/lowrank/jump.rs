@@ -1,0 +1,85 @@
+//! Discontinuities: where G changes at once, no polynomial and no sum of products follows.
+//!
+//! What a function does between the two neighbouring places where it changes most is looked at more
+//! and more closely. If it is smooth, the change is soon spread over the parts; a jump stays in one.
+
+use crate::vol::lowrank::fibers::Fibers;
+
+/// Changes below this share of the most that is left don't matter.
+const OF_INTEREST: f64 = 0.3;
+/// The steepest stretch of a fiber is divided into so many parts…
+const PARTS: usize = 4;
+/// …this often…
+pub(super) const CLOSER_STEPS: usize = 3;
+/// …and a jump keeps this share of the change in one part.
+const KEPT: f64 = 0.7;
+
+/// A stretch of a fiber on which G changes much.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Steep {
+    ends: [f64; 2],
+    rates: [f64; 2],
+}
+
+impl Steep {
+    /// The stretch between two places of the newest fiber on which it changes most, if that is
+    /// enough next to the `most` that is left.
+    pub(super) fn of_newest(fibers: &Fibers, most: f64) -> Option<Self> {
+        let rates = fibers.rates.last()?;
+        let change = |i: &usize| (rates[i + 1] - rates[*i]).abs();
+        let i = (0..rates.len() - 1).max_by(|a, b| change(a).total_cmp(&change(b)))?;
+        let ends = [fibers.places()[i], fibers.places()[i + 1]];
+        (change(&i) > OF_INTEREST * most).then(|| Self { ends, rates: [rates[i], rates[i + 1]] })
+    }
+
+    /// The end of `part` of its equal parts.
+    fn place(&self, part: usize) -> f64 {
+        let [from, to] = self.ends;
+        from + (to - from) * part as f64 / PARTS as f64
+    }
+
+    /// The places that divide it.
+    pub(super) fn inside(&self) -> Vec<f64> {
+        (1..PARTS).map(|part| self.place(part)).collect()
+    }
+
+    /// The part that has nearly all of the change, if one has, given the rates inside.
+    pub(super) fn closer(&self, inside: &[f64]) -> Option<Self> {
+        let rates: Vec<f64> =
+            [&self.rates[..1], inside, &self.rates[1..]].into_iter().flatten().copied().collect();
+        let whole = (self.rates[1] - self.rates[0]).abs();
+        let part = (0..PARTS).find(|&i| (rates[i + 1] - rates[i]).abs() > KEPT * whole)?;
+        let ends = [self.place(part), self.place(part + 1)];
+        Some(Self { ends, rates: [rates[part], rates[part + 1]] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether a function looks like one with a jump on the places of level 4.
+    fn jumps(f: impl Fn(f64) -> f64) -> bool {
+        let mut fibers = Fibers::new(4);
+        let rates = fibers.places().iter().copied().map(&f).collect();
+        fibers.add([0.5; 2], rates);
+        let mut steep = Steep::of_newest(&fibers, 1.0);
+        for _ in 0..CLOSER_STEPS {
+            let Some(before) = steep else { return false };
+            let inside: Vec<f64> = before.inside().into_iter().map(&f).collect();
+            steep = before.closer(&inside);
+        }
+        steep.is_some()
+    }
+
+    #[test]
+    fn steps_are_told_from_slopes() {
+        for at in [0.03, 0.2, 0.5, 0.77, 0.9] {
+            assert!(jumps(|x| if x < at { 0.1 } else { 1.0 }), "{at}");
+            assert!(!jumps(|x| (-((x - at) / 0.03).powi(2)).exp()), "{at}");
+            assert!(!jumps(|x| 0.5 * ((x - at) / 0.02).tanh()), "{at}");
+        }
+        // One that is small next to what is left does not matter.
+        assert!(!jumps(|x| if x < 0.4 { 0.0 } else { 0.2 }));
+    }
+}

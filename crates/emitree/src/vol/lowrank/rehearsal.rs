@@ -1,0 +1,66 @@
+//! The rehearsal: what the image tree would cost, found on the interpolant instead of on G.
+
+use crate::calls::Calls;
+use crate::emission::{Emission, Samples};
+use crate::error::RenderError;
+use crate::exchange::drive;
+use crate::meter::{Deadline, Limits, Meter};
+use crate::projection::Canonical;
+use crate::tile::Tile;
+use crate::vol::VolOptions;
+use crate::vol::engine::by_tree;
+use crate::vol::lowrank::interpolant::Interpolant;
+use crate::vol::view::scattered::LayerSamples;
+use core::convert::Infallible;
+use core::pin::pin;
+
+/// An interpolant as an emission, in canonical coordinates.
+struct InterpolantEmission<'a>(&'a Interpolant);
+
+impl Emission for InterpolantEmission<'_> {
+    type Error = Infallible;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        rates.copy_from_slice(&self.0.values(samples.positions()));
+        Ok(())
+    }
+}
+
+/// Evaluations that an image tree takes for the interpolant's image of `shape` to `tolerance`; `None`
+/// if they are more than `most`.
+pub(super) fn evaluations_of_tree(
+    interpolant: &Interpolant,
+    shape: [usize; 2],
+    tolerance: f64,
+    most: f64,
+    deadline: Option<Deadline>,
+) -> Option<f64> {
+    let stage = InterpolantEmission(interpolant);
+    // A limit would make the tree go another way, so it is stopped from outside.
+    let (max_evaluations, batch_size, whole_batches) = (u64::MAX, u64::MAX, false);
+    let limits = Limits { max_evaluations, batch_size, whole_batches, deadline };
+    let meter = Meter::new([0, 0], limits, None, false);
+    let vol = VolOptions { tolerance, ..VolOptions::default() };
+    let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
+    let mut tree = pin!(by_tree(&meter, &tiles, None, &vol, LayerSamples::default()));
+    let calls = Calls::new(&stage, &meter, None);
+    let is_too_expensive = || meter.evaluations() as f64 > most;
+    let ended = drive(meter.exchange(), tree.as_mut(), |batch| match is_too_expensive() {
+        true => Err(RenderError::Interrupted),
+        false => calls.evaluate(batch).map_err(|error| error.with_emission_error(|_| None)),
+    });
+    ended.ok().filter(|_| !is_too_expensive()).map(|_| meter.evaluations() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_costs_two_looks_and_a_limit_ends_the_rehearsal() {
+        let nothing = Interpolant::new(4);
+        let found = evaluations_of_tree(&nothing, [16, 16], 0.01, 1e6, None).unwrap();
+        assert!((729.0..5000.0).contains(&found), "{found}");
+        assert_eq!(evaluations_of_tree(&nothing, [16, 16], 0.01, 100.0, None), None);
+    }
+}

@@ -1,0 +1,321 @@
+//! The search for an interpolant: fibers where most is left, until little is left everywhere.
+
+use crate::meter::Meter;
+use crate::projection::Layer;
+use crate::site::Site;
+use crate::vol::ascent::{self, Ascents};
+use crate::vol::lattice::{self, smallest_seen};
+use crate::vol::lowrank::fibers::largest;
+use crate::vol::lowrank::interpolant::Interpolant;
+use crate::vol::lowrank::jump::{CLOSER_STEPS, Steep};
+use crate::vol::lowrank::probes::Left;
+use crate::vol::sampling::{Stop, evaluate};
+use crate::vol::view::scattered::{LINE_FROM, LayerSamples, SEEN_SHARE, WIDTH_OF_GAUSSIAN};
+use nalgebra::DVector;
+
+/// The level of the places that fibers begin with.
+const FIRST_LEVEL: u8 = 4;
+/// The finest level for tolerances from this one on: with the other one the β model of a narrow field costs
+/// 40 % more at 1 %…
+const MODERATE: f64 = 5e-3;
+const FINEST_LEVEL_IF_MODERATE: u8 = 7;
+/// …and for others.
+const FINEST_LEVEL: u8 = 8;
+/// Probes to begin with.
+const FIRST_PROBES: usize = 128;
+/// Fibers are resolved to this share of the most that is left…
+const RESOLVED: f64 = 0.2;
+/// …and the first ones to this: they tell how fine the structure is.
+const FIRST_RESOLVED: f64 = 0.05;
+/// A fiber of which at least this share of the most that is left is not explained adds a function.
+const WORTHWHILE: f64 = 0.1;
+/// If nothing is found to add, both are made smaller by this factor…
+const CLOSER: f64 = 0.3;
+/// …this often.
+const MOST_CLOSER: u32 = 4;
+
+/// Through what G is seen.
+pub(super) struct WeightedView<'a> {
+    pub(super) meter: &'a Meter,
+    pub(super) layer: &'a dyn Layer,
+}
+
+impl WeightedView<'_> {
+    /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
+    async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
+        let site = |i: usize| {
+            let u = points[i];
+            let mut point = self.layer.world_from_canonical(u);
+            point.path_per_depth *= self.layer.solid_angle_density([u[0], u[1]]);
+            Site { xy: [u[0], u[1]], point, energy: None, tile: (0, 1) }
+        };
+        evaluate(self.meter, points.len(), &site).await
+    }
+
+    /// The same at several groups of points.
+    async fn rates_of_groups(&self, groups: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<f64>>, Stop> {
+        let mut rates = self.rates(&groups.concat()).await?.into_iter();
+        Ok(groups.iter().map(|group| rates.by_ref().take(group.len()).collect()).collect())
+    }
+}
+
+/// G at scattered points.
+#[derive(Debug, Default)]
+struct Probes {
+    points: Vec<[f64; 3]>,
+    rates: Vec<f64>,
+    /// What the interpolant says at the first ones, if it has been asked.
+    values: Vec<f64>,
+}
+
+/// Where most is left, and how much.
+type Worst = ([f64; 3], f64);
+
+fn worse(worst: Worst, (point, rest): Worst) -> Worst {
+    if rest.abs() > worst.1 { (point, rest.abs()) } else { worst }
+}
+
+/// An interpolant on its way.
+pub(super) struct Search<'a> {
+    view: WeightedView<'a>,
+    pub(super) interpolant: Interpolant,
+    probes: Probes,
+    /// The worst of the fibers, if the interpolant has been asked.
+    of_fibers: Option<Worst>,
+    finest_level: u8,
+}
+
+/// How good an interpolant is.
+pub(super) struct Assessment {
+    pub(super) left: Left,
+    worst: Worst,
+}
+
+impl Assessment {
+    /// Whether the worst that is left would, as the peak of the smallest feature that so many scattered
+    /// samples see, change a pixel by more than is left alone; `of_rate` is the error of a pixel for a rate
+    /// of 1 along a unit of depth, over the error allowed.
+    pub(super) fn hides_feature(&self, of_rate: f64, samples: usize) -> bool {
+        let size = smallest_seen(samples, SEEN_SHARE);
+        self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > LINE_FROM
+    }
+}
+
+/// Why a search can't go on.
+pub(super) enum End {
+    /// G has too much structure for an interpolant.
+    NotSeparable,
+    Stopped(Stop),
+}
+
+impl From<Stop> for End {
+    fn from(stop: Stop) -> Self {
+        Self::Stopped(stop)
+    }
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(view: WeightedView<'a>, tolerance: f64) -> Self {
+        let finest_level =
+            if tolerance >= MODERATE { FINEST_LEVEL_IF_MODERATE } else { FINEST_LEVEL };
+        let interpolant = Interpolant::new(FIRST_LEVEL);
+        Self { view, interpolant, probes: Probes::default(), of_fibers: None, finest_level }
+    }
+
+    /// The scattered points where most is left, the worst first: those that ascents begin at.
+    fn followed(&self) -> Vec<Worst> {
+        let Probes { points, rates, values } = &self.probes;
+        let rest = |i: usize| (rates[i] - values[i]).abs();
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&a, &b| rest(b).total_cmp(&rest(a)).then(a.cmp(&b)));
+        order.truncate(ascent::number(points.len()));
+        order.into_iter().map(|i| (points[i], rest(i))).collect()
+    }
+
+    /// What is left at the last of the points that ascents begin at: less is not followed.
+    pub(super) fn last_followed(&self) -> f64 {
+        self.followed().last().map_or(0.0, |of| of.1)
+    }
+
+    /// Looks for more that is left in ascents from the points where most is: what is left with the points
+    /// that they have found, and the worst of all.
+    pub(super) async fn ascend(&mut self, assessment: &Assessment) -> Result<Assessment, Stop> {
+        let mut ascents = Ascents::new(self.followed(), self.probes());
+        while let Some(points) = ascents.next(|_| true) {
+            let rates = self.view.rates(&points).await?;
+            let values = self.interpolant.values(&points);
+            let both = rates.iter().zip(values.iter());
+            ascents.take(both.map(|(rate, value)| (rate - value).abs()).collect(), |rest| *rest);
+        }
+        let found = ascents.best();
+        let Probes { points, rates, values } = &self.probes;
+        let rest = rates.iter().zip(values).map(|(rate, value)| rate - value);
+        let (mut points, mut rest): (Vec<[f64; 3]>, Vec<f64>) = (points.clone(), rest.collect());
+        points.extend(found.iter().map(|(point, _)| *point));
+        rest.extend(found.iter().map(|(_, rest)| *rest));
+        let worst = found.into_iter().fold(assessment.worst, worse);
+        Ok(Assessment { left: Left::new(&points, &rest), worst })
+    }
+
+    /// The number of scattered points.
+    pub(super) fn probes(&self) -> usize {
+        self.probes.points.len()
+    }
+
+    /// The scattered samples, for what comes after the search.
+    pub(super) fn samples(&self) -> LayerSamples {
+        let Probes { points, rates, .. } = &self.probes;
+        LayerSamples::of_probes(points, rates, |xy| self.view.layer.solid_angle_density(xy))
+    }
+
+    /// Doubles the scattered points.
+    pub(super) async fn probe(&mut self) -> Result<(), Stop> {
+        let first = self.probes();
+        let more = first.max(FIRST_PROBES);
+        let points: Vec<[f64; 3]> = (first..first + more).map(lattice::point).collect();
+        self.probes.rates.extend(self.view.rates(&points).await?);
+        self.probes.points.extend(points);
+        Ok(())
+    }
+
+    /// What is left of G everywhere.
+    pub(super) fn assess(&mut self) -> Assessment {
+        let Probes { points, rates, values } = &mut self.probes;
+        values.extend(self.interpolant.values(&points[values.len()..]));
+        let rest: Vec<f64> = rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
+        let left = Left::new(&self.probes.points, &rest);
+        let of_fibers = self.of_fibers.unwrap_or_else(|| {
+            (0..3).flat_map(|axis| self.worst_of_fibers(axis)).fold(([0.0; 3], 0.0), worse)
+        });
+        self.of_fibers = Some(of_fibers);
+        let of_probes = self.probes.points.iter().copied().zip(rest);
+        let worst = of_probes.chain([of_fibers]).fold(([0.0; 3], 0.0), worse);
+        Assessment { left, worst }
+    }
+
+    /// Where most is left on each fiber along an axis, and what.
+    fn worst_of_fibers(&self, axis: usize) -> Vec<Worst> {
+        let fibers = &self.interpolant.axes[axis];
+        let worst = |((&at, rates), values): ((&[f64; 2], &Vec<f64>), DVector<f64>)| {
+            let rest: Vec<f64> =
+                rates.iter().zip(values.iter()).map(|(rate, value)| rate - value).collect();
+            let place = largest(&rest);
+            (point(axis, at, fibers.places()[place]), rest[place])
+        };
+        let values = self.interpolant.along(axis, &fibers.at);
+        fibers.at.iter().zip(&fibers.rates).zip(values).map(worst).collect()
+    }
+
+    /// Takes up the fibers through the point where most is left.
+    pub(super) async fn grow(&mut self, assessment: &Assessment) -> Result<(), End> {
+        let (point, most) = assessment.worst;
+        self.probes.values.clear();
+        self.of_fibers = None;
+        let is_first = self.interpolant.ranks() == [0; 3];
+        self.add_fibers(point).await?;
+        if is_first {
+            self.check_for_jumps(most).await?;
+        }
+        let resolved = if is_first { FIRST_RESOLVED } else { RESOLVED };
+        let mut is_new = [true; 3];
+        let mut allowed = most;
+        for _ in 0..MOST_CLOSER {
+            let mut has_grown = self.resolve(resolved * allowed).await?;
+            for (fibers, is_new) in self.interpolant.axes.iter_mut().zip(&mut is_new) {
+                if *is_new && fibers.extend_basis(WORTHWHILE * allowed) {
+                    *is_new = false;
+                    has_grown = true;
+                }
+            }
+            if has_grown {
+                let new = self.interpolant.axes.iter_mut().zip(is_new).filter(|(_, new)| *new);
+                new.for_each(|(fibers, _)| fibers.drop_last());
+                let rates = self.view.rates(&self.interpolant.missing()).await?;
+                self.interpolant.fill(&rates);
+                return Ok(());
+            }
+            allowed *= CLOSER;
+        }
+        Err(End::NotSeparable)
+    }
+
+    /// The fibers through a point, in one batch.
+    async fn add_fibers(&mut self, point: [f64; 3]) -> Result<(), Stop> {
+        let axes = &mut self.interpolant.axes;
+        let wanted: Vec<Vec<[f64; 3]>> =
+            (0..3).map(|axis| along(axis, others(axis, point), axes[axis].places())).collect();
+        let rates = self.view.rates_of_groups(&wanted).await?;
+        for (axis, (fibers, rates)) in axes.iter_mut().zip(rates).enumerate() {
+            fibers.add(others(axis, point), rates);
+        }
+        Ok(())
+    }
+
+    /// Ends the search if G jumps on one of the newest fibers.
+    async fn check_for_jumps(&self, most: f64) -> Result<(), End> {
+        let axes = &self.interpolant.axes;
+        let newest = |axis: usize| axes[axis].at.last().copied().unwrap_or_default();
+        let mut steep: Vec<(usize, Steep)> =
+            (0..3).filter_map(|axis| Some((axis, Steep::of_newest(&axes[axis], most)?))).collect();
+        for _ in 0..CLOSER_STEPS {
+            let wanted =
+                steep.iter().map(|(axis, steep)| along(*axis, newest(*axis), &steep.inside()));
+            let rates = self.view.rates_of_groups(&wanted.collect::<Vec<_>>()).await?;
+            let closer = steep.iter().zip(rates);
+            steep = closer
+                .filter_map(|((axis, steep), rates)| Some((*axis, steep.closer(&rates)?)))
+                .collect();
+            if steep.is_empty() {
+                return Ok(());
+            }
+        }
+        Err(End::NotSeparable)
+    }
+
+    /// Refines the axes until all of their fibers are resolved to `allowed`; whether one had to be.
+    async fn resolve(&mut self, allowed: f64) -> Result<bool, End> {
+        let mut has_refined = false;
+        loop {
+            let axes = &self.interpolant.axes;
+            let coarse: Vec<usize> = (0..3).filter(|&axis| axes[axis].tail() > allowed).collect();
+            if coarse.is_empty() {
+                return Ok(has_refined);
+            }
+            let is_not_separable = |&axis: &usize| {
+                let fibers = &axes[axis];
+                fibers.level >= self.finest_level
+                    || (fibers.level + 1 == self.finest_level && fibers.next_tail() > allowed)
+            };
+            if coarse.iter().any(is_not_separable) {
+                return Err(End::NotSeparable);
+            }
+            let of_axis = |&axis: &usize| {
+                let places = axes[axis].new_places();
+                axes[axis].at.iter().map(move |&at| along(axis, at, &places))
+            };
+            let wanted: Vec<Vec<[f64; 3]>> = coarse.iter().flat_map(of_axis).collect();
+            let mut rates = self.view.rates_of_groups(&wanted).await?.into_iter();
+            for axis in coarse {
+                let fibers = &mut self.interpolant.axes[axis];
+                let own: Vec<Vec<f64>> = rates.by_ref().take(fibers.at.len()).collect();
+                fibers.refine(&own);
+            }
+            has_refined = true;
+        }
+    }
+}
+
+/// The coordinates of a point on the other two axes.
+fn others(axis: usize, [x, y, z]: [f64; 3]) -> [f64; 2] {
+    [[y, z], [x, z], [x, y]][axis]
+}
+
+/// The points of a fiber at the given places.
+fn along(axis: usize, at: [f64; 2], places: &[f64]) -> Vec<[f64; 3]> {
+    places.iter().map(|&place| point(axis, at, place)).collect()
+}
+
+/// The point at `along` on the fiber at the coordinates `a` and `b` of the other two axes.
+fn point(axis: usize, [a, b]: [f64; 2], along: f64) -> [f64; 3] {
+    [[along, a, b], [a, along, b], [a, b, along]][axis]
+}

@@ -1,0 +1,267 @@
+//! Depth rules: a few depths with weights that integrate every line of a part of the image.
+//!
+//! Where G is numerically of low rank between the image plane and the depth, r depths zₖ with
+//! weights wₖ give ∫ G dz = Σ wₖ G(x, y, zₖ) for all (x, y): empirical interpolation (Barrault et
+//! al. 2004, doi:10.1016/j.crma.2004.08.006) and reduced quadrature. The rule is learned from lines
+//! that have been integrated: depths by QR with column pivoting, weights by least squares, and the
+//! error from the residuals of each line when it is left out.
+
+use crate::vol::line::profile::{DEPTHS, Profile, depth_of};
+use nalgebra::{DMatrix, DVector};
+
+/// Lines to learn from, at the least.
+pub(crate) const LEAST_LINES: usize = 12;
+/// Lines for each depth, at the least: fewer would be fitted rather than understood.
+const LINES_PER_DEPTH: usize = 3;
+/// Σ |w|: larger weights amplify what a rule gets wrong.
+const LARGEST_WEIGHTS: f64 = 20.0;
+/// 1 − leverage, at the least: a line that a depth is all about can't be left out.
+const LEAST_INDEPENDENCE: f64 = 1e-3;
+/// A column that is a sum of others to this many digits adds nothing.
+const INDEPENDENT: f64 = 1e-12;
+
+/// Depths and weights that stand for ∫ dz on some lines.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DepthRule {
+    pub(crate) depths: Vec<u32>,
+    weights: Vec<f64>,
+    /// The weights of the same depths without the last.
+    shorter: Vec<f64>,
+    /// The largest |error| on a line that was left out of the fit.
+    pub(crate) error: f64,
+    /// How much the last depth changed at the most, on the lines it was learned from.
+    usual_change: f64,
+    /// The range of G at each depth, on the lines it was learned from.
+    ranges: Vec<(f64, f64)>,
+}
+
+/// A node's values are odd if the last depth changes more than this times what is usual…
+const ODD_CHANGE: f64 = 1.25;
+/// …plus this share of the tolerance…
+const ODD_TOLERANCE: f64 = 0.5;
+/// …or if a value lies outside the range by this share of it, and that matters.
+const ODD_RANGE: f64 = 0.25;
+
+impl DepthRule {
+    /// The shortest rule that is right to `tolerance` on each of `lines` that is left out, with at
+    /// most `most_depths`; `None` if there is none.
+    pub(crate) fn learn(lines: &[&Profile], tolerance: f64, most_depths: usize) -> Option<Self> {
+        if lines.len() < LEAST_LINES || lines.iter().any(|line| line.has_jump) {
+            return None;
+        }
+        let sampled = |k: &usize| lines.iter().any(|line| line.sampled[*k]);
+        let candidates: Vec<usize> = (0..DEPTHS).filter(sampled).collect();
+        let rate = |i: usize, c: usize| lines[i].rates[candidates[c]];
+        let rates = DMatrix::from_fn(lines.len(), candidates.len(), rate);
+        let integrals = DVector::from_iterator(lines.len(), lines.iter().map(|line| line.integral));
+
+        let most_depths = most_depths.min(lines.len() / LINES_PER_DEPTH).min(candidates.len());
+        let mut factors = Factors::new(&rates, most_depths);
+        let mut residuals = integrals.clone();
+        let mut leverages = DVector::zeros(lines.len());
+        while factors.chosen.len() < most_depths {
+            let direction = factors.push()?;
+            residuals.axpy(-residuals.dot(&direction), &direction, 1.0);
+            leverages.cmpy(1.0, &direction, &direction, 1.0);
+            let error = residuals.zip_fold(&leverages, 0.0, |largest: f64, residual, leverage| {
+                largest.max(residual.abs() / (1.0 - leverage).max(LEAST_INDEPENDENCE))
+            });
+            if error <= tolerance {
+                let [weights, shorter] = factors.solve(&integrals)?;
+                if weights.lp_norm(1) < LARGEST_WEIGHTS {
+                    let depths = factors.chosen.iter().map(|&c| depth_of(candidates[c])).collect();
+                    let rates = rates.select_columns(&factors.chosen);
+                    return Some(Self::new(depths, &rates, &weights, &shorter, error));
+                }
+            }
+        }
+        None
+    }
+
+    /// `rates` has a row for each line and a column for each of the `depths`.
+    fn new(
+        depths: Vec<u32>,
+        rates: &DMatrix<f64>,
+        weights: &DVector<f64>,
+        shorter: &DVector<f64>,
+        error: f64,
+    ) -> Self {
+        let mut rule = Self {
+            depths,
+            weights: weights.as_slice().to_vec(),
+            shorter: shorter.as_slice().to_vec(),
+            error,
+            usual_change: 0.0,
+            ranges: rates.column_iter().map(|column| (column.min(), column.max())).collect(),
+        };
+        let changes = rates.row_iter().map(|row| rule.change(row.transpose().as_slice()));
+        rule.usual_change = changes.fold(0.0, f64::max);
+        rule
+    }
+
+    /// The integral of a line with these `rates` at the depths of the rule.
+    pub(crate) fn integral(&self, rates: &[f64]) -> f64 {
+        dot(&self.weights, rates)
+    }
+
+    /// How much the last depth changes.
+    fn change(&self, rates: &[f64]) -> f64 {
+        (self.integral(rates) - dot(&self.shorter, &rates[..self.shorter.len()])).abs()
+    }
+
+    /// Whether a line with these `rates` is unlike those that the rule was learned from.
+    pub(crate) fn is_outlier(&self, rates: &[f64], tolerance: f64) -> bool {
+        if self.change(rates) > ODD_CHANGE * self.usual_change + ODD_TOLERANCE * tolerance {
+            return true;
+        }
+        let outside = |((&rate, &(low, high)), &weight): ((&f64, &(f64, f64)), &f64)| {
+            let beyond = (rate - rate.clamp(low, high)).abs();
+            beyond > ODD_RANGE * (high - low) && beyond * weight.abs() > ODD_TOLERANCE * tolerance
+        };
+        rates.iter().zip(&self.ranges).zip(&self.weights).any(outside)
+    }
+}
+
+/// The QR factors of some columns of a matrix, each the one of which those before leave most.
+///
+/// One after the other, as a few are enough: nalgebra's `ColPivQR` takes all columns, and each by its
+/// largest entry.
+struct Factors<'a> {
+    matrix: &'a DMatrix<f64>,
+    /// What the chosen columns leave of all.
+    rest: DMatrix<f64>,
+    chosen: Vec<usize>,
+    /// The orthonormal columns, with room for more.
+    q: DMatrix<f64>,
+}
+
+impl<'a> Factors<'a> {
+    fn new(matrix: &'a DMatrix<f64>, most: usize) -> Self {
+        let q = DMatrix::zeros(matrix.nrows(), most);
+        Self { matrix, rest: matrix.clone(), chosen: Vec::new(), q }
+    }
+
+    /// Adds a column and returns its direction; `None` if all that are left depend on the chosen.
+    fn push(&mut self) -> Option<DVector<f64>> {
+        let squares = self.rest.column_iter().map(|column| column.norm_squared());
+        let pivot = DVector::from_iterator(self.rest.ncols(), squares).argmax().0;
+        let mut direction = self.rest.column(pivot).into_owned();
+        // Once more: twice is enough for orthogonality to rounding (Giraud et al. 2005).
+        let q = self.q.columns(0, self.chosen.len());
+        direction -= q * q.tr_mul(&direction);
+        if direction.normalize_mut() <= INDEPENDENT * self.matrix.column(pivot).norm() {
+            return None;
+        }
+        let along = self.rest.tr_mul(&direction);
+        self.rest.ger(-1.0, &direction, &along, 1.0);
+        self.q.set_column(self.chosen.len(), &direction);
+        self.chosen.push(pivot);
+        Some(direction)
+    }
+
+    /// The least-squares solution for a right-hand side, and that without the last column.
+    fn solve(&self, values: &DVector<f64>) -> Option<[DVector<f64>; 2]> {
+        let count = self.chosen.len();
+        let q = self.q.columns(0, count);
+        let r = q.tr_mul(&self.matrix.select_columns(&self.chosen));
+        let along = q.tr_mul(values);
+        let first = |k| r.view((0, 0), (k, k)).solve_upper_triangular(&along.rows(0, k));
+        Some([first(count)?, first(count.checked_sub(1)?)?])
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vol::dyadic::spacing;
+    use crate::vol::dyadic::unit;
+    use crate::vol::line::Line;
+
+    /// A line of `rate`, sampled on the lattice of `level`.
+    fn profile(level: u8, rate: impl Fn(f64) -> f64) -> Profile {
+        let mut line = Line::default();
+        let depths = (0..=1_u32 << level).map(|k| k * spacing(level));
+        line.add(depths.map(|depth| (depth, rate(unit(depth)))));
+        line.integrate();
+        Profile::new(&line)
+    }
+
+    fn at(rule: &DepthRule, rate: impl Fn(f64) -> f64) -> Vec<f64> {
+        rule.depths.iter().map(|&depth| rate(unit(depth))).collect()
+    }
+
+    fn mixed(a: f64, b: f64) -> impl Fn(f64) -> f64 {
+        move |z: f64| a * (3.0 * z).sin() + b * (-z).exp()
+    }
+
+    #[test]
+    fn lines_of_rank_2_have_a_rule_of_2_depths() {
+        let mix = |i: i32| mixed(f64::from(i).sin(), f64::from(i).cos() + 0.2);
+        let profiles: Vec<Profile> = (0..20).map(|i| profile(5, mix(i))).collect();
+        let lines: Vec<&Profile> = profiles.iter().collect();
+        let rule = DepthRule::learn(&lines, 1e-9, 6).unwrap();
+        assert_eq!(rule.depths.len(), 2);
+        let exact = 0.4 * (1.0 - 3.0_f64.cos()) / 3.0 + 0.3 * (1.0 - (-1.0_f64).exp());
+        let rates = at(&rule, mixed(0.4, 0.3));
+        assert!((rule.integral(&rates) - exact).abs() < 1e-8);
+        assert!(!rule.is_outlier(&rates, 1e-9));
+    }
+
+    #[test]
+    fn lines_of_rank_1_have_a_rule_of_1_depth() {
+        let profiles: Vec<Profile> =
+            (1..=20).map(|i| profile(5, mixed(f64::from(i), 0.0))).collect();
+        let lines: Vec<&Profile> = profiles.iter().collect();
+        let rule = DepthRule::learn(&lines, 1e-9, 6).unwrap();
+        assert_eq!((rule.depths.len(), rule.shorter.len()), (1, 0));
+        assert!((rule.integral(&at(&rule, mixed(1.0, 0.0))) - lines[0].integral).abs() < 1e-12);
+        // All other depths depend on the one.
+        assert!(DepthRule::learn(&lines, -1.0, 6).is_none());
+    }
+
+    #[test]
+    fn factors_are_those_of_least_squares() {
+        let entry = |i: usize, j: usize| 1.0 / (1.0 + i as f64 + 2.0 * j as f64);
+        let matrix = DMatrix::from_fn(9, 6, entry);
+        let mut factors = Factors::new(&matrix, 4);
+        for _ in 0..4 {
+            factors.push().unwrap();
+        }
+        assert_eq!(factors.chosen[0], 0);
+        assert!((factors.q.tr_mul(&factors.q) - DMatrix::identity(4, 4)).amax() < 1e-15);
+        let expected =
+            [DVector::from_vec(vec![1.0, -2.0, 3.0, 0.5]), DVector::from_vec(vec![1.0, -2.0, 3.0])];
+        let columns = matrix.select_columns(&factors.chosen);
+        let [all, _] = factors.solve(&(&columns * &expected[0])).unwrap();
+        assert!((all - &expected[0]).amax() < 1e-9);
+        let [_, shorter] = factors.solve(&(columns.columns(0, 3) * &expected[1])).unwrap();
+        assert!((shorter - &expected[1]).amax() < 1e-9);
+    }
+
+    #[test]
+    fn a_line_unlike_the_others_is_odd() {
+        let profiles: Vec<Profile> =
+            (0..20).map(|i| profile(5, mixed(f64::from(i).sin(), f64::from(i).cos()))).collect();
+        let lines: Vec<&Profile> = profiles.iter().collect();
+        let rule = DepthRule::learn(&lines, 1e-6, 6).unwrap();
+        let knot =
+            |z: f64| mixed(0.4, 0.3)(z) + 5.0 * (-(60.0 * (z - 0.5)).powi(2)).exp() + 4.0 * z;
+        assert!(rule.is_outlier(&at(&rule, knot), 1e-6));
+    }
+
+    #[test]
+    fn there_is_no_rule_for_few_lines_or_lines_with_jumps() {
+        let profiles: Vec<Profile> = (0..20).map(|i| profile(5, |z| z + f64::from(i))).collect();
+        let lines: Vec<&Profile> = profiles.iter().collect();
+        assert!(DepthRule::learn(&lines, 1e-6, 6).is_some());
+        assert!(DepthRule::learn(&lines[..LEAST_LINES - 1], 1e-6, 6).is_none());
+        let mut with_jump = profiles.clone();
+        with_jump[3].has_jump = true;
+        let lines: Vec<&Profile> = with_jump.iter().collect();
+        assert!(DepthRule::learn(&lines, 1e-6, 6).is_none());
+    }
+}

@@ -1,0 +1,5 @@
+//! Depth rules: a few depths that integrate all lines of a block of the image.
+
+pub(crate) mod depth_rule;
+pub(crate) mod plan;
+pub(crate) mod scan;

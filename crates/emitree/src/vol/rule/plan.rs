@@ -1,0 +1,186 @@
+//! The plan of a round: which nodes a depth rule integrates, and which are integrated in full.
+
+use crate::cell::whole;
+use crate::vol::dyadic::{Place, around, spacing};
+use crate::vol::image::block::{Block, FINEST_BLOCKS};
+use crate::vol::line::node_lines::LINES_KNOWN;
+use crate::vol::line::profile::Profile;
+use crate::vol::rule::depth_rule::{DepthRule, LEAST_LINES};
+use crate::vol::rule::scan::Scan;
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
+
+/// Lines around a block that are learned from too, as a share of its edge.
+const TRAINING_MARGIN: f64 = 0.26;
+/// A rule of more depths than this share of a full line's samples saves too little.
+const MOST_DEPTHS: f64 = 0.7;
+/// Of n nodes of a rule, this many times √n get a full line.
+const VALIDATED: f64 = 0.4;
+
+/// A depth rule and where it holds.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockRule {
+    pub(crate) block: Block,
+    pub(crate) rule: DepthRule,
+}
+
+/// The full lines that rules are learned from: their numbers and places.
+pub(crate) struct TrainingLines {
+    /// In the order of the nodes.
+    pub(crate) lines: Vec<(usize, Place)>,
+    /// The places of those with jumps.
+    pub(crate) jumping: Vec<Place>,
+}
+
+impl TrainingLines {
+    /// Whether lines in a block or a little around it have jumps: no rule can be learned there.
+    fn have_jumps(&self, block: Block) -> bool {
+        self.jumping.iter().any(|&place| block.contains(place, TRAINING_MARGIN))
+    }
+}
+
+/// What is to be done with some nodes.
+#[derive(Debug, Default)]
+pub(crate) struct Plan {
+    pub(crate) rules: Vec<BlockRule>,
+    /// Nodes that get a full line.
+    pub(crate) full: Vec<usize>,
+    /// Nodes that wait for what the full lines among them teach.
+    pub(crate) postponed: Vec<usize>,
+    /// Nodes whose full line is compared with the rule of this number.
+    pub(crate) validated: Vec<(usize, usize)>,
+    /// Nodes that get their radiance from the rule of this number.
+    pub(crate) ruled: BTreeMap<usize, usize>,
+}
+
+impl Scan<'_> {
+    /// What the full lines of all nodes may teach.
+    pub(crate) fn training(&self) -> TrainingLines {
+        let full = (0..self.tree.len()).filter(|&i| self.node_lines.is_full(i));
+        let lines: Vec<_> = full.map(|i| (i, self.tree.nodes()[i].place)).collect();
+        let known = lines.par_iter().with_min_len(LINES_KNOWN);
+        let jumping = known.filter(|(i, _)| self.node_lines.has_jump(*i));
+        let jumping = jumping.map(|(_, place)| *place).collect();
+        TrainingLines { lines, jumping }
+    }
+
+    /// The rule of a block, learned from the full lines in it and a little around it.
+    pub(crate) fn learn(
+        &self,
+        block: Block,
+        training: &TrainingLines,
+        tolerance: f64,
+        most_depths: usize,
+    ) -> Option<BlockRule> {
+        if training.have_jumps(block) {
+            return None;
+        }
+        let near = training.lines.iter().filter(|(_, at)| block.contains(*at, TRAINING_MARGIN));
+        let near: Vec<usize> = near.map(|(i, _)| *i).collect();
+        if near.len() < LEAST_LINES {
+            return None;
+        }
+        // Most blocks of an image with jumps have no rule: profiles are made where there is one.
+        let lines: Vec<&Profile> = near.par_iter().map(|&i| self.node_lines.profile(i)).collect();
+        let rule = DepthRule::learn(&lines, tolerance, most_depths)?;
+        Some(BlockRule { block, rule })
+    }
+
+    /// The rules of all blocks around some nodes that have one.
+    fn rules_around(
+        &self,
+        nodes: &[usize],
+        training: &TrainingLines,
+        tolerance: f64,
+    ) -> Vec<BlockRule> {
+        let samples = training.lines.iter().map(|(i, _)| self.node_lines.lines[*i].samples.len());
+        let most_depths = most_depths(samples.sum(), training.lines.len());
+        let mut met = FxHashSet::default();
+        let around = nodes.iter().flat_map(|&i| blocks_around(self.tree.nodes()[i].place));
+        let blocks: Vec<Block> = around.filter(|&block| met.insert(block)).collect();
+        let learn = |&block: &Block| self.learn(block, training, tolerance, most_depths);
+        blocks.par_iter().filter_map(learn).collect()
+    }
+
+    /// Gives each of the `new` nodes to the shortest rule around it, or to a full line.
+    pub(crate) fn plan(
+        &self,
+        new: &[usize],
+        first: usize,
+        guarded: &[f64],
+        tolerance: f64,
+        postpone: bool,
+    ) -> Plan {
+        let place = |i: usize| self.tree.nodes()[i].place;
+        let (unseeded, seeded): (Vec<usize>, Vec<usize>) =
+            new.iter().partition(|&&i| self.seeds.depths(place(i)).is_empty());
+        let training = self.training();
+        let rules = self.rules_around(&unseeded, &training, tolerance);
+        let mut plan = Plan { rules, full: seeded, ..Plan::default() };
+        let numbers = plan.rules.iter().zip(0..).map(|(rule, number)| (rule.block, number));
+        let numbers: FxHashMap<Block, usize> = numbers.collect();
+        let mut jumping: FxHashMap<Block, bool> = FxHashMap::default();
+        let mut of_rule: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for i in unseeded {
+            let rules = blocks_around(place(i)).filter_map(|block| numbers.get(&block).copied());
+            // The first of the shortest: that of the largest block.
+            let shortest = rules.min_by_key(|&number| plan.rules[number].rule.depths.len());
+            if let Some(number) = shortest {
+                of_rule.entry(number).or_default().push(i);
+                continue;
+            }
+            // No rule will be learned where there are jumps.
+            let block = Block::around(place(i), FINEST_BLOCKS);
+            let has_jumps = *jumping.entry(block).or_insert_with(|| training.have_jumps(block));
+            let waits = postpone && !has_jumps && !self.is_third(i);
+            if waits { plan.postponed.push(i) } else { plan.full.push(i) }
+        }
+        for (number, nodes) in of_rule {
+            let validated = self.validated(&nodes, first, guarded);
+            plan.full.extend(&validated);
+            plan.validated.extend(validated.iter().map(|&i| (i, number)));
+            plan.ruled.extend(nodes.into_iter().map(|i| (i, number)));
+            for i in &validated {
+                plan.ruled.remove(i);
+            }
+        }
+        plan.full.sort_unstable();
+        plan
+    }
+
+    fn is_third(&self, i: usize) -> bool {
+        let node = &self.tree.nodes()[i];
+        let [a, b] = node.place.map(|along| along / (2 * spacing(node.level)));
+        (a + b).is_multiple_of(3)
+    }
+
+    /// Which of the nodes of a rule get a full line: half of them where the largest details are
+    /// near, half spread over the rest.
+    fn validated(&self, nodes: &[usize], first: usize, guarded: &[f64]) -> Vec<usize> {
+        let nearby = |&i: &usize| {
+            let node = &self.tree.nodes()[i];
+            let neighbours = around(node.place, spacing(node.level), 1)
+                .filter_map(|(_, _, place)| self.tree.find(place).filter(|&k| k < first));
+            neighbours.map(|k| guarded[k]).fold(0.0, f64::max)
+        };
+        let mut ranked: Vec<(f64, usize)> = nodes.iter().map(|i| (nearby(i), *i)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let count = whole((VALIDATED * (nodes.len() as f64).sqrt()).ceil()).min(nodes.len());
+        let largest = count.div_ceil(2);
+        let rest = &ranked[largest..];
+        let stride = rest.len().checked_div(count - largest).unwrap_or(0).max(1);
+        let spread = rest.iter().skip(stride / 2).step_by(stride).take(count - largest);
+        ranked[..largest].iter().chain(spread).map(|(_, i)| *i).collect()
+    }
+}
+
+/// The blocks around a place that may have a rule, the largest first.
+fn blocks_around(place: Place) -> impl Iterator<Item = Block> {
+    (0..=FINEST_BLOCKS).map(move |level| Block::around(place, level))
+}
+
+/// The most depths of a rule, when `lines` full lines have so many `samples` together.
+fn most_depths(samples: usize, lines: usize) -> usize {
+    whole(MOST_DEPTHS * samples as f64 / lines.max(1) as f64)
+}

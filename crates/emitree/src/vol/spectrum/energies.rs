@@ -1,0 +1,177 @@
+//! Learned energies: a few energies at which lines are integrated, and the spectra that belong to
+//! each.
+//!
+//! Where G is numerically of low rank between the volume and the energy, r energies Eₖ are enough:
+//! G(r, E) = Σ qₖ(E) Sₖ(r), with Sₖ = G(r, Eₖ) − Σ_{j<k} qⱼ(Eₖ) Sⱼ(r). This is empirical
+//! interpolation (Barrault et al. 2004, doi:10.1016/j.crma.2004.08.006): each new energy is where
+//! the sampled spectrum that the former ones explain worst has its largest rest, and qₖ is that rest,
+//! 1 at Eₖ and 0 at all former energies. So the Sₖ, and what their images need, shrink with k, and
+//! energies can be added later without touching what is there.
+
+use crate::vol::dyadic::unit;
+use crate::vol::spectrum::Spectrum;
+use crate::vol::spectrum::bins::Bins;
+use crate::vol::spectrum::probes::SpectralProbe;
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+/// An energy at which a spectrum has less than this share of its largest value is nothing to learn
+/// from: the function would be as many times too large elsewhere, and its rounding with it.
+const LEAST_PIVOT: f64 = 1e-3;
+
+/// One energy and its share in the bins.
+#[derive(Clone, Debug)]
+pub(crate) struct SelectedEnergy {
+    /// The dyadic place on the energy axis.
+    pub(crate) place: u32,
+    /// qⱼ(Eₖ) for each energy j that was learned before.
+    pub(crate) of_earlier: Vec<f64>,
+    /// The mean of qₖ over each bin, per unit of energy.
+    pub(crate) weights: Vec<f64>,
+    /// qₖ.
+    function: Spectrum,
+}
+
+/// The energies that have been learned, in that order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Energies {
+    pub(crate) selected: Vec<SelectedEnergy>,
+}
+
+/// What the learned energies leave of one sampled spectrum.
+#[derive(Clone, Debug)]
+pub(crate) struct Rest {
+    spectrum: Spectrum,
+    /// The effective path along the line of sight.
+    path: f64,
+    /// Its mean over each bin, times the path: what may be wrong in a voxel.
+    effects: Vec<f64>,
+}
+
+impl Rest {
+    fn new(spectrum: Spectrum, path: f64, bins: &Bins<'_>) -> Self {
+        let effects = bins.means(&spectrum).iter().map(|mean| mean.abs() * path).collect();
+        Self { spectrum, path, effects }
+    }
+
+    /// The largest error of a voxel.
+    pub(crate) fn largest(&self) -> f64 {
+        self.effects.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The share of the rest at a place of the axis in a voxel.
+    pub(crate) fn effect_at(&self, place: u32, bins: &Bins<'_>) -> f64 {
+        self.path * size_at(&self.spectrum, bins, place)
+    }
+}
+
+impl Energies {
+    /// The one energy of an emission without an energy axis.
+    pub(crate) fn none() -> Self {
+        let only = SelectedEnergy {
+            place: 0,
+            of_earlier: vec![],
+            weights: vec![1.0],
+            function: Spectrum::default(),
+        };
+        Self { selected: vec![only] }
+    }
+
+    /// One energy of an emission whose spectra have nothing to learn from there, with the same `weight`
+    /// in all bins: 0 where all spectra are dark, 1 as a guess where none has been sampled.
+    pub(crate) fn unselected(place: u32, bins: usize, weight: f64) -> Self {
+        let weights = vec![weight; bins];
+        let only =
+            SelectedEnergy { place, of_earlier: vec![], weights, function: Spectrum::default() };
+        Self { selected: vec![only] }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.selected.len()
+    }
+
+    /// What the energies leave of the spectrum of a scout, which has been sampled at all of them.
+    pub(crate) fn rest(&self, probe: &SpectralProbe, bins: &Bins<'_>) -> Rest {
+        let left = self.selected.iter().fold(probe.spectrum.clone(), |rest, one| {
+            rest.less(rest.rate(one.place), &one.function)
+        });
+        Rest::new(left, probe.path, bins)
+    }
+
+    /// Adds an energy that explains one of the `rests` in full, at `place` or where it is largest, and
+    /// takes what it explains off all of them; `false` if there is nothing to learn from it.
+    pub(crate) fn learn(
+        &mut self,
+        rests: &mut [Rest],
+        from: usize,
+        place: Option<u32>,
+        bins: &Bins<'_>,
+    ) -> bool {
+        let mut function = rests[from].spectrum.clone();
+        let place = place.unwrap_or_else(|| largest_place(&function, bins));
+        let pivot = function.rate(place);
+        let least = LEAST_PIVOT * size_at(&function, bins, largest_place(&function, bins));
+        if !(1.0 / pivot).is_finite() || size_at(&function, bins, place) < least {
+            return false;
+        }
+        function.scale(1.0 / pivot);
+        let of_earlier = self.selected.iter().map(|one| one.function.rate(place)).collect();
+        let weights = bins.means(&function);
+        rests.par_iter_mut().for_each(|rest| {
+            let left = rest.spectrum.less(rest.spectrum.rate(place), &function);
+            *rest = Rest::new(left, rest.path, bins);
+        });
+        self.selected.push(SelectedEnergy { place, of_earlier, weights, function });
+        true
+    }
+
+    /// G at a place of the axis, given G at each of the energies.
+    pub(crate) fn explained(&self, rates: impl Iterator<Item = f64>, place: u32) -> f64 {
+        let mut parts: Vec<f64> = Vec::with_capacity(self.len());
+        for (one, rate) in self.selected.iter().zip(rates) {
+            let known: f64 = parts.iter().zip(&one.of_earlier).map(|(part, of)| part * of).sum();
+            parts.push(rate - known);
+        }
+        let functions = self.selected.iter().map(|one| one.function.rate(place));
+        parts.iter().zip(functions).map(|(part, function)| part * function).sum()
+    }
+
+    /// The weight of G at each energy in each bin, if the Sₖ are all known: bins, then energies.
+    ///
+    /// With W the weights of the Sₖ and L that of the qⱼ(Eₖ), n L = W.
+    pub(crate) fn nodal_weights(&self) -> Vec<Vec<f64>> {
+        let bins = self.selected.first().map_or(0, |one| one.weights.len());
+        let weights = DMatrix::from_fn(self.len(), bins, |k, bin| self.selected[k].weights[bin]);
+        let mut lower = DMatrix::identity(self.len(), self.len());
+        for (k, one) in self.selected.iter().enumerate() {
+            for (j, of_earlier) in one.of_earlier.iter().enumerate() {
+                lower[(k, j)] = *of_earlier;
+            }
+        }
+        let nodal = lower.tr_solve_lower_triangular_unchecked(&weights);
+        nodal.column_iter().map(|of_bin| of_bin.as_slice().to_vec()).collect()
+    }
+}
+
+/// |G| per unit of energy at a place.
+fn size_at(spectrum: &Spectrum, bins: &Bins<'_>, place: u32) -> f64 {
+    spectrum.rate(place).abs() / bins.density(unit(place))
+}
+
+/// The largest error of a voxel in each bin, for any of the `rests`.
+pub(crate) fn unexplained(rests: &[Rest], bins: &Bins<'_>) -> Vec<f64> {
+    let mut largest = vec![0.0; bins.factors.len()];
+    for rest in rests {
+        largest.iter_mut().zip(&rest.effects).for_each(|(most, effect)| *most = effect.max(*most));
+    }
+    largest
+}
+
+/// Where a spectrum is largest per unit of energy, among its samples.
+fn largest_place(spectrum: &Spectrum, bins: &Bins<'_>) -> u32 {
+    let larger = |best: (u32, f64), place: u32| {
+        let size = size_at(spectrum, bins, place);
+        if size > best.1 { (place, size) } else { best }
+    };
+    spectrum.places().fold((0, -1.0), larger).0
+}

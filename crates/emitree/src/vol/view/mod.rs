@@ -1,0 +1,8 @@
+//! The layers of a view: what each pixel has of them, and the image tree of each.
+
+pub(crate) mod closed;
+pub(crate) mod verification_lines;
+pub(crate) mod fractions;
+pub(crate) mod scattered;
+pub(crate) mod sheet;
+pub(crate) mod visible;

@@ -1,0 +1,266 @@
+//! Scattered samples of a layer, the size of the structure that they detect, and lines through them.
+
+use crate::cell::whole;
+use crate::error::RenderError;
+use crate::exchange::MethodError;
+use crate::projection::Projection;
+use crate::tile::Tile;
+use crate::vol::dyadic::{Place, from_unit, spacing};
+use crate::vol::image::nearest::Nearest;
+use crate::vol::least_squares::{Known, MOST_VALUES, expected};
+use crate::vol::sampling::Stop;
+use crate::vol::view::sheet::Sheet;
+use crate::vol::view::verification_lines::FIRST_LINE;
+use crate::vol::{FEATURE_CONTRAST, FeatureSize, lattice};
+use rayon::prelude::*;
+
+/// What an ascent has found gets a line of the exam, or goes into an interpolant, from this share of the
+/// error allowed on.
+pub(crate) const LINE_FROM: f64 = 0.2;
+/// A feature of which a sample has this share of its amplitude is seen, if the lines around agree among
+/// themselves: what more samples are made for when a smaller feature is asked for.
+pub(crate) const SEEN_SHARE: f64 = 4e-3;
+/// Levels of depths around a sample on its line, down to a part of the feature.
+const FEATURE_PARTS: f64 = 2.0;
+/// Places and sizes that the size covered is found from: each size is this much larger than the former.
+const PLACES: usize = 512;
+const SMALLEST: f64 = 1e-3;
+const SIZE_RATIO: f64 = 1.05;
+const SIZES: i32 = 130;
+/// Samples near a place that may see a feature there.
+const NEAR: usize = 16;
+/// The probability with which a feature is seen.
+const PROBABILITY: f64 = 0.99;
+/// √(2π): the integral of a Gaussian over its amplitude and standard deviation.
+pub(crate) const WIDTH_OF_GAUSSIAN: f64 = 2.506_628_274_631_000_5;
+
+/// The scattered samples of one layer.
+#[derive(Debug, Default)]
+pub(crate) struct LayerSamples {
+    /// Points of the lattice that have been looked at, in view or not.
+    pub(crate) number: usize,
+    pub(crate) points: Vec<[f64; 3]>,
+    /// G = g · ds/dz at the points.
+    pub(crate) rates: Vec<f64>,
+}
+
+/// A sample beside what the lines around it let expect.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Deviation {
+    /// What the sample differs by, less the error of what was expected; in units of G.
+    excess: f64,
+    /// That error.
+    error: f64,
+    /// The error of a pixel for a rate of 1 along a unit of depth, over the error allowed.
+    effect: f64,
+}
+
+impl LayerSamples {
+    /// The scattered samples that a search for an interpolant has made, G times `density`.
+    pub(crate) fn of_probes(
+        points: &[[f64; 3]],
+        rates: &[f64],
+        density: impl Fn([f64; 2]) -> f64,
+    ) -> Self {
+        let rate = |(point, rate): (&[f64; 3], &f64)| match density([point[0], point[1]]) {
+            0.0 => 0.0,
+            density => rate / density,
+        };
+        let rates = points.iter().zip(rates).map(rate).collect();
+        Self { number: points.len(), points: points.to_vec(), rates }
+    }
+}
+
+/// The size of a feature as a fraction of the view's cube.
+pub(crate) fn fraction_of_view(size: FeatureSize, tiles: &[Tile<'_>]) -> Result<f64, MethodError> {
+    let refused = |value: String, expected| {
+        Err(RenderError::Option { name: "smallest_feature", value, expected })
+    };
+    match size {
+        FeatureSize::Fraction(fraction) if fraction > 0.0 && fraction <= 1.0 => Ok(fraction),
+        FeatureSize::Fraction(fraction) => {
+            refused(fraction.to_string(), "a fraction of the view's cube above 0, at most 1")
+        }
+        FeatureSize::Length(length) if !(length > 0.0 && length.is_finite()) => {
+            refused(length.to_string(), "a finite length above 0")
+        }
+        FeatureSize::Length(length) => {
+            let volume: f64 = tiles.iter().map(|tile| volume_of_view(tile.projection)).sum();
+            let fraction = length / volume.cbrt();
+            if !(volume.is_finite() && volume > 0.0) {
+                return refused(
+                    length.to_string(),
+                    "a fraction of the view's cube, as the volume in view is not finite",
+                );
+            }
+            Ok(fraction.min(1.0))
+        }
+    }
+}
+
+/// The volume in view, by differences at scattered points.
+fn volume_of_view(projection: &dyn Projection) -> f64 {
+    const POINTS: usize = 512;
+    const STEP: f64 = 1e-4;
+    let volume = |k: usize| {
+        let u = lattice::point(k);
+        if projection.world_from_canonical(u).path_per_depth == 0.0 {
+            return 0.0;
+        }
+        let along = |axis: usize| {
+            let [low, high] = [-STEP, STEP].map(|step| {
+                let mut at = u;
+                at[axis] = (at[axis] + step).clamp(0.0, 1.0);
+                (at[axis], projection.world_from_canonical(at).position)
+            });
+            core::array::from_fn::<f64, 3, _>(|k| (high.1[k] - low.1[k]) / (high.0 - low.0))
+        };
+        let [a, b, c] = [along(0), along(1), along(2)];
+        let cross = |i: usize, j: usize| b[i] * c[j] - b[j] * c[i];
+        (a[0] * cross(1, 2) + a[1] * cross(2, 0) + a[2] * cross(0, 1)).abs()
+    };
+    (0..POINTS).map(volume).sum::<f64>() / POINTS as f64
+}
+
+/// The size, as a fraction of the view's cube, of the smallest Gaussian that so many scattered samples see
+/// with a probability of 99 %, if its peak in the image is [`FEATURE_CONTRAST`] times the error allowed and
+/// a rate of `passes` at a sample passes: a rate of 1 along a unit of depth is that error.
+pub(crate) fn size_seen(samples: usize, passes: f64) -> f64 {
+    // The amplitude falls with the size: some rounds find the size that fits.
+    const ROUNDS: usize = 30;
+    (0..ROUNDS).fold(0.1, |size, _| {
+        let share = passes * WIDTH_OF_GAUSSIAN * size / FEATURE_CONTRAST;
+        lattice::smallest_seen(samples, share.clamp(f64::MIN_POSITIVE, 0.99))
+    })
+}
+
+impl Sheet<'_> {
+    /// Whether a point is in view.
+    pub(crate) fn is_open(&self, point: &[f64; 3]) -> bool {
+        !self.scan.closes || self.scan.view.layer.is_open([point[0], point[1]])
+    }
+
+    /// Adds samples until so many points of the lattice have been looked at, those in view sampled.
+    pub(crate) async fn sample_scattered(
+        &self,
+        samples: &mut LayerSamples,
+        number: usize,
+    ) -> Result<(), Stop> {
+        let points = (samples.number..number).map(lattice::point);
+        let new: Vec<[f64; 3]> = points.filter(|point| self.is_open(point)).collect();
+        let rates = self.scan.view.rates(&new.iter().map(steps).collect::<Vec<_>>()).await?;
+        samples.number = samples.number.max(number);
+        samples.points.extend(new);
+        samples.rates.extend(rates);
+        Ok(())
+    }
+}
+
+/// The line and the depth of a point.
+pub(crate) fn steps(point: &[f64; 3]) -> (Place, u32) {
+    let [x, y, depth] = point.map(from_unit);
+    ([x, y], depth)
+}
+
+/// A sheet whose scattered samples are looked at.
+pub(crate) struct ScatteredSheet<'a, 'b> {
+    pub(crate) sheet: &'a Sheet<'b>,
+    /// Its full lines.
+    pub(crate) lines: Nearest,
+    /// The error allowed, in the unit of the image.
+    pub(crate) target: f64,
+    /// The number of scattered samples, in view or not.
+    pub(crate) number: usize,
+}
+
+impl ScatteredSheet<'_, '_> {
+    /// The rates at points beside those of the lines around them.
+    pub(crate) fn deviations(&self, points: &[[f64; 3]], rates: &[f64]) -> Vec<Deviation> {
+        let both = points.par_iter().zip(rates);
+        both.map(|(point, rate)| self.deviation(point, *rate)).collect()
+    }
+
+    fn deviation(&self, point: &[f64; 3], rate: f64) -> Deviation {
+        let (place, depth) = steps(point);
+        let scan = &self.sheet.scan;
+        let near = self.lines.find(place, MOST_VALUES);
+        let nearest = near.first().map_or(1.0, |(square, _)| (*square as f64).sqrt().max(1.0));
+        let known = |&(_, i): &(u64, usize)| {
+            let from = scan.tree.nodes()[i].place;
+            let along = |axis: usize| (f64::from(from[axis]) - f64::from(place[axis])) / nearest;
+            Known { place: [along(0), along(1)], value: scan.node_lines.lines[i].rate(depth) }
+        };
+        let known: Vec<Known> = near.iter().map(known).collect();
+        let (value, error) = expected(&known).map_or((0.0, 0.0), |of| (of.value, of.error));
+        let density = scan.view.layer.solid_angle_density([point[0], point[1]]);
+        let [row, column] = self.sheet.pixel(place);
+        let effect = density * self.sheet.scale[(row, column)] / self.target;
+        Deviation { excess: (rate - value).abs() - error, error, effect }
+    }
+
+    /// What a feature as small as can be seen, with an amplitude of the excess, changes in a pixel, over
+    /// the error allowed.
+    pub(crate) fn effect(&self, of: &Deviation) -> f64 {
+        of.excess.max(0.0) * of.effect * WIDTH_OF_GAUSSIAN * self.size()
+    }
+
+    /// The size that the samples are made for.
+    fn size(&self) -> f64 {
+        lattice::smallest_seen(self.number, SEEN_SHARE)
+    }
+
+    /// The line through a point, with depths around the point down to a part of a feature.
+    pub(crate) fn line_through(&self, point: [f64; 3]) -> (Place, Vec<u32>) {
+        let (place, depth) = steps(&point);
+        let finest = (FEATURE_PARTS / self.size()).log2().ceil().clamp(1.0, 20.0);
+        let base = self.sheet.scan.base_level;
+        let levels = base..=u8::try_from(whole(finest)).unwrap_or(base).max(base);
+        let around = |level: u8| {
+            let step = spacing(level);
+            let below = depth / step * step;
+            [below, (below + step).min(spacing(0))]
+        };
+        (place, levels.flat_map(around).collect())
+    }
+
+    /// The standard deviation of the smallest Gaussian that is seen at 99 % of all places, if its peak in
+    /// the image is [`FEATURE_CONTRAST`] times the error allowed: at one of the samples it is more than
+    /// what passes there.
+    pub(crate) fn size_covered(
+        &self,
+        points: &[[f64; 3]],
+        deviations: &[Deviation],
+        passed: f64,
+    ) -> f64 {
+        let of_pass = passed / (WIDTH_OF_GAUSSIAN * self.size());
+        // What passes at a sample, in amplitudes of a Gaussian of size 1.
+        let passes = |of: &Deviation| {
+            (of.error * of.effect + of_pass) * WIDTH_OF_GAUSSIAN / FEATURE_CONTRAST
+        };
+        let passes: Vec<f64> = deviations.iter().map(passes).collect();
+        let places = (0..PLACES).map(|k| lattice::point(2 * FIRST_LINE + k));
+        let places: Vec<[f64; 3]> = places.filter(|at| self.sheet.is_open(at)).collect();
+        let size = |number: i32| SMALLEST * SIZE_RATIO.powi(number);
+        let seen_from = |place: &[f64; 3]| {
+            let squares = points.iter().zip(&passes).map(|(point, passes)| {
+                ((0..3).map(|k| (point[k] - place[k]).powi(2)).sum::<f64>(), *passes)
+            });
+            let mut near: Vec<(f64, f64)> = squares.collect();
+            let kept = NEAR.min(near.len());
+            if kept < near.len() {
+                near.select_nth_unstable_by(kept, |a, b| a.0.total_cmp(&b.0));
+            }
+            let is_seen = |number: &i32| {
+                let size = size(*number);
+                near[..kept]
+                    .iter()
+                    .any(|(square, passes)| (-0.5 * square / (size * size)).exp() >= passes * size)
+            };
+            (0..SIZES).find(is_seen).unwrap_or(SIZES)
+        };
+        let mut sizes: Vec<i32> = places.par_iter().map(seen_from).collect();
+        sizes.sort_unstable();
+        let last = whole((PROBABILITY * sizes.len() as f64).ceil()).max(1) - 1;
+        sizes.get(last).map_or(f64::INFINITY, |&number| size(number))
+    }
+}

@@ -1,0 +1,282 @@
+//! Lines of a sheet that are no nodes of its tree: the tree is compared with them.
+
+use crate::cell::whole;
+use crate::image::Image;
+use crate::vol::dyadic::{DEEPEST_LEVEL, Place, STEPS, around, from_unit, spacing, unit};
+use crate::vol::image::tree::{ImageTree, Node};
+use crate::vol::lattice;
+use crate::vol::line::node_lines::{LineSource, NodeLines, Wanted, base_depths};
+use crate::vol::rule::scan::Scan;
+use crate::vol::sampling::{Stop, View};
+use crate::vol::view::sheet::Sheet;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// These are at least this far from each other, as a share of the image's edge.
+const WORST_APART: f64 = 0.08;
+/// Places in a pixel that an edge crosses, of which the first that is in view is taken.
+const PLACES_IN_PIXEL: usize = 16;
+/// Once a line is integrated as a node would be, it is sampled at all depths of a lattice finer than
+/// that of nodes by so many levels…
+const FINER_DEPTHS: u8 = 1;
+/// …and one in so many scattered lines by this many more levels: what all others step over, it sees.
+const DENSE_LINES: usize = 3;
+const DENSER: u8 = 2;
+/// Samples of a line that failed are given to nodes nearby if their significance is beyond this share of
+/// the tolerance of a line.
+const SHARED_SIGNIFICANCE: f64 = 0.25;
+/// Lines are put on a lattice finer than the finest nodes by so many levels, or on this one: values
+/// between nodes are predicted level by level.
+const LEVELS_BELOW_NODES: u8 = 3;
+const COARSEST_LATTICE: u8 = 10;
+/// Lines that are compared by one thread at a time, at the least: those nearby need the same predictions.
+const LINES_PER_TASK: usize = 64;
+/// The number of the first scattered line in the lattice of scattered points: far beyond the samples.
+pub(crate) const FIRST_LINE: usize = 1 << 24;
+
+/// Places of lines, and the depths that each begins with.
+pub(crate) type Lines = Vec<(Place, Vec<u32>)>;
+
+/// Lines of a sheet that are no nodes of its tree.
+#[derive(Debug, Default)]
+pub(crate) struct Verification {
+    /// Their places; there are no values.
+    pub(crate) places: ImageTree,
+    node_lines: NodeLines,
+    /// What the finer depths have changed in the integral of each line.
+    changes: Vec<f64>,
+    /// Scattered places that have been used, and those beside edges.
+    scattered: usize,
+    at_edges: usize,
+}
+
+impl Sheet<'_> {
+    /// Scattered places that no exam has had, of those where the sheet is in view.
+    pub(crate) fn scattered_lines(&mut self, count: usize) -> Lines {
+        let base = self.scan.depth_level;
+        let first = self.verification.scattered;
+        self.verification.scattered += count;
+        let place = |k: usize| {
+            let [x, y, _] = lattice::point(FIRST_LINE + k);
+            let finer = if k.is_multiple_of(DENSE_LINES) { DENSER } else { 0 };
+            ([x, y].map(from_unit), base_depths(base + FINER_DEPTHS + finer))
+        };
+        (first..first + count).map(place).collect()
+    }
+
+    /// The middles of the pixels with the largest of the estimated `errors`, far from each other.
+    pub(crate) fn worst_lines(&self, errors: Vec<&Image>, count: usize) -> Lines {
+        let [height, width] = [self.scale.height(), self.scale.width()];
+        let largest =
+            |pixel: usize| errors.iter().map(|error| error.pixels()[pixel]).fold(0.0, f64::max);
+        let in_view = (0..height * width).filter(|&pixel| self.scale.pixels()[pixel] != 0.0);
+        let mut pixels: Vec<(f64, usize)> = in_view.map(|pixel| (largest(pixel), pixel)).collect();
+        pixels.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut worst: Vec<[f64; 2]> = Vec::new();
+        for (_, pixel) in pixels {
+            if worst.len() == count {
+                break;
+            }
+            let middle = [(pixel % width, width), (pixel / width, height)]
+                .map(|(at, pixels)| (at as f64 + 0.5) / pixels as f64);
+            let near = |other: &[f64; 2]| {
+                (0..2).all(|axis| (other[axis] - middle[axis]).abs() < WORST_APART)
+            };
+            if !worst.iter().any(near) {
+                worst.push(middle);
+            }
+        }
+        let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
+        worst.into_iter().map(|middle| (middle.map(from_unit), depths.clone())).collect()
+    }
+
+    /// Lines in some of the pixels that an edge crosses, others in each exam.
+    pub(crate) fn edge_lines(&mut self, count: usize) -> Lines {
+        let Some(fractions) = &self.fractions else { return Vec::new() };
+        let [height, width] = [self.scale.height(), self.scale.width()];
+        let crossed: Vec<usize> =
+            (0..height * width).filter(|&pixel| fractions.is_crossed[pixel]).collect();
+        let first = self.verification.at_edges;
+        self.verification.at_edges += count;
+        let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
+        let in_pixel = |k: usize| {
+            let [number, ..] = lattice::point(FIRST_LINE + k);
+            let pixel = *crossed.get(whole(number * crossed.len() as f64))?;
+            let places = (0..PLACES_IN_PIXEL).map(|part| {
+                let [_, x, y] = lattice::point(FIRST_LINE + PLACES_IN_PIXEL * k + part);
+                let [column, row] = [pixel % width, pixel / width];
+                [(column as f64 + x) / width as f64, (row as f64 + y) / height as f64]
+            });
+            let place = places.into_iter().find(|place| self.scan.view.layer.is_open(*place))?;
+            Some((place.map(from_unit), depths.clone()))
+        };
+        (first..first + count).filter_map(in_pixel).collect()
+    }
+
+    /// The places around a line of the exam at half the distance of the nodes there.
+    pub(crate) fn beside(&self, line: usize) -> Lines {
+        let place = self.verification.places.nodes()[line].place;
+        let distance = spacing(self.level_around(place) + 1);
+        let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
+        around(place, distance, 1)
+            .filter(|(x, y, _)| *x == 0 || *y == 0)
+            .map(|(_, _, place)| (place, depths.clone()))
+            .collect()
+    }
+
+    /// The finest level of which all nodes of the cell around a place are there.
+    pub(crate) fn level_around(&self, place: Place) -> u8 {
+        let has_cell = |level: &u8| {
+            let corner = place.map(|along| {
+                let step = spacing(*level);
+                (along / step).min(STEPS / step - 1) * step
+            });
+            let ends = |axis: usize| [corner[axis], corner[axis] + spacing(*level)];
+            let is_there = |x: u32| ends(1).iter().all(|&y| self.scan.tree.find([x, y]).is_some());
+            ends(0).into_iter().all(is_there)
+        };
+        let base = self.scan.base_level;
+        let finer = (base + 1..=self.scan.tree.finest_level()).take_while(has_cell);
+        finer.last().unwrap_or(base)
+    }
+
+    /// Integrates lines at places that are new, from the given depths and those of the lines nearby, each
+    /// to `tolerance`.
+    pub(crate) async fn verify_lines(&mut self, places: Lines, tolerance: f64) -> Result<(), Stop> {
+        let Self {
+            scan: Scan { view, tree, node_lines, depth_level, closes, .. },
+            verification,
+            ..
+        } = self;
+        let first = verification.places.len();
+        let mut own = Vec::new();
+        let level = (tree.finest_level() + LEVELS_BELOW_NODES).max(COARSEST_LATTICE);
+        for (place, depths) in places {
+            let place = place.map(|along| nearest_of_level(along, level));
+            let is_new = tree.find(place).is_none() && verification.places.find(place).is_none();
+            if is_new && (!*closes || view.layer.is_open(place.map(unit))) {
+                verification.places.add(place);
+                own.push(depths);
+            }
+        }
+        let new: Vec<Place> =
+            verification.places.nodes()[first..].iter().map(|node| node.place).collect();
+        verification.node_lines.grow(verification.places.len());
+        let starts = node_lines.starts(tree, &new, tree.len(), tolerance, *depth_level);
+        let [mut usual, mut finer]: [Wanted; 2] = [Vec::new(), Vec::new()];
+        for (i, (own, (depths, brackets))) in (first..).zip(own.into_iter().zip(starts)) {
+            verification.node_lines.sources[i] = LineSource::Full;
+            verification.node_lines.expect(i, brackets);
+            usual.push((i, depths));
+            finer.push((i, own));
+        }
+        let sampled = verification.integrate(view, [usual, finer], tolerance, *depth_level).await;
+        if sampled.is_err() {
+            verification.places.truncate(first);
+            verification.node_lines.truncate(first);
+            verification.changes.truncate(first);
+        }
+        sampled
+    }
+
+    /// Whether a line of this exam, which are those from `first` on, changes a pixel by more than `most` by its
+    /// finer depths, in the unit of the image.
+    pub(crate) fn is_changed_by_depths(&self, first: usize, most: f64) -> bool {
+        let mut nodes = self.verification.places.nodes()[first..]
+            .iter()
+            .zip(&self.verification.changes[first..]);
+        let has_changed = |(node, change): (&Node, &f64)| {
+            let density = self.scan.view.layer.solid_angle_density(node.place.map(unit));
+            let [row, column] = self.pixel(node.place);
+            density * change * self.scale[(row, column)] > most
+        };
+        nodes.any(has_changed)
+    }
+
+    /// What each line of the exams from `first` on differs by from the tree, as an error of a pixel, in the unit of the
+    /// image; `earlier` and `of_earlier` as in [`set_values`](Self::set_values).
+    pub(crate) fn differences(
+        &self,
+        first: usize,
+        earlier: &[&Self],
+        of_earlier: &[f64],
+    ) -> Vec<f64> {
+        let [height, width] = [self.scale.height(), self.scale.width()];
+        let nodes = self.verification.places.nodes();
+        let difference = |ghosts: &mut (Ghosts, Vec<Ghosts>), i: usize| {
+            let place = nodes[i].place;
+            let (own, of_others) = ghosts;
+            let integral = self.verification.node_lines.lines[i].integral;
+            let value = self.value_of(place, integral, earlier, of_earlier, of_others);
+            let size = (value - self.scan.tree.value(place, own)).abs();
+            // What is smaller than a pixel is a part of it.
+            let distance = unit(spacing(self.level_around(place)));
+            let share = (distance * width as f64).min(1.0) * (distance * height as f64).min(1.0);
+            let [row, column] = self.pixel(place);
+            size * share * self.scale[(row, column)]
+        };
+        let ghosts = || (Ghosts::default(), vec![Ghosts::default(); earlier.len()]);
+        let lines = (first..nodes.len()).into_par_iter().with_min_len(LINES_PER_TASK);
+        lines.map_init(ghosts, difference).collect()
+    }
+}
+
+type Ghosts = FxHashMap<u64, f64>;
+
+impl Verification {
+    /// Integrates lines from the depths that nodes would begin with, then with their own besides.
+    async fn integrate(
+        &mut self,
+        view: &View<'_>,
+        [usual, finer]: [Wanted; 2],
+        tolerance: f64,
+        depth_level: u8,
+    ) -> Result<(), Stop> {
+        self.node_lines.refine(view, &self.places, usual, tolerance, depth_level).await?;
+        let before: Vec<f64> =
+            finer.iter().map(|(i, _)| self.node_lines.lines[*i].integral).collect();
+        let numbers: Vec<usize> = finer.iter().map(|(i, _)| *i).collect();
+        self.node_lines.refine(view, &self.places, finer, tolerance, depth_level).await?;
+        let changes = numbers.into_iter().zip(before);
+        self.changes
+            .extend(changes.map(|(i, before)| (self.node_lines.lines[i].integral - before).abs()));
+        Ok(())
+    }
+
+    /// The depths at which a line has found something.
+    pub(crate) fn significant_depths(&self, line: usize, tolerance: f64) -> Vec<u32> {
+        let samples = self.node_lines.lines[line].samples.iter();
+        let significant =
+            samples.filter(|of| of.opened || of.significance > SHARED_SIGNIFICANCE * tolerance);
+        significant.map(|sample| sample.depth).collect()
+    }
+}
+
+impl Scan<'_> {
+    /// Has the nodes within a spacing of `level` sampled at the given depths and integrated in full, each
+    /// to `tolerance`.
+    pub(crate) async fn sample_around(
+        &mut self,
+        place: Place,
+        level: u8,
+        depths: &[u32],
+        tolerance: f64,
+    ) -> Result<(), Stop> {
+        let is_near = |at: Place| (0..2).all(|k| at[k].abs_diff(place[k]) <= spacing(level));
+        let nodes = self.tree.nodes().iter().enumerate();
+        let near = nodes.filter(|(i, node)| is_near(node.place) && !self.node_lines.is_closed(*i));
+        let near: Vec<usize> = near.map(|(i, _)| i).collect();
+        let snapshot = self.node_lines.snapshot();
+        let integrated = self.integrate_in_full(&near, depths, tolerance).await;
+        if integrated.is_err() {
+            self.node_lines.restore(&snapshot);
+        }
+        integrated
+    }
+}
+
+/// The place of a lattice that is nearest to another.
+fn nearest_of_level(along: u32, level: u8) -> u32 {
+    let step = spacing(level.min(DEEPEST_LEVEL));
+    (along + step / 2) / step * step
+}
