@@ -4,21 +4,15 @@
 //! so that each step is one batch, and no point is asked for twice.
 
 use crate::vol::dyadic::from_unit;
+use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashSet;
-
-/// One ascent for so many scattered samples…
-const SAMPLES_PER_ASCENT: usize = 128;
-/// …in so many steps, each along all three axes…
-const STEPS: usize = 4;
-/// …the first of which have this share of the distance of the samples.
-const FIRST_STEP: f64 = 0.4;
 
 /// A point, and what has been found there.
 pub(crate) type Found<T> = ([f64; 3], T);
 
 /// The number of ascents that so many scattered samples are followed by.
 pub(crate) fn number(samples: usize) -> usize {
-    samples.div_ceil(SAMPLES_PER_ASCENT)
+    samples.div_ceil(TUNING.verification.samples_per_ascent)
 }
 
 /// Ascents from some points, which take their steps side by side.
@@ -36,7 +30,7 @@ pub(crate) struct Ascents<T> {
 impl<T> Ascents<T> {
     /// Ascents from `starts`, which are some of `samples` scattered points.
     pub(crate) fn new(starts: Vec<Found<T>>, samples: usize) -> Self {
-        let lengths = vec![FIRST_STEP / (samples as f64).cbrt(); starts.len()];
+        let lengths = vec![TUNING.verification.first_step / (samples as f64).cbrt(); starts.len()];
         let known = starts.iter().map(|(at, _)| at.map(from_unit)).collect();
         Self { best: starts, lengths, known, tried: Vec::new(), steps: 0 }
     }
@@ -44,7 +38,7 @@ impl<T> Ascents<T> {
     /// The points of the next step, of which those that are not `open` are left out; `None` after the
     /// last one.
     pub(crate) fn next(&mut self, is_open: impl Fn(&[f64; 3]) -> bool) -> Option<Vec<[f64; 3]>> {
-        if self.steps == STEPS {
+        if self.steps == TUNING.verification.ascent_steps {
             return None;
         }
         self.steps += 1;
@@ -113,7 +107,7 @@ mod tests {
         goal.sort_unstable();
         goal.dedup();
         assert_eq!(goal.len(), number);
-        assert!(number <= 6 * STEPS);
+        assert!(number <= 6 * TUNING.verification.ascent_steps);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Local least squares: a quantity known at scattered places around the origin, expected at it.
 
+use crate::vol::tuning::TUNING;
 use nalgebra::{SMatrix, SVector};
 
 /// A value at a place near the origin, where it is wanted.
@@ -25,14 +26,8 @@ const FOR_PLANE: usize = 5;
 const FOR_PARABOLOID: usize = 9;
 /// More values than this, farther away, would only blur the fit.
 pub(crate) const MOST_VALUES: usize = 14;
-/// The square of the distance at which weights have fallen to a quarter.
-const QUARTER_WEIGHT: f64 = 2.0;
 /// Added to the diagonal, relative to the sum of the weights: places on a line fit no plane.
 const REGULARIZATION: f64 = 1e-9;
-/// 1 − leverage, at the least: a value that a coefficient is all about can't be left out.
-const LEAST_INDEPENDENCE: f64 = 0.1;
-/// The origin is no better known than this, relative to the values: they are checked, it is not.
-const LEAST_LEVERAGE: f64 = 0.5;
 /// Coefficients of a constant, a plane and a paraboloid.
 const CONSTANT: usize = 1;
 const PLANE: usize = 3;
@@ -69,16 +64,16 @@ fn fitted<const TERMS: usize>(known: &[Known]) -> Option<Expected> {
     let left_out = known.iter().map(|one| {
         let (weight, basis) = (weight(one.place), basis::<TERMS>(one.place));
         let leverage = weight * basis.dot(&(inverse * basis));
-        let independence = (1.0 - leverage).max(LEAST_INDEPENDENCE);
+        let independence = (1.0 - leverage).max(TUNING.view.fit_least_independence);
         let residual = one.value - basis.dot(&coefficients);
         residual.abs() / independence * (weight / largest_weight).sqrt()
     });
-    let leverage = (largest_weight * inverse[0]).sqrt().max(LEAST_LEVERAGE);
+    let leverage = (largest_weight * inverse[0]).sqrt().max(TUNING.view.fit_least_leverage);
     Some(Expected { value: coefficients[0], error: left_out.fold(0.0, f64::max) * leverage })
 }
 
 fn weight([x, y]: [f64; 2]) -> f64 {
-    1.0 / (1.0 + (x * x + y * y) / QUARTER_WEIGHT).powi(2)
+    1.0 / (1.0 + (x * x + y * y) / TUNING.view.fit_quarter_weight).powi(2)
 }
 
 /// The first terms of a polynomial: the constant comes first.

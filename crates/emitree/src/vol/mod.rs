@@ -39,6 +39,10 @@ mod rule;
 mod sampling;
 mod seeds;
 mod spectrum;
+#[cfg(not(feature = "ablate"))]
+mod tuning;
+#[cfg(feature = "ablate")]
+pub mod tuning;
 mod view;
 
 #[cfg(test)]

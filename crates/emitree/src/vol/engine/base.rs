@@ -2,11 +2,11 @@
 
 use crate::exchange::MethodError;
 use crate::vol::dyadic::STEPS;
-use crate::vol::engine::run::CANCELLED;
 use crate::vol::engine::{Engine, base_evaluations, within_budget};
 use crate::vol::line::node_lines::Wanted;
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::Stop;
+use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 
 impl Engine<'_> {
@@ -63,7 +63,7 @@ impl Engine<'_> {
                 node_lines.assess(wanted.iter().map(|(i, _)| *i), *tolerance, *depth_level);
             }
             let largest = self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max);
-            let largest = largest.max(CANCELLED * self.brightest());
+            let largest = largest.max(TUNING.engine.cancelled * self.brightest());
             let following = self.line_share * self.tolerance * largest;
             for (sheet, tolerance) in self.sheets.iter().zip(&mut tolerances) {
                 *tolerance = match fixed {

@@ -12,19 +12,9 @@ use crate::vol::dyadic::Place;
 use crate::vol::engine::Engine;
 use crate::vol::lattice;
 use crate::vol::sampling::Stop;
-use crate::vol::view::scattered::{
-    Deviation, LINE_FROM, LayerSamples, SEEN_SHARE, ScatteredSheet, steps,
-};
+use crate::vol::tuning::TUNING;
+use crate::vol::view::scattered::{Deviation, LayerSamples, ScatteredSheet, steps};
 use crate::vol::view::verification_lines::Lines;
-
-/// Scattered samples of a view, at the least: they see a Gaussian of 1/40 of the cube's edge.
-const LEAST_SAMPLES: usize = 1024;
-/// …and this share of all evaluations, so that expensive views are covered more finely.
-const SHARE_OF_EVALUATIONS: f64 = 0.05;
-/// Samples are doubled this often if a feature that was asked for is not covered.
-const MOST_DOUBLINGS: u32 = 3;
-/// No ascent begins below this share of the error allowed.
-const ASCENT_FROM: f64 = 0.02;
 
 /// The scattered samples of all layers of a view.
 #[derive(Debug)]
@@ -57,12 +47,15 @@ impl Engine<'_> {
     pub(crate) async fn verify_samples(&mut self, target: f64) -> Result<Vec<Lines>, Stop> {
         let layers = self.layers.len();
         self.coverage.layers.resize_with(layers, LayerSamples::default);
-        let of_evaluations = SHARE_OF_EVALUATIONS * self.meter.evaluations() as f64;
-        let of_feature =
-            self.coverage.wanted.map_or(0, |size| lattice::points_to_see(size, SEEN_SHARE));
-        let number = LEAST_SAMPLES.max(whole(of_evaluations)).max(of_feature);
+        let of_evaluations =
+            TUNING.verification.samples_of_evaluations * self.meter.evaluations() as f64;
+        let of_feature = self
+            .coverage
+            .wanted
+            .map_or(0, |size| lattice::points_to_see(size, TUNING.verification.seen_share));
+        let number = TUNING.verification.least_samples.max(whole(of_evaluations)).max(of_feature);
         let mut number = (number / self.tiles.len()).next_power_of_two();
-        for _ in 0..=MOST_DOUBLINGS {
+        for _ in 0..=TUNING.verification.most_doublings {
             let mut lines = Vec::with_capacity(self.sheets.len());
             let mut smallest: Option<f64> = None;
             for layer in 0..layers {
@@ -103,10 +96,17 @@ impl Engine<'_> {
         let effect = |i: usize| verified.effect(&deviations[i]);
         order.sort_by(|&a, &b| effect(b).total_cmp(&effect(a)).then(a.cmp(&b)));
         let ascents = ascent::number(samples.points.len());
-        let starts: Vec<usize> =
-            order.iter().copied().take(ascents).filter(|&i| effect(i) > ASCENT_FROM).collect();
+        let starts: Vec<usize> = order
+            .iter()
+            .copied()
+            .take(ascents)
+            .filter(|&i| effect(i) > TUNING.verification.sample_ascent_from)
+            .collect();
         // What is not followed passes: an excess below that of the last that is.
-        let passed = order.get(ascents).map_or(0.0, |&i| effect(i)).max(ASCENT_FROM);
+        let passed = order
+            .get(ascents)
+            .map_or(0.0, |&i| effect(i))
+            .max(TUNING.verification.sample_ascent_from);
         let starts = starts.into_iter().map(|i| (samples.points[i], deviations[i])).collect();
         let is_open = |at: &[f64; 3]| sheet.is_open(at);
         let size = |of: &Deviation| verified.effect(of);
@@ -117,7 +117,8 @@ impl Engine<'_> {
             ascents.take(verified.deviations(&points, &rates), size);
         }
         let found = ascents.best();
-        let lines = found.iter().filter(|(_, of)| verified.effect(of) > LINE_FROM);
+        let lines =
+            found.iter().filter(|(_, of)| verified.effect(of) > TUNING.verification.line_from);
         let lines = lines.map(|(point, _)| verified.line_through(*point)).collect();
         let size = verified.size_covered(&samples.points, &deviations, passed);
         Ok((lines, Some(size)))

@@ -23,28 +23,13 @@ use crate::vol::engine::spectra::Spectra;
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::Seed;
 use crate::vol::spectrum::energies::Energies;
+use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::{LayerSamples, fraction_of_view};
 use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::visible::{Visible, visible_layers};
 
-/// Looser requests are met at this tolerance: a looser search does not find the structure.
-pub(crate) const LOOSEST_TOLERANCE: f64 = 0.05;
-/// The share of the tolerance that a line or a depth rule may take.
-const LINE_SHARE: f64 = 0.2;
-/// Lines are integrated as for this tolerance if a looser one is asked for: looser lines step over peaks,
-/// and what some lines have and others have not looks like structure of the image, which is expensive. Of 60
-/// anisotropic peaks 3 cost more than 1.15 times a tighter tolerance at 2 to 10 %, 4 with lines for 2 %,
-/// and 10 without this; images to 10 % cost 8 % more for it.
-const LOOSEST_OF_LINES: f64 = 0.01;
-/// Nodes are no closer to each other than 2^−this of a pixel…
-const BELOW_PIXEL_LEVELS: u32 = 4;
-/// …but on an image of few pixels may be as close as this level.
-const FINE_ENOUGH_LEVEL: u8 = 10;
 /// Levels of nodes that the places have room for, with two for the children and their neighbours.
 const FINEST_LEVEL: u8 = 22;
-/// A budget below this many times the first look may be short: then the tolerance is approached in
-/// steps, so that the evaluations go into the whole image and not into the digits of its first lines.
-const SHORT_BUDGET: u64 = 300;
 
 /// The same by image trees alone.
 pub(crate) async fn by_tree(
@@ -65,8 +50,9 @@ pub(crate) async fn by_tree(
     // Each of several tiles is a small part of the view, and finer in itself.
     let wanted_level = vol.base_level.saturating_sub(u8::from(tiles.len() > 1)).max(1);
     let base_level = affordable_base_level(wanted_level, sheets, meter.evaluations_left())?;
-    let goal = vol.tolerance.min(LOOSEST_TOLERANCE);
-    let short = meter.evaluations_left() < SHORT_BUDGET * sheets * base_evaluations(base_level);
+    let goal = vol.tolerance.min(TUNING.engine.loosest_tolerance);
+    let short = meter.evaluations_left()
+        < TUNING.engine.short_budget * sheets * base_evaluations(base_level);
     let mut engine = Engine {
         meter,
         tiles,
@@ -81,8 +67,8 @@ pub(crate) async fn by_tree(
         made_before: meter.evaluations(),
         verification_lines: 1,
         coverage: Coverage::new(wanted, known),
-        tolerance: if short { LOOSEST_TOLERANCE } else { goal },
-        line_share: LINE_SHARE * (LOOSEST_OF_LINES / goal).min(1.0),
+        tolerance: if short { TUNING.engine.loosest_tolerance } else { goal },
+        line_share: TUNING.engine.line_share * (TUNING.engine.loosest_of_lines / goal).min(1.0),
         is_strict: false,
         base_level,
         required_level: base_level + 1,
@@ -115,8 +101,9 @@ pub(crate) fn base_evaluations(base_level: u8) -> u64 {
 
 /// The deepest level of nodes that the pixels can be the better for.
 pub(crate) fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
-    let of_pixels = height.max(width).next_power_of_two().trailing_zeros() + BELOW_PIXEL_LEVELS;
-    let least = FINE_ENOUGH_LEVEL.max(base_level + 2);
+    let of_pixels =
+        height.max(width).next_power_of_two().trailing_zeros() + TUNING.engine.below_pixel_levels;
+    let least = TUNING.engine.fine_enough_level.max(base_level + 2);
     u8::try_from(of_pixels).unwrap_or(FINEST_LEVEL).clamp(least, FINEST_LEVEL)
 }
 

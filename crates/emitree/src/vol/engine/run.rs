@@ -10,23 +10,7 @@ use crate::vol::engine::spectra::Spectra;
 use crate::vol::engine::verification::Verdict;
 use crate::vol::engine::{Engine, within_budget};
 use crate::vol::image::opening::{Choice, ChoiceLimits, worthwhile};
-
-/// The largest estimate has to be within this share of the tolerance.
-pub(crate) const STOP: f64 = 0.85;
-/// If lines are all that is left to be improved, their share is halved this often.
-const MOST_HALVINGS: u32 = 4;
-/// A round may cost this much more for each node than the one before.
-const COST_MARGIN: f64 = 1.3;
-/// A round that the budget did not allow has cost this much more than was expected, at the least.
-const OVERRUN_FACTOR: f64 = 3.0;
-/// An image whose pixels cancel below this share of ∫ |G| dz on a line is good enough if it is good to
-/// the tolerance of that.
-pub(crate) const CANCELLED: f64 = 1e-6;
-/// A round of fewer nodes is not worth another one, when the budget is all but spent.
-const LEAST_ROUND: usize = 8;
-/// Evaluations grow like the tolerance to the power of −this, roughly: a tenfold precision costs two
-/// to three times as many.
-pub(crate) const COST_EXPONENT: f64 = 0.4;
+use crate::vol::tuning::TUNING;
 
 impl Engine<'_> {
     pub(crate) async fn run(&mut self) -> Result<(CurrentImage, Ending), MethodError> {
@@ -40,10 +24,10 @@ impl Engine<'_> {
         loop {
             let meter = self.meter;
             self.show(&current);
-            let largest = current.largest_pixel().max(CANCELLED * self.brightest());
+            let largest = current.largest_pixel().max(TUNING.engine.cancelled * self.brightest());
             let met = |tolerance: f64| {
                 self.has_required_nodes(&current)
-                    && current.largest_error() <= STOP * tolerance * largest
+                    && current.largest_error() <= TUNING.engine.stop * tolerance * largest
             };
             let [is_good, is_good_for_now] = [self.goal, self.tolerance].map(met);
             if is_good {
@@ -67,19 +51,20 @@ impl Engine<'_> {
             let mut places = self.choose(&current, target);
             let count = total(&places);
             if count == 0 {
-                if halvings == MOST_HALVINGS {
+                if halvings == TUNING.engine.most_halvings {
                     return self.conclude(current, Ending::DeepestLevel).await;
                 }
                 halvings += 1;
                 self.line_share *= 0.5;
                 self.spectra.iter_mut().for_each(Spectra::tighten);
             }
-            let affordable = meter.evaluations_left() as f64 / (COST_MARGIN * cost_per_node);
+            let affordable =
+                meter.evaluations_left() as f64 / (TUNING.engine.cost_margin * cost_per_node);
             if count as f64 > affordable {
                 // Each sheet keeps its most worthwhile ones.
                 let kept = whole(affordable);
                 places.iter_mut().for_each(|places| places.truncate(places.len() * kept / count));
-                within_budget = total(&places) >= LEAST_ROUND;
+                within_budget = total(&places) >= TUNING.engine.least_round;
             }
             for places in &mut places {
                 places.sort_unstable();
@@ -95,8 +80,8 @@ impl Engine<'_> {
             } else {
                 // Fewer nodes may do, with what is left. Nodes where nothing is in view cost nothing, and
                 // those before may all have been such.
-                cost_per_node = cost_per_node.max(1.0) * OVERRUN_FACTOR;
-                within_budget &= sampled >= LEAST_ROUND;
+                cost_per_node = cost_per_node.max(1.0) * TUNING.engine.overrun_factor;
+                within_budget &= sampled >= TUNING.engine.least_round;
             }
             let largest = current.largest_pixel();
             current = self.assemble()?;
@@ -123,7 +108,7 @@ impl Engine<'_> {
     /// The tolerance that the rest of the budget may reach.
     fn next_tolerance(&self) -> f64 {
         let (spent, left) = (self.meter.evaluations() as f64, self.meter.evaluations_left() as f64);
-        let finer = ((spent + left) / spent).powf(-1.0 / COST_EXPONENT);
+        let finer = ((spent + left) / spent).powf(-1.0 / TUNING.engine.cost_exponent);
         // Half at the least: a smaller step would cost more than it brings.
         (self.tolerance * finer.min(0.5)).max(self.goal)
     }

@@ -16,42 +16,11 @@ use crate::vol::spectrum::energies::{self, Energies, Rest};
 use crate::vol::spectrum::probes::{
     LINE_LEVEL, ProbePoint, SpectralProbes, SpotCheck, spectral_rates,
 };
+use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::verification_lines::Verification;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
-
-/// The share of the tolerance that the energies may leave unexplained.
-const ENERGY_SHARE: f64 = 0.1;
-/// New energies are learned until they leave this share of that: the next spectra differ a little.
-const SELECTED_SHARE: f64 = 0.5;
-/// Spectra that nobody has sampled are worse explained than those that have been, by this much.
-const UNSEEN_MARGIN: f64 = 1.5;
-/// Before anything is known G is sampled at so many points along each axis…
-const INITIAL_POINTS: u32 = 4;
-/// …or at so many of each layer, if there are more layers than this…
-const INITIAL_POINTS_OF_MANY: u32 = 2;
-const MANY_LAYERS: usize = 3;
-/// …and on the energy axis on the lattice of this level.
-const INITIAL_LEVEL: u8 = 2;
-/// Scouts on the base lines of the first energy.
-const FIRST_PROBES: usize = 24;
-/// Scouts on the base lines of each later one.
-const LATER_PROBES: usize = 4;
-/// Scouts on the new lines of each round.
-const ROUND_PROBES: usize = 4;
-/// One scout in so many looks into every bin.
-const FULL_PROBES: usize = 3;
-/// A third of the scouts are where lines are brightest, a third on lines beyond this share of the
-/// brightest one, and a third anywhere: at other energies they may be bright.
-const DIM: f64 = 1e-2;
-/// From line to line spot checks of dark lines go on by so many depths.
-const DEPTH_STRIDE: usize = 5;
-/// Each line of the base is checked at one of so many energies.
-const CHECKED_PARTS: u32 = 8;
-/// The most energies: this many for each bin, and some more.
-const ENERGIES_PER_BIN: usize = 2;
-const MORE_ENERGIES: usize = 16;
 
 /// What is known of the spectra.
 pub(crate) struct Spectra<'a> {
@@ -74,7 +43,7 @@ impl<'a> Spectra<'a> {
             probes,
             unexplained: vec![0.0; axis.bins()],
             are_explained: false,
-            share: ENERGY_SHARE,
+            share: TUNING.spectra.energy_share,
             probed: Vec::new(),
         }
     }
@@ -85,7 +54,8 @@ impl<'a> Spectra<'a> {
 
     /// The energies of the first look: a coarse lattice, and the lines that were named.
     fn first_energies(&self) -> Vec<u32> {
-        let lattice = (0..=1_u32 << INITIAL_LEVEL).map(|k| k * spacing(INITIAL_LEVEL));
+        let lattice = (0..=1_u32 << TUNING.spectra.initial_level)
+            .map(|k| k * spacing(TUNING.spectra.initial_level));
         let mut energies: Vec<u32> = lattice.chain(self.probes.everywhere()).collect();
         energies.sort_unstable();
         energies.dedup();
@@ -179,12 +149,12 @@ impl<'b> Engine<'b> {
             return Ok(Some(energies[brightest]));
         }
         // A spectrum may lie between these energies: each point looks at others.
-        let (step, cell) = (spacing(INITIAL_LEVEL), spacing(LINE_LEVEL));
+        let (step, cell) = (spacing(TUNING.spectra.initial_level), spacing(LINE_LEVEL));
         let shifted = |(number, &point): (usize, &ProbePoint)| {
             // The golden ratio keeps the shifts of any number of points apart.
             let shift = (0.618_033_988_749_895 * (number as f64 + 1.0)).fract();
             let shift = cell::to_u32(whole(shift * f64::from(step / cell))) * cell;
-            (0..1_u32 << INITIAL_LEVEL).map(move |k| (point, k * step + shift))
+            (0..1_u32 << TUNING.spectra.initial_level).map(move |k| (point, k * step + shift))
         };
         let points: Vec<_> = probe_points.iter().enumerate().flat_map(shifted).collect();
         let rates = spectral_rates(&self.views(), &points, bins).await?;
@@ -197,8 +167,11 @@ impl<'b> Engine<'b> {
 
     /// The points of the first look at energies: the middles of equal parts of each layer.
     fn first_points(&self) -> Vec<ProbePoint> {
-        let per_axis =
-            if self.layers.len() > MANY_LAYERS { INITIAL_POINTS_OF_MANY } else { INITIAL_POINTS };
+        let per_axis = if self.layers.len() > TUNING.spectra.many_layers {
+            TUNING.spectra.initial_points_of_many
+        } else {
+            TUNING.spectra.initial_points
+        };
         let along = |k: u32| (2 * k + 1) * (STEPS / (2 * per_axis));
         let of_layer = |layer: usize| {
             (0..per_axis.pow(3)).map(move |k| {
@@ -216,7 +189,7 @@ impl<'b> Engine<'b> {
         first: Option<u32>,
     ) -> Result<bool, MethodError> {
         self.energies = Energies::default();
-        self.add_probes(FIRST_PROBES);
+        self.add_probes(TUNING.spectra.first_probes);
         let views = self.views();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
         let first = first.unwrap_or_default();
@@ -249,7 +222,7 @@ impl<'b> Engine<'b> {
     /// Samples spectra on new lines, and adds the energies that they need; whether the budget
     /// allowed it. `largest` is the largest voxel.
     pub(crate) async fn sample_spectra(&mut self, largest: f64) -> Result<bool, MethodError> {
-        self.add_probes(ROUND_PROBES);
+        self.add_probes(TUNING.spectra.round_probes);
         self.learn_energies(largest).await
     }
 
@@ -285,7 +258,7 @@ impl<'b> Engine<'b> {
                 self.energies.selected.truncate(known);
                 return Ok(false);
             }
-            self.add_probes(LATER_PROBES * places.len());
+            self.add_probes(TUNING.spectra.later_probes * places.len());
         }
     }
 
@@ -295,19 +268,20 @@ impl<'b> Engine<'b> {
         let views = self.views();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
         let allowed = spectra.share * target;
-        let most = ENERGIES_PER_BIN * spectra.probes.bins.factors.len() + MORE_ENERGIES;
+        let most = TUNING.spectra.energies_per_bin * spectra.probes.bins.factors.len()
+            + TUNING.spectra.more_energies;
         let mut sampled = within_budget(spectra.probes.sample(&views, allowed).await)?;
         let Spectra { probes, unexplained, .. } = &mut *spectra;
         let rest = |probe| self.energies.rest(probe, &probes.bins);
         let mut rests: Vec<Rest> = probes.probes.par_iter().map(rest).collect();
         let left = energies::unexplained(&rests, &probes.bins);
-        *unexplained = left.iter().map(|left| UNSEEN_MARGIN * left).collect();
+        *unexplained = left.iter().map(|left| TUNING.spectra.unseen_margin * left).collect();
         let mut goal = allowed;
         while sampled && self.energies.len() < most {
             let worst =
                 (0..rests.len()).max_by(|a, b| rests[*a].largest().total_cmp(&rests[*b].largest()));
             let Some(worst) = worst.filter(|&i| rests[i].largest() > goal) else { break };
-            goal = SELECTED_SHARE * allowed;
+            goal = TUNING.spectra.selected_share * allowed;
             probes.sharpen(worst, rests[worst].largest(), target / self.tolerance);
             sampled = within_budget(probes.sample(&views, allowed).await)?;
             rests[worst] = self.energies.rest(&probes.probes[worst], &probes.bins);
@@ -333,7 +307,7 @@ impl<'b> Engine<'b> {
             spectra.probed[i] = node_lines.lines.len();
         }
         lines.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let of_brightest = DIM * lines.first().map_or(0.0, |line| line.0);
+        let of_brightest = TUNING.spectra.dim * lines.first().map_or(0.0, |line| line.0);
         let not_dim = lines.partition_point(|line| line.0 > of_brightest);
         let third = most.div_ceil(3);
         let spread = |from: usize, to: usize| {
@@ -367,7 +341,7 @@ impl<'b> Engine<'b> {
                 let point =
                     ProbePoint { layer: self.sheets[i].id.layer, place, depth: sample.depth };
                 let path = path_of(line, sample.rate);
-                spectra.probes.add(point, path, number.is_multiple_of(FULL_PROBES));
+                spectra.probes.add(point, path, number.is_multiple_of(TUNING.spectra.full_probes));
             }
         }
     }
@@ -391,19 +365,20 @@ impl<'b> Engine<'b> {
                 };
                 // Dark lines look at different depths.
                 let samples = 0..line.samples.len();
-                let any = DEPTH_STRIDE * i % samples.len().max(1);
+                let any = TUNING.spectra.depth_stride * i % samples.len().max(1);
                 let brightest = &line.samples[samples.fold(any, brighter)];
                 let path = path_of(line, brightest.rate);
                 let point =
                     ProbePoint { layer, place: tree.nodes()[i].place, depth: brightest.depth };
                 // Neighbours look at different energies.
                 let [x, y] = point.place.map(|along| along / spacing(*base_level));
-                let first = (3 * x + y) % CHECKED_PARTS;
+                let first = (3 * x + y) % TUNING.spectra.checked_parts;
                 let rates = || {
                     let of_layer = self.sheets.iter().filter(|sheet| sheet.id.layer == layer);
                     of_layer.map(|sheet| sheet.scan.node_lines.lines[i].rate(point.depth))
                 };
-                let energies = (first..=STEPS / step).step_by(CHECKED_PARTS as usize);
+                let energies =
+                    (first..=STEPS / step).step_by(TUNING.spectra.checked_parts as usize);
                 checks.extend(energies.map(|k| k * step).map(|energy| SpotCheck {
                     point,
                     energy,

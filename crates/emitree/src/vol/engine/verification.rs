@@ -13,44 +13,9 @@ use crate::vol::engine::current_image::CurrentImage;
 use crate::vol::engine::{Engine, within_budget};
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::Stop;
+use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification_lines::Lines;
-
-/// Scattered lines of one exam, at the least, shared among the sheets of a view…
-const LEAST_LINES: usize = 12;
-/// …and, with those of exams before, as many as this share of all evaluations so far pays for, if each costs
-/// this many times as much as those that are integrated in full.
-const SHARE_OF_EVALUATIONS: f64 = 0.1;
-const COST_OF_LINE: f64 = 2.0;
-/// Lines where the estimated error is largest, as a share of the scattered ones.
-const WORST_SHARE: f64 = 0.5;
-/// Lines beside edges, where the image is continued from one side, as a share of the scattered ones.
-const EDGE_SHARE: f64 = 0.5;
-/// One ascent to larger differences for so many scattered lines…
-const LINES_PER_ASCENT: usize = 8;
-/// …in so many steps.
-const STEPS_OF_ASCENT: usize = 3;
-/// After an exam that failed both numbers are doubled, up to this many times as many.
-const MOST_LINES: usize = 4;
-/// An ascent begins at a difference of more than this share of the error allowed.
-const ASCENT_FROM: f64 = 0.2;
-/// A line fails if what it differs by is more than this share of the error allowed in a pixel.
-const FAILED: f64 = 0.55;
-/// …and of the error estimated there, of which a line may have more than the mean over its pixel; but no
-/// line may differ by more than the error allowed.
-const OVER_ESTIMATE: f64 = 1.5;
-/// If that changes the integral by more than this share of the error allowed in a pixel, all lines of the
-/// sheet are integrated more carefully (if two lines have to be changed, zodiacal light at 1 % is wrong by
-/// 1.02 %):…
-const STEPPED_OVER: f64 = 0.4;
-/// …first to a tolerance stricter by this, where they have samples that lead on; that costs less than depths
-/// everywhere, which made a tolerance of 5 % up to 2.3 times as expensive as 2 %…
-const STRICTER: f64 = 0.25;
-/// …then on a lattice of depths finer by so many levels at once, since the rules of all other nodes have to
-/// be learned anew each time…
-const FINER_AT_ONCE: u8 = 2;
-/// …and finer than that of the base by so many levels at the most.
-const MOST_FINER: u8 = 4;
 
 /// How an exam ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,20 +55,24 @@ impl Engine<'_> {
         };
         let mut places: Vec<Lines> = Vec::with_capacity(self.sheets.len());
         let made = self.meter.evaluations() - self.made_before;
-        let affordable = SHARE_OF_EVALUATIONS * made as f64;
-        let affordable = affordable / (COST_OF_LINE * self.cost_of_full_line());
+        let affordable = TUNING.verification.share_of_evaluations * made as f64;
+        let affordable = affordable / (TUNING.verification.cost_of_line * self.cost_of_full_line());
         let verified: usize = self.sheets.iter().map(|sheet| sheet.verification.places.len()).sum();
         let times = self.verification_lines;
-        let lines = (whole(affordable) * times).saturating_sub(verified).max(LEAST_LINES * times);
-        let ascents = lines.div_ceil(LINES_PER_ASCENT);
+        let lines = (whole(affordable) * times)
+            .saturating_sub(verified)
+            .max(TUNING.verification.least_lines * times);
+        let ascents = lines.div_ceil(TUNING.verification.lines_per_ascent);
         // Each place is in view on some of the layers of its tile.
         let energies = self.sheets.len() / self.layers.len();
         let lines = lines.div_ceil(energies * self.tiles.len());
         for (i, sheet) in self.sheets.iter_mut().enumerate() {
             let mut of_sheet = sheet.scattered_lines(lines);
-            let worst = whole((WORST_SHARE * lines as f64).ceil());
+            let worst = whole((TUNING.verification.worst_share * lines as f64).ceil());
             of_sheet.extend(sheet.worst_lines(current.errors(sheet.tile), worst));
-            of_sheet.extend(sheet.edge_lines(whole((EDGE_SHARE * lines as f64).ceil())));
+            of_sheet.extend(
+                sheet.edge_lines(whole((TUNING.verification.edge_share * lines as f64).ceil())),
+            );
             of_sheet.extend(suspicious[i].iter().cloned());
             places.push(of_sheet);
         }
@@ -112,7 +81,7 @@ impl Engine<'_> {
         let mut sizes = vec![Vec::new(); self.sheets.len()];
         let first: Vec<usize> =
             self.sheets.iter().map(|sheet| sheet.verification.places.len()).collect();
-        for step in 0..=STEPS_OF_ASCENT {
+        for step in 0..=TUNING.verification.steps_of_ascent {
             for i in 0..self.sheets.len() {
                 let tolerance = self.sheets[i].line_tolerance(&tolerances);
                 let of_sheet = core::mem::take(&mut places[i]);
@@ -121,8 +90,11 @@ impl Engine<'_> {
                 }
             }
             differences = self.differences(target, &mut sizes);
-            if step < STEPS_OF_ASCENT {
-                let rising = differences.iter().filter(|of| of.size > ASCENT_FROM).take(ascents);
+            if step < TUNING.verification.steps_of_ascent {
+                let rising = differences
+                    .iter()
+                    .filter(|of| of.size > TUNING.verification.ascent_from)
+                    .take(ascents);
                 for of in rising {
                     places[of.sheet].extend(self.sheets[of.sheet].beside(of.line));
                 }
@@ -136,7 +108,8 @@ impl Engine<'_> {
         match self.refine_around(&differences, &tolerances).await? {
             Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
             verdict => {
-                self.verification_lines = (2 * self.verification_lines).min(MOST_LINES);
+                self.verification_lines =
+                    (2 * self.verification_lines).min(TUNING.verification.most_lines);
                 Ok(verdict)
             }
         }
@@ -148,7 +121,8 @@ impl Engine<'_> {
         let [row, column] = sheet.pixel(sheet.verification.places.nodes()[of.line].place);
         let errors = current.errors(sheet.tile);
         let estimate = errors.iter().map(|error| error[(row, column)]).fold(0.0, f64::max);
-        of.size > FAILED && of.size > (OVER_ESTIMATE * estimate / target).min(1.0)
+        of.size > TUNING.verification.failed
+            && of.size > (TUNING.verification.over_estimate * estimate / target).min(1.0)
     }
 
     /// Evaluations of a line that is integrated in full, on average.
@@ -181,8 +155,11 @@ impl Engine<'_> {
             let Scan { base_level, depth_level, .. } = sheet.scan;
             // A line that grazes a surface on which g jumps steps over what only it meets.
             !sheet.scan.node_lines.tracks_jumps
-                && depth_level < base_level + MOST_FINER
-                && sheet.is_changed_by_depths(first[i], STEPPED_OVER * target / weight)
+                && depth_level < base_level + TUNING.verification.most_finer
+                && sheet.is_changed_by_depths(
+                    first[i],
+                    TUNING.verification.stepped_over * target / weight,
+                )
         };
         let sheets: Vec<usize> = (0..self.sheets.len()).filter(steps_over).collect();
         if sheets.is_empty() {
@@ -190,7 +167,7 @@ impl Engine<'_> {
         }
         let is_first = !core::mem::replace(&mut self.is_strict, true);
         if is_first {
-            self.line_share *= STRICTER;
+            self.line_share *= TUNING.verification.stricter;
         }
         let tolerances = self.line_tolerances(target);
         for i in sheets {
@@ -200,7 +177,9 @@ impl Engine<'_> {
             let snapshot = scan.node_lines.snapshot();
             let refined = match is_first {
                 true => scan.scan(scan.tree.len(), guarded, tolerance).await,
-                false => scan.refine_depths(FINER_AT_ONCE, guarded, tolerance).await,
+                false => {
+                    scan.refine_depths(TUNING.verification.finer_at_once, guarded, tolerance).await
+                }
             };
             if !within_budget(refined)? {
                 self.sheets[i].scan.node_lines.restore(&snapshot);

@@ -10,9 +10,6 @@ pub(crate) struct Block {
     row: u32,
 }
 
-/// The finest blocks that are tried: smaller ones have too few lines to learn from.
-pub(crate) const FINEST_BLOCKS: u8 = 3;
-
 impl Block {
     /// The block of `level` that a place is in.
     pub(crate) fn around(place: Place, level: u8) -> Self {
@@ -39,11 +36,12 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vol::tuning::TUNING;
 
     #[test]
     fn each_place_is_in_its_block_and_the_last_one_too() {
         for place in [[0, 0], [STEPS, STEPS], [STEPS / 2, STEPS / 3]] {
-            for level in 0..=FINEST_BLOCKS {
+            for level in 0..=TUNING.image.finest_blocks {
                 let block = Block::around(place, level);
                 assert!(block.contains(place, 0.0));
                 assert!(block.quarter(place).contains(place, 0.0));

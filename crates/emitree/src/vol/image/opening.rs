@@ -8,14 +8,8 @@ use crate::vol::dyadic::{Place, around, spacing, unit};
 use crate::vol::image::error_map::Footprint;
 use crate::vol::image::remaining::{Children, Remaining};
 use crate::vol::image::tree::{ImageTree, key};
+use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashSet;
-
-/// Every pixel is to be expected below this share of the tolerance.
-const GOAL: f64 = 0.7;
-/// What opening a node takes away of its contribution.
-const EXPECTED_GAIN: f64 = 0.95;
-/// A contribution below this share of the tolerance is left alone.
-const LEAST_CONTRIBUTION: f64 = 1e-3;
 
 /// What the choice is made from.
 pub(crate) struct Choice<'a> {
@@ -52,7 +46,7 @@ pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<u
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     // There may be thousands of bins: once for each tree, and not for each of their weights.
     let least = |choice: &Choice<'_>| {
-        LEAST_CONTRIBUTION * choice.limits.tolerance * choice.largest_weight()
+        TUNING.image.least_contribution * choice.limits.tolerance * choice.largest_weight()
     };
     let least: Vec<f64> = choices.iter().map(least).collect();
     let mut expected: Vec<Image> = errors.iter().map(|error| (*error).clone()).collect();
@@ -63,11 +57,11 @@ pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<u
         let matters = |weight: f64| contribution * weight.abs() >= least[tree];
         let bins = || choice.weights.iter().enumerate().filter(|(_, weight)| matters(**weight));
         let is_bad = |(bin, _): (usize, &f64)| {
-            footprint.touches_above(&expected[bin], choice.scale, GOAL * tolerance)
+            footprint.touches_above(&expected[bin], choice.scale, TUNING.image.goal * tolerance)
         };
         if bins().any(is_bad) {
             for (bin, weight) in bins() {
-                let gain = -EXPECTED_GAIN * weight.abs();
+                let gain = -TUNING.image.expected_gain * weight.abs();
                 footprint.add_to(&mut expected[bin], choice.scale, gain);
             }
             opened[tree].push(i);
@@ -87,7 +81,7 @@ impl Choice<'_> {
         let [height, width] = [self.scale.height(), self.scale.width()].map(|n| n as f64);
         let largest_weight = self.largest_weight();
         let largest_scale = self.scale.largest();
-        let least = LEAST_CONTRIBUTION * tolerance;
+        let least = TUNING.image.least_contribution * tolerance;
         let mut candidates = Vec::new();
         for (i, node) in self.tree.nodes().iter().enumerate() {
             let Some(footprint) = &self.footprints[i] else { continue };

@@ -14,30 +14,9 @@
 
 use crate::vol::dyadic::{Place, STENCIL, around, beside, spacing};
 use crate::vol::image::tree::{Around, ImageTree, Node};
+use crate::vol::tuning::TUNING;
 use rayon::prelude::*;
 
-/// Share of the details one spacing away that guards a node's own.
-const NEXT_GUARD: f64 = 0.5;
-/// Share of the details two spacings away: the side lobes of an unresolved peak lie there.
-const SECOND_GUARD: f64 = 0.3;
-/// What remains is at least this share of a guarded detail on the first level with any decay…
-const FIRST_LEAST_DECAY: f64 = 0.4;
-/// …and this below it…
-const LEAST_DECAY: f64 = 0.15;
-/// …and else this times the decay from the coarser neighbours.
-const DECAY_MARGIN: f64 = 3.0;
-/// A missing child differs by this share of the details beside it, on its own level: they may have
-/// found the next part of a kink, of which coarser nodes chanced to see nothing…
-const SIBLING_SHARE: f64 = 0.25;
-/// …and by this share where g jumps, and kinks are expected.
-const SIBLING_SHARE_OF_KINKS: f64 = 0.5;
-/// Kinks leave this much more than their details tell: those do not shrink evenly with the level.
-const KINK_MARGIN: f64 = 1.2;
-/// Beside an edge the image is extrapolated, which is so much worse than interpolation.
-const EDGE_MARGIN: f64 = 3.0;
-/// Once the diagonal children are there, what remains is their largest guarded detail, or this share
-/// of what remained before.
-const AFTER_DIAGONALS: f64 = 0.1;
 /// Nodes that are worth a thread of their own.
 const NODES_AT_ONCE: usize = 64;
 
@@ -66,7 +45,11 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
     let guarded = |place: Place, level: u8, detail: f64| {
         let neighbours = around(place, spacing(level), 2).filter_map(|(i, j, at)| {
             let neighbour = nodes[tree.find(at)?];
-            let share = if i.abs().max(j.abs()) == 1 { NEXT_GUARD } else { SECOND_GUARD };
+            let share = if i.abs().max(j.abs()) == 1 {
+                TUNING.image.next_guard
+            } else {
+                TUNING.image.second_guard
+            };
             (neighbour.level == level).then_some(share * neighbour.seen())
         });
         neighbours.fold(detail, f64::max)
@@ -79,8 +62,9 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
 /// every rendering looks at.
 pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -> Vec<Remaining> {
     let has_kinks = tree.order() < STENCIL;
-    let margin = if has_kinks { KINK_MARGIN } else { 1.0 };
-    let sibling_share = if has_kinks { SIBLING_SHARE_OF_KINKS } else { SIBLING_SHARE };
+    let margin = if has_kinks { TUNING.image.kink_margin } else { 1.0 };
+    let sibling_share =
+        if has_kinks { TUNING.image.sibling_share_of_kinks } else { TUNING.image.sibling_share };
     let largest = tree.largest_seen();
     let of_node = |i: usize| {
         let node = tree.nodes()[i];
@@ -96,18 +80,18 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -
         let size = match children {
             // The levels that are always looked at are not looked at in two steps.
             Children::Diagonal if node.level >= required_level => {
-                of_diagonals.max(AFTER_DIAGONALS * before)
+                of_diagonals.max(TUNING.image.after_diagonals * before)
             }
             _ => before,
         };
         let of_siblings = sibling_share * near.largest_sibling();
-        let of_edge = if near.is_beside_edge() { EDGE_MARGIN } else { 1.0 };
+        let of_edge = if near.is_beside_edge() { TUNING.image.edge_margin } else { 1.0 };
         let size = margin * of_edge * size.max(of_siblings);
         let unknown = match node.around {
             Around::Closed => 0.0,
             // Known from no neighbour: it may be as bright as anything else.
             Around::Between => largest,
-            Around::Beside => (EDGE_MARGIN * node.unknown).min(largest),
+            Around::Beside => (TUNING.image.edge_margin * node.unknown).min(largest),
         };
         Remaining { children, size: size.max(unknown) }
     };
@@ -216,8 +200,13 @@ impl<'a> Near<'a> {
         }
         let parents = self.nodes(BESIDE.into_iter()).filter(|(_, node)| node.level + 1 == level);
         let coarser = parents.map(|(parent, _)| guarded[parent]).fold(0.0, f64::max);
-        let least = if level == required_level + 1 { FIRST_LEAST_DECAY } else { LEAST_DECAY };
-        let decay = DECAY_MARGIN * guarded[self.centre] / (coarser + f64::MIN_POSITIVE);
+        let least = if level == required_level + 1 {
+            TUNING.image.first_least_decay
+        } else {
+            TUNING.image.least_decay
+        };
+        let decay =
+            TUNING.image.decay_margin * guarded[self.centre] / (coarser + f64::MIN_POSITIVE);
         decay.clamp(least, 1.0)
     }
 }

@@ -13,49 +13,15 @@ use crate::vol::dyadic::{
 };
 use crate::vol::line::Line;
 use crate::vol::line::memo::Memo;
+use crate::vol::tuning::TUNING;
 
-/// A jump is this much steeper than both neighbours together.
-const JUMP_STEEPNESS: f64 = 4.0;
-/// |error| of an interval with a jump, in units of its length times the jump: the jump may be at
-/// either end, and then the trapezoid is wrong by half of this; the rest is for the image tree, to
-/// which what is left of jumps looks like roughness.
-pub(crate) const JUMP_ERROR: f64 = 1.0;
-/// A jump that is smaller than this share of the tolerance, times its interval, is none…
-const LEAST_JUMP: f64 = 0.02;
-/// …unless the interval is shorter than this: there a jump has been closed in on, and no polynomial
-/// may run through it…
-const NARROW: f64 = 0.002;
 /// …and a step below this share of the largest |rate| is rounding at any length.
 const NO_STEP: f64 = 1e-7;
-/// Jumps are bisected until the error is expected to be this share of the tolerance…
-const BISECTED: f64 = 0.9;
-/// …with this share of their own error gone for each bisection.
-const BISECTION_GAIN: f64 = 0.5;
-/// A segment of two ends is sampled inside if more than this share of the tolerance is on it.
-const SHORT_SEGMENT: f64 = 0.25;
-/// Share of the intervals beside a sample next to the end of a segment that its detail can change:
-/// half of each, and half as much again.
-const EFFECT_AT_END: f64 = 0.75;
-/// Share of the |effects| that is added to what is left of them when neighbours cancel: an
-/// accidental zero is not trusted.
-const CANCELLATION_GUARD: f64 = 0.1;
-/// What remains is at least this share of a significance…
-const LEAST_DECAY: f64 = 0.125;
-/// …and else this times the decay from the coarser neighbours.
-const DECAY_MARGIN: f64 = 3.0;
-/// Of what remains, the largest are looked at together, down to this share of the largest…
-const TOGETHER: f64 = 0.5;
-/// …or to this share of the tolerance, if that is less.
-const NEGLIGIBLE: f64 = 0.125;
 /// No line is refined beyond this share of its ∫ |G| dz: a line that is far brighter than the image
 /// was thought to be would be sampled down to rounding.
 const ROUNDING: f64 = 1e-12;
-/// Segments of fewer steps are not divided.
-const LEAST_LENGTH: u32 = 16;
 /// Halves deeper than this are not looked at.
 const FINEST_LEVEL: u8 = DEEPEST_LEVEL - 2;
-/// Coarser neighbours that predict a sample on each side; more would only be further away.
-const PREDICTORS: usize = 3;
 
 impl Line {
     /// Integrates, estimates the error, and returns the depths to be sampled for an error of
@@ -83,7 +49,7 @@ impl Line {
             if largest <= 0.0 {
                 break;
             }
-            let least = (TOGETHER * largest).min(NEGLIGIBLE * tolerance);
+            let least = (TUNING.line.together * largest).min(TUNING.line.negligible * tolerance);
             let mut expected = error;
             for of in &mut remaining {
                 if let Place::Sample(_) = of.place
@@ -99,11 +65,11 @@ impl Line {
             let mut jumps: Vec<&mut Remaining> = remaining.iter_mut().filter(is_jump).collect();
             jumps.sort_by(|a, b| b.error.total_cmp(&a.error));
             for of in jumps {
-                if expected <= BISECTED * tolerance || of.error <= 0.0 {
+                if expected <= TUNING.line.bisected * tolerance || of.error <= 0.0 {
                     break;
                 }
                 error -= of.error;
-                expected -= BISECTION_GAIN * of.error;
+                expected -= TUNING.line.bisection_gain * of.error;
                 of.error = 0.0;
                 self.sample_everywhere(of.place, &mut wanted);
             }
@@ -131,7 +97,8 @@ impl Line {
             let (below, above) = (&self.samples[i], &self.samples[i + 1]);
             let length = above.depth - below.depth;
             let most = self.length(i) * below.rate.abs().max(above.rate.abs());
-            let matters = length >= LEAST_LENGTH && most > SHORT_SEGMENT * tolerance;
+            let matters =
+                length >= TUNING.line.least_length && most > TUNING.line.short_segment * tolerance;
             matters.then(|| coarsest_between(below.depth + length / 4, above.depth - length / 4))
         };
         (0..self.jumps.len()).filter(is_short).filter_map(depth).collect()
@@ -146,13 +113,14 @@ impl Line {
         let is_jump = |i: usize| {
             let (length, step) = (self.length(i), self.step(i).abs());
             let steps = self.samples[i + 1].depth - self.samples[i].depth;
-            let is_negligible = step * length < LEAST_JUMP * tolerance && length >= NARROW;
+            let is_negligible =
+                step * length < TUNING.line.least_jump * tolerance && length >= TUNING.line.narrow;
             if steps > longest || step < NO_STEP * largest || is_negligible {
                 return false;
             }
             let below = if i > 0 { slopes[i - 1] } else { 0.0 };
             let above = if i + 1 < intervals { slopes[i + 1] } else { 0.0 };
-            step > JUMP_STEEPNESS * length * (below + above)
+            step > TUNING.line.jump_steepness * length * (below + above)
         };
         self.jumps = (0..intervals).map(is_jump).collect();
     }
@@ -184,9 +152,11 @@ impl Line {
         let above = (i + 1..self.samples.len()).take_while(|&k| !self.jumps[k - 1]);
         let ((below, b), (above, a)) = (first_four(below), first_four(above.filter(coarser)));
         let chosen = match (b, a) {
-            (b, a) if b >= PREDICTORS && a >= PREDICTORS => [PREDICTORS, PREDICTORS],
+            (b, a) if b >= TUNING.line.predictors && a >= TUNING.line.predictors => {
+                [TUNING.line.predictors, TUNING.line.predictors]
+            }
             (b, a) if b + a < 4 => [b, a],
-            (b, a) if b < PREDICTORS && b <= a => [b, 4 - b],
+            (b, a) if b < TUNING.line.predictors && b <= a => [b, 4 - b],
             (_, a) => [4 - a, a],
         };
         ([below, above], chosen)
@@ -200,7 +170,7 @@ impl Line {
             return usual;
         }
         let smooth = |k: usize| if self.jumps[k] { 0.0 } else { self.length(k) };
-        usual.min(EFFECT_AT_END * (smooth(i - 1) + smooth(i)))
+        usual.min(TUNING.line.effect_at_end * (smooth(i - 1) + smooth(i)))
     }
 
     fn find_significances(&mut self) {
@@ -229,7 +199,7 @@ impl Line {
             let neighbours = [of_neighbour(false), of_neighbour(true)];
             let sum = 0.5 * effects[i] + 0.25 * (neighbours[0] + neighbours[1]);
             let sizes = 0.5 * effects[i].abs() + 0.25 * (neighbours[0].abs() + neighbours[1].abs());
-            self.samples[i].significance = sum.abs() + CANCELLATION_GUARD * sizes;
+            self.samples[i].significance = sum.abs() + TUNING.line.cancellation_guard * sizes;
         }
     }
 
@@ -238,7 +208,7 @@ impl Line {
         let mut remaining = Vec::new();
         for i in 0..self.samples.len() {
             if self.jumps.get(i).copied().unwrap_or(false) {
-                let error = JUMP_ERROR * self.length(i) * self.step(i).abs();
+                let error = TUNING.line.jump_error * self.length(i) * self.step(i).abs();
                 remaining.push(Remaining { place: Place::Interval(i), error });
             }
             let sample = self.samples[i];
@@ -285,7 +255,8 @@ impl Line {
             Some(self.samples[k].significance)
         };
         let coarser = [false, true].into_iter().filter_map(of_parent).fold(0.0, f64::max);
-        (DECAY_MARGIN * sample.significance / (coarser + f64::MIN_POSITIVE)).clamp(LEAST_DECAY, 1.0)
+        (TUNING.line.decay_margin * sample.significance / (coarser + f64::MIN_POSITIVE))
+            .clamp(TUNING.line.least_decay, 1.0)
     }
 
     /// Adds the depths that would show what remains at a place.

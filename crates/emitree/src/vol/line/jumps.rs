@@ -2,6 +2,7 @@
 
 use crate::vol::dyadic::{STEPS, coarsest_between, unit};
 use crate::vol::line::Line;
+use crate::vol::tuning::TUNING;
 
 /// A jump of G: one or more intervals in succession that are far too steep.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,17 +15,6 @@ pub(crate) struct Jump {
     pub(crate) below: f64,
     pub(crate) above: f64,
 }
-
-/// Jumps farther apart than this are not taken for the same, even if they are each other's nearest.
-const FARTHEST_MATCH: f64 = 0.25;
-/// A jump has no partner on a line that has fewer of its sign within this distance…
-const PARTNERS: f64 = 0.15;
-/// …than its own line has within this one, which is smaller as surfaces are slanted.
-const OWN: f64 = 0.1;
-/// A sample this near to a jump was made because of it.
-const CAUSED: f64 = 0.1;
-/// The part of the gap of a pair on which a line without the pair should have a sample.
-const PROBED_GAP: f64 = 0.6;
 
 impl Jump {
     pub(crate) fn step(&self) -> f64 {
@@ -76,7 +66,7 @@ pub(crate) fn matches(reference: &[Jump], others: &[Jump]) -> Vec<Option<usize>>
     let of_jump = |(k, own): (usize, &Jump)| {
         let other = nearest(own, others)?;
         let back = nearest(&others[other], reference)?;
-        (back == k && own.distance(&others[other]) < FARTHEST_MATCH).then_some(other)
+        (back == k && own.distance(&others[other]) < TUNING.jumps.farthest_match).then_some(other)
     };
     reference.iter().enumerate().map(of_jump).collect()
 }
@@ -87,13 +77,13 @@ fn is_single(own: &[Jump], k: usize, other: &[Jump]) -> bool {
         let is_near = |jump: &&Jump| jump.is_like(&own[k]) && jump.distance(&own[k]) < distance;
         jumps.iter().filter(is_near).count()
     };
-    near(own, OWN) > near(other, PARTNERS)
+    near(own, TUNING.jumps.own) > near(other, TUNING.jumps.partners)
 }
 
 /// Whether all jumps of a line that may have caused its sample at `depth` are known to another line
 /// next to it.
 pub(crate) fn are_known(own: &[Jump], other: &[Jump], depth: u32) -> bool {
-    let caused = |k: &usize| (own[*k].depth - unit(depth)).abs() < CAUSED;
+    let caused = |k: &usize| (own[*k].depth - unit(depth)).abs() < TUNING.jumps.caused;
     !own.is_empty() && !(0..own.len()).filter(caused).any(|k| is_single(own, k, other))
 }
 
@@ -107,7 +97,7 @@ pub(crate) fn probes(pairs_of: &[Jump], of_line: &[Jump], line: &Line) -> Vec<u3
     };
     let probe = |k: usize| {
         let (from, to) = (pairs_of[k].depth, pairs_of[k + 1].depth);
-        let (middle, reach) = (0.5 * (from + to), 0.5 * PROBED_GAP * (to - from));
+        let (middle, reach) = (0.5 * (from + to), 0.5 * TUNING.jumps.probed_gap * (to - from));
         let (low, high) = (place_of(middle - reach), place_of(middle + reach));
         let after = line.samples.partition_point(|sample| sample.depth < low);
         let has_looked = line.samples.get(after).is_some_and(|sample| sample.depth <= high);

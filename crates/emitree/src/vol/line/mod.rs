@@ -15,6 +15,7 @@ pub(crate) mod tracking;
 
 use crate::vol::dyadic::{GAUSS, STENCIL, level_of, polynomial, unit};
 use crate::vol::line::memo::{Depths, Memo, depths};
+use crate::vol::tuning::TUNING;
 use core::ops::Range;
 
 /// G at one depth of a line.
@@ -47,8 +48,6 @@ pub(crate) struct Line {
     pub(crate) error: f64,
 }
 
-/// A jump in a longer interval may turn out to be a steep slope, and its ends are no ends then.
-const CLOSED_IN: f64 = 0.03;
 /// Points of a polynomial at the end of a segment: extrapolation wants a lower degree.
 const ONE_SIDED: usize = 4;
 
@@ -122,7 +121,7 @@ impl Line {
     /// G is taken for smooth.
     pub(crate) fn is_beside_jump(&self, i: usize) -> bool {
         let beside = i.saturating_sub(1)..(i + 1).min(self.jumps.len());
-        beside.into_iter().any(|k| self.jumps[k] && self.length(k) <= CLOSED_IN)
+        beside.into_iter().any(|k| self.jumps[k] && self.length(k) <= TUNING.line.closed_in)
     }
 
     /// Whether G jumps within an interval no longer than `length` steps.

@@ -7,26 +7,11 @@ use crate::vol::image::tree::ImageTree;
 use crate::vol::line::Sample;
 use crate::vol::line::jumps::{are_known, probes};
 use crate::vol::line::node_lines::{LINES_ASSESSED, NodeLines, Wanted, base_depths};
-use crate::vol::line::tracking::{Bracket, NEIGHBOURS, Neighbour, Predicted, predict};
+use crate::vol::line::tracking::{Bracket, Neighbour, Predicted, predict};
 use crate::vol::sampling::{Stop, View};
+use crate::vol::tuning::TUNING;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-
-/// Depths of a line beyond this level, if jumps are near, are its own: neighbours jump elsewhere.
-const SHARED_JUMP_LEVEL: u8 = 6;
-/// A sample is looked for on neighbouring lines if its significance is beyond this many tolerances.
-const SHARED_SIGNIFICANCE: f64 = 2.0;
-/// Neighbours that are coarser than this there, in units of the sample's own spacing.
-const COARSER: u32 = 4;
-/// Steps from line to line that something found is followed in one round.
-const MOST_HOPS: usize = 6;
-/// Lines whose depths a new line starts with.
-const NEAREST: usize = 4;
-/// If one of those has a jump, depths beyond this level are not taken from them…
-const STARTING_LEVEL: u8 = 7;
-/// …nor samples with a significance below this share of the tolerance: they were made to close in on
-/// jumps, or to look whether there is more.
-const STARTING_SIGNIFICANCE: f64 = 0.25;
 
 /// A depth of one line that those next to it should know of.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +54,7 @@ impl NodeLines {
     ) -> Vec<(Vec<u32>, Vec<Bracket>)> {
         let full = self.nearest_full(tree, before);
         let of_line = |&place: &Place| {
-            let near = full.find(place, NEIGHBOURS);
+            let near = full.find(place, TUNING.jumps.neighbours);
             self.starting_depths(tree, place, &near, tolerance, base_level)
         };
         places.par_iter().with_min_len(LINES_ASSESSED).map(of_line).collect()
@@ -102,17 +87,21 @@ impl NodeLines {
             if self.tracks_jumps { self.neighbours(tree, place, near) } else { Vec::new() };
         // Two, or more if they are as near as the second.
         let farthest = near.get(1).map_or(0, |(distance, _)| *distance);
-        let nearest = near.iter().take(NEAREST).filter(|(distance, _)| *distance <= farthest);
-        let has_jumps = neighbours.iter().take(NEAREST).any(|one| !one.jumps.is_empty());
+        let nearest =
+            near.iter().take(TUNING.line.nearest).filter(|(distance, _)| *distance <= farthest);
+        let has_jumps =
+            neighbours.iter().take(TUNING.line.nearest).any(|one| !one.jumps.is_empty());
         for line in nearest.map(|&(_, i)| &self.lines[i]) {
             let worthwhile = line.samples.iter().enumerate().filter(|(k, sample)| {
                 if has_jumps {
-                    let significant = sample.significance > STARTING_SIGNIFICANCE * tolerance;
+                    let significant =
+                        sample.significance > TUNING.line.starting_significance * tolerance;
                     return significant
-                        && sample.level <= STARTING_LEVEL
+                        && sample.level <= TUNING.line.starting_level
                         && !line.is_beside_jump(*k);
                 }
-                sample.opened || (sample.level <= SHARED_JUMP_LEVEL && line.is_near_jump(*k))
+                sample.opened
+                    || (sample.level <= TUNING.line.shared_jump_level && line.is_near_jump(*k))
             });
             depths.extend(worthwhile.map(|(_, sample)| sample.depth));
         }
@@ -134,9 +123,10 @@ impl NodeLines {
                 |axis: usize| (f64::from(from[axis]) - f64::from(place[axis])) / unit_distance;
             Neighbour { place: [along(0), along(1)], jumps: self.jumps(i).to_vec() }
         };
-        let mut neighbours: Vec<Neighbour> = near.iter().take(NEAREST).map(neighbour).collect();
+        let mut neighbours: Vec<Neighbour> =
+            near.iter().take(TUNING.line.nearest).map(neighbour).collect();
         if neighbours.iter().any(|one| !one.jumps.is_empty()) {
-            neighbours.extend(near.iter().skip(NEAREST).map(neighbour));
+            neighbours.extend(near.iter().skip(TUNING.line.nearest).map(neighbour));
         }
         neighbours
     }
@@ -151,7 +141,7 @@ impl NodeLines {
         base_level: u8,
     ) -> Result<(), Stop> {
         let mut found = found.to_vec();
-        for _ in 0..MOST_HOPS {
+        for _ in 0..TUNING.line.most_hops {
             let mut wanted: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
             let unseen = |&i: &usize| self.unseen_by_neighbours(tree, i, tolerance, base_level);
             let found_lines = found.par_iter().with_min_len(LINES_ASSESSED);
@@ -209,8 +199,8 @@ impl NodeLines {
         let of_sample = |(k, sample): (usize, &Sample)| {
             let significant = sample.opened
                 && sample.level >= base_level
-                && sample.significance > SHARED_SIGNIFICANCE * tolerance;
-            let beside_jump = sample.level <= SHARED_JUMP_LEVEL
+                && sample.significance > TUNING.line.shared_significance * tolerance;
+            let beside_jump = sample.level <= TUNING.line.shared_jump_level
                 && sample.level > base_level
                 && line.is_near_jump(k);
             (significant || beside_jump).then(|| Shared {
@@ -231,7 +221,7 @@ impl NodeLines {
             Err(after) if after == line.samples.len() => true,
             Err(after) => {
                 let interval = line.samples[after].depth - line.samples[after - 1].depth;
-                interval >= COARSER * length
+                interval >= TUNING.line.coarser * length
             }
         }
     }

@@ -2,14 +2,12 @@
 
 use crate::vol::dyadic::spacing;
 use crate::vol::line::Line;
+use crate::vol::tuning::TUNING;
 
 /// Depths that a rule may use are on the lattice of this level.
 const DEPTH_LEVEL: u8 = 7;
 /// Depths that there are.
 pub(crate) const DEPTHS: usize = (1 << DEPTH_LEVEL) + 1;
-/// A jump within an interval as short as the spacing of this level has been resolved: lines with one
-/// have no rule, it would fit where the jumps happen to be.
-const RESOLVED_JUMP_LEVEL: u8 = 7;
 
 /// A line as rules see it: G at all depths that a rule may use.
 #[derive(Clone, Debug)]
@@ -28,7 +26,7 @@ pub(crate) fn depth_of(k: usize) -> u32 {
 
 /// Whether a line has a jump that has been resolved: no rule is learned from it.
 pub(crate) fn has_jump(line: &Line) -> bool {
-    line.has_jump_within(spacing(RESOLVED_JUMP_LEVEL))
+    line.has_jump_within(spacing(TUNING.line.resolved_jump_level))
 }
 
 impl Profile {

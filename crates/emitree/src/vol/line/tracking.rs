@@ -11,38 +11,8 @@
 use crate::vol::dyadic::{coarsest_between, spacing};
 use crate::vol::least_squares::{Expected, Known, MOST_VALUES, expected};
 use crate::vol::line::Line;
-use crate::vol::line::error::JUMP_ERROR;
 use crate::vol::line::jumps::{Jump, matches, place_of};
-
-/// Full lines around a new one that are asked.
-pub(crate) const NEIGHBOURS: usize = 24;
-/// The line with the most jumps among as many of the nearest is the one that others are matched to.
-const REFERENCES: usize = 4;
-/// Half of a bracket, in units of the expected error of its middle. It is the error of the worst of
-/// the values: most are better, and a miss costs one sample or two.
-const BRACKET: f64 = 0.5;
-/// Share of the width of the jumps on the neighbours that is added to the error: their middle is
-/// known no better.
-const KNOWN_WITHIN: f64 = 0.5;
-/// Neighbours whose widths count.
-const WIDTHS: usize = 6;
-/// Half brackets wider than this narrow nothing down: the jump is probed at its place and left to
-/// bisection.
-const WIDEST: f64 = 0.06;
-/// Probes of such a jump are made this near to its place.
-const PROBED: f64 = 0.03;
-/// The half width of the probe between two jumps that may have met, at the least.
-const CLOSED: f64 = 0.01;
-/// A pair takes over from a jump's own fit only if that is worse than this share of the error of
-/// the middle.
-const OWN_FIT: f64 = 0.1;
-/// A sample may be farther from the jump than the end of the bracket by this share of half of it:
-/// coarse depths are those that other lines have too.
-const SLACK: f64 = 0.5;
-/// After a miss, the search goes on this many brackets to the side on which the jump must be.
-const STRIDE: u32 = 3;
-/// Misses after which the jump is left to bisection.
-const MOST_MISSES: u8 = 3;
+use crate::vol::tuning::TUNING;
 
 /// A full line near a new one.
 #[derive(Clone, Debug)]
@@ -80,11 +50,11 @@ impl Bracket {
             let ends = [rate(self.low)?, rate(self.high)?];
             let is_below = |rate: f64| (rate - self.below).abs() <= (rate - self.above).abs();
             let [low, high] = ends.map(is_below);
-            if low != high || self.misses == MOST_MISSES {
+            if low != high || self.misses == TUNING.jumps.most_misses {
                 return None;
             }
             self.misses += 1;
-            let stride = STRIDE.saturating_mul(self.high - self.low);
+            let stride = TUNING.jumps.stride.saturating_mul(self.high - self.low);
             if low {
                 (self.low, self.high) =
                     (self.high, self.high.saturating_add(stride).min(spacing(0)));
@@ -105,7 +75,7 @@ impl Bracket {
 /// Where a line is expected to jump, given its `neighbours`, the nearest first. A jump that is closed
 /// in on beyond what `tolerance` asks of the integral saves nothing more.
 pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
-    let nearest = &neighbours[..neighbours.len().min(REFERENCES)];
+    let nearest = &neighbours[..neighbours.len().min(TUNING.jumps.references)];
     let reference = nearest.iter().rev().max_by_key(|neighbour| neighbour.jumps.len());
     let Some(reference) = reference.map(|neighbour| &neighbour.jumps).filter(|j| !j.is_empty())
     else {
@@ -127,13 +97,15 @@ pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
         // As narrow as leaves this jump its share of the tolerance, with one share to spare.
         let fractions = (reference.len() + 1) as f64;
         let step = reference[k].step().abs();
-        let narrow = tolerance / (2.0 * JUMP_ERROR * step * fractions);
-        let half = (BRACKET * (error + KNOWN_WITHIN * surfaces.width(k))).max(narrow);
-        if depth + half <= 0.0 || depth - half >= 1.0 || half > WIDEST {
+        let narrow = tolerance / (2.0 * TUNING.line.jump_error * step * fractions);
+        let half = (TUNING.jumps.bracket * (error + TUNING.jumps.known_within * surfaces.width(k)))
+            .max(narrow);
+        if depth + half <= 0.0 || depth - half >= 1.0 || half > TUNING.jumps.widest {
             if depth > 0.0 && depth < 1.0 {
-                predicted
-                    .probes
-                    .extend([outside(depth, PROBED, false), outside(depth, PROBED, true)]);
+                predicted.probes.extend([
+                    outside(depth, TUNING.jumps.probed, false),
+                    outside(depth, TUNING.jumps.probed, true),
+                ]);
             }
             continue;
         }
@@ -173,7 +145,7 @@ impl Bracket {
 /// A coarse place at or beyond `fraction` of the line, on the side of `up`, by no more than
 /// [`SLACK`] · `half`.
 fn outside(fraction: f64, half: f64, up: bool) -> u32 {
-    let slack = SLACK * half;
+    let slack = TUNING.jumps.slack * half;
     if up {
         coarsest_between(place_of(fraction), place_of(fraction + slack))
     } else {
@@ -207,7 +179,7 @@ impl Surfaces<'_> {
 
     /// How wide jump `k` is on the nearest lines.
     fn width(&self, k: usize) -> f64 {
-        self.of(k).take(WIDTHS).map(|(_, jump)| jump.width).fold(0.0, f64::max)
+        self.of(k).take(TUNING.jumps.widths).map(|(_, jump)| jump.width).fold(0.0, f64::max)
     }
 
     /// Jumps `k` and `k` + 1 as middle and squared half width, if that is better, or a probe where
@@ -226,10 +198,10 @@ impl Surfaces<'_> {
         }
         let (Some(middle), Some(square)) = (expected(&middles), expected(&squares)) else { return };
         let own = [k, k + 1].map(|k| depths[k].map_or(f64::INFINITY, |depth| depth.error));
-        if square.value < -BRACKET * square.error {
+        if square.value < -TUNING.jumps.bracket * square.error {
             let inside = middle.value > 0.0 && middle.value < 1.0;
-            if inside && own[0] > OWN_FIT * middle.error {
-                probes.push(outside(middle.value, middle.error.max(CLOSED), false));
+            if inside && own[0] > TUNING.jumps.own_fit * middle.error {
+                probes.push(outside(middle.value, middle.error.max(TUNING.jumps.closed), false));
                 (depths[k], depths[k + 1]) = (None, None);
             }
             return;
@@ -281,7 +253,7 @@ mod tests {
             };
             Neighbour { place, jumps: jumps(place[0], place[1]).into_iter().map(jump).collect() }
         };
-        places.into_iter().take(NEIGHBOURS).map(neighbour).collect()
+        places.into_iter().take(TUNING.jumps.neighbours).map(neighbour).collect()
     }
 
     /// Samples that the search of one bracket needs until it holds the jump, and that width.

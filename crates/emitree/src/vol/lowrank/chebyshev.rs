@@ -5,6 +5,7 @@
 //! is smooth (Trefethen 2013, Approximation Theory and Approximation Practice, chapters 2 to 8). With
 //! s = 1 − 2x it is Σ cₖ Tₖ(s).
 
+use crate::vol::tuning::TUNING;
 use core::f64::consts::PI;
 use multiversion::multiversion;
 use nalgebra::DMatrix;
@@ -56,7 +57,7 @@ impl Analysis {
 
     /// How large the highest coefficients are.
     pub(super) fn tail(&self, values: impl Iterator<Item = f64> + Clone) -> f64 {
-        let length = ((self.last + 1) / TAIL).max(LEAST_TAIL);
+        let length = ((self.last + 1) / TUNING.lowrank.tail).max(TUNING.lowrank.least_tail);
         let highest = self.last + 1 - length..=self.last;
         highest.map(|k| self.coefficient(k, values.clone()).abs()).sum()
     }
@@ -140,11 +141,6 @@ fn add_differences(sums: &mut [f64], weight: f64, values: &[f64]) {
         *sum += weight * (from - to);
     }
 }
-
-/// The share of the highest coefficients that tells whether there should be more of them.
-const TAIL: usize = 6;
-/// And their number, at the least: an even function has no odd ones.
-const LEAST_TAIL: usize = 3;
 
 #[cfg(test)]
 mod tests {

@@ -1,32 +1,10 @@
 //! The forecast: what the rest of a search would cost, next to what the image tree would.
 
 use crate::meter::Deadline;
-use crate::vol::engine::LOOSEST_TOLERANCE;
-use crate::vol::engine::run::{COST_EXPONENT, STOP};
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::rehearsal::evaluations_of_tree;
+use crate::vol::tuning::TUNING;
 
-/// The first forecast is made after so many evaluations…
-const FIRST: f64 = 600.0;
-/// …or, as long as the error is more than this times the image…
-const UNKNOWN: f64 = 1.5;
-/// …after so many: there is nothing to tell from before.
-const FIRST_IF_UNKNOWN: f64 = 2000.0;
-/// And the next ones each time that the evaluations have grown by this.
-const INTERVAL: f64 = 1.3;
-/// If the tree is expected to cost more than this many times what is rehearsed, which is at tolerances below
-/// 1 %…
-const EXTRAPOLATED: f64 = 1.4;
-/// …so many forecasts in a row have to be for it: the first ones know little of how the error falls. One
-/// made the random family 8 % more expensive at 0.1 %, and 13 % at 1e-4; two at 1 % cost nearly twice as much
-/// as the tree alone on one scene.
-const FORECASTS_FOR_TREE: u32 = 2;
-/// The rest of a search costs so much more than its course so far lets expect.
-const SAFETY_FACTOR: f64 = 1.5;
-/// ln(error) falls by this for each rank, at the least.
-const LEAST_SLOPE: f64 = 0.02;
-/// A tree is not rehearsed beyond so many times what the search would cost.
-const REHEARSED: f64 = 2.0;
 /// The dearest rest that is told from others.
 const MOST_EXPENSIVE: f64 = 1e6;
 
@@ -44,7 +22,7 @@ pub(super) struct Forecast {
 
 impl Forecast {
     pub(super) fn new(goal: f64) -> Self {
-        Self { goal, course: Vec::new(), next: FIRST, for_tree: 0 }
+        Self { goal, course: Vec::new(), next: TUNING.lowrank.first_forecast, for_tree: 0 }
     }
 
     /// Takes down the relative error with functions of these `ranks` along the axes.
@@ -67,21 +45,29 @@ impl Forecast {
         deadline: Option<Deadline>,
     ) -> bool {
         let Some(&(_, error)) = self.course.last() else { return false };
-        if spent <= self.next || (error > UNKNOWN && spent <= FIRST_IF_UNKNOWN) {
+        if spent <= self.next
+            || (error > TUNING.lowrank.unknown && spent <= TUNING.lowrank.first_if_unknown)
+        {
             return false;
         }
-        self.next = INTERVAL * spent;
+        self.next = TUNING.lowrank.interval * spent;
         let rest = (self.rest(interpolant) + missing as f64).min(MOST_EXPENSIVE);
         // The interpolant is not good enough for the tolerance itself: it is rehearsed at one between
         // that and the loosest.
-        let tolerance = self.goal / STOP;
-        let rehearsed = (tolerance * LOOSEST_TOLERANCE).sqrt();
-        let cost_ratio = (rehearsed / tolerance).powf(COST_EXPONENT);
-        let most = REHEARSED * rest / cost_ratio;
+        let tolerance = self.goal / TUNING.engine.stop;
+        let rehearsed = (tolerance * TUNING.engine.loosest_tolerance).sqrt();
+        let cost_ratio = (rehearsed / tolerance).powf(TUNING.engine.cost_exponent);
+        let most = TUNING.lowrank.rehearsed * rest / cost_ratio;
         let tree = evaluations_of_tree(interpolant, shape, rehearsed, most, deadline);
-        let is_cheaper = tree.is_some_and(|tree| tree * cost_ratio < SAFETY_FACTOR * rest);
+        let is_cheaper =
+            tree.is_some_and(|tree| tree * cost_ratio < TUNING.lowrank.safety_factor * rest);
         self.for_tree = if is_cheaper { self.for_tree + 1 } else { 0 };
-        self.for_tree >= if cost_ratio > EXTRAPOLATED { FORECASTS_FOR_TREE } else { 1 }
+        self.for_tree
+            >= if cost_ratio > TUNING.lowrank.extrapolated {
+                TUNING.lowrank.forecasts_for_tree
+            } else {
+                1
+            }
     }
 
     /// Evaluations from here to the goal, if the error goes on falling exponentially as it has since
@@ -90,7 +76,8 @@ impl Forecast {
         let Some(&(rank, error)) = self.course.last() else { return 0.0 };
         let half = self.course.iter().rev().find(|(before, _)| *before <= 0.5 * rank);
         let &(before, larger) = half.unwrap_or(&self.course[0]);
-        let slope = ((larger / error).ln() / (rank - before).max(1.0)).max(LEAST_SLOPE);
+        let slope =
+            ((larger / error).ln() / (rank - before).max(1.0)).max(TUNING.lowrank.least_slope);
         let last = rank + (error / self.goal).ln().max(0.0) / slope;
         // A fiber along each axis for each rank, and all triples of pivots.
         interpolant.places() as f64 * (last - rank) + last.powi(3) - rank.powi(3)
@@ -120,11 +107,19 @@ mod tests {
         let interpolant = Interpolant::new(4);
         assert!(!forecast.prefers_tree(&interpolant, 1e5, 0, [16, 16], None));
         forecast.note([1, 1, 1], 5.0);
-        assert!(!forecast.prefers_tree(&interpolant, FIRST_IF_UNKNOWN, 0, [16, 16], None));
+        assert!(!forecast.prefers_tree(
+            &interpolant,
+            TUNING.lowrank.first_if_unknown,
+            0,
+            [16, 16],
+            None
+        ));
         // The interpolant is 0, and a tree finds that at once; the second forecast confirms it.
         let mut prefers_tree =
             |spent| forecast.prefers_tree(&interpolant, spent, 0, [16, 16], None);
-        assert!(!prefers_tree(FIRST_IF_UNKNOWN + 1.0));
-        assert!(prefers_tree(1.01 * INTERVAL * (FIRST_IF_UNKNOWN + 1.0)));
+        assert!(!prefers_tree(TUNING.lowrank.first_if_unknown + 1.0));
+        assert!(prefers_tree(
+            1.01 * TUNING.lowrank.interval * (TUNING.lowrank.first_if_unknown + 1.0)
+        ));
     }
 }

@@ -4,15 +4,7 @@
 //! and more closely. If it is smooth, the change is soon spread over the parts; a jump stays in one.
 
 use crate::vol::lowrank::fibers::Fibers;
-
-/// Changes below this share of the most that is left don't matter.
-const OF_INTEREST: f64 = 0.3;
-/// The steepest stretch of a fiber is divided into so many parts…
-const PARTS: usize = 4;
-/// …this often…
-pub(super) const CLOSER_STEPS: usize = 3;
-/// …and a jump keeps this share of the change in one part.
-const KEPT: f64 = 0.7;
+use crate::vol::tuning::TUNING;
 
 /// A stretch of a fiber on which G changes much.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,18 +21,19 @@ impl Steep {
         let change = |i: &usize| (rates[i + 1] - rates[*i]).abs();
         let i = (0..rates.len() - 1).max_by(|a, b| change(a).total_cmp(&change(b)))?;
         let ends = [fibers.places()[i], fibers.places()[i + 1]];
-        (change(&i) > OF_INTEREST * most).then(|| Self { ends, rates: [rates[i], rates[i + 1]] })
+        (change(&i) > TUNING.lowrank.of_interest * most)
+            .then(|| Self { ends, rates: [rates[i], rates[i + 1]] })
     }
 
     /// The end of `part` of its equal parts.
     fn place(&self, part: usize) -> f64 {
         let [from, to] = self.ends;
-        from + (to - from) * part as f64 / PARTS as f64
+        from + (to - from) * part as f64 / TUNING.lowrank.steep_parts as f64
     }
 
     /// The places that divide it.
     pub(super) fn inside(&self) -> Vec<f64> {
-        (1..PARTS).map(|part| self.place(part)).collect()
+        (1..TUNING.lowrank.steep_parts).map(|part| self.place(part)).collect()
     }
 
     /// The part that has nearly all of the change, if one has, given the rates inside.
@@ -48,7 +41,8 @@ impl Steep {
         let rates: Vec<f64> =
             [&self.rates[..1], inside, &self.rates[1..]].into_iter().flatten().copied().collect();
         let whole = (self.rates[1] - self.rates[0]).abs();
-        let part = (0..PARTS).find(|&i| (rates[i + 1] - rates[i]).abs() > KEPT * whole)?;
+        let part = (0..TUNING.lowrank.steep_parts)
+            .find(|&i| (rates[i + 1] - rates[i]).abs() > TUNING.lowrank.steep_kept * whole)?;
         let ends = [self.place(part), self.place(part + 1)];
         Some(Self { ends, rates: [rates[part], rates[part + 1]] })
     }
@@ -64,7 +58,7 @@ mod tests {
         let rates = fibers.places().iter().copied().map(&f).collect();
         fibers.add([0.5; 2], rates);
         let mut steep = Steep::of_newest(&fibers, 1.0);
-        for _ in 0..CLOSER_STEPS {
+        for _ in 0..TUNING.lowrank.closer_steps {
             let Some(before) = steep else { return false };
             let inside: Vec<f64> = before.inside().into_iter().map(&f).collect();
             steep = before.closer(&inside);

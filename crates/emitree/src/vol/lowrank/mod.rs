@@ -31,38 +31,20 @@ use crate::radiance::{PixelRows, radiance_per_density};
 use crate::tile::Tile;
 use crate::tree::Ending;
 use crate::vol::VolOptions;
-use crate::vol::engine::run::STOP;
-use crate::vol::engine::{LOOSEST_TOLERANCE, base_evaluations, finest_level};
+use crate::vol::engine::{base_evaluations, finest_level};
 use crate::vol::lattice::points_to_see;
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::probes::Left;
 use crate::vol::lowrank::search::{End, Search, WeightedView};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
-use crate::vol::view::scattered::{LayerSamples, SEEN_SHARE, fraction_of_view, size_seen};
+use crate::vol::tuning::TUNING;
+use crate::vol::view::scattered::{LayerSamples, fraction_of_view, size_seen};
 use rayon::prelude::*;
-
-/// A budget below so many first looks of the image tree is left to the tree…
-const LEAST_BUDGET: u64 = 4;
-/// …and no search takes more than this share of a budget, or of the time.
-const MOST_OF_BUDGET: f64 = 0.25;
-/// While the search goes on, the image has no more pixels than this along a side.
-const COARSE_PIXELS: usize = 64;
-/// A rate at a scattered sample of less than this share of the error allowed along a unit of depth is not
-/// told from rounding and from what is left of the interpolant.
-const LEAST_PASS: f64 = 0.02;
-/// More functions along an axis than this, and the tree is better.
-const MOST_FUNCTIONS: usize = 60;
 
 /// Standard deviations of Gaussians, in edges of the cube, that the probes have to see before the
 /// interpolant is believed, for tolerances from each of these on…
 const SMALLEST: [(f64, f64); 3] = [(0.2, 0.045), (0.03, 0.034), (0.0, 0.025)];
-/// …by this share of their amplitude: a probe that differs by more is noticed if the Gaussian matters. One
-/// whose column is 20 T times the largest pixel has an amplitude of 320 T of these at the last size, and
-/// the error of a part of the image with 16 probes is T if one of them differs by 0.4 % of that.
-const NOTICED: f64 = 1e-3;
-/// Twice as many for each level beyond this that fibers need: there may be more of what is so small.
-const USUAL_LEVEL: u8 = 6;
 
 /// Tries the image to the tolerance of `vol` from an interpolant of G.
 pub(crate) async fn attempt(
@@ -75,22 +57,22 @@ pub(crate) async fn attempt(
     let layers = tile.projection.layers();
     let [layer] = &layers[..] else { return Ok(nothing) };
     let budget = meter.evaluations_left();
-    let is_small = budget / LEAST_BUDGET < base_evaluations(vol.base_level);
+    let is_small = budget / TUNING.lowrank.least_budget < base_evaluations(vol.base_level);
     let finest_level = finest_level(tile.shape, vol.base_level);
     let targets = SeedTargets::at(&vol.seeds, &**layer, vol.base_level, finest_level);
     if is_small || tile.projection.has_regions() || !targets.are_none() {
         return Ok(nothing);
     }
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
-    let coarse = tile.shape.map(|pixels| pixels.min(COARSE_PIXELS));
+    let coarse = tile.shape.map(|pixels| pixels.min(TUNING.lowrank.coarse_pixels));
     let mut attempt = Attempt {
         meter,
         search: Search::new(WeightedView { meter, layer: &**layer }, vol.tolerance),
         pixels: PixelRows { projection: tile.projection, shape: tile.shape },
         coarse_scale: radiance_per_density(tile.projection, coarse),
         coarse_largest: None,
-        tolerance: vol.tolerance.min(LOOSEST_TOLERANCE),
-        most: MOST_OF_BUDGET * budget as f64,
+        tolerance: vol.tolerance.min(TUNING.engine.loosest_tolerance),
+        most: TUNING.lowrank.most_of_budget * budget as f64,
         vol,
         wanted,
         smallest: None,
@@ -138,7 +120,7 @@ struct Attempt<'a> {
 impl Attempt<'_> {
     async fn run(&mut self) -> Result<Made, End> {
         self.search.probe().await?;
-        let mut forecast = Forecast::new(STOP * self.tolerance);
+        let mut forecast = Forecast::new(TUNING.engine.stop * self.tolerance);
         loop {
             let mut assessment = self.search.assess();
             self.show(&assessment.left);
@@ -153,18 +135,23 @@ impl Attempt<'_> {
             let errors = assessment.left.errors(shape_of(&self.coarse_scale));
             let error = largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values));
             let error = error / largest;
-            if error <= STOP * self.tolerance && self.search.probes() < self.probes_needed() {
+            if error <= TUNING.engine.stop * self.tolerance
+                && self.search.probes() < self.probes_needed()
+            {
                 self.search.probe().await?;
                 continue;
             }
-            if error <= STOP * self.tolerance {
+            if error <= TUNING.engine.stop * self.tolerance {
                 // The image of all pixels has to be as good.
                 let maps = self.maps(&assessment.left, self.pixels);
-                if maps.largest_error / maps.largest <= STOP * self.tolerance {
+                if maps.largest_error / maps.largest <= TUNING.engine.stop * self.tolerance {
                     // Something small may have touched one of the samples only.
                     let of_rate = self.coarse_scale.largest() / (self.tolerance * largest);
                     let passes = of_rate * self.search.last_followed();
-                    self.smallest = Some(size_seen(self.search.probes(), passes.max(LEAST_PASS)));
+                    self.smallest = Some(size_seen(
+                        self.search.probes(),
+                        passes.max(TUNING.lowrank.least_pass),
+                    ));
                     assessment = self.search.ascend(&assessment).await?;
                     // The errors with what ascents have found, which is more than what probes have.
                     let maps = self.maps(&assessment.left, self.pixels);
@@ -176,10 +163,12 @@ impl Attempt<'_> {
                 }
             }
             let ranks = self.search.interpolant.ranks();
-            if ranks.iter().any(|&rank| rank > MOST_FUNCTIONS) {
+            if ranks.iter().any(|&rank| rank > TUNING.lowrank.most_functions) {
                 return Err(End::NotSeparable);
             }
-            if self.spent() > self.most || self.meter.share_of_time_left() < 1.0 - MOST_OF_BUDGET {
+            if self.spent() > self.most
+                || self.meter.share_of_time_left() < 1.0 - TUNING.lowrank.most_of_budget
+            {
                 return Err(Stop::Budget.into());
             }
             forecast.note(ranks, error);
@@ -206,13 +195,16 @@ impl Attempt<'_> {
     /// The probes that have to agree before the interpolant is believed.
     fn probes_needed(&self) -> usize {
         let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
-        let least = of_tolerance.map_or(0, |(_, size)| points_to_see(*size, NOTICED));
-        let beyond = self.search.interpolant.finest_level().saturating_sub(USUAL_LEVEL);
+        let least =
+            of_tolerance.map_or(0, |(_, size)| points_to_see(*size, TUNING.lowrank.noticed));
+        let beyond =
+            self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_level);
         let of_level = least << beyond;
         // A base finer than usual was asked for because there is something small.
         let is_fine = self.vol.base_level > VolOptions::default().base_level;
         let of_base = if is_fine { base_evaluations(self.vol.base_level) } else { 0 };
-        let of_feature = self.wanted.map_or(0, |size| points_to_see(size, SEEN_SHARE));
+        let of_feature =
+            self.wanted.map_or(0, |size| points_to_see(size, TUNING.verification.seen_share));
         of_level.max(of_feature).max(usize::try_from(of_base).unwrap_or(usize::MAX))
     }
 

@@ -4,13 +4,11 @@
 //! the root of the mean square. So the image plane is divided into cells, and what the probes of a cell
 //! have left, squared and averaged, tells the error of its pixels.
 
+use crate::vol::tuning::TUNING;
 use core::ops::Range;
 
 /// Cells along each axis of the image.
 const CELLS: usize = 8;
-/// The error of a pixel over the root of the mean square that is left around it, at the most:
-/// somewhere in a cell more is left than on the average.
-const MARGIN: f64 = 3.0;
 
 /// What is left in each cell of the image: the root of the mean square of the probes there.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,7 +121,7 @@ impl Parts {
             let cell = self.of_cells.iter().position(|cell| cell.contains(&part)).unwrap_or(0);
             for (corner, mean) in means.iter_mut().enumerate() {
                 let ends = [corners[cell][corner], corners[cell + 1][corner]];
-                *mean += MARGIN * between(ends[0], ends[1], self.beyond[part]);
+                *mean += TUNING.lowrank.margin * between(ends[0], ends[1], self.beyond[part]);
             }
         }
         means.map(|sum| sum / self.of_pixel as f64)
@@ -149,8 +147,8 @@ mod tests {
         for number in 0..4 {
             let mut row = [0.0; 8];
             errors.row(number, &mut row);
-            assert!((row[0] - 0.1 * MARGIN).abs() < 1e-12);
-            assert!((row[7] - 0.01 * MARGIN).abs() < 1e-12);
+            assert!((row[0] - 0.1 * TUNING.lowrank.margin).abs() < 1e-12);
+            assert!((row[7] - 0.01 * TUNING.lowrank.margin).abs() < 1e-12);
             assert!(row.windows(2).all(|two| two[1] <= two[0] + 1e-12));
         }
         // A pixel has what is left in all of its cells, wherever its middle is: 0.1 up to the corner
@@ -158,6 +156,6 @@ mod tests {
         let mut whole = [0.0];
         left.errors([1, 1]).row(0, &mut whole);
         let mean = (2.0 * 0.1 + 0.5 * (0.1 + 0.01) + 5.0 * 0.01) / 8.0;
-        assert!((whole[0] / MARGIN / mean - 1.0).abs() < 1e-12, "{whole:?}");
+        assert!((whole[0] / TUNING.lowrank.margin / mean - 1.0).abs() < 1e-12, "{whole:?}");
     }
 }

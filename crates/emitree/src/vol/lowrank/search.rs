@@ -7,32 +7,12 @@ use crate::vol::ascent::{self, Ascents};
 use crate::vol::lattice::{self, smallest_seen};
 use crate::vol::lowrank::fibers::largest;
 use crate::vol::lowrank::interpolant::Interpolant;
-use crate::vol::lowrank::jump::{CLOSER_STEPS, Steep};
+use crate::vol::lowrank::jump::Steep;
 use crate::vol::lowrank::probes::Left;
 use crate::vol::sampling::{Stop, evaluate};
-use crate::vol::view::scattered::{LINE_FROM, LayerSamples, SEEN_SHARE, WIDTH_OF_GAUSSIAN};
+use crate::vol::tuning::TUNING;
+use crate::vol::view::scattered::{LayerSamples, WIDTH_OF_GAUSSIAN};
 use nalgebra::DVector;
-
-/// The level of the places that fibers begin with.
-const FIRST_LEVEL: u8 = 4;
-/// The finest level for tolerances from this one on: with the other one the β model of a narrow field costs
-/// 40 % more at 1 %…
-const MODERATE: f64 = 5e-3;
-const FINEST_LEVEL_IF_MODERATE: u8 = 7;
-/// …and for others.
-const FINEST_LEVEL: u8 = 8;
-/// Probes to begin with.
-const FIRST_PROBES: usize = 128;
-/// Fibers are resolved to this share of the most that is left…
-const RESOLVED: f64 = 0.2;
-/// …and the first ones to this: they tell how fine the structure is.
-const FIRST_RESOLVED: f64 = 0.05;
-/// A fiber of which at least this share of the most that is left is not explained adds a function.
-const WORTHWHILE: f64 = 0.1;
-/// If nothing is found to add, both are made smaller by this factor…
-const CLOSER: f64 = 0.3;
-/// …this often.
-const MOST_CLOSER: u32 = 4;
 
 /// Through what G is seen.
 pub(super) struct WeightedView<'a> {
@@ -96,8 +76,8 @@ impl Assessment {
     /// samples see, change a pixel by more than is left alone; `of_rate` is the error of a pixel for a rate
     /// of 1 along a unit of depth, over the error allowed.
     pub(super) fn hides_feature(&self, of_rate: f64, samples: usize) -> bool {
-        let size = smallest_seen(samples, SEEN_SHARE);
-        self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > LINE_FROM
+        let size = smallest_seen(samples, TUNING.verification.seen_share);
+        self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > TUNING.verification.line_from
     }
 }
 
@@ -116,9 +96,12 @@ impl From<Stop> for End {
 
 impl<'a> Search<'a> {
     pub(super) fn new(view: WeightedView<'a>, tolerance: f64) -> Self {
-        let finest_level =
-            if tolerance >= MODERATE { FINEST_LEVEL_IF_MODERATE } else { FINEST_LEVEL };
-        let interpolant = Interpolant::new(FIRST_LEVEL);
+        let finest_level = if tolerance >= TUNING.lowrank.moderate {
+            TUNING.lowrank.finest_level_if_moderate
+        } else {
+            TUNING.lowrank.finest_level
+        };
+        let interpolant = Interpolant::new(TUNING.lowrank.first_level);
         Self { view, interpolant, probes: Probes::default(), of_fibers: None, finest_level }
     }
 
@@ -171,7 +154,7 @@ impl<'a> Search<'a> {
     /// Doubles the scattered points.
     pub(super) async fn probe(&mut self) -> Result<(), Stop> {
         let first = self.probes();
-        let more = first.max(FIRST_PROBES);
+        let more = first.max(TUNING.lowrank.first_probes);
         let points: Vec<[f64; 3]> = (first..first + more).map(lattice::point).collect();
         self.probes.rates.extend(self.view.rates(&points).await?);
         self.probes.points.extend(points);
@@ -216,13 +199,14 @@ impl<'a> Search<'a> {
         if is_first {
             self.check_for_jumps(most).await?;
         }
-        let resolved = if is_first { FIRST_RESOLVED } else { RESOLVED };
+        let resolved =
+            if is_first { TUNING.lowrank.first_resolved } else { TUNING.lowrank.resolved };
         let mut is_new = [true; 3];
         let mut allowed = most;
-        for _ in 0..MOST_CLOSER {
+        for _ in 0..TUNING.lowrank.most_closer {
             let mut has_grown = self.resolve(resolved * allowed).await?;
             for (fibers, is_new) in self.interpolant.axes.iter_mut().zip(&mut is_new) {
-                if *is_new && fibers.extend_basis(WORTHWHILE * allowed) {
+                if *is_new && fibers.extend_basis(TUNING.lowrank.worthwhile * allowed) {
                     *is_new = false;
                     has_grown = true;
                 }
@@ -234,7 +218,7 @@ impl<'a> Search<'a> {
                 self.interpolant.fill(&rates);
                 return Ok(());
             }
-            allowed *= CLOSER;
+            allowed *= TUNING.lowrank.closer;
         }
         Err(End::NotSeparable)
     }
@@ -257,7 +241,7 @@ impl<'a> Search<'a> {
         let newest = |axis: usize| axes[axis].at.last().copied().unwrap_or_default();
         let mut steep: Vec<(usize, Steep)> =
             (0..3).filter_map(|axis| Some((axis, Steep::of_newest(&axes[axis], most)?))).collect();
-        for _ in 0..CLOSER_STEPS {
+        for _ in 0..TUNING.lowrank.closer_steps {
             let wanted =
                 steep.iter().map(|(axis, steep)| along(*axis, newest(*axis), &steep.inside()));
             let rates = self.view.rates_of_groups(&wanted.collect::<Vec<_>>()).await?;

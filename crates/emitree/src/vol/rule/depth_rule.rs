@@ -7,16 +7,9 @@
 //! error from the residuals of each line when it is left out.
 
 use crate::vol::line::profile::{DEPTHS, Profile, depth_of};
+use crate::vol::tuning::TUNING;
 use nalgebra::{DMatrix, DVector};
 
-/// Lines to learn from, at the least.
-pub(crate) const LEAST_LINES: usize = 12;
-/// Lines for each depth, at the least: fewer would be fitted rather than understood.
-const LINES_PER_DEPTH: usize = 3;
-/// Σ |w|: larger weights amplify what a rule gets wrong.
-const LARGEST_WEIGHTS: f64 = 20.0;
-/// 1 − leverage, at the least: a line that a depth is all about can't be left out.
-const LEAST_INDEPENDENCE: f64 = 1e-3;
 /// A column that is a sum of others to this many digits adds nothing.
 const INDEPENDENT: f64 = 1e-12;
 
@@ -35,18 +28,11 @@ pub(crate) struct DepthRule {
     ranges: Vec<(f64, f64)>,
 }
 
-/// A node's values are odd if the last depth changes more than this times what is usual…
-const ODD_CHANGE: f64 = 1.25;
-/// …plus this share of the tolerance…
-const ODD_TOLERANCE: f64 = 0.5;
-/// …or if a value lies outside the range by this share of it, and that matters.
-const ODD_RANGE: f64 = 0.25;
-
 impl DepthRule {
     /// The shortest rule that is right to `tolerance` on each of `lines` that is left out, with at
     /// most `most_depths`; `None` if there is none.
     pub(crate) fn learn(lines: &[&Profile], tolerance: f64, most_depths: usize) -> Option<Self> {
-        if lines.len() < LEAST_LINES || lines.iter().any(|line| line.has_jump) {
+        if lines.len() < TUNING.rule.least_lines || lines.iter().any(|line| line.has_jump) {
             return None;
         }
         let sampled = |k: &usize| lines.iter().any(|line| line.sampled[*k]);
@@ -55,7 +41,8 @@ impl DepthRule {
         let rates = DMatrix::from_fn(lines.len(), candidates.len(), rate);
         let integrals = DVector::from_iterator(lines.len(), lines.iter().map(|line| line.integral));
 
-        let most_depths = most_depths.min(lines.len() / LINES_PER_DEPTH).min(candidates.len());
+        let most_depths =
+            most_depths.min(lines.len() / TUNING.rule.lines_per_depth).min(candidates.len());
         let mut factors = Factors::new(&rates, most_depths);
         let mut residuals = integrals.clone();
         let mut leverages = DVector::zeros(lines.len());
@@ -64,11 +51,11 @@ impl DepthRule {
             residuals.axpy(-residuals.dot(&direction), &direction, 1.0);
             leverages.cmpy(1.0, &direction, &direction, 1.0);
             let error = residuals.zip_fold(&leverages, 0.0, |largest: f64, residual, leverage| {
-                largest.max(residual.abs() / (1.0 - leverage).max(LEAST_INDEPENDENCE))
+                largest.max(residual.abs() / (1.0 - leverage).max(TUNING.rule.least_independence))
             });
             if error <= tolerance {
                 let [weights, shorter] = factors.solve(&integrals)?;
-                if weights.lp_norm(1) < LARGEST_WEIGHTS {
+                if weights.lp_norm(1) < TUNING.rule.largest_weights {
                     let depths = factors.chosen.iter().map(|&c| depth_of(candidates[c])).collect();
                     let rates = rates.select_columns(&factors.chosen);
                     return Some(Self::new(depths, &rates, &weights, &shorter, error));
@@ -111,12 +98,16 @@ impl DepthRule {
 
     /// Whether a line with these `rates` is unlike those that the rule was learned from.
     pub(crate) fn is_outlier(&self, rates: &[f64], tolerance: f64) -> bool {
-        if self.change(rates) > ODD_CHANGE * self.usual_change + ODD_TOLERANCE * tolerance {
+        if self.change(rates)
+            > TUNING.rule.outlier_change * self.usual_change
+                + TUNING.rule.outlier_tolerance * tolerance
+        {
             return true;
         }
         let outside = |((&rate, &(low, high)), &weight): ((&f64, &(f64, f64)), &f64)| {
             let beyond = (rate - rate.clamp(low, high)).abs();
-            beyond > ODD_RANGE * (high - low) && beyond * weight.abs() > ODD_TOLERANCE * tolerance
+            beyond > TUNING.rule.outlier_range * (high - low)
+                && beyond * weight.abs() > TUNING.rule.outlier_tolerance * tolerance
         };
         rates.iter().zip(&self.ranges).zip(&self.weights).any(outside)
     }
@@ -258,7 +249,7 @@ mod tests {
         let profiles: Vec<Profile> = (0..20).map(|i| profile(5, |z| z + f64::from(i))).collect();
         let lines: Vec<&Profile> = profiles.iter().collect();
         assert!(DepthRule::learn(&lines, 1e-6, 6).is_some());
-        assert!(DepthRule::learn(&lines[..LEAST_LINES - 1], 1e-6, 6).is_none());
+        assert!(DepthRule::learn(&lines[..TUNING.rule.least_lines - 1], 1e-6, 6).is_none());
         let mut with_jump = profiles.clone();
         with_jump[3].has_jump = true;
         let lines: Vec<&Profile> = with_jump.iter().collect();

@@ -2,21 +2,15 @@
 
 use crate::cell::whole;
 use crate::vol::dyadic::{Place, around, spacing};
-use crate::vol::image::block::{Block, FINEST_BLOCKS};
+use crate::vol::image::block::Block;
 use crate::vol::line::node_lines::LINES_KNOWN;
 use crate::vol::line::profile::Profile;
-use crate::vol::rule::depth_rule::{DepthRule, LEAST_LINES};
+use crate::vol::rule::depth_rule::DepthRule;
 use crate::vol::rule::scan::Scan;
+use crate::vol::tuning::TUNING;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
-
-/// Lines around a block that are learned from too, as a share of its edge.
-const TRAINING_MARGIN: f64 = 0.26;
-/// A rule of more depths than this share of a full line's samples saves too little.
-const MOST_DEPTHS: f64 = 0.7;
-/// Of n nodes of a rule, this many times √n get a full line.
-const VALIDATED: f64 = 0.4;
 
 /// A depth rule and where it holds.
 #[derive(Clone, Debug)]
@@ -36,7 +30,7 @@ pub(crate) struct TrainingLines {
 impl TrainingLines {
     /// Whether lines in a block or a little around it have jumps: no rule can be learned there.
     fn have_jumps(&self, block: Block) -> bool {
-        self.jumping.iter().any(|&place| block.contains(place, TRAINING_MARGIN))
+        self.jumping.iter().any(|&place| block.contains(place, TUNING.rule.training_margin))
     }
 }
 
@@ -76,9 +70,12 @@ impl Scan<'_> {
         if training.have_jumps(block) {
             return None;
         }
-        let near = training.lines.iter().filter(|(_, at)| block.contains(*at, TRAINING_MARGIN));
+        let near = training
+            .lines
+            .iter()
+            .filter(|(_, at)| block.contains(*at, TUNING.rule.training_margin));
         let near: Vec<usize> = near.map(|(i, _)| *i).collect();
-        if near.len() < LEAST_LINES {
+        if near.len() < TUNING.rule.least_lines {
             return None;
         }
         // Most blocks of an image with jumps have no rule: profiles are made where there is one.
@@ -131,7 +128,7 @@ impl Scan<'_> {
                 continue;
             }
             // No rule will be learned where there are jumps.
-            let block = Block::around(place(i), FINEST_BLOCKS);
+            let block = Block::around(place(i), TUNING.image.finest_blocks);
             let has_jumps = *jumping.entry(block).or_insert_with(|| training.have_jumps(block));
             let waits = postpone && !has_jumps && !self.is_third(i);
             if waits { plan.postponed.push(i) } else { plan.full.push(i) }
@@ -166,7 +163,8 @@ impl Scan<'_> {
         };
         let mut ranked: Vec<(f64, usize)> = nodes.iter().map(|i| (nearby(i), *i)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let count = whole((VALIDATED * (nodes.len() as f64).sqrt()).ceil()).min(nodes.len());
+        let count =
+            whole((TUNING.rule.validated * (nodes.len() as f64).sqrt()).ceil()).min(nodes.len());
         let largest = count.div_ceil(2);
         let rest = &ranked[largest..];
         let stride = rest.len().checked_div(count - largest).unwrap_or(0).max(1);
@@ -177,10 +175,10 @@ impl Scan<'_> {
 
 /// The blocks around a place that may have a rule, the largest first.
 fn blocks_around(place: Place) -> impl Iterator<Item = Block> {
-    (0..=FINEST_BLOCKS).map(move |level| Block::around(place, level))
+    (0..=TUNING.image.finest_blocks).map(move |level| Block::around(place, level))
 }
 
 /// The most depths of a rule, when `lines` full lines have so many `samples` together.
 fn most_depths(samples: usize, lines: usize) -> usize {
-    whole(MOST_DEPTHS * samples as f64 / lines.max(1) as f64)
+    whole(TUNING.rule.most_depths * samples as f64 / lines.max(1) as f64)
 }

@@ -11,17 +11,10 @@ use crate::vol::line::node_lines::{LineSource, NodeLines, Wanted, base_depths};
 use crate::vol::rule::plan::{BlockRule, Plan};
 use crate::vol::sampling::{Stop, View};
 use crate::vol::seeds::SeedTargets;
+use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
 
-/// Nodes around a quarter in which a rule has failed that get what the quarter gets.
-const FAILED_MARGIN: f64 = 0.05;
-/// The most depths of a rule for a quarter in which another one has failed.
-const MOST_DEPTHS_AGAIN: usize = 40;
-/// A rule has failed where it is wrong by this many tolerances.
-const FAILURE: f64 = 1.0;
-/// Lines are refined again if they are beyond the tolerance by more than this.
-const AGAIN: f64 = 1.02;
 /// Between a closed node and its neighbours on its lattice, open places are looked for at this many
 /// steps: narrower parts of the image are found where they widen, or are no part of a pixel that counts.
 const BETWEEN: i8 = 4;
@@ -117,7 +110,8 @@ impl Scan<'_> {
     /// Refines the older full lines that the tolerance has left behind, and returns the other nodes
     /// that it has: it falls with the largest pixel.
     async fn beyond_tolerance(&mut self, first: usize, tolerance: f64) -> Result<Vec<usize>, Stop> {
-        let beyond = (0..first).filter(|&i| self.node_lines.error(i) > AGAIN * tolerance);
+        let beyond =
+            (0..first).filter(|&i| self.node_lines.error(i) > TUNING.rule.again * tolerance);
         let (full, ruled): (Vec<usize>, Vec<usize>) =
             beyond.partition(|&i| self.node_lines.is_full(i));
         self.refine(full.into_iter().map(|i| (i, Vec::new())).collect(), tolerance).await?;
@@ -157,7 +151,7 @@ impl Scan<'_> {
             let line = &self.node_lines.lines[i];
             let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
             let error = (rule.integral(&rates) - line.integral).abs();
-            if error > FAILURE * tolerance {
+            if error > TUNING.rule.failure * tolerance {
                 failed.insert((*block, block.quarter(self.tree.nodes()[i].place)));
             } else {
                 let rule = &mut plan.rules[number].rule;
@@ -172,7 +166,9 @@ impl Scan<'_> {
         for (block, quarter) in failed {
             let better = [quarter, block]
                 .into_iter()
-                .filter_map(|block| self.learn(block, &training, tolerance, MOST_DEPTHS_AGAIN))
+                .filter_map(|block| {
+                    self.learn(block, &training, tolerance, TUNING.rule.most_depths_again)
+                })
                 .min_by_key(|better| better.rule.depths.len());
             let better = better.map(|better| {
                 plan.rules.push(better);
@@ -184,7 +180,9 @@ impl Scan<'_> {
                     (None, LineSource::Rule { block: of_node, .. }) => of_node == block,
                     (None, LineSource::Full | LineSource::Unknown | LineSource::Closed) => false,
                 };
-                if !of_failed || !quarter.contains(self.tree.nodes()[i].place, FAILED_MARGIN) {
+                if !of_failed
+                    || !quarter.contains(self.tree.nodes()[i].place, TUNING.rule.failed_margin)
+                {
                     continue;
                 }
                 match better {

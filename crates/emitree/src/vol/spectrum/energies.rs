@@ -12,12 +12,9 @@ use crate::vol::dyadic::unit;
 use crate::vol::spectrum::Spectrum;
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::probes::SpectralProbe;
+use crate::vol::tuning::TUNING;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-
-/// An energy at which a spectrum has less than this share of its largest value is nothing to learn
-/// from: the function would be as many times too large elsewhere, and its rounding with it.
-const LEAST_PIVOT: f64 = 1e-3;
 
 /// One energy and its share in the bins.
 #[derive(Clone, Debug)]
@@ -110,7 +107,8 @@ impl Energies {
         let mut function = rests[from].spectrum.clone();
         let place = place.unwrap_or_else(|| largest_place(&function, bins));
         let pivot = function.rate(place);
-        let least = LEAST_PIVOT * size_at(&function, bins, largest_place(&function, bins));
+        let least =
+            TUNING.spectra.least_pivot * size_at(&function, bins, largest_place(&function, bins));
         if !(1.0 / pivot).is_finite() || size_at(&function, bins, place) < least {
             return false;
         }

@@ -10,6 +10,7 @@ pub(crate) mod probes;
 use crate::cell;
 use crate::vol::dyadic::{STEPS, beside, level_of, midpoint_weights, spacing, unit};
 use crate::vol::image::pixels::AxisWeights;
+use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
@@ -20,10 +21,6 @@ pub(crate) const BASE_LEVEL: u8 = 3;
 pub(crate) const FINEST_LEVEL: u8 = 16;
 /// The order of predictions.
 const ORDER: usize = 6;
-/// Share of a detail that guards those beside it.
-const GUARD: f64 = 0.5;
-/// What is expected of the details that have not been looked at, from those above them.
-const DECAY: f64 = 0.5;
 
 /// Samples of one spectrum.
 #[derive(Clone, Debug, Default)]
@@ -105,7 +102,7 @@ impl Spectrum {
     pub(crate) fn wanted(&self, bins: usize, effect: impl Fn(u32) -> f64) -> Vec<u32> {
         let mut wanted: Vec<u32> = Vec::new();
         for (place, guarded) in self.guarded() {
-            let remains = DECAY * guarded * effect(place);
+            let remains = TUNING.spectra.decay * guarded * effect(place);
             // As wide as what has not been looked at, in the mean over a bin that is wider.
             let share = |at: u32| (bins as f64 * unit(self.gap(at))).min(1.0);
             wanted.extend(self.missing_around(place).filter(|&at| remains * share(at) > 1.0));
@@ -133,7 +130,7 @@ impl Spectrum {
                 |&(_, at): &(u32, Option<u32>)| at.is_some_and(|at| level_of(at) == level);
             let size = |(distance, at): (u32, Option<u32>)| {
                 let detail = at.and_then(|at| details.get(&at)).map_or(0.0, |detail| detail.abs());
-                if distance == 0 { detail } else { GUARD * detail }
+                if distance == 0 { detail } else { TUNING.spectra.guard * detail }
             };
             Some((place, around.filter(on_level).map(size).fold(0.0, f64::max)))
         };

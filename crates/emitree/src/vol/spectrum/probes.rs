@@ -9,25 +9,12 @@ use crate::vol::dyadic::{Place, spacing, unit};
 use crate::vol::sampling::{Stop, View, evaluate};
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::{BASE_LEVEL, Spectrum};
+use crate::vol::tuning::TUNING;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// The finest lattice that looks into every bin; with more bins than that, into some of them.
-const FINEST_FULL_LEVEL: u8 = 10;
-/// The lattice of spot checks, for few bins: a line is as narrow in a wide bin as in a narrow one…
-const LEAST_CHECKED_LEVEL: u8 = 7;
-/// …is finer than the bins by so many levels…
-const CHECKED_LEVELS: u8 = 2;
-/// …up to this one.
-const FINEST_CHECKED_LEVEL: u8 = 8;
 /// The lattice that the energies of lines are rounded to.
 pub(crate) const LINE_LEVEL: u8 = 15;
-/// The most scouts that spot checks may send.
-const MOST_FOLLOWED: usize = 16;
-/// No spectrum has to be more precise than others by more than this.
-const LEAST_PRECISION: f64 = 1e-4;
-/// What the refinement of a spectrum may leave, as a share of what its energies may.
-const SPECTRUM_SHARE: f64 = 0.1;
 
 /// A point of a layer: where on the image plane, and at which depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +97,7 @@ impl<'a> SpectralProbes<'a> {
         let mut found: Vec<(f64, SpotCheck)> = checks.iter().zip(rates).map(unexplained).collect();
         found.retain(|(wrong, _)| *wrong > allowed);
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, check) in found.into_iter().take(MOST_FOLLOWED) {
+        for (_, check) in found.into_iter().take(TUNING.spectra.most_followed) {
             self.add(check.point, check.path, false);
             let probe = self.probes.iter_mut().find(|probe| probe.point == check.point);
             if let Some(probe) = probe {
@@ -123,7 +110,10 @@ impl<'a> SpectralProbes<'a> {
     /// The lattice of the energies of spot checks.
     pub(crate) fn checked_level(&self) -> u8 {
         let level = self.level_of_bins();
-        (level + CHECKED_LEVELS).clamp(LEAST_CHECKED_LEVEL, FINEST_CHECKED_LEVEL.max(level))
+        (level + TUNING.spectra.checked_levels).clamp(
+            TUNING.spectra.least_checked_level,
+            TUNING.spectra.finest_checked_level.max(level),
+        )
     }
 
     /// Has every spectrum sampled at these energies from now on, in the unit of the axis.
@@ -152,7 +142,7 @@ impl<'a> SpectralProbes<'a> {
     /// voxel may be as large as `largest` elsewhere.
     pub(crate) fn sharpen(&mut self, i: usize, effect: f64, largest: f64) {
         let precision = &mut self.probes[i].precision;
-        *precision = precision.min((effect / largest).max(LEAST_PRECISION));
+        *precision = precision.min((effect / largest).max(TUNING.spectra.least_precision));
     }
 
     /// Samples and refines all spectra until each is known to a share of `allowed` in every voxel.
@@ -192,12 +182,12 @@ impl<'a> SpectralProbes<'a> {
     /// The level whose lattice has a place in every bin.
     fn level_of_bins(&self) -> u8 {
         let level = self.bins.factors.len().next_power_of_two().trailing_zeros();
-        u8::try_from(level).unwrap_or(u8::MAX).clamp(BASE_LEVEL, FINEST_FULL_LEVEL)
+        u8::try_from(level).unwrap_or(u8::MAX).clamp(BASE_LEVEL, TUNING.spectra.finest_full_level)
     }
 
     /// The places at which structure of a spectrum is still to be looked at.
     fn structure(&self, probe: &SpectralProbe, allowed: f64) -> Vec<u32> {
-        let allowed = SPECTRUM_SHARE * probe.precision * allowed;
+        let allowed = TUNING.spectra.spectrum_share * probe.precision * allowed;
         let effect = |place: u32| probe.path / (allowed * self.bins.density(unit(place)));
         probe.spectrum.wanted(self.bins.factors.len(), effect)
     }

@@ -7,6 +7,7 @@
 
 use crate::vol::image::nearest::Nearest;
 use crate::vol::image::tree::ImageTree;
+use crate::vol::tuning::TUNING;
 use rayon::prelude::*;
 
 /// Gives all nodes that are `closed` values continued from the others, and how wrong they may be.
@@ -53,7 +54,8 @@ fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> Continued {
         .map(|&(squared, k)| {
             let node = &tree.nodes()[k];
             let along = |axis: usize| (f64::from(node.place[axis]) - f64::from(place[axis])) / unit;
-            let weight = (1.0 + squared as f64 / (QUARTER_WEIGHT * square as f64)).powi(-2);
+            let weight =
+                (1.0 + squared as f64 / (TUNING.view.quarter_weight * square as f64)).powi(-2);
             Known { place: [along(0), along(1)], value: node.value, weight }
         })
         .collect();
@@ -65,19 +67,11 @@ const MOST_VALUES: usize = 30;
 /// Values for a polynomial, at the least, and the number of its terms: twice as many as those, from the
 /// constant to degree 4.
 const DEGREES: [(usize, usize); 5] = [(1, 1), (6, 3), (12, 6), (20, 10), (30, 15)];
-/// Of two degrees whose expected errors differ by less than this, the higher one: a smooth function is
-/// smooth beyond the values too. With 1, 4 % more evaluations in views with bodies and a limb along rows
-/// wrong by 1.4 times the tolerance; with 4, two of 160 views wrong at 0.1 %.
-const HIGHER_DEGREE: f64 = 2.0;
 /// The terms of the last, in the order of their degrees.
 const MOST_TERMS: usize = 15;
-/// The square of the distance at which weights have fallen to a quarter, for a nearest value at 1.
-const QUARTER_WEIGHT: f64 = 8.0;
 /// A column whose part across the columns before is below this share of it is a sum of those: the
 /// places leave the polynomial open.
 const LEAST_INDEPENDENT_PART: f64 = 1e-9;
-/// 1 − leverage, at the least: a value that a coefficient is all about can't be left out.
-const LEAST_INDEPENDENCE: f64 = 0.1;
 
 /// A value near the place where one is wanted, which is the origin.
 struct Known {
@@ -107,7 +101,7 @@ fn fitted(known: &[Known]) -> Continued {
         }
         let found = fit.at_origin();
         (last, change) = (found.value, (found.value - last).abs());
-        if found.error <= HIGHER_DEGREE * best.error {
+        if found.error <= TUNING.view.higher_degree * best.error {
             best = found;
         }
     }
@@ -183,7 +177,8 @@ impl<'a> Fit<'a> {
         let value = weights.iter().zip(self.known).map(|(weight, one)| weight * one.value).sum();
         let amplification: f64 = weights.iter().map(|weight| weight.abs()).sum();
         let left_out = self.rest.iter().zip(&self.independence);
-        let residual = left_out.map(|(rest, part)| rest.abs() / part.max(LEAST_INDEPENDENCE));
+        let residual =
+            left_out.map(|(rest, part)| rest.abs() / part.max(TUNING.view.least_independence));
         Continued { value, error: amplification * residual.fold(0.0, f64::max) }
     }
 }

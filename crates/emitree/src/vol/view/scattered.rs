@@ -9,26 +9,17 @@ use crate::vol::dyadic::{Place, from_unit, spacing};
 use crate::vol::image::nearest::Nearest;
 use crate::vol::least_squares::{Known, MOST_VALUES, expected};
 use crate::vol::sampling::Stop;
+use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification_lines::FIRST_LINE;
 use crate::vol::{FEATURE_CONTRAST, FeatureSize, lattice};
 use rayon::prelude::*;
 
-/// What an ascent has found gets a line of the exam, or goes into an interpolant, from this share of the
-/// error allowed on.
-pub(crate) const LINE_FROM: f64 = 0.2;
-/// A feature of which a sample has this share of its amplitude is seen, if the lines around agree among
-/// themselves: what more samples are made for when a smaller feature is asked for.
-pub(crate) const SEEN_SHARE: f64 = 4e-3;
-/// Levels of depths around a sample on its line, down to a part of the feature.
-const FEATURE_PARTS: f64 = 2.0;
 /// Places and sizes that the size covered is found from: each size is this much larger than the former.
 const PLACES: usize = 512;
 const SMALLEST: f64 = 1e-3;
 const SIZE_RATIO: f64 = 1.05;
 const SIZES: i32 = 130;
-/// Samples near a place that may see a feature there.
-const NEAR: usize = 16;
 /// The probability with which a feature is seen.
 const PROBABILITY: f64 = 0.99;
 /// √(2π): the integral of a Gaussian over its amplitude and standard deviation.
@@ -206,13 +197,14 @@ impl ScatteredSheet<'_, '_> {
 
     /// The size that the samples are made for.
     fn size(&self) -> f64 {
-        lattice::smallest_seen(self.number, SEEN_SHARE)
+        lattice::smallest_seen(self.number, TUNING.verification.seen_share)
     }
 
     /// The line through a point, with depths around the point down to a part of a feature.
     pub(crate) fn line_through(&self, point: [f64; 3]) -> (Place, Vec<u32>) {
         let (place, depth) = steps(&point);
-        let finest = (FEATURE_PARTS / self.size()).log2().ceil().clamp(1.0, 20.0);
+        let finest =
+            (TUNING.verification.feature_parts / self.size()).log2().ceil().clamp(1.0, 20.0);
         let base = self.sheet.scan.base_level;
         let levels = base..=u8::try_from(whole(finest)).unwrap_or(base).max(base);
         let around = |level: u8| {
@@ -246,7 +238,7 @@ impl ScatteredSheet<'_, '_> {
                 ((0..3).map(|k| (point[k] - place[k]).powi(2)).sum::<f64>(), *passes)
             });
             let mut near: Vec<(f64, f64)> = squares.collect();
-            let kept = NEAR.min(near.len());
+            let kept = TUNING.verification.near.min(near.len());
             if kept < near.len() {
                 near.select_nth_unstable_by(kept, |a, b| a.0.total_cmp(&b.0));
             }

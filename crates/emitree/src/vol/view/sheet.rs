@@ -11,25 +11,13 @@ use crate::vol::image::tree::NODES_PER_TASK;
 use crate::vol::line::node_lines::{LineSource, Wanted, base_depths};
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::Stop;
+use crate::vol::tuning::TUNING;
 use crate::vol::view::closed::continue_values;
 use crate::vol::view::fractions::CoverageFractions;
 use crate::vol::view::verification_lines::Verification;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
-
-/// If this share of the base lines has a jump, surfaces are tracked from line to line, and the image
-/// has kinks where they turn away…
-const ROUGH_SHARE: f64 = 0.03;
-/// …and predictions of this order, which reach less far across them, are the better ones.
-const ROUGH_ORDER: usize = 4;
-/// A jump within an interval as short as the spacing of this level is one; a loose tolerance leaves
-/// it no shorter.
-const ROUGH_JUMP_LEVEL: u8 = 5;
-
-/// With fewer open nodes on the base lattice than this, there is nothing to continue from: all are
-/// looked at.
-const LEAST_OPEN: usize = 6;
 
 /// Which of the sheets of a view it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +80,7 @@ impl<'a> Sheet<'a> {
             .collect();
         let layer = self.scan.view.layer;
         let open = places.iter().filter(|place| layer.is_open(place.map(unit))).count();
-        self.scan.closes = (LEAST_OPEN..places.len()).contains(&open);
+        self.scan.closes = (TUNING.view.least_open..places.len()).contains(&open);
         self.scan.add(&places);
         let depths = base_depths(level);
         let open: Vec<usize> =
@@ -115,17 +103,17 @@ impl<'a> Sheet<'a> {
     pub(crate) fn choose_order(&mut self) {
         if self.has_many_jumps() {
             self.scan.node_lines.tracks_jumps = true;
-            self.scan.tree.set_order(ROUGH_ORDER);
+            self.scan.tree.set_order(TUNING.view.rough_order);
         }
     }
 
     /// Whether g jumps on surfaces that many of the base lines cross.
     fn has_many_jumps(&self) -> bool {
         let lines = &self.scan.node_lines.lines;
-        let of_interest = spacing(ROUGH_JUMP_LEVEL);
+        let of_interest = spacing(TUNING.view.rough_jump_level);
         let jumping = lines.iter().filter(|line| line.has_jump_within(of_interest));
         let open = (0..lines.len()).filter(|&i| !self.scan.node_lines.is_closed(i));
-        jumping.count() as f64 >= ROUGH_SHARE * open.count() as f64
+        jumping.count() as f64 >= TUNING.view.rough_share * open.count() as f64
     }
 
     /// The largest |radiance| of a line so far.

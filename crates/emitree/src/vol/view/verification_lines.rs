@@ -8,27 +8,11 @@ use crate::vol::lattice;
 use crate::vol::line::node_lines::{LineSource, NodeLines, Wanted, base_depths};
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::{Stop, View};
+use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// These are at least this far from each other, as a share of the image's edge.
-const WORST_APART: f64 = 0.08;
-/// Places in a pixel that an edge crosses, of which the first that is in view is taken.
-const PLACES_IN_PIXEL: usize = 16;
-/// Once a line is integrated as a node would be, it is sampled at all depths of a lattice finer than
-/// that of nodes by so many levels…
-const FINER_DEPTHS: u8 = 1;
-/// …and one in so many scattered lines by this many more levels: what all others step over, it sees.
-const DENSE_LINES: usize = 3;
-const DENSER: u8 = 2;
-/// Samples of a line that failed are given to nodes nearby if their significance is beyond this share of
-/// the tolerance of a line.
-const SHARED_SIGNIFICANCE: f64 = 0.25;
-/// Lines are put on a lattice finer than the finest nodes by so many levels, or on this one: values
-/// between nodes are predicted level by level.
-const LEVELS_BELOW_NODES: u8 = 3;
-const COARSEST_LATTICE: u8 = 10;
 /// Lines that are compared by one thread at a time, at the least: those nearby need the same predictions.
 const LINES_PER_TASK: usize = 64;
 /// The number of the first scattered line in the lattice of scattered points: far beyond the samples.
@@ -58,8 +42,12 @@ impl Sheet<'_> {
         self.verification.scattered += count;
         let place = |k: usize| {
             let [x, y, _] = lattice::point(FIRST_LINE + k);
-            let finer = if k.is_multiple_of(DENSE_LINES) { DENSER } else { 0 };
-            ([x, y].map(from_unit), base_depths(base + FINER_DEPTHS + finer))
+            let finer = if k.is_multiple_of(TUNING.verification.dense_lines) {
+                TUNING.verification.denser
+            } else {
+                0
+            };
+            ([x, y].map(from_unit), base_depths(base + TUNING.verification.finer_depths + finer))
         };
         (first..first + count).map(place).collect()
     }
@@ -80,13 +68,15 @@ impl Sheet<'_> {
             let middle = [(pixel % width, width), (pixel / width, height)]
                 .map(|(at, pixels)| (at as f64 + 0.5) / pixels as f64);
             let near = |other: &[f64; 2]| {
-                (0..2).all(|axis| (other[axis] - middle[axis]).abs() < WORST_APART)
+                (0..2).all(|axis| {
+                    (other[axis] - middle[axis]).abs() < TUNING.verification.worst_apart
+                })
             };
             if !worst.iter().any(near) {
                 worst.push(middle);
             }
         }
-        let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
+        let depths = base_depths(self.scan.depth_level + TUNING.verification.finer_depths);
         worst.into_iter().map(|middle| (middle.map(from_unit), depths.clone())).collect()
     }
 
@@ -98,12 +88,13 @@ impl Sheet<'_> {
             (0..height * width).filter(|&pixel| fractions.is_crossed[pixel]).collect();
         let first = self.verification.at_edges;
         self.verification.at_edges += count;
-        let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
+        let depths = base_depths(self.scan.depth_level + TUNING.verification.finer_depths);
         let in_pixel = |k: usize| {
             let [number, ..] = lattice::point(FIRST_LINE + k);
             let pixel = *crossed.get(whole(number * crossed.len() as f64))?;
-            let places = (0..PLACES_IN_PIXEL).map(|part| {
-                let [_, x, y] = lattice::point(FIRST_LINE + PLACES_IN_PIXEL * k + part);
+            let places = (0..TUNING.verification.places_in_pixel).map(|part| {
+                let [_, x, y] =
+                    lattice::point(FIRST_LINE + TUNING.verification.places_in_pixel * k + part);
                 let [column, row] = [pixel % width, pixel / width];
                 [(column as f64 + x) / width as f64, (row as f64 + y) / height as f64]
             });
@@ -117,7 +108,7 @@ impl Sheet<'_> {
     pub(crate) fn beside(&self, line: usize) -> Lines {
         let place = self.verification.places.nodes()[line].place;
         let distance = spacing(self.level_around(place) + 1);
-        let depths = base_depths(self.scan.depth_level + FINER_DEPTHS);
+        let depths = base_depths(self.scan.depth_level + TUNING.verification.finer_depths);
         around(place, distance, 1)
             .filter(|(x, y, _)| *x == 0 || *y == 0)
             .map(|(_, _, place)| (place, depths.clone()))
@@ -150,7 +141,8 @@ impl Sheet<'_> {
         } = self;
         let first = verification.places.len();
         let mut own = Vec::new();
-        let level = (tree.finest_level() + LEVELS_BELOW_NODES).max(COARSEST_LATTICE);
+        let level = (tree.finest_level() + TUNING.verification.levels_below_nodes)
+            .max(TUNING.verification.coarsest_lattice);
         for (place, depths) in places {
             let place = place.map(|along| nearest_of_level(along, level));
             let is_new = tree.find(place).is_none() && verification.places.find(place).is_none();
@@ -246,8 +238,9 @@ impl Verification {
     /// The depths at which a line has found something.
     pub(crate) fn significant_depths(&self, line: usize, tolerance: f64) -> Vec<u32> {
         let samples = self.node_lines.lines[line].samples.iter();
-        let significant =
-            samples.filter(|of| of.opened || of.significance > SHARED_SIGNIFICANCE * tolerance);
+        let significant = samples.filter(|of| {
+            of.opened || of.significance > TUNING.verification.shared_significance * tolerance
+        });
         significant.map(|sample| sample.depth).collect()
     }
 }

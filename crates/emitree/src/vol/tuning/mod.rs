@@ -1,0 +1,108 @@
+//! The constants that decide accuracy and cost, in one table.
+//!
+//! Each has a reason, and a range: the values down to which and up to which its influence was measured,
+//! half and twice the value where nothing else makes sense. `cargo xtask ablate` repeats the measurement,
+//! [docs/results/tuning.md](https://docs.rs/emitree) has its result. Lengths in steps, orders of stencils
+//! and guards against rounding are constants of their modules.
+
+mod values;
+
+use values::Tuning;
+
+/// The constants of this build.
+#[cfg(not(feature = "ablate"))]
+pub(crate) const TUNING: Tuning = Tuning::STANDARD;
+
+/// The constants of this run, one of which may be set from outside.
+#[cfg(feature = "ablate")]
+pub(crate) static TUNING: std::sync::LazyLock<Tuning> =
+    std::sync::LazyLock::new(Tuning::of_this_run);
+
+/// One constant of the engine, for measurements of its influence.
+#[cfg(feature = "ablate")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant {
+    /// Its group and its name: `line.negligible`.
+    pub name: String,
+    /// Its value, and the ends of the range in which its influence is measured.
+    pub value: f64,
+    /// The lower end.
+    pub low: f64,
+    /// The upper end.
+    pub high: f64,
+    /// What it is, and why it has its value.
+    pub reason: String,
+}
+
+/// The variable of the environment that sets one constant of a run: `line.negligible=0.25`.
+#[cfg(feature = "ablate")]
+pub const SET_CONSTANT: &str = "EMITREE_CONSTANT";
+
+/// Declares the groups of constants, their standard values, and the list of all of them.
+macro_rules! tuning {
+    ($(
+        $(#[doc = $about:literal])*
+        $group:ident: $of_group:ident {
+            $(
+                $(#[doc = $reason:literal])*
+                $name:ident: $number:ty = $value:literal, $low:literal..=$high:literal;
+            )*
+        }
+    )*) => {
+        /// All constants that decide accuracy and cost.
+        #[derive(Clone, Debug)]
+        pub(crate) struct Tuning {
+            $( $(#[doc = $about])* pub(crate) $group: $of_group, )*
+        }
+
+        $(
+            $(#[doc = $about])*
+            #[derive(Clone, Debug)]
+            pub(crate) struct $of_group {
+                $( $(#[doc = $reason])* pub(crate) $name: $number, )*
+            }
+        )*
+
+        impl Tuning {
+            /// The values of every rendering.
+            pub(crate) const STANDARD: Self = Self {
+                $( $group: $of_group { $( $name: $value, )* }, )*
+            };
+
+            /// The standard values, but for the one that the environment sets.
+            #[cfg(feature = "ablate")]
+            pub(crate) fn of_this_run() -> Self {
+                let mut tuning = Self::STANDARD;
+                let set = std::env::var(super::SET_CONSTANT).unwrap_or_default();
+                $( $(
+                    if let Some(value) = set.strip_prefix(
+                        concat!(stringify!($group), ".", stringify!($name), "="),
+                    ) {
+                        if let Ok(value) = value.parse::<$number>() {
+                            tuning.$group.$name = value;
+                        }
+                    }
+                )* )*
+                tuning
+            }
+        }
+
+        /// All constants, in the order of their groups.
+        #[cfg(feature = "ablate")]
+        pub fn constants() -> Vec<super::Constant> {
+            #[expect(trivial_numeric_casts, reason = "constants are of several types")]
+            let constants = vec![ $( $( super::Constant {
+                name: concat!(stringify!($group), ".", stringify!($name)).to_owned(),
+                value: $value as f64,
+                low: $low as f64,
+                high: $high as f64,
+                reason: concat!($($reason),*).trim().to_owned(),
+            }, )* )* ];
+            constants
+        }
+    };
+}
+
+use tuning;
+#[cfg(feature = "ablate")]
+pub use values::constants;
