@@ -59,7 +59,7 @@ def _section(scene: Scene, rows: Sequence[Row], names: Sequence[str]) -> str:
         "\\*: the same setting misses that error from another random start.",
         tables.levels(rows, names),
         "What emitree was asked for, and what came:",
-        tables.promises(rows),
+        tables.tolerances_met(rows),
     ]
     if failed:
         parts.append("Settings without an image:")
