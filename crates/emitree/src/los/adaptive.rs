@@ -61,7 +61,7 @@ pub(super) async fn render(
     let allowed = meter.evaluations_left();
     if needed > allowed {
         meter.check_time()?;
-        let what = format!("initial sampling of {} lines", lines.count());
+        let what = format!("the initial sampling of {} lines", lines.count());
         return Err(RenderError::Budget { what, needed, allowed });
     }
     let rule = GaussKronrod::new(GKPair::G7K15);
