@@ -47,7 +47,7 @@ pub(super) fn text(
     let cells = grouped(built.unresolved_cells);
     match built.ending {
         StopReason::Complete if built.unresolved_cells > 0 => {
-            lines.push(format!("  unresolved   {cells} cells of the finest level"))
+            lines.push(format!("  unresolved   {cells} cells of the finest level"));
         }
         StopReason::Complete => {}
         StopReason::MaxLevel => lines.push(format!(
