@@ -1,4 +1,4 @@
-"""Emitree beside the packages that people use today, on the same scenes and counted alike.
+"""Emitree beside other packages in use, on the same scenes and with the same counting.
 
 `cargo xtask compare-peers` runs it; docs/peers.md is what it writes.
 """

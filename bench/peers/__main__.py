@@ -67,7 +67,7 @@ def selected(names: Sequence[str]) -> tuple[list[Contestant], list[Scene]]:
 def measure(
     contestants: Sequence[Contestant], scenes: Sequence[Scene], run: runs.Run
 ) -> Iterator[row.Row]:
-    """The rows of contestants in scenes, said as they come."""
+    """The rows of contestants in scenes, printed as they come."""
     start, count = time.monotonic(), 0
     for scene in scenes:
         exact, disagreement = scene.verified_image()

@@ -1,4 +1,4 @@
-"""A camera in space, and the unit cube that it maps to for those who know nothing else."""
+"""A camera in space, and the unit cube that it maps to for contestants without cameras."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Equirectangular:
-    """Equal steps of longitude to the right and latitude upwards, about a pointing.
+    """Uniform steps of longitude to the right and latitude upwards, about a pointing.
 
     position, target, up: the observer, a point in the middle of the image, and what is up in it.
     field_of_view: full width and height [deg]. far: where lines of sight end, a length.
@@ -69,7 +69,7 @@ class Equirectangular:
         return (np.diff(border) * shape[0] / height)[:, None]
 
     def box(self) -> tuple[np.ndarray, np.ndarray]:
-        """The lowest and the highest corner of a box around all that is seen."""
+        """The lowest and the highest corner of a box around the volume of the view."""
         share = np.linspace(0, 1, 101)
         ends = self.far * self.directions(share, share[:, None]).reshape(-1, 3)
         seen = np.array(self.position) + np.vstack([ends, np.zeros(3)])

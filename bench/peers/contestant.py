@@ -17,9 +17,9 @@ OTHERWISE = "*"
 
 @dataclass(frozen=True)
 class Problem:
-    """What a contestant is told: the rate, the shape of the image, and its largest pixel.
+    """The input of a contestant: the rate, the shape of the image, and its largest pixel.
 
-    The largest pixel makes an absolute tolerance of a relative one; nobody has to find the scale.
+    The largest pixel converts a relative tolerance into an absolute one.
 
     rate: in the unit cube. emission: in the coordinates of the scene, where `camera` is; the same
         as `rate` where there is no camera. Points of both are counted, by `emission`.
@@ -41,9 +41,9 @@ class Problem:
 
 @dataclass(frozen=True)
 class Found:
-    """An image (height, width), row 0 at the lowest y, and what the contestant says of it.
+    """An image (height, width), row 0 at the lowest y, and its own error estimate.
 
-    estimated_error: the error that it promises, relative to the largest pixel, or None.
+    estimated_error: its own error estimate, relative to the largest pixel, or None.
     """
 
     image: np.ndarray
@@ -64,7 +64,7 @@ class Contestant:
     patience: after so many failures in a scene the settings left are not tried.
     has_cameras: whether it deals with the camera of a scene. All others image the unit cube that
         the camera maps to, and what they find is divided by the solid angles of the pixels.
-    for_users: whether it is what somebody with such a scene would pick, who knows no better.
+    for_users: whether it is the usual choice of a user with such a scene.
     """
 
     name: str

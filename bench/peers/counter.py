@@ -22,7 +22,7 @@ class Counter:
 
 
 class GridMemo:
-    """A rate on the nodes of a grid that evaluates each node once, however often it is asked."""
+    """A rate on the nodes of a grid that evaluates each node once, however often it is called."""
 
     def __init__(self, rate, axes):
         self._rate = rate

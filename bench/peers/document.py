@@ -35,8 +35,8 @@ def _users(rows: Sequence[Row], contestants: Sequence[Contestant]) -> str:
     return "\n\n".join(
         [
             "## What a user would pick",
-            f"{tables.OURS} as it was asked for the error; the others at the cheapest setting with "
-            "at most that error, chosen in hindsight, or where they come closest, if all miss it. "
+            f"{tables.OURS} with that error as its tolerance; the others at the cheapest setting "
+            "with at most that error, chosen in hindsight, or where they come closest, if all miss it. "
             f"The last column is what {tables.OURS} takes of the evaluations, seconds and memory "
             "of each; where it takes more, it loses: **bold**. Fixed steps are what NumPy's users "
             "write: 1, 4 or 16 lines of sight through each pixel.",
@@ -59,7 +59,7 @@ def _section(scene: Scene, rows: Sequence[Row], names: Sequence[str]) -> str:
         "\\*: the same setting misses that error from another random start.",
         tables.levels(rows, names),
         "What emitree was asked for, and what came:",
-        tables.promises(rows),
+        tables.tolerances_met(rows),
     ]
     if failed:
         parts.append("Settings without an image:")

@@ -40,7 +40,7 @@ def exact(shape: tuple[int, int]) -> np.ndarray:
 
 
 def check(shape: tuple[int, int]) -> np.ndarray:
-    """The image by quadrature of the rate, which knows nothing of products."""
+    """The image by quadrature of the rate, without the product form."""
     z, weight = gauss.panels(16, 10)
     line = lambda x, y: rate(x[..., None], y[..., None], z) @ weight  # noqa: E731
     return gauss.mean_over_pixels(line, shape, 6)

@@ -15,7 +15,7 @@ from . import tables
 from .row import Row
 from .scene import Scene
 
-#: Told apart by the colour-blind too (Okabe and Ito, Tol), dark enough for thin lines on white.
+#: Distinct for the colour-blind too (Okabe and Ito, Tol), dark enough for thin lines on white.
 COLOURS = ("#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#882255", "#999933", "#44aa99")
 OURS_COLOUR = "#d1260f"
 STYLES = ("-", "--", ":")
@@ -137,7 +137,7 @@ def _label(axes, end: Row, colour: str, rows: Sequence[Row]) -> None:
 
 
 def _save(figure, path: Path) -> None:
-    """Writes a PNG with a palette: a third of the size, and nothing to be seen of it."""
+    """Writes a PNG with a palette: a third of the size, without a visible difference."""
     figure.canvas.draw()
     picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB")
     picture.quantize(PALETTE, dither=Image.Dither.NONE).save(path, optimize=True)

@@ -30,7 +30,7 @@ class Run:
         return "".join(f"# {name}: {value}\n" for name, value in lines)
 
 
-#: Of rows that nobody has said it of.
+#: Of rows without an entry.
 SOME_RUN = Run()
 
 

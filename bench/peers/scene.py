@@ -10,14 +10,14 @@ from .camera import Equirectangular
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene: the unit cube seen along z, or what a camera sees.
+    """A scene: the unit cube along z, or the view of a camera.
 
     rate: g(x, y, z) of arrays that broadcast.
     exact, check: two images (height, width) that share no nodes; row 0 has the lowest y. Each
         pixel is the mean over its square of the integral of g over z or, of a camera, the mean
         over its solid angle of the integral along the line of sight.
     agreement: what the two may differ by at most, relative to the largest pixel.
-    camera: what sees it; None: the unit cube, x to the right, y up, z away.
+    camera: its camera; None: the unit cube, x to the right, y up, z away.
     """
 
     name: str

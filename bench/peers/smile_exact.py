@@ -51,7 +51,7 @@ class Sights:
 def radiances(directions: np.ndarray, samples: int, panels: int, nodes: int) -> np.ndarray:
     """The integrals (n,) of the rate along lines of sight (n, 3).
 
-    samples: places on a line between which surfaces are looked for. panels, nodes: how many panels
+    samples: places on a line between which surfaces are searched. panels, nodes: how many panels
         the quadrature has at least, and nodes in each.
     """
     sights = Sights(directions)
@@ -67,7 +67,7 @@ def radiances(directions: np.ndarray, samples: int, panels: int, nodes: int) -> 
     node, weight = gauss.nodes(nodes)
     width = np.diff(edges)
     t = edges[:, :-1, None] + width[..., None] * node
-    # Which of the three regions a panel lies in, its middle tells.
+    # The middle of a panel decides in which of the three regions it is.
     above = sights.heights(edges[:, :-1] + 0.5 * width)
     in_sheath = smile.sheath(*sights.positions(t))
     in_wind = smile.wind(*sights.positions(t))
@@ -98,7 +98,7 @@ def _brackets(sights: Sights, which: int, t: np.ndarray, height: np.ndarray):
     """Lines, and pairs of t between which they cross a surface once.
 
     Between samples on one side a line may touch the other: the vertex of the parabola through
-    three of them tells.
+    three of them shows it.
     """
     side = height > 0
     line, left = np.nonzero(side[:, 1:] != side[:, :-1])
@@ -182,7 +182,7 @@ def both(chosen: np.ndarray, smaller: int = 1) -> dict[str, np.ndarray]:
 
 
 def main() -> None:
-    """Makes both images, says how they agree, and writes them to their file."""
+    """Makes both images, prints how they agree, and writes them to their file."""
     images = both(np.ones(smile.SCENE.shape, dtype=bool))
     off = np.abs(images["check"] - images["exact"]) > DOUBTFUL * images["exact"].max()
     again = both(off, SMALLER)

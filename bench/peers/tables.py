@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 from .row import Row
 
-#: Errors that are looked for, as they are called.
+#: The levels of error, by their names.
 LEVELS = {"6 %": 0.06, "1 %": 0.01, "0.1 %": 1e-3, "1e-4": 1e-4, "1e-6": 1e-6}
 OURS = "emitree"
 NONE = "-"
-#: Errors that users want, of those.
+#: The levels for users.
 USERS = ("1 %", "0.1 %")
 #: Behind a number that another random start does not confirm.
 LUCK = "\\*"
@@ -60,10 +60,10 @@ def against(rows: Sequence[Row], scenes: Sequence[str]) -> str:
 
 
 def users(rows: Sequence[Row], contestants: Sequence[str], scenes: Sequence[str]) -> str:
-    """What each contestant costs, in scenes and for errors that users want, and what ours does.
+    """The cost of each contestant and of ours, in the scenes and for the errors of users.
 
-    Ours is the setting that asked for the error, of the others the cheapest that has it or, where
-    none has, the one that comes closest.
+    Ours is the setting with that tolerance, of the others the cheapest with that error or, where
+    none has it, the one that comes closest.
     """
     lines = []
     for scene in scenes:
@@ -76,13 +76,13 @@ def users(rows: Sequence[Row], contestants: Sequence[str], scenes: Sequence[str]
                 said = NONE if name == OURS else _compared(ours, row)
                 if row is None:
                     row, said = _closest(own), _missed(own)
-                lines.append([scene, level, name, *_bill(row), said])
+                lines.append([scene, level, name, *_measured(row), said])
     heads = ["scene", "error", "", "setting", "evaluations", "error reached", "s", "MiB"]
     return table([*heads, f"{OURS} takes"], lines, texts=4)
 
 
 def _asked_for(rows: Sequence[Row], error: float) -> Row | None:
-    """The row where ours was asked for that error."""
+    """The row of ours with that tolerance."""
     return next((row for row in of(rows, OURS) if row.found and _asked(row) == error), None)
 
 
@@ -93,14 +93,14 @@ def _closest(rows: Sequence[Row]) -> Row | None:
 
 
 def _missed(rows: Sequence[Row]) -> str:
-    """What is said of rows none of which has an error that is wanted."""
+    """The text for rows none of which reaches the error."""
     if not rows:
         return "not measured"
     failed = [row for row in rows if not row.found]
     return "; ".join(["missed", *(f"{row.setting} {row.note}" for row in failed[-1:])])
 
 
-def _bill(row: Row | None) -> list[str]:
+def _measured(row: Row | None) -> list[str]:
     """Setting, evaluations, error, seconds and memory of a row."""
     if row is None:
         return [NONE] * 5
@@ -123,8 +123,8 @@ def _times(ratio: float, of_what: str) -> str:
     return f"**{ratio:.2g} x {of_what}**" if ratio > 1 else f"{ratio:.2g} x {of_what}"
 
 
-def promises(rows: Sequence[Row]) -> str:
-    """What ours was asked for in one scene, and what came of it.
+def tolerances_met(rows: Sequence[Row]) -> str:
+    """The tolerances of ours in one scene, and the errors reached.
 
     Where several tolerances give the same image, the tightest stands for them.
     """

@@ -45,7 +45,7 @@ class Grid:
         return node, node, self._depths()[0]
 
     def memo(self, problem: Problem) -> GridMemo:
-        """The rate on the nodes, each evaluated once: cross asks for many of them again."""
+        """The rate on the nodes, each evaluated once: cross requests many of them again."""
         return GridMemo(problem.rate, self.axes())
 
     def image(self, cores, shape: tuple[int, int]) -> np.ndarray:

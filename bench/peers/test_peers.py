@@ -1,4 +1,4 @@
-"""Evaluations are counted rightly, images lie as they should, and exact images are exact."""
+"""Evaluations are counted correctly, images have their orientation, and exact images are exact."""
 
 import itertools
 import shutil
@@ -202,8 +202,8 @@ def test_names_are_those_of_contestants_and_scenes():
     contestants, scenes = command.selected(["users"])
     assert [one.name for one in scenes] == ["eq8", "smile", "zodi"]
     assert {"emitree", "raysect"} < {one.name for one in contestants} < set(CONTESTANTS)
-    with pytest.raises(ValueError, match=r"unknown contestants or scenes \['nobody'\]"):
-        command.selected(["eq8", "nobody"])
+    with pytest.raises(ValueError, match=r"unknown contestants or scenes \['nothing'\]"):
+        command.selected(["eq8", "nothing"])
 
 
 def test_rows_survive_their_file(tmp_path):
@@ -256,7 +256,7 @@ def test_ours_is_set_against_the_best_of_the_others():
     assert "| eq8 | 1 % | 500 | 400 | 800 (one) | wins, 2 x fewer |" in tables.against(
         rows, ["eq8"]
     )
-    asked = [line.split(" | ")[0] for line in tables.promises(rows).splitlines()[2:]]
+    asked = [line.split(" | ")[0] for line in tables.tolerances_met(rows).splitlines()[2:]]
     assert asked == ["| 0.01", "| 0.05"]
 
 

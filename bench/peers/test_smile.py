@@ -40,7 +40,7 @@ SEEN_RAMP = Scene(
 
 
 @pytest.mark.parametrize("contestant", OF_SMILE, ids=lambda one: one.name)
-def test_every_contestant_sees_what_a_camera_sees(contestant):
+def test_every_contestant_gives_the_image_of_a_camera(contestant):
     exact = seen_ramp_image(SEEN_RAMP.shape)
     found = harness.measure(contestant, SEEN_RAMP, exact, contestant.settings_of("smile")[0])
     assert found.found, found.note

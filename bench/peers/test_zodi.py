@@ -41,7 +41,7 @@ def test_the_exact_image_is_that_of_zodipy_with_many_points():
     assert found.error < 1e-3
 
 
-def test_emitree_sees_the_same_image():
+def test_emitree_gives_the_same_image():
     exact, _ = zodi.SCENE.verified_image()
     ours = CONTESTANTS["emitree"]
     problem = harness.Problem.of(zodi.SCENE, exact)

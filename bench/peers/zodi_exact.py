@@ -67,7 +67,7 @@ def image(order: int, **lines: int) -> np.ndarray:
 
 
 def main() -> None:
-    """Makes both images, says how they agree, and writes them to their file."""
+    """Makes both images, prints how they agree, and writes them to their file."""
     images = {}
     for name, way in WAYS.items():
         start = time.monotonic()

@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image
 
-#: Told apart by the colour-blind too (Okabe and Ito), dark enough for thin lines on white.
+#: Distinct for the colour-blind too (Okabe and Ito), dark enough for thin lines on white.
 COLOURS = ("#d1260f", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 MARKERS = ("o", "s", "^", "v", "D", "P")
 #: File, table, its column on each axis.
@@ -64,7 +64,7 @@ def draw(path: Path, title: str, rows: list[dict[str, str]], across: str, up: st
     axes.grid(color="0.9", linewidth=0.7)
     axes.legend(frameon=False, fontsize=9)
     figure.canvas.draw()
-    # With a palette: a third of the size, and nothing to be seen of it.
+    # With a palette: a third of the size, without a visible difference.
     picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB")
     picture.quantize(PALETTE, dither=Image.Dither.NONE).save(path, optimize=True)
     plt.close(figure)

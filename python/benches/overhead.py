@@ -1,4 +1,4 @@
-"""What it costs to cross from the renderer to a function in Python and back, for each point.
+"""The overhead of a call from the renderer to a function in Python and back, for each point.
 
     python benches/overhead.py
 
@@ -11,7 +11,7 @@ import numpy as np
 
 import emitree
 
-#: What is promised for batches of 10^5 points [ns].
+#: The limit for batches of 10^5 points [ns].
 LIMIT_NS = 100.0
 ROUNDS = 7
 

@@ -1,13 +1,13 @@
-//! What a rendering keeps of its scene and its bill: plain data, so that results can be pickled and
-//! copied, and need neither the emission nor any file afterwards.
+//! The scene and the cost of a rendering as plain data, so that results can be pickled and copied, and
+//! need neither the emission nor any file afterwards.
 
-use emitree::{Cube, Ending, EnergyAxis, EnergyScale, Image, Method, Rendering};
+use emitree::{Cube, EnergyAxis, EnergyScale, Image, Method, Rendering, StopReason};
 use emitree_io::units::Unit;
 use emitree_io::{CameraKind, Energies, Provenance, Scene, Wcs, WcsAxis, scene_history};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// The scene that was rendered, as its results need it, and the bill.
+/// The scene that was rendered, as its results need it, and the cost.
 #[derive(Clone, Debug, IntoPyObject, FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct About {
@@ -42,7 +42,7 @@ pub(crate) struct About {
     /// How many energies were evaluated.
     pub(crate) energies: Option<usize>,
     pub(crate) base_level: Option<u8>,
-    /// The standard deviation of the smallest Gaussian that would have been seen, as a fraction of
+    /// The standard deviation of the smallest Gaussian that would have been detected, as a fraction of
     /// the view's cube.
     pub(crate) smallest_feature: Option<f64>,
     pub(crate) emission_seconds: f64,
@@ -101,7 +101,7 @@ impl About {
         }
     }
 
-    /// What a scene says, before anything is rendered.
+    /// The contents of a scene before the rendering.
     fn of_scene(scene: &Scene) -> Self {
         let render = &scene.render;
         let length = scene.length_unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
@@ -141,9 +141,9 @@ impl About {
         }
     }
 
-    /// Whether the method did all that it was asked for.
+    /// Whether the stopping criterion was met.
     pub(crate) fn converged(&self) -> bool {
-        self.ending == ending(Ending::Complete)
+        self.ending == ending(StopReason::Complete)
     }
 
     /// The coordinates of the pixels; none for a sky in `HEALPix` pixels.
@@ -156,7 +156,7 @@ impl About {
         scene_history(&self.text, &self.overrides)
     }
 
-    /// How the image came about; `error` is the estimate of the whole.
+    /// The provenance of the image; `error` is the estimate of the whole.
     pub(crate) fn provenance(&self, error: Option<f64>) -> Provenance<'_> {
         Provenance {
             scene: &self.scene,
@@ -175,12 +175,12 @@ impl About {
     }
 }
 
-fn ending(ending: Ending) -> &'static str {
+fn ending(ending: StopReason) -> &'static str {
     match ending {
-        Ending::Complete => "complete",
-        Ending::DeepestLevel => "deepest level",
-        Ending::Time => "time",
-        Ending::Unfinished => "unfinished",
+        StopReason::Complete => "complete",
+        StopReason::MaxLevel => "deepest level",
+        StopReason::Time => "time",
+        StopReason::Unfinished => "unfinished",
         _ => "budget",
     }
 }

@@ -1,9 +1,9 @@
-//! Two sides of a rendering: threads that work, and the thread that called, which runs Python.
+//! Two sides of a rendering: worker threads, and the calling thread, which runs Python.
 //!
 //! A function that is rendered may rely on the thread that it runs in (the error state of `NumPy`,
-//! contexts, a debugger), and only the main thread hears of Ctrl-C. So it is always called in the
-//! thread that called the renderer: the threads that work send it a batch and wait for the rates.
-//! While nobody asks, the interpreter is free for others.
+//! contexts, a debugger), and only the main thread receives Ctrl-C. So it is always called in the
+//! thread that called the renderer: worker threads send it a batch and wait for the rates.
+//! Between requests the interpreter is released.
 //!
 //! Each rendering has a pool of threads of its own. With a shared one, a function that renders
 //! something itself would wait for threads that wait for it.
@@ -21,8 +21,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, s
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How often the calling thread looks for signals and tells of the progress: below what a person
-/// notices.
+/// How often the calling thread checks for signals and reports the progress: without a noticeable
+/// delay.
 const TICK: Duration = Duration::from_millis(50);
 
 /// What is called in Python.
@@ -32,11 +32,11 @@ pub(crate) struct Hooks {
     pub(crate) function: Option<Py<PyAny>>,
     /// `progress(evaluations)`, now and then.
     pub(crate) progress: Option<Py<PyAny>>,
-    /// `frame(image, error, evaluations, batches)`, for each image on the way.
+    /// `frame(image, error, evaluations, batches)`, for each intermediate image.
     pub(crate) frame: Option<Py<PyAny>>,
 }
 
-/// What the working threads ask of the calling one. A reply that does not come means: stop.
+/// The requests of worker threads to the calling one. A missing reply means: stop.
 enum Event {
     Batch {
         positions: Vec<f64>,
@@ -53,14 +53,14 @@ enum Event {
     },
 }
 
-/// What both sides know.
+/// The state that both sides share.
 #[derive(Default)]
 struct Shared {
     evaluations: AtomicU64,
     stop: AtomicBool,
 }
 
-/// The calling thread, as the working threads see it.
+/// The interface of worker threads to the calling thread.
 pub(crate) struct Caller {
     events: Sender<Event>,
     shared: Arc<Shared>,
@@ -81,7 +81,7 @@ impl Caller {
         answer.recv().ok()
     }
 
-    /// Shows an image on the way.
+    /// Passes on an intermediate image.
     pub(crate) fn frame(&self, frame: &Frame<'_>, image: Image, error: Image) -> ControlFlow<()> {
         let (reply, answer) = sync_channel(1);
         let (evaluations, batches) = (frame.evaluations, frame.batches);
@@ -90,7 +90,7 @@ impl Caller {
         if answered { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 
-    /// Notes the evaluations so far; whether to go on.
+    /// Stores the evaluations so far; returns whether to continue.
     pub(crate) fn progress(&self, evaluations: u64) -> ControlFlow<()> {
         self.shared.evaluations.fetch_max(evaluations, Ordering::Relaxed);
         match self.shared.stop.load(Ordering::Relaxed) {
@@ -100,7 +100,7 @@ impl Caller {
     }
 }
 
-/// Does `work` on `threads` threads (none: as many as there are processors), and what it asks of
+/// Does `work` on `threads` threads (none: as many as there are processors), and answers its requests to
 /// Python here.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
@@ -131,7 +131,7 @@ pub(crate) fn run<T: Send>(
 /// Answers until the work is done; the first exception ends it.
 fn serve(events: &Receiver<Event>, shared: &Shared, hooks: &Hooks) -> Option<PyErr> {
     let mut failure: Option<PyErr> = None;
-    let (mut looked, mut told) = (Instant::now(), 0);
+    let (mut checked, mut reported) = (Instant::now(), 0);
     loop {
         let event = match events.recv_timeout(TICK) {
             Ok(event) => Some(event),
@@ -141,16 +141,16 @@ fn serve(events: &Receiver<Event>, shared: &Shared, hooks: &Hooks) -> Option<PyE
         if failure.is_some() {
             continue;
         }
-        let looks = looked.elapsed() >= TICK;
-        if event.is_none() && !looks {
+        let is_due = checked.elapsed() >= TICK;
+        if event.is_none() && !is_due {
             continue;
         }
         let result = Python::attach(|py| {
             event.map_or(Ok(()), |event| answer(py, event, hooks))?;
-            if looks {
-                looked = Instant::now();
+            if is_due {
+                checked = Instant::now();
                 py.check_signals()?;
-                tell(py, shared, hooks, &mut told)?;
+                report(py, shared, hooks, &mut reported)?;
             }
             Ok(())
         });
@@ -160,25 +160,25 @@ fn serve(events: &Receiver<Event>, shared: &Shared, hooks: &Hooks) -> Option<PyE
         }
     }
     if failure.is_none() {
-        failure = Python::attach(|py| tell(py, shared, hooks, &mut told)).err();
+        failure = Python::attach(|py| report(py, shared, hooks, &mut reported)).err();
     }
     failure
 }
 
-/// Tells of the progress, if there was any.
-fn tell(py: Python<'_>, shared: &Shared, hooks: &Hooks, told: &mut u64) -> PyResult<()> {
+/// Reports the progress, if there was any.
+fn report(py: Python<'_>, shared: &Shared, hooks: &Hooks, reported: &mut u64) -> PyResult<()> {
     let evaluations = shared.evaluations.load(Ordering::Relaxed);
     if let Some(progress) = &hooks.progress
-        && evaluations != *told
+        && evaluations != *reported
     {
-        *told = evaluations;
+        *reported = evaluations;
         progress.call1(py, (evaluations,))?;
     }
     Ok(())
 }
 
 fn answer(py: Python<'_>, event: Event, hooks: &Hooks) -> PyResult<()> {
-    // The other side waits for each answer: nobody is left to hear of one that can't be sent.
+    // The other side waits for each answer: if it can't be sent there is no receiver any more.
     match event {
         Event::Batch { positions, directions, energies, reply } => {
             let Some(function) = &hooks.function else { return Ok(()) };
@@ -242,7 +242,7 @@ impl First {
         }
     }
 
-    /// The exception, which is the function's own, with a note of what it was asked for.
+    /// The exception of the function, with a note of the points that it was called with.
     fn note(&self, py: Python<'_>, exception: PyErr) -> PyErr {
         let Self { count, position, direction, energy } = self;
         let energy = energy.map(|energy| format!(", energy {energy}")).unwrap_or_default();

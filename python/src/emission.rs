@@ -1,12 +1,12 @@
-//! The emission as the library sees it: that of a scene, or a function in Python.
+//! The emission for the library: that of a scene, or a function in Python.
 
 use crate::bridge::Caller;
 use emitree::{Emission, Samples};
 use emitree_io::{EmissionFailure, SceneEmission};
 
-/// What glows.
+/// An emission.
 pub(crate) enum AnyEmission<'a> {
-    /// What a scene names.
+    /// That of a scene.
     Scene(&'a SceneEmission),
     /// A function in Python.
     Function {
@@ -17,7 +17,7 @@ pub(crate) enum AnyEmission<'a> {
     },
 }
 
-/// Why an emission gave no rates.
+/// The error of an emission.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum EmissionStop {
     /// An emission of a scene failed.
@@ -44,7 +44,7 @@ impl Emission for AnyEmission<'_> {
         }
     }
 
-    /// Only one thread may call Python at a time, and the function has its own ideas of sharing.
+    /// Only one thread may call Python at a time, and the function may be parallel itself.
     fn takes_whole_batches(&self) -> bool {
         matches!(self, Self::Function { .. })
     }

@@ -14,12 +14,7 @@ create_exception!(
     PyValueError,
     "A scene, a camera or an option is wrong; the message names the key, where, and what was expected."
 );
-create_exception!(
-    emitree,
-    RenderError,
-    PyException,
-    "A rendering can't be made as it was asked for."
-);
+create_exception!(emitree, RenderError, PyException, "A rendering can't be made as requested.");
 create_exception!(
     emitree,
     EmissionError,

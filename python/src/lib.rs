@@ -4,11 +4,11 @@
 //! with keywords, units, plots, executors, caches) is written in Python, beside this module.
 //!
 //! * `scene`: a scene that was read and checked, and what is made of it;
-//! * `session`: a rendering that asks for rates and is told them;
+//! * `session`: a rendering in ask-and-tell form;
 //! * `bridge`: the rendering works on threads of its own and hands batches to the thread that
 //!   called, which alone runs Python;
-//! * `emission`: the emission of a scene, or a function in Python, as the library sees it;
-//! * `rendering`: an image or a cube with its error and its bill;
+//! * `emission`: the emission of a scene, or a function in Python, for the library;
+//! * `rendering`: an image or a cube with its error and its cost;
 //! * `about`: what of its scene the results need, plain data that can be pickled;
 //! * `arrays`: images and cubes as arrays of `NumPy`;
 //! * `output`: files that are whole or absent;

@@ -1,4 +1,4 @@
-//! An image or a cube with its error and its bill.
+//! An image or a cube with its estimated error and its cost.
 
 use crate::about::{About, Bins};
 use crate::arrays::{array, cube_of, voxels};
@@ -20,13 +20,13 @@ use std::sync::Arc;
 /// Rows of the map of a sky in a picture.
 const HEIGHT_OF_SKY: usize = 400;
 
-/// What a rendering has found: arrays, the bill, and the bytes of files.
+/// The result of a rendering: arrays, the cost, and the bytes of files.
 #[pyclass(frozen, module = "emitree._native")]
 pub(crate) struct Rendered {
     about: About,
     bands: Cube,
     error: Option<Cube>,
-    evaluations_of_pixels: Counted,
+    evaluations_per_pixel: Counted,
     /// The scene, if it has an instrument whose counts are not known yet.
     counting: Option<Arc<Scene>>,
 }
@@ -45,7 +45,7 @@ impl Rendered {
             about: About::new(scene, &found),
             bands: scene.cube_in_quantity(&found.values),
             error: found.error.map(|error| scene.cube_in_quantity(&error)),
-            evaluations_of_pixels: Counted::Sparse(found.stats.evaluations_per_pixel),
+            evaluations_per_pixel: Counted::Sparse(found.stats.evaluations_per_pixel),
             counting: scene.instrument.is_some().then(|| Arc::clone(scene)),
         }
     }
@@ -65,7 +65,7 @@ impl Rendered {
         }
     }
 
-    /// One image to look at: a cube is summed over its energies.
+    /// One image for display: a cube is summed over its energies.
     fn flat(&self) -> PyResult<Image> {
         let Some(energies) = self.energies_of_bins()? else {
             let image = self.bands.bands().first();
@@ -91,7 +91,7 @@ impl Rendered {
         Ok(mollweide(height, East::Left, value))
     }
 
-    /// What the instrument of the scene is expected to count; none if there is no instrument.
+    /// The expected counts of the instrument of the scene; none if there is no instrument.
     fn observation(&self) -> PyResult<Option<Observation>> {
         let Some(scene) = &self.counting else { return Ok(None) };
         if scene.quantity != Quantity::Radiance {
@@ -102,7 +102,7 @@ impl Rendered {
     }
 
     fn evaluation_map(&self) -> Cow<'_, Image> {
-        match &self.evaluations_of_pixels {
+        match &self.evaluations_per_pixel {
             Counted::Sparse(counts) => Cow::Owned(counts.to_image()),
             Counted::Map(map) => Cow::Borrowed(map),
         }
@@ -111,21 +111,21 @@ impl Rendered {
 
 #[pymethods]
 impl Rendered {
-    /// A rendering that was pickled: what `__reduce__` tells.
+    /// A rendering that was pickled: the arguments of `__reduce__`.
     #[new]
     fn new(
         about: About,
         values: PyReadonlyArray3<'_, f64>,
         errors: Option<PyReadonlyArray3<'_, f64>>,
-        evaluations_of_pixels: PyReadonlyArray3<'_, f64>,
+        evaluations_per_pixel: PyReadonlyArray3<'_, f64>,
     ) -> PyResult<Self> {
-        let map = cube_of(&evaluations_of_pixels);
+        let map = cube_of(&evaluations_per_pixel);
         let map = map.bands().first().cloned().unwrap_or_else(|| Image::zeros(0, 0));
         let found = Self {
             about,
             bands: cube_of(&values),
             error: errors.as_ref().map(cube_of),
-            evaluations_of_pixels: Counted::Map(map),
+            evaluations_per_pixel: Counted::Map(map),
             counting: None,
         };
         let bins = found.energies_of_bins()?.map_or(1, |energies| energies.axis().bins());
@@ -208,7 +208,7 @@ impl Rendered {
     }
 
     /// Evaluations on the lines of sight of each pixel, (height, width).
-    fn evaluations_of_pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn evaluations_per_pixel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         array(py, &self.evaluation_map())
     }
 
@@ -218,7 +218,7 @@ impl Rendered {
         self.about.evaluations
     }
 
-    /// Whether the method did all that it was asked for.
+    /// Whether the stopping criterion was met.
     #[getter]
     fn converged(&self) -> bool {
         self.about.converged()
@@ -258,7 +258,7 @@ impl Rendered {
         axes.map(of_axis).collect()
     }
 
-    /// The bill and the settings, with the keys of the command's report.json but for the memory.
+    /// The cost and the settings, with the keys of the command's report.json except the memory.
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (report, about) = (PyDict::new(py), &self.about);
         report.set_item("evaluations", about.evaluations)?;
@@ -295,7 +295,7 @@ impl Rendered {
         Ok(report)
     }
 
-    /// `flat_image` to look at, row 0 at the bottom: a `HEALPix` sky as a Mollweide map of this
+    /// `flat_image` for display, row 0 at the bottom: a `HEALPix` sky as a Mollweide map of this
     /// height, NaN outside.
     fn picture<'py>(&self, py: Python<'py>, height: usize) -> PyResult<Bound<'py, PyAny>> {
         array(py, &self.shown(height)?)

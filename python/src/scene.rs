@@ -4,7 +4,7 @@ use crate::bridge::{Caller, Hooks, run};
 use crate::emission::AnyEmission;
 use crate::error::{SceneError, of_encoding, of_rendering, of_scene, of_tree};
 use crate::rendering::Rendered;
-use emitree::{Ending, Frame, Image, RenderOptions, WorldTreeOptions, build_world_tree};
+use emitree::{Frame, Image, RenderOptions, StopReason, WorldTreeOptions, build_world_tree};
 use emitree_io::{Override, TreeFile};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -118,7 +118,7 @@ impl Scene {
     }
 
     /// Builds the tree of the scene's emission, or of a function in its place, in the box of its
-    /// `[build]`: the bytes of a tree file, and the bill.
+    /// `[build]`: the bytes of a tree file, and the cost.
     #[pyo3(signature = (*, function=None, batch_size=None, threads=None, progress=None))]
     fn build_tree<'py>(
         &self,
@@ -149,16 +149,16 @@ impl Scene {
             build_world_tree(&emission(scene, &hooks, caller), settings.bounds, &options)
         })?;
         let built = built.map_err(|error| of_tree(py, error))?;
-        let bill = PyDict::new(py);
-        bill.set_item("evaluations", built.evaluations)?;
-        bill.set_item("converged", built.ending == Ending::Complete)?;
-        bill.set_item("leaves_per_level", built.tree.leaves_per_level())?;
-        bill.set_item("largest_dropped", built.largest_dropped)?;
-        bill.set_item("largest_rate", built.largest_rate)?;
+        let cost = PyDict::new(py);
+        cost.set_item("evaluations", built.evaluations)?;
+        cost.set_item("converged", built.ending == StopReason::Complete)?;
+        cost.set_item("leaves_per_level", built.tree.leaves_per_level())?;
+        cost.set_item("largest_dropped", built.largest_dropped)?;
+        cost.set_item("largest_rate", built.largest_rate)?;
         let file = TreeFile::new(built, settings.tolerance)
             .with_units(scene.length_unit.as_deref(), scene.image_unit())
             .with_scene(&scene.text);
-        Ok((PyBytes::new(py, &file.encode().map_err(of_encoding)?), bill))
+        Ok((PyBytes::new(py, &file.encode().map_err(of_encoding)?), cost))
     }
 
     fn __repr__(&self) -> String {
@@ -213,7 +213,7 @@ pub(crate) fn options_of(scene: &emitree_io::Scene) -> RenderOptions<'static> {
     RenderOptions { max_memory_bytes: MOST_MEMORY_BYTES, ..scene.render_options() }
 }
 
-/// An image on the way in the unit of the final one; of a cube, the whole band.
+/// An intermediate image in the unit of the final one; of a cube, the whole band.
 fn on_the_way(scene: &emitree_io::Scene, map: &Image) -> Image {
     let map = match scene.energy {
         Some(_) => scene.in_band_unit(map.clone()),

@@ -1,4 +1,4 @@
-//! A rendering that asks for rates and is told them: the caller has the loop.
+//! A rendering in ask-and-tell form: the caller has the loop.
 
 use crate::arrays::vectors;
 use crate::emission::EmissionStop;
@@ -40,12 +40,12 @@ impl Session {
         Ok(Self(Mutex::new(State { scene, session })))
     }
 
-    /// The number of rates that are wanted next; `None` once the rendering has ended.
+    /// The number of rates that are needed next; `None` once the rendering has ended.
     fn waits_for(&self, py: Python<'_>) -> Option<usize> {
         py.detach(|| self.state().session.ask().map(|samples| samples.len()))
     }
 
-    /// The points at which rates are wanted; `None` once the rendering has ended.
+    /// The points at which rates are needed; `None` once the rendering has ended.
     fn ask<'py>(&self, py: Python<'py>) -> PyResult<Option<Points<'py>>> {
         // While one thread holds the session no other one waits for it with the interpreter.
         let asked = py.detach(|| {
@@ -62,13 +62,13 @@ impl Session {
     /// Takes the rates at these points, in the unit of the function.
     fn tell(&self, py: Python<'_>, rates: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         let rates = rates.as_array().to_vec();
-        let told = py.detach(|| {
+        let taken = py.detach(|| {
             let State { scene, session } = &mut *self.state();
             let factor = scene.emission.rate_factor;
             let rates: Vec<f64> = rates.iter().map(|rate| rate * factor).collect();
             session.tell(&rates)
         });
-        told.map_err(|error| raised(py, error))
+        taken.map_err(|error| raised(py, error))
     }
 
     /// Continues with the options and the shape of another scene of the same view.
@@ -83,7 +83,7 @@ impl Session {
         resumed.map_err(|error| raised(py, error))
     }
 
-    /// What is known of the image; `None` if nothing is.
+    /// The latest image; `None` if there is none.
     fn rendering(&self, py: Python<'_>) -> Option<Rendered> {
         py.detach(|| {
             let state = self.state();

@@ -22,7 +22,7 @@ COMPARED = 8
 
 
 class Counted:
-    """A function that keeps the points that it was asked for."""
+    """A function that stores the points that it is called with."""
 
     def __init__(self, function=peak):
         self.function = function
@@ -195,7 +195,7 @@ def test_a_cache_without_an_intact_point_is_refused(tmp_path):
     points.write_bytes(shifted)
     with pytest.raises(ValueError, match=r"points\.f64: .*\(no point of it is intact\).*delete it"):
         emitree.render(peak, CUBE, (8, 8), cache=tmp_path / "c")
-    # Nothing is lost: whoever knows better can mend it.
+    # Nothing is lost: the file can be repaired by hand.
     assert points.read_bytes() == shifted
     points.write_bytes(b"")
     emitree.render(peak, CUBE, (8, 8), cache=tmp_path / "c")
@@ -331,7 +331,7 @@ def test_after_a_kill_it_goes_on(tmp_path, name):
     plain = emitree.render(peak, CUBE, (64, 64), tolerance=1e-3)
     image, error = np.load(found)
     assert np.array_equal(image, plain.image) and np.array_equal(error, plain.error)
-    # What was recorded at the time of a kill was never asked for again, but for the few points that
+    # What was recorded at the time of a kill was not evaluated again, except the few points that
     # are compared in each of two runs.
     points = logged(log)
     assert len(recorded) == 2 and len(set(points)) == plain.evaluations

@@ -97,7 +97,7 @@ class Late(Executor):
 
     def submit(self, function, *arguments):
         future = Future()
-        future.set_exception(TimeoutError("nobody answers"))
+        future.set_exception(TimeoutError("there is no answer"))
         return future
 
 
@@ -105,7 +105,7 @@ class Late(Executor):
     render, lambda *given, **options: list(emitree.progressive(*given, CUBE, (8, 8), **options)),
 ], ids=["render", "progressive"])  # fmt: skip
 def test_a_timeout_of_an_executor_is_passed_on(way):
-    with pytest.raises(TimeoutError, match="nobody answers"):
+    with pytest.raises(TimeoutError, match="there is no answer"):
         way(peak, executor=Late())
 
 

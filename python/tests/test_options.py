@@ -65,7 +65,7 @@ def test_a_scene_file_keeps_what_another_method_needs(tmp_path):
     (dict(energy=[1.0]), r"`energy` has the shape \(1,\): expected borders \(bins \+ 1,\)"),
     (dict(energy=[2.0, 1.0]), "`energy`: expected borders that are finite and ascend"),
     (dict(energy=[1.0, 2.0, 4.0, 7.0]), "in steps of 1 to 3 and ratios of 1.75 to 2: expected "
-     "equal steps or equal ratios"),
+     "uniform steps or equal ratios"),
 ])  # fmt: skip
 def test_what_makes_no_sense_is_named(options, message):
     with pytest.raises(emitree.SceneError, match=message):
@@ -134,7 +134,7 @@ def test_limits_may_be_quantities():
         emitree.render(peak, camera, (4, 4), smallest_feature=[1, 2] * u.m)
 
 
-def test_the_smallest_feature_is_told():
+def test_the_smallest_feature_is_reported():
     found = emitree.render(peak, CUBE, (8, 8), smallest_feature=0.05)
     assert found.smallest_feature == found.report["smallest_feature"]
     assert "smallest_feature = 0.05" in found.scene

@@ -1,4 +1,4 @@
-"""The package itself: types, the tutorial, and what it tells of itself."""
+"""The package itself: types, the tutorial, and its metadata."""
 
 import json
 import os

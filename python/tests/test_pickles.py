@@ -85,7 +85,7 @@ def test_renderings(name, way):
     else:
         assert np.array_equal(other.error, rendering.error, equal_nan=True)
     assert np.array_equal(other.flat_image, rendering.flat_image, equal_nan=True)
-    assert np.array_equal(other.evaluations_of_pixels, rendering.evaluations_of_pixels)
+    assert np.array_equal(other.evaluations_per_pixel, rendering.evaluations_per_pixel)
     assert (other.unit, other.scene) == (rendering.unit, rendering.scene)
     assert other.estimated_error == rendering.estimated_error
     assert other._repr_png_() == rendering._repr_png_()

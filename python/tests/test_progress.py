@@ -1,4 +1,4 @@
-"""What is told on the way, and images on the way."""
+"""Reports of the progress, and intermediate images."""
 
 import threading
 import time
@@ -17,10 +17,11 @@ def slow(position, direction):
     return peak(position, direction)
 
 
-def test_a_function_hears_of_the_evaluations():
-    told = []
-    rendering = emitree.render(slow, CUBE, (32, 32), tolerance=1e-3, progress=told.append)
-    assert told == sorted(set(told)) and len(told) > 2 and told[-1] == rendering.evaluations
+def test_a_function_is_called_with_the_evaluations():
+    reported = []
+    rendering = emitree.render(slow, CUBE, (32, 32), tolerance=1e-3, progress=reported.append)
+    assert reported == sorted(set(reported)) and len(reported) > 2
+    assert reported[-1] == rendering.evaluations
 
 
 def test_a_bar(capsys):
@@ -59,7 +60,7 @@ def test_images_on_the_way_have_the_unit_of_the_last():
     assert frames[-1].image.max() == pytest.approx(last.image.max(), rel=0.05)
 
 
-def test_whoever_has_seen_enough_may_leave():
+def test_a_loop_may_be_left_early():
     threads = threading.active_count()
     for frame in emitree.progressive(slow, CUBE, (256, 256), tolerance=1e-6):
         assert frame.evaluations > 0

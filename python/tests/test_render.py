@@ -27,7 +27,8 @@ def test_a_function_costs_what_a_formula_does():
     theirs = emitree.render(FORMULA, CUBE, (24, 32), tolerance=0.001)
     assert ours.evaluations == theirs.evaluations
     np.testing.assert_allclose(ours.image, theirs.image, rtol=0, atol=1e-15)
-    assert ours.evaluations_of_pixels.sum() == ours.evaluations
+    assert ours.evaluations_per_pixel.sum() == ours.evaluations
+    assert ours.evaluations_of_pixels is ours.evaluations_per_pixel
 
 
 @pytest.mark.parametrize("options", [
@@ -127,12 +128,12 @@ def test_grids_of_arrays_and_files(tmp_path):
     np.testing.assert_allclose(image, [[2.75, 3.25], [7.75, 8.25]])
     np.save(tmp_path / "values.npy", values)
     file = emitree.Grid(values=tmp_path / "values.npy", x=(0, 1), y=(0, 1), z=(0, 1))
-    # A file has z, y, x unless it says otherwise.
+    # A file has z, y, x by default.
     image = emitree.render(file, CUBE, (2, 2)).image
     np.testing.assert_allclose(image, [[3.0, 3.0], [8.0, 8.0]])
 
 
-def test_trees_are_built_once_and_seen_again(tmp_path):
+def test_trees_are_built_once_and_rendered_again(tmp_path):
     calls = []
 
     def counted(position, direction):

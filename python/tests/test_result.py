@@ -95,7 +95,7 @@ def test_fits_names_the_function(rendering):
     assert "models.peak" in history(paper)
 
 
-def test_fits_tells_what_was_changed(tmp_path):
+def test_fits_contains_the_changes(tmp_path):
     pytest.importorskip("astropy")
     scene = tmp_path / "scene.toml"
     scene.write_text(

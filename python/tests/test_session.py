@@ -19,7 +19,7 @@ def told(session, rate=peak):
 
 
 @pytest.mark.parametrize("method", ["vol", "paper", "los"])
-def test_who_asks_gets_what_render_returns(method):
+def test_ask_and_tell_give_what_render_gives(method):
     at_once = emitree.render(peak, CUBE, (8, 12), method=method)
     session = emitree.Session(CUBE, (8, 12), method=method)
     number = told(session)

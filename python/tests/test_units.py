@@ -23,7 +23,7 @@ RATE = "ph cm-3 s-1 sr-1"
 
 
 def assert_same(ours, theirs, tolerance):
-    """Factors change the last bits of g, and those the places that are looked at."""
+    """Factors change the last bits of g, and those the sample points."""
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=tolerance * theirs.max())
 
 

@@ -11,7 +11,7 @@ R_E_KM = 6371.0
 
 
 def equirectangular(x, y, width_deg, height_deg):
-    """Sights (right, up, forward) at canonical (x, y): equal steps of two angles."""
+    """Sights (right, up, forward) at canonical (x, y): uniform steps of two angles."""
     longitude = np.radians((x - 0.5) * width_deg)
     latitude = np.radians((y - 0.5) * height_deg)
     right = np.cos(latitude) * np.sin(longitude)

@@ -54,7 +54,7 @@ class View:
         self.sights = directions @ frame.T
 
     def world(self):
-        """What astropy says of the corners; FITS counts pixels from 1 in their centres."""
+        """The corners by astropy; FITS counts pixels from 1 in their centres."""
         return self.wcs.all_pix2world(self.columns + 0.5, self.rows + 0.5, 1)
 
 
@@ -148,7 +148,7 @@ def weighed_mean_sights():
     return (x + 10 * y + 100 * z).reshape(len(PIXELS), -1).mean(axis=1)
 
 
-def test_a_rendered_sky_has_its_values_where_healpy_looks(samples):
+def test_a_rendered_sky_has_its_values_where_healpy_expects_them(samples):
     expected = weighed_mean_sights()
     # The rendering's tolerance; any two pixels differ by far more.
     tolerance = 1e-5 * np.abs(expected).max()

@@ -4,7 +4,7 @@ use crate::workspace::{Workspace, succeed};
 use std::fs;
 use std::path::PathBuf;
 
-/// Says what a machine lacks.
+/// Reports what a machine lacks.
 const MISSING: &str = "python3 with the modules venv and ensurepip is needed \
     (Debian, Ubuntu: `apt install python3 python3-venv`; macOS: `brew install python`)";
 

@@ -3,7 +3,7 @@
 use crate::workspace::{Workspace, succeed};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// How long each test goes on if nobody says.
+/// How long each test runs by default.
 const SECONDS: &str = "60";
 /// The tests that make mutants.
 const TESTS: [&str; 2] = ["mutated_files", "mutated_scenes"];

@@ -3,7 +3,11 @@
 //! Needed: a Rust toolchain with rustfmt and clippy, python3 with venv and pip, and the network for
 //! the packages that are not there yet.
 
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool that talks to its terminal")]
+#![expect(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a tool that prints to its terminal"
+)]
 
 mod astropy;
 mod environment;
@@ -15,6 +19,7 @@ mod python;
 mod step;
 mod total;
 mod unit;
+mod words;
 mod workspace;
 
 use std::io::{self, Write};
@@ -65,13 +70,13 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Says why there was nothing to report.
+/// Prints why there was nothing to report.
 fn failure(message: &str) -> ExitCode {
     eprintln!("xtask: {message}");
     ExitCode::FAILURE
 }
 
-/// Says how a step ended, its total as the last line, and whether it passed.
+/// Prints how a step ended, its total as the last line; returns whether it passed.
 fn report(step: &Step, Outcome { result, total }: Outcome) -> bool {
     let passed = result.is_ok();
     if let Err(message) = result {
@@ -81,7 +86,7 @@ fn report(step: &Step, Outcome { result, total }: Outcome) -> bool {
     if let Some(total) = total {
         println!("\n{total}");
     }
-    // A terminal that is gone is told nothing.
+    // A closed terminal is not an error.
     let _ = io::stdout().flush();
     passed
 }
@@ -95,7 +100,7 @@ fn help() -> String {
     help.push_str(
         "  help     this text\n\n\
          cargo xtask compare-peers [NAME ...]\n\n  \
-         measures emitree beside the packages that people use (bench/peers), only those or the scenes\n  \
+         compares emitree with other packages (bench/peers), only those or the scenes\n  \
          that are named, or with `users` what the table of users shows, and writes docs/peers.md\n\n\
          cargo xtask fuzz [SECONDS] [SEED]\n\n  \
          reads files and renders scenes with something wrong in them, for a minute or so many seconds\n  \

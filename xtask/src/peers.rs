@@ -1,4 +1,4 @@
-//! `cargo xtask compare-peers`: emitree beside the packages that people use, in `bench/peers`.
+//! `cargo xtask compare-peers`: emitree beside other packages, in `bench/peers`.
 //!
 //! Not a step of `cargo xtask test`: it takes minutes, gigabytes of packages, and its seconds are those
 //! of the machine.

@@ -1,4 +1,4 @@
-//! `cargo xtask performance`: what emitree costs beside the emission, measured by the example
+//! `cargo xtask performance`: the overhead of emitree beside the emission, measured by the example
 //! `performance` of the crate `emitree`.
 //!
 //! Not a step of `cargo xtask test`: it takes minutes, and its seconds are those of the machine.
@@ -131,7 +131,7 @@ fn head(workspace: &Workspace, command: &str) -> String {
     format!("# machine: {machine}\n# commit: {commit}\n# command: {command}\n# date: {date}\n")
 }
 
-/// The processor, its cores and the memory, as far as the system tells.
+/// The processor, its cores and the memory, as far as the system reports them.
 fn machine() -> String {
     let value = |file: &str, key: &str| {
         let text = fs::read_to_string(file).ok()?;

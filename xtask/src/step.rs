@@ -2,7 +2,7 @@
 
 use crate::total::Total;
 use crate::workspace::{Workspace, succeed};
-use crate::{astropy, python, unit};
+use crate::{astropy, python, unit, words};
 
 /// One check, and the subcommand that runs it alone.
 pub(crate) struct Step {
@@ -25,8 +25,9 @@ impl From<Result<(), String>> for Outcome {
     }
 }
 
-pub(crate) const STEPS: [Step; 6] = [
+pub(crate) const STEPS: [Step; 7] = [
     Step { name: "fmt", about: "formatting", run: fmt },
+    Step { name: "words", about: "texts use the terms of docs/glossary.md", run: terms },
     Step { name: "lint", about: "clippy, warnings are errors", run: lint },
     Step { name: "doc", about: "documentation builds, warnings are errors", run: doc },
     Step { name: "astropy", about: "NumPy and astropy read our files", run: astropy::run },
@@ -40,6 +41,10 @@ pub(crate) const STEPS: [Step; 6] = [
 
 fn fmt(workspace: &Workspace) -> Outcome {
     succeed(workspace.cargo().args(["fmt", "--all", "--check"])).into()
+}
+
+fn terms(workspace: &Workspace) -> Outcome {
+    words::run(workspace).into()
 }
 
 fn lint(workspace: &Workspace) -> Outcome {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::AddAssign;
 
-/// What test runners say in their closing lines.
+/// The numbers in the closing lines of test runners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Total {
     /// How many closing lines are in it.

@@ -10,7 +10,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome {
     let mut command = workspace.cargo();
     // All binaries run even if one fails: the total is one of everything.
     command.args(["test", "--workspace", "--no-fail-fast"]);
-    // The same cases in every run: `cargo test` by hand looks at new ones.
+    // The same cases in every run: `cargo test` by hand takes new ones.
     command.env("PROPTEST_RNG_SEED", "2026");
     let line = spelled(&command);
     eprintln!("xtask: {line}");
@@ -18,7 +18,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome {
     let ended = stream(&mut command, &mut total);
     let result = match ended {
         Ok(status) if !status.success() => Err(format!("`{line}` ended with {status}")),
-        Ok(_) if total.binaries == 0 => Err(format!("`{line}` told of no tests")),
+        Ok(_) if total.binaries == 0 => Err(format!("`{line}` reported no tests")),
         Ok(_) => Ok(()),
         Err(error) => Err(format!("`{line}` could not be run: {error}")),
     };
@@ -26,7 +26,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome {
     Outcome { result, total: Some(total) }
 }
 
-/// Runs the command, passes its standard output on line by line, and adds up what its tests say.
+/// Runs the command, passes its standard output on line by line, and adds up the totals of its tests.
 fn stream(command: &mut Command, total: &mut Total) -> io::Result<std::process::ExitStatus> {
     let mut child = command.stdout(Stdio::piped()).spawn()?;
     if let Some(output) = child.stdout.take() {

@@ -1,4 +1,4 @@
-"""Lines of sight in equal steps, 1, 4 or 16 through each pixel: what most codes do."""
+"""Lines of sight in uniform steps, 1, 4 or 16 through each pixel: the method of most codes."""
 
 from functools import partial
 

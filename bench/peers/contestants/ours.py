@@ -1,4 +1,4 @@
-"""Emitree: it is told a tolerance and decides the rest."""
+"""Emitree with a tolerance and its defaults."""
 
 from dataclasses import fields
 
@@ -62,7 +62,7 @@ CONTESTANTS = [
     Contestant(
         name="emitree",
         distribution="emitree",
-        about="method `vol`, told a tolerance and nothing else",
+        about="method `vol`, with a tolerance and defaults",
         run=_render,
         settings={
             OTHERWISE: _settings(TOLERANCES),

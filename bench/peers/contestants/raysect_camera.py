@@ -52,7 +52,7 @@ def _observe(problem, steps, rays):
 
 
 def _trace(problem, steps, across):
-    """What a camera sees, by across x across rays in each pixel.
+    """The image of a camera, by across x across rays in each pixel.
 
     Raysect has no camera with equal angles, and its `VectorCamera` spreads the rays of a pixel
     over the neighbours of the pixel: rays are traced one by one.

@@ -25,7 +25,7 @@ def _project(problem, cells):
 
 
 def _cast(problem, cell, across):
-    """What a camera sees of cubes with edges `cell`, by across x across rays in each pixel."""
+    """The image of cubes with edges `cell`, by across x across rays in each pixel."""
     from yt.utilities.lib.image_samplers import ProjectionSampler
     from yt.utilities.lib.partitioned_grid import PartitionedGrid
 

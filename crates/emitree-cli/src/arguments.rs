@@ -16,11 +16,11 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Render a scene file to images.
     Render(Box<RenderArguments>),
-    /// Build the tree of a scene's emission: a FITS file that scenes can see from any camera.
+    /// Build the tree of a scene's emission: a FITS file that scenes can render from any camera.
     Build(Box<BuildArguments>),
     /// List the built-in emission models, or all about one of them.
     Models {
-        /// The model to tell about.
+        /// The model to describe.
         name: Option<String>,
     },
     /// Measure Figures 9, 10 and 11 of the paper anew: CSV files and plots.
@@ -67,7 +67,7 @@ pub(crate) struct RenderArguments {
     /// Draw PNG outputs with axes, a title and a colour bar (frames of --progressive stay bare).
     #[arg(long)]
     pub(crate) annotate: bool,
-    /// Equal steps of colour for equal ratios, down to 1e-3 of the largest pixel.
+    /// Draw colours on a logarithmic scale, down to 1e-3 of the largest pixel.
     #[arg(long, requires = "annotate")]
     pub(crate) log: bool,
 
@@ -98,7 +98,7 @@ pub(crate) struct RenderArguments {
     /// Stop after this time, with the best image so far.
     #[arg(long, value_name = "SECONDS")]
     max_seconds: Option<String>,
-    /// See a Gaussian of this standard deviation with 99 % probability: a fraction of the view's cube,
+    /// Detect a Gaussian of this standard deviation with 99 % probability: a fraction of the view's cube,
     /// or a length as in "0.1 R_E" (vol).
     #[arg(long, value_name = "SIZE")]
     smallest_feature: Option<String>,
@@ -114,7 +114,7 @@ pub(crate) struct RenderArguments {
     /// N x N lines of sight for each pixel (method los).
     #[arg(long, value_name = "N")]
     lines: Option<String>,
-    /// Equal steps along each line of sight (method los).
+    /// Uniform steps along each line of sight (method los).
     #[arg(long, value_name = "M")]
     steps: Option<String>,
     /// The seed of --counts; another one draws other counts.

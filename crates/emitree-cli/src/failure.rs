@@ -17,7 +17,7 @@ const BAD_REQUEST: u8 = 2;
 const BAD_EMISSION: u8 = 3;
 /// The budget ended before the tolerance was met; the image was written all the same.
 pub(crate) const BUDGET_ENDED: u8 = 4;
-/// What shells say of a program that Ctrl-C ended: 128 + SIGINT.
+/// The code of shells for a program ended by Ctrl-C: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
 
 /// Why a command failed.
@@ -74,12 +74,12 @@ impl Failure {
         }
     }
 
-    /// Tells the user, and returns the exit code.
+    /// Prints the message, and returns the exit code.
     pub(crate) fn report(&self) -> ExitCode {
         let mut stderr = std::io::stderr().lock();
-        // If even the message can't be written, the code still tells.
+        // The code is returned even if the message can't be written.
         let _ = match self {
-            // A reader that has seen enough (`emitree models | head`) is no failure.
+            // A reader that has closed the pipe (`emitree models | head`) is no failure.
             Self::Terminal(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
                 return ExitCode::SUCCESS;
             }

@@ -1,4 +1,4 @@
-//! `emitree models`: what glows out of the box.
+//! `emitree models`: the built-in emission models.
 
 use crate::failure::Failure;
 use emitree_models::catalogue::ParameterDefault;

@@ -157,7 +157,7 @@ impl Report {
     }
 
     pub(crate) fn to_json(&self) -> Vec<u8> {
-        // All keys are strings and all numbers finite or null, which is all that JSON asks for.
+        // All keys are strings and all numbers finite or null, as JSON requires.
         let mut json = serde_json::to_vec_pretty(self).unwrap_or_default();
         json.push(b'\n');
         json

@@ -1,4 +1,4 @@
-//! `emitree build`, the real binary: a tree made once, and seen from anywhere.
+//! `emitree build`, the real binary: a tree is built once, and rendered from anywhere.
 
 mod support;
 
@@ -25,7 +25,7 @@ fn of_tree() -> String {
 }
 
 #[test]
-fn a_tree_is_built_once_and_seen_from_anywhere() {
+fn a_tree_is_built_once_and_rendered_from_anywhere() {
     let folder = Folder::with_scene(&scene());
     let run = folder.emitree("build scene.toml -o model.fits");
     run.succeeds();
@@ -175,7 +175,7 @@ fn an_emission_that_fails_is_exit_code_3() {
 }
 
 #[test]
-fn a_broken_tree_is_told_with_its_place() {
+fn a_broken_tree_is_refused_with_its_place() {
     let folder = Folder::with_scene(&of_tree());
     std::fs::write(folder.path("model.fits"), b"not a tree").unwrap();
     let run = folder.emitree("render scene.toml -o a.npy");

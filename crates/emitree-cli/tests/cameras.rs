@@ -111,7 +111,7 @@ fn difference(image: &[f64], expected: &[f64]) -> f64 {
 }
 
 #[test]
-fn every_camera_writes_what_was_asked_for() {
+fn every_camera_writes_the_requested_image() {
     for (kind, keys, [height, width]) in CAMERAS {
         let folder = Folder::with_scene(&view(kind, keys, [height, width]));
         let outputs = "-o a.fits -o a.npy -o a.png --report r.json --error-map e.npy";
@@ -149,7 +149,7 @@ fn every_camera_writes_what_was_asked_for() {
     }
 }
 
-/// A pixel has a value if any of it lies in the disc.
+/// A pixel has a value if any of it is in the disc.
 #[test]
 fn a_fisheye_has_no_value_outside_of_its_disc() {
     for (kind, keys, [height, width]) in CAMERAS.into_iter().filter(|(kind, ..)| *kind == "fisheye")
@@ -207,7 +207,7 @@ fn irradiance_is_radiance_times_solid_angle() {
 }
 
 #[test]
-fn an_image_is_in_the_unit_asked_for() {
+fn an_image_is_in_the_requested_unit() {
     let (kind, keys, shape) = CAMERAS[1];
     let folder = Folder::with_scene(&view(kind, keys, shape));
     folder.emitree("render scene.toml -o a.npy").succeeds();
@@ -221,7 +221,7 @@ fn an_image_is_in_the_unit_asked_for() {
     assert_eq!(maps(&folder.bytes("b.fits"))[0].unit, unit.as_str().unwrap());
 }
 
-/// g tells its direction along lines of length 1, so a pixel tells where it looks.
+/// g is a component of its direction along lines of length 1, so a pixel is one of its line of sight.
 #[test]
 fn a_sky_is_in_the_nested_order() {
     let emission = "expression = '-(dx + 10*dy + 100*dz)'";
@@ -290,7 +290,7 @@ fn all_methods_see_an_occulted_exosphere() {
 
 /// Two bodies that overlap: what hides what, and where, is taken from the geometry.
 #[test]
-fn bodies_that_overlap_are_seen_as_lines_of_sight_see_them() {
+fn bodies_that_overlap_are_as_by_lines_of_sight() {
     let camera = format!("type = 'perspective'\n{LOOKING}\nfield_of_view = [40, 40]");
     let bodies = format!(
         "{PLANET}\n[[occulter]]\ntype = 'sphere'\ncenter = [0.3, 0.8, 0.2]\nradius = 0.6\n"
@@ -303,7 +303,7 @@ fn bodies_that_overlap_are_seen_as_lines_of_sight_see_them() {
 }
 
 #[test]
-fn what_nobody_sees_costs_nothing() {
+fn what_is_outside_of_the_view_costs_nothing() {
     let camera = format!("type = 'perspective'\n{LOOKING}\nfield_of_view = [40, 40]");
     let cloud = format!("expression = '{CLOUD}'");
     let evaluations = |tables: &str| {
@@ -316,7 +316,7 @@ fn what_nobody_sees_costs_nothing() {
     let (report, image) = evaluations(bounds);
     assert_eq!((&report["evaluations"], &report["estimated_error"]), (&0.into(), &0.0.into()));
     assert_eq!(bits(&image), vec![0; 144]);
-    // A wall before the camera: only what is before it is looked at.
+    // A wall before the camera: only what is before it is sampled.
     let wall = "[[occulter]]\ntype = 'sphere'\ncenter = [2.4, 0.6, 1.24]\nradius = 1.6";
     let (report, image) = evaluations(wall);
     assert!(report["estimated_error"].as_f64().unwrap() <= 0.01, "{report}");
@@ -362,7 +362,7 @@ fn frames_of_a_sky_and_of_a_disc_are_those_of_the_image() {
 }
 
 #[test]
-fn what_is_wrong_is_told_and_nothing_is_written() {
+fn errors_are_reported_and_nothing_is_written() {
     let refused = |kind: &str, keys: &str, options: &str, texts: &[&str]| {
         let folder = Folder::with_scene(&view(kind, keys, [8, 8]));
         let run = folder.emitree(&format!("render scene.toml -o a.npy {options}"));

@@ -41,7 +41,7 @@ fn a_scene_becomes_images_a_report_and_a_summary() {
 }
 
 #[test]
-fn the_default_method_promises_an_error() {
+fn the_default_method_takes_a_tolerance() {
     let folder = Folder::with_scene(&support::example("holmstrom.toml"));
     let run =
         folder.emitree("render scene.toml -o a.fits -o a.npy --error-map e.npy --report r.json");
@@ -83,7 +83,7 @@ fn the_default_method_promises_an_error() {
 }
 
 #[test]
-fn the_default_method_keeps_its_promise() {
+fn the_default_method_meets_its_tolerance() {
     let folder = Folder::with_scene(&support::example("holmstrom.toml"));
     for tolerance in [0.1, 0.01, 0.001] {
         let options = format!("-o a.npy --report r.json --tolerance {tolerance}");
@@ -120,7 +120,7 @@ fn a_seed_shows_what_the_base_lattice_would_miss() {
 }
 
 #[test]
-fn options_that_the_method_has_not_are_told() {
+fn options_without_effect_are_reported() {
     let folder = Folder::with_scene(&support::example("knot.toml"));
     let ignored = |options: &str, expected: &str| {
         let run = folder.emitree(&format!("render scene.toml -o a.npy {options}"));
@@ -316,7 +316,7 @@ fn frames_of_two_runs_do_not_mix() {
     folder.holds(&["a.npy", "frames", "scene.toml"]);
 }
 
-/// Nothing glows, nothing is refined: 8^3 cells, split once.
+/// Without emission nothing is refined: 8^3 cells, split once.
 #[test]
 fn a_dark_scene_is_done_at_once() {
     let folder = Folder::with_scene(HOLMSTROM);

@@ -5,7 +5,7 @@ mod support;
 use serde_json::json;
 use support::{Folder, decode_png, pixels};
 
-/// A flat spectrum, linear along z, so that equal steps are exact.
+/// A flat spectrum, linear along z, so that uniform steps are exact.
 const CUBE: &str = r#"
 [emission]
 expression = "1 + x + 2*y + 3*z"
@@ -157,7 +157,7 @@ fn all_methods_see_the_same_cube() {
     assert!(vol.1 < paper.1 && paper.1 < los.1, "{} {} {}", vol.1, paper.1, los.1);
 }
 
-/// A limit ends a cube as it ends an image: what there is is written, and the exit code tells.
+/// A limit ends a cube as it ends an image: the best cube so far is written, and the exit code is 4.
 #[test]
 fn a_limit_ends_a_cube() {
     let folder = spectral("tolerance = 1e-5\nmax_evaluations = 2000");

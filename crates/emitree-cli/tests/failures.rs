@@ -198,7 +198,7 @@ fn options_that_make_no_sense() {
 }
 
 /// A frame that can't be stored, for want of space for example, ends the rendering: with what is
-/// wrong, not as if somebody had interrupted it.
+/// wrong, not as if it had been interrupted.
 #[cfg(unix)]
 #[test]
 fn a_frame_that_can_not_be_written_ends_the_rendering() {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use support::{Folder, HOLMSTROM, decode_png, pixels};
 
-/// The scenes whose images are pure numbers, or in units that only their writer knows.
+/// The scenes whose images are pure numbers, or in units that the scene does not state.
 const WITHOUT_UNIT: [&str; 4] = ["helix", "holmstrom", "k_corona", "knot"];
 
 fn root() -> PathBuf {
@@ -49,7 +49,7 @@ fn reduced(scene: &Scene) -> Vec<String> {
     options
 }
 
-/// Renders a scene of the folder `examples` at a reduced size, and looks at all that it leaves.
+/// Renders a scene of the folder `examples` at a reduced size, and checks all its files.
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn check(name: &str, path: &Path) {
     let scene = Scene::open(path, &[]).unwrap();
@@ -72,7 +72,7 @@ fn check(name: &str, path: &Path) {
         assert_eq!(inside.clone().count(), image.len(), "{name}: pixels that are no numbers");
     }
     let largest = inside.copied().fold(f64::NEG_INFINITY, f64::max);
-    assert!(largest > 0.0, "{name}: nothing shines");
+    assert!(largest > 0.0, "{name}: the image is 0");
 
     let report: serde_json::Value = serde_json::from_slice(&read("r.json")).unwrap();
     assert_eq!(report["converged"], true, "{name}");
@@ -107,7 +107,7 @@ fn every_last_of_three_examples_becomes_a_picture() {
 }
 
 #[test]
-fn every_example_tells_what_it_shows() {
+fn every_example_begins_with_a_description() {
     for (name, path) in scenes() {
         let text = std::fs::read_to_string(path).unwrap();
         assert!(text.lines().take(2).all(|line| line.starts_with("# ")), "{name}");
@@ -146,7 +146,7 @@ fn the_gallery_has_every_model_and_every_picture() {
     }
 }
 
-/// What the page says of each of its scenes: the section, its command and the evaluations.
+/// The text of the page for each of its scenes: the section, its command and the evaluations.
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn costs(gallery: &str) -> Vec<(&str, String, u64)> {
     let sections = gallery.split("\n## ").skip(1).map(|section| {

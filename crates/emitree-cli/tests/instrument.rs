@@ -85,7 +85,7 @@ fn tables(tables: &[(&str, Vec<Column<'_>>)]) -> Vec<u8> {
 }
 
 /// A folder with the scene, its area, and a matrix of two rows and three channels, numbered from 7.
-/// Photons below 2 keV are counted in the first two channels alike, the others with a probability of
+/// Photons below 2 keV have equal probabilities in the first two channels, the others a probability of
 /// 0.75 in the third, else not at all.
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn folder(scene: &str) -> Folder {
@@ -277,7 +277,7 @@ fn counts_are_those_of_their_seed() {
 }
 
 #[test]
-fn a_blur_and_a_background_are_told_in_the_report() {
+fn a_blur_and_a_background_are_in_the_report() {
     let parts = "psf = { fwhm_arcsec = 1440 }\nbackground = { per_kev_sr = 50 }";
     let folder = folder(&SCENE.replace("seed = 3", parts));
     folder.emitree("render scene.toml -o a.npy --expected-counts e.npy --report r.json").succeeds();
@@ -475,7 +475,7 @@ fn counts_that_can_not_be_expected_leave_the_cube() {
     let scene = SCENE.replace("\"2\"", "\"1e300\"").replace("ph cm-3", "ph nm-3");
     let folder = folder(&scene);
     let inputs = ["camera.arf", "camera.rmf", "scene.toml"];
-    // Nobody asks for counts.
+    // No counts are requested.
     folder.emitree("render scene.toml -o a.npy -q").succeeds();
     folder.holds(&[&["a.npy"], &inputs[..]].concat());
     for options in ["--report r.json", "-q --report r.json --counts c.npy --expected-counts e.png"]

@@ -1,6 +1,6 @@
 //! Files of all kinds with something wrong in them: each is read, or refused by its name.
 //!
-//! No reader may panic, abort or go on for ever, whatever the bytes; `cargo xtask fuzz` looks at more of
+//! No reader may panic, abort or go on for ever, whatever the bytes; `cargo xtask fuzz` tests more of
 //! them. What was found once is in the tests of the readers.
 
 #![allow(clippy::panic, clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -125,7 +125,7 @@ fn saved_trees() {
     let built = build_world_tree(&peak, bounds, &options).unwrap();
     let file = TreeFile::new(built, options.tolerance).with_units(Some("R_E"), "m-2 s-1");
     let mut bytes = file.encode().unwrap();
-    // A reader that finds the wrong sum looks no further: most mutants are to get past it.
+    // A reader that finds the wrong sum stops there: most mutants are to get past it.
     let mut at = 0;
     while at + 8 <= bytes.len() {
         if [&b"CHECKSUM"[..], b"DATASUM "].contains(&&bytes[at..at + 8]) {

@@ -1,7 +1,7 @@
 //! Scenes with something wrong in them, and views of nothing, everything or the inside of a body: each
 //! ends with an exit code of the contract, in time, and leaves no half-written file.
 //!
-//! `cargo xtask fuzz` looks at more of them. The scenes of the folder `scenes` are what was found.
+//! `cargo xtask fuzz` tests more of them. The scenes of the folder `scenes` are what was found.
 
 #![allow(clippy::panic, clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -29,13 +29,13 @@ fn scenes(folder: &Path) -> Vec<String> {
     paths.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect()
 }
 
-/// Renders a scene; the exit code, which is one of the contract, and what was said.
+/// Renders a scene; the exit code, which is one of the contract, and the messages.
 fn render(folder: &TempDir, case: &str, scene: &str, options: &[&str]) -> (i32, String) {
     std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_emitree"));
     command.args(["render", "scene.toml"]).args(SMALL).args(options).current_dir(folder);
     command.stdin(Stdio::null()).stdout(Stdio::null());
-    // A file and no pipe, which nobody would empty while the program runs.
+    // A file: a pipe would not be emptied while the program runs.
     let messages = folder.path().join("messages.txt");
     command.stderr(std::fs::File::create(&messages).unwrap());
     let mut child = command.spawn().unwrap();
@@ -94,7 +94,7 @@ fn mutants_of_the_examples() {
             if sky { &["--set=image.nside=2"] } else { &["--width=7", "--height=5"] };
         let options = [size, &["--max-evaluations=2000"]].concat();
         let (code, said) = render(&folder, &format!("seed {seed}"), &scene, &options);
-        // What is wrong with a scene is told with its place.
+        // The message about a wrong scene has its place.
         if code == 2 && said.contains('×') {
             let has_place = said.contains("scene.toml") || said.contains("option --");
             assert!(has_place, "seed {seed}: {said}\n{scene}");

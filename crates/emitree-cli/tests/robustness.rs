@@ -1,4 +1,4 @@
-//! Inputs and outputs that nobody plans for: full disks, links, devices, huge and empty scenes.
+//! Unusual inputs and outputs: full disks, links, devices, huge and empty scenes.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 

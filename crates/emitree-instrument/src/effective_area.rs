@@ -107,7 +107,7 @@ impl EffectiveArea {
         }
     }
 
-    /// The mean area \[cm²\] between two energies \[keV\], which is what photons see that are spread
+    /// The mean area \[cm²\] between two energies \[keV\], which is that of photons spread
     /// evenly in energy; 0 if the first is not below the second.
     pub fn mean(&self, range_kev: [f64; 2]) -> f64 {
         let [low, high] = range_kev;

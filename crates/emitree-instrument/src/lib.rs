@@ -35,7 +35,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The modules are the way of the data:
+//! The modules, in the order in which data pass through them:
 //!
 //! * [`observe`]: the camera, and its expected counts; [`step`]: the sums to check each step by;
 //! * [`effective_area`], [`area_table`]: the area against energy, in bins or points; its text files;

@@ -27,7 +27,7 @@ pub struct Instrument {
     pub background: Option<Background>,
 }
 
-/// What an instrument is expected to count.
+/// The expected counts of an instrument.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Observation {
@@ -124,7 +124,7 @@ impl Instrument {
     /// \[sr\].
     ///
     /// Within a bin photons are spread evenly in energy. A pixel that is NaN in any bin, or whose solid
-    /// angle is, is outside of the field. Radiances below 0 count as 0; step [`Step::Photons`] tells
+    /// angle is, is outside of the field. Radiances below 0 count as 0; step [`Step::Photons`] has
     /// their sum. See the [crate] for an example.
     ///
     /// # Errors

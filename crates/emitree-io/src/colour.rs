@@ -9,7 +9,7 @@ pub enum ColourMap {
     /// Blue over green to yellow.
     #[default]
     Viridis,
-    /// Black over red to light yellow: for what glows.
+    /// Black over red to light yellow: for emissions.
     Inferno,
     /// Black over violet to light pink.
     Magma,

@@ -1,4 +1,4 @@
-//! The energies of a spectral cube with their unit: what a scene's `[energy]` says.
+//! The energies of a spectral cube with their unit: a scene's `[energy]`.
 
 use crate::units::{Dimension, Unit, UnitError};
 use emitree::{EnergyAxis, EnergyScale};
@@ -78,7 +78,7 @@ impl Energies {
     }
 
     /// The range of energies that a range of bins has, for people: `0.5–2 keV`. It has as many
-    /// digits as tell the bins apart.
+    /// digits as distinguish the bins.
     ///
     /// # Panics
     ///

@@ -91,9 +91,9 @@ impl<'a> FitsImage<'a> {
     }
 }
 
-/// What a FITS file says; [`encode`](Self::encode) turns it into bytes.
+/// The contents of a FITS file; [`encode`](Self::encode) turns them into bytes.
 ///
-/// Text may be any Unicode. FITS knows only ASCII, so that other characters are written as
+/// Text may be any Unicode. FITS allows only ASCII, so that other characters are written as
 /// `\u00e9`, the escape of TOML strings.
 ///
 /// ```
@@ -121,12 +121,12 @@ pub struct FitsFile<'a> {
     /// More images or cubes, each in an extension; those of the primary's height and width get its
     /// coordinates.
     pub extensions: Vec<FitsImage<'a>>,
-    /// Where the pixels of an image lie.
+    /// The coordinates of the pixels of an image.
     pub wcs: Option<Wcs>,
     /// The bins of the cubes, if there are any: their third axis, and the table `ENERGIES` as the
     /// last extension, with the ends of each bin.
     pub energies: Option<&'a Energies>,
-    /// Keywords of the primary header that say how the image came about.
+    /// Keywords of the primary header with the provenance of the image.
     pub provenance: Vec<Card>,
     /// A text of any number of lines, the scene for example, kept as `HISTORY`. A line of over 72
     /// characters goes on in the next record, the first ending in a backslash in column 72.
@@ -147,7 +147,7 @@ pub enum FitsEncodeError {
     Card {
         /// The keyword.
         keyword: String,
-        /// What the encoder said.
+        /// The message of the encoder.
         source: FitsError,
     },
     /// A keyword that would be dropped or would contradict what is written here already.

@@ -6,7 +6,7 @@
 //! [`Cube`](emitree::Cube) into bytes in memory:
 //! [`FitsFile`] with coordinates ([`Wcs`]), [`HealpixFile`] for the whole sky, [`mollweide()`] for a
 //! picture of it. An [`OutputFile`] turns bytes into a file that is whole or absent. Numbers leave as
-//! FITS or NPY, PNG is for looking.
+//! FITS or NPY; PNG is for display only.
 //!
 //! ```
 //! use emitree::Image;

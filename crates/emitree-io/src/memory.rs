@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-/// The memory that new allocations could get now \[bytes\], if the system tells; known on Linux only.
+/// The memory that new allocations could get now \[bytes\], if the system reports it; known on Linux only.
 ///
 /// It is the smallest of what the machine has left, of what a limit on the address space (`ulimit -v`)
 /// leaves, and of what the control groups of a container or a batch system leave.
@@ -12,7 +12,7 @@ pub fn available_memory_bytes() -> Option<u64> {
     [machine, address_space_left(), control_groups_left()].into_iter().flatten().min()
 }
 
-/// The largest memory that this process has had \[bytes\], if the system tells; known on Linux only.
+/// The largest memory that this process has had \[bytes\], if the system reports it; known on Linux only.
 pub fn peak_memory_bytes() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
@@ -52,7 +52,7 @@ fn left_in(group: &Path) -> Option<u64> {
     let text = |name| fs::read_to_string(group.join(name)).ok();
     let limit: u64 = text("memory.max")?.trim().parse().ok()?;
     let used: u64 = text("memory.current")?.trim().parse().ok()?;
-    // Copies of files are given up when something else wants the memory.
+    // Cached copies of files are freed when other memory is allocated.
     let of_files = number(&text("memory.stat")?, "inactive_file ").unwrap_or(0);
     Some(limit.saturating_sub(used.saturating_sub(of_files)))
 }
@@ -71,7 +71,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn the_system_tells_what_is_left() {
+    fn the_system_reports_what_is_left() {
         let left = available_memory_bytes().unwrap();
         // Less than the machine has, and enough for this test to run.
         let machine = fs::read_to_string("/proc/meminfo").unwrap();

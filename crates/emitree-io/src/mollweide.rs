@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn north_is_up_and_east_is_where_it_was_wanted() {
+    fn north_is_up_and_east_is_as_requested() {
         let (middle, top) = (50, 99);
         let z = mollweide(100, East::Right, |[_, _, z]| z);
         assert!(z[(top, 99)] > 0.99 && z[(0, 100)] < -0.99);

@@ -1,4 +1,4 @@
-//! The picture of an image: one 8-bit colour for each pixel, for looking only.
+//! The picture of an image: one 8-bit colour for each pixel, for display only.
 
 use crate::colour::{ColourMap, ValueRange};
 use emitree::Image;
@@ -108,7 +108,7 @@ fn rgba_rows(image: &Image, map: ColourMap, range: ValueRange) -> Vec<u8> {
     image.rows().rev().flatten().flat_map(rgba).collect()
 }
 
-/// A text in the chunk that every reader knows if it is ASCII, else in the one for UTF-8.
+/// A text in the chunk that every reader supports if it is ASCII, else in the one for UTF-8.
 fn add_text<W: std::io::Write>(
     encoder: &mut png::Encoder<'_, W>,
     keyword: &str,

@@ -1,4 +1,4 @@
-//! The FITS files of a rendering: its maps, and how they came about. One for every front end.
+//! The FITS files of a rendering: its maps and their provenance, the same for every front end.
 
 use crate::energies::Energies;
 use crate::fits::{Card, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs};
@@ -6,7 +6,7 @@ use emitree::{Cube, Healpix};
 use emitree_instrument::Channel;
 use std::time::SystemTime;
 
-/// What files tell of a rendering beside its values.
+/// The provenance of a rendering, which files have beside its values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Provenance<'a> {
     /// The name of the scene.
@@ -15,11 +15,11 @@ pub struct Provenance<'a> {
     pub method: &'a str,
     /// Evaluations of the emission rate.
     pub evaluations: u64,
-    /// Whether the method did all it was asked for.
+    /// Whether the stopping criterion was met.
     pub converged: bool,
     /// How many energies were evaluated, if the method selects some.
     pub energies: Option<usize>,
-    /// The tolerance, relative to the largest |value|, if the method keeps one.
+    /// The tolerance, relative to the largest |value|, if the method has one.
     pub tolerance: Option<f64>,
     /// The largest estimated error over the largest |value|, if there is an estimate.
     pub estimated_error: Option<f64>,
@@ -55,7 +55,7 @@ impl Provenance<'_> {
         let energies =
             self.energies.map(|n| Card::new("NENERGY", n, "energies that were evaluated"));
         let tolerance = self.tolerance.map(|tolerance| {
-            Card::new("TOLERANC", tolerance, format!("error asked for / largest {value}"))
+            Card::new("TOLERANC", tolerance, format!("tolerance / largest {value}"))
         });
         let error = self.estimated_error.map(|error| {
             Card::new("ESTERROR", error, format!("estimated error / largest {value}"))
@@ -69,12 +69,12 @@ impl Provenance<'_> {
         });
         let length_unit =
             self.length_unit.map(|unit| Card::new("LENUNIT", unit, "unit of length of the scene"));
-        let told = [energies, tolerance, error, threshold, order, base_level, length_unit];
-        always.into_iter().chain(told.into_iter().flatten()).collect()
+        let known = [energies, tolerance, error, threshold, order, base_level, length_unit];
+        always.into_iter().chain(known.into_iter().flatten()).collect()
     }
 }
 
-/// A scene as FITS tells it: its text, and a line for each value that was changed.
+/// A scene as FITS has it: its text, and a line for each value that was changed.
 ///
 /// ```
 /// let history = emitree_io::scene_history("x = 1\n", &["x = 2".to_owned()]);
@@ -130,7 +130,7 @@ pub struct FitsProduct<'a> {
 }
 
 impl FitsProduct<'_> {
-    /// The bytes of the file, with the time of now.
+    /// The bytes of the file, with the current time.
     ///
     /// # Errors
     ///
@@ -155,7 +155,7 @@ impl FitsProduct<'_> {
     }
 }
 
-/// A unit, if it is told.
+/// A unit, if it is given.
 fn known(unit: &str) -> Option<&str> {
     Some(unit).filter(|unit| !unit.is_empty())
 }

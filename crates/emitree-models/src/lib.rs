@@ -8,7 +8,7 @@
 //! * [`Grid`]: values at the nodes of a rectilinear grid, linear or monotone cubic in between.
 //!
 //! Each is an [`Emission`](emitree::Emission), evaluated in batches, and cheap to share between
-//! threads. The first two can't fail; a grid can be told to refuse positions outside.
+//! threads. The first two can't fail; a grid can be set to refuse positions outside.
 //!
 //! ```
 //! use emitree::{Emission, Samples};

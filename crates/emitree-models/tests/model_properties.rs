@@ -117,7 +117,7 @@ proptest! {
         let (flux, rate) = (ring.proton_flux(position, energy), ring.rate(position, energy));
         prop_assert!(flux.is_finite() && flux >= 0.0, "{flux:e}");
         prop_assert!(rate.is_finite() && rate >= 0.0, "{rate:e}");
-        // Alike around the axis, and on both sides of the equator.
+        // Symmetric around the axis, and about the equator.
         let [x, y, z] = position;
         let turned = ring.proton_flux([y, -x, -z], energy);
         let bound = 1e-9 * flux + f64::MIN_POSITIVE;
@@ -140,7 +140,7 @@ proptest! {
     }
 
     #[test]
-    fn atoms_know_only_the_drift_along_their_way(
+    fn atoms_depend_only_on_the_drift_along_their_path(
         temperature in magnitude(3.0, 9.0),
         velocity in prop::array::uniform3(-3e6..3e6_f64),
         towards in direction(),

@@ -1,4 +1,4 @@
-//! CMEM seen by the SMILE SXI camera, against an image computed by `reference/smile_view1.py`:
+//! CMEM in the view of the SMILE SXI camera, against an image computed by `reference/smile_view1.py`:
 //! the model and the camera's orientation together.
 
 use emitree::{

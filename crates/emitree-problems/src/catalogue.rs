@@ -79,7 +79,7 @@ impl From<RandomScene> for Problem {
 ///
 /// for problem in problems() {
 ///     let image = problem.exact_image([4, 4]);
-///     assert!(image.min_max().1 > 0.0, "{} shines", problem.name);
+///     assert!(image.min_max().1 > 0.0, "{} is dark", problem.name);
 /// }
 /// ```
 pub fn problems() -> Vec<Problem> {

@@ -1,4 +1,4 @@
-//! A Gaussian ball: as narrow as one likes, anywhere.
+//! A Gaussian ball of any width, anywhere.
 
 use crate::means;
 use emitree::Image;

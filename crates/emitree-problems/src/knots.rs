@@ -1,5 +1,5 @@
-//! Knots: one small Gaussian at a random place before a background, to learn how small a structure a
-//! method finds without being told of it.
+//! Knots: one small Gaussian at a random place before a background, to measure how small a structure a
+//! method detects without a seed.
 //!
 //! The unit cube is seen along z. A knot has a standard deviation, a place that is drawn by the number of
 //! the set and its own, and an image peak: the largest pixel that it would have alone, relative to the
@@ -114,7 +114,7 @@ impl Mode {
     }
 }
 
-/// The lowest and the highest corner of what a pixel sees, pixels counted row after row.
+/// The lowest and the highest corner of the volume of a pixel, pixels counted row after row.
 fn borders(at: usize, [height, width]: [usize; 2]) -> ([f64; 3], [f64; 3]) {
     let (row, column) = ((at / width) as f64, (at % width) as f64);
     let (rows, columns) = (height as f64, width as f64);

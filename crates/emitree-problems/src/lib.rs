@@ -2,8 +2,8 @@
 //!
 //! Each module has the emission rate g of one problem on the unit cube and its exact image: the mean
 //! of ∫ g dz over each pixel, from a closed form or from quadrature with a known error.
-//! [`catalogue`] lists them as one type, and [`family`] makes as many more as one likes. [`cubes`] are
-//! problems with an energy axis and their exact spectral cubes, [`views`] are seen by cameras with opaque
+//! [`catalogue`] lists them as one type, and [`family`] makes any number of further ones. [`cubes`] are
+//! problems with an energy axis and their exact spectral cubes, [`views`] have cameras with opaque
 //! bodies and bounds. [`mutation`] makes files and scenes with something wrong in them.
 //!
 //! ```

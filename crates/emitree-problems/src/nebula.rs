@@ -85,7 +85,7 @@ mod tests {
         }
     }
 
-    /// Nothing shines outside, and the volume is right.
+    /// The rate is 0 outside, and the volume is right.
     #[test]
     fn the_image_holds_the_volume() {
         let image = Nebula::default().exact_image([64, 64]);

@@ -6,7 +6,7 @@ use core::convert::Infallible;
 use core::hint::black_box;
 use emitree::quadrature::{Integrand, Points};
 
-/// Eq. (8), remembering its values in the order of their evaluation.
+/// Eq. (8), with its values stored in the order of their evaluation.
 ///
 /// ```
 /// use emitree::tree::{BuildOptions, build};
@@ -60,7 +60,7 @@ impl Integrand<3> for Replay<'_> {
 
     /// # Panics
     ///
-    /// If more values are asked for than were recorded.
+    /// If more values are requested than were recorded.
     fn evaluate(&self, points: Points<'_, 3>, values: &mut [f64]) -> Result<(), Infallible> {
         let used = self.used.replace(self.used.get() + values.len());
         values.copy_from_slice(&self.values[used..][..values.len()]);

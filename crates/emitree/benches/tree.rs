@@ -1,4 +1,4 @@
-//! What the trees themselves cost: values of eq. (8) of the paper, recorded once and replayed, so
+//! The overhead of the trees: values of eq. (8) of the paper, recorded once and replayed, so
 //! that evaluations are free. Times are per cell, that is, per evaluation; allocations are printed.
 //!
 //! For one core: `RAYON_NUM_THREADS=1 cargo bench -p emitree --bench tree`. Instructions: docs/performance.md.
@@ -62,7 +62,7 @@ fn trees(criterion: &mut Criterion) {
     let exact = equation8::exact_image(equation8::ALPHA, SHAPE);
     let mean = exact.pixels().iter().sum::<f64>() / exact.pixels().len() as f64;
     for (threshold, cells, largest_error) in TREES {
-        // Made only if one of the benches is wanted.
+        // Made only if one of the benches is run.
         let recorded = LazyCell::new(|| {
             let record = Record::default();
             let tree = tree_of(&record, threshold);

@@ -1,7 +1,7 @@
-//! How small a knot method `vol` finds: the share of renderings that end converged without it.
+//! How small a knot method `vol` detects: the fraction of renderings that end converged without it.
 #![expect(clippy::print_stdout, reason = "this program prints tables")]
 //!
-//! `cargo run --release -p emitree --example coverage` asks for 1 % of small Gaussians
+//! `cargo run --release -p emitree --example coverage` renders, to 1 %, small Gaussians
 //! ([`emitree_problems::knots`]) at 60 places before a smooth background and before turbulence, of several
 //! sizes and contrasts; `… -- smooth 1 60 0.01,0.02 20,5` only those before one background, at 60 places of
 //! set 1, of these standard deviations and contrasts. Set 1 is kept out of tuning. A contrast is the
@@ -51,7 +51,7 @@ fn table(
         _ => return Err(format!("background {background}: expected smooth or turbulence").into()),
     };
     let behind = background.exact_image(SHAPE);
-    println!("\n{} background, set {set}, asked for {TOLERANCE}\n", background.name());
+    println!("\n{} background, set {set}, tolerance {TOLERANCE}\n", background.name());
     println!(
         "| contrast | width | missed | not converged | evaluations, median | largest true error |"
     );

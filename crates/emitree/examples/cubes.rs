@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p emitree --example cubes -- 32 1e-1,1e-2,1e-3` renders the cubes of
 //! `emitree_problems::cubes` with 64 × 64 pixels and 32 bins; a third argument names one of them.
-//! Beside them stand the evaluations of one image for each bin, at the middle of its energies: to the
+//! Beside them are the evaluations of one image for each bin, at the middle of its energies: to the
 //! same tolerance of its own largest pixel, and to the same error as the cube.
 
 use emitree::{

@@ -5,9 +5,9 @@
 //! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239,
 //! `… -- peaks 0 40 1e-2` anisotropic peaks, `… -- solids 0 120 1e-2` random solids with sharp surfaces,
 //! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- monotone 0 60` and
-//! `… -- monotone 0 40 peaks` look for tolerances that cost more than tighter ones, and
-//! `… -- paper 0 72 1e-2` looks for the cheapest threshold of method `paper` for each of the random scenes.
-//! Tolerances are asked for, images have 64 × 64 pixels, those of views as many as the view has.
+//! `… -- monotone 0 40 peaks` search for tolerances that cost more than tighter ones, and
+//! `… -- paper 0 72 1e-2` searches for the cheapest threshold of method `paper` for each random scene.
+//! Images have 64 × 64 pixels, those of views as many as the view has.
 
 use emitree::tree::BuildOptions;
 use emitree::{
@@ -104,7 +104,7 @@ fn named(tolerances: &[f64], only: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What each round cost and brought.
+/// The cost and the gain of each round.
 fn trace(name: &str, tolerance: f64) -> Result<(), Box<dyn Error>> {
     let problem = problem(name).ok_or("expected the name of a problem, such as shell")?;
     let exact = problem.exact_image(SHAPE);
@@ -146,7 +146,7 @@ fn solid_scene(seed: u64) -> Scene {
     Scene { name: format!("solids-{seed}"), rate: Box::new(move |r| solids.rate(r)), reference }
 }
 
-/// How often a tolerance is kept, and at what cost.
+/// How often a tolerance is met, and at what cost.
 fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     for &tolerance in tolerances {
         let (mut kept, mut logs, mut ratios, mut insides) = (0, 0.0, Vec::new(), 0.0);
@@ -183,7 +183,7 @@ fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// How often a tolerance is kept in views with bodies, and at what cost.
+/// How often a tolerance is met in views with bodies, and at what cost.
 fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     let views: Vec<_> = (from..to).map(random_view).collect();
     let references: Vec<Reference> = views.iter().map(RandomView::reference).collect();

@@ -1,4 +1,4 @@
-//! Lines of sight to infinity: how often method `vol` keeps a tolerance, and at what cost.
+//! Lines of sight to infinity: how often method `vol` meets a tolerance, and at what cost.
 #![expect(clippy::print_stdout, reason = "this program prints tables")]
 //!
 //! `cargo run --release -p emitree --example tails -- 0 40 1e-2,1e-3` renders the scenes of seeds 0 to 39
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     for (tolerance, kept) in tolerances.iter().zip(kept) {
-        println!("\nasked for {tolerance}: {kept} of {} kept, or not converged", to - from);
+        println!("\ntolerance {tolerance}: {kept} of {} met, or not converged", to - from);
     }
     Ok(())
 }

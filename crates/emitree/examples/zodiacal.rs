@@ -4,7 +4,7 @@
 //! `cargo run --release -p emitree --example zodiacal` renders [`emitree_problems::zodiacal`] on
 //! 120 × 120 pixels with method `vol`; `… -- 1e-2,1e-3` to these tolerances, `… -- 1e-2 0,60,120` with the
 //! Earth at these longitudes \[degrees\] and towards its apex and its antapex. The last columns are the
-//! pixels that are farther from the exact image than their own estimate says, and than the tolerance.
+//! pixels with an error above their own estimate, and above the tolerance.
 
 use emitree::{FromFn, Method, RenderOptions, VolOptions, render};
 use emitree_problems::relative_error;

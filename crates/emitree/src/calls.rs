@@ -11,19 +11,19 @@ use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Sample points that one thread hands to g at a time, at the most: enough for a vectorised model to
-/// forget the call, few enough that positions, directions and rates stay in its cache.
+/// Sample points of one call of g, at most: enough to make the overhead of a call negligible for a
+/// vectorised model, few enough that positions, directions and rates stay in a cache.
 const MOST_SAMPLES_PER_CALL: usize = 2048;
-/// And at the least, if a batch is so small that it is shared out among the threads.
+/// And at least, if a batch is so small that it is divided among the threads.
 const LEAST_SAMPLES_PER_CALL: usize = 16;
 
 /// The share of the time allowed that one call of g may be expected to take.
 const SHARE_OF_TIME_PER_CALL: f64 = 0.05;
 
-/// A batch that is expected to take less than this is not shared out.
+/// A batch that is expected to take less than this is not divided.
 const WORTH_A_THREAD_NANOSECONDS: f64 = 3e4;
 
-/// Hears how many evaluations have been made so far, and may end the rendering.
+/// A callback with the number of evaluations so far, which may end the rendering.
 pub type Progress<'a> = dyn Fn(u64) -> ControlFlow<()> + Sync + 'a;
 
 /// An emission that is evaluated for a method.
@@ -34,7 +34,7 @@ pub(crate) struct Calls<'a, E> {
 }
 
 impl<'a, E: Emission> Calls<'a, E> {
-    /// Calls of `emission`, counted by `meter`; `progress` hears of each.
+    /// Calls of `emission`, counted by `meter`; `progress` is called after each.
     pub(crate) fn new(
         emission: &'a E,
         meter: &'a Meter,
@@ -43,7 +43,7 @@ impl<'a, E: Emission> Calls<'a, E> {
         Self { emission, meter, progress }
     }
 
-    /// What a method makes with the rates of the emission.
+    /// Runs a method with the rates of the emission.
     pub(crate) fn drive<T>(
         &self,
         method: Pin<&mut (dyn Future<Output = Result<T, MethodError>> + '_)>,
@@ -103,7 +103,7 @@ impl<'a, E: Emission> Calls<'a, E> {
     }
 
     /// The samples of one call that are expected to take a small share of the time allowed, since a call
-    /// that has begun is waited for; few as long as nothing is known of g.
+    /// that has begun is waited for; few as long as the time of an evaluation is unknown.
     fn samples_before_deadline(&self, threads: usize) -> usize {
         let Some(deadline) = self.meter.deadline() else { return usize::MAX };
         let evaluations = self.meter.timed_evaluations() as f64;
@@ -144,7 +144,7 @@ impl<'a, E: Emission> Calls<'a, E> {
         self.tell_progress(evaluations)
     }
 
-    /// Tells how many evaluations there are, to whoever may end the rendering.
+    /// Reports the number of evaluations to the callback, which may end the rendering.
     fn tell_progress(&self, evaluations: u64) -> Result<(), RenderError<E::Error>> {
         match self.progress.map(|progress| progress(evaluations)) {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),

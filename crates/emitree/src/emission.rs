@@ -1,11 +1,11 @@
-//! The directional volume emission rate g(r, d): what the user brings.
+//! The directional volume emission rate g(r, d), which the user provides.
 //!
 //! g is expensive, so it is only ever called with a batch of many sample points, and only from
 //! `meter`, where its calls are counted.
 
 use core::convert::Infallible;
 
-/// The sample points of one batch: where g is wanted, and towards which direction.
+/// The sample points of one batch: positions at which g is needed, and directions of emission.
 ///
 /// A batch is a view of arrays of equal length `n`, one row a sample:
 ///
@@ -86,7 +86,7 @@ impl<'a> Samples<'a> {
 /// once; wrap a closure of one point with [`FromFn`].
 ///
 /// Batches may be evaluated from several threads at a time, and the value at a point must not
-/// depend on the batch that it comes in.
+/// depend on the other points of its batch.
 ///
 /// ```
 /// use emitree::{Emission, Samples};
@@ -108,7 +108,7 @@ impl<'a> Samples<'a> {
 /// }
 /// ```
 pub trait Emission: Sync {
-    /// What can go wrong in the model itself; [`Infallible`] where nothing can.
+    /// The error of the model itself; [`Infallible`] if it has none.
     type Error: core::error::Error + Send + Sync + 'static;
 
     /// Writes g of sample `i` to `rates[i]`, for every sample; both have the same length.
@@ -119,8 +119,8 @@ pub trait Emission: Sync {
     /// renderer finds them and names the point.
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Self::Error>;
 
-    /// Whether each batch is wanted in one call: for a model that shares it out by itself, or that
-    /// only one thread may call at a time. Else a batch comes in parts, from several threads.
+    /// Whether each batch has to come in one call: for a model that is parallel itself, or that only
+    /// one thread may call at a time. Otherwise a batch comes in parts, from several threads.
     fn takes_whole_batches(&self) -> bool {
         false
     }

@@ -80,7 +80,7 @@ const NARROWEST: f64 = 1e-12;
 /// chosen.
 ///
 /// No bin is narrower than 10⁻¹² of its energies (with [`EnergyScale::Linear`], of the largest
-/// |energy|), for energies in 64-bit floats would hardly tell its borders apart; none is narrower than
+/// |energy|), since 64-bit floats would hardly resolve its borders; none is narrower than
 /// 2.2 · 10⁻³⁰⁸, the smallest number with all its digits.
 ///
 /// ```

@@ -1,7 +1,7 @@
-//! The exchange of a method, which asks for rates at points, with a caller, who evaluates g there.
+//! The exchange between a method, which requests rates at points, and a caller, which evaluates g there.
 //!
 //! A method is an asynchronous function that waits for rates and for nothing else. So it can be held while
-//! it waits, and the caller has the loop: see [`drive`] for the shortest one.
+//! it waits, and the caller has the loop: [`drive`] is the shortest one.
 
 use crate::emission::Samples;
 use crate::error::RenderError;
@@ -11,7 +11,7 @@ use core::pin::Pin;
 use core::task::{Context, Poll, Waker};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Says that the emission failed; the caller has its error.
+/// The emission failed; the caller has its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EmissionFailed;
 
@@ -23,10 +23,10 @@ impl fmt::Display for EmissionFailed {
 
 impl core::error::Error for EmissionFailed {}
 
-/// The error of a method, which knows nothing of the type of the emission.
+/// The error of a method, independent of the type of the emission.
 pub(crate) type MethodError = RenderError<EmissionFailed>;
 
-/// Points at which rates are asked for, and the rates once they are known.
+/// Points at which rates are requested, and the rates once they are known.
 #[derive(Debug, Default)]
 pub(crate) struct Batch {
     /// In world coordinates and the scene's length unit.
@@ -57,7 +57,7 @@ impl Batch {
         self.energies.clear();
     }
 
-    /// Leaves the first `points`, whose rates are still to be told.
+    /// Keeps the first `points`, whose rates are still missing.
     pub(crate) fn truncate(&mut self, points: usize) {
         self.positions.truncate(points);
         self.directions.truncate(points);
@@ -66,7 +66,7 @@ impl Batch {
     }
 }
 
-/// Where a method leaves what it asks for, and a caller the answer.
+/// The place of a method's request and of the caller's answer.
 #[derive(Debug, Default)]
 pub(crate) struct Exchange(Mutex<State>);
 
@@ -79,7 +79,7 @@ enum State {
 }
 
 impl Exchange {
-    /// Asks for the rates of a batch, and waits for them.
+    /// Requests the rates of a batch, and waits for them.
     pub(crate) async fn ask(&self, batch: Batch) -> Result<Batch, MethodError> {
         *self.state() = State::Asked(batch);
         poll_fn(|_| {
@@ -95,7 +95,7 @@ impl Exchange {
         .await
     }
 
-    /// Takes the batch that is asked for, if one is.
+    /// Takes the requested batch, if there is one.
     pub(crate) fn take(&self) -> Option<Batch> {
         match core::mem::take(&mut *self.state()) {
             State::Asked(batch) => Some(batch),
@@ -103,7 +103,7 @@ impl Exchange {
         }
     }
 
-    /// Answers what has been asked.
+    /// Answers the request.
     pub(crate) fn answer(&self, answer: Result<Batch, MethodError>) {
         *self.state() = State::Answered(answer);
     }
@@ -113,12 +113,12 @@ impl Exchange {
     }
 }
 
-/// Takes a method up to where it asks or ends.
+/// Runs a method up to its next request or its end.
 pub(crate) fn advance<T>(method: Pin<&mut (impl Future<Output = T> + ?Sized)>) -> Poll<T> {
     method.poll(&mut Context::from_waker(Waker::noop()))
 }
 
-/// The result of a method whose questions are all answered by `evaluate`.
+/// The result of a method whose requests are all answered by `evaluate`.
 pub(crate) fn drive<T>(
     exchange: &Exchange,
     mut method: Pin<&mut (dyn Future<Output = T> + '_)>,
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
     use core::pin::pin;
 
-    /// Asks for the rates at 0, 1, 2 and so on until their sum is above 10.
+    /// Requests the rates at 0, 1, 2 and so on until their sum is above 10.
     async fn adds_up(exchange: &Exchange) -> Result<f64, MethodError> {
         let mut sum = 0.0;
         for k in 0.. {
@@ -169,7 +169,7 @@ mod tests {
         let exchange = Exchange::default();
         let mut method = pin!(adds_up(&exchange));
         assert!(advance(method.as_mut()).is_pending());
-        assert!(advance(method.as_mut()).is_pending(), "nobody has answered");
+        assert!(advance(method.as_mut()).is_pending(), "there is no answer yet");
         let mut batch = exchange.take().unwrap();
         assert!(exchange.take().is_none(), "what was taken is there once");
         batch.rates[0] = 11.0;

@@ -1,4 +1,4 @@
-//! Rates that are known: no point is evaluated twice in one session.
+//! Stored rates: no point is evaluated twice in one session.
 
 use crate::exchange::Batch;
 use rustc_hash::FxHashMap;
@@ -21,7 +21,7 @@ fn point(batch: &Batch, i: usize) -> Point {
 }
 
 impl KnownRates {
-    /// The points of a batch that are not known.
+    /// The points of a batch without a stored rate.
     pub(crate) fn unknown(&self, batch: &Batch) -> Batch {
         let numbers = || (0..batch.len()).filter(|&i| !self.0.contains_key(&point(batch, i)));
         let positions: Vec<[f64; 3]> = numbers().map(|i| batch.positions[i]).collect();
@@ -33,12 +33,12 @@ impl KnownRates {
         }
     }
 
-    /// Takes the rates of a batch.
-    pub(crate) fn learn(&mut self, batch: &Batch) {
+    /// Stores the rates of a batch.
+    pub(crate) fn insert(&mut self, batch: &Batch) {
         self.0.extend((0..batch.len()).map(|i| (point(batch, i), batch.rates[i])));
     }
 
-    /// Gives a batch its rates, all of which are known.
+    /// Fills in the rates of a batch, all of which are stored.
     pub(crate) fn fill(&self, batch: &mut Batch) {
         for i in 0..batch.len() {
             batch.rates[i] = self.0.get(&point(batch, i)).copied().unwrap_or(f64::NAN);
@@ -60,14 +60,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_is_not_asked_for_again() {
+    fn stored_rates_are_not_requested_again() {
         let mut known = KnownRates::default();
-        known.learn(&batch(&[1.0, 2.0], &[]));
+        known.insert(&batch(&[1.0, 2.0], &[]));
         let mut wanted = batch(&[3.0, 2.0, 1.0], &[]);
         wanted.rates.fill(0.0);
         let unknown = known.unknown(&wanted);
         assert_eq!(unknown.positions, [[3.0, 0.0, 0.0]]);
-        known.learn(&batch(&[3.0], &[]));
+        known.insert(&batch(&[3.0], &[]));
         known.fill(&mut wanted);
         assert_eq!(wanted.rates, [3.0, 2.0, 1.0]);
     }
@@ -75,7 +75,7 @@ mod tests {
     #[test]
     fn another_energy_is_another_point() {
         let mut known = KnownRates::default();
-        known.learn(&batch(&[1.0], &[5.0]));
+        known.insert(&batch(&[1.0], &[5.0]));
         let unknown = known.unknown(&batch(&[1.0, 1.0], &[5.0, 6.0]));
         assert_eq!(unknown.energies, [6.0]);
     }

@@ -1,8 +1,8 @@
 //! Images of optically thin volume emissions, with as few evaluations of the emission as possible.
 //!
-//! A model gives the directional volume emission rate g(r, d), and is expensive to evaluate. A
-//! camera sees, in each pixel, the line-of-sight integral of g averaged over the pixel. [`render()`]
-//! makes the image, its error and its bill:
+//! A model gives the directional volume emission rate g(r, d), and is expensive to evaluate. Each
+//! pixel of a camera is the line-of-sight integral of g averaged over the pixel. [`render()`] returns
+//! the image, its estimated error and the number of evaluations:
 //!
 //! ```
 //! use emitree::{Equirectangular, FromFn, Method, RenderOptions, Viewpoint, VolOptions, render};
@@ -23,13 +23,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The modules are the way of the data:
+//! The modules, in the order in which data pass through them:
 //!
 //! * [`emission`]: g in batches, evaluated and counted in one place;
 //! * [`projection`]: a camera maps the world to the canonical cube, z along the line of sight: image
 //!   planes of seven kinds, depths finite or not, bounds, opaque bodies, the sky in `HEALPix` faces;
 //! * [`vol`]: the engine: a tree of the image plane whose nodes are lines of sight, refined until the
-//!   error that was asked for is met; one tree for each layer between and inside opaque bodies;
+//!   tolerance is met; one tree for each layer between and inside opaque bodies;
 //! * [`cell`], [`quadrature`], [`prediction`], [`refinement`]: dyadic cells, their averages, the
 //!   prediction of a cell's children, and which cells are split;
 //! * [`tree`]: the paper's sparse tree of cell averages: built, projected along z by one sum for each
@@ -93,6 +93,9 @@ pub use render::{render, render_cube};
 pub use rendering::{RenderStats, RenderedTree, Rendering, Values};
 pub use session::Session;
 pub use tally::EvaluationCounts;
-pub use tree::{Ending, SparseTree};
+pub use tree::{SparseTree, StopReason};
+// The former name, for the link in `options.rs`.
+#[doc(hidden)]
+pub use tree::StopReason as Ending;
 pub use vol::{FEATURE_CONTRAST, FeatureSize, Seed, VolOptions};
 pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};

@@ -1,4 +1,4 @@
-//! Memory: what a rendering would take, refused before anything is allocated.
+//! Memory: the estimate for a rendering; too much is an error before anything is allocated.
 
 use crate::error::RenderError;
 use crate::los::{LosOptions, Steps, adaptive};
@@ -42,7 +42,7 @@ pub(crate) fn evaluations_in_memory(options: &RenderOptions<'_>) -> u64 {
     }
 }
 
-/// Refuses what can't fit in memory, before anything is allocated.
+/// An error if the rendering can't fit in memory, before anything is allocated.
 ///
 /// With `bins` it is a cube, and a tree has an axis more.
 pub(crate) fn check_size<E>(

@@ -1,4 +1,4 @@
-//! The meter: where methods ask for rates, and where evaluations are counted.
+//! The meter: it passes on the methods' requests for rates, and counts evaluations.
 
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
@@ -9,20 +9,20 @@ use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{AsyncIntegrand, Points};
 use crate::site::{Mapping, Site, SiteSource, Stretch};
 use crate::tally::{EvaluationCounts, Tally};
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// Sample points that one thread makes at a time: so many that waking it costs little beside them.
+/// Sample points that one thread computes at a time: enough to make the cost of waking it negligible.
 const POINTS_PER_TASK: usize = 2048;
-/// Sample points that are asked for at a time, at the most, unless g takes whole batches: few enough to stay
-/// in a cache on their way to g and back.
+/// Sample points of one request, at most, unless g takes whole batches: few enough that points and
+/// rates stay in a cache of the processor.
 const POINTS_AT_ONCE: usize = 1 << 16;
 
-/// What a method has asked for so far, and what it may.
+/// What a method has requested so far, and its limits.
 pub(crate) struct Meter {
     limits: Limits,
     exchange: Exchange,
@@ -36,11 +36,11 @@ pub(crate) struct Meter {
     /// Evaluations that were not known before.
     new_evaluations: AtomicU64,
     known: Option<Arc<Mutex<KnownRates>>>,
-    /// Images on the way, if they are kept.
+    /// Intermediate images, if they are stored.
     shown: Option<Mutex<Vec<Shown>>>,
 }
 
-/// An image on the way.
+/// An intermediate image.
 #[derive(Clone, Debug)]
 pub(crate) struct Shown {
     /// The values and their errors.
@@ -105,8 +105,8 @@ pub(crate) struct SpectralIntegrand<'a> {
 }
 
 impl Meter {
-    /// Nothing asked for yet; evaluations are counted for the pixels of an image of `shape`. Rates that are
-    /// `known` are not asked for, and those that are told are added; images on the way are kept or not.
+    /// No requests yet; evaluations are counted for the pixels of an image of `shape`. Rates in `known` are
+    /// not requested again, and new ones are added to it; intermediate images are stored or not.
     pub(crate) fn new(
         shape: [usize; 2],
         limits: Limits,
@@ -128,30 +128,30 @@ impl Meter {
         }
     }
 
-    /// Whether rates are kept.
+    /// Whether rates are stored.
     pub(crate) fn keeps_rates(&self) -> bool {
         self.known.is_some()
     }
 
-    /// Whether images on the way are kept.
+    /// Whether intermediate images are stored.
     pub(crate) fn keeps_images(&self) -> bool {
         self.shown.is_some()
     }
 
-    /// Keeps an image on the way and its error.
+    /// Stores an intermediate image and its error.
     pub(crate) fn show(&self, maps: [Cube; 2]) {
         if let Some(shown) = &self.shown {
             let (evaluations, batches) = (self.evaluations(), self.batches());
             let mut shown = locked(shown);
             if self.known.is_some() {
-                // Nobody is called for each image: the latest one can be looked at.
+                // There is no callback for each image: only the latest one can be read.
                 shown.clear();
             }
             shown.push(Shown { maps, evaluations, batches });
         }
     }
 
-    /// Takes the images that have been kept, the first one first.
+    /// Takes the stored images, the first one first.
     pub(crate) fn take_shown(&self) -> Vec<Shown> {
         self.shown.as_ref().map_or_else(Vec::new, |shown| core::mem::take(&mut *locked(shown)))
     }
@@ -161,7 +161,7 @@ impl Meter {
         self.new_evaluations.load(Ordering::Relaxed)
     }
 
-    /// Where batches are asked for.
+    /// Where batches are requested.
     pub(crate) fn exchange(&self) -> &Exchange {
         &self.exchange
     }
@@ -215,7 +215,7 @@ impl Meter {
         self.limits.deadline.is_some_and(|deadline| deadline.has_passed())
     }
 
-    /// Refuses to go on once the time has ended.
+    /// An error once the time has ended.
     pub(crate) fn check_time<E>(&self) -> Result<(), RenderError<E>> {
         match self.limits.deadline {
             Some(deadline) if deadline.has_passed() => {
@@ -235,10 +235,10 @@ impl Meter {
         self.limits.deadline
     }
 
-    /// What ended a rendering that says that it was a limit.
-    pub(crate) fn reason_for(&self, ending: Ending) -> Ending {
+    /// Which limit ended a rendering that was ended by one.
+    pub(crate) fn reason_for(&self, ending: StopReason) -> StopReason {
         match ending {
-            Ending::Budget if self.time_is_up() => Ending::Time,
+            StopReason::Budget if self.time_is_up() => StopReason::Time,
             ending => ending,
         }
     }
@@ -281,8 +281,8 @@ impl Meter {
         Ok(())
     }
 
-    /// The sites from `first` on, at once. Where nothing can be seen g is not evaluated, but the caller is
-    /// asked all the same: it may end the rendering.
+    /// The sites from `first` on, at once. Where the weight is 0 g is not evaluated, but the request is made
+    /// even if it is empty: the caller may end the rendering.
     async fn evaluate_part<S: SiteSource + ?Sized>(
         &self,
         sites: &S,
@@ -307,20 +307,20 @@ impl Meter {
         Ok(())
     }
 
-    /// The rates at all points of a batch, of which those that are not known are asked for.
+    /// The rates at all points of a batch; those that are not stored are requested.
     async fn rates(&self, mut batch: Batch) -> Result<Batch, MethodError> {
         let Some(known) = &self.known else { return self.exchange.ask(batch).await };
         let unknown = locked(known).unknown(&batch);
         if unknown.len() > 0 {
             let answered = self.exchange.ask(unknown).await?;
-            locked(known).learn(&answered);
+            locked(known).insert(&answered);
         }
         locked(known).fill(&mut batch);
         Ok(batch)
     }
 
-    /// Collects the sample points of a part of a batch, and leaves their weights in `weights`: 0 where nothing
-    /// can be seen. Returns how many there are in pixels, one after the other.
+    /// Collects the sample points of a part of a batch whose weight is not 0, and writes all weights to
+    /// `weights`. Returns how many there are in pixels, one after the other.
     fn collect<S: SiteSource + ?Sized>(
         &self,
         sites: &S,
@@ -339,7 +339,7 @@ impl Meter {
             self.collect_part(sites, first, weights, [positions, directions])
         };
         let parts: Vec<Collected> = arrays.enumerate().map(part).collect();
-        // Parts of which nothing was left out lie where they belong.
+        // Parts without omitted points are in place already.
         let (mut seen, mut of_pixels) = (0, Vec::new());
         for (number, part) in parts.into_iter().enumerate() {
             let of_part = part.seen;
@@ -356,7 +356,7 @@ impl Meter {
         of_pixels
     }
 
-    /// The points of one task that can be seen.
+    /// The points of one task whose weight is not 0.
     fn collect_part<S: SiteSource + ?Sized>(
         &self,
         sites: &S,
@@ -396,7 +396,7 @@ impl Meter {
 
 /// What one task has collected.
 struct Collected {
-    /// Points that can be seen.
+    /// Points whose weight is not 0.
     seen: usize,
     /// Their energies, if there is an axis.
     energies: Vec<f64>,
@@ -408,11 +408,11 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Multiplies the weights that are not 0 with the rates; the number of the first rate that is beyond
-/// all numbers once it is weighted, or was so before.
+/// Multiplies the weights that are not 0 with the rates; returns the index of the first rate that is
+/// not finite, before or after weighting.
 fn weigh(weights: &mut [f64], rates: &[f64]) -> Option<usize> {
     if rates.len() == weights.len() {
-        // All can be seen: no weight is asked whether it is 0.
+        // No weight is 0: none is tested.
         weights.iter_mut().zip(rates).for_each(|(weight, rate)| *weight *= rate);
         return weights.iter().position(|weighted| !weighted.is_finite());
     }

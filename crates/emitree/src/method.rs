@@ -1,4 +1,4 @@
-//! The methods, behind one function: from a view to values and their errors.
+//! The methods behind one function: from a view to values and their errors.
 
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
@@ -8,28 +8,28 @@ use crate::meter::Meter;
 use crate::options::Method;
 use crate::rendering::RenderedTree;
 use crate::tile::Tile;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use crate::{los, paper, vol};
 
-/// What a method has made.
+/// The result of a method.
 #[derive(Clone, Debug)]
 pub(crate) struct Made {
     /// One band for each energy bin, or one altogether.
     pub(crate) cube: Cube,
     /// The estimated |error|, if the method has one.
     pub(crate) error: Option<Cube>,
-    pub(crate) ending: Ending,
+    pub(crate) ending: StopReason,
     pub(crate) base_level: Option<u8>,
     /// The energies at which lines were integrated, in the unit of the axis.
     pub(crate) energies: Vec<f64>,
-    /// The smallest feature that would have been seen, as a fraction of the view's cube.
+    /// The smallest feature that would have been detected, as a fraction of the view's cube.
     pub(crate) smallest_feature: Option<f64>,
     /// The tree that was built, if there is one, and one only.
     pub(crate) tree: Option<RenderedTree>,
 }
 
 impl Made {
-    pub(crate) fn new(cube: Cube, error: Option<Cube>, ending: Ending) -> Self {
+    pub(crate) fn new(cube: Cube, error: Option<Cube>, ending: StopReason) -> Self {
         let (energies, tree) = (Vec::new(), None);
         Self { cube, error, ending, base_level: None, energies, smallest_feature: None, tree }
     }
@@ -47,8 +47,8 @@ impl Made {
         let cube = stacked(of_tiles.iter().map(|made| &made.cube).collect());
         let errors: Option<Vec<&Cube>> = of_tiles.iter().map(|made| made.error.as_ref()).collect();
         let endings = of_tiles.iter().map(|made| made.ending);
-        let ending = endings.reduce(|a, b| if a == Ending::Complete { b } else { a });
-        let mut made = Self::new(cube, errors.map(stacked), ending.unwrap_or(Ending::Complete));
+        let ending = endings.reduce(|a, b| if a == StopReason::Complete { b } else { a });
+        let mut made = Self::new(cube, errors.map(stacked), ending.unwrap_or(StopReason::Complete));
         if let Some(first) = of_tiles.first_mut() {
             made.base_level = first.base_level;
             made.energies = core::mem::take(&mut first.energies);
@@ -64,7 +64,7 @@ fn stacked(cubes: Vec<&Cube>) -> Cube {
     Cube::from_bands((0..bins).map(band).collect())
 }
 
-/// The image that a camera sees, or the cube in the bins of `axis`, by a method.
+/// The image of a camera, or the cube in the bins of `axis`, by a method.
 pub(crate) async fn run(
     meter: &Meter,
     tiles: &[Tile<'_>],

@@ -14,7 +14,7 @@ pub enum CellRule {
     Simpson,
 }
 
-/// Sample points of one batch, made when they are asked for: point `i` of `len`.
+/// Sample points of one batch, computed when they are used: point `i` of `len`.
 #[derive(Clone, Copy)]
 pub struct Points<'a, const D: usize> {
     len: usize,
@@ -61,14 +61,14 @@ impl<const D: usize> core::fmt::Debug for Points<'_, D> {
 /// # Ok::<(), std::convert::Infallible>(())
 /// ```
 pub trait Integrand<const D: usize> {
-    /// What can go wrong in an evaluation.
+    /// The error of an evaluation.
     type Error;
 
     /// Writes the value at each point of the batch to `values`, which has the same length.
     ///
     /// # Errors
     ///
-    /// Whatever keeps the function from being evaluated.
+    /// The error of the function.
     fn evaluate(&self, points: Points<'_, D>, values: &mut [f64]) -> Result<(), Self::Error>;
 
     /// How many evaluations may still be made; no limit unless overridden.
@@ -98,7 +98,7 @@ pub(crate) trait AsyncIntegrand<const D: usize> {
     fn is_out_of_time(error: &Self::Error) -> bool;
 }
 
-/// An [`Integrand`], for which nobody has to wait.
+/// An [`Integrand`] whose values are available at once.
 pub(crate) struct Immediate<'a, I>(pub(crate) &'a I);
 
 impl<const D: usize, I: Integrand<D>> AsyncIntegrand<D> for Immediate<'_, I> {
@@ -132,7 +132,7 @@ impl<const D: usize, F: Fn([f64; D]) -> f64> Integrand<D> for Pointwise<F> {
     }
 }
 
-/// Makes the averages of whole families, remembering the evaluations that can be used again.
+/// Computes the averages of whole families, and stores the evaluations that can be reused.
 #[derive(Debug)]
 pub(crate) struct Averager<const D: usize> {
     periodic: [bool; D],

@@ -1,11 +1,11 @@
-//! From means over pixels to radiances, F(Ω)/Ω, and irradiances: what solid angles do to a map.
+//! From means over pixels to radiances, F(Ω)/Ω, and irradiances, with the solid angles of pixels.
 
 use crate::image::Image;
 use crate::projection::Projection;
 use crate::tree::SparseTree;
 use rayon::prelude::*;
 
-/// The rows of pixels of an image, as a projection sees them.
+/// The rows of pixels of an image, and the solid angles that a projection gives them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelRows<'a> {
     pub(crate) projection: &'a dyn Projection,
@@ -46,7 +46,7 @@ impl PixelRows<'_> {
     }
 }
 
-/// Pixels that are worth a thread of their own.
+/// The smallest number of pixels for which another thread is worthwhile.
 const PIXELS_AT_ONCE: usize = 1 << 14;
 
 /// For each pixel, its radiance over the mean of the irradiance density on it; 0 where the projection

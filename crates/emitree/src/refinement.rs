@@ -7,7 +7,7 @@
 pub enum Threshold {
     /// In the units of the function that the tree represents.
     Absolute(f64),
-    /// A fraction of the largest |cell average| that the build has seen so far.
+    /// A fraction of the largest |cell average| so far in the build.
     Relative(f64),
 }
 

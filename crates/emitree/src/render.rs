@@ -10,7 +10,7 @@ use crate::projection::Projection;
 use crate::rendering::{Rendering, Values};
 use crate::session::{Kept, Session};
 
-/// The image of `shape` = \[height, width\] pixels that a camera sees of an emission.
+/// The image of an emission from a camera, of `shape` = \[height, width\] pixels.
 ///
 /// ```
 /// use emitree::tree::BuildOptions;
@@ -37,10 +37,10 @@ pub fn render<E: Emission>(
     run::<E, Image>(emission, projection, shape, None, options)
 }
 
-/// The spectral cube of `shape` = \[height, width\] pixels and the bins of `axis` that a camera sees
-/// of an emission: each voxel is the mean of the radiance per unit of energy over its pixel and bin.
+/// The spectral cube of an emission from a camera, of `shape` = \[height, width\] pixels and the bins
+/// of `axis`: each voxel is the mean of the radiance per unit of energy over its pixel and bin.
 ///
-/// g is the rate per unit of energy; it finds the energies in [`Samples`](crate::Samples).
+/// g is the rate per unit of energy; [`Samples`](crate::Samples) contains the energies.
 /// [`Method::Paper`](crate::Method::Paper) builds one tree along x, y, z and the energy axis and projects it along z; its
 /// absolute threshold is in the unit of g, with dE/du in the middle of the axis. The tolerance of
 /// [`Method::Vol`](crate::Method::Vol) is relative to the largest |voxel|; `Los` takes as many energies in each bin as
@@ -77,7 +77,7 @@ pub fn render_cube<E: Emission>(
     run::<E, Cube>(emission, projection, shape, Some(axis), options)
 }
 
-/// A session that is run to its end, with all that the options say of it.
+/// Runs a session to its end, with all limits and callbacks of the options.
 fn run<E: Emission, V: Values>(
     emission: &E,
     projection: &dyn Projection,

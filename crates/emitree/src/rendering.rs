@@ -1,9 +1,9 @@
-//! What a rendering returns: an image or a cube, its error, and what it took.
+//! The result of a rendering: an image or a cube, its estimated error, and its cost.
 
 use crate::cube::Cube;
 use crate::image::Image;
 use crate::tally::EvaluationCounts;
-use crate::tree::{Ending, SparseTree};
+use crate::tree::{SparseTree, StopReason};
 use core::fmt::Debug;
 use core::time::Duration;
 
@@ -45,7 +45,7 @@ impl Values for Cube {
     }
 }
 
-/// An image or a cube, its error, and what it took.
+/// An image or a cube, its estimated error, and its cost.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Rendering<V = Image> {
@@ -54,17 +54,17 @@ pub struct Rendering<V = Image> {
     pub values: V,
     /// The estimated |error| of each value, in the same unit, if the method has one.
     ///
-    /// `Vol`: what remains unseen, as the tolerance bounds it. `Paper`: what the last generation of
-    /// cells changed. Adaptive `Los`: the error along the lines; that of too few lines for a pixel is
-    /// not in it. Fixed steps have no estimate.
+    /// `Vol`: the estimate that is compared with the tolerance. `Paper`: the change by the last
+    /// generation of cells. Adaptive `Los`: the error along the lines, without that of too few lines for
+    /// a pixel. Fixed steps have no estimate.
     pub error: Option<V>,
-    /// What it took, and how it ended.
+    /// Its cost, and why it ended.
     pub stats: RenderStats,
     /// The tree that was built, if the method builds one, and one only.
     pub tree: Option<RenderedTree>,
 }
 
-/// What a rendering took, and how it ended.
+/// The cost of a rendering, and why it ended.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct RenderStats {
@@ -75,22 +75,22 @@ pub struct RenderStats {
     pub evaluations_per_pixel: EvaluationCounts,
     /// The number of batches in which that was done: one for each refinement step.
     pub batches: u64,
-    /// What ended the rendering.
-    pub ending: Ending,
+    /// Why the rendering ended.
+    pub ending: StopReason,
     /// The energies at which g was integrated along lines of sight, ascending, in the unit of the
     /// energy axis; none without one, or if the method has a tree along the energy axis too.
     pub energies: Vec<f64>,
     /// The base level that was used, if the method has one: [`Method::Vol`](crate::Method::Vol) takes
-    /// a coarser one than asked for if the budget does not suffice, and has not converged then.
+    /// a coarser one than requested if the budget does not suffice, and has not converged then.
     pub base_level: Option<u8>,
-    /// The standard deviation of the smallest Gaussian that would have been seen with a probability
+    /// The standard deviation of the smallest Gaussian that would have been detected with a probability
     /// of 99 %, as a fraction of the edge of the view's cube, if its peak in the image is
     /// [`FEATURE_CONTRAST`](crate::FEATURE_CONTRAST) times the tolerance; only of
     /// [`Method::Vol`](crate::Method::Vol).
     pub smallest_feature: Option<f64>,
-    /// Time spent in g, for one of the threads.
+    /// Time spent in g, of one thread.
     pub emission_time: Duration,
-    /// Time spent altogether.
+    /// The total time.
     pub total_time: Duration,
 }
 
@@ -112,9 +112,9 @@ impl From<Rendering> for Rendering<Cube> {
 }
 
 impl<V: Values> Rendering<V> {
-    /// Whether the method did all it was asked for; `false` if a limit ended it before.
+    /// Whether the stopping criterion was met; `false` if a limit ended the rendering before.
     pub fn converged(&self) -> bool {
-        self.stats.ending == Ending::Complete
+        self.stats.ending == StopReason::Complete
     }
 
     /// The largest estimated |error| of a value over the largest |value|.

@@ -1,6 +1,6 @@
-//! A session: one rendering that can be held between its batches, looked at, and continued.
+//! A session: one rendering that can be held between its batches, inspected, and continued.
 //!
-//! [`render()`](crate::render()) is a session that is run to its end.
+//! [`render()`](crate::render()) runs a session to its end.
 
 use crate::calls::{Calls, Progress, check_finite};
 use crate::cube::Cube;
@@ -16,7 +16,7 @@ use crate::options::{Frame, FrameCallback, Method, RenderOptions, check_options,
 use crate::projection::Projection;
 use crate::rendering::{RenderStats, Rendering, Values};
 use crate::tile::Tile;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use core::borrow::Borrow;
 use core::convert::Infallible;
 use core::future::Future;
@@ -27,15 +27,15 @@ use core::time::Duration;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// A method on its way, which waits for rates.
+/// A method in progress, which waits for rates.
 type Running<'a> = Pin<Box<dyn Future<Output = Result<Made, MethodError>> + Send + 'a>>;
 
 /// What starts a method in the view of a session.
 type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + Sync + 'a;
 
-/// One rendering that can be held between its batches: it asks for rates at points and is told them, so
-/// that the caller has the loop. What is known of the image can be looked at at any time, and a session
-/// that has ended can be continued to a tighter tolerance or to more pixels.
+/// One rendering that can be held between its batches (ask and tell): it returns the points at which
+/// rates are needed and takes the rates, so that the caller has the loop. The latest image can be read at
+/// any time, and a session that has ended can be continued to a tighter tolerance or to more pixels.
 ///
 /// All rates are kept: no point is evaluated twice in one session, unless a step failed at it or the time
 /// limit cut its batch short, and a continued session returns, bit by bit, what a rendering to the new
@@ -75,13 +75,13 @@ pub struct Session<'a, V = Image> {
     values: PhantomData<fn() -> V>,
 }
 
-/// A rendering of a session on its way.
+/// The current rendering of a session.
 struct Course<'a> {
     shape: [usize; 2],
     meter: Arc<Meter>,
     method: Running<'a>,
     state: State,
-    /// Images on the way: those that have not been shown yet, or the latest one.
+    /// Intermediate images: those that have not been passed on yet, or the latest one.
     shown: Vec<Shown>,
     started: Instant,
     /// How long it took, once it has ended.
@@ -89,7 +89,7 @@ struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    /// The course of a method up to the first points that it asks for.
+    /// Runs a method up to its first request for rates.
     fn begin(
         meter: Meter,
         start: &Start<'a>,
@@ -115,7 +115,7 @@ impl<'a> Course<'a> {
         self.advance()
     }
 
-    /// Takes the method up to where it asks or ends.
+    /// Runs the method up to its next request or its end.
     fn advance(&mut self) -> Result<(), MethodError> {
         self.state = match advance(self.method.as_mut()) {
             Poll::Ready(Ok(mut made)) => {
@@ -141,7 +141,7 @@ impl<'a> Course<'a> {
     }
 }
 
-/// What a session is about to do.
+/// The state of a session.
 enum State {
     /// It waits for the rates at these points.
     Waiting(Batch),
@@ -149,7 +149,7 @@ enum State {
     Failed(MethodError),
 }
 
-/// What earlier renderings of a session took.
+/// The cost of earlier renderings of a session.
 #[derive(Clone, Copy, Debug, Default)]
 struct Before {
     evaluations: u64,
@@ -158,12 +158,12 @@ struct Before {
     total_time: Duration,
 }
 
-/// What a session keeps.
+/// What a session stores.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kept {
     /// All rates, so that no point is evaluated twice.
     pub(crate) rates: bool,
-    /// Images on the way.
+    /// Intermediate images.
     pub(crate) images: bool,
 }
 
@@ -201,7 +201,7 @@ impl<'a> Session<'a, Cube> {
 }
 
 impl<'a, V: Values> Session<'a, V> {
-    /// A session up to the first points that it asks for.
+    /// A session up to its first request for rates.
     pub(crate) fn start<P: Borrow<dyn Projection + 'a> + Send + Sync + 'a, E>(
         projection: P,
         shape: [usize; 2],
@@ -235,9 +235,9 @@ impl<'a, V: Values> Session<'a, V> {
     }
 
     /// Continues a session with other options or another `shape` = \[height, width\], in the same view: to a
-    /// tighter tolerance, to more pixels, with a larger budget. Rates that are known are used again and
-    /// cost nothing, but count for `max_evaluations` as if they had been made now. Points that were asked for
-    /// before are void.
+    /// tighter tolerance, to more pixels, with a larger budget. Stored rates are reused without a new
+    /// evaluation, but count for `max_evaluations` as if they had been made now. Points that
+    /// [`ask`](Self::ask) returned before are void.
     ///
     /// # Errors
     ///
@@ -248,7 +248,7 @@ impl<'a, V: Values> Session<'a, V> {
         options: &RenderOptions<'_>,
     ) -> Result<(), RenderError<Infallible>> {
         check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
-        // Whoever can resume a session has the loop, and keeps all.
+        // Only a caller with the loop can resume a session, and then all rates are stored.
         let meter = Meter::new(shape, limits(options, true, true), self.known.clone(), true);
         let course = Course::begin(meter, &*self.start, shape, options.method.clone());
         let course = course.map_err(of_method)?;
@@ -257,7 +257,7 @@ impl<'a, V: Values> Session<'a, V> {
         Ok(())
     }
 
-    /// The points at which rates are wanted next; `None` once the rendering has ended.
+    /// The points at which rates are needed next; `None` once the rendering has ended.
     pub fn ask(&self) -> Option<Samples<'_>> {
         match &self.course.state {
             State::Waiting(batch) => Some(batch.samples()),
@@ -265,8 +265,8 @@ impl<'a, V: Values> Session<'a, V> {
         }
     }
 
-    /// Takes the rates at the points asked for, in their order and in the unit of g, and goes on to the
-    /// next points.
+    /// Takes the rates at the points of [`ask`](Self::ask), in their order and in the unit of g, and
+    /// continues to the next points.
     ///
     /// # Errors
     ///
@@ -290,8 +290,8 @@ impl<'a, V: Values> Session<'a, V> {
         self.course.answer(Ok(batch)).map_err(of_method)
     }
 
-    /// Evaluates an emission at the points asked for, and goes on to the next ones; nothing if the rendering
-    /// has ended.
+    /// Evaluates an emission at the points of [`ask`](Self::ask), and continues to the next ones; does
+    /// nothing if the rendering has ended.
     ///
     /// # Errors
     ///
@@ -300,7 +300,7 @@ impl<'a, V: Values> Session<'a, V> {
         self.evaluate(emission, None)
     }
 
-    /// One [`step`](Self::step); `progress` hears of each call.
+    /// One [`step`](Self::step); `progress` is called after each call of g.
     pub(crate) fn evaluate<E: Emission>(
         &mut self,
         emission: &E,
@@ -309,26 +309,26 @@ impl<'a, V: Values> Session<'a, V> {
         let State::Waiting(batch) = &mut self.course.state else { return Ok(()) };
         let answer = match Calls::new(emission, &self.course.meter, progress).evaluate(batch) {
             Ok(()) => Ok(core::mem::take(batch)),
-            // The method may have an image all the same.
+            // The method may still have an image.
             Err(RenderError::Time { seconds }) => Err(RenderError::Time { seconds }),
             Err(error) => return Err(error),
         };
         self.course.answer(answer).map_err(of_method)
     }
 
-    /// Whether there is nothing more to be evaluated.
+    /// Whether the rendering has ended.
     pub fn is_done(&self) -> bool {
         !matches!(self.course.state, State::Waiting(_))
     }
 
-    /// What is known of the image: the rendering once it has ended, before that the latest image if the
-    /// method has one on the way ([`Method::Vol`] has), with [`Ending::Unfinished`].
+    /// The rendering once it has ended; before that the latest image, with [`StopReason::Unfinished`], if
+    /// the method has intermediate images (only [`Method::Vol`] has).
     pub fn rendering(&self) -> Option<Rendering<V>> {
         match &self.course.state {
             State::Ended(made) => Some(self.finished(made.clone())),
             State::Waiting(_) | State::Failed(_) => {
                 let [cube, error] = self.course.shown.last()?.maps.clone();
-                Some(self.finished(Made::new(cube, Some(error), Ending::Unfinished)))
+                Some(self.finished(Made::new(cube, Some(error), StopReason::Unfinished)))
             }
         }
     }
@@ -342,7 +342,7 @@ impl<'a, V: Values> Session<'a, V> {
         }
     }
 
-    /// Shows the images on the way that have not been shown yet.
+    /// Passes on the intermediate images that have not been passed on yet.
     pub(crate) fn show_new_images<E>(
         &mut self,
         callback: Option<&FrameCallback<'_>>,

@@ -1,4 +1,4 @@
-//! Sample points on their way to g: where they are, and on whose line of sight.
+//! Sample points before their evaluation: where they are, and on which line of sight.
 
 use crate::projection::MappedPoint;
 use core::ops::Range;
@@ -36,7 +36,7 @@ pub(crate) struct Stretch<'a> {
     pub(crate) tile: (usize, usize),
 }
 
-/// The sample points of a batch, made when they are asked for.
+/// The sample points of a batch, computed when they are used.
 pub(crate) type Sites<'a> = dyn Fn(usize) -> Site + Sync + 'a;
 
 /// What makes the sample points of a batch: a function of a point's number, or something that makes

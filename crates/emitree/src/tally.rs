@@ -1,7 +1,7 @@
 //! The tally: how often g was evaluated on the lines of sight of each pixel.
 //!
-//! Few of the pixels of a large image have evaluations of their own, so counts are kept in blocks that
-//! are made when the first one is counted.
+//! Few of the pixels of a large image have evaluations, so counts are stored in blocks that are allocated
+//! at their first evaluation.
 
 use crate::image::Image;
 use core::sync::atomic::{AtomicU32, Ordering};

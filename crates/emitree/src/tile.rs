@@ -5,7 +5,7 @@ use crate::image::Image;
 use crate::projection::{Projection, Region};
 use crate::radiance::PixelRows;
 
-/// One square of an image: all of it, or one of several that lie one above the other.
+/// One square of an image: all of it, or one of several in a stack.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tile<'a> {
     pub(crate) projection: &'a dyn Projection,
@@ -42,7 +42,7 @@ impl<'a> Tile<'a> {
         Ok(tiles.into_iter().enumerate().map(tile).collect())
     }
 
-    /// Finds a pixel whose sum is beyond all numbers, although the rates are not.
+    /// Finds a pixel whose sum is not finite, although the rates are.
     pub(crate) fn check_finite<E>(&self, image: &Image) -> Result<(), RenderError<E>> {
         let [height, width] = self.shape;
         for row in 0..height {

@@ -39,7 +39,7 @@ fn trees_converge_on_smooth_problems() {
     }
 }
 
-/// Pinned: a change that costs more is seen.
+/// Pinned: a change that costs more fails.
 #[test]
 fn trees_cost_what_they_cost() {
     let cost = |name| error(&problem(name).unwrap(), [64, 64], paper(3, 0.01)).0.stats.evaluations;
@@ -78,7 +78,7 @@ fn the_same_point_is_named_on_any_number_of_threads() {
     }
 }
 
-/// A uniform volume has the same radiance in every pixel, seen from inside by a wide camera. The tree
+/// A uniform volume has the same radiance in every pixel of a wide camera inside it. The tree
 /// has the density of solid angle at the centres of its cells, which matters near the poles.
 #[test]
 fn a_uniform_glow_is_uniform() {

@@ -29,7 +29,7 @@ where
 /// A name, a camera and the shape of its image.
 type View = (&'static str, Box<dyn Projection>, [usize; 2]);
 
-/// All kinds of cameras from one position; the narrow ones look at the origin.
+/// All kinds of cameras from one position; the narrow ones point at the origin.
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn views(position: [f64; 3], depth: [f64; 2], fov_rad: f64, bounds: Option<Bounds>) -> Vec<View> {
     let viewpoint = Viewpoint { position, target: [0.1, 0.0, 0.0], up: [0.1, 0.2, 1.0] };

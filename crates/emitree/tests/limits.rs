@@ -2,8 +2,8 @@
 
 use emitree::tree::BuildOptions;
 use emitree::{
-    Bounds, Ellipsoid, Ending, FromFn, GeometryError, LosOptions, Method, Perspective, RenderError,
-    RenderOptions, Steps, Threshold, Viewpoint, VolOptions, render,
+    Bounds, Ellipsoid, FromFn, GeometryError, LosOptions, Method, Perspective, RenderError,
+    RenderOptions, Steps, StopReason, Threshold, Viewpoint, VolOptions, render,
 };
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -45,7 +45,7 @@ fn the_time_ends_every_method_with_the_best_image_so_far() {
     for method in [Method::Vol(vol), Method::Paper(paper), Method::Los(adaptive)] {
         let options = RenderOptions { max_seconds: 0.5, ..RenderOptions::new(method.clone()) };
         let rendering = render(&slow, &emitree::Canonical, [4, 4], &options).unwrap();
-        assert_eq!(rendering.stats.ending, Ending::Time, "{}", method.name());
+        assert_eq!(rendering.stats.ending, StopReason::Time, "{}", method.name());
         assert!(!rendering.converged());
         assert!(
             rendering.stats.total_time < Duration::from_secs(4),
@@ -61,15 +61,15 @@ fn the_time_ends_every_method_with_the_best_image_so_far() {
     }
 }
 
-/// Ctrl-C is heard where no line of sight meets the bounds, too.
+/// Ctrl-C ends a rendering also where no line of sight meets the bounds.
 #[test]
 fn a_view_of_nothing_can_be_ended() {
     let behind = camera(10.0, [0.0, -30.0, 0.0]).unwrap();
     let never = FromFn(|_: [f64; 3], _: [f64; 3]| -> f64 { unreachable!("nothing is in view") });
-    let told = AtomicU64::new(0);
+    let calls = AtomicU64::new(0);
     let stop = |evaluations: u64| {
         assert_eq!(evaluations, 0);
-        told.fetch_add(1, Ordering::Relaxed);
+        calls.fetch_add(1, Ordering::Relaxed);
         ControlFlow::Break(())
     };
     let los = Method::Los(LosOptions { lines: 1, steps: Steps::Fixed(64) });
@@ -78,11 +78,11 @@ fn a_view_of_nothing_can_be_ended() {
         let ended = render(&never, &behind, [16, 16], &options);
         assert_eq!(ended.unwrap_err(), RenderError::Interrupted);
     }
-    assert_eq!(told.into_inner(), 2, "each ends at once");
+    assert_eq!(calls.into_inner(), 2, "each ends at once");
 }
 
 #[test]
-fn a_time_that_ends_before_there_is_an_image_is_told() {
+fn a_time_that_ends_before_there_is_an_image_is_an_error() {
     let slow = FromFn(|_: [f64; 3], _: [f64; 3]| {
         sleep(Duration::from_millis(20));
         1.0

@@ -1,4 +1,4 @@
-//! Opaque bodies: the limb is where geometry has it, to the tolerance, at the cost of smooth images.
+//! Opaque bodies: limbs are located analytically, and images cost as much as smooth ones.
 
 use emitree::{
     Bounds, DiscMapping, Ellipsoid, Emission, Equirectangular, Fisheye, FromFn, Healpix, Image,
@@ -33,7 +33,7 @@ fn planet() -> Vec<Ellipsoid> {
     vec![Ellipsoid::sphere([0.0; 3], 1.0).unwrap()]
 }
 
-/// An exosphere, r⁻⁴, that no one may ask for inside of the planet.
+/// An exosphere, r⁻⁴, that must not be evaluated inside of the planet.
 fn exosphere([x, y, z]: [f64; 3], _: [f64; 3]) -> f64 {
     let squared = x * x + y * y + z * z;
     assert!(squared >= 1.0, "asked at {x}, {y}, {z}");
@@ -75,7 +75,7 @@ fn line(camera: &dyn Projection, depth: [f64; 2], xy: [f64; 2]) -> (f64, f64, bo
 
 /// Rows of lines in a pixel that the limb crosses, before and behind it.
 const ROWS: usize = 300;
-/// Places along a row at which the limb is looked for, and lines between two crossings of it.
+/// Places along a row at which the limb is searched for, and lines between two crossings of it.
 const COLUMNS: usize = 8;
 const PARTS: usize = 24;
 
@@ -99,7 +99,7 @@ fn pieces(hits: impl Fn(f64) -> bool) -> Vec<f64> {
 }
 
 /// Means over lines, weighted with solid angles; where the limb crosses a pixel, over many rows of
-/// them, each parted where it crosses.
+/// them, each divided where it crosses.
 fn exact_image(camera: &dyn Projection, depth: [f64; 2], [rows, columns]: [usize; 2]) -> Image {
     let at = |k: usize, place: f64, pixels: usize| (k as f64 + place) / pixels as f64;
     let coarse = |row: usize, column: usize| {
@@ -255,7 +255,7 @@ fn several_bodies_agree_with_lines_of_sight() {
     );
 }
 
-/// A body that is smaller than a pixel hides what it hides.
+/// A body that is smaller than a pixel occults its part of it.
 #[test]
 fn a_body_smaller_than_a_pixel_is_not_overlooked() {
     let uniform = FromFn(|_: [f64; 3], _: [f64; 3]| 1.0);
@@ -271,7 +271,7 @@ fn a_body_smaller_than_a_pixel_is_not_overlooked() {
     assert!((rendering.values[(10, 12)] - 10.0).abs() < 1e-3);
 }
 
-/// What a whole sky sees is the same in every projection of it, behind an opaque body or not.
+/// The irradiance of a whole sky is the same in every projection of it, behind an opaque body or not.
 #[test]
 fn the_total_irradiance_is_the_same_in_every_projection_of_the_whole_sky() {
     use std::f64::consts::TAU;
@@ -307,7 +307,7 @@ fn the_total_irradiance_is_the_same_in_every_projection_of_the_whole_sky() {
 /// A corner of a box before a large sphere: a few open nodes of the sky are all zero there. Polynomials
 /// of degree 4 continued from them were wrong without limit: a pixel of −146 where there is nothing.
 #[test]
-fn nothing_is_seen_beside_bounds_before_a_large_body() {
+fn pixels_beside_bounds_before_a_large_body_are_0() {
     let viewpoint =
         Viewpoint { position: [60.0, -120.0, 70.0], target: [0.0, 0.0, 12.0], up: [0.0, 0.0, 1.0] };
     let camera = Orthographic::new(viewpoint, [92.0, 72.0], [-INFINITE, INFINITE]).unwrap();
@@ -325,7 +325,7 @@ fn nothing_is_seen_beside_bounds_before_a_large_body() {
     }
 }
 
-/// A body that fills the view but for a corner: 68.4 was seen where the maximum is 0.5226.
+/// A body that fills the view but for a corner: a pixel was 68.4 where the maximum is 0.5226.
 #[test]
 fn a_corner_of_the_sky_is_as_bright_as_it_is() {
     let viewpoint = Viewpoint {

@@ -76,7 +76,7 @@ fn figure_11_the_error_falls_with_the_threshold() {
 
 /// The design's measurements of the fixed-step line of sight.
 #[test]
-fn equal_steps_have_the_errors_of_the_prototype() {
+fn uniform_steps_have_the_errors_of_the_prototype() {
     for (lines, steps, evaluations, expected) in
         [(1, 8, 32_768, 0.041), (1, 16, 65_536, 0.004_3), (2, 16, 262_144, 0.001_1)]
     {

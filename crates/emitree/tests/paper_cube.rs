@@ -3,9 +3,9 @@
 use emitree::quadrature::CellRule;
 use emitree::tree::BuildOptions;
 use emitree::{
-    Canonical, Cube, DiscMapping, Emission, Ending, EnergyAxis, EnergyScale, Fisheye, FromFn,
-    FromSpectralFn, Healpix, Image, Method, Projection, RenderOptions, Rendering, Threshold,
-    Viewpoint, render, render_cube,
+    Canonical, Cube, DiscMapping, Emission, EnergyAxis, EnergyScale, Fisheye, FromFn,
+    FromSpectralFn, Healpix, Image, Method, Projection, RenderOptions, Rendering, StopReason,
+    Threshold, Viewpoint, render, render_cube,
 };
 use emitree_problems::{means, relative_error};
 use std::convert::Infallible;
@@ -86,7 +86,7 @@ fn spectral_ball() -> impl Emission<Error = Infallible> {
     FromSpectralFn(|position, _, energy: f64| ball(position) * energy.powf(-INDEX))
 }
 
-/// The promise: the error falls with the threshold, for voxels that are cells and for others.
+/// The error falls with the threshold, for voxels that are cells and for others.
 #[test]
 fn the_error_falls_with_the_threshold() {
     use EnergyScale::{Linear, Log};
@@ -255,7 +255,7 @@ fn limits_end_a_cube() {
     let mut options = paper(2, Threshold::Relative(0.01));
     options.max_evaluations = 20_000;
     let stopped = render(&options).unwrap();
-    assert_eq!(stopped.stats.ending, Ending::Budget);
+    assert_eq!(stopped.stats.ending, StopReason::Budget);
     assert!(stopped.stats.evaluations <= 20_000 && stopped.stats.evaluations > 20_000 - 16);
     options.max_evaluations = 255;
     let text = render(&options).unwrap_err().to_string();

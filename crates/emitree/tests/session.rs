@@ -1,10 +1,10 @@
-//! Sessions: held, looked at and continued.
+//! Sessions: held, inspected and continued.
 
 use emitree::tree::BuildOptions;
 use emitree::{
-    Canonical, Cube, Emission, Ending, EnergyAxis, EnergyScale, Equirectangular, FromFn,
-    FromSpectralFn, Image, LosOptions, Method, Projection, RenderError, RenderOptions, Samples,
-    Session, Steps, Viewpoint, VolOptions, render, render_cube,
+    Canonical, Cube, Emission, EnergyAxis, EnergyScale, Equirectangular, FromFn, FromSpectralFn,
+    Image, LosOptions, Method, Projection, RenderError, RenderOptions, Samples, Session, Steps,
+    StopReason, Viewpoint, VolOptions, render, render_cube,
 };
 use emitree_problems::family::random_scene;
 use std::sync::Arc;
@@ -20,20 +20,20 @@ fn peak([x, y, z]: [f64; 3]) -> f64 {
     0.1 + (-square / 0.02).exp()
 }
 
-/// Answers all questions by hand; the number of rates that were told.
+/// Answers all requests; returns the number of rates.
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn answer(session: &mut Session<'_>, rate: impl Fn([f64; 3]) -> f64) -> u64 {
-    let mut told = 0;
+    let mut answered = 0;
     while let Some(points) = session.ask() {
         let rates: Vec<f64> = points.positions().iter().map(|&at| rate(at)).collect();
-        told += rates.len() as u64;
+        answered += rates.len() as u64;
         session.tell(&rates).unwrap();
     }
-    told
+    answered
 }
 
 #[test]
-fn who_asks_gets_what_render_returns() {
+fn ask_and_tell_give_what_render_gives() {
     let adaptive = LosOptions { lines: 1, steps: Steps::Adaptive(1e-3) };
     let methods = [
         vol(0.01).method,
@@ -45,18 +45,18 @@ fn who_asks_gets_what_render_returns() {
         let options = RenderOptions::new(method);
         let at_once = render(&FromFn(|at, _| peak(at)), CAMERA, [16, 24], &options).unwrap();
         let mut session = Session::<Image>::new(CAMERA, [16, 24], &options).unwrap();
-        let told = answer(&mut session, peak);
+        let answered = answer(&mut session, peak);
         let rendering = session.rendering().unwrap();
         assert_eq!(rendering.values, at_once.values);
         assert_eq!(rendering.error, at_once.error);
-        assert_eq!(rendering.stats.ending, Ending::Complete);
-        assert_eq!(rendering.stats.evaluations, told);
-        assert_eq!(at_once.stats.evaluations, told);
+        assert_eq!(rendering.stats.ending, StopReason::Complete);
+        assert_eq!(rendering.stats.evaluations, answered);
+        assert_eq!(at_once.stats.evaluations, answered);
     }
 }
 
 #[test]
-fn a_cube_is_asked_for_at_its_energies() {
+fn a_cube_is_sampled_at_its_energies() {
     let axis = EnergyAxis::new(1.0, 10.0, 6, EnergyScale::Log).unwrap();
     let rate = |at: [f64; 3], energy: f64| peak(at) * (-energy * (1.0 + at[0])).exp();
     let options = vol(0.01);
@@ -73,7 +73,7 @@ fn a_cube_is_asked_for_at_its_energies() {
     assert_eq!(rendering.stats.energies, at_once.stats.energies);
 }
 
-/// What is continued to 0.1 % is what 0.1 % gives at once. Of what 1 % has cost on the way, depth rules and
+/// A session continued to 0.1 % gives the result of 0.1 % at once. Of the evaluations for 1 %, depth rules and
 /// the final verification do not use all again.
 #[test]
 fn a_tighter_tolerance_gives_what_it_gives_at_once() {
@@ -99,7 +99,7 @@ fn a_tighter_tolerance_gives_what_it_gives_at_once() {
 }
 
 #[test]
-fn more_pixels_and_a_larger_budget_use_what_is_known() {
+fn more_pixels_and_a_larger_budget_use_stored_rates() {
     let emission = FromFn(|at, _| peak(at));
     let run = |session: &mut Session<'_>| {
         while !session.is_done() {
@@ -110,7 +110,7 @@ fn more_pixels_and_a_larger_budget_use_what_is_known() {
     let short = RenderOptions { max_evaluations: 900, ..vol(0.01) };
     let mut session = Session::<Image>::new(CAMERA, [16, 16], &short).unwrap();
     let poor = run(&mut session);
-    assert_eq!((poor.stats.ending, poor.stats.evaluations <= 900), (Ending::Budget, true));
+    assert_eq!((poor.stats.ending, poor.stats.evaluations <= 900), (StopReason::Budget, true));
     session.resume([16, 16], &vol(0.01)).unwrap();
     let good = run(&mut session);
     let at_once = render(&emission, CAMERA, [16, 16], &vol(0.01)).unwrap();
@@ -119,13 +119,13 @@ fn more_pixels_and_a_larger_budget_use_what_is_known() {
     let large = run(&mut session);
     let at_once = render(&emission, CAMERA, [64, 64], &vol(0.01)).unwrap();
     assert_eq!(large.values, at_once.values);
-    // Pixels are integrals of what is known.
+    // Pixels are integrals of the stored rates.
     assert_eq!(large.stats.evaluations, good.stats.evaluations);
     assert_eq!(large.stats.batches, good.stats.batches);
 }
 
 #[test]
-fn images_on_the_way_can_be_looked_at() {
+fn intermediate_images_can_be_read() {
     let scene = random_scene(3);
     let mut session = Session::<Image>::new(CAMERA, [16, 16], &vol(1e-3)).unwrap();
     let mut seen = Vec::new();
@@ -137,7 +137,7 @@ fn images_on_the_way_can_be_looked_at() {
     let last = session.rendering().unwrap();
     assert!(seen.len() > 3 && last.converged());
     for early in &seen {
-        assert_eq!(early.stats.ending, Ending::Unfinished);
+        assert_eq!(early.stats.ending, StopReason::Unfinished);
         assert!(!early.converged());
     }
     let first = seen.first().unwrap().estimated_error().unwrap();
@@ -163,7 +163,7 @@ fn a_session_owns_its_camera_and_moves_to_another_thread() {
     assert!(worker.join().unwrap());
 }
 
-/// Time is up for those who tell rates too.
+/// The time limit ends sessions with `tell` too.
 #[test]
 fn a_time_limit_ends_a_session() {
     let los = Method::Los(LosOptions { lines: 1, steps: Steps::Fixed(8) });

@@ -2,8 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use emitree::{
-    Canonical, Ending, Equirectangular, Frame, FromFn, Image, Method, RenderError, RenderOptions,
-    Rendering, Seed, Viewpoint, VolOptions, render,
+    Canonical, Equirectangular, Frame, FromFn, Image, Method, RenderError, RenderOptions,
+    Rendering, Seed, StopReason, Viewpoint, VolOptions, render,
 };
 use emitree_problems::catalogue::{Problem, problem};
 use emitree_problems::relative_error;
@@ -28,7 +28,7 @@ fn at_tolerance(name: &str, tolerance: f64) -> (Rendering, f64) {
 }
 
 #[test]
-fn promises_are_kept_from_10_percent_to_1e_5() {
+fn tolerances_are_met_from_10_percent_to_1e_5() {
     for name in ["eq8", "beta", "gaussians", "shock"] {
         for tolerance in [0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5] {
             let (rendering, error) = at_tolerance(name, tolerance);
@@ -46,7 +46,7 @@ fn promises_are_kept_from_10_percent_to_1e_5() {
     }
 }
 
-/// Pinned: a change that costs more is seen.
+/// Pinned: a change that costs more fails.
 #[test]
 fn images_cost_what_they_cost() {
     let cost = |(name, tolerance)| at_tolerance(name, tolerance).0.stats.evaluations;
@@ -59,7 +59,7 @@ fn images_cost_what_they_cost() {
     assert_eq!([("ball", 0.1), ("nebula", 0.1)].map(cost), [39_528, 105_541]);
 }
 
-/// Where g jumps, the tolerance is met or said not to be met; and no pixel of g ≥ 0 is negative
+/// Where g jumps, the tolerance is met, or the rendering has not converged; and no pixel of g ≥ 0 is negative
 /// beyond its estimate.
 #[test]
 fn jumps_are_met_or_reported() {
@@ -84,7 +84,7 @@ fn small_pixels_cost_no_evaluations() {
 }
 
 #[test]
-fn odd_shapes_keep_the_promise() {
+fn odd_shapes_meet_the_tolerance() {
     let problem = problem("gaussians").unwrap();
     for shape in [[1, 1], [1, 100], [77, 3], [33, 50]] {
         let rendering = rendered(&problem, shape, &RenderOptions::new(vol(0.01)));
@@ -124,10 +124,10 @@ fn a_budget_is_kept_and_its_image_is_as_good_as_is_said() {
             "{}",
             rendering.stats.evaluations
         );
-        assert_eq!(rendering.stats.ending, Ending::Budget);
+        assert_eq!(rendering.stats.ending, StopReason::Budget);
         let (error, estimate) =
             (relative_error(&rendering.values, &exact), rendering.estimated_error().unwrap());
-        // Nothing has been seen of the peak by the first few samples.
+        // The first few samples miss the peak.
         assert!(
             max_evaluations < 800 || error <= estimate,
             "{max_evaluations}: {error} {estimate}"
@@ -146,18 +146,18 @@ fn a_budget_is_kept_and_its_image_is_as_good_as_is_said() {
     );
 }
 
-/// A budget that makes the base coarser has not looked where it was asked to: it never converges.
+/// A budget that makes the base coarser omits requested samples: it never converges.
 #[test]
 fn a_coarser_base_is_named_and_not_called_converged() {
     let peak = FromFn(|[x, _, z]: [f64; 3], _| (-1e3 * (z - 0.44).powi(2)).exp() * (1.0 + x));
     for max_evaluations in [27, 64, 90, 124, 200, 700] {
         let options = RenderOptions { max_evaluations, ..RenderOptions::new(vol(0.01)) };
         let rendering = render(&peak, &Canonical, [16, 16], &options).unwrap();
-        assert_eq!(rendering.stats.ending, Ending::Budget, "{max_evaluations}");
+        assert_eq!(rendering.stats.ending, StopReason::Budget, "{max_evaluations}");
         assert_eq!(rendering.stats.base_level, Some(if max_evaluations < 125 { 1 } else { 2 }));
     }
     let enough = render(&peak, &Canonical, [16, 16], &RenderOptions::new(vol(0.01))).unwrap();
-    assert_eq!((enough.stats.ending, enough.stats.base_level), (Ending::Complete, Some(3)));
+    assert_eq!((enough.stats.ending, enough.stats.base_level), (StopReason::Complete, Some(3)));
 }
 
 /// What cancels along each line leaves an image of rounding errors, which is good enough.
@@ -241,7 +241,7 @@ fn seeds_come_first_when_the_budget_is_short() {
     for max_evaluations in [729, 1_000, 2_000] {
         let options = RenderOptions { max_evaluations, ..RenderOptions::new(with_seeds(&seeds)) };
         let rendering = render(&FromFn(knot), &Canonical, SHAPE, &options).unwrap();
-        assert_eq!(rendering.stats.ending, Ending::Budget, "{max_evaluations}");
+        assert_eq!(rendering.stats.ending, StopReason::Budget, "{max_evaluations}");
         assert!(
             rendering.stats.evaluations >= 729 && rendering.stats.evaluations <= max_evaluations
         );
@@ -250,7 +250,7 @@ fn seeds_come_first_when_the_budget_is_short() {
 
 /// Nine depths step over a sheet so thin; scattered samples do not, whatever the base.
 #[test]
-fn a_thin_sheet_that_lines_step_over_is_seen() {
+fn a_thin_sheet_that_lines_step_over_is_detected() {
     let sheet =
         |[_, _, z]: [f64; 3], _: [f64; 3]| 1.0 + 20.0 * (-((z - 0.44) / 0.008_f64).powi(2)).exp();
     let exact = 1.0 + 20.0 * 0.008 * core::f64::consts::PI.sqrt();
@@ -309,7 +309,7 @@ fn the_images_on_the_way_get_better_and_end_at_the_last() {
     assert_eq!(error, RenderError::Interrupted);
 }
 
-/// A glow of one brightness fills each pixel of a wide camera with the same radiance: pixels are
+/// A uniform emission has the same radiance in each pixel of a wide camera: pixels are
 /// means over solid angles, and those at the poles are small.
 #[test]
 fn a_uniform_glow_is_uniform_over_the_whole_sky() {

@@ -2,9 +2,9 @@
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use emitree::{
-    Canonical, Cube, Ellipsoid, Emission, Ending, EnergyAxis, EnergyScale, FromFn, FromSpectralFn,
-    Healpix, Image, LosOptions, Method, Perspective, Projection, RenderOptions, Rendering, Seed,
-    Steps, Viewpoint, VolOptions, render, render_cube,
+    Canonical, Cube, Ellipsoid, Emission, EnergyAxis, EnergyScale, FromFn, FromSpectralFn, Healpix,
+    Image, LosOptions, Method, Perspective, Projection, RenderOptions, Rendering, Seed, Steps,
+    StopReason, Viewpoint, VolOptions, render, render_cube,
 };
 use emitree_problems::cubes::{CubeProblem, problem, problems};
 use std::convert::Infallible;
@@ -73,7 +73,7 @@ fn one_spectrum_everywhere_costs_one_image_and_a_few_spectra() {
     }
 }
 
-fn check_promise(name: &str) {
+fn check_tolerance(name: &str) {
     let exact_error = problem(name).unwrap().cube_error;
     for (tolerance, bins) in [(0.1, BINS), (0.01, 5), (0.01, BINS), (1e-3, BINS)] {
         let found = checked(name, SHAPE, bins, &vol(tolerance));
@@ -87,18 +87,18 @@ fn check_promise(name: &str) {
 }
 
 #[test]
-fn promises_are_kept_for_lines_and_edges() {
-    ["mixture", "narrow-line", "edge"].into_iter().for_each(check_promise);
+fn tolerances_are_met_for_lines_and_edges() {
+    ["mixture", "narrow-line", "edge"].into_iter().for_each(check_tolerance);
 }
 
 #[test]
-fn promises_are_kept_for_smooth_spectra_that_change_with_place() {
-    ["bremsstrahlung", "ena-ring"].into_iter().for_each(check_promise);
+fn tolerances_are_met_for_smooth_spectra_that_change_with_place() {
+    ["bremsstrahlung", "ena-ring"].into_iter().for_each(check_tolerance);
 }
 
-/// A line that is elsewhere at each place is the dearest.
+/// A line at another energy at each place is the most expensive.
 #[test]
-fn promises_are_kept_for_a_line_that_is_shifted() {
+fn tolerances_are_met_for_a_line_that_is_shifted() {
     for (tolerance, evaluations) in [(0.1, 256_308), (0.01, 490_108)] {
         let found = checked("doppler", SHAPE, BINS, &vol(tolerance));
         assert!(found.rendering.converged() && found.error <= tolerance, "{}", found.error);
@@ -161,16 +161,16 @@ fn threads_and_batches_change_no_bit() {
     }
 }
 
-/// A limit ends the rendering with what is there, and says that the promise is not kept.
+/// A limit ends the rendering with the image so far, which has not converged.
 #[test]
-fn a_limit_is_kept_and_told() {
+fn a_limit_is_kept_and_reported() {
     for limit in [30, 400, 729, 1000, 5000, 12_000] {
         let options = RenderOptions { max_evaluations: limit, ..vol(1e-3) };
         let found = checked("ena-ring", SHAPE, BINS, &options);
         assert!(found.rendering.stats.evaluations <= limit, "{limit}");
         assert!(!found.rendering.converged(), "{limit}");
-        assert_ne!(found.rendering.stats.ending, Ending::Complete);
-        // What is not known is said to be not known.
+        assert_ne!(found.rendering.stats.ending, StopReason::Complete);
+        // The estimate is infinite where it is not known.
         let within = share_within_estimate(&found, 1e-6);
         assert!(within >= 0.95 || limit < 729, "{limit}: {within}");
         assert!(found.rendering.estimated_error() > Some(1e-3), "{limit}");
@@ -208,7 +208,7 @@ fn exact_ball(mean: impl Fn([f64; 2]) -> f64, axis: &EnergyAxis, size: usize) ->
     Cube::from_bands(axis.edges().windows(2).map(band).collect())
 }
 
-/// A band feature between the energies that are looked at first, darkness beside it.
+/// A band feature between the first selected energies, and no emission beside it.
 #[test]
 fn a_feature_in_darkness_is_found() {
     let axis = EnergyAxis::new(0.0, 1.0, 16, EnergyScale::Linear).unwrap();
@@ -260,7 +260,7 @@ fn a_line_in_darkness_is_found_where_it_is_announced() {
     }
 }
 
-/// A compact source that only a seed finds is not counted twice, though the first energy saw nothing.
+/// A compact source that only a seed finds is not counted twice, though it was missed at the first energy.
 #[test]
 fn a_seed_in_darkness_is_counted_once() {
     let axis = EnergyAxis::new(0.0, 1.0, 8, EnergyScale::Linear).unwrap();
@@ -282,7 +282,7 @@ fn a_seed_in_darkness_is_counted_once() {
     }
 }
 
-/// A line a thousandth of a bin wide is met by no sample; one is told where it is.
+/// A line a thousandth of a bin wide is met by no sample; it is found if it is declared.
 #[test]
 fn a_very_narrow_line_is_found_where_it_is_announced() {
     let axis = EnergyAxis::new(0.0, 10.0, 10, EnergyScale::Linear).unwrap();
@@ -294,7 +294,8 @@ fn a_very_narrow_line_is_found_where_it_is_announced() {
     let line_energies = vec![line];
     let options =
         RenderOptions::new(Method::Vol(VolOptions { line_energies, ..VolOptions::default() }));
-    let told = render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &options).unwrap();
+    let declared =
+        render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &options).unwrap();
     // Without the continuum the sixth bin has the column of the ball times the line's area.
     let column =
         |centre: f64, from: f64, to: f64| emitree_problems::means::gaussian(20.0, centre, from, to);
@@ -307,9 +308,10 @@ fn a_very_narrow_line_is_found_where_it_is_announced() {
     let exact = Image::from_pixels(16, 16, (0..256).map(pixel).collect());
     let largest = exact.min_max().1;
     assert!(largest > 1.25, "{largest}");
-    assert!(told.values.bands()[6].max_difference(&exact) < 0.01 * largest);
+    assert!(declared.values.bands()[6].max_difference(&exact) < 0.01 * largest);
     assert!(
-        told.values.bands()[5].max_difference(&Image::from_pixels(16, 16, vec![1.0; 256])) < 0.01
+        declared.values.bands()[5].max_difference(&Image::from_pixels(16, 16, vec![1.0; 256]))
+            < 0.01
     );
 }
 

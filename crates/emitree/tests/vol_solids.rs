@@ -5,9 +5,9 @@ use emitree_problems::relative_error;
 use emitree_problems::solids::random_solids;
 use rayon::prelude::*;
 
-/// Promises of 5 % on twenty scenes, and what they cost together.
+/// A tolerance of 5 % on twenty scenes, and the evaluations of all.
 #[test]
-fn promises_are_kept_where_g_jumps() {
+fn tolerances_are_met_where_g_jumps() {
     let outcome = |seed| {
         let solids = random_solids(seed);
         let exact = solids.reference_image([64, 64]);

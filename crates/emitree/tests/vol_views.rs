@@ -1,4 +1,4 @@
-//! Method `vol` on random views with opaque bodies and bounds: whether promises are kept, and what they
+//! Method `vol` on random views with opaque bodies and bounds: how often tolerances are met, and at what
 //! cost. Seeds from 160 on took no part in the choice of any constant.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -10,9 +10,9 @@ use std::ops::Range;
 /// The view whose reference has an error of 4.6e-4, more quarterings or not: too much for 0.1 %.
 const POORLY_KNOWN: u64 = 173;
 
-/// Asks for a tolerance, and how many evaluations that takes altogether; no more than `broken` views may be
+/// Renders to a tolerance, and checks the evaluations of all; no more than `missed` views may be
 /// beyond it.
-fn check(seeds: Range<u64>, tolerance: f64, broken: usize, evaluations: u64) {
+fn check(seeds: Range<u64>, tolerance: f64, missed: usize, evaluations: u64) {
     let outcome = |seed| {
         let view = random_view(seed);
         let reference = view.reference();
@@ -30,11 +30,11 @@ fn check(seeds: Range<u64>, tolerance: f64, broken: usize, evaluations: u64) {
     };
     let known = seeds.into_par_iter().filter(|&seed| tolerance > 1e-3 || seed != POORLY_KNOWN);
     let outcomes: Vec<(bool, u64)> = known.map(outcome).collect();
-    assert!(outcomes.iter().filter(|(is_broken, _)| *is_broken).count() <= broken);
+    assert!(outcomes.iter().filter(|(is_missed, _)| *is_missed).count() <= missed);
     assert_eq!(outcomes.iter().map(|(_, evaluations)| evaluations).sum::<u64>(), evaluations);
 }
 
-macro_rules! promises {
+macro_rules! tolerances_met {
     ($($name:ident: $seeds:expr, $tolerance:expr, $evaluations:expr;)*) => {$(
         #[test]
         fn $name() {
@@ -43,7 +43,7 @@ macro_rules! promises {
     )*};
 }
 
-promises! {
+tolerances_met! {
     a_hundredth_seeds_0: 0..12, 1e-2, 104_707;
     a_hundredth_seeds_12: 12..24, 1e-2, 174_602;
     a_hundredth_seeds_24: 24..36, 1e-2, 174_300;

@@ -3,8 +3,8 @@
 use core::sync::atomic::{AtomicU64, Ordering};
 use emitree::world_tree::{BuiltWorldTree, WorldTreeOptions};
 use emitree::{
-    Canonical, Emission, Ending, Equirectangular, FromFn, Image, Method, Projection, RenderOptions,
-    Samples, Viewpoint, VolOptions, WorldBox, WorldTree, build_world_tree, render,
+    Canonical, Emission, Equirectangular, FromFn, Image, Method, Projection, RenderOptions,
+    Samples, StopReason, Viewpoint, VolOptions, WorldBox, WorldTree, build_world_tree, render,
 };
 use emitree_problems::catalogue::{Problem, problem};
 use emitree_problems::relative_error;
@@ -38,7 +38,7 @@ fn converges(name: &str, rows: &[Row]) {
         let built = built(&problem, order, tolerance);
         let found = errors(&problem, &built);
         assert_eq!(built.evaluations, evaluations, "{name} {order} {tolerance}");
-        assert_eq!(built.ending, Ending::Complete);
+        assert_eq!(built.ending, StopReason::Complete);
         assert!(built.largest_dropped < tolerance * built.largest_rate);
         assert!(found[0] < largest && found[1] < rms, "{name} {order} {tolerance}: {found:?}");
         // Bounds that are far from what is found would hide a loss.

@@ -1,8 +1,8 @@
 """Images of optically thin volume emissions, with as few evaluations of the emission as possible.
 
-An emission rate g(r, d) is given as a function on arrays, a formula, a model, a grid or a tree; a
-camera sees, in each pixel, its integral along the line of sight. `render` makes the image to the
-error that is asked for:
+An emission rate g(r, d) is given as a function on arrays, a formula, a model, a grid or a tree.
+Each pixel of a camera is its integral along the line of sight. `render` computes the image to a
+tolerance:
 
 >>> import emitree, numpy as np
 >>> def corona(position, direction):

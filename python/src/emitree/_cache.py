@@ -1,4 +1,4 @@
-"""Evaluated points on disk, written as they come, for a rendering that may be killed.
+"""Evaluated points on disk, written at once, for a rendering that may be killed.
 
 A cache is a folder:
 
@@ -8,7 +8,7 @@ A cache is a folder:
 
 Points are only ever appended. A process that is killed leaves whole points and at most a piece of
 one, which is dropped when the cache is opened again. Points are known by the bits of position,
-direction and energy: the same call asks for the same ones, so it goes on where it was.
+direction and energy: the same call needs the same ones, so it continues where it was.
 
 Points whose checksum is wrong are never used, but evaluated again. Before anything else a few
 stored points are evaluated again and compared: another function is refused.
@@ -136,7 +136,7 @@ class Cache:
         os.ftruncate(self.points, whole * RECORD)
 
     def _lock(self) -> None:
-        """Keeps other renderings out; the system lets go of it when we are killed."""
+        """Locks the cache; the system releases the lock if the process is killed."""
         try:
             import fcntl
         except ImportError:
@@ -184,7 +184,7 @@ class Cache:
         return whole
 
     def rates(self, evaluator: Any, position: Floats, direction: Floats, energy: Any) -> Floats:
-        """The rates of a batch; the evaluator gives those of points that are not known."""
+        """The rates of a batch; the evaluator gives those of points that are not stored."""
         if len(self.stored):
             self._compare(evaluator, energy is not None)
         points = np.empty((len(position), KEY + 1), "<f8")
@@ -199,7 +199,7 @@ class Cache:
             for part, rates in _evaluated(evaluator, points[new], energy is not None):
                 fresh.update(zip(keys(part), rates.tolist(), strict=True))
                 part[:, KEY] = rates
-                # A rate that is no number ends the rendering; mended, the function is asked again.
+                # A rate that is no number ends the rendering; a corrected function is called again.
                 self._append(part[np.isfinite(rates)])
         found = (fresh[key] if key in fresh else self.known[key] for key in wanted)
         return np.fromiter(found, np.float64, len(wanted))

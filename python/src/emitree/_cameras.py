@@ -51,7 +51,7 @@ _LENGTHS = ("position", "target", "near", "far")
 
 @dataclass(frozen=True)
 class Canonical(Camera):
-    """The unit cube itself, seen along z: x to the right, y up, z away from the observer.
+    """The unit cube itself, viewed along z: x to the right, y up, z away from the observer.
 
     >>> import emitree
     >>> emitree.Canonical()
@@ -66,7 +66,7 @@ class Canonical(Camera):
 class Orthographic(Camera):
     """Parallel lines of sight.
 
-    position, target, up: (3,), the middle of the image plane, a point that is looked at, and the
+    position, target, up: (3,), the middle of the image plane, a target point, and the
         direction that is up in the image.
     extent: width and height of the image, lengths.
     near, far: depths along the lines, lengths; they may be infinite, and be left out where there
@@ -111,7 +111,7 @@ class Perspective(Camera):
 
 @dataclass(frozen=True, kw_only=True)
 class Equirectangular(Perspective):
-    """Equal steps of longitude and latitude about the pointing.
+    """Uniform steps of longitude and latitude about the pointing.
 
     Keywords as for `Perspective`; field_of_view up to [360, 180] degrees.
     """
@@ -167,7 +167,7 @@ class Healpix(Camera):
 
 @dataclass(frozen=True, kw_only=True)
 class Sphere(_Table):
-    """A sphere, as bounds of what glows or as an opaque body: center (3,) and radius, lengths."""
+    """A sphere, as bounds of the emission or as an opaque body: center (3,) and radius, lengths."""
 
     center: Vector
     radius: float
@@ -193,7 +193,7 @@ class Ellipsoid(_Table):
 
 @dataclass(frozen=True, kw_only=True)
 class Box(_Table):
-    """A box along the axes, as bounds of what glows: two corners (3,), lengths."""
+    """A box along the axes, as bounds of the emission: two corners (3,), lengths."""
 
     min: Vector
     max: Vector

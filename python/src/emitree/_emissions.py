@@ -1,4 +1,4 @@
-"""What glows, other than a function: the table `[emission]` of a scene."""
+"""Emissions other than a function: the table `[emission]` of a scene."""
 
 from __future__ import annotations
 

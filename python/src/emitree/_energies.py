@@ -12,9 +12,9 @@ from emitree import _units
 from emitree._function import Floats
 from emitree._native import SceneError
 
-#: The unit of energies that nobody names.
+#: The unit of energies without one.
 _DEFAULT_UNIT = "keV"
-#: How far a border may be from equal steps or ratios, in widths of a bin: what 32-bit floats round.
+#: How far a border may be from uniform steps or equal ratios, in widths of a bin: 32-bit rounding.
 _UNEVEN = 1e-4
 
 
@@ -25,7 +25,7 @@ class Energies:
     min, max: the ends, energies; bins: how many there are between them.
     unit: of the energies, a text or an astropy unit; that of `min` if it is a quantity, else keV.
     scale: "linear" (the default) or "log".
-    lines: energies of narrow spectral lines that are known beforehand, looked at by method "vol".
+    lines: energies of narrow spectral lines that are known beforehand, sampled by method "vol".
 
     >>> import emitree
     >>> emitree.Energies(0.5, 8.0, 4, scale="log").edges
@@ -45,7 +45,7 @@ class Energies:
 
     @classmethod
     def from_edges(cls, edges: Any, unit: Any = None, lines: Any = None) -> Energies:
-        """Bins from their borders (bins + 1,), ascending, in equal steps or equal ratios.
+        """Bins from their borders (bins + 1,), ascending, in uniform steps or equal ratios.
 
         edges: numbers in `unit`, or a quantity.
 
@@ -80,8 +80,8 @@ class Energies:
         ratios = borders[1:] / np.where(borders[:-1] == 0, np.nan, borders[:-1])
         raise SceneError(
             f"`energy` has borders in steps of {widths.min():.6g} to {widths.max():.6g} and ratios "
-            f"of {np.nanmin(ratios):.6g} to {np.nanmax(ratios):.6g}: expected equal steps or equal "
-            "ratios"
+            f"of {np.nanmin(ratios):.6g} to {np.nanmax(ratios):.6g}: expected uniform steps or "
+            "equal ratios"
         )
 
     @property

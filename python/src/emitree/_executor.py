@@ -1,4 +1,4 @@
-"""Batches shared out over any `concurrent.futures.Executor`: threads, processes, clusters."""
+"""Batches divided over any `concurrent.futures.Executor`: threads, processes, clusters."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _LEAST_SECONDS = 0.002
 #: And one that takes more makes others wait for it at the end of a batch [s].
 _MOST_SECONDS = 0.5
 
-#: How often a rendering that waits for workers looks whether it is still wanted [s].
+#: How often a rendering that waits for workers checks whether it was cancelled [s].
 _LOOK_SECONDS = 0.2
 
-#: Raises an exception if nobody wants the rendering any more; set in the thread of that rendering.
+#: Raises an exception if the rendering was cancelled; set in the thread of that rendering.
 still_wanted: ContextVar[Callable[[], None] | None] = ContextVar("still_wanted", default=None)
 
 #: Some of the points of a batch, and their rates.
@@ -77,13 +77,13 @@ class Shared:
                 self.seconds_per_point = seconds / (part.stop - part.start)
                 yield part, rates
         finally:
-            # After an exception nobody wants the others.
+            # After an exception the others are not needed.
             for future in futures:
                 future.cancel()
 
 
 def _as_they_come(futures: Iterable[Future[Any]]) -> Iterator[Future[Any]]:
-    """Futures that are done, without ever waiting longer than somebody wants them."""
+    """Futures that are done, without waiting after a cancellation."""
     wanted = still_wanted.get()
     waiting = set(futures)
     while waiting:
@@ -104,7 +104,7 @@ def _as_they_come(futures: Iterable[Future[Any]]) -> Iterator[Future[Any]]:
 def checked(executor: Any) -> Executor:
     """What `executor` stands for: itself, or that of a dask client."""
     if hasattr(executor, "get_executor"):
-        # Rates are the same each time, but a pure function would be asked once for equal arrays.
+        # Rates are the same each time, but a pure function would be called once for equal arrays.
         return executor.get_executor(pure=False)
     if not callable(getattr(executor, "submit", None)) or isinstance(executor, type):
         raise SceneError(
@@ -124,7 +124,7 @@ def timed(
 
 
 def worker_count(executor: Any) -> int:
-    """How many workers an executor has, as far as it tells."""
+    """How many workers an executor has, as far as it is known."""
     client = getattr(executor, "_client", None)
     if client is not None and hasattr(client, "nthreads"):
         return max(1, sum(client.nthreads().values()))

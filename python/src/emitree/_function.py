@@ -71,8 +71,8 @@ def as_rates(result: Any, count: int, unit: str | None) -> Floats:
     if isinstance(result, np.ma.MaskedArray) and np.ma.is_masked(result):
         raise ValueError("some rates are masked: expected a number for each point")
     if not isinstance(result, np.ndarray) and hasattr(result, "__dlpack__"):
-        # What is on another device, or still wanted for gradients, has to say itself how it is made
-        # an array here, or why it is not.
+        # An array on another device, or one that is part of a gradient, is left to its own
+        # conversion, or raises an exception.
         with suppress(BufferError, RuntimeError):
             result = np.from_dlpack(result)
     rates = np.asarray(result)

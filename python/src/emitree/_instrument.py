@@ -25,8 +25,8 @@ _UNITS = {
 class Instrument:
     """A camera that counts the photons of a cube: `render(..., instrument=...)`.
 
-    exposure: how long it looks [s].
-    effective_area: alike at all energies [cm2]; or the name of a file, an OGIP ARF (.arf, .fits) or
+    exposure: the exposure time [s].
+    effective_area: one for all energies [cm2]; or the name of a file, an OGIP ARF (.arf, .fits) or
         a text table; left out only if `redistribution` includes it.
     redistribution: the name of an OGIP RMF or RSP; without it each energy bin is a channel.
     psf: a full width at half maximum as a quantity, or one of {"fwhm_arcsec": 15.0},

@@ -54,9 +54,9 @@ def batch_size(value: Any) -> int | None:
 
 
 def refuse_unused(method: str, ignored: list[str], given: set[str]) -> None:
-    """Refuses what was asked for and has no effect.
+    """Refuses options without effect.
 
-    ignored: what the scene has and its method does not use; given: what was asked for by keyword.
+    ignored: options of the scene that its method does not use; given: options given by keyword.
     """
     for key in ignored:
         name = "seeds" if key == "seed" else key

@@ -1,4 +1,4 @@
-"""What is told while a rendering works."""
+"""Reports of the progress of a rendering."""
 
 from __future__ import annotations
 

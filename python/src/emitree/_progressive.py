@@ -1,4 +1,4 @@
-"""Images on the way, from a rendering that works in a thread of its own."""
+"""Intermediate images, from a rendering in a thread of its own."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from emitree._function import Floats
 from emitree._render import render
 from emitree._result import Rendering
 
-#: How often the thread looks whether the next image is still wanted [s].
+#: How often the thread checks whether the loop has ended [s].
 _LOOK_SECONDS = 0.05
 
 
 @dataclass(frozen=True)
 class Frame:
-    """An image on the way.
+    """An intermediate image.
 
     image, error: (height, width), in the unit of the final image; of a cube, the whole band.
     evaluations, batches: how many it took so far.
@@ -33,7 +33,7 @@ class Frame:
 
 
 class _Stopped(BaseException):
-    """Nobody wants the next image."""
+    """The loop has ended."""
 
 
 class _Failed:
@@ -44,11 +44,11 @@ class _Failed:
 
 
 def progressive(*arguments: Any, **options: Any) -> Iterator[Frame | Rendering]:
-    """Images on the way, coarse first, and the `Rendering` at the end; arguments as of `render`.
+    """Intermediate images, coarse first, and the `Rendering` at the end; arguments as of `render`.
 
-    Only method "vol" has images on its way. The rendering works in a thread of its own, which also
-    calls the function, while the images are looked at; it ends when the loop does. What ends the
-    rendering, be it `SystemExit`, comes out of the loop.
+    Only method "vol" has intermediate images. The rendering runs in a thread of its own, which also
+    calls the function; it ends when the loop does. An exception that ends the
+    rendering, even `SystemExit`, is raised in the loop.
 
     >>> import emitree
     >>> wave = "1 + sin(5*x) * sin(7*y)"
@@ -60,7 +60,7 @@ def progressive(*arguments: Any, **options: Any) -> Iterator[Frame | Rendering]:
     stop = threading.Event()
 
     def still_wanted() -> None:
-        # When the program ends, nobody closes a loop that was left half-way.
+        # When the program ends, an abandoned loop is not closed.
         if stop.is_set() or not threading.main_thread().is_alive():
             raise _Stopped
 

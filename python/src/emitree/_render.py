@@ -1,4 +1,4 @@
-"""Rendering: from an emission and a camera to an image, its error and its bill."""
+"""Rendering: from an emission and a camera to an image, its estimated error and its cost."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ def render(
     frame: Callable[[Floats, Floats, int, int], Any] | None = None,
     changes: Mapping[str, Any] | None = None,
 ) -> Rendering:
-    """The image that a camera sees of an emission, to the error that is asked for.
+    """The image of an emission from a camera, to a tolerance.
 
-    emission: what glows, one of
+    emission: one of
         * a function f(position, direction) -> rates, or f(position, direction, energy) -> rates
           if `energy` is given. position (n, 3) is in the camera's length unit, direction (n, 3)
           are unit vectors of emission, from the point to the observer, energy (n,) is in the unit
@@ -83,11 +83,11 @@ def render(
     executor: any `concurrent.futures.Executor`, or a dask `Client`, whose workers share each batch
         of a function.
     energy: bins of a cube: `Energies`, a dictionary with the same keys, or their borders
-        (bins + 1,) in equal steps or ratios, in keV or a quantity.
+        (bins + 1,) in uniform steps or equal ratios, in keV or a quantity.
     unit, image_unit: units of the rates and of the image: a text in the grammar of FITS, or an
         astropy unit; both need the camera's `length_unit`.
     quantity: "radiance" (the default) or "irradiance".
-    bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which nothing glows.
+    bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which the emission is 0.
     occulters: opaque `Sphere`s and `Ellipsoid`s.
     seeds: pairs (position (3,), radius) of structures too small for the base lattice.
     instrument: a camera that counts photons: an `Instrument`, or a dictionary with the same keys;
@@ -101,12 +101,13 @@ def render(
         the process was killed the same call goes on from there. Each function needs a cache of its
         own: a few stored points are evaluated again, and another function is refused.
     progress: True for a bar (of tqdm), or a function that is called with the evaluations so far.
-    frame: a function that is called with each image on the way, its error (both of `shape`, in the
-        unit of the final image; of a cube, the whole band), the evaluations and the batches so far.
+    frame: a function that is called with each intermediate image, its error (both of `shape`, in
+        the unit of the final image; of a cube, the whole band), the evaluations and the batches so
+        far.
     changes: of a scene file, {"render.tolerance": 0.1} and the like.
 
-    Raises `SceneError` if something is wrong with what was asked for, `EmissionError` if a rate is
-    not finite, and whatever a function raises, with a note of where it was asked for.
+    Raises `SceneError` if an argument is wrong, `EmissionError` if a rate is
+    not finite, and any exception of a function, with a note of the points that it was called with.
 
     >>> import emitree, numpy as np
     >>> def ball(position, direction):
@@ -162,7 +163,7 @@ def render(
     return _rendered(scene, function, executor, batch_size, threads, cache, progress, frame)
 
 
-#: What of the keywords of `render` the camera sees; all others are of the table `[render]`.
+#: Keywords of `render` that belong to the camera; all others are of the table `[render]`.
 OF_VIEW = frozenset(
     ["energy", "unit", "image_unit", "quantity", "bounds", "occulters", "seeds", "instrument"]
 )
@@ -175,7 +176,7 @@ def scene_of_camera(
     of_view = {key: value for key, value in options.items() if key in OF_VIEW}
     settings = {key: value for key, value in options.items() if key not in OF_VIEW}
     of_scene = _values(settings)
-    # Of `los`, equal steps and a tolerance exclude each other.
+    # Of `los`, uniform steps and a tolerance exclude each other.
     method, steps = of_scene.get("method"), of_scene.get("steps")
     if (
         of_scene.get("tolerance") is None
@@ -330,7 +331,7 @@ def build_tree(
     """Builds a tree of an emission that is the same in all directions, once for many views.
 
     emission: as of `render`; path: the file that the tree is saved in, FITS.
-    bounds: the `Box` that it fills; outside of it nothing glows.
+    bounds: the `Box` that it fills; outside of it the emission is 0.
     tolerance: details below this fraction of the largest rate are dropped; 0.001 by default.
     base_level, order, finest_level, max_evaluations: as in the table `[build]` of a scene.
     length_unit, unit: of the box and of the rates; the others as of `render`.

@@ -1,4 +1,4 @@
-"""What a rendering has found, as arrays, pictures and files.
+"""The result of a rendering, as arrays, pictures and files.
 
 Row 0 of all arrays is the lowest y and column 0 the lowest x, as in FITS: seen from the observer x
 points to the right and y up. Nothing is flipped; plots put row 0 at the bottom.
@@ -26,7 +26,7 @@ _Counted = tuple[
 
 
 class Rendering:
-    """An image or a cube, its error and its bill.
+    """An image or a cube, its estimated error and its cost.
 
     It can be pickled and copied, and needs neither the emission nor any file for that.
 
@@ -39,7 +39,7 @@ class Rendering:
 
     def __init__(self, found: _native.Rendered, report: dict[str, Any]) -> None:
         self._found = found
-        #: The bill and the settings: the keys of the command's report.json, but for the memory.
+        #: The cost and the settings: the keys of the command's report.json, except the memory.
         self.report = report
 
     def __getstate__(self) -> dict[str, Any]:
@@ -72,13 +72,18 @@ class Rendering:
         return self._found.flat_image()
 
     @cached_property
-    def evaluations_of_pixels(self) -> Floats:
+    def evaluations_per_pixel(self) -> Floats:
         """How often the emission was evaluated for each pixel (height, width)."""
-        return self._found.evaluations_of_pixels()
+        return self._found.evaluations_per_pixel()
+
+    @property
+    def evaluations_of_pixels(self) -> Floats:
+        """The former name of `evaluations_per_pixel`."""
+        return self.evaluations_per_pixel
 
     @property
     def expected_counts(self) -> Floats:
-        """What the `instrument` is expected to count, (channels, height, width); NaN off field."""
+        """The expected counts of the `instrument`, (channels, height, width); NaN off field."""
         return self._counted[0]
 
     @property
@@ -218,16 +223,16 @@ class Rendering:
 
     @property
     def smallest_feature(self) -> float | None:
-        """The standard deviation of the smallest Gaussian that would have been seen, or None.
+        """The standard deviation of the smallest Gaussian that would have been detected, or None.
 
         It is a fraction of the edge of the view's cube, for a probability of 99 % and a peak in the
-        image of 20 times the tolerance; only method "vol" tells.
+        image of 20 times the tolerance; only method "vol" has it.
         """
         return self.report["smallest_feature"]
 
     @property
     def converged(self) -> bool:
-        """Whether the method did all that it was asked for; False if a limit ended it."""
+        """Whether the stopping criterion was met; False if a limit ended the rendering."""
         return self._found.converged
 
     @property
@@ -266,7 +271,7 @@ class Rendering:
     def scene(self) -> str:
         """The text of the scene: what `emitree render` takes, but for functions and arrays.
 
-        What was changed in a scene file is told at the end, a comment for each change.
+        Changes of a scene file are comments at the end, one for each change.
         """
         return self._found.scene
 
@@ -300,7 +305,7 @@ class Rendering:
         """An xarray Dataset of `image` and `error` with the coordinates of the pixels' centres.
 
         They are those of the plane that FITS projects to, whose axes are angles only where the
-        camera's are linear; `wcs` knows the angles of all.
+        camera's are linear; `wcs` has the angles of all.
         """
         import xarray
 

@@ -1,4 +1,4 @@
-"""A rendering that asks for rates and is told them: the caller has the loop."""
+"""A rendering in ask-and-tell form: the caller has the loop."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from emitree._function import Floats, as_rates
 from emitree._render import OF_VIEW, scene_of_camera
 from emitree._result import Rendering
 
-#: Keywords of `render` that say how a view is rendered: `resume` may change them.
+#: Keywords of `render` that set how a view is rendered: `resume` may change them.
 _OF_METHOD = frozenset(
     [
         "tolerance",
@@ -33,7 +33,7 @@ _OF_METHOD = frozenset(
 
 @dataclass(frozen=True)
 class Points:
-    """Points at which rates are wanted.
+    """Points at which rates are needed.
 
     position: (n, 3), in the camera's length unit.
     direction: (n, 3), unit vectors of emission, from the point to the observer.
@@ -56,7 +56,7 @@ class Session:
     point is evaluated twice, and the result is, bit by bit, that of the new options at once.
 
     camera, shape: as of `render`.
-    options: keywords of `render` that tell what is rendered: tolerance, method, max_evaluations,
+    options: keywords of `render` that define the rendering: tolerance, method, max_evaluations,
         max_seconds, smallest_feature, energy, unit, image_unit, quantity, bounds, occulters, seeds,
         instrument, and the options of the methods.
 
@@ -84,12 +84,12 @@ class Session:
         return scene_of_camera(_told, self._camera, shape, options)
 
     def ask(self) -> Points | None:
-        """The points at which rates are wanted next; None once the rendering has ended."""
+        """The points at which rates are needed next; None once the rendering has ended."""
         asked = self._native.ask()
         return Points(*asked) if asked is not None else None
 
     def tell(self, rates: Any) -> None:
-        """Takes the rates (n,) at the points asked for, in `unit`, and goes on to the next points.
+        """Takes the rates (n,) at the points of `ask`, in `unit`, and continues to the next points.
 
         Raises `ValueError` if there are not as many rates as points, `EmissionError` if one is not
         finite: then the session still waits for them.
@@ -103,7 +103,7 @@ class Session:
     def resume(self, shape: Sequence[int] | int | None = None, **options: Any) -> None:
         """Continues to a tighter tolerance, to more pixels, or with a larger budget.
 
-        Points that were asked for before are void; if it fails the session is as it was.
+        Points that `ask` returned before are void; if it fails the session is as it was.
 
         shape: of the new image; as it is by default.
         options: those of the method and its limits; others stay as they are.
@@ -115,16 +115,16 @@ class Session:
         self._shape, self._options = shape, changed
 
     def rendering(self) -> Rendering | None:
-        """What is known of the image; None if nothing is.
+        """The rendering so far; None if there is no image yet.
 
-        Before the rendering has ended it is the latest image on the way, which has not converged.
+        Before the rendering has ended it is the latest intermediate image, which has not converged.
         """
         found = self._native.rendering()
         return Rendering(found, found.report()) if found is not None else None
 
 
 def _told(position: Floats, direction: Floats) -> Floats:
-    """What stands for the emission, whose rates are told."""
+    """A placeholder for the emission, whose rates `tell` takes."""
     raise NotImplementedError
 
 

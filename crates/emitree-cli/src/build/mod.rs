@@ -6,7 +6,7 @@ use crate::arguments::BuildArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::render::ProgressLine;
-use emitree::{Ending, RenderError, WorldTreeError, WorldTreeOptions, build_world_tree};
+use emitree::{RenderError, StopReason, WorldTreeError, WorldTreeOptions, build_world_tree};
 use emitree_io::{OutputFile, Quantity, Scene, TreeFile, available_memory_bytes, scene_history};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -62,13 +62,13 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
         return Err(WorldTreeError::Render(RenderError::Interrupted).into());
     }
     let summary = summary::text(&scene, settings, &built, output.path());
-    let complete = built.ending == Ending::Complete;
+    let complete = built.ending == StopReason::Complete;
     let file = TreeFile::new(built, settings.tolerance)
         .with_units(scene.length_unit.as_deref(), scene.image_unit())
         .with_scene(&scene_history(&scene.text, &scene.overrides));
     output.commit(&file.encode()?)?;
     if !arguments.quiet {
-        // The file is written: that nobody reads the summary changes nothing.
+        // The file is written: a summary without a reader is not a failure.
         let _ = summary::print(&summary);
     }
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })

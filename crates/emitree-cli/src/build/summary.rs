@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::render::{grouped, percent, seconds};
-use emitree::Ending;
+use emitree::StopReason;
 use emitree::world_tree::BuiltWorldTree;
 use emitree_io::{BuildSettings, Scene};
 use std::io::Write;
@@ -46,10 +46,11 @@ pub(super) fn text(
     ];
     let cells = grouped(built.unresolved_cells);
     match built.ending {
-        Ending::Complete if built.unresolved_cells > 0 => lines
-            .push(format!("  unresolved   {cells} cells of the finest level that was asked for")),
-        Ending::Complete => {}
-        Ending::DeepestLevel => lines.push(format!(
+        StopReason::Complete if built.unresolved_cells > 0 => {
+            lines.push(format!("  unresolved   {cells} cells of the finest level"));
+        }
+        StopReason::Complete => {}
+        StopReason::MaxLevel => lines.push(format!(
             "  NOT CONVERGED: stopped at the deepest level with {cells} cells unresolved; a \
              finest_level would end it earlier"
         )),

@@ -1,4 +1,4 @@
-//! What the instrument of a scene counts.
+//! The counts of the instrument of a scene.
 
 use super::map::Map;
 use crate::arguments::RenderArguments;
@@ -12,7 +12,7 @@ use emitree_io::{CameraKind, HealpixFile, Scene};
 pub(crate) struct Counts {
     /// The expected counts.
     pub(crate) expected: Map,
-    /// The counts that were drawn from them, if they were asked for.
+    /// The counts that were drawn from them, if they were requested.
     pub(crate) drawn: Option<Map>,
     /// The sums at each step from the radiance to the expected counts.
     pub(crate) steps: Vec<StepSum>,
@@ -20,7 +20,7 @@ pub(crate) struct Counts {
 
 impl Counts {
     /// Of a cube of radiance, before it is in the quantity of the scene; none if the scene has no
-    /// instrument, or if nothing that is written tells of counts.
+    /// instrument, or if no output contains counts.
     ///
     /// A failure comes beside what can be had without it, and is none of the rendering.
     pub(super) fn of(
@@ -49,7 +49,7 @@ impl Counts {
     }
 }
 
-/// Whether a file, the report or the summary tells of counts.
+/// Whether a file, the report or the summary contains counts.
 fn are_needed(arguments: &RenderArguments) -> bool {
     let has_files = !arguments.expected_counts.is_empty() || !arguments.counts.is_empty();
     has_files || arguments.report.is_some() || !arguments.quiet

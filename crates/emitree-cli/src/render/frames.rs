@@ -1,4 +1,4 @@
-//! The frames of `--progressive`: ever finer images in a folder.
+//! The frames of `--progressive`: successive images in a folder.
 
 use super::map::{Map, Rendered};
 use super::outputs::{encode, same_file};
@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 /// What the names of frames start with.
 const FRAME: &str = "frame-";
 
-/// Writes the images that a rendering has on its way, each as soon as it is there.
+/// Writes the intermediate images of a rendering, each as soon as it exists.
 pub(crate) struct FrameWriter<'a> {
     folder: &'a Path,
     scene: &'a Scene,
@@ -32,7 +32,7 @@ impl<'a> FrameWriter<'a> {
         Self { folder, scene, state: Mutex::default() }
     }
 
-    /// Writes a frame; breaks off if that fails, and [`finish`](Self::finish) tells why.
+    /// Writes a frame; breaks off if that fails, and [`finish`](Self::finish) returns the error.
     pub(crate) fn write(&self, frame: &Frame<'_>) -> ControlFlow<()> {
         self.write_images(frame.image, frame.error, frame.evaluations)
     }
@@ -116,7 +116,7 @@ pub(super) fn write_progression(
     Ok(written)
 }
 
-/// Makes the folder of the frames, and sees that it can be written and that no frames of another
+/// Makes the folder of the frames, and checks that it can be written and that no frames of another
 /// run would stand among the new ones.
 pub(super) fn prepare_folder(folder: &Path) -> Result<(), Failure> {
     let refuse = |why: String| {
@@ -136,7 +136,7 @@ pub(super) fn prepare_folder(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether a path is named like a frame and lies in the folder of the frames.
+/// Whether a path is named like a frame and is in the folder of the frames.
 pub(super) fn is_frame_of(path: &Path, folder: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     // The parent of a bare name is the empty path, which stands for this folder.

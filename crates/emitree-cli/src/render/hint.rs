@@ -27,7 +27,7 @@ mod tests {
     use super::reasons;
 
     #[test]
-    fn what_was_evaluated_tells_bounds_from_rates() {
+    fn reasons_differ_for_bounds_and_rates() {
         assert!(reasons(0).contains("no line of sight meets the bounds"));
         assert!(reasons(1_530).contains("0 at all 1,530 points evaluated"));
     }

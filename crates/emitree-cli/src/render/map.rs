@@ -1,7 +1,7 @@
 //! What a rendering makes, whether it has energies or not: maps of one band or of many.
 
 use super::counts::Counts;
-use emitree::{Cube, Ending, Image, RenderStats, RenderedTree, Rendering};
+use emitree::{Cube, Image, RenderStats, RenderedTree, Rendering, StopReason};
 use emitree_instrument::Channel;
 use emitree_io::Scene;
 
@@ -82,7 +82,7 @@ impl Map {
     }
 }
 
-/// A rendering of a scene, in its quantity, and its bill.
+/// A rendering of a scene, in its quantity, and its cost.
 #[derive(Debug)]
 pub(crate) struct Rendered {
     /// The image or the cube.
@@ -93,9 +93,9 @@ pub(crate) struct Rendered {
     pub(crate) band: Option<Map>,
     /// A bound for the error of that image.
     pub(crate) band_error: Option<Map>,
-    /// What the instrument of the scene counts, if it has one.
+    /// The counts of the instrument of the scene, if it has one.
     pub(crate) counts: Option<Counts>,
-    /// What the rendering took.
+    /// The cost of the rendering.
     pub(crate) stats: RenderStats,
     pub(crate) evaluations_per_pixel: Map,
     pub(crate) tree: Option<RenderedTree>,
@@ -122,9 +122,9 @@ impl Rendered {
         Some(self.stats.energies.len()).filter(|&energies| energies > 0)
     }
 
-    /// Whether the method did all it was asked for.
+    /// Whether the stopping criterion was met.
     pub(crate) fn converged(&self) -> bool {
-        self.stats.ending == Ending::Complete
+        self.stats.ending == StopReason::Complete
     }
 
     /// The largest estimated error over the largest |value|.

@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
         line.set(evaluations);
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    // Only `vol` has images on its way; the frames of a tree are made from the whole of it.
+    // Only `vol` has intermediate images; the frames of a tree are made from the whole of it.
     let frames = match (&scene.render.method, &arguments.progressive) {
         (Method::Vol(_), Some(folder)) => Some(FrameWriter::new(folder, &scene)),
         _ => None,
@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     let (mut written, of_files) = pool.install(|| outputs.write(&scene, &rendered, &report))?;
     written.extend(frames);
     if !arguments.quiet {
-        // The files are written: that nobody reads the summary changes nothing.
+        // The files are written: a summary without a reader is not a failure.
         let _ = summary::print(&scene, &rendered, &written);
     }
     // Counts that can't be had cost no more than themselves: the rendering may have taken hours.

@@ -1,4 +1,4 @@
-//! How far it is: one line on a terminal, nothing in a pipe.
+//! The progress: one line on a terminal, nothing in a pipe.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -24,7 +24,7 @@ impl ProgressLine {
         self.0.set_position(evaluations);
     }
 
-    /// Takes the line away.
+    /// Removes the line.
     pub(crate) fn finish(&self) {
         self.0.finish_and_clear();
     }

@@ -4,7 +4,7 @@ use super::counts::{Counts, total};
 use super::hint::nothing_in_view;
 use super::map::Rendered;
 use crate::failure::Failure;
-use emitree::{Ending, FEATURE_CONTRAST, Method, Steps, Threshold};
+use emitree::{FEATURE_CONTRAST, Method, Steps, StopReason, Threshold};
 use emitree_io::{CameraKind, Scene};
 use std::io::Write;
 use std::path::PathBuf;
@@ -96,17 +96,17 @@ fn evaluated(rendered: &Rendered) -> String {
     rendered.energies().map_or_else(String::new, |count| format!(", {count} evaluated"))
 }
 
-/// How a rendering stopped before it had done all that was asked for.
-fn stopped(method: &Method, ending: Ending, evaluations: u64) -> Option<String> {
+/// Why a rendering stopped before its stopping criterion was met.
+fn stopped(method: &Method, ending: StopReason, evaluations: u64) -> Option<String> {
     match (ending, method) {
-        (Ending::Complete, _) => None,
-        (Ending::DeepestLevel, Method::Vol(_)) => {
+        (StopReason::Complete, _) => None,
+        (StopReason::MaxLevel, Method::Vol(_)) => {
             Some("at the finest level (a sixteenth of a pixel or less)".to_owned())
         }
-        (Ending::DeepestLevel, _) => {
+        (StopReason::MaxLevel, _) => {
             Some("at the deepest level; a finest_level would end it earlier".to_owned())
         }
-        (Ending::Time, _) => {
+        (StopReason::Time, _) => {
             Some(format!("by its max_seconds after {} evaluations", grouped(evaluations)))
         }
         _ => Some(format!("by its budget after {} evaluations", grouped(evaluations))),
@@ -164,7 +164,7 @@ fn error(scene: &Scene, rendered: &Rendered, value: &str) -> String {
     format!("{error:.2e} of the largest {value} ({kind})")
 }
 
-/// The smallest feature that would have been seen.
+/// The smallest feature that would have been detected.
 fn covered(fraction: f64) -> String {
     format!(
         "Gaussians down to {fraction:.2e} of the view's cube (99 % probability, {FEATURE_CONTRAST} \
@@ -197,10 +197,10 @@ pub(crate) fn grouped(count: u64) -> String {
 mod tests {
     use super::{grouped, method, percent, stopped};
     use emitree::tree::BuildOptions;
-    use emitree::{Ending, Method, VolOptions};
+    use emitree::{Method, StopReason, VolOptions};
 
     #[test]
-    fn methods_tell_what_they_were_asked_for() {
+    fn methods_are_summarised_with_their_options() {
         let vol = |tolerance, base_level| {
             method(
                 &Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() }),
@@ -218,17 +218,17 @@ mod tests {
     }
 
     #[test]
-    fn endings_are_told_in_the_words_of_the_method() {
+    fn stop_reasons_are_in_the_terms_of_the_method() {
         let vol = |ending| stopped(&Method::Vol(VolOptions::default()), ending, 1_234);
-        assert_eq!(vol(Ending::Complete), None);
+        assert_eq!(vol(StopReason::Complete), None);
         let budget = "by its budget after 1,234 evaluations";
-        assert_eq!(vol(Ending::Budget).unwrap(), budget);
+        assert_eq!(vol(StopReason::Budget).unwrap(), budget);
         let finest = "at the finest level (a sixteenth of a pixel or less)";
-        assert_eq!(vol(Ending::DeepestLevel).unwrap(), finest);
+        assert_eq!(vol(StopReason::MaxLevel).unwrap(), finest);
         let paper = |ending| stopped(&Method::Paper(BuildOptions::default()), ending, 1_234);
-        assert_eq!(paper(Ending::Budget).unwrap(), budget);
+        assert_eq!(paper(StopReason::Budget).unwrap(), budget);
         let deepest = "at the deepest level; a finest_level would end it earlier";
-        assert_eq!(paper(Ending::DeepestLevel).unwrap(), deepest);
+        assert_eq!(paper(StopReason::MaxLevel).unwrap(), deepest);
     }
 
     #[test]

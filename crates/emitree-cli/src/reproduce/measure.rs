@@ -30,7 +30,7 @@ pub(crate) struct Measurements {
     pub(crate) figure_9: Run,
     pub(crate) paper_4: Vec<Run>,
     pub(crate) paper_8: Vec<Run>,
-    /// Equal steps, by the number of lines for each pixel.
+    /// Uniform steps, by the number of lines for each pixel.
     pub(crate) los: Vec<(usize, Vec<Run>)>,
 }
 

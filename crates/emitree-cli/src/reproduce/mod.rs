@@ -60,7 +60,7 @@ pub(crate) fn counted_lines(lines: usize) -> String {
 /// Our numbers beside those that the paper states.
 fn summary(measured: &Measurements) -> String {
     let percent = |error: f64| format!("{:.2} %", 100.0 * error);
-    let bill = |run: Option<&Run>| match run {
+    let cost = |run: Option<&Run>| match run {
         Some(run) => format!("{} for {}", grouped(run.evaluations), percent(run.error)),
         None => "not reached".to_owned(),
     };
@@ -81,20 +81,20 @@ fn summary(measured: &Measurements) -> String {
         [
             "Fig. 9: hierarchical image, base grid 4^3".into(),
             "4,032 for 6 %".into(),
-            bill(Some(&measured.figure_9)),
+            cost(Some(&measured.figure_9)),
         ],
         [
             "Fig. 10: hierarchical method, 1 %, base grid 8^3".into(),
             "20,000 for 1 %".into(),
-            bill(paper.as_ref()),
+            cost(paper.as_ref()),
         ],
     ];
     for (lines, runs) in &measured.los {
         let run = for_one_percent(runs);
         rows.push([
-            format!("Fig. 10: equal steps, 1 %, {} for each pixel", counted_lines(*lines)),
+            format!("Fig. 10: uniform steps, 1 %, {} for each pixel", counted_lines(*lines)),
             if *lines == 1 { "about 10 times as many".into() } else { String::new() },
-            format!("{}  {}", bill(run.as_ref()), ratio(run.as_ref())),
+            format!("{}  {}", cost(run.as_ref()), ratio(run.as_ref())),
         ]);
     }
     let errors = measured.paper().map(|run| run.error);

@@ -6,7 +6,7 @@ use crate::redistribution::{Channel, Group, Redistribution, ResponseRow};
 use fits_well::FitsReader;
 use fits_well::table::Ragged;
 
-/// The number of the first channel, if `TLMIN` of `F_CHAN` does not tell (the memo, section 3.2.2).
+/// The number of the first channel, if `F_CHAN` has no `TLMIN` (the memo, section 3.2.2).
 const FIRST_CHANNEL: i64 = 1;
 /// A sum of a row above this is no probability, with room for rounding and for sloppy files.
 const LARGEST_PROBABILITY: f64 = 1.5;

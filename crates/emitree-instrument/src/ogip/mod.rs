@@ -4,7 +4,7 @@
 //! extension is found by its class (`HDUCLAS1 = 'RESPONSE'`, and `HDUCLAS2` `'SPECRESP'`,
 //! `'RSP_MATRIX'` or `'EBOUNDS'`), or else by its name (`SPECRESP`; `MATRIX` or `SPECRESP MATRIX`;
 //! `EBOUNDS`). Columns may be of any type of number, of fixed or of variable length; energies are in
-//! `keV`, `eV`, `MeV` or `GeV`, keV if the file does not tell, and areas in cm², m² or mm².
+//! `keV`, `eV`, `MeV` or `GeV`, keV if the file has no unit, and areas in cm², m² or mm².
 //!
 //! A matrix includes the effective area if `HDUCLAS3` is `'FULL'`; in files without that keyword, if
 //! its unit is an area, or if a row has a sum above 1.5, which no probability has.

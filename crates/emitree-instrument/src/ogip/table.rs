@@ -98,7 +98,7 @@ impl ResponseTable {
         text(&self.header, keyword)
     }
 
-    /// The smallest legal value of a column, `TLMINn`, if the file tells.
+    /// The smallest legal value of a column, `TLMINn`, if the file has it.
     pub(super) fn minimum(&self, column: &'static str) -> Result<Option<i64>, ResponseFileDefect> {
         let Some(index) = self.index(column) else { return Err(self.no_column(column)) };
         let keyword = format!("TLMIN{}", index + 1);
@@ -158,7 +158,7 @@ impl ResponseTable {
         Ok(rows)
     }
 
-    /// A column of energies in keV, which they are in if the file does not tell.
+    /// A column of energies in keV, the default of files without a unit.
     pub(super) fn energies_kev(
         &self,
         column: &'static str,

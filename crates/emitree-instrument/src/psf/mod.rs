@@ -1,4 +1,4 @@
-//! The point-spread function: where the photons of a pixel are seen.
+//! The point-spread function: where the photons of a pixel are detected.
 //!
 //! It is the same everywhere in the field, in pixels, and for all energies: a Gaussian or an image of a
 //! point source, always of sum 1. A blurred band is the convolution of the band with it. Nothing wraps
@@ -143,7 +143,7 @@ impl Psf {
 
     /// The image of a point source, in pixels of the camera and in the orientation of all images. The
     /// source is in the middle of the pixel at row `height / 2`, column `width / 2`, from 0 and rounded
-    /// down. The kernel is divided by its sum, which [`kernel_sum`](Self::kernel_sum) tells.
+    /// down. The kernel is divided by its sum, which [`kernel_sum`](Self::kernel_sum) returns.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! Views of every kind of camera, and where each of them says that its pixels look.
+//! Views of every kind of camera, and the lines of sight of their pixels.
 
 use emitree::projection::healpix::face_pixel;
 use emitree::{Healpix, Image, MappedPoint, Region, render};
@@ -88,7 +88,7 @@ fn line(point: MappedPoint) -> impl Iterator<Item = f64> {
     point.position.into_iter().chain(point.direction.map(|component| -component))
 }
 
-/// A glow that tells the direction (from the point to the observer), along lines of length 1.
+/// An emission equal to a component of the direction (from the point to the observer), along lines of length 1.
 const SKY: &str = "emission.expression = '-(dx + 10*dy + 100*dz)'
 image = { nside = 4 }
 render = { tolerance = 1e-5 }

@@ -30,18 +30,18 @@ pub(super) enum Scale {
 }
 
 impl Axis {
-    /// An axis on which equal steps are equal differences.
+    /// An axis that is linear in the value.
     pub fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Linear, range: None }
     }
 
-    /// An axis on which equal steps are equal ratios.
+    /// An axis that is linear in the logarithm of the value.
     pub fn log(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Logarithmic, range: None }
     }
 
-    /// An axis of angles in degrees on which equal steps are equal differences of the tangent, as on
-    /// the image plane of a pinhole camera. It wants a [`range`](Self::range) between −90 and 90.
+    /// An axis of angles in degrees that is linear in the tangent of the angle, as on
+    /// the image plane of a pinhole camera. It needs a [`range`](Self::range) between −90 and 90.
     ///
     /// ```
     /// use emitree_io::figure::Axis;
@@ -92,7 +92,7 @@ impl Axis {
     }
 }
 
-/// An axis that knows its ends.
+/// An axis with definite ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ResolvedAxis {
     pub(super) scale: Scale,
@@ -114,7 +114,7 @@ impl ResolvedAxis {
         }
     }
 
-    /// The length of the axis in steps that are equal.
+    /// The length of the axis in the coordinate in which it is linear.
     pub(super) fn extent(&self) -> f64 {
         match self.scale {
             Scale::Linear => self.high - self.low,
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_lie_where_a_pinhole_camera_sees_them() {
+    fn angles_are_those_of_a_pinhole_camera() {
         let axis = Axis::tangent("x").range([-60.0, 60.0]).resolve(std::iter::empty()).unwrap();
         let fractions = [-60.0, 0.0, 45.0, 60.0].map(|angle| axis.fraction(angle));
         let expected = [0.0, 0.5, 0.5 + 0.5 / 3.0_f64.sqrt(), 1.0];

@@ -6,7 +6,7 @@ use skrifa::{FontRef, MetadataProvider};
 
 pub(super) const FAMILY: &str = "DejaVu Sans";
 
-/// Options of the renderer that know this font and no other.
+/// Options of the renderer with this font only.
 pub(super) fn options() -> usvg::Options<'static> {
     let mut options = usvg::Options { font_family: FAMILY.to_owned(), ..Default::default() };
     options.fontdb_mut().load_font_data(dejavu::sans::regular().to_vec());

@@ -1,4 +1,4 @@
-//! A series of points, and how it is told from others: colour, dashes, marker.
+//! A series of points, and what distinguishes it from others: colour, dashes, marker.
 
 use super::svg::{Rgb, Stroke, Svg};
 
@@ -71,7 +71,7 @@ impl Series {
         Self { colour: Some(number), ..self }
     }
 
-    /// How the series looks when it is the one with this `number`.
+    /// The appearance of the series with this `number`.
     pub(super) fn look(&self, number: usize) -> Look {
         let number = self.colour.unwrap_or(number);
         let colour = PALETTE[number % PALETTE.len()];
@@ -84,7 +84,7 @@ impl Series {
     }
 }
 
-/// What tells a series from others.
+/// What distinguishes a series from others.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
     pub(super) stroke: Option<Stroke>,

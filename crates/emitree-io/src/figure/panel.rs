@@ -129,7 +129,7 @@ impl<'a> Panel<'a> {
         self
     }
 
-    /// Equal steps of colour for equal ratios, for maps of errors. Without a [`range`](Self::range)
+    /// Colours on a logarithmic scale, for maps of errors. Without a [`range`](Self::range)
     /// the colours start at the smallest positive pixel; pixels below get the first colour.
     #[must_use]
     pub fn logarithmic(mut self) -> Self {

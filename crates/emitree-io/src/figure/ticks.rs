@@ -1,4 +1,4 @@
-//! Where the ticks of an axis are and what they say.
+//! The positions and labels of the ticks of an axis.
 
 /// Ticks with labels, and the finer ones without.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use fits_well::FitsWriter;
 use fits_well::header::Header;
 use fits_well::table::{Builder, ColumnData, WriteColumn};
 
-/// The coordinate of the channels: their number, or their place where numbers are no equal steps.
+/// The coordinate of the channels: their number, or their place where the numbers are not uniform.
 pub(super) fn axis(channels: &[Channel]) -> WcsAxis {
     let (ctype, cname, crval, cdelt) = match even_numbers(channels) {
         Some([first, step]) => ("CHANNEL", "channel of the detector", first, step),

@@ -25,8 +25,8 @@ pub struct HealpixColumn<'a> {
 
 /// A map of the whole sphere as a file; [`encode`](Self::encode) turns it into bytes.
 ///
-/// The primary HDU has no image, but how the map came about; the map is the table in HDU 1, where
-/// `healpy.read_map(path, nest=True)` looks for it.
+/// The primary HDU has no image, but the provenance; the map is the table in HDU 1, where
+/// `healpy.read_map(path, nest=True)` expects it.
 ///
 /// ```
 /// use emitree_io::{Card, HealpixColumn, HealpixFile};
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn the_headers_say_what_readers_look_for() {
+    fn the_headers_have_the_keywords_of_readers() {
         let values = [0.5; 192];
         let mut file = file(vec![
             HealpixColumn { unit: Some("ph cm-2 s-1"), ..column("RADIANCE", &values) },

@@ -1,11 +1,11 @@
-//! How a file came about: the records of its primary header.
+//! The provenance of a file: the records of its primary header.
 
 use super::FitsEncodeError;
 use super::card::{Card, history_lines, set};
 use fits_well::header::{CommentaryName, Header};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// What the primary header of any file says about its origin.
+/// The provenance in the primary header of any file.
 pub(crate) struct Provenance<'a> {
     pub(crate) cards: &'a [Card],
     pub(crate) history: &'a str,

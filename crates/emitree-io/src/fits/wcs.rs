@@ -94,7 +94,7 @@ impl Wcs {
         }
     }
 
-    /// Longitude and latitude about the pointing in equal steps, the projection CAR, for a field
+    /// Longitude and latitude about the pointing in uniform steps, the projection CAR, for a field
     /// of view of `fov_deg` = \[width, height\] \[deg\].
     ///
     /// At the canonical point (x, y) they are ((x − ½) · width, (y − ½) · height), longitudes
@@ -215,7 +215,7 @@ impl Wcs {
     }
 
     /// The coordinates of a cube of such images, one for each channel: its number, where numbers are
-    /// equal steps, else the rows of the table `EBOUNDS`, from 1.
+    /// uniform, else the rows of the table `EBOUNDS`, from 1.
     ///
     /// ```
     /// use emitree_instrument::Channel;

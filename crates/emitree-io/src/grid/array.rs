@@ -1,4 +1,4 @@
-//! Arrays as files have them, and what every format answers.
+//! Arrays as files have them, and the interface of every format.
 
 use super::budget::{Budget, TWO_ORDERS};
 use super::error::GridReadError;
@@ -42,8 +42,8 @@ impl Array {
         }
     }
 
-    /// The order of the axes: the one asked for, which must not contradict their names, or the one
-    /// that the names tell, or z, y, x.
+    /// The order of the axes: the requested one, which must not contradict their names, or the one
+    /// that the names give, or z, y, x.
     pub(super) fn order(&self, asked: Option<ArrayOrder>) -> Result<ArrayOrder, GridReadError> {
         match (asked, ArrayOrder::from_names(&self.axis_names)) {
             (Some(asked), Some(named)) if asked != named => {
@@ -97,7 +97,7 @@ pub(super) trait Container {
     /// An array by its name.
     fn array(&mut self, name: &str) -> Result<Array, GridReadError>;
 
-    /// What the file says by itself of the nodes along `axis` (0 is x), which is the one at `place`
+    /// The nodes in the file itself along `axis` (0 is x), which is the one at `place`
     /// of the array of the values.
     fn nodes(
         &mut self,

@@ -12,7 +12,7 @@ const VALUE: u64 = size_of::<f64>() as u64;
 pub(super) struct Budget(u64);
 
 impl Budget {
-    /// What the request allows, or else what the system has; no limit if neither tells.
+    /// What the request allows, or else what the system has; no limit if neither is known.
     pub(super) fn of(request: &GridRequest) -> Self {
         Self(request.max_memory_bytes.or_else(available_memory_bytes).unwrap_or(u64::MAX))
     }

@@ -17,7 +17,7 @@ pub struct GridFileError {
     pub cause: GridReadError,
 }
 
-/// What is wrong with the content of a file, or with what was asked of it.
+/// What is wrong with the content of a file, or with the request.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridReadError {
@@ -54,13 +54,13 @@ pub enum GridReadError {
     /// Nothing of this name is in the file.
     #[error("it has no array `{name}`: expected {}", one_of(available))]
     Missing {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The names that there are.
         available: Vec<String>,
     },
-    /// The file does not tell the nodes along an axis.
-    #[error("the file does not tell its nodes: expected {0}")]
+    /// The file does not contain the nodes along an axis.
+    #[error("the file does not contain its nodes: expected {0}")]
     NoNodes(String),
     /// The values are no cube.
     #[error("the values are an array of shape {shape:?}: expected three axes")]
@@ -89,13 +89,13 @@ pub enum GridReadError {
         /// The order of the axes of the values.
         order: ArrayOrder,
     },
-    /// The order asked for is not the one that the names of the axes tell.
+    /// The requested order contradicts the names of the axes.
     #[error(
         "the order of axes is given as {asked}, but the file names them {named}: \
          expected the same"
     )]
     Order {
-        /// The order asked for.
+        /// The requested order.
         asked: ArrayOrder,
         /// The order of the names in the file.
         named: ArrayOrder,

@@ -1,7 +1,7 @@
 //! Cubes in FITS: an image of three axes, the first of them x, and its nodes.
 //!
 //! The layout of the modelling groups of the SMILE mission has the cube in the primary HDU, as
-//! `numpy` sees it `[z, y, x]`, and the nodes, evenly spaced or not, in image extensions `x`, `y`
+//! `numpy` reads it as `[z, y, x]`, and the nodes, evenly spaced or not, in image extensions `x`, `y`
 //! and `z`. A cube without them has its nodes from the linear coordinates of its header.
 
 use super::AXES;

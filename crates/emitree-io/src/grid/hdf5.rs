@@ -1,6 +1,6 @@
 //! Cubes in HDF5 and `NetCDF`: datasets and variables by name.
 //!
-//! Both are read as `NetCDF` sees them: `NetCDF` 4 is HDF5, and an HDF5 file without dimension scales
+//! Both are read as `NetCDF`: `NetCDF` 4 is HDF5, and an HDF5 file without dimension scales
 //! has dimensions without names. What the conventions for `NetCDF` say of missing and packed values
 //! holds for both: `_FillValue`, `missing_value` and the valid range, `scale_factor` and
 //! `add_offset`.

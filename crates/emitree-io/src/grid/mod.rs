@@ -7,16 +7,16 @@
 //! | format | values by default | nodes by default |
 //! | --- | --- | --- |
 //! | FITS | the first image | the image extensions `x`, `y`, `z`, by name or, without names, by order; else CRPIX, CRVAL, CDELT |
-//! | NPY | the array | none: the request has to tell |
+//! | NPY | the array | none: the request has to give them |
 //! | NPZ | `values` | the arrays `x`, `y`, `z` |
 //! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else `x`, `y`, `z` |
 //!
 //! No array is read that takes more memory than there is: sizes are compared first, and a file is read
-//! where it lies, so that the values are in memory once (HDF5 and `NetCDF`: with the file, and with
+//! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the file, and with
 //! the numbers as they are stored).
 //!
-//! The files of this module: `request.rs`, `order.rs` and `error.rs` are what it speaks to others
-//! with, `array.rs` and `budget.rs` are what is common to all formats, and each format has a file.
+//! The files of this module: `request.rs`, `order.rs` and `error.rs` are its interface,
+//! `array.rs` and `budget.rs` are common to all formats, and each format has a file.
 
 mod array;
 mod budget;
@@ -43,7 +43,7 @@ use std::path::Path;
 /// The names of the axes, in the order of positions.
 const AXES: [char; 3] = ['x', 'y', 'z'];
 
-/// What a file has: the grid, and the unit of its values if the file tells.
+/// What a file has: the grid, and the unit of its values if the file has one.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct GridFile {
@@ -101,7 +101,7 @@ const BUFFER: usize = 1 << 18;
 ///
 /// # Errors
 ///
-/// [`GridReadError`] says what is wrong, and what was expected.
+/// [`GridReadError`] states what is wrong, and what was expected.
 pub fn decode_grid(
     bytes: Vec<u8>,
     format: GridFormat,

@@ -180,7 +180,7 @@ fn numbers(
     match source.read(&mut [0]).map_err(malformed)? {
         0 => Ok(values),
         _ => {
-            Err(malformed(format!("it has more bytes of numbers than the {length} that it tells")))
+            Err(malformed(format!("it has more bytes of numbers than the {length} of its header")))
         }
     }
 }

@@ -88,7 +88,7 @@ fn fits_with_linear_coordinates() {
     );
     assert_eq!(
         message("no_axes.fits", &GridRequest::default()),
-        "the x axis: the file does not tell its nodes: expected an image extension `x`, or CRPIX1, \
+        "the x axis: the file does not contain its nodes: expected an image extension `x`, or CRPIX1, \
          CRVAL1 and CDELT1 in the header of the values"
     );
     check("no_axes.fits", &lists(), None);
@@ -112,7 +112,7 @@ fn npy_of_every_type_and_order() {
     );
     assert_eq!(
         message("f8.npy", &GridRequest::default()),
-        "the x axis: the file does not tell its nodes: expected their numbers or their range, \
+        "the x axis: the file does not contain its nodes: expected their numbers or their range, \
          since an NPY file has only one array"
     );
 }
@@ -161,7 +161,7 @@ mod with_hdf5 {
     }
 
     #[test]
-    fn netcdf_tells_the_order_of_its_axes() {
+    fn netcdf_has_the_order_of_its_axes() {
         check("version4_yxz.nc", &GridRequest::default(), UNIT);
         let request = GridRequest { order: Some(ArrayOrder::ZYX), ..GridRequest::default() };
         let error = failure("version4_yxz.nc", &request);
@@ -193,7 +193,7 @@ mod with_hdf5 {
     }
 
     #[test]
-    fn cut_files_are_refused_or_have_what_is_asked_of_them() {
+    fn cut_files_are_refused_or_have_the_requested_values() {
         for name in ["plain.h5", "version4.nc", "classic.nc"] {
             let bytes = bytes(name);
             let (mut refused, request) = (0, GridRequest::default());
@@ -290,7 +290,7 @@ fn cut_fits_files_are_refused() {
     // Within the header of an extension: what is left is a file without it.
     let cut = whole[..2880 * 2 + 100].to_vec();
     let error = decode_grid(cut, GridFormat::Fits, &GridRequest::default()).unwrap_err();
-    assert!(error.to_string().starts_with("the x axis: the file does not tell "), "{error}");
+    assert!(error.to_string().starts_with("the x axis: the file does not contain "), "{error}");
 }
 
 #[test]
@@ -335,7 +335,7 @@ fn cut_npz_files_are_refused() {
         let error = decode_grid(cut, GridFormat::Npz, &lists()).unwrap_err().to_string();
         assert!(error.starts_with("it can't be read as NPZ: "), "{error}");
     }
-    // A bit of the compressed numbers: the checksum tells.
+    // A bit of the compressed numbers: found by the checksum.
     let mut wrong = whole;
     wrong[80] ^= 1;
     let request = named("rate", ["lon", "lat", "z"]);
@@ -353,7 +353,7 @@ fn what_is_not_finite_after_scaling_is_refused() {
     );
 }
 
-/// Small files that declare large arrays: the limit is told, and nothing is allocated.
+/// Small files that declare large arrays: the limit is in the message, and nothing is allocated.
 #[test]
 fn arrays_are_compared_with_the_memory_allowed() {
     let allowed = |bytes, request| GridRequest { max_memory_bytes: Some(bytes), ..request };
@@ -439,7 +439,7 @@ fn only_ordinary_files_are_read() {
 
 /// A FITS image that is stored in a table, tile by tile.
 #[test]
-fn images_compressed_by_tiles_are_told_from_none() {
+fn images_compressed_by_tiles_are_distinguished_from_none() {
     let mut bytes = Vec::new();
     let card = |text: &str| format!("{text:80}").into_bytes();
     let primary = [

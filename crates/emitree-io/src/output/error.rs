@@ -1,9 +1,9 @@
-//! Why an output can't be had.
+//! Errors of outputs.
 
 use std::io;
 use std::path::PathBuf;
 
-/// An output file that was asked for and can't be had.
+/// An output file that can't be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
@@ -39,7 +39,7 @@ pub enum OutputError {
         path: PathBuf,
         /// The folder that the file was to be created in.
         folder: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// A pipe or a device can't be opened.
@@ -47,17 +47,17 @@ pub enum OutputError {
     Open {
         /// The path given.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
-    /// The bytes could not be stored, for want of space for example.
+    /// The bytes could not be stored, for lack of space for example.
     #[error("`{}`: cannot write {length} bytes ({source}){}", path.display(), also(written))]
     Write {
         /// The path given.
         path: PathBuf,
         /// The length of the whole file.
         length: usize,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
         /// The outputs of the same run that were complete before; empty unless `path` is a pipe or a
         /// device.
@@ -68,7 +68,7 @@ pub enum OutputError {
     Replace {
         /// The path given.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
         /// The outputs of the same run that were replaced before.
         written: Vec<PathBuf>,

@@ -1,7 +1,7 @@
 //! Output files that are whole or absent.
 //!
 //! A rendering may take hours, so that an output which can't be written must be found before it
-//! starts, and a run that dies must not leave half a file that looks like a result. An
+//! starts, and a run that is killed must not leave half a file under the name of a result. An
 //! [`OutputFile`] therefore opens a temporary file beside its target at once and renames it when
 //! the bytes are complete. [`commit_all`] does so for several files: all of them are stored before
 //! the first gets its name.
@@ -36,7 +36,7 @@ use tempfile::NamedTempFile;
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("image.npy");
 /// let output = OutputFile::create(&path)?;
-/// assert!(!path.exists()); // nothing that looks like a result, yet
+/// assert!(!path.exists()); // no file of that name yet
 /// output.commit(b"bytes")?;
 /// assert_eq!(std::fs::read(&path)?, b"bytes");
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -64,7 +64,7 @@ fn prefix(name: &OsStr) -> OsString {
     prefix
 }
 
-/// Removes the temporary files for a target whose runs are no more. What can't be looked at stays.
+/// Removes the temporary files for a target whose runs are no more. Files that can't be read stay.
 fn remove_abandoned(folder: &Path, prefix: &OsStr) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {

@@ -1,4 +1,4 @@
-//! The text of a scene as a tree of values that all know where they were written.
+//! The text of a scene as a tree of values, each with its place in the text.
 //!
 //! The scene's kinds are tagged by a key (`type = "…"`), and a TOML reader that deserialises tagged
 //! kinds loses the place of what is wrong. So values keep their spans here, and are read by hand.

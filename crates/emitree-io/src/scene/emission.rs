@@ -16,7 +16,7 @@ use emitree_models::{Expression, Model, ModelError, OutsideGrid, build_model};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What glows in a scene, in units of its own.
+/// The emission of a scene, in its own units.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum EmissionSource {
@@ -36,7 +36,7 @@ pub enum EmissionSource {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EmissionFailure {
-    /// A grid that is to be an error outside was asked for a point there.
+    /// A grid with `outside = "error"` was evaluated outside.
     #[error("{0} (or `emission.grid.outside = \"zero\"`)")]
     OutsideGrid(#[from] OutsideGrid),
     /// The scene names a function, and is rendered without it.
@@ -65,7 +65,7 @@ impl EmissionSource {
         }
     }
 
-    /// The unit of an image, FITS grammar; empty if the source does not tell.
+    /// The unit of an image, FITS grammar; empty if the source has none.
     pub fn image_unit(&self) -> &str {
         match self {
             Self::Expression(_) | Self::Grid(_) | Self::Function(_) => "",
@@ -103,7 +103,7 @@ impl Emission for EmissionSource {
 const KINDS: &str = "`expression = \"…\"`, `model = \"…\"`, `grid = { file = \"…\" }` or \
                      `tree = \"…\"`";
 
-/// The emission, and what the scene says of its units; `spectral` if the scene has an energy axis.
+/// The emission, and its units in the scene; `spectral` if the scene has an energy axis.
 pub(super) fn read(
     mut table: Table,
     spectral: bool,

@@ -59,7 +59,7 @@ pub(super) fn read(mut table: Table) -> Result<Energies, SceneError> {
     Energies::new(axis, name).map(|energies| energies.with_lines(lines)).map_err(|error| {
         let place = unit.as_ref().map_or(&whole, |(_, place)| place);
         let refused = SceneError::at(place, format!("`energy.unit`: {error}"));
-        // A unit that can't be read says itself what was expected.
+        // The error of a unit has what was expected.
         if Unit::parse(name).is_ok() {
             refused.label("expected a unit of energy, as in \"keV\"")
         } else {

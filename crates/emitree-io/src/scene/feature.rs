@@ -9,7 +9,7 @@ use emitree::FeatureSize;
 const EXPECTED: &str = "a fraction of the view's cube, above 0 and at most 1, or a length as in \
                         \"0.1 R_E\" or { length = 0.1 }, in `length_unit`";
 
-/// The size that a node asks for; `length_unit` is that of the scene.
+/// The size in a node; `length_unit` is that of the scene.
 pub(super) fn read(node: Node, length_unit: Option<&str>) -> Result<FeatureSize, SceneError> {
     match &node.value {
         Value::Text(text) => length_with_unit(&node, text, length_unit),

@@ -1,4 +1,4 @@
-//! Scene files: what glows, which camera looks at it, how many pixels, by which method.
+//! Scene files: the emission, the camera, the number of pixels, and the method.
 //!
 //! The format is TOML; the guide has all keys. Options of the command line are scenes of one line
 //! that are merged into the file, so every value is checked in one place and every error names the
@@ -67,7 +67,7 @@ pub struct Scene {
     pub text: String,
     /// What the command line changed, as `key = value`.
     pub overrides: Vec<String>,
-    /// What glows.
+    /// The emission.
     pub emission: SceneEmission,
     /// The camera.
     pub camera: Camera,
@@ -83,24 +83,24 @@ pub struct Scene {
     pub energy: Option<Energies>,
     /// The camera that counts photons, if the scene has one.
     pub instrument: Option<SceneInstrument>,
-    /// The unit of the pixels, FITS grammar; empty if the scene does not tell.
+    /// The unit of the pixels, FITS grammar; empty if the scene has none.
     unit: String,
     /// The unit of the image of all energies, where there are energies.
     band: BandUnit,
     /// How it is rendered.
     pub render: RenderSettings,
-    /// The tree that `emitree build` makes of it, if the scene asks for one.
+    /// The tree that `emitree build` makes of it, if the scene has `[build]`.
     pub build: Option<BuildSettings>,
 }
 
 impl Scene {
-    /// The unit of the image, or of the cube, FITS grammar; empty if the scene does not tell.
+    /// The unit of the image, or of the cube, FITS grammar; empty if the scene has none.
     pub fn image_unit(&self) -> &str {
         &self.unit
     }
 
     /// The unit of the image of the whole energy band: that of the cube times an energy, FITS
-    /// grammar; empty if the scene does not tell, or has no energies.
+    /// grammar; empty if the scene has no units, or no energies.
     pub fn band_unit(&self) -> &str {
         &self.band.unit
     }
@@ -142,7 +142,7 @@ impl Scene {
     }
 
     /// The counts that the scene's instrument is expected to make of a cube of radiance as it is
-    /// rendered, in [`image_unit`](Self::image_unit), or per steradian of it where the scene asks for
+    /// rendered, in [`image_unit`](Self::image_unit), or per steradian of it where the quantity of the scene is
     /// irradiance; none if the scene has no instrument.
     ///
     /// ```
@@ -213,7 +213,7 @@ impl Scene {
         }
     }
 
-    /// Renders an emission as the scene says: radiances, in one band if the scene has no energies.
+    /// Renders an emission with the settings of the scene: radiances, in one band if the scene has no energies.
     ///
     /// # Errors
     ///
@@ -230,7 +230,7 @@ impl Scene {
         }
     }
 
-    /// The same rendering as a session, which asks for rates in the unit of the image per length.
+    /// The same rendering as a session, which takes rates in the unit of the image per length.
     ///
     /// # Errors
     ///
@@ -244,7 +244,7 @@ impl Scene {
         Session::with_energies(camera, shape, axis, options)
     }
 
-    /// Radiances, or their errors, in the quantity that the scene asks for.
+    /// Radiances, or their errors, in the quantity of the scene.
     pub fn in_quantity(&self, radiance: &Image) -> Image {
         match self.quantity {
             Quantity::Irradiance => irradiance_of(radiance, self.camera.projection()),
@@ -376,7 +376,7 @@ fn read(path: &Path) -> io::Result<String> {
     Ok(text)
 }
 
-/// Height and width of the image, and what is said of its unit.
+/// Height and width of the image, and the settings of its unit.
 fn read_image(
     table: Option<Table>,
     camera: CameraKind,

@@ -1,8 +1,8 @@
 //! Units: from those of the emission to those of the image.
 //!
-//! An emission has a rate unit and a length unit of its own; the scene has a length unit, and may ask
-//! for the image in another unit. All of it becomes two factors: one on positions, one on rates. The
-//! renderer sees pure numbers.
+//! An emission has a rate unit and a length unit of its own; the scene has a length unit, and may set
+//! another unit for the image. All of it becomes two factors: one on positions, one on rates. The
+//! renderer works with pure numbers.
 
 use super::emission::{EmissionFailure, EmissionSource};
 use super::error::SceneError;
@@ -35,7 +35,7 @@ impl Quantity {
     }
 }
 
-/// What `[emission]` says of units.
+/// The units in `[emission]`.
 pub(super) struct EmissionUnits {
     unit: Option<Text>,
     photon_energy_ev: Option<(f64, Place)>,
@@ -78,7 +78,7 @@ impl EmissionUnits {
     }
 }
 
-/// What `[image]` says of units.
+/// The units in `[image]`.
 pub(super) struct ImageUnits {
     unit: Option<Text>,
     quantity: Option<Text>,
@@ -90,12 +90,12 @@ impl ImageUnits {
     }
 }
 
-/// What glows in a scene, in the scene's units: an [`Emission`] whose line-of-sight integral over the
+/// The emission of a scene, in the scene's units: an [`Emission`] whose line-of-sight integral over the
 /// scene's length unit is the image in its own unit.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SceneEmission {
-    /// What glows, in units of its own.
+    /// The emission, in its own units.
     pub source: EmissionSource,
     /// Length units of the source in one of the scene.
     pub length_factor: f64,
@@ -148,7 +148,7 @@ pub(super) struct Radiometry {
     pub(super) band: BandUnit,
 }
 
-/// The unit of the image of all energies, empty if nobody tells, and what a sum of voxels times bins
+/// The unit of the image of all energies, empty if it is not known, and what a sum of voxels times bins
 /// is multiplied with for it.
 #[derive(Clone, Debug)]
 pub(super) struct BandUnit {
@@ -243,8 +243,8 @@ fn energy_factor(of_source: Option<&str>, energies: Option<&Energies>) -> f64 {
     known.unwrap_or(1.0)
 }
 
-/// The unit of the image before anything is asked for, and what the rates are multiplied with for
-/// it; none if the scene does not tell.
+/// The unit of the image if the scene sets none, and what the rates are multiplied with for
+/// it; none if it is not known.
 fn native(
     source: &EmissionSource,
     of_emission: &EmissionUnits,
@@ -259,7 +259,7 @@ fn native(
         }
         (Some((unit, place)), _) => (unit.as_str(), Some(place)),
         (None, EmissionSource::Grid(grid)) => match &grid.unit {
-            // A file's unit that nobody asked for may be anything.
+            // The unit in a file is not checked if it is not used.
             Some(unit) if Unit::parse(unit).is_ok() && scene_length.is_some() => {
                 (unit.as_str(), None)
             }
@@ -312,7 +312,7 @@ fn in_wanted_unit(
         };
     };
     let (native, factor) = match (quantity, Unit::parse("sr")) {
-        // What shines into all directions, 4π sr, has its share in each of them.
+        // An isotropic emission, into 4π sr, has 1/(4π) of it per steradian.
         (Quantity::Irradiance, Ok(_)) if native.dimension().angle == 0 => {
             (native, factor / (4.0 * std::f64::consts::PI))
         }

@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub struct RenderSettings {
     /// The method with its options.
     pub method: Method,
-    /// The image error asked for, relative to the largest pixel, where the method keeps one.
+    /// The tolerance, relative to the largest pixel, where the method has one.
     pub tolerance: Option<f64>,
     /// The largest number of evaluations; the method's default if it is not given.
     pub max_evaluations: Option<u64>,
@@ -80,7 +80,7 @@ pub(super) fn read(
     };
     let base_level = base_level.map(|node| level(&node, base_levels)).transpose()?;
     let build_options = build_options(base_level, &of_trees)?;
-    // Where the tolerance is not one of lines, it does not contradict equal steps.
+    // Where the tolerance is not one of lines, it does not contradict uniform steps.
     let of_line = tolerance.as_ref().filter(|_| kind == Kind::Los);
     let los_options = los_options(&of_lines, of_line)?;
 
@@ -248,7 +248,7 @@ fn read_threshold(node: &Node) -> Result<Threshold, SceneError> {
     }
 }
 
-/// Equal steps or adaptive ones; where both are given, what was said last counts, and the command
+/// Uniform or adaptive steps; where both are given, the later one counts, and the command
 /// line is later than the scene.
 fn line_steps(tolerance: Option<&Node>, steps: Option<&Node>) -> Result<Steps, SceneError> {
     let count = |node: &Node| at_least_one(node, "a number of steps along each line, 1 or more");
@@ -265,7 +265,7 @@ fn line_steps(tolerance: Option<&Node>, steps: Option<&Node>) -> Result<Steps, S
                     let same = Arc::ptr_eq(&tolerance.place.source, &steps.place.source);
                     let place = if same { &steps.place } else { &tolerance.place };
                     Err(SceneError::at(place, "both `tolerance` and `steps` are given")
-                        .label("expected one of them: adaptive or equal steps along each line"))
+                        .label("expected one of them: adaptive or uniform steps along each line"))
                 }
             }
         }

@@ -5,8 +5,8 @@ use super::error::SceneError;
 use super::source::Place;
 use std::collections::BTreeMap;
 
-/// A table that is being read. Keys that nobody asked for are refused at the end, with the keys
-/// that were asked for as what was expected.
+/// A table that is being read. Keys that were not read are refused at the end, with the keys
+/// that were read as what was expected.
 pub(super) struct Table {
     path: String,
     place: Place,
@@ -36,7 +36,7 @@ impl Table {
         self.entries.remove(key).map(|entry| entry.node)
     }
 
-    /// The value of a key that must be there; a key that looks like it is taken for a slip.
+    /// The value of a key that must be there; a similar key is taken for a slip.
     pub(super) fn require(
         &mut self,
         key: &'static str,
@@ -45,7 +45,7 @@ impl Table {
         if let Some(node) = self.take(key) {
             return Ok(node);
         }
-        if let Some((slip, entry)) = self.entries.iter().find(|(other, _)| alike(key, other)) {
+        if let Some((slip, entry)) = self.entries.iter().find(|(other, _)| similar(key, other)) {
             return Err(self.unknown(slip, entry));
         }
         let path = self.path_of(key);
@@ -90,14 +90,14 @@ impl Table {
         &self.place
     }
 
-    /// Refuses keys that nobody asked for.
+    /// Refuses keys that were not read.
     pub(super) fn finish(self) -> Result<(), SceneError> {
         self.entries.iter().next().map_or(Ok(()), |(key, entry)| Err(self.unknown(key, entry)))
     }
 
     fn unknown(&self, key: &str, entry: &Entry) -> SceneError {
         let known: Vec<String> = self.asked.iter().map(|key| format!("`{key}`")).collect();
-        let label = match self.asked.iter().find(|known| alike(known, key)) {
+        let label = match self.asked.iter().find(|known| similar(known, key)) {
             Some(known) => format!("did you mean `{known}`?"),
             None => format!("expected one of {}", known.join(", ")),
         };
@@ -111,7 +111,7 @@ impl Table {
 }
 
 /// Whether one key may be a slip for the other: a letter or two changed, missing or swapped.
-fn alike(a: &str, b: &str) -> bool {
+fn similar(a: &str, b: &str) -> bool {
     strsim::osa_distance(a, b) <= 1 + a.len().max(b.len()) / 5
 }
 
@@ -166,7 +166,7 @@ impl Node {
         items.iter().map(|item| Ok((item.number()?, item))).collect()
     }
 
-    /// An error that says what the value is and what was expected.
+    /// An error with the value and what was expected.
     pub(super) fn refuse(&self, value: &str, expected: &str) -> SceneError {
         SceneError::at(&self.place, format!("`{}` is {value}", self.path))
             .label(format!("expected {expected}"))

@@ -43,7 +43,7 @@ method = "los"
 steps = 160
 "#;
 
-/// All of method `vol`, and two structures to be looked at.
+/// All of method `vol`, and two seeds.
 const KNOTS: &str = r#"
 [emission]
 expression = "exp(-x^2)"
@@ -153,7 +153,7 @@ fn an_error_in_an_option_names_the_option() {
 }
 
 #[test]
-fn adaptive_or_equal_steps_whichever_was_said_last() {
+fn adaptive_or_uniform_steps_the_later_option_counts() {
     let steps = |overrides: &[Override]| match render_of(overrides).unwrap().method {
         Method::Los(options) => options.steps,
         method => panic!("{method:?}"),
@@ -406,7 +406,7 @@ fn settings_of_vol_out_of_range_are_refused() {
         let message = format!("`render.base_level` is {level}");
         expect(KNOTS, ["base_level = 4", &format!("base_level = {level}")], 23, &message, levels);
     }
-    // Lines of sight go on taking tolerances that say no more than "coarse".
+    // Method `los` accepts very large tolerances.
     let los = [option("render.method", "los"), option("render.tolerance", "2")];
     assert_eq!(Scene::parse("scene.toml", KNOTS, &los).unwrap().render.tolerance, Some(2.0));
 }

@@ -43,7 +43,7 @@ impl TreeFile {
             Card::new("ORDER", tree.order(), "order of the prediction"),
             Card::new("BASELEVL", i32::from(tree.base_level()), "2^this base cells along an edge"),
             Card::new("NEVAL", self.evaluations, "evaluations of the emission rate"),
-            Card::new("TOLERANC", self.tolerance, "details asked for / largest rate"),
+            Card::new("TOLERANC", self.tolerance, "tolerance / largest rate"),
             Card::new("THRESHLD", self.threshold, "details below it were dropped"),
             Card::new("DROPPED", self.largest_dropped, "largest detail of cells left whole"),
             Card::new("MAXRATE", self.largest_rate, "largest rate that was evaluated"),

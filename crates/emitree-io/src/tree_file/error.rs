@@ -14,7 +14,7 @@ pub enum TreeFileError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// The file is no FITS, or its table is cut off.
@@ -25,7 +25,7 @@ pub enum TreeFileError {
     Fits {
         /// The file.
         path: PathBuf,
-        /// What the reader said.
+        /// The error of the reader.
         source: Box<FitsError>,
     },
     /// There is no table of a tree.
@@ -53,7 +53,7 @@ pub enum TreeFileError {
         path: PathBuf,
         /// The keyword.
         keyword: String,
-        /// What the reader said.
+        /// The error of the reader.
         source: Box<FitsError>,
         /// What was expected.
         expected: &'static str,

@@ -14,9 +14,9 @@ mod error;
 pub use error::TreeFileError;
 
 use emitree::world_tree::BuiltWorldTree;
-use emitree::{Ending, WorldTree};
+use emitree::{StopReason, WorldTree};
 
-/// A tree with what a file tells of it.
+/// A tree with the other contents of its file.
 ///
 /// ```
 /// use emitree::{FromFn, WorldBox, WorldTreeOptions, build_world_tree};
@@ -43,11 +43,11 @@ pub struct TreeFile {
     pub tree: WorldTree,
     /// The unit of the box, if the scene had one.
     pub length_unit: Option<String>,
-    /// The unit of images of the tree, FITS grammar; empty if the scene did not tell.
+    /// The unit of images of the tree, FITS grammar; empty if the scene had none.
     pub image_unit: String,
     /// How often the emission was evaluated for the tree.
     pub evaluations: u64,
-    /// The tolerance that was asked for, a fraction of the largest rate.
+    /// The tolerance, a fraction of the largest rate.
     pub tolerance: f64,
     /// The size below which details were dropped, in the unit of the rate.
     pub threshold: f64,
@@ -65,7 +65,7 @@ pub struct TreeFile {
 impl TreeFile {
     /// The file of a tree that was built to `tolerance`, without units and scene.
     pub fn new(built: BuiltWorldTree, tolerance: f64) -> Self {
-        let converged = built.ending == Ending::Complete && built.unresolved_cells == 0;
+        let converged = built.ending == StopReason::Complete && built.unresolved_cells == 0;
         Self {
             tree: built.tree,
             length_unit: None,

@@ -85,13 +85,13 @@ fn integrated(density: &Unit, path: &Unit) -> Result<(Unit, f64), UnitError> {
 }
 
 impl Unit {
-    /// The factor from this unit to one that an image is wanted in: as
+    /// The factor from this unit to the unit of an image: as
     /// [`factor_to`](Self::factor_to), with two more meanings.
     ///
-    /// * A unit per solid angle, wanted of one that is not, is a radiance of emission into all
-    ///   directions alike: 1/(4π) sr⁻¹. So a column emission rate of 10⁶ photons cm⁻² s⁻¹ is one
+    /// * From a unit that is not per solid angle to one that is, the value becomes the radiance of an
+    ///   isotropic emission: 1/(4π) sr⁻¹. So a column emission rate of 10⁶ photons cm⁻² s⁻¹ is one
     ///   rayleigh, as by definition.
-    /// * A unit with photons, wanted of one without, counts particles by pure numbers.
+    /// * From a unit without photons to one with photons, pure numbers are numbers of particles.
     ///
     /// # Errors
     ///

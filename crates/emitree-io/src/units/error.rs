@@ -2,7 +2,7 @@
 
 use super::Dimension;
 
-/// A unit that is not one, or that measures something else than what was asked for.
+/// A unit that is not one, or that measures another quantity than the one needed.
 ///
 /// ```
 /// use emitree_io::units::Unit;

@@ -5,7 +5,7 @@ use super::magnitude::Magnitude;
 use super::table;
 use super::unit::{Factor, Unit};
 
-/// The deepest nesting of parentheses; nobody writes more than two.
+/// The deepest nesting of parentheses; two are usual.
 const MAX_DEPTH: usize = 16;
 
 /// The largest power; the 99 keeps all arithmetic on powers far from overflow.

@@ -167,7 +167,7 @@ pub(super) static PREFIXES: &[(&str, i32)] = &[
     ("Y", 24),
 ];
 
-/// What people write for a unit that has another name here.
+/// Usual names of units that have another name here.
 const HABITS: &[(&str, &str)] = &[
     ("sec", "s"),
     ("second", "s"),
@@ -211,8 +211,8 @@ pub(super) fn find(name: &str) -> Option<((&'static str, i32), &'static KnownUni
 pub(super) fn similar(name: &str) -> Option<String> {
     let singular = name.strip_suffix('s').unwrap_or(name);
     let habit = |name: &str| {
-        let alike = |&&(written, _): &&(&str, &str)| written.eq_ignore_ascii_case(name);
-        HABITS.iter().find(alike).map(|(_, known)| (*known).to_owned())
+        let same = |&&(written, _): &&(&str, &str)| written.eq_ignore_ascii_case(name);
+        HABITS.iter().find(same).map(|(_, known)| (*known).to_owned())
     };
     if let Some(known) = habit(name).or_else(|| habit(singular)) {
         return Some(known);

@@ -284,7 +284,7 @@ fn photons_and_energies() {
 }
 
 #[test]
-fn fits_gets_only_what_it_knows() {
+fn fits_gets_only_units_that_it_allows() {
     for (text, expected, expected_factor) in [
         ("cm-2 s-1 sr-1", Some("cm-2 s-1 sr-1"), 1.0),
         ("10**6 ph", Some("10**6 ph"), 1.0),

@@ -8,7 +8,7 @@ use core::fmt;
 
 /// A unit of a quantity: a number times named units to whole powers, in the order they came.
 ///
-/// Two are equal if they are written alike; [`factor_to`](Self::factor_to) is 1 for units of the
+/// Two are equal if their texts are the same; [`factor_to`](Self::factor_to) is 1 for units of the
 /// same size.
 ///
 /// ```
@@ -192,7 +192,7 @@ impl Unit {
     /// The unit as `BUNIT` and `CUNIT` have it, and the factor to values in it: none for pure
     /// numbers.
     ///
-    /// FITS knows neither the radii of planets, which become kilometres, nor numbers that are not
+    /// FITS allows neither the radii of planets, which become kilometres, nor numbers that are not
     /// powers of ten, which go into the factor.
     ///
     /// ```
@@ -209,7 +209,7 @@ impl Unit {
         ((!unit.is_one()).then(|| unit.to_string()), factor)
     }
 
-    /// An equal unit of names and numbers that FITS knows, and the factor to values in it.
+    /// An equal unit of names and numbers that FITS allows, and the factor to values in it.
     pub(super) fn in_fits(&self) -> (Self, f64) {
         let mut known = Self::number(Magnitude::new(1.0, self.scale.decade));
         let mut rest = Magnitude::new(self.scale.mantissa, 0);

@@ -25,7 +25,7 @@ pub struct ModelDescription {
     pub length_unit: &'static str,
     /// The unit of an image of it, in the grammar of FITS; empty if it has none.
     pub image_unit: &'static str,
-    /// The unit of the energies that its rate depends on, in the grammar of FITS; `None` if it knows
+    /// The unit of the energies that its rate depends on, in the grammar of FITS; `None` if it has
     /// no energy: with an energy axis it has the same rate per unit of energy everywhere on it.
     pub energy_unit: Option<&'static str>,
     /// Its parameters; those with a derived default after the ones that they derive from.

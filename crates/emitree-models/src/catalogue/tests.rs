@@ -1,4 +1,4 @@
-//! The catalogue is complete and consistent, and says what is wrong.
+//! The catalogue is complete and consistent, and its errors are clear.
 
 use super::*;
 use emitree::{Emission, Samples};

@@ -26,7 +26,7 @@ const TAIL: [f64; 8] = [
 /// The largest exponent that is taken here; beyond it nearly all powers are 0 or ∞.
 const LARGEST_EXPONENT: f64 = 1e20;
 
-/// Whether [`pow`] knows this power; all others are special cases of the standard.
+/// Whether [`pow`] computes this power; all others are special cases of the standard.
 #[inline(always)]
 pub(super) fn is_ordinary(x: f64, y: f64) -> bool {
     // −0 is above all of them.

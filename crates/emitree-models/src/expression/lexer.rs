@@ -136,7 +136,7 @@ fn number<'a>(rest: &str, start: usize) -> Result<(Token<'a>, usize), Expression
     }
     if matches!(bytes.get(end), Some(b'e' | b'E')) {
         let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
-        // Without a digit the letter is no exponent, and the parser will ask for an operator.
+        // Without a digit the letter is no exponent, and the parser will expect an operator.
         if digit(end + 1 + sign) {
             end = digits(end + 1 + sign);
         }

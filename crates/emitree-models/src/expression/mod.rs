@@ -15,7 +15,7 @@
 //!   `cosh`, `tanh`, `erf`, `floor`. Angles are in radians.
 //!
 //! Without an energy axis `E` is not a number. A scene refuses it then, at its
-//! [place](Expression::energy_span). An expression without `E` shines alike at all energies.
+//! [place](Expression::energy_span). An expression without `E` is the same at all energies.
 //!
 //! `if` evaluates both branches and takes one: a value that is not a number in the other branch is
 //! never seen, nor does it cost less. A condition holds where it is not 0. `min` and `max` ignore
@@ -65,7 +65,7 @@ use tape::Tape;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// What is wrong is said with its place and, where possible, with what to write:
+/// Errors have their place and, where possible, what to write:
 ///
 /// ```
 /// # use emitree_models::Expression;

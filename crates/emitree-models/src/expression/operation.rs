@@ -119,7 +119,7 @@ pub(super) fn truth(condition: bool) -> f64 {
     if condition { 1.0 } else { 0.0 }
 }
 
-/// 1 if the two numbers are the same, to the last bit, as the scene asks.
+/// 1 if the two numbers are the same, to the last bit.
 #[expect(clippy::float_cmp, reason = "the scene's == is the comparison of IEEE 754")]
 pub(super) fn equal(a: f64, b: f64) -> f64 {
     truth(a == b)

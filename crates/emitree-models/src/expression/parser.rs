@@ -128,7 +128,7 @@ fn is_comparison(token: Token<'_>) -> bool {
 
 struct Parser<'a> {
     lexer: Lexer<'a>,
-    /// The token that is looked at, and its place.
+    /// The current token, and its place.
     token: Token<'a>,
     span: Range<usize>,
     constants: &'a BTreeMap<String, f64>,

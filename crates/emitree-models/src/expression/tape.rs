@@ -173,7 +173,7 @@ mod tests {
         }
     }
 
-    /// All arguments wait in registers for the first comparison: giving one up must not look at the rest.
+    /// All arguments wait in registers for the first comparison: giving one up must not depend on the rest.
     #[test]
     fn a_hundred_thousand_arguments_are_no_more_than_that() {
         let count = 100_000;

@@ -73,7 +73,7 @@ fn variables_and_directions() {
 }
 
 #[test]
-fn a_branch_not_taken_is_not_seen() {
+fn a_branch_not_taken_has_no_effect() {
     assert!((rate("if(x > 0, sqrt(x), 7)", [-1.0, 0.0, 0.0]) - 7.0).abs() <= 0.0);
     assert!((rate("if(x > 0, 7, sqrt(-x))", [1.0, 0.0, 0.0]) - 7.0).abs() <= 0.0);
     assert!(rate("if(x > 0, 7, sqrt(x))", [-1.0, 0.0, 0.0]).is_nan());

@@ -26,7 +26,7 @@ pub enum Interpolation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Outside {
-    /// Nothing glows there: 0.
+    /// The rate is 0 there.
     #[default]
     Zero,
     /// A position outside is an error, [`OutsideGrid`].
@@ -77,7 +77,7 @@ impl Grid {
     /// `values` has one finite number for each node, that of the node (i, j, k) at
     /// i + nx (j + ny k): see the [module](super) on the order of the axes. The nodes of each axis
     /// increase strictly; there are at least 2. Interpolation is linear, and outside is 0, until
-    /// told otherwise.
+    /// set otherwise.
     ///
     /// # Errors
     ///

@@ -65,7 +65,7 @@ pub enum GridError {
     },
 }
 
-/// A position outside a grid that is told to refuse it.
+/// A position outside a grid with [`Outside::Error`](super::Outside::Error).
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "the position {position:?} is outside the grid: its {axis} is {value}, expected {min} to {max}"

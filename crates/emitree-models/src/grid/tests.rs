@@ -202,7 +202,7 @@ fn what_makes_no_grid_is_refused() {
 }
 
 #[test]
-fn what_a_grid_is_can_be_asked() {
+fn a_grid_has_accessors() {
     let nodes = [vec![0.0, 1.0, 5.0], vec![0.0, 1.0], vec![2.0, 3.0]];
     let grid = sampled(nodes.clone(), |[x, ..]| x).with_outside(Outside::Error);
     assert_eq!(grid.shape(), [3, 2, 2]);

@@ -30,7 +30,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             name: "planet_radius",
             unit: "km",
             default: ParameterDefault::Value(6371.0),
-            meaning: "radius of the planet, from which altitudes count; nothing shines inside",
+            meaning: "radius of the planet, from which altitudes are measured; no emission inside",
             range: AcceptedRange::NonNegative,
         },
         ParameterDescription {
@@ -63,7 +63,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// (doi:10.1088/0959-5309/43/1/305). Seen from below, at the zenith, it has e H Vpeak.
 ///
 /// As an [`Emission`] it gives rayleigh per km, with 10⁶ photons cm⁻² s⁻¹ to a rayleigh: an image
-/// over km is in rayleigh. The planet does not hide what lies behind it: a scene that sees it wants
+/// over km is in rayleigh. The planet does not occult: a scene with the planet in view needs
 /// an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Airglow {

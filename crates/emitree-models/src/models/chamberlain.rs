@@ -69,7 +69,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// which is nexo at the exobase itself.
 ///
 /// As an [`Emission`] it gives m⁻³: an image over m is the column density \[m⁻²\]. The planet does
-/// not hide what lies behind it: a scene that sees it wants an occulter there.
+/// not occult: a scene with it in view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chamberlain {
     exobase_radius: f64,

@@ -20,7 +20,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     name: "cmem",
     title: "Magnetosheath soft X-rays with cusps, CMEM (Wharton et al. 2025)",
     summary: "Solar-wind charge exchange between the magnetopause of Lin et al. 2010 with its \
-              cusps and a bow shock of Shue's form; nothing shines inside the magnetopause.",
+              cusps and a bow shock of Shue's form; no emission inside the magnetopause.",
     source: "Wharton et al. 2025 (CMEM); magnetopause: Lin et al. 2010, doi:10.1029/2009JA014235",
     length_unit: "R_E",
     image_unit: IMAGE_UNIT,
@@ -132,7 +132,7 @@ const BOW_SHOCK_FLARING: Derivation = Derivation {
 /// A2 (r/10)⁻³ beyond. θ is the angle from +x (to the Sun), r is in `R_E`.
 ///
 /// With the published p2 and p3 the cusps are deep enough to reach the Earth along their axes,
-/// where the emissivity then grows without bounds as r → 0: a scene that sees the Earth wants an
+/// where the emissivity then grows without bounds as r → 0: a scene with the Earth in view needs an
 /// occulter there.
 ///
 /// As an [`Emission`] it gives keV cm⁻² s⁻¹ sr⁻¹ per `R_E`.

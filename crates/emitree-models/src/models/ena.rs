@@ -82,10 +82,10 @@ const VELOCITY_X: ParameterDescription = ParameterDescription {
 /// model is made, and within 10⁻¹¹ of its value at each direction: a rate costs a few functions.
 ///
 /// A cold beam goes almost one way: with the default solar wind, 9 times faster than w, an image
-/// shows something only where one looks within some 20 degrees of the Sun, on +x.
+/// is above 0 only along lines of sight within some 20 degrees of the Sun, on +x.
 ///
 /// As an [`Emission`] it gives m⁻³ s⁻¹ sr⁻¹: an image over m is in m⁻² s⁻¹ sr⁻¹. The planet does
-/// not hide what lies behind it: a scene that sees it wants an occulter there.
+/// not occult: a scene with it in view needs an occulter there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ena {
     neutrals: MarsExosphere,
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_plasma_at_rest_shines_alike_in_all_directions() {
+    fn a_plasma_at_rest_is_isotropic() {
         let parameters = BTreeMap::from([("velocity_x".to_owned(), 0.0)]);
         let atoms = Ena::new(&parameters).unwrap();
         let rate = |direction| atoms.rate([4e6, 0.0, 0.0], direction);

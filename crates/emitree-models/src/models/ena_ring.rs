@@ -90,7 +90,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 ///   12 `R_E` too; 0 below 1.08 `R_E`.
 /// * σ: the cross section of Lindsay and Stebbings 2005 (doi:10.1029/2005JA011298), measured up to
 ///   250 keV.
-/// * j: the flux of protons, alike in all directions, of a kappa distribution in the form that has
+/// * j: the isotropic flux of protons, of a kappa distribution in the form that has
 ///   the temperature T for every κ (doi:10.1029/2009JA014352), with θ = (κ − 3/2) kT:
 ///
 ///   j = n 2E m^(−1/2) (2π θ)^(−3/2) Γ(κ + 1)/Γ(κ − 1/2) (1 + E/θ)^(−κ − 1).
@@ -99,13 +99,13 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 ///
 /// n = n0 exp(−(L − L0)²/2w² − λ²/2s²), T = T0 (L0/L)^p.
 ///
-/// p = 8/3 is the adiabatic law for pressures alike in all directions, for a tube of flux has a
+/// p = 8/3 is the adiabatic law for isotropic pressures, for a tube of flux has a
 /// volume as L⁴. The latitude stands for pitch angles that are not: a large s is a density that is
 /// constant along field lines.
 ///
 /// As an [`Emission`] it gives cm⁻² s⁻¹ sr⁻¹ keV⁻¹ per `R_E` of 6.371·10⁸ cm, with energies in keV:
 /// an image over `R_E` is in cm⁻² s⁻¹ sr⁻¹ keV⁻¹. For an energy that is not more than 0, or without
-/// one, it is not a number. The Earth does not hide what lies behind it: a scene that sees it wants
+/// one, it is not a number. The Earth does not occult: a scene with the Earth in view needs
 /// an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnaRing {

@@ -16,8 +16,8 @@ pub(super) const EXOBASE: f64 = 1.08;
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     name: "geocorona",
     title: "Geocorona in Lyman alpha (Rairden et al. 1986)",
-    summary: "Sunlight at 121.6 nm scattered once, alike in all directions, by hydrogen of the \
-              spherical density that Dynamics Explorer 1 saw.",
+    summary: "Sunlight at 121.6 nm scattered once, isotropically, by hydrogen of the \
+              spherical density that Dynamics Explorer 1 measured.",
     source: "R. L. Rairden, L. A. Frank and J. D. Craven 1986, J. Geophys. Res. 91, 13613, \
              doi:10.1029/JA091iA12p13613",
     length_unit: "R_E",
@@ -35,14 +35,14 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             name: "inner_radius",
             unit: "R_E",
             default: ParameterDefault::Value(EXOBASE),
-            meaning: "distance below which nothing shines",
+            meaning: "distance below which there is no emission",
             range: AcceptedRange::Between(EXOBASE, 100.0),
         },
         ParameterDescription {
             name: "outer_radius",
             unit: "R_E",
             default: ParameterDefault::Value(12.0),
-            meaning: "distance beyond which nothing shines",
+            meaning: "distance beyond which there is no emission",
             range: AcceptedRange::Between(EXOBASE, 100.0),
         },
     ],
@@ -57,8 +57,8 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// times the photons that an atom scatters in a second.
 ///
 /// As an [`Emission`] it gives rayleigh per `R_E` of 6.371·10⁸ cm, with 10⁶ photons cm⁻² s⁻¹ to a
-/// rayleigh: an image over `R_E` is in rayleigh. The Earth does not hide what lies behind it: a
-/// scene that sees it wants an occulter there.
+/// rayleigh: an image over `R_E` is in rayleigh. The Earth does not occult: a
+/// scene with the Earth in view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geocorona {
     g_factor: f64,

@@ -23,7 +23,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     name: "jorgensen",
     title: "Magnetosheath soft X-rays, Jorgensen et al. 2019",
     summary: "Solar-wind charge exchange between a magnetopause and a bow shock of Shue's form; \
-              nothing shines inside the magnetopause.",
+              no emission inside the magnetopause.",
     source: "Jorgensen et al. 2019, doi:10.1029/2018JA026153",
     length_unit: "R_E",
     image_unit: IMAGE_UNIT,

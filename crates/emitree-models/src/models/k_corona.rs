@@ -45,12 +45,12 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 ///
 /// An image is in units of the mean brightness of the Sun's disk, (1 − u/3) times that of its
 /// centre: a pure number, so that the image has no unit. K then is ½π re², that is 3/16 of the
-/// Thomson cross section: an electron far away sees the mean brightness in a solid angle π/r² and
+/// Thomson cross section: an electron far away receives the mean brightness in a solid angle π/r² and
 /// scatters ½ re² (1 + cos² χ) of it into a steradian, and there tot − pol sin² χ →
 /// K (1 + cos² χ)/r². As an [`Emission`] it gives that per `R_sun` of 6.957·10¹⁰ cm.
 ///
-/// Nothing shines inside the Sun, r < 1, which yet does not hide what lies behind it: a scene that
-/// sees it wants an occulter there.
+/// There is no emission inside the Sun, r < 1, but the model does not occult: a scene with the Sun in
+/// view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KCorona {
     limb_darkening: f64,

@@ -76,7 +76,7 @@ pub(crate) const OXYGEN: ModelDescription = ModelDescription {
 /// the exobase, for the law holds above it alone.
 ///
 /// As an [`Emission`] it gives m⁻³: an image over m is the column density \[m⁻²\]. The planet does
-/// not hide what lies behind it: a scene that sees it wants an occulter there.
+/// not occult: a scene with it in view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarsExosphere {
     coefficient: f64,

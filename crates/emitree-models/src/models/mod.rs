@@ -1,7 +1,7 @@
 //! The published models: one file each, and what they share.
 //!
 //! To add one, write its file with a description (the table of its parameters is all that scenes
-//! need to know of it) and name it in the [catalogue](mod@crate::catalogue).
+//! depend on it) and name it in the [catalogue](mod@crate::catalogue).
 
 mod airglow;
 mod beta_model;
@@ -65,7 +65,7 @@ pub(crate) use uniform::DESCRIPTION as UNIFORM;
 
 use emitree::Samples;
 
-/// Writes `g` at every position to `rates`, for models that shine alike in all directions.
+/// Writes `g` at every position to `rates`, for isotropic models.
 fn fill_rates(samples: &Samples<'_>, rates: &mut [f64], g: impl Fn([f64; 3]) -> f64) {
     for (rate, &position) in rates.iter_mut().zip(samples.positions()) {
         *rate = g(position);
@@ -82,7 +82,7 @@ fn fill_blocks(samples: &Samples<'_>, rates: &mut [f64], g: impl Fn(&[[f64; 3]],
     }
 }
 
-/// Writes the rates of a model that shines from distance `from` on up to `to` at a block of
+/// Writes the rates of a model with emission from distance `from` on up to `to` at a block of
 /// positions: `g` turns distances into rates.
 fn fill_radial_block(
     positions: &[[f64; 3]],

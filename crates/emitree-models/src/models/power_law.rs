@@ -30,7 +30,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             name: "inner_radius",
             unit: "1",
             default: ParameterDefault::Value(1.0),
-            meaning: "distance below which nothing shines, in the length unit of the scene",
+            meaning: "distance below which there is no emission, in the length unit of the scene",
             range: AcceptedRange::Positive,
         },
         CENTRE_X,

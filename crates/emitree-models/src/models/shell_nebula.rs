@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     name: "shell_nebula",
     title: "Uniform shell, as of a planetary nebula",
-    summary: "A hollow sphere that shines alike between two radii: a bright ring with a kink, and \
+    summary: "A hollow sphere of uniform emission between two radii: a bright ring with a kink, and \
               sharp edges.",
     source: "none: a test volume, whose image is exact",
     length_unit: "1",

@@ -71,7 +71,7 @@ fn panel(scaled: f64) -> usize {
     scaled as usize
 }
 
-/// Nodes on (0, 1) and weights: x = 1/(1 + e^(−π sinh t)) at equal steps of t.
+/// Nodes on (0, 1) and weights: x = 1/(1 + e^(−π sinh t)) at uniform steps of t.
 fn double_exponential_rule(nodes: u32) -> Vec<(f64, f64)> {
     let step = 2.0 * RULE_END / f64::from(nodes - 1);
     let node = |index: u32| {

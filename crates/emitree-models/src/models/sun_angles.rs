@@ -1,4 +1,4 @@
-//! Where a point lies as seen from the Earth with the Sun on +x: shared by the magnetosheath models.
+//! Angles of a point from the Earth with the Sun on +x: shared by the magnetosheath models.
 
 /// Distance and angles of a point other than the origin: θ in [0, π] from +x, φ = atan2(z, y).
 ///
@@ -16,7 +16,7 @@ pub(super) struct SunAngles {
 }
 
 impl SunAngles {
-    /// The angles of `position`; `None` so close to the origin that there are none to speak of.
+    /// The angles of `position`; `None` so close to the origin that they are undefined.
     ///
     /// Distances below 10⁻⁶ (in `R_E`: some metres) count as the origin, so that powers of r stay
     /// finite.

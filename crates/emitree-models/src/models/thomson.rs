@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn the_limb_sees_half_of_the_sky_bright() {
+    fn at_the_limb_half_of_the_sky_is_bright() {
         let limb = VanDeHulst::new(1.0);
         assert!(limb.a.abs() <= 0.0 && (limb.b - 0.25).abs() < 1e-15);
         assert!((limb.c - 4.0 / 3.0).abs() < 1e-15 && (limb.d - 0.75).abs() < 1e-15);

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     name: "uniform",
     title: "The same everywhere",
-    summary: "A volume that shines alike everywhere; an image is the depth that it covers times \
+    summary: "A volume of uniform emission; an image is the depth that it covers times \
               the amplitude.",
     source: "none: a test volume, whose image is exact",
     length_unit: "1",

@@ -1,4 +1,4 @@
-//! What the tests of all cubes from quadrature ask.
+//! The checks of all cubes from quadrature.
 
 use super::local::{self, LocalSpectrum, Rule};
 use emitree::{EnergyAxis, EnergyScale};

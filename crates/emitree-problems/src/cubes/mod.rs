@@ -119,7 +119,7 @@ impl core::fmt::Debug for CubeProblem {
 ///     let axis = problem.default_axis(3)?;
 ///     let cube = problem.exact([4, 2], &axis);
 ///     assert_eq!(cube.shape(), [3, 4, 2]);
-///     assert!(cube.largest() > 0.0, "{} shines", problem.name);
+///     assert!(cube.largest() > 0.0, "{} is dark", problem.name);
 /// }
 /// # Ok::<(), emitree::EnergyError>(())
 /// ```

@@ -6,7 +6,7 @@ use crate::brute;
 use crate::gauss::Gauss;
 use emitree::{Canonical, FromSpectralFn, LosOptions, Method, RenderOptions, Steps, render_cube};
 
-/// Energies at which a rule is not to look across: the edge, and the narrow line.
+/// Energies that a rule must not integrate across: the edge, and the narrow line.
 const CUTS: [f64; 4] = [
     edge::EDGE_ENERGY,
     mixture::LINE_ENERGY - 0.1,

@@ -1,7 +1,7 @@
 //! A family of scenes by number: for tests that must hold on more than a few chosen problems.
 //!
 //! [`random_scene`] makes the scene of a seed. Scenes are smooth, non-negative, of order 1, with
-//! most of what shines inside the cube, in any orientation; lengths go down to 0.02, a little more
+//! most of the emission inside the cube, in any orientation; lengths go down to 0.02, a little more
 //! than a pixel of 1/64. A scene's kind is its seed modulo 6:
 //!
 //! | kind | sum of | g of one of them |
@@ -157,7 +157,7 @@ impl RandomScene {
     }
 
     /// The shortest length on which a part of it changes: a width at which a Gaussian has fallen to
-    /// 1/e, a core radius, 1/k of a wave. A method that looks at points much farther apart than
+    /// 1/e, a core radius, 1/k of a wave. A method that samples points much farther apart than
     /// this can miss it.
     pub fn shortest_length(&self) -> f64 {
         self.parts.iter().fold(f64::INFINITY, |length, (_, part)| length.min(part.length()))

@@ -1,7 +1,7 @@
 //! Peaks: one rotated, anisotropic Gaussian that is narrow along one axis, on a broad one and a background.
 //!
 //! Neither way of method `vol` is at its best here: the ridge lies across all axes of the view, so that
-//! sums of products are long, and it is so small that most lines see nothing of it.
+//! the rank is high, and it is so small that most lines miss it.
 
 use super::component::Component;
 use super::ellipsoid::Ellipsoid;

@@ -51,7 +51,7 @@ fn scenes_are_of_order_one_and_not_negative() {
     }
 }
 
-/// Two hundred of them: the estimate holds what it says and is below 1e-6.
+/// Two hundred of them: the estimate bounds the error and is below 1e-6.
 #[test]
 fn references_converge() {
     for seed in 0..200 {

@@ -29,7 +29,7 @@ impl Campaign {
     ///
     /// # Panics
     ///
-    /// If the environment has something else than a number: a test can't tell in another way.
+    /// If the environment has something else than a number: a test can't report it in another way.
     #[expect(clippy::panic, reason = "only tests call it")]
     pub fn new(cases: u64, seconds: f64) -> Self {
         let number = |name: &str| std::env::var(name).ok().map(|text| (name.to_owned(), text));
@@ -61,14 +61,14 @@ impl Campaign {
 /// # Errors
 ///
 /// Why there is no result: the case panicked, or it has not ended within `limit`. What has not ended goes
-/// on in a thread that nobody waits for.
+/// on in a thread whose result is ignored.
 pub fn watched<T: Send + 'static>(
     limit: Duration,
     case: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, String> {
     let (sender, receiver) = channel();
     thread::spawn(move || {
-        // Nobody listens any more if it took too long.
+        // The receiver is gone if it took too long.
         let _ = sender.send(case());
     });
     receiver.recv_timeout(limit).map_err(|error| match error {

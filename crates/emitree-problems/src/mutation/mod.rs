@@ -1,7 +1,7 @@
 //! Files and scenes with something wrong in them, by seed: what a program must survive.
 //!
 //! A [`Mutator`] changes the [bytes](Mutator::bytes) of a file or the [text](Mutator::scene) of a scene in
-//! a few random places, or makes up a [view](Mutator::view) that may see nothing, everything or the
+//! a few random places, or makes up a [view](Mutator::view) that may contain nothing, everything or the
 //! inside of a body. Equal seeds make equal mutants on every machine. A [`Campaign`] says how many are
 //! made, and [`watched`] ends a case that does not end.
 //!

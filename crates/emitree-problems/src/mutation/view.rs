@@ -1,4 +1,4 @@
-//! Views that may see nothing, everything or the inside of a body.
+//! Views that may contain nothing, everything or the inside of a body.
 
 use super::Mutator;
 use core::f64::consts::FRAC_PI_2;
@@ -16,8 +16,8 @@ const EMISSIONS: [&str; 7] = [
 const METHODS: [&str; 6] = ["vol", "vol", "vol", "vol", "paper", "los"];
 
 impl Mutator {
-    /// A scene of a random emission seen by a random camera, with or without bounds, bodies, seeds and
-    /// energies. Its image has a few pixels, and it asks for a few thousand evaluations at the most.
+    /// A scene of a random emission and a random camera, with or without bounds, bodies, seeds and
+    /// energies. Its image has a few pixels, and its budget is a few thousand evaluations at most.
     pub fn view(&mut self) -> String {
         let mut scene = String::new();
         let emission = self.choice(&EMISSIONS).copied().unwrap_or_default();

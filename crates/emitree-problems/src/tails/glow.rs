@@ -1,4 +1,4 @@
-//! What glows, and its integral along a line.
+//! The emission, and its integral along a line.
 
 use super::line::{Line, dot, panels};
 use crate::family::generator::Generator;

@@ -1,6 +1,6 @@
-//! Tails: emissions that reach to infinity, seen along lines of sight that do, by number.
+//! Tails: emissions and lines of sight that reach to infinity, by number.
 //!
-//! [`random_tail`] makes the scene of a seed. What glows is the seed modulo 4, with R² = 1 + r²:
+//! [`random_tail`] makes the scene of a seed. The emission is the seed modulo 4, with R² = 1 + r²:
 //!
 //! | kind | g |
 //! | --- | --- |
@@ -9,7 +9,7 @@
 //! | 2 spirals | R^−2 exp(κ (cos(m λ + k R + φ) − 1)), λ the azimuth: thin sheets, m = 1 or 2, with an opening angle that flares and a hole along the axis |
 //! | 3 clumps | 150 Gaussians with R^−2 as their envelope, out to r = 40, and a tenth of it that is smooth |
 //!
-//! Who sees it is a quarter of the seed modulo 4: a perspective from outside, one from inside, parallel lines
+//! The camera is a quarter of the seed modulo 4: a perspective from outside, one from inside, parallel lines
 //! from −∞ to ∞, and parallel lines from a plane to ∞. Every seed is a scene for ever: [`random_tail`] must
 //! not change.
 //!

@@ -1,4 +1,4 @@
-//! Who sees a tail: cameras with far = ∞.
+//! Cameras with far = ∞.
 
 use super::line::Line;
 use crate::family::generator::Generator;

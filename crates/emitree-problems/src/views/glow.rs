@@ -1,4 +1,4 @@
-//! What glows in a view, and its integral along a line.
+//! The emission of a view, and its integral along a line.
 
 use super::shapes::{Ball, Vector, advanced, dot, less, norm};
 use crate::family::generator::Generator;

@@ -3,7 +3,7 @@
 //!
 //! [`random_view`] makes one or two bodies (spheres, ellipsoids; one in five a large sphere of which only
 //! a part of the surface is near), bounds (none, a box, a sphere, an ellipsoid; the observer may be inside
-//! of them or outside), a camera of any kind but the canonical one, and what glows: g = 1, an
+//! of them or outside), a camera of any kind but the canonical one, and an emission: g = 1, an
 //! exponential or a power of the distance from a body, the same brighter on one side, Gaussians off
 //! centre. Bodies may be partly out of view, or fill it but for a corner. Lengths are at least a
 //! twentieth of the width of the view. Every seed is a view for ever: [`random_view`] must not change.
@@ -47,7 +47,7 @@ const LATTICE: usize = 12;
 /// What draws of one seed are apart.
 const NEXT_DRAW: u64 = 1 << 32;
 
-/// A view with bodies: what glows, and the camera that sees it.
+/// A view with bodies: the emission and the camera.
 #[derive(Debug)]
 pub struct RandomView {
     seed: u64,
@@ -143,7 +143,7 @@ fn bodies(generator: &mut Generator, is_large: bool, radius: f64) -> Vec<Ball> {
     bodies
 }
 
-/// Where a camera looks, and the width of what it sees there.
+/// The target of a camera, and the width of its view there.
 fn target(
     generator: &mut Generator,
     kind: usize,
@@ -190,7 +190,7 @@ fn room(generator: &mut Generator, is_large: bool, surface: Vector, centre: Vect
 struct Lens {
     kind: usize,
     viewpoint: Viewpoint,
-    /// Of what is seen at the target.
+    /// Of the view at the target.
     width: f64,
     /// The height over the width.
     height: f64,
@@ -251,7 +251,7 @@ impl RandomView {
         self.shape
     }
 
-    /// The emission rate, which is not negative; NaN inside of a body, where no one may ask for it.
+    /// The emission rate, which is not negative; NaN inside of a body, where it must not be evaluated.
     ///
     /// ```
     /// assert!(emitree_problems::views::random_view(1).rate([5.0; 3]) >= 0.0);
@@ -270,7 +270,7 @@ impl RandomView {
         Scene { scenery: &self.scenery, bare: &*self.bare, is_disc: self.kind == DISC }
     }
 
-    /// The longest path that glows, on some lines.
+    /// The longest path with emission, on some lines.
     fn longest_path(&self) -> f64 {
         let place = |k: usize| (k as f64 + 0.5) / LATTICE as f64;
         let of_line = |k: usize| {

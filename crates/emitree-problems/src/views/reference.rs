@@ -16,14 +16,14 @@ const AGREEMENT: f64 = 2e-5;
 const QUARTERINGS: u32 = 6;
 /// What rounding can do to a pixel, relative to the largest.
 const ROUNDING: f64 = 1e-12;
-/// Intervals of a pixel's side between which edges are looked for.
+/// Intervals of a pixel's side between which edges are searched for.
 const PROBES: usize = 12;
 /// Halvings of such an interval.
 const BISECTIONS: usize = 44;
 /// A kink that a line meets on a shorter part of its path than this is none.
 const LEAST_OVERLAP: f64 = 1e-9;
 
-/// What is seen, without the camera.
+/// The view without the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scenery {
     pub(super) bodies: Vec<Ball>,
@@ -44,7 +44,7 @@ struct Sight {
 enum Kind {
     /// It belongs to no image.
     Outside,
-    /// Nothing glows on it.
+    /// The emission is 0 on it.
     Dark,
     Lit {
         /// The number of the body at which it ends.
@@ -94,7 +94,7 @@ impl Scenery {
         Sight { ends: [from, to], kind: Kind::Lit { body, cut, faces, meets_kink } }
     }
 
-    /// The length of the line at (x, y) that may glow.
+    /// The length of the line at (x, y) with emission.
     pub(super) fn path(&self, bare: &dyn Projection, xy: [f64; 2]) -> f64 {
         if bare.solid_angle_density(xy) <= 0.0 {
             return 0.0;
@@ -111,7 +111,7 @@ fn line(bare: &dyn Projection, [x, y]: [f64; 2]) -> [Vector; 2] {
     [begin.position, begin.direction.map(|along| -along)]
 }
 
-/// A camera and what it sees.
+/// A camera and its view.
 #[derive(Clone, Copy)]
 pub(super) struct Scene<'a> {
     pub(super) scenery: &'a Scenery,

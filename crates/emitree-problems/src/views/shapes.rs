@@ -67,7 +67,7 @@ impl Ball {
     }
 }
 
-/// What holds all that glows.
+/// The shape that contains all emission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Room {
     Everywhere,

@@ -118,7 +118,7 @@ pub(super) struct Dust {
 }
 
 impl Dust {
-    /// The dust with the Earth at a heliocentric position \[AU\], which only the blob knows of.
+    /// The dust with the Earth at a heliocentric position \[AU\], on which only the blob depends.
     pub(super) fn new(earth: [f64; 3]) -> Self {
         let band =
             |[inclination_deg, node_deg]: [f64; 2], density, half_width_deg: f64, shape, onset| {

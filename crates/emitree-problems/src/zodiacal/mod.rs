@@ -47,7 +47,7 @@ const EDGE_RAD: f64 = 0.02;
 /// What rounding can do to an image, relative to its largest pixel.
 const ROUNDING: f64 = 1e-13;
 
-/// Which way the observer looks along the ecliptic, 90 degrees from the Sun.
+/// The direction of the pointing along the ecliptic, 90 degrees from the Sun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Towards {
     /// Where the Earth goes to.
@@ -71,12 +71,12 @@ impl Default for Zodiacal {
 }
 
 impl Zodiacal {
-    /// What is seen from the Earth at a heliocentric ecliptic position \[AU\].
+    /// The view from the Earth at a heliocentric ecliptic position \[AU\].
     pub fn new(earth_au: [f64; 3], towards: Towards) -> Self {
         Self { earth_au, towards, dust: Dust::new(earth_au) }
     }
 
-    /// What is seen when the Earth is at a heliocentric ecliptic longitude \[rad\], at the distance of
+    /// The view when the Earth is at a heliocentric ecliptic longitude \[rad\], at the distance of
     /// an ellipse of eccentricity 0.0167 whose perihelion is at 103 degrees.
     ///
     /// ```
@@ -103,7 +103,7 @@ impl Zodiacal {
         self.dust.densities(position_au).iter().sum::<f64>() * black_body(distance)
     }
 
-    /// The image that the [camera](Self::camera) sees, in `shape` = \[height, width\] pixels
+    /// The image of the [camera](Self::camera), in `shape` = \[height, width\] pixels
     /// \[MJy sr⁻¹\], by quadrature, and its error: the difference to a rule with fewer nodes along each
     /// line and across the image.
     ///
@@ -117,7 +117,7 @@ impl Zodiacal {
         Reference { image, error }
     }
 
-    /// The camera: an observer at the Earth who looks 90 degrees from the Sun along the
+    /// The camera: an observer at the Earth, pointing 90 degrees from the Sun along the
     /// ecliptic; longitude to the right, latitude upwards.
     ///
     /// # Errors

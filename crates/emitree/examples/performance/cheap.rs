@@ -1,4 +1,4 @@
-//! Cheap emissions: the image tree and products against lines of sight, where g costs next to nothing.
+//! Cheap emissions: the image tree and the low-rank approximation against lines of sight.
 
 use crate::heap::measured;
 use crate::table::{Table, number};
@@ -26,9 +26,9 @@ const LEAST_RUNS: usize = 3;
 const RUNS_S: f64 = 0.5;
 /// A run that takes longer is the only one.
 const LONG_S: f64 = 5.0;
-/// What a g costs that is not so cheap, and where it is measured.
-const DEAR: Duration = Duration::from_micros(1);
-const PIXELS_OF_DEAR: usize = 1024;
+/// The cost of an expensive g, and where it is measured.
+const EXPENSIVE: Duration = Duration::from_micros(1);
+const PIXELS_OF_EXPENSIVE: usize = 1024;
 
 /// Eq. (8) as a scene writes it and as a closure, and a closure that takes a microsecond.
 pub(crate) fn tables() -> Result<Vec<Table>, String> {
@@ -36,10 +36,10 @@ pub(crate) fn tables() -> Result<Vec<Table>, String> {
     let expression =
         Expression::parse(EQUATION_8, &constants).map_err(|error| error.to_string())?;
     let closure = FromFn(|position, _| equation8::rate(position, equation8::ALPHA));
-    let dear = FromFn(|position, _| {
+    let expensive = FromFn(|position, _| {
         let start = Instant::now();
         let rate = equation8::rate(position, equation8::ALPHA);
-        while start.elapsed() < DEAR {
+        while start.elapsed() < EXPENSIVE {
             hint::spin_loop();
         }
         rate
@@ -50,8 +50,8 @@ pub(crate) fn tables() -> Result<Vec<Table>, String> {
             let settings = Settings::new(&expression, pixels, error)?;
             rows.push(row("expression", &expression, &settings)?);
             rows.push(row("closure", &closure, &settings)?);
-            if (pixels, error) == (PIXELS_OF_DEAR, ERRORS[1]) {
-                rows.push(row("closure of 1 µs", &dear, &settings)?);
+            if (pixels, error) == (PIXELS_OF_EXPENSIVE, ERRORS[1]) {
+                rows.push(row("closure of 1 µs", &expensive, &settings)?);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What a piece of work takes from the heap.
+//! The heap memory that a piece of work takes.
 
 use peakmem_alloc::{PeakMemAlloc, PeakMemAllocTrait};
 use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 #[global_allocator]
 static HEAP: PeakMemAlloc<&'static StatsAlloc<System>> = PeakMemAlloc::new(&INSTRUMENTED_SYSTEM);
 
-/// What a piece of work took.
+/// The memory that a piece of work took.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taken {
     pub(crate) time: Duration,
@@ -34,7 +34,7 @@ pub(crate) fn measured<T>(work: impl FnOnce() -> T) -> (T, Taken) {
     (result, taken)
 }
 
-/// Memory that the machine has to give \[bytes\]: `None` where it does not say.
+/// Memory that the machine has to give \[bytes\]: `None` where it is not known.
 pub(crate) fn available_bytes() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;

@@ -1,4 +1,4 @@
-//! What emitree costs beside the emission: time, memory, and how they grow.
+//! The overhead of emitree beside the emission: time, memory, and how they grow.
 //!
 //! `cargo run --release -p emitree --example performance -- [SECTION…]` prints the tables of the
 //! sections named, or of all of them, as comma-separated values. `cargo xtask performance` runs it and

@@ -20,7 +20,7 @@ const RUNS: usize = 3;
 /// A run that takes longer is the last one \[s\].
 const LONG_S: f64 = 0.3;
 
-/// One core each: what is done for an evaluation, not how it is shared out.
+/// One core each: what is done for an evaluation, not how it is divided among threads.
 pub(crate) fn tables() -> Result<Vec<Table>, String> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.map_err(|error| error.to_string())?;

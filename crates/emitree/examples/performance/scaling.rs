@@ -1,4 +1,4 @@
-//! How evaluations, time and memory grow with what is asked for: with the tolerance, the pixels and
+//! How evaluations, time and memory grow with the tolerance, the pixels and
 //! the width of a structure; and how large the trees of method `paper` may become.
 
 use crate::heap::{available_bytes, measured};
@@ -31,7 +31,7 @@ const WIDTHS: [f64; 7] = [0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
 const PLACE: [f64; 3] = [0.4142, 0.5858, 0.3178];
 const RADIUS_OF_SHELL: f64 = 0.3;
 
-/// Evaluations that trees are grown to, and the thresholds for which they want as many or more.
+/// Evaluations that trees are grown to, and the thresholds for which they need as many or more.
 const GROWTH: [(u64, f64); 4] =
     [(100_000, 2.3e-3), (1_000_000, 3.4e-4), (10_000_000, 6.5e-5), (100_000_000, 1e-5)];
 /// What the largest of them may take, and what else has to be there.
@@ -109,8 +109,8 @@ fn table(title: &'static str, along: &'static str, points: &[Point]) -> Table {
     }
 }
 
-/// The exponent of each series: through the points that did what was asked for, or, where a budget is
-/// what was asked for, through all.
+/// The exponent of each series: through the points that met the stopping criterion, or, where a budget is
+/// the limit, through all.
 fn exponents(
     of: &str,
     against: &str,

@@ -16,7 +16,7 @@ const SHAPE: [usize; 2] = [64, 64];
 const COSTS_US: [u64; 2] = [1, 10];
 /// Renderings of which the fastest counts.
 const REPETITIONS: usize = 3;
-/// 1/e half width of the sheet: no sum of few products of functions of x, y and z.
+/// 1/e half width of the sheet: it has no low-rank approximation in x, y and z.
 const SHEET_WIDTH: f64 = 0.005;
 
 struct Scene {
@@ -32,7 +32,7 @@ pub(crate) fn tables() -> Result<Vec<Table>, String> {
     let [one, two] = [1, 2].map(pool);
     let mut rows = Vec::new();
     for scene in scenes() {
-        // …and those whose own time counts beside it the others too.
+        // …and those whose overhead is not negligible the others too.
         let is_vol = matches!(scene.method, Method::Vol(_));
         let costs = COSTS_US.into_iter().take(if is_vol { COSTS_US.len() } else { 1 });
         rows.extend(costs.map(|cost_us| row(&scene, cost_us, &one, &two)));
@@ -79,8 +79,8 @@ fn pool(threads: usize) -> ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started")
 }
 
-/// The fastest of some renderings with one thread and with two, in turn: what else the machine does
-/// then hits both alike.
+/// The fastest of some renderings with one thread and with two, in turn: other load of the machine
+/// then affects both.
 fn row(scene: &Scene, cost_us: u64, one: &ThreadPool, two: &ThreadPool) -> Vec<String> {
     let mut seconds = [f64::INFINITY; 2];
     let mut evaluations = 0;

@@ -1,4 +1,4 @@
-//! What the trees of method `paper` cost themselves: values of eq. (8) of the paper, recorded once and
+//! The overhead of the trees of method `paper`: values of eq. (8) of the paper, recorded once and
 //! replayed, so that evaluations are free.
 
 use crate::heap::{Taken, measured};

@@ -2,8 +2,8 @@
 //! (Piessens et al. 1983), every line to the same tolerance.
 //!
 //! The rule comes from the crate `bilby`, whose interface takes g one point at a time. Here it is
-//! run twice: once to learn where it wants g, for a batch of panels on many lines, and once to be
-//! told the values.
+//! run twice: once to collect its nodes, for a batch of panels on many lines, and once with the
+//! values there.
 
 use super::{AtEnergy, Lines};
 use crate::error::RenderError;
@@ -61,7 +61,7 @@ pub(super) async fn render(
     let allowed = meter.evaluations_left();
     if needed > allowed {
         meter.check_time()?;
-        let what = format!("a first look at {} lines", lines.count());
+        let what = format!("the initial sampling of {} lines", lines.count());
         return Err(RenderError::Budget { what, needed, allowed });
     }
     let rule = GaussKronrod::new(GKPair::G7K15);
@@ -177,11 +177,11 @@ async fn integrate(
     meter.evaluate(Points::new(rates.len(), &point), mapping, &mut rates).await?;
     for (panel, rates) in panels.iter_mut().zip(rates.chunks_exact(NODES)) {
         let next = Cell::new(0);
-        let told = |_: f64| {
+        let evaluated = |_: f64| {
             let i = next.replace(next.get() + 1);
             rates[i]
         };
-        (panel.integral, panel.error) = rule.integrate(panel.from, panel.to, told);
+        (panel.integral, panel.error) = rule.integrate(panel.from, panel.to, evaluated);
     }
     Ok(())
 }

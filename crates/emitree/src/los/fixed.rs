@@ -1,4 +1,4 @@
-//! Equal steps along each line: the midpoint rule.
+//! Uniform steps along each line: the midpoint rule.
 
 use super::Lines;
 use crate::error::RenderError;
@@ -16,8 +16,8 @@ const SAMPLES_PER_BATCH: usize = 1 << 20;
 /// Lines that one thread adds up at a time, at the least.
 const LINES_AT_ONCE: usize = 1024;
 
-/// Points that are made at a time: enough to forget that a projection is called through a pointer, few
-/// enough to stay in the cache.
+/// Points that are computed at a time: enough to make the cost of the virtual call of a projection
+/// negligible, few enough to stay in the cache.
 const POINTS_AT_ONCE: usize = 32;
 
 /// The sample points at some depths on some lines, line after line.
@@ -49,7 +49,7 @@ impl SiteSource for StepsOfLines<'_> {
     }
 }
 
-/// The image by `steps` equal steps along each of `per_side`² lines for each pixel.
+/// The image by `steps` uniform steps along each of `per_side`² lines for each pixel.
 pub(super) async fn render(
     meter: &Meter,
     &Tile { projection, shape: [height, width], place: tile }: &Tile<'_>,

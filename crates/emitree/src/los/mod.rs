@@ -1,8 +1,8 @@
-//! Line-of-sight integration: the baseline, and what others do today.
+//! Line-of-sight integration: the baseline, and the usual method of other codes.
 //!
 //! Each pixel is the mean over n × n lines of sight through the centres of its n × n parts, weighted
-//! with their solid angles. Along a line either equal steps are taken (`fixed`) or steps that an
-//! error estimate chooses (`adaptive`). Nothing is shared between lines.
+//! with their solid angles. The steps along a line are uniform (`fixed`) or follow an error estimate
+//! (`adaptive`). Nothing is shared between lines.
 
 pub(crate) mod adaptive;
 mod fixed;
@@ -17,12 +17,12 @@ use crate::method::Made;
 use crate::projection::Projection;
 use crate::radiance::PixelRows;
 use crate::tile::Tile;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 
 /// How each line of sight is integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Steps {
-    /// This many equal steps, with g at the middle of each.
+    /// This many uniform steps, with g at the middle of each.
     Fixed(usize),
     /// Bisected panels of the 15-point Gauss–Kronrod rule, until the estimated error **along each
     /// line** is below this fraction of the largest line's radiance.
@@ -39,7 +39,7 @@ pub struct LosOptions {
 }
 
 impl Default for LosOptions {
-    /// One line for each pixel, 64 equal steps.
+    /// One line for each pixel, 64 uniform steps.
     fn default() -> Self {
         Self { lines: 1, steps: Steps::Fixed(64) }
     }
@@ -64,7 +64,7 @@ pub(crate) async fn render(
     let mut of_tiles = Vec::with_capacity(tiles.len());
     for tile in tiles {
         let [mut bands, mut errors] = [Vec::new(), Vec::new()];
-        let mut ending = Ending::Complete;
+        let mut ending = StopReason::Complete;
         for energies in &bins {
             let [height, width] = tile.shape;
             let mut mean = [Image::zeros(height, width), Image::zeros(height, width)];
@@ -72,7 +72,7 @@ pub(crate) async fn render(
                 let found = at_energy(meter, tile, options, energy).await?;
                 tile.check_finite(&found.image)?;
                 if !found.converged {
-                    ending = Ending::Budget;
+                    ending = StopReason::Budget;
                 }
                 for (mean, map) in mean.iter_mut().zip([Some(found.image), found.error]) {
                     map.iter().for_each(|map| mean.add_scaled(map, weight));

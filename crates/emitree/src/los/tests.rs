@@ -86,7 +86,7 @@ fn adaptive_lines_keep_their_tolerance_on_peaks_and_jumps() {
     }
 }
 
-/// Pinned: a change that costs more is seen.
+/// Pinned: a change that costs more fails.
 #[test]
 fn adaptive_lines_cost_what_they_cost() {
     let peak = |[_, _, z]: [f64; 3], _: [f64; 3]| (-((z - 0.3) / 0.05).powi(2)).exp();

@@ -1,9 +1,9 @@
-//! Bounding shapes: outside of them nothing glows, and nothing is evaluated.
+//! Bounding shapes: the emission is 0 outside of them, and is not evaluated there.
 
 use super::ellipsoid::Ellipsoid;
 use super::frame::GeometryError;
 
-/// A shape that holds all that glows: lines of sight are looked at only inside of it.
+/// A shape that contains all emission: lines of sight are cut to it.
 ///
 /// ```
 /// use emitree::{Bounds, Ellipsoid};

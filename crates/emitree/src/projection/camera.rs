@@ -13,8 +13,8 @@ use super::span::{Depth, Span};
 use super::vector::{along, difference, dot, norm};
 use super::{MappedPoint, Projection};
 
-/// Lines are clipped this part of their length inside of the bounds: a model that ends there is asked
-/// where it still glows, whatever rounding does.
+/// Lines are clipped this part of their length inside of the bounds: a model that ends there is
+/// evaluated inside, whatever rounding does.
 const INSIDE_BOUNDS: f64 = 1e-9;
 
 /// A camera with the image plane `P`.
@@ -60,7 +60,7 @@ pub type Orthographic = Camera<ParallelPlane>;
 /// ```
 pub type Perspective = Camera<TangentPlane>;
 
-/// A camera whose columns and rows are equal steps of longitude and latitude about the pointing.
+/// A camera whose columns and rows are uniform in longitude and latitude about the pointing.
 /// FITS: CAR.
 ///
 /// ```
@@ -223,7 +223,7 @@ impl<P: ImagePlane> Camera<P> {
         Ok(Self { frame, plane, depth, bounds: None, bodies: Vec::new() })
     }
 
-    /// The same camera for what glows only inside of `bounds`: each line of sight is clipped to them.
+    /// The same camera for an emission inside of `bounds` only: each line of sight is clipped to them.
     #[must_use]
     pub fn with_bounds(mut self, bounds: Bounds) -> Self {
         self.bounds = Some(bounds);
@@ -254,7 +254,7 @@ impl<P: ImagePlane> Camera<P> {
         &self.bodies
     }
 
-    /// The line of sight at (x, y) in the world, and the part of it that may glow.
+    /// The line of sight at (x, y) in the world, and the part of it inside the bounds.
     pub(super) fn line(&self, xy: [f64; 2]) -> Line {
         let sight = self.plane.sight(xy);
         let offset = self.frame.world_from_camera(sight.origin);
@@ -273,7 +273,7 @@ impl<P: ImagePlane> Camera<P> {
         Line { origin, direction, ends }
     }
 
-    /// What is seen along a line, and the distance at which it ends.
+    /// The region of a line, and the distance at which it ends.
     pub(super) fn end_of(&self, line: &Line) -> (Region, f64) {
         let [from, to] = line.ends;
         let mut seen = (Region::Sky, to);
@@ -288,9 +288,9 @@ impl<P: ImagePlane> Camera<P> {
         seen
     }
 
-    /// A body's parting: a distance that is inside of it if the line meets it, and at its limb if the
-    /// line touches it.
-    pub(super) fn parting(&self, line: &Line, body: &Ellipsoid) -> f64 {
+    /// The split distance of a body: inside of it if the line meets it, and at its limb if the line
+    /// touches it.
+    pub(super) fn split_distance(&self, line: &Line, body: &Ellipsoid) -> f64 {
         if self.plane.is_parallel() {
             body.closest_distance(line.origin, line.direction)
         } else {
@@ -328,7 +328,7 @@ impl<P: ImagePlane> Camera<P> {
 pub(super) struct Line {
     pub(super) origin: [f64; 3],
     pub(super) direction: [f64; 3],
-    /// The distances between which something may glow.
+    /// The distances between which the emission may be above 0.
     pub(super) ends: [f64; 2],
 }
 

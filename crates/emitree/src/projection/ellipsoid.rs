@@ -1,4 +1,4 @@
-//! Ellipsoids: opaque bodies, and shapes that bound what can glow.
+//! Ellipsoids: opaque bodies, and shapes that bound the emission.
 
 use super::frame::GeometryError;
 use super::vector::{along, cross, difference, dot, norm, unit, unit_across};
@@ -22,7 +22,7 @@ pub struct Ellipsoid {
 }
 
 /// How far outside of a body a point on its surface is moved: more than rounding, less than any
-/// model can tell. A model that glows only outside is not to find the point inside.
+/// model resolves. A model that emits only outside must not have the point inside.
 const ABOVE_SURFACE: f64 = 1e-12;
 
 impl Ellipsoid {
@@ -134,8 +134,8 @@ impl Ellipsoid {
         along(self.centre, factor, difference(position, self.centre))
     }
 
-    /// The point of the near side of the surface that hides `position`, a rounding above it, for one who
-    /// looks `away`: where the ray through it leaves the body that comes from the far end of the body.
+    /// The point of the near side of the surface that hides `position`, a rounding above it, for lines of
+    /// sight along `away`: where the ray through it from the far end of the body leaves the body.
     ///
     /// Unlike the rays from the centre those rays meet nowhere on the near side: the map is smooth on all
     /// of it, and leaves the surface as it is.

@@ -1,8 +1,8 @@
-//! Where the observer stands and which way is up: shared by all cameras with a pointing.
+//! The observer's position and orientation: shared by all cameras with a pointing.
 
 use super::vector::{cross, difference, dot, unit, unit_across};
 
-/// The observer's position, the point looked at, and which way is up, in world coordinates.
+/// The observer's position, the target, and the direction of up, in world coordinates.
 ///
 /// ```
 /// use emitree::Viewpoint;
@@ -27,7 +27,7 @@ pub struct Viewpoint {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GeometryError {
-    /// The observer stands at the point it looks at.
+    /// The observer and the target are at the same point.
     #[error("`target` is `position` ({0:?}): expected two different points")]
     TargetIsPosition([f64; 3]),
     /// Up is zero or along the pointing, so that the image's rotation is undefined.
@@ -38,14 +38,14 @@ pub enum GeometryError {
         /// The unit vector from the observer to the target.
         pointing: [f64; 3],
     },
-    /// A number outside what the camera can do.
+    /// A number outside the camera's range.
     #[error("`{name}` is {value}: expected {expected}")]
     OutOfRange {
         /// The parameter, as scenes name it.
         name: &'static str,
         /// The value given.
         value: f64,
-        /// What would be accepted.
+        /// What was expected.
         expected: &'static str,
     },
     /// A vector or point that a body or a bounding shape can't have.
@@ -55,10 +55,10 @@ pub enum GeometryError {
         name: &'static str,
         /// The value given.
         value: [f64; 3],
-        /// What would be accepted.
+        /// What was expected.
         expected: &'static str,
     },
-    /// The observer stands inside an opaque body.
+    /// The observer is inside an opaque body.
     #[error(
         "the observer at {position:?} is inside occulter {number}, or on its surface: expected a \
          position outside of all opaque bodies"
@@ -81,7 +81,7 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// The frame of a viewpoint, right × up = −forward as for anyone who looks that way.
+    /// The frame of a viewpoint, right × up = −forward.
     pub(crate) fn new(viewpoint: &Viewpoint) -> Result<Self, GeometryError> {
         let Viewpoint { position, target, up } = *viewpoint;
         let forward =

@@ -28,7 +28,7 @@ pub const MAX_NSIDE: u32 = 1 << 29;
 
 /// The unit vector, x towards longitude 0 and z north, of the point `xy` of a face.
 ///
-/// Faces 0–3 touch the north pole, 4–7 lie on the equator, 8–11 touch the south pole; `face` is
+/// Faces 0–3 touch the north pole, 4–7 are on the equator, 8–11 touch the south pole; `face` is
 /// below [`FACES`] and `xy` in \[0, 1\]². Continuous on the closed face, and smooth but for a kink
 /// where |z| = 2/3 (Górski et al., eqs. 2–9, for real numbers in place of pixels).
 ///

@@ -1,13 +1,13 @@
-//! Layers: an image with edges as a sum of smooth images, each with a share that is known.
+//! Layers: an image with edges as a sum of smooth images times known coverage fractions.
 //!
-//! An opaque body ends lines of sight, and the image jumps at its limb. But where the limb is, is
-//! geometry: no evaluation has to find it. So a view is parted into *layers* whose radiances are
-//! smooth on their own side of a limb, and the image is the sum over layers of radiance times
-//! *share*, where the share of a layer at (x, y) follows from what stands in the way there.
+//! An opaque body ends lines of sight, and the image jumps at its limb. Limbs are located analytically,
+//! without evaluations. So a view is divided into *layers* whose radiances are smooth on their own side of
+//! a limb, and the image is the sum over layers of radiance times coverage fraction (*share* in the
+//! code), which follows at each (x, y) from the bodies on the line of sight.
 
 use super::{MappedPoint, Projection};
 
-/// What is seen at one point of the image plane.
+/// The part of the view at a point of the image plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Region {
     /// Nothing: the point belongs to no image.
@@ -19,7 +19,7 @@ pub enum Region {
 }
 
 /// One layer of a view: a map from the canonical cube to a part of the world, smooth where it
-/// [is open](Self::is_open), and its share in the image.
+/// [is open](Self::is_open), and its coverage fraction in the image.
 pub trait Layer: Send + Sync + core::fmt::Debug {
     /// As [`Projection::world_from_canonical`].
     fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint;
@@ -30,13 +30,14 @@ pub trait Layer: Send + Sync + core::fmt::Debug {
     /// As [`Projection::solid_angle_density`], continued smoothly where there is no image.
     fn solid_angle_density(&self, xy: [f64; 2]) -> f64;
 
-    /// Whether the layer has to be looked at at (x, y): its share is not 0 there, or it is smooth
-    /// without end.
+    /// Whether the layer has to be sampled at (x, y): its coverage fraction is not 0 there, or it is smooth
+    /// everywhere.
     fn is_open(&self, _xy: [f64; 2]) -> bool {
         true
     }
 
-    /// What of the layer's radiance at (x, y) is in the image, −1 to 1, if that lies in `region`.
+    /// The coverage fraction at (x, y), the part of the layer's radiance that is in the image, −1 to 1, if
+    /// that point is in `region`.
     fn share(&self, xy: [f64; 2], region: Region) -> f64;
 }
 

@@ -1,13 +1,13 @@
 //! The layers of a camera with opaque bodies.
 //!
-//! Lines of sight that meet no body are one layer, and those that end at a body are two, since what
-//! they see has the square root of the limb in it: each body has a *parting*, a distance that is
-//! smooth in (x, y), lies inside the body where the line meets it, and at the limb where it touches
-//! it. The *front* reaches to the parting, through the surface; inside a body g is taken for what it is
-//! at the surface before it, seen from the far end of the body, so that it is never asked where there is
-//! nothing. The piece from the
-//! surface to the parting, *hidden* in the body, is taken off again: its length, known from geometry,
-//! is its share. So no layer jumps at a limb or has its square root, whatever g is continued to.
+//! Lines of sight that meet no body are one layer, and those that end at a body are two, since their
+//! radiance has a square root at the limb: each body has a *split distance* that is smooth in (x, y),
+//! inside the body where the line meets it, and at the limb where the line touches it. The *front*
+//! reaches to the split distance, through the surface; inside a body g is replaced by its value at the
+//! surface before it, as seen from the far end of the body, so that it is never evaluated inside. The
+//! piece from the surface to the split distance, *hidden* in the body, is subtracted: its length, known
+//! from geometry, is its coverage fraction. So no layer has a jump or a square root at a limb, however g
+//! is continued.
 
 use super::MappedPoint;
 use super::Projection;
@@ -20,9 +20,9 @@ use super::plane::ImagePlane;
 pub(super) enum Piece {
     /// All of it, for lines that meet no body.
     Sky,
-    /// From its beginning to the parting of the body of this number, for lines that end there.
+    /// From its beginning to the split distance of the body of this number, for lines that end there.
     Front(usize),
-    /// From the surface of the body of this number to its parting, to be taken off again.
+    /// From the surface of the body of this number to its split distance, to be subtracted.
     Hidden(usize),
 }
 
@@ -38,19 +38,19 @@ impl<'a, P: ImagePlane> Section<'a, P> {
         Self { camera, piece }
     }
 
-    /// The distance of a body's parting, within the line.
-    fn parting(&self, line: &Line, number: usize) -> f64 {
+    /// The split distance of a body, within the line.
+    fn split_distance(&self, line: &Line, number: usize) -> f64 {
         let [from, to] = line.ends;
-        self.camera.parting(line, &self.camera.bodies()[number]).max(from).min(to)
+        self.camera.split_distance(line, &self.camera.bodies()[number]).max(from).min(to)
     }
 
     /// From where to where the layer reaches along a line.
     fn ends(&self, line: &Line) -> [f64; 2] {
         match self.piece {
             Piece::Sky => line.ends,
-            Piece::Front(number) => [line.ends[0], self.parting(line, number)],
+            Piece::Front(number) => [line.ends[0], self.split_distance(line, number)],
             Piece::Hidden(number) => {
-                let to = self.parting(line, number);
+                let to = self.split_distance(line, number);
                 let body = &self.camera.bodies()[number];
                 let surface = body.crossing(line.origin, line.direction);
                 [surface.map_or(to, |[enter, _]| enter.max(line.ends[0]).min(to)), to]
@@ -77,7 +77,7 @@ impl<P: ImagePlane> Layer for Section<'_, P> {
                     self.camera.on_near_surface(&bodies[number], &line, point.position);
             }
         }
-        // The same for all layers: where bodies overlap, what is taken off is what was there.
+        // The same for all layers: where bodies overlap, the subtracted part equals the added one.
         for body in bodies {
             if body.contains(point.position) {
                 point.position = self.camera.on_near_surface(body, &line, point.position);

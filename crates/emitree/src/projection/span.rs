@@ -6,7 +6,7 @@
 
 use super::frame::GeometryError;
 
-/// From where to where lines of sight are looked at, in the length unit of the scene.
+/// The depth range of lines of sight, in the length unit of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Depth {
     near: f64,
@@ -63,7 +63,7 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// The distance s at `z`, and ds/dz, which is 0 at an infinite end: nothing is to be seen there.
+    /// The distance s at `z`, and ds/dz, which is 0 at an infinite end: g is not evaluated there.
     pub(crate) fn at(&self, z: f64) -> (f64, f64) {
         let Self { from, to, scale } = *self;
         let (s, ds_dz) = match (from.is_finite(), to.is_finite()) {

@@ -39,35 +39,41 @@ impl Default for BuildOptions {
     }
 }
 
-/// A tree, and how its build ended.
+/// A tree, and why its build ended.
 #[derive(Clone, Debug)]
 pub struct Built<const D: usize> {
     /// The tree.
     pub tree: SparseTree<D>,
     /// The tree without its last generation: without the families that have no children.
     ///
-    /// What the last generation changed is an estimate of what the next one would change.
+    /// The change by the last generation estimates that by the next one.
     pub previous: SparseTree<D>,
     /// The threshold that the last step used, in the units of the function.
     pub threshold: f64,
-    /// What ended the build.
-    pub ending: Ending,
+    /// Why the build ended.
+    pub ending: StopReason,
 }
 
-/// What ended a build, or a rendering.
+/// Why a build, or a rendering, ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Ending {
-    /// All that was asked for is done.
+pub enum StopReason {
+    /// The stopping criterion was met.
     Complete,
-    /// The evaluations, or the memory, that were allowed did not suffice.
+    /// The limit on evaluations, or on memory, was reached.
     Budget,
-    /// The time that was allowed did not suffice.
+    /// The time limit was reached.
     Time,
-    /// A cell of the deepest level that there is should have been split.
-    DeepestLevel,
-    /// Nothing yet: the rendering is on its way.
+    /// A cell of the maximum level would have had to be split.
+    MaxLevel,
+    /// It has not ended yet.
     Unfinished,
+}
+
+// The former name, for `vol`.
+#[expect(non_upper_case_globals, reason = "the former name of a variant")]
+impl StopReason {
+    pub(crate) const DeepestLevel: Self = Self::MaxLevel;
 }
 
 /// A tree that can't be built.
@@ -95,15 +101,15 @@ pub enum BuildError<E> {
         /// The deepest level that this dimension can have.
         deepest: u8,
     },
-    /// The threshold is no size.
+    /// The threshold is not a size.
     #[error("`threshold` is {0}: expected a number above 0")]
     Threshold(f64),
     /// The evaluations allowed do not even fill the base grid.
     #[error("{left} evaluations are allowed, but the base grid of level {level} needs {needed}")]
     BudgetBelowBase {
-        /// What the base grid needs.
+        /// The number that the base grid needs.
         needed: u64,
-        /// What is allowed.
+        /// The number that is allowed.
         left: u64,
         /// The base level.
         level: u8,
@@ -195,7 +201,7 @@ pub(super) struct Grown<const D: usize> {
     pub(super) tree: SparseTree<D>,
     /// The threshold that the last step used.
     pub(super) threshold: f64,
-    pub(super) ending: Ending,
+    pub(super) ending: StopReason,
 }
 
 /// The loop of [`build()`]; the numbers are cell averages, or values at the centres of the cells if
@@ -220,19 +226,19 @@ pub(super) async fn grow<const D: usize, I: AsyncIntegrand<D>>(
 
     let mut split: Vec<u32> = (0..to_u32(base.own_cells())).collect();
     let mut tree = SparseTree { predictor, points, periodic, levels: vec![base] };
-    let mut ending = Ending::Complete;
+    let mut ending = StopReason::Complete;
     while !split.is_empty() {
         let parents = &tree.levels[tree.levels.len() - 1];
         if Some(parents.level) == options.finest_level {
             break;
         }
         if parents.level == CellIndex::<D>::MAX_LEVEL {
-            ending = Ending::DeepestLevel;
+            ending = StopReason::MaxLevel;
             break;
         }
         let mut families = parents.positions(&split);
         if averager.cost(parents.level + 1, &families) > integrand.evaluations_left() {
-            ending = Ending::Budget;
+            ending = StopReason::Budget;
             let affordable = integrand.evaluations_left() / averager.family_cost();
             parents.keep_largest(&mut split, usize::try_from(affordable).unwrap_or(usize::MAX));
             if split.is_empty() {
@@ -245,7 +251,7 @@ pub(super) async fn grow<const D: usize, I: AsyncIntegrand<D>>(
         let Level { level, families, averages, own, .. } = &mut tree.levels[last];
         match averager.average(*level, &families[..*own], averages, integrand).await {
             Err(error) if I::is_out_of_time(&error) => {
-                ending = Ending::Time;
+                ending = StopReason::Time;
                 tree.drop_finest_level();
                 break;
             }
@@ -253,7 +259,7 @@ pub(super) async fn grow<const D: usize, I: AsyncIntegrand<D>>(
         }
         largest = largest.max(detail_size(averages));
         tree.set_details(last);
-        if ending == Ending::Complete {
+        if ending == StopReason::Complete {
             split = tree.levels[last].cells_to_split(options.threshold.absolute(largest));
         }
     }

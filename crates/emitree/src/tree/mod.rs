@@ -13,7 +13,7 @@
 //! its numbers are no averages, so that nothing is restricted and the second and the last of these
 //! do not hold. It never leaves `point_tree.rs`.
 //!
-//! The tree knows neither cameras nor units: it sees a function on the unit cube.
+//! A tree is independent of cameras and units: it represents a function on the unit cube.
 
 mod build;
 mod cousins;
@@ -31,7 +31,9 @@ mod sample;
 mod stencils;
 
 pub(crate) use build::build_async;
-pub use build::{BuildError, BuildOptions, Built, Ending, build};
+pub use build::{BuildError, BuildOptions, Built, StopReason, build};
+// The former name, for `vol`.
+pub(crate) use build::StopReason as Ending;
 pub use point_tree::{Family, FamilyDefect};
 pub(crate) use point_tree::{GrownPoints, PointTree};
 pub(crate) use point_value::PointStencil;

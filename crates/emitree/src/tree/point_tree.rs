@@ -5,7 +5,7 @@
 //! weights of [`points`](super::points). What the tree is at any other point: `point_value.rs`.
 
 use super::SparseTree;
-use super::build::{BuildError, BuildOptions, Ending, Grown, grow};
+use super::build::{BuildError, BuildOptions, Grown, StopReason, grow};
 use super::level::{LEAF, Level};
 use super::points::PointPredictor;
 use crate::cell::to_u32;
@@ -111,17 +111,17 @@ pub(crate) struct PointTree {
     pub(super) lowest: f64,
 }
 
-/// A tree of values and what its growth tells of its error.
+/// A tree of values with the error measures of its growth.
 pub(crate) struct GrownPoints {
     pub(crate) tree: PointTree,
     /// The size below which details were dropped.
     pub(crate) threshold: f64,
-    pub(crate) ending: Ending,
+    pub(crate) ending: StopReason,
     /// The largest |value|.
     pub(crate) largest: f64,
     /// The largest |detail| of cells that were not split: what the last generation has changed.
     pub(crate) largest_dropped: f64,
-    /// The number of cells that were not split although a detail of their family asked for it.
+    /// The number of cells that were not split although a detail of their family exceeded the threshold.
     pub(crate) unresolved_cells: u64,
 }
 
@@ -158,7 +158,7 @@ impl PointTree {
             }
         }
         if tree.levels.len() == 1 {
-            // Nothing is predicted yet, so that nothing is known of what is missing.
+            // Nothing is predicted yet, so that no stencil is known to lack a cell.
             (largest_dropped, unresolved_cells) = (largest, tree.cells() as u64);
         }
         let tree = Self::finished(tree);

@@ -111,7 +111,7 @@ impl Level<3> {
     /// `position` touch and that are missing.
     fn for_each_missing(&self, position: [u32; 3], nodes: usize, mut visit: impl FnMut([u32; 3])) {
         let (first, last) = (
-            // A point of the lower half may lie before its centre, one of the upper behind.
+            // A point of the lower half may be before its centre, one of the upper half behind.
             position.map(|p| first_cell(whole_cell(2 * p) - 1, nodes, self.level) >> 1),
             position.map(|p| {
                 (first_cell(whole_cell(2 * p + 1), nodes, self.level) + to_u32(nodes) - 1) >> 1

@@ -2,7 +2,7 @@
 //!
 //! Prediction works axis by axis and conserves the mean along each, so the mean along an axis of
 //! what is predicted is the prediction of the means. Hence each level can be projected on its own,
-//! base averages and details alike, **exactly**: projecting and then reconstructing equals
+//! base averages as well as details, **exactly**: projecting and then reconstructing equals
 //! reconstructing and then projecting, to rounding.
 
 use super::SparseTree;

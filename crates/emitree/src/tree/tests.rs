@@ -213,9 +213,12 @@ fn a_budget_is_spent_on_the_largest_details_and_never_exceeded() {
         (budget - integrand.1.get(), built)
     };
     let (used, stopped) = spend(10_000);
-    assert!(stopped.ending == Ending::Budget && used <= 10_000 && used > 10_000 - 8, "used {used}");
+    assert!(
+        stopped.ending == StopReason::Budget && used <= 10_000 && used > 10_000 - 8,
+        "used {used}"
+    );
     let (used, finished) = spend(300_000);
-    assert_eq!(finished.ending, Ending::Complete);
+    assert_eq!(finished.ending, StopReason::Complete);
     assert_eq!(used, 272_000);
     let starved = Budgeted(equation_8, Cell::new(511));
     let error = build(&starved, [false; 3], &options(3, 3, 1e-3)).unwrap_err().to_string();
@@ -448,7 +451,7 @@ proptest! {
         }
     }
 
-    /// Trees are linear in the function as long as they are refined alike.
+    /// Trees with the same refinement are linear in the function.
     #[test]
     fn sampling_is_linear(a in -2.0..2.0_f64, b in -2.0..2.0_f64) {
         let (f, g) = (peak([0.2, 0.3], 0.2), peak([0.8, 0.6], 0.3));
@@ -462,7 +465,7 @@ proptest! {
 
     /// Exchanging the axes of the function exchanges the axes of the tree.
     #[test]
-    fn axes_are_alike(centre in prop::array::uniform3(0.1..0.9_f64)) {
+    fn axes_are_equivalent(centre in prop::array::uniform3(0.1..0.9_f64)) {
         let f = peak(centre, 0.2);
         let tree = built(&f, &options(3, 2, 2e-2));
         let swapped = built(|[x, y, z]| f([z, y, x]), &options(3, 2, 2e-2));

@@ -37,7 +37,7 @@ impl WorldBox {
     /// [`BoxError`] names the axis along which the box has no finite extent above 0.
     pub fn new(min: [f64; 3], max: [f64; 3]) -> Result<Self, BoxError> {
         for (axis, (min, max)) in ['x', 'y', 'z'].into_iter().zip(min.into_iter().zip(max)) {
-            // The extent of a box between finite corners may still be beyond all numbers.
+            // The extent of a box between finite corners may still be infinite in 64-bit floats.
             if !(min < max && (max - min).is_finite() && min.is_finite()) {
                 return Err(BoxError { axis, min, max });
             }

@@ -1,4 +1,4 @@
-//! Building a tree in the world: every call of g that it costs, and the bill.
+//! Building a tree in the world, and the cost of the build.
 
 use super::{WorldBox, WorldTree, WorldTreeError};
 use crate::calls::{Calls, Progress};
@@ -11,7 +11,7 @@ use crate::projection::MappedPoint;
 use crate::quadrature::{AsyncIntegrand, Points};
 use crate::refinement::Threshold;
 use crate::site::Mapping;
-use crate::tree::{BuildOptions, Ending, GrownPoints, PointTree};
+use crate::tree::{BuildOptions, GrownPoints, PointTree, StopReason};
 use core::pin::pin;
 use core::time::Duration;
 use std::time::Instant;
@@ -22,7 +22,7 @@ pub struct WorldTreeOptions<'a> {
     /// The order p of prediction: 3, 5 or 7.
     pub order: usize,
     /// The base grid has 2^`base_level` cells along each edge of the box: 3 to 10. A structure that
-    /// falls between the centres of cells half as wide is not seen.
+    /// falls between the centres of cells half as wide is missed.
     pub base_level: u8,
     /// Details below this fraction of the largest |rate| are dropped: above 0 and below 1.
     pub tolerance: f64,
@@ -68,7 +68,7 @@ impl core::fmt::Debug for WorldTreeOptions<'_> {
     }
 }
 
-/// A tree and its bill.
+/// A tree and the cost of its build.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct BuiltWorldTree {
@@ -80,14 +80,14 @@ pub struct BuiltWorldTree {
     /// level.
     pub batches: u64,
     /// What ended the build.
-    pub ending: Ending,
+    pub ending: StopReason,
     /// The largest |rate| that was evaluated, in the unit of g.
     pub largest_rate: f64,
     /// The size below which details were dropped, in the unit of g.
     pub threshold: f64,
     /// The largest |detail| of cells that were not split, in the unit of g: what the last generation
     /// of cells has changed at their centres. Below the threshold, unless
-    /// [`unresolved_cells`](Self::unresolved_cells) says otherwise.
+    /// [`unresolved_cells`](Self::unresolved_cells) is above 0.
     pub largest_dropped: f64,
     /// The number of cells that should have been split, but for the finest level or the budget.
     pub unresolved_cells: u64,
@@ -113,7 +113,7 @@ const BYTES_PER_CELL: u64 = 128;
 ///
 /// First g is evaluated at 512 points towards two directions, since a tree can't hold a rate that
 /// depends on the direction. Then each cell of the base grid is split, and each family whose details
-/// reach the tolerance; see [what is promised](super).
+/// reach the tolerance; see [the guarantees](super).
 ///
 /// ```
 /// use emitree::FromFn;

@@ -1,18 +1,18 @@
-//! A tree in the world: built once from an expensive emission, then seen by any camera.
+//! A tree in the world: built once from an expensive emission, then rendered from any camera.
 //!
 //! A [`WorldTree`] holds an emission rate that is the same in all directions, in a box of world
 //! coordinates: g at the centres of cells that are small where g needs it ([`tree`](crate::tree)).
 //! It is an [`Emission`] itself, so that everything that renders g renders the tree, without another
 //! call of g. [`build_world_tree`] makes it.
 //!
-//! # What is promised
+//! # Guarantees
 //!
 //! A cell is split where prediction from the coarser level misses g at a centre of its family by
-//! `tolerance` times the largest |g| seen, or more. So every value that was evaluated is in the tree,
+//! `tolerance` times the largest |g| so far, or more. So every value that was evaluated is in the tree,
 //! and was predicted to the tolerance before where cells were left whole; between the centres of
 //! those cells, half as far apart, the error of a smooth g is smaller by about 2^order. It is **not**
 //! a bound: a structure between the centres of the coarsest cells can be missed, and where g jumps
-//! the error is that of the finest cells there are. [`BuiltWorldTree::largest_dropped`] tells what
+//! the error is that of the finest cells there are. [`BuiltWorldTree::largest_dropped`] is what
 //! was measured. On one level the tree is continuous; between levels it may jump by about what was
 //! dropped.
 
@@ -29,7 +29,7 @@ use crate::tree::{Family, FamilyDefect, PointStencil, PointTree};
 use core::convert::Infallible;
 
 /// An emission rate in a box of the world, as a sparse tree of values at the centres of cells; see
-/// [what is promised](self).
+/// [the guarantees](self).
 ///
 /// Outside the box the rate is 0.
 ///

@@ -1,7 +1,7 @@
 use super::*;
 use crate::FromFn;
 use crate::error::RenderError;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use core::ops::ControlFlow;
 use proptest::prelude::*;
 
@@ -158,7 +158,7 @@ fn what_is_nowhere_negative_stays_so() {
     let options = WorldTreeOptions { finest_level: Some(6), ..WorldTreeOptions::default() };
     let positive = built(shell, boxed(UNIT), &options);
     assert!(positive.unresolved_cells > 0 && positive.largest_dropped > positive.threshold);
-    assert_eq!((positive.ending, positive.tree.finest_level()), (Ending::Complete, 6));
+    assert_eq!((positive.ending, positive.tree.finest_level()), (StopReason::Complete, 6));
     let positions = points(20_000);
     let lowest = rates(&positive.tree, &positions).into_iter().fold(f64::MAX, f64::min);
     assert_eq!(lowest.to_bits(), 0.0_f64.to_bits());
@@ -169,7 +169,7 @@ fn what_is_nowhere_negative_stays_so() {
 }
 
 #[test]
-fn the_bill_is_what_g_has_counted() {
+fn the_number_of_evaluations_is_what_g_has_counted() {
     let calls = core::sync::atomic::AtomicU64::new(0);
     let counted = |r| {
         calls.fetch_add(1, core::sync::atomic::Ordering::Relaxed);
@@ -183,7 +183,7 @@ fn the_bill_is_what_g_has_counted() {
     assert_eq!(found.evaluations, 1_024 + found.tree.cells() as u64);
     let levels = u64::from(found.tree.finest_level() - 3 + 1);
     assert_eq!(found.batches, 2 + levels);
-    assert_eq!((found.ending, found.unresolved_cells), (Ending::Complete, 0));
+    assert_eq!((found.ending, found.unresolved_cells), (StopReason::Complete, 0));
     assert!(found.largest_dropped < found.threshold);
     assert!((found.threshold / found.largest_rate - 1e-3).abs() < 1e-12);
     let before = calls();
@@ -196,10 +196,10 @@ fn a_budget_ends_the_build_with_a_tree() {
     let options =
         WorldTreeOptions { base_level: 3, max_evaluations: 6_000, ..WorldTreeOptions::default() };
     let found = built(peak, boxed(UNIT), &options);
-    assert_eq!(found.ending, Ending::Budget);
+    assert_eq!(found.ending, StopReason::Budget);
     assert!(found.evaluations <= 6_000 && found.evaluations > 6_000 - 8);
     assert!(found.unresolved_cells > 0 && found.largest_dropped > found.threshold);
-    // Not even the base grid can be split: it is a tree all the same.
+    // Not even the base grid can be split: it is still a tree.
     let options = WorldTreeOptions { max_evaluations: 1_536, ..options };
     let base = built(peak, boxed(UNIT), &options);
     assert_eq!((base.evaluations, base.tree.cells()), (1_536, 512));

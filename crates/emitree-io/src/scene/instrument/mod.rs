@@ -16,7 +16,7 @@ use emitree_instrument::{
     EffectiveArea, Instrument, Observation, ObservationError, Redistribution,
 };
 
-/// What an instrument takes.
+/// The unit of the radiance that an instrument takes.
 const RADIANCE: &str = "ph cm-2 s-1 sr-1 keV-1";
 
 /// A camera that counts photons, with the units of its scene and the seed of its counts.
@@ -78,7 +78,7 @@ impl SceneInstrument {
     }
 }
 
-/// What the rest of the scene says that an instrument depends on.
+/// The other settings of the scene that an instrument depends on.
 #[derive(Clone, Copy)]
 pub(super) struct Observer<'a> {
     pub(super) camera: &'a Camera,
@@ -176,7 +176,7 @@ fn radiance_factor(observer: Observer<'_>, whole: &Place) -> Result<f64, SceneEr
     if !observer.camera.has_solid_angles() {
         let message = "`[instrument]` needs pixels with solid angles";
         return Err(SceneError::at(whole, message)
-            .label("expected a camera with an eye: those of parallel lines of sight have none"));
+            .label("expected a camera with a point observer: parallel lines of sight have none"));
     }
     if observer.unit.is_empty() {
         let message = "`[instrument]` needs a radiance with a unit, and the image has none";

@@ -249,7 +249,7 @@ fn scenes_that_no_instrument_can_see_are_refused() {
     refused(
         &parallel.replace("field_of_view = [2, 1]", "extent = [2, 1]"),
         "`[instrument]` needs pixels with solid angles",
-        "expected a camera with an eye: those of parallel lines of sight have none",
+        "expected a camera with a point observer: parallel lines of sight have none",
     );
 }
 

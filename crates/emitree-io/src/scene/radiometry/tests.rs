@@ -34,7 +34,7 @@ fn rates_and_lengths_make_the_image_unit() {
 
 #[test]
 fn isotropic_rates_become_rayleigh() {
-    // 1 R is a column of 10^6 photons cm^-2 s^-1 that shines into all directions.
+    // 1 R is a column of 10^6 photons cm^-2 s^-1 of isotropic emission.
     let rate = "expression = \"1\"\nunit = \"ph cm-3 s-1\"";
     is(&unit_and_factor(rate, "unit = \"R\"", "length_unit = \"km\""), "R", 1e5 * 1e-6);
     let energy = "expression = \"1\"\nunit = \"ph m-3 s-1 sr-1\"\nphoton_energy = 10.0";
@@ -43,7 +43,7 @@ fn isotropic_rates_become_rayleigh() {
 }
 
 #[test]
-fn models_are_seen_in_any_length_unit() {
+fn models_are_rendered_in_any_length_unit() {
     let scene = scene("model = \"cmem\"", "", "length_unit = \"km\"").unwrap();
     assert_eq!(scene.image_unit(), "keV cm-2 s-1 sr-1");
     let in_km = [[12.0 * 6371.0, 0.0, 0.0]];
@@ -162,7 +162,7 @@ fn numbers_of_photons_are_per_energy_where_there_are_energies() {
 }
 
 #[test]
-fn spectral_models_are_seen_in_any_unit_of_energy() {
+fn spectral_models_are_rendered_in_any_unit_of_energy() {
     let scene = scene("model = \"bremsstrahlung\"", "", ENERGY.replace("km", "pc").as_str());
     let scene = scene.unwrap();
     let source = &scene.emission.source;

@@ -244,7 +244,7 @@ fn the_unit_cube_as_a_camera_is_the_canonical_view() {
     }
 }
 
-/// An optics of one's own: a plane tilted by a smooth map.
+/// A custom projection: a plane tilted by a smooth map.
 #[derive(Debug)]
 struct Anamorphic;
 

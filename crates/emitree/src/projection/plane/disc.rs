@@ -14,8 +14,8 @@ pub enum DiscMapping {
     EqualArea,
 }
 
-/// A cone about the pointing as a disc that touches the borders of the square; what lies outside of
-/// the disc is no part of the image.
+/// A cone about the pointing as a disc that touches the borders of the square; points outside of the
+/// disc are not in the image.
 ///
 /// Calabretta & Greisen 2002 (doi:10.1051/0004-6361:20021327), sections 5.1.6 (ARC) and 5.1.7 (ZEA).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +72,7 @@ impl ImagePlane for DiscPlane {
         let radius = right.hypot(up);
         let (sin_angle, cos_angle) = self.angle(radius);
         let across = if radius > 0.0 { sin_angle / radius } else { 0.0 };
-        Sight::from_eye([across * right, across * up, cos_angle])
+        Sight::from_point_observer([across * right, across * up, cos_angle])
     }
 
     fn xy_of(&self, [right, up, forward]: [f64; 3]) -> Option<[f64; 2]> {

@@ -4,7 +4,7 @@ use super::{ImagePlane, Sight, field_of_view};
 use crate::projection::frame::GeometryError;
 use core::f64::consts::{PI, TAU};
 
-/// Columns and rows are equal steps of longitude and latitude about the pointing.
+/// Columns and rows are uniform in longitude and latitude about the pointing.
 ///
 /// With the pointing as the origin of longitude λ and latitude φ, the line of sight at canonical
 /// (x, y) is λ = (x − ½) · width and φ = (y − ½) · height, the plate carrée of Calabretta & Greisen
@@ -36,7 +36,7 @@ impl ImagePlane for EquirectangularPlane {
     fn sight(&self, [x, y]: [f64; 2]) -> Sight {
         let (sin_lon, cos_lon) = ((x - 0.5) * self.fov_rad[0]).sin_cos();
         let (sin_lat, cos_lat) = self.latitude_rad(y).sin_cos();
-        Sight::from_eye([cos_lat * sin_lon, sin_lat, cos_lat * cos_lon])
+        Sight::from_point_observer([cos_lat * sin_lon, sin_lat, cos_lat * cos_lon])
     }
 
     fn xy_of(&self, [right, up, forward]: [f64; 3]) -> Option<[f64; 2]> {

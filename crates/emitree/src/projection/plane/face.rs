@@ -19,7 +19,7 @@ impl FacePlane {
 
 impl ImagePlane for FacePlane {
     fn sight(&self, xy: [f64; 2]) -> Sight {
-        Sight::from_eye(sight_of_face(self.face, xy))
+        Sight::from_point_observer(sight_of_face(self.face, xy))
     }
 
     /// None for points on other faces.

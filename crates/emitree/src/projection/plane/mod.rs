@@ -1,7 +1,7 @@
 //! Image planes: which line of sight belongs to which point of the image.
 //!
-//! A plane knows angles and areas, nothing of the observer's place, of depths or of bodies: a
-//! [`Camera`](super::Camera) adds those. Vectors are in camera components (right, up, forward).
+//! A plane defines directions and solid angles; a [`Camera`](super::Camera) adds the observer's
+//! position, depths and bodies. Vectors are in camera components (right, up, forward).
 
 mod disc;
 mod equirectangular;
@@ -30,14 +30,14 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// The line of sight of an eye, along a unit vector.
-    pub(crate) fn from_eye(direction: [f64; 3]) -> Self {
+    /// The line of sight of a point observer, along a unit vector.
+    pub(crate) fn from_point_observer(direction: [f64; 3]) -> Self {
         Self { origin: [0.0; 3], direction }
     }
 }
 
-/// An image plane: from canonical (x, y) ∈ [0, 1]² to lines of sight. Implement it for an optics of
-/// your own; [`Camera`](super::Camera) makes it a projection.
+/// An image plane: from canonical (x, y) ∈ [0, 1]² to lines of sight. Implement it for a custom
+/// projection; [`Camera`](super::Camera) adds the viewpoint and depths.
 ///
 /// The map has to be smooth on the whole square, also where it [contains](Self::contains) no part of
 /// the image.
@@ -72,13 +72,13 @@ pub trait ImagePlane: Sync + core::fmt::Debug {
         false
     }
 
-    /// Whether all lines of sight are parallel, and have no eye that they come from.
+    /// Whether all lines of sight are parallel, without a point observer.
     fn is_parallel(&self) -> bool {
         false
     }
 }
 
-/// The error for a field of view \[rad\] that a plane can't have, told in degrees.
+/// The error for a field of view \[rad\] that a plane can't have, stated in degrees.
 fn field_of_view(value_rad: f64, expected: &'static str) -> GeometryError {
     let value = value_rad.to_degrees();
     GeometryError::OutOfRange { name: "field_of_view", value, expected }

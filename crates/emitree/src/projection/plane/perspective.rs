@@ -4,7 +4,7 @@ use super::solid_angle::{integral, integral_of_small};
 use super::{ImagePlane, Sight, field_of_view};
 use crate::projection::frame::GeometryError;
 
-/// Lines of sight from an eye through a flat screen at right angles to the pointing.
+/// Lines of sight from a point observer through a flat screen at right angles to the pointing.
 ///
 /// On the plane at distance 1 the image reaches from −tan(w/2) to tan(w/2), the gnomonic projection
 /// of Calabretta & Greisen 2002 (doi:10.1051/0004-6361:20021327), section 5.1.3.
@@ -49,7 +49,7 @@ impl ImagePlane for TangentPlane {
     fn sight(&self, xy: [f64; 2]) -> Sight {
         let [right, up] = self.on_plane(xy);
         let length = right.hypot(up).hypot(1.0);
-        Sight::from_eye([right / length, up / length, 1.0 / length])
+        Sight::from_point_observer([right / length, up / length, 1.0 / length])
     }
 
     fn xy_of(&self, [right, up, forward]: [f64; 3]) -> Option<[f64; 2]> {

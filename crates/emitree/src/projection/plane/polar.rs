@@ -28,7 +28,7 @@ impl ImagePlane for PolarPlane {
     fn sight(&self, [x, y]: [f64; 2]) -> Sight {
         let (sin_azimuth, cos_azimuth) = (TAU * x).sin_cos();
         let (sin_angle, cos_angle) = (self.reach_rad * y).sin_cos();
-        Sight::from_eye([sin_angle * cos_azimuth, sin_angle * sin_azimuth, cos_angle])
+        Sight::from_point_observer([sin_angle * cos_azimuth, sin_angle * sin_azimuth, cos_angle])
     }
 
     fn xy_of(&self, [right, up, forward]: [f64; 3]) -> Option<[f64; 2]> {
