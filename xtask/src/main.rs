@@ -9,6 +9,7 @@
     reason = "a tool that prints to its terminal"
 )]
 
+mod ablate;
 mod astropy;
 mod environment;
 mod fuzz;
@@ -30,7 +31,8 @@ use workspace::Workspace;
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
 type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
 
-const TOOLS: [(&str, Tool); 4] = [
+const TOOLS: [(&str, Tool); 5] = [
+    ("ablate", ablate::run),
     ("compare-peers", peers::run),
     ("fuzz", fuzz::run),
     ("gallery", gallery::run),
@@ -99,6 +101,9 @@ fn help() -> String {
     }
     help.push_str(
         "  help     this text\n\n\
+         cargo xtask ablate [GROUP ...]\n\n  \
+         renders scenes with each constant of the engine at the ends of its range, and writes\n  \
+         docs/results/tuning.md, or prints the rows of the groups named; some 30 minutes\n\n\
          cargo xtask compare-peers [NAME ...]\n\n  \
          compares emitree with other packages (bench/peers), only those or the scenes\n  \
          that are named, or with `users` what the table of users shows, and writes docs/peers.md\n\n\
