@@ -1,8 +1,10 @@
 //! Cameras of scenes: their keys, and what is wrong with them.
 
+use super::cameras;
 use crate::fits::{Wcs, WcsAxis};
 use crate::scene::{Scene, SceneError};
 use crate::units::Unit;
+use crate::words::alternatives;
 use emitree::Region;
 
 /// A scene with the given lines in `[projection]`, and tables after it.
@@ -62,8 +64,8 @@ fn the_keys_of_every_camera_are_its_coordinates() {
 
 #[test]
 fn an_unknown_camera_is_refused_with_those_that_there_are() {
-    let names = "`canonical`, `orthographic`, `perspective`, `equirectangular`, `polar`, `fisheye` \
-                 or `healpix`";
+    let names = alternatives(cameras().iter().map(|camera| format!("`{}`", camera.name)));
+    assert!(names.starts_with("`canonical`, ") && names.ends_with("` or `healpix`"), "{names}");
     let found = error("type = \"kanonical\"", "");
     assert_eq!(
         found,
