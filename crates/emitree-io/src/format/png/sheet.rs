@@ -12,6 +12,10 @@ const MOST_TILES: usize = 64;
 
 /// A tile: the bands that it shows together, and what people call them; an image has no name.
 pub(super) struct Tile<'a> {
+    #[cfg_attr(
+        not(feature = "figure"),
+        expect(dead_code, reason = "bare pictures have no labels")
+    )]
     pub(super) label: String,
     pub(super) image: Cow<'a, Image>,
 }
