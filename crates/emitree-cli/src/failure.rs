@@ -3,8 +3,7 @@
 use emitree::{RenderError, WorldTreeError};
 use emitree_instrument::{ObservationError, PoissonError};
 use emitree_io::{
-    EmissionFailure, FitsEncodeError, NpyError, OutputError, PictureError, SceneError,
-    UnknownEnding,
+    EmissionFailure, EncodeError, FitsEncodeError, OutputError, SceneError, UnknownEnding,
 };
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use std::convert::Infallible;
@@ -43,9 +42,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Fits(#[from] FitsEncodeError),
     #[error(transparent)]
-    Npy(#[from] NpyError),
-    #[error(transparent)]
-    Picture(#[from] PictureError),
+    Encode(#[from] EncodeError),
     #[error(transparent)]
     Figure(#[from] emitree_io::figure::FigureError),
     #[error("{0}")]

@@ -70,8 +70,7 @@ def render(
         * a text with a formula, or an `Expression`;
         * a `Model`, a `Grid` or a `Tree`;
         * the name of a scene file (a path, or a text that ends in ".toml"), without `camera`.
-    camera: `Canonical`, `Orthographic`, `Perspective`, `Equirectangular`, `Polar`, `Fisheye` or
-        `Healpix`.
+    camera: a `Camera`, such as `Perspective` or `Healpix`.
     shape: (height, width) in pixels.
     tolerance: the largest error of a pixel, relative to the largest |pixel|; 0.01 by default.
     method: "vol" (the default), "paper" or "los".

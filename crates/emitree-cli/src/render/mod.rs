@@ -1,14 +1,12 @@
 //! `emitree render`: a scene file in, images out.
 
 mod counts;
-mod fits;
+mod provenance;
 mod frames;
 mod hint;
 mod map;
 mod outputs;
-mod picture;
 mod progress;
-mod sheet;
 mod summary;
 
 pub(crate) use counts::{Counts, total};

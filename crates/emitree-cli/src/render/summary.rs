@@ -5,7 +5,7 @@ use super::hint::nothing_in_view;
 use super::map::Rendered;
 use crate::failure::Failure;
 use emitree::{FEATURE_CONTRAST, Method, Steps, StopReason, Threshold};
-use emitree_io::{CameraKind, Scene};
+use emitree_io::{PixelLayout, Scene};
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -19,9 +19,11 @@ pub(crate) fn print(
     let values = (scene.height * scene.width * bins) as f64;
     let value = if rendered.map.is_cube() { "voxel" } else { "pixel" };
     let mut out = std::io::stdout().lock();
-    let size = match scene.camera.kind() {
-        CameraKind::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
-        _ => format!("{} x {} pixels (width x height)", scene.width, scene.height),
+    let size = match scene.camera.description().pixels {
+        PixelLayout::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
+        PixelLayout::Rectangle => {
+            format!("{} x {} pixels (width x height)", scene.width, scene.height)
+        }
     };
     writeln!(out, "{}: {size}", scene.name)?;
     if let Some(energies) = &scene.energy {
