@@ -39,9 +39,16 @@
 //! * [`energy`], [`cube`]: the energy axis, and an image for each of its bins ([`render_cube()`]);
 //! * [`los`]: lines of sight pixel by pixel, the baseline.
 //!
+//! # Features
+//!
+//! * `rayon` (default): work is divided among threads. Without it everything is done in the thread that
+//!   calls, with the same bits.
+//! * `healpix` (default): `Healpix` and `projection::healpix`, the sky in pixels of equal area.
+//!
 //! It starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
 //! Subdivision* ("the paper").
 
+mod parallel;
 pub mod emission;
 mod known;
 mod exchange;
@@ -82,10 +89,12 @@ pub use image::Image;
 pub use los::{LosOptions, Steps};
 pub use options::{DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions};
 pub use prediction::Predictor;
+#[cfg(feature = "healpix")]
+pub use projection::Healpix;
 pub use projection::{
     Bounds, Camera, Canonical, DiscMapping, Ellipsoid, Equirectangular, Fisheye, GeometryError,
-    Healpix, ImagePlane, Layer, MappedPoint, Orthographic, Perspective, Polar, Projection, Region,
-    Sight, Viewpoint,
+    ImagePlane, Layer, MappedPoint, Orthographic, Perspective, Polar, Projection, Region, Sight,
+    Viewpoint,
 };
 pub use radiance::{image_of_tree, irradiance_of};
 pub use refinement::Threshold;

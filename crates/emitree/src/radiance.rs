@@ -1,9 +1,9 @@
 //! From means over pixels to radiances, F(Ω)/Ω, and irradiances: what solid angles do to a map.
 
 use crate::image::Image;
+use crate::parallel::prelude::*;
 use crate::projection::Projection;
 use crate::tree::SparseTree;
-use rayon::prelude::*;
 
 /// The rows of pixels of an image, as a projection sees them.
 #[derive(Clone, Copy, Debug)]

@@ -7,7 +7,7 @@
 
 use super::image_tree::ImageTree;
 use super::nearest::Nearest;
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 /// Gives all nodes that are `closed` values continued from the others, and how wrong they may be.
 ///

@@ -19,9 +19,9 @@ use super::sights::Stop;
 use super::{FEATURE_CONTRAST, FeatureSize, whole};
 use crate::error::RenderError;
 use crate::exchange::MethodError;
+use crate::parallel::prelude::*;
 use crate::projection::Projection;
 use crate::tile::Tile;
-use rayon::prelude::*;
 
 /// Scattered samples of a view, at the least: they see a Gaussian of 1/40 of the cube's edge.
 const LEAST_SAMPLES: usize = 1024;

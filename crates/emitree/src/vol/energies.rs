@@ -12,8 +12,8 @@ use super::dyadic::unit;
 use super::scouts::Scout;
 use super::spectrum::{BinWeights, FINEST_LEVEL, Spectrum};
 use crate::energy::EnergyAxis;
+use crate::parallel::prelude::*;
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// An energy at which a spectrum has less than this share of its largest value is nothing to learn

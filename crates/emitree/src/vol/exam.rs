@@ -20,7 +20,7 @@ use super::whole;
 use crate::cell;
 use crate::exchange::MethodError;
 use crate::image::Image;
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// Scattered lines of one exam, at the least, shared among the sheets of a view…

@@ -7,7 +7,7 @@
 
 use super::dyadic::{DEEPEST_LEVEL, STENCIL, STEPS, level_of, midpoint_weights, spacing};
 use crate::cell;
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// A dyadic place on the image plane, (x, y) in steps.

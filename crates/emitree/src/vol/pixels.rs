@@ -8,8 +8,8 @@
 
 use super::dyadic::{GAUSS, STENCIL, STEPS, midpoint_weights, polynomial_weights, spacing};
 use super::image_tree::{ImageTree, Node};
+use crate::parallel::prelude::*;
 use core::ops::Range;
-use rayon::prelude::*;
 
 /// Weights of the means over the pixels along one axis, on the lattice of one level.
 #[derive(Clone, Debug)]

@@ -14,7 +14,7 @@
 
 use super::dyadic::{STENCIL, beside, spacing};
 use super::image_tree::{Around, ImageTree, Node, Place};
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 /// Share of the details one spacing away that guards a node's own.
 const NEXT_GUARD: f64 = 0.5;

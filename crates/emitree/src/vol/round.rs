@@ -13,7 +13,7 @@ use super::remaining::around;
 use super::seeds::Looks;
 use super::sights::{LINES_KNOWN, Sights, Stop, View, Wanted, Way, base_depths};
 use super::whole;
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -11,7 +11,7 @@ use super::sights::{Stop, View};
 use super::spectrum::{BASE_LEVEL, Spectrum};
 use super::whole;
 use crate::cell;
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use std::collections::BTreeSet;
 
 /// The finest lattice that looks into every bin; with more bins than that, into some of them.

@@ -13,7 +13,7 @@ use super::shares::Shares;
 use super::sights::{Stop, Wanted, Way, base_depths};
 use super::whole;
 use crate::image::Image;
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 

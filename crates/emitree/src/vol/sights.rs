@@ -14,9 +14,9 @@ use super::tracking::{Bracket, NEIGHBOURS, Neighbour, Predicted, predict};
 use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::meter::Meter;
+use crate::parallel::prelude::*;
 use crate::projection::Layer;
 use crate::site::{Site, Sites};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 

@@ -15,7 +15,7 @@ use super::whole;
 use crate::cell;
 use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use std::collections::BTreeSet;
 
 /// The share of the tolerance that the energies may leave unexplained.

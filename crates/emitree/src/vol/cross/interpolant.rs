@@ -8,9 +8,9 @@
 
 use super::chebyshev::{LANES, places};
 use super::fibers::Fibers;
+use crate::parallel::prelude::*;
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Multiplications that are worth a thread of their own: a thread takes some ten microseconds to wake.
 const LEAST_WORK: usize = 100_000;

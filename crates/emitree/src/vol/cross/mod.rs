@@ -33,12 +33,12 @@ use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
 use crate::method::Made;
+use crate::parallel::prelude::*;
 use crate::radiance::{PixelRows, radiance_per_density};
 use crate::tile::Tile;
 use crate::tree::Ending;
 use forecast::Forecast;
 use probes::Left;
-use rayon::prelude::*;
 use search::{End, Search, View};
 
 /// A budget below so many first looks of the image tree is left to the tree…
