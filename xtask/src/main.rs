@@ -7,8 +7,10 @@
 
 mod astropy;
 mod environment;
+mod features;
 mod fuzz;
 mod gallery;
+mod package;
 mod peers;
 mod performance;
 mod python;
@@ -88,12 +90,12 @@ fn report(step: &Step, Outcome { result, total }: Outcome) -> bool {
 
 fn help() -> String {
     let mut help =
-        String::from("cargo xtask COMMAND\n\n  test     all of the following, in this order\n");
+        String::from("cargo xtask COMMAND\n\n  test      all of the following, in this order\n");
     for Step { name, about, .. } in STEPS {
-        help.push_str(&format!("  {name:7}  {about}\n"));
+        help.push_str(&format!("  {name:8}  {about}\n"));
     }
     help.push_str(
-        "  help     this text\n\n\
+        "  help      this text\n\n\
          cargo xtask compare-peers [NAME ...]\n\n  \
          measures emitree beside the packages that people use (bench/peers), only those or the scenes\n  \
          that are named, or with `users` what the table of users shows, and writes docs/peers.md\n\n\

@@ -2,7 +2,7 @@
 
 use crate::total::Total;
 use crate::workspace::{Workspace, succeed};
-use crate::{astropy, python, unit};
+use crate::{astropy, features, package, python, unit};
 
 /// One check, and the subcommand that runs it alone.
 pub(crate) struct Step {
@@ -25,9 +25,15 @@ impl From<Result<(), String>> for Outcome {
     }
 }
 
-pub(crate) const STEPS: [Step; 6] = [
+pub(crate) const STEPS: [Step; 8] = [
     Step { name: "fmt", about: "formatting", run: fmt },
     Step { name: "lint", about: "clippy, warnings are errors", run: lint },
+    Step { name: "features", about: "clippy on each feature alone", run: features::run },
+    Step {
+        name: "package",
+        about: "manifests and licences of what is published",
+        run: package::run,
+    },
     Step { name: "doc", about: "documentation builds, warnings are errors", run: doc },
     Step { name: "astropy", about: "NumPy and astropy read our files", run: astropy::run },
     Step { name: "python", about: "the Python package: lints, wheel, tests", run: python::run },

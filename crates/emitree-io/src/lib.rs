@@ -59,3 +59,8 @@ pub use scene::{
     Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,
 };
 pub use tree_file::{TreeFile, TreeFileError};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -38,3 +38,8 @@ mod spelling;
 pub use catalogue::{Model, ModelDescription, ModelError, build_model, catalogue};
 pub use expression::{Expression, ExpressionError};
 pub use grid::{Grid, GridError, Interpolation, Outside, OutsideGrid};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

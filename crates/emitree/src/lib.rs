@@ -105,3 +105,8 @@ pub use tally::EvaluationCounts;
 pub use tree::{Ending, SparseTree};
 pub use vol::{FEATURE_CONTRAST, FeatureSize, Seed, VolOptions};
 pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
