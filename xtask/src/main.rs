@@ -12,8 +12,10 @@
 mod ablate;
 mod astropy;
 mod environment;
+mod features;
 mod fuzz;
 mod gallery;
+mod package;
 mod peers;
 mod performance;
 mod python;
@@ -95,12 +97,12 @@ fn report(step: &Step, Outcome { result, total }: Outcome) -> bool {
 
 fn help() -> String {
     let mut help =
-        String::from("cargo xtask COMMAND\n\n  test     all of the following, in this order\n");
+        String::from("cargo xtask COMMAND\n\n  test      all of the following, in this order\n");
     for Step { name, about, .. } in STEPS {
-        help.push_str(&format!("  {name:7}  {about}\n"));
+        help.push_str(&format!("  {name:8}  {about}\n"));
     }
     help.push_str(
-        "  help     this text\n\n\
+        "  help      this text\n\n\
          cargo xtask ablate [GROUP ...]\n\n  \
          renders scenes with each constant of the engine at the ends of its range, and writes\n  \
          docs/results/tuning.md, or prints the rows of the groups named; some 30 minutes\n\n\

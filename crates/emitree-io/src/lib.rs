@@ -66,3 +66,8 @@ pub use scene::{
     cameras,
 };
 pub use tree_file::{TreeFile, TreeFileError};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -31,7 +31,6 @@ mod gauss;
 pub mod gaussian;
 pub mod gaussians;
 pub mod knots;
-pub mod means;
 pub mod mutation;
 pub mod nebula;
 mod panels;
@@ -44,6 +43,7 @@ pub mod views;
 pub mod zodiacal;
 
 use emitree::Image;
+pub use emitree_models::means;
 
 /// The largest |error| of a pixel over the largest |pixel| of the exact image: how errors are
 /// measured everywhere here.

@@ -4,11 +4,11 @@ use crate::emission::{Emission, Samples};
 use crate::error::RenderError;
 use crate::exchange::{Batch, EmissionFailed, MethodError, drive};
 use crate::meter::Meter;
+use crate::parallel::prelude::*;
 use core::future::Future;
 use core::ops::ControlFlow;
 use core::pin::Pin;
 use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use rayon::prelude::*;
 use std::time::Instant;
 
 /// Sample points of one call of g, at most: enough to make the overhead of a call negligible for a
@@ -67,7 +67,7 @@ impl<'a, E: Emission> Calls<'a, E> {
             self.meter.check_time()?;
             return self.tell_progress(self.meter.new_evaluations());
         }
-        let threads = rayon::current_num_threads();
+        let threads = crate::parallel::current_num_threads();
         let per_call = rates.len().div_ceil(threads);
         let per_call = match self.emission.takes_whole_batches() {
             true => rates.len().max(1),

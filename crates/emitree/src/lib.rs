@@ -39,9 +39,16 @@
 //! * [`energy`], [`cube`]: the energy axis, and an image for each of its bins ([`render_cube()`]);
 //! * [`los`]: lines of sight pixel by pixel, the baseline.
 //!
+//! # Features
+//!
+//! * `rayon` (default): work is divided among threads. Without it everything is done in the thread that
+//!   calls, with the same bits.
+//! * `healpix` (default): `Healpix` and `projection::healpix`, the sky in pixels of equal area.
+//!
 //! It starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
 //! Subdivision* ("the paper").
 
+mod parallel;
 pub mod emission;
 mod known;
 mod exchange;
@@ -82,10 +89,12 @@ pub use image::Image;
 pub use los::{LosOptions, Steps};
 pub use options::{DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions};
 pub use prediction::Predictor;
+#[cfg(feature = "healpix")]
+pub use projection::Healpix;
 pub use projection::{
     Bounds, Camera, Canonical, DiscMapping, Ellipsoid, Equirectangular, Fisheye, GeometryError,
-    Healpix, ImagePlane, Layer, MappedPoint, Orthographic, Perspective, Polar, Projection, Region,
-    Sight, Viewpoint,
+    ImagePlane, Layer, MappedPoint, Orthographic, Perspective, Polar, Projection, Region, Sight,
+    Viewpoint,
 };
 pub use radiance::{image_of_tree, irradiance_of};
 pub use refinement::Threshold;
@@ -99,3 +108,8 @@ pub use tree::{SparseTree, StopReason};
 pub use tree::StopReason as Ending;
 pub use vol::{FEATURE_CONTRAST, FeatureSize, Seed, VolOptions};
 pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

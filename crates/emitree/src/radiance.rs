@@ -1,9 +1,9 @@
 //! From means over pixels to radiances, F(Ω)/Ω, and irradiances, with the solid angles of pixels.
 
 use crate::image::Image;
+use crate::parallel::prelude::*;
 use crate::projection::Projection;
 use crate::tree::SparseTree;
-use rayon::prelude::*;
 
 /// The rows of pixels of an image, and the solid angles that a projection gives them.
 #[derive(Clone, Copy, Debug)]

@@ -3,13 +3,13 @@
 use crate::failure::Failure;
 use crate::interrupt;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, Image, LosOptions, Method, RenderOptions, Steps, Threshold, render,
-};
-use emitree_problems::{equation8, relative_error};
+use emitree::{Canonical, Image, LosOptions, Method, RenderOptions, Steps, Threshold, render};
+use emitree_models::models::Holmstrom;
 use std::ops::ControlFlow;
 
 const SHAPE: [usize; 2] = [64, 64];
+/// The α of the paper.
+const ALPHA: f64 = 100.0;
 
 /// One rendering.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ pub(crate) struct Measurements {
 
 impl Measurements {
     pub(crate) fn make() -> Result<Self, Failure> {
-        let exact = equation8::exact_image(equation8::ALPHA, SHAPE);
+        let exact = Holmstrom::with_alpha(ALPHA).exact_image(SHAPE);
         // The threshold of the prototype with which the design found the paper's 4,032.
         let (figure_9_image, figure_9) = paper(2, 0.038, &exact)?;
         // Five thresholds a decade, from 0.5 down.
@@ -91,12 +91,12 @@ fn measure(
     parameter: f64,
     exact: &Image,
 ) -> Result<(Image, Run), Failure> {
-    let emission = FromFn(|position, _| equation8::rate(position, equation8::ALPHA));
     let stop =
         |_| if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let options = RenderOptions { progress: Some(&stop), ..RenderOptions::new(method) };
-    let rendering = render(&emission, &Canonical, SHAPE, &options)?;
-    let error = relative_error(&rendering.values, exact);
+    let rendering = render(&Holmstrom::with_alpha(ALPHA), &Canonical, SHAPE, &options)?;
+    let (_, brightest) = exact.min_max();
+    let error = rendering.values.max_difference(exact) / brightest;
     let run = Run { method: name, parameter, evaluations: rendering.stats.evaluations, error };
     Ok((rendering.values, run))
 }

@@ -211,6 +211,7 @@ impl<P: ImagePlane> Camera<P> {
 
     /// A camera of an image plane whose (right, up, forward) are the world's (x, y, z); an infinite
     /// depth is resolved over the distance from the origin, or 1 there.
+    #[cfg(feature = "healpix")]
     pub(super) fn of_world(
         position: [f64; 3],
         plane: P,

@@ -7,12 +7,14 @@
 //! A [`Camera`] is an [image plane](ImagePlane) (which line of sight belongs to which pixel) at a
 //! [`Viewpoint`], with a range of depths, [`Bounds`] of what can glow, and opaque bodies.
 
+#[cfg(feature = "healpix")]
 mod all_sky;
 mod bounds;
 mod camera;
 mod canonical;
 mod ellipsoid;
 pub(crate) mod frame;
+#[cfg(feature = "healpix")]
 pub mod healpix;
 mod layer;
 mod plane;
@@ -20,6 +22,7 @@ mod section;
 mod span;
 mod vector;
 
+#[cfg(feature = "healpix")]
 pub use all_sky::Healpix;
 pub use bounds::{Bounds, Cuboid};
 pub use camera::{Camera, Equirectangular, Fisheye, Orthographic, Perspective, Polar};
@@ -27,9 +30,11 @@ pub use canonical::Canonical;
 pub use ellipsoid::Ellipsoid;
 pub use frame::{GeometryError, Viewpoint};
 pub use layer::{Layer, Region};
+#[cfg(feature = "healpix")]
+pub use plane::FacePlane;
 pub use plane::{
-    DiscMapping, DiscPlane, EquirectangularPlane, FacePlane, ImagePlane, ParallelPlane, PolarPlane,
-    Sight, TangentPlane,
+    DiscMapping, DiscPlane, EquirectangularPlane, ImagePlane, ParallelPlane, PolarPlane, Sight,
+    TangentPlane,
 };
 
 /// Where a point of the canonical cube lies in the world.

@@ -5,10 +5,10 @@ use super::level::{LEAF, Level};
 use super::points::PointPredictor;
 use crate::cell::{CellIndex, to_u32};
 use crate::exchange::at_once;
+use crate::parallel::prelude::*;
 use crate::prediction::{OrderError, Predictor};
 use crate::quadrature::{AsyncIntegrand, Averager, CellRule, Immediate, Integrand};
 use crate::refinement::{Threshold, detail_size};
-use rayon::prelude::*;
 
 /// How a tree is built.
 #[derive(Clone, Copy, Debug, PartialEq)]

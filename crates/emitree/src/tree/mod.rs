@@ -41,10 +41,10 @@ pub use progressive::Progression;
 pub(crate) use sample::sampled_level;
 
 use crate::cell::CellIndex;
+use crate::parallel::prelude::*;
 use crate::prediction::Predictor;
 use level::{LEAF, Level};
 use points::PointPredictor;
-use rayon::prelude::*;
 
 /// A sparse tree of cell averages in D dimensions; see [the invariants](self).
 #[derive(Clone, Debug)]

@@ -15,8 +15,8 @@ use super::stencils::StencilBuffer;
 use crate::cell::to_u32;
 use crate::cube::Cube;
 use crate::image::Image;
+use crate::parallel::prelude::*;
 use crate::prediction::{Stencil, part_weights};
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// How cells along one axis make pixels: for each pixel the cells that it takes from.

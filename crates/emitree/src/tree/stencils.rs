@@ -6,8 +6,8 @@ use super::index::{cousins, runs};
 use super::level::Level;
 use super::points::PointPredictor;
 use crate::cell::{power, to_u32};
+use crate::parallel::prelude::*;
 use crate::prediction::{Predictor, Stencil};
-use rayon::prelude::*;
 
 /// The stencil of one cell as families: the same number of them, order / 2 + 1, along each axis,
 /// since the order is odd and a family has two cells along an axis.

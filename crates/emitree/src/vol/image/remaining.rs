@@ -12,10 +12,10 @@
 //! remains as well, as long as an edge passes between the node and its neighbours and some of its
 //! children are missing: the image on the open side is interpolated from it.
 
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, STENCIL, around, beside, spacing};
 use crate::vol::image::tree::{Around, ImageTree, Node};
 use crate::vol::tuning::TUNING;
-use rayon::prelude::*;
 
 /// Nodes that are worth a thread of their own.
 const NODES_AT_ONCE: usize = 64;

@@ -6,10 +6,10 @@
 //! stands for the same function as the full lattice with those details zero.
 
 use crate::cell;
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{
     DEEPEST_LEVEL, Place, STENCIL, STEPS, level_of, midpoint_weights, spacing,
 };
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// What is open around a node at which nothing is seen.

@@ -6,11 +6,11 @@
 //! where the fibers' functions span those of G. Its integral along z is one sum for each pair of
 //! pivots, Σₖ G(xᵢ, yⱼ, zₖ) ∫ cₖ dz.
 
+use crate::parallel::prelude::*;
 use crate::vol::lowrank::chebyshev::{LANES, places};
 use crate::vol::lowrank::fibers::Fibers;
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Multiplications that are worth a thread of their own: a thread takes some ten microseconds to wake.
 const LEAST_WORK: usize = 100_000;

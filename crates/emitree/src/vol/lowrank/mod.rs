@@ -27,6 +27,7 @@ use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
 use crate::method::Made;
+use crate::parallel::prelude::*;
 use crate::radiance::{PixelRows, radiance_per_density};
 use crate::tile::Tile;
 use crate::tree::Ending;
@@ -40,7 +41,6 @@ use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::{LayerSamples, fraction_of_view, size_seen};
-use rayon::prelude::*;
 
 /// Standard deviations of Gaussians, in edges of the cube, that the probes have to see before the
 /// interpolant is believed, for tolerances from each of these on…

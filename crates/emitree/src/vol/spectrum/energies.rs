@@ -8,13 +8,13 @@
 //! 1 at Eₖ and 0 at all former energies. So the Sₖ, and what their images need, shrink with k, and
 //! energies can be added later without touching what is there.
 
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::unit;
 use crate::vol::spectrum::Spectrum;
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::probes::SpectralProbe;
 use crate::vol::tuning::TUNING;
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 /// One energy and its share in the bins.
 #[derive(Clone, Debug)]

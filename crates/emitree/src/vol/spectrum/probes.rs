@@ -5,12 +5,12 @@
 //! single samples at many places and energies: where one is not explained a scout is sent.
 
 use crate::cell::{self, whole};
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, spacing, unit};
 use crate::vol::sampling::{Stop, View, evaluate};
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::{BASE_LEVEL, Spectrum};
 use crate::vol::tuning::TUNING;
-use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// The lattice that the energies of lines are rounded to.

@@ -5,10 +5,10 @@
 //! the edge whatever lies behind it. The degree of the polynomial is the one with the smallest expected
 //! error, which is kept: the part of the image beside the edge is interpolated from these values.
 
+use crate::parallel::prelude::*;
 use crate::vol::image::nearest::Nearest;
 use crate::vol::image::tree::ImageTree;
 use crate::vol::tuning::TUNING;
-use rayon::prelude::*;
 
 /// Gives all nodes that are `closed` values continued from the others, and how wrong they may be.
 ///

@@ -7,9 +7,9 @@
 //! into finer pixels for that. No evaluation is made for an edge.
 
 use crate::image::Image;
+use crate::parallel::prelude::*;
 use crate::projection::{Layer, Projection, Region};
 use bilby::GaussLegendre;
-use rayon::prelude::*;
 
 /// The longer side of an image is divided into this many pixels at the least, where there are edges…
 const LEAST_PIXELS: usize = 512;

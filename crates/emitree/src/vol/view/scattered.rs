@@ -3,6 +3,7 @@
 use crate::cell::whole;
 use crate::error::RenderError;
 use crate::exchange::MethodError;
+use crate::parallel::prelude::*;
 use crate::projection::Projection;
 use crate::tile::Tile;
 use crate::vol::dyadic::{Place, from_unit, spacing};
@@ -13,7 +14,6 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification_lines::FIRST_LINE;
 use crate::vol::{FEATURE_CONTRAST, FeatureSize, lattice};
-use rayon::prelude::*;
 
 /// Places and sizes that the size covered is found from: each size is this much larger than the former.
 const PLACES: usize = 512;
