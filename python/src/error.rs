@@ -1,7 +1,8 @@
 //! Errors of the library as exceptions.
 
 use crate::emission::EmissionStop;
-use emitree::{RenderError as CoreError, WorldTreeError};
+use emitree::RenderError as CoreError;
+use emitree::world_tree::WorldTreeError;
 use emitree_io::OutputError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyMemoryError, PyOSError, PyValueError};

@@ -4,7 +4,8 @@ use crate::about::{About, Bins};
 use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
 use emitree::projection::healpix::pixel_of_direction;
-use emitree::{Cube, EvaluationCounts, Healpix, Image, Rendering};
+use emitree::result::EvaluationCounts;
+use emitree::{Cube, Healpix, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
     Bands, Card, East, Energies, FitsProduct, PictureOptions, ProductMap, Quantity, Scene, WcsAxis,

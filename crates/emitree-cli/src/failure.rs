@@ -1,6 +1,7 @@
 //! Failures, their messages and their exit codes.
 
-use emitree::{RenderError, WorldTreeError};
+use emitree::RenderError;
+use emitree::world_tree::WorldTreeError;
 use emitree_instrument::{ObservationError, PoissonError};
 use emitree_io::{
     EmissionFailure, FitsEncodeError, NpyError, OutputError, PictureError, SceneError,

@@ -5,7 +5,8 @@
 
 #![allow(clippy::panic, clippy::unwrap_used, reason = "what fails here fails the test")]
 
-use emitree::{FromFn, WorldBox, WorldTreeOptions, build_world_tree};
+use emitree::FromFn;
+use emitree::world_tree::{WorldBox, WorldTreeOptions, build_world_tree};
 use emitree_instrument::{EffectiveArea, Psf, Redistribution};
 use emitree_io::TreeFile;
 use emitree_io::grid::{AxisNodes, GridRequest, read_grid};

@@ -5,9 +5,8 @@
 
 use core::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use emitree::{
-    Canonical, Emission, FromFn, LosOptions, Method, RenderOptions, Samples, Steps, render,
-};
+use emitree::los::{LosOptions, Steps};
+use emitree::{Canonical, Emission, FromFn, Method, RenderOptions, Samples, render};
 use emitree_models::{Expression, Model, build_model};
 use std::collections::BTreeMap;
 

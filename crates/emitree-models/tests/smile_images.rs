@@ -2,11 +2,10 @@
 //! `reference/smile_view1.py`.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Equirectangular, Image, LosOptions, Method, RenderOptions, Rendering, Steps, Threshold,
-    Viewpoint, render,
-};
+use emitree::{Equirectangular, Image, Method, RenderOptions, Rendering, Viewpoint, render};
 use emitree_models::build_model;
 use std::collections::BTreeMap;
 

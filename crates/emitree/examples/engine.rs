@@ -9,11 +9,10 @@
 //! `… -- paper 0 72 1e-2` looks for the cheapest threshold of method `paper` for each of the random scenes.
 //! Tolerances are asked for, images have 64 × 64 pixels, those of views as many as the view has.
 
+use emitree::progress::Frame;
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, Frame, FromFn, Image, Method, RenderOptions, Rendering, Threshold, VolOptions,
-    render,
-};
+use emitree::{Canonical, FromFn, Image, Method, RenderOptions, Rendering, VolOptions, render};
 use emitree_problems::catalogue::{problem, problems};
 use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
 use emitree_problems::relative_error;

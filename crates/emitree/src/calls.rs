@@ -4,6 +4,7 @@ use crate::emission::{Emission, Samples};
 use crate::error::RenderError;
 use crate::exchange::{Batch, EmissionFailed, MethodError, drive};
 use crate::meter::Meter;
+use crate::progress::Progress;
 use core::future::Future;
 use core::ops::ControlFlow;
 use core::pin::Pin;
@@ -22,9 +23,6 @@ const SHARE_OF_TIME_PER_CALL: f64 = 0.05;
 
 /// A batch that is expected to take less than this is not shared out.
 const WORTH_A_THREAD_NANOSECONDS: f64 = 3e4;
-
-/// Hears how many evaluations have been made so far, and may end the rendering.
-pub type Progress<'a> = dyn Fn(u64) -> ControlFlow<()> + Sync + 'a;
 
 /// An emission that is evaluated for a method.
 pub(crate) struct Calls<'a, E> {
@@ -169,10 +167,10 @@ pub(crate) fn check_finite<E>(samples: &Samples<'_>, rates: &[f64]) -> Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::los::{LosOptions, Steps};
     use crate::options::{Method, RenderOptions};
     use crate::projection::Canonical;
     use crate::render::render;
-    use crate::{LosOptions, Steps};
     use core::convert::Infallible;
     use std::sync::Mutex;
 

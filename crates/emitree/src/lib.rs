@@ -23,9 +23,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The modules are the way of the data:
+//! What these examples need is at the root. All else is in the modules, in the order in which data pass
+//! through them:
 //!
-//! * [`emission`]: g in batches, evaluated and counted in one place;
 //! * [`projection`]: a camera maps the world to the canonical cube, z along the line of sight: image
 //!   planes of seven kinds, depths finite or not, bounds, opaque bodies, the sky in `HEALPix` faces;
 //! * [`vol`]: the engine: a tree of the image plane whose nodes are lines of sight, refined until the
@@ -35,14 +35,16 @@
 //! * [`tree`]: the paper's sparse tree of cell averages: built, projected along z by one sum for each
 //!   coefficient, sampled to pixels;
 //! * [`world_tree`]: a tree of g itself in a box of the world, an emission for any camera;
-//! * [`image`]: pixels, and the one orientation that they have everywhere;
-//! * [`energy`], [`cube`]: the energy axis, and an image for each of its bins ([`render_cube()`]);
-//! * [`los`]: lines of sight pixel by pixel, the baseline.
+//! * [`los`]: lines of sight pixel by pixel, the baseline;
+//! * [`radiance`]: irradiances of pixels, and images of trees;
+//! * [`energy`]: the energy axis, with which there is an image for each of its bins ([`render_cube()`]);
+//! * [`progress`]: callbacks while a rendering is made;
+//! * [`result`]: the parts of a [`Rendering`].
 //!
 //! It starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
 //! Subdivision* ("the paper").
 
-pub mod emission;
+mod emission;
 mod known;
 mod exchange;
 mod calls;
@@ -58,41 +60,35 @@ pub mod tree;
 pub mod world_tree;
 pub mod vol;
 pub mod los;
-pub mod image;
+mod image;
 pub mod energy;
-pub mod cube;
+mod cube;
 mod memory;
-mod radiance;
+pub mod radiance;
 mod tile;
 mod method;
 mod paper;
+pub mod progress;
 mod options;
 mod session;
 mod rendering;
+pub mod result;
 mod render;
 mod error;
 
-pub use calls::Progress;
-pub use cell::CellIndex;
 pub use cube::Cube;
 pub use emission::{Emission, FromFn, FromSpectralFn, Samples};
-pub use energy::{EnergyAxis, EnergyError, EnergyScale};
+pub use energy::axis::{EnergyAxis, EnergyScale};
 pub use error::RenderError;
 pub use image::Image;
-pub use los::{LosOptions, Steps};
-pub use options::{DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions};
-pub use prediction::Predictor;
-pub use projection::{
-    Bounds, Camera, Canonical, DiscMapping, Ellipsoid, Equirectangular, Fisheye, GeometryError,
-    Healpix, ImagePlane, Layer, MappedPoint, Orthographic, Perspective, Polar, Projection, Region,
-    Sight, Viewpoint,
-};
-pub use radiance::{image_of_tree, irradiance_of};
-pub use refinement::Threshold;
+pub use options::{Method, RenderOptions};
+pub use projection::all_sky::Healpix;
+pub use projection::camera::{Equirectangular, Fisheye, Orthographic, Perspective, Polar};
+pub use projection::canonical::Canonical;
+pub use projection::frame::Viewpoint;
+pub use projection::map::Projection;
 pub use render::{render, render_cube};
-pub use rendering::{RenderStats, RenderedTree, Rendering, Values};
+pub use rendering::Rendering;
 pub use session::Session;
-pub use tally::EvaluationCounts;
-pub use tree::{Ending, SparseTree};
-pub use vol::{FEATURE_CONTRAST, FeatureSize, Seed, VolOptions};
-pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};
+pub use tree::build::Ending;
+pub use vol::options::VolOptions;

@@ -1,15 +1,13 @@
 //! Options of a rendering: the method and its own options, the limits, and who hears of it on the way.
 
-use crate::calls::Progress;
 use crate::error::RenderError;
-use crate::image::Image;
 use crate::known::BYTES_PER_KNOWN_RATE;
 use crate::los::{LosOptions, Steps};
 use crate::memory::{check_size, evaluations_in_memory};
 use crate::meter::{Deadline, Limits};
+use crate::progress::{FrameCallback, Progress};
 use crate::tree::BuildOptions;
 use crate::vol::VolOptions;
-use core::ops::ControlFlow;
 
 /// The way from g to the image.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,23 +36,6 @@ impl Method {
     }
 }
 
-/// An image on the way: what a rendering has after one of its steps.
-#[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
-pub struct Frame<'a> {
-    /// The image so far, in the unit of the final one.
-    pub image: &'a Image,
-    /// The estimated |error| of each pixel of it.
-    pub error: &'a Image,
-    /// Evaluations of g so far.
-    pub evaluations: u64,
-    /// Batches of evaluations so far.
-    pub batches: u64,
-}
-
-/// Sees the image on the way, and may end the rendering.
-pub type FrameCallback<'a> = dyn Fn(&Frame<'_>) -> ControlFlow<()> + Sync + 'a;
-
 /// Options of a rendering.
 #[derive(Clone)]
 pub struct RenderOptions<'a> {
@@ -79,14 +60,17 @@ pub struct RenderOptions<'a> {
 
 /// A budget that ends a runaway refinement (a jump and a tiny threshold) while its tree still fits
 /// in a few GiB.
-pub const DEFAULT_MAX_EVALUATIONS: u64 = 50_000_000;
+pub(crate) const DEFAULT_MAX_EVALUATIONS: u64 = 50_000_000;
 
 /// Memory that any workstation has.
 const DEFAULT_MAX_MEMORY_BYTES: u64 = 8 << 30;
 
 impl RenderOptions<'_> {
+    /// The largest number of evaluations of a rendering, if no other is given.
+    pub const DEFAULT_MAX_EVALUATIONS: u64 = DEFAULT_MAX_EVALUATIONS;
+
     /// The given method with the default limits: equal steps along lines are counted beforehand and
-    /// have none, all else may make [`DEFAULT_MAX_EVALUATIONS`].
+    /// have none, all else may make [`DEFAULT_MAX_EVALUATIONS`](Self::DEFAULT_MAX_EVALUATIONS).
     pub fn new(method: Method) -> Self {
         let max_evaluations = match method {
             Method::Los(LosOptions { steps: Steps::Fixed(_), .. }) => u64::MAX,

@@ -2,7 +2,7 @@
 //!
 //! [`render()`](crate::render()) is a session that is run to its end.
 
-use crate::calls::{Calls, Progress, check_finite};
+use crate::calls::{Calls, check_finite};
 use crate::cube::Cube;
 use crate::emission::{Emission, Samples};
 use crate::energy::EnergyAxis;
@@ -12,7 +12,8 @@ use crate::image::Image;
 use crate::known::KnownRates;
 use crate::meter::{Meter, Shown};
 use crate::method::{self, Made};
-use crate::options::{Frame, FrameCallback, Method, RenderOptions, check_options, limits};
+use crate::options::{Method, RenderOptions, check_options, limits};
+use crate::progress::{Frame, FrameCallback, Progress};
 use crate::projection::Projection;
 use crate::rendering::{RenderStats, Rendering, Values};
 use crate::tile::Tile;

@@ -89,7 +89,7 @@ pub struct EvaluationCounts {
 }
 
 impl EvaluationCounts {
-    /// The map, in [the orientation of all images](crate::image).
+    /// The map, in [the orientation of all images](crate::Image).
     pub fn to_image(&self) -> Image {
         let [height, width] = self.shape;
         let mut image = Image::zeros(height, width);

@@ -3,8 +3,8 @@
 //! A binary of its own with one test: the counters are those of the whole process.
 
 use dhat::{HeapStats, Profiler};
-use emitree::Threshold;
 use emitree::quadrature::{CellRule, Pointwise};
+use emitree::refinement::Threshold;
 use emitree::tree::{BuildOptions, build};
 use emitree_problems::equation8;
 

@@ -1,10 +1,11 @@
 //! Both methods against exact images.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::{
-    Canonical, Equirectangular, FromFn, LosOptions, Method, RenderOptions, Rendering, Steps,
-    Threshold, Viewpoint, render,
+    Canonical, Equirectangular, FromFn, Method, RenderOptions, Rendering, Viewpoint, render,
 };
 use emitree_problems::catalogue::{Problem, problem, problems};
 use emitree_problems::relative_error;

@@ -1,9 +1,9 @@
 //! Every camera on bodies with exact images: a uniform glow, a cluster, a shell, an opaque planet.
 
+use emitree::projection::{Bounds, DiscMapping, Ellipsoid, Region};
 use emitree::{
-    Bounds, DiscMapping, Ellipsoid, Emission, Equirectangular, Fisheye, FromFn, Healpix, Image,
-    Method, Orthographic, Perspective, Polar, Projection, Region, RenderOptions, Rendering,
-    Viewpoint, VolOptions, render,
+    Emission, Equirectangular, Fisheye, FromFn, Healpix, Image, Method, Orthographic, Perspective,
+    Polar, Projection, RenderOptions, Rendering, Viewpoint, VolOptions, render,
 };
 use std::f64::consts::{PI, TAU};
 

@@ -1,9 +1,11 @@
 //! Limits end every rendering, with the best image so far.
 
+use emitree::los::{LosOptions, Steps};
+use emitree::projection::{Bounds, Ellipsoid, GeometryError};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::{
-    Bounds, Ellipsoid, Ending, FromFn, GeometryError, LosOptions, Method, Perspective, RenderError,
-    RenderOptions, Steps, Threshold, Viewpoint, VolOptions, render,
+    Ending, FromFn, Method, Perspective, RenderError, RenderOptions, Viewpoint, VolOptions, render,
 };
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};

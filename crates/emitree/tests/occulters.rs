@@ -1,9 +1,10 @@
 //! Opaque bodies: the limb is where geometry has it, to the tolerance, at the cost of smooth images.
 
+use emitree::los::{LosOptions, Steps};
+use emitree::projection::{Bounds, DiscMapping, Ellipsoid};
 use emitree::{
-    Bounds, DiscMapping, Ellipsoid, Emission, Equirectangular, Fisheye, FromFn, Healpix, Image,
-    LosOptions, Method, Orthographic, Perspective, Polar, Projection, RenderOptions, Rendering,
-    Steps, Viewpoint, VolOptions, render,
+    Emission, Equirectangular, Fisheye, FromFn, Healpix, Image, Method, Orthographic, Perspective,
+    Polar, Projection, RenderOptions, Rendering, Viewpoint, VolOptions, render,
 };
 use std::f64::consts::PI;
 
@@ -294,7 +295,7 @@ fn the_total_irradiance_is_the_same_in_every_projection_of_the_whole_sky() {
         .map(|(camera, shape)| {
             let rendering = image_of(&FromFn(exosphere), &*camera, shape, &vol(1e-2));
             assert!(rendering.converged(), "{camera:?}: {:?}", rendering.stats.ending);
-            let irradiance = emitree::irradiance_of(&rendering.values, &*camera);
+            let irradiance = emitree::radiance::irradiance_of(&rendering.values, &*camera);
             irradiance.pixels().iter().filter(|pixel| !pixel.is_nan()).sum()
         })
         .collect();

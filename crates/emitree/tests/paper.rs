@@ -1,9 +1,9 @@
 //! What the paper states of eq. (8) on 64 × 64 pixels: its Figures 9, 10 and 11, and design facts.
 
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, LosOptions, Method, RenderOptions, Rendering, Steps, Threshold, render,
-};
+use emitree::{Canonical, FromFn, Method, RenderOptions, Rendering, render};
 use emitree_problems::{equation8, relative_error};
 
 #[expect(clippy::unwrap_used, reason = "a helper of tests")]

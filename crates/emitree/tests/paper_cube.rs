@@ -1,11 +1,12 @@
 //! Method `paper` with an energy axis: convergence, cost and limits of trees in four dimensions.
 
+use emitree::projection::DiscMapping;
 use emitree::quadrature::CellRule;
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::{
-    Canonical, Cube, DiscMapping, Emission, Ending, EnergyAxis, EnergyScale, Fisheye, FromFn,
-    FromSpectralFn, Healpix, Image, Method, Projection, RenderOptions, Rendering, Threshold,
-    Viewpoint, render, render_cube,
+    Canonical, Cube, Emission, Ending, EnergyAxis, EnergyScale, Fisheye, FromFn, FromSpectralFn,
+    Healpix, Image, Method, Projection, RenderOptions, Rendering, Viewpoint, render, render_cube,
 };
 use emitree_problems::{means, relative_error};
 use std::convert::Infallible;

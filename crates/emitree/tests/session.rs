@@ -1,10 +1,11 @@
 //! Sessions: held, looked at and continued.
 
+use emitree::los::{LosOptions, Steps};
 use emitree::tree::BuildOptions;
 use emitree::{
     Canonical, Cube, Emission, Ending, EnergyAxis, EnergyScale, Equirectangular, FromFn,
-    FromSpectralFn, Image, LosOptions, Method, Projection, RenderError, RenderOptions, Samples,
-    Session, Steps, Viewpoint, VolOptions, render, render_cube,
+    FromSpectralFn, Image, Method, Projection, RenderError, RenderOptions, Samples, Session,
+    Viewpoint, VolOptions, render, render_cube,
 };
 use emitree_problems::family::random_scene;
 use std::sync::Arc;

@@ -1,9 +1,11 @@
 //! Method `vol` against exact images, against itself, and at its limits.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+use emitree::progress::Frame;
+use emitree::vol::Seed;
 use emitree::{
-    Canonical, Ending, Equirectangular, Frame, FromFn, Image, Method, RenderError, RenderOptions,
-    Rendering, Seed, Viewpoint, VolOptions, render,
+    Canonical, Ending, Equirectangular, FromFn, Image, Method, RenderError, RenderOptions,
+    Rendering, Viewpoint, VolOptions, render,
 };
 use emitree_problems::catalogue::{Problem, problem};
 use emitree_problems::relative_error;

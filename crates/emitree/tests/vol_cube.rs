@@ -1,10 +1,13 @@
 //! Method `vol` with an energy axis: exact cubes, costs against images bin by bin, and its limits.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+use emitree::los::{LosOptions, Steps};
+use emitree::projection::Ellipsoid;
+use emitree::vol::Seed;
 use emitree::{
-    Canonical, Cube, Ellipsoid, Emission, Ending, EnergyAxis, EnergyScale, FromFn, FromSpectralFn,
-    Healpix, Image, LosOptions, Method, Perspective, Projection, RenderOptions, Rendering, Seed,
-    Steps, Viewpoint, VolOptions, render, render_cube,
+    Canonical, Cube, Emission, Ending, EnergyAxis, EnergyScale, FromFn, FromSpectralFn, Healpix,
+    Image, Method, Perspective, Projection, RenderOptions, Rendering, Viewpoint, VolOptions,
+    render, render_cube,
 };
 use emitree_problems::cubes::{CubeProblem, problem, problems};
 use std::convert::Infallible;

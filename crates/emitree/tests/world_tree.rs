@@ -1,10 +1,12 @@
 //! Trees in the world against the emissions that they were built from: errors, costs and images.
 
 use core::sync::atomic::{AtomicU64, Ordering};
-use emitree::world_tree::{BuiltWorldTree, WorldTreeOptions};
+use emitree::world_tree::{
+    BuiltWorldTree, WorldBox, WorldTree, WorldTreeOptions, build_world_tree,
+};
 use emitree::{
     Canonical, Emission, Ending, Equirectangular, FromFn, Image, Method, Projection, RenderOptions,
-    Samples, Viewpoint, VolOptions, WorldBox, WorldTree, build_world_tree, render,
+    Samples, Viewpoint, VolOptions, render,
 };
 use emitree_problems::catalogue::{Problem, problem};
 use emitree_problems::relative_error;

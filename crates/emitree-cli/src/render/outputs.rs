@@ -8,7 +8,8 @@ use super::picture::{self, Style};
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::report::Report;
-use emitree::{Healpix, Method, Steps};
+use emitree::los::Steps;
+use emitree::{Healpix, Method};
 use emitree_io::{
     CameraKind, Card, Format, HealpixFile, OutputFile, OutputSet, Quantity, Scene, ValueRange,
     commit_all, encode_npy, encode_npy_cube, encode_npy_image,

@@ -2,10 +2,10 @@
 
 use crate::failure::Failure;
 use crate::interrupt;
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, Image, LosOptions, Method, RenderOptions, Steps, Threshold, render,
-};
+use emitree::{Canonical, FromFn, Image, Method, RenderOptions, render};
 use emitree_problems::{equation8, relative_error};
 use std::ops::ControlFlow;
 

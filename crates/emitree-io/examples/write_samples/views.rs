@@ -1,7 +1,8 @@
 //! Views of every kind of camera, and where each of them says that its pixels look.
 
 use emitree::projection::healpix::face_pixel;
-use emitree::{Healpix, Image, MappedPoint, Region, render};
+use emitree::projection::{MappedPoint, Region};
+use emitree::{Healpix, Image, render};
 use emitree_io::units::Unit;
 use emitree_io::{FitsFile, FitsImage, HealpixColumn, HealpixFile, Scene, encode_npy};
 use std::error::Error;

@@ -30,9 +30,10 @@ pub use tree::BuildSettings;
 use crate::energies::Energies;
 use crate::memory::available_memory_bytes;
 use document::Node;
+use emitree::radiance::irradiance_of;
 use emitree::{
     Cube, Emission, Healpix, Image, Projection, RenderError, RenderOptions, Rendering, Session,
-    irradiance_of, render, render_cube,
+    render, render_cube,
 };
 use emitree_instrument::{Observation, ObservationError};
 use instrument::Observer;

@@ -1,7 +1,10 @@
 use super::*;
+use emitree::los::{LosOptions, Steps};
 use emitree::quadrature::CellRule;
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{LosOptions, Method, Seed, Steps, Threshold, VolOptions};
+use emitree::vol::Seed;
+use emitree::{Method, VolOptions};
 
 const SCENE: &str = r#"
 [emission]

@@ -6,7 +6,8 @@ use super::source::Place;
 use super::table::Table;
 use super::{EmissionSource, is_option};
 use crate::tree_file::TreeFile;
-use emitree::{CellIndex, WorldBox, WorldTreeOptions};
+use emitree::cell::CellIndex;
+use emitree::world_tree::{WorldBox, WorldTreeOptions};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -106,7 +107,8 @@ pub(super) fn read_emission((name, place): &(String, Place)) -> Result<EmissionS
 #[cfg(test)]
 mod tests {
     use crate::{EmissionSource, Override, Scene, SceneError, TreeFile};
-    use emitree::{FromFn, WorldBox, WorldTreeOptions, build_world_tree};
+    use emitree::FromFn;
+    use emitree::world_tree::{WorldBox, WorldTreeOptions, build_world_tree};
 
     const SCENE: &str = r#"
 [emission]

@@ -1,5 +1,6 @@
 use super::*;
-use emitree::{Emission, FromFn, Samples, WorldBox, WorldTreeOptions, build_world_tree};
+use emitree::world_tree::{WorldBox, WorldTreeOptions, build_world_tree};
+use emitree::{Emission, FromFn, Samples};
 use fits_well::table::{Builder, ColumnData, WriteColumn};
 use fits_well::{FitsReader, FitsWriter};
 use std::path::Path;

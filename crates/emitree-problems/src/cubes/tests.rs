@@ -4,7 +4,8 @@
 use super::*;
 use crate::brute;
 use crate::gauss::Gauss;
-use emitree::{Canonical, FromSpectralFn, LosOptions, Method, RenderOptions, Steps, render_cube};
+use emitree::los::{LosOptions, Steps};
+use emitree::{Canonical, FromSpectralFn, Method, RenderOptions, render_cube};
 
 /// Energies at which a rule is not to look across: the edge, and the narrow line.
 const CUTS: [f64; 4] = [

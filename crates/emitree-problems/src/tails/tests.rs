@@ -1,5 +1,5 @@
 use super::*;
-use emitree::Region;
+use emitree::projection::Region;
 
 /// FNV-1a of all parameters of forty scenes: no seed may ever mean another scene.
 #[test]

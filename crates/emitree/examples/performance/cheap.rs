@@ -2,9 +2,9 @@
 
 use crate::heap::measured;
 use crate::table::{Table, number};
+use emitree::los::{LosOptions, Steps};
 use emitree::{
-    Canonical, Emission, FromFn, Image, LosOptions, Method, RenderOptions, Rendering, Steps,
-    VolOptions, render,
+    Canonical, Emission, FromFn, Image, Method, RenderOptions, Rendering, VolOptions, render,
 };
 use emitree_models::Expression;
 use emitree_problems::{equation8, relative_error};

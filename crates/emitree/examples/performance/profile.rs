@@ -3,10 +3,10 @@
 
 use crate::heap::measured;
 use crate::table::{Table, mebibytes, number};
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, LosOptions, Method, RenderOptions, Steps, Threshold, VolOptions, render,
-};
+use emitree::{Canonical, FromFn, Method, RenderOptions, VolOptions, render};
 use emitree_problems::catalogue::{Problem, problem};
 use emitree_problems::relative_error;
 

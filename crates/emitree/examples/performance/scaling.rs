@@ -3,10 +3,10 @@
 
 use crate::heap::{available_bytes, measured};
 use crate::table::{Table, exponent, mebibytes, number};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, Image, Method, RenderOptions, Seed, Threshold, VolOptions, render,
-};
+use emitree::vol::Seed;
+use emitree::{Canonical, FromFn, Image, Method, RenderOptions, VolOptions, render};
 use emitree_problems::catalogue::problem;
 use emitree_problems::gaussian::Gaussian;
 use emitree_problems::{equation8, relative_error};

@@ -1,11 +1,10 @@
 //! Two threads against one: the same renderings of a g that costs a microsecond or ten at each point.
 
 use crate::table::Table;
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, Image, LosOptions, Method, RenderOptions, Rendering, Steps, Threshold,
-    VolOptions, render,
-};
+use emitree::{Canonical, FromFn, Image, Method, RenderOptions, Rendering, VolOptions, render};
 use emitree_problems::{equation8, nebula::Nebula, shell};
 use rayon::ThreadPool;
 use std::hint;

@@ -42,7 +42,7 @@ pub struct Camera<P> {
 /// let camera = Orthographic::new(viewpoint, [4.0, 2.0], everything)?;
 /// let corner = camera.world_from_canonical([0.0, 0.0, 0.5]);
 /// assert_eq!(corner.position, [-2.0, -1.0, 0.0]);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Orthographic = Camera<ParallelPlane>;
 
@@ -56,7 +56,7 @@ pub type Orthographic = Camera<ParallelPlane>;
 /// let camera = Perspective::new(viewpoint, [1.0, 1.0], [0.0, 20.0])?;
 /// let centre = camera.world_from_canonical([0.5, 0.5, 0.45]);
 /// assert!(centre.position[2].abs() < 1e-12);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Perspective = Camera<TangentPlane>;
 
@@ -72,7 +72,7 @@ pub type Perspective = Camera<TangentPlane>;
 /// let centre = camera.world_from_canonical([0.5, 0.5, 0.5]);
 /// assert_eq!(centre.position, [5.0, 0.0, 0.0]);
 /// assert_eq!(centre.path_per_depth, 10.0);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Equirectangular = Camera<EquirectangularPlane>;
 
@@ -86,14 +86,15 @@ pub type Equirectangular = Camera<EquirectangularPlane>;
 ///     Viewpoint { position: [0.0; 3], target: [0.0, 0.0, 1.0], up: [0.0, 1.0, 0.0] };
 /// let whole_sky = Polar::new(viewpoint, TAU, [0.0, 10.0])?;
 /// assert!((whole_sky.solid_angle([0.0; 2], [1.0; 2]) - 4.0 * PI).abs() < 1e-12);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Polar = Camera<PolarPlane>;
 
 /// The sky as a disc. FITS: ARC or ZEA.
 ///
 /// ```
-/// use emitree::{DiscMapping, Fisheye, Projection, Region, Viewpoint};
+/// use emitree::projection::{DiscMapping, Region};
+/// use emitree::{Fisheye, Projection, Viewpoint};
 /// use std::f64::consts::PI;
 ///
 /// let viewpoint =
@@ -101,7 +102,7 @@ pub type Polar = Camera<PolarPlane>;
 /// let camera = Fisheye::new(viewpoint, PI, DiscMapping::Equidistant, [0.0, 10.0])?;
 /// assert_eq!(camera.region([0.01, 0.01]), Region::Outside);
 /// assert!((camera.solid_angle([0.0; 2], [1.0; 2]) - 2.0 * PI).abs() < 1e-10);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Fisheye = Camera<DiscPlane>;
 

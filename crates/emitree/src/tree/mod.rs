@@ -15,7 +15,7 @@
 //!
 //! The tree knows neither cameras nor units: it sees a function on the unit cube.
 
-mod build;
+pub(crate) mod build;
 mod cousins;
 mod ghosts;
 mod halves;
@@ -30,8 +30,9 @@ mod reconstruct;
 mod sample;
 mod stencils;
 
+pub(crate) use build::Ending;
 pub(crate) use build::build_async;
-pub use build::{BuildError, BuildOptions, Built, Ending, build};
+pub use build::{BuildError, BuildOptions, Built, build};
 pub use point_tree::{Family, FamilyDefect};
 pub(crate) use point_tree::{GrownPoints, PointTree};
 pub(crate) use point_value::PointStencil;

@@ -119,7 +119,7 @@ struct Buffer {
 
 impl SparseTree<2> {
     /// The image of `height` × `width` pixels: each pixel is the exact mean, over its rectangle, of
-    /// the function that the tree represents; see [the orientation](crate::image).
+    /// the function that the tree represents; see [the orientation](crate::Image).
     ///
     /// ```
     /// use emitree::quadrature::Pointwise;

@@ -27,7 +27,7 @@
 //! * `visible`: the layers of all tiles, before there are energies;
 //! * `lattice`: scattered samples, and how small a structure they see;
 //! * `cross`: the other way, for a G that is a sum of few products, tried first;
-//! * `sheet`: the image tree of one [layer](crate::Layer), and its part in the image;
+//! * `sheet`: the image tree of one [layer](crate::projection::Layer), and its part in the image;
 //! * `engine`: the loop over all this, for all layers of the view and all energies.
 //!
 //! What is promised, and what can't be, is told at [`VolOptions::tolerance`].
@@ -53,6 +53,7 @@ mod local_fit;
 mod memo;
 mod nearest;
 mod opening;
+pub(crate) mod options;
 mod pixels;
 mod remaining;
 mod round;
@@ -70,30 +71,8 @@ mod visible;
 mod tests;
 
 pub(crate) use engine::render;
+pub(crate) use options::VolOptions;
 pub use seeds::Seed;
-
-/// Options of method `vol`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct VolOptions {
-    /// The largest error of a pixel that is allowed, relative to the largest |pixel|; above 0 and
-    /// below 1.
-    ///
-    /// It is kept for what the samples have seen. A structure that falls between them can't be promised,
-    /// be it the lines and depths of the base lattice or a thousand scattered points: name it with a
-    /// [`Seed`], or choose a finer base.
-    pub tolerance: f64,
-    /// The base lattice has 2^`base_level` intervals along each axis, of the image and in depth; one
-    /// of [`BASE_LEVELS`]. If it is finer than the default, there are no fewer scattered points.
-    pub base_level: u8,
-    /// The smallest feature to be seen with a probability of 99 %; by default what the scattered
-    /// samples that every rendering makes cover. See [`FeatureSize`] and [`FEATURE_CONTRAST`].
-    pub smallest_feature: Option<FeatureSize>,
-    /// Small structures at known places.
-    pub seeds: Vec<Seed>,
-    /// Energies of spectral lines, in the unit of the [energy axis](crate::EnergyAxis), at which
-    /// spectra are sampled: a line much narrower than its bin may be missed else. Only for cubes.
-    pub line_energies: Vec<f64>,
-}
 
 /// The size of a small feature: the standard deviation of a Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,19 +91,6 @@ pub const FEATURE_CONTRAST: f64 = 20.0;
 
 /// The base levels that there are.
 pub const BASE_LEVELS: core::ops::RangeInclusive<u8> = 2..=7;
-
-impl Default for VolOptions {
-    /// 1 % of the largest pixel, from a base lattice of 9 × 9 lines with 9 depths each.
-    fn default() -> Self {
-        Self {
-            tolerance: 0.01,
-            base_level: 3,
-            smallest_feature: None,
-            seeds: Vec::new(),
-            line_energies: Vec::new(),
-        }
-    }
-}
 
 /// Memory that one evaluation takes: its sample, and its share of the nodes and of what a round
 /// makes of them.

@@ -10,7 +10,7 @@ use crate::projection::Layer;
 /// [`Vol`](crate::Method::Vol) looks there down to the size of the structure.
 ///
 /// ```
-/// use emitree::Seed;
+/// use emitree::vol::Seed;
 ///
 /// let knot = Seed { position: [0.2, 0.4, 0.9], radius: 0.01 };
 /// ```

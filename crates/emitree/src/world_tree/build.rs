@@ -1,12 +1,13 @@
 //! Building a tree in the world: every call of g that it costs, and the bill.
 
 use super::{WorldBox, WorldTree, WorldTreeError};
-use crate::calls::{Calls, Progress};
+use crate::calls::Calls;
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::meter::{Limits, Meter};
 use crate::options::DEFAULT_MAX_EVALUATIONS;
+use crate::progress::Progress;
 use crate::projection::MappedPoint;
 use crate::quadrature::{AsyncIntegrand, Points};
 use crate::refinement::Threshold;

@@ -6,9 +6,10 @@ use super::super::source::Place;
 use super::super::table::Table;
 use super::shapes::Shapes;
 use super::{Camera, CameraKind};
+use emitree::projection::{Camera as AnyCamera, DiscMapping, GeometryError, ImagePlane};
 use emitree::{
-    Camera as AnyCamera, Canonical, DiscMapping, Equirectangular, Fisheye, GeometryError, Healpix,
-    ImagePlane, Orthographic, Perspective, Polar, Projection, Viewpoint,
+    Canonical, Equirectangular, Fisheye, Healpix, Orthographic, Perspective, Polar, Projection,
+    Viewpoint,
 };
 use std::ops::RangeInclusive;
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 
 use super::CameraKind;
 use crate::scene::{Scene, SceneError};
-use emitree::Region;
+use emitree::projection::Region;
 
 /// A scene with the given lines in `[projection]`, and tables after it.
 fn scene(projection: &str, tables: &str) -> Result<Scene, SceneError> {
