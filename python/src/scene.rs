@@ -138,16 +138,14 @@ impl Scene {
         let built = run(py, &hooks, threads, |caller| {
             let progress = |evaluations| caller.progress(evaluations);
             let defaults = WorldTreeOptions::default();
-            let options = WorldTreeOptions {
-                order: settings.order,
-                base_level: settings.base_level,
-                tolerance: settings.tolerance,
-                finest_level: settings.finest_level,
-                max_evaluations: settings.max_evaluations.unwrap_or(defaults.max_evaluations),
-                batch_size: batch_size.unwrap_or(defaults.batch_size),
-                max_memory_bytes: MOST_MEMORY_BYTES,
-                progress: Some(&progress),
-            };
+            let options = WorldTreeOptions::new(settings.tolerance)
+                .with_order(settings.order)
+                .with_base_level(settings.base_level)
+                .with_finest_level(settings.finest_level)
+                .with_max_evaluations(settings.max_evaluations.unwrap_or(defaults.max_evaluations))
+                .with_batch_size(batch_size.unwrap_or(defaults.batch_size))
+                .with_max_memory_bytes(MOST_MEMORY_BYTES)
+                .with_progress(&progress);
             build_world_tree(&emission(scene, &hooks, caller), settings.bounds, &options)
         })?;
         let built = built.map_err(|error| of_tree(py, error))?;
@@ -212,7 +210,7 @@ fn rendered(
 
 /// The options of a scene, with the same memory whatever is free: it may decide the way to the image.
 pub(crate) fn options_of(scene: &emitree_io::Scene) -> RenderOptions<'static> {
-    RenderOptions { max_memory_bytes: MOST_MEMORY_BYTES, ..scene.render_options() }
+    scene.render_options().with_max_memory_bytes(MOST_MEMORY_BYTES)
 }
 
 /// An image on the way in the unit of the final one; of a cube, the whole band.

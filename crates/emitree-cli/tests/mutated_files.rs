@@ -122,7 +122,7 @@ fn grids() {
 fn saved_trees() {
     let peak = FromFn(|[x, y, z]: [f64; 3], _| (-(x * x + y * y + 2.0 * z * z)).exp());
     let bounds = WorldBox::new([-4.0; 3], [4.0; 3]).unwrap();
-    let options = WorldTreeOptions { tolerance: 0.1, ..WorldTreeOptions::default() };
+    let options = WorldTreeOptions::new(0.1);
     let built = build_world_tree(&peak, bounds, &options).unwrap();
     let file = TreeFile::new(built, options.tolerance).with_units(Some("R_E"), "m-2 s-1");
     let mut bytes = file.encode().unwrap();

@@ -168,7 +168,7 @@ pub(crate) fn check_finite<E>(samples: &Samples<'_>, rates: &[f64]) -> Result<()
 mod tests {
     use super::*;
     use crate::los::{LosOptions, Steps};
-    use crate::options::{Method, RenderOptions};
+    use crate::options::RenderOptions;
     use crate::projection::Canonical;
     use crate::render::render;
     use core::convert::Infallible;
@@ -205,7 +205,7 @@ mod tests {
     fn sizes(whole: bool) -> Vec<usize> {
         let calls = Calls { whole, sizes: Mutex::default() };
         let los = LosOptions { lines: 1, steps: Steps::Fixed(64) };
-        let options = RenderOptions { batch_size: 10_000, ..RenderOptions::new(Method::Los(los)) };
+        let options = RenderOptions { batch_size: 10_000, ..RenderOptions::new(los) };
         let rendering = render(&&calls, &Canonical, [16, 16], &options).unwrap();
         assert_eq!((rendering.stats.evaluations, rendering.stats.batches), (16_384, 2));
         calls.sizes.into_inner().unwrap()

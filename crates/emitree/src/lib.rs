@@ -5,7 +5,7 @@
 //! makes the image, its error and its bill:
 //!
 //! ```
-//! use emitree::{Equirectangular, FromFn, Method, RenderOptions, Viewpoint, VolOptions, render};
+//! use emitree::{Equirectangular, FromFn, RenderOptions, Viewpoint, VolOptions, render};
 //!
 //! // A corona that fades with the distance r from the origin, seen from 10 away.
 //! let corona = FromFn(|[x, y, z]: [f64; 3], _direction: [f64; 3]| {
@@ -13,7 +13,7 @@
 //! });
 //! let viewpoint = Viewpoint { position: [10.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
 //! let camera = Equirectangular::new(viewpoint, [0.8, 0.6], [0.0, 20.0])?;
-//! let options = RenderOptions::new(Method::Vol(VolOptions { tolerance: 0.01, ..VolOptions::default() }));
+//! let options = RenderOptions::new(VolOptions::new(0.01));
 //!
 //! let rendering = render(&corona, &camera, [60, 80], &options)?;
 //! assert!(rendering.converged() && rendering.estimated_error() < Some(0.01));

@@ -25,6 +25,24 @@ pub enum Method {
     Los(LosOptions),
 }
 
+impl From<VolOptions> for Method {
+    fn from(options: VolOptions) -> Self {
+        Self::Vol(options)
+    }
+}
+
+impl From<BuildOptions> for Method {
+    fn from(options: BuildOptions) -> Self {
+        Self::Paper(options)
+    }
+}
+
+impl From<LosOptions> for Method {
+    fn from(options: LosOptions) -> Self {
+        Self::Los(options)
+    }
+}
+
 impl Method {
     /// The name, as scenes write it.
     pub fn name(&self) -> &'static str {
@@ -37,7 +55,22 @@ impl Method {
 }
 
 /// Options of a rendering.
+///
+/// ```
+/// use emitree::{RenderOptions, VolOptions};
+/// use std::ops::ControlFlow;
+///
+/// let stop_soon = |evaluations: u64| {
+///     if evaluations < 5_000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+/// };
+/// let options = RenderOptions::new(VolOptions::new(0.01))
+///     .with_max_evaluations(1_000_000)
+///     .with_max_seconds(60.0)
+///     .with_progress(&stop_soon);
+/// assert_eq!(options.method.name(), "vol");
+/// ```
 #[derive(Clone)]
+#[non_exhaustive]
 pub struct RenderOptions<'a> {
     /// The way from g to the image.
     pub method: Method,
@@ -65,13 +98,14 @@ pub(crate) const DEFAULT_MAX_EVALUATIONS: u64 = 50_000_000;
 /// Memory that any workstation has.
 const DEFAULT_MAX_MEMORY_BYTES: u64 = 8 << 30;
 
-impl RenderOptions<'_> {
+impl<'a> RenderOptions<'a> {
     /// The largest number of evaluations of a rendering, if no other is given.
     pub const DEFAULT_MAX_EVALUATIONS: u64 = DEFAULT_MAX_EVALUATIONS;
 
-    /// The given method with the default limits: equal steps along lines are counted beforehand and
+    /// The given method, or the method of the given options, with the default limits: equal steps along lines are counted beforehand and
     /// have none, all else may make [`DEFAULT_MAX_EVALUATIONS`](Self::DEFAULT_MAX_EVALUATIONS).
-    pub fn new(method: Method) -> Self {
+    pub fn new(method: impl Into<Method>) -> Self {
+        let method = method.into();
         let max_evaluations = match method {
             Method::Los(LosOptions { steps: Steps::Fixed(_), .. }) => u64::MAX,
             _ => DEFAULT_MAX_EVALUATIONS,
@@ -85,6 +119,48 @@ impl RenderOptions<'_> {
             progress: None,
             frame: None,
         }
+    }
+
+    /// The same with a largest number of evaluations of g.
+    #[must_use]
+    pub fn with_max_evaluations(mut self, max_evaluations: u64) -> Self {
+        self.max_evaluations = max_evaluations;
+        self
+    }
+
+    /// The same with a limit on the time \[s\], above 0; infinite for no limit.
+    #[must_use]
+    pub fn with_max_seconds(mut self, max_seconds: f64) -> Self {
+        self.max_seconds = max_seconds;
+        self
+    }
+
+    /// The same with a limit on the memory \[bytes\].
+    #[must_use]
+    pub fn with_max_memory_bytes(mut self, max_memory_bytes: u64) -> Self {
+        self.max_memory_bytes = max_memory_bytes;
+        self
+    }
+
+    /// The same with a largest number of evaluations in one batch, 1 or more.
+    #[must_use]
+    pub fn with_batch_size(mut self, batch_size: u64) -> Self {
+        self.batch_size = batch_size;
+        self
+    }
+
+    /// The same with a callback after each call of g.
+    #[must_use]
+    pub fn with_progress(mut self, progress: &'a Progress<'a>) -> Self {
+        self.progress = Some(progress);
+        self
+    }
+
+    /// The same with a callback for each image on the way; of [`Method::Vol`] only.
+    #[must_use]
+    pub fn with_frame(mut self, frame: &'a FrameCallback<'a>) -> Self {
+        self.frame = Some(frame);
+        self
     }
 }
 

@@ -44,12 +44,10 @@ type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + 
 /// [`resume`](Self::resume), with the time that the caller takes.
 ///
 /// ```
-/// use emitree::{Canonical, FromFn, Image, Method, Projection, RenderOptions, Session, VolOptions};
+/// use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Session, VolOptions};
 ///
 /// let peak = |[x, y, z]: [f64; 3]| (-30.0 * (x * x + y * y + z * z)).exp();
-/// let options = |tolerance| {
-///     RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
-/// };
+/// let options = |tolerance| RenderOptions::new(VolOptions::new(tolerance));
 /// let camera: &dyn Projection = &Canonical;
 /// let mut session = Session::<Image>::new(camera, [48, 64], &options(0.01))?;
 /// while let Some(points) = session.ask() {

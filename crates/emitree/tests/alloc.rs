@@ -23,13 +23,10 @@ struct Taken {
 
 #[expect(clippy::unwrap_used, reason = "a helper of the test")]
 fn taken(rule: CellRule, order: usize, base_level: u8, threshold: f64) -> Taken {
-    let options = BuildOptions {
-        order,
-        base_level,
-        rule,
-        threshold: Threshold::Absolute(threshold),
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::new(Threshold::Absolute(threshold))
+        .with_order(order)
+        .with_base_level(base_level)
+        .with_rule(rule);
     let emission = Pointwise(|u| equation8::rate(u, equation8::ALPHA));
     let _profiler = Profiler::builder().testing().build();
     let start = HeapStats::get();

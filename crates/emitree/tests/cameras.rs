@@ -2,15 +2,15 @@
 
 use emitree::projection::{Bounds, DiscMapping, Ellipsoid, Region};
 use emitree::{
-    Emission, Equirectangular, Fisheye, FromFn, Healpix, Image, Method, Orthographic, Perspective,
-    Polar, Projection, RenderOptions, Rendering, Viewpoint, VolOptions, render,
+    Emission, Equirectangular, Fisheye, FromFn, Healpix, Image, Orthographic, Perspective, Polar,
+    Projection, RenderOptions, Rendering, Viewpoint, VolOptions, render,
 };
 use std::f64::consts::{PI, TAU};
 
 const INFINITE: f64 = f64::INFINITY;
 
 fn vol(tolerance: f64) -> RenderOptions<'static> {
-    RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
+    RenderOptions::new(VolOptions::new(tolerance))
 }
 
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]

@@ -13,7 +13,7 @@ const VIEWPOINT: Viewpoint =
 const INFINITE: f64 = f64::INFINITY;
 
 fn vol(tolerance: f64) -> RenderOptions<'static> {
-    RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
+    RenderOptions::new(VolOptions::new(tolerance))
 }
 
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -243,7 +243,7 @@ fn several_bodies_agree_with_lines_of_sight() {
     let shape = [16, 16];
     let rendering = image_of(&glow, &camera, shape, &vol(1e-2));
     assert!(rendering.converged());
-    let los = Method::Los(LosOptions { lines: 16, steps: Steps::Fixed(300) });
+    let los = Method::Los(LosOptions::new(16, Steps::Fixed(300)));
     let reference = image_of(&glow, &camera, shape, &RenderOptions::new(los));
     let largest = reference.values.min_max().1;
     let worst = rendering.values.max_difference(&reference.values) / largest;

@@ -17,15 +17,11 @@ fn render_equation8(method: Method) -> (Rendering, f64) {
 
 fn paper(base_level: u8, threshold: f64) -> (Rendering, f64) {
     let threshold = Threshold::Absolute(threshold);
-    render_equation8(Method::Paper(BuildOptions {
-        base_level,
-        threshold,
-        ..BuildOptions::default()
-    }))
+    render_equation8(Method::Paper(BuildOptions::new(threshold).with_base_level(base_level)))
 }
 
 fn los(lines: usize, steps: usize) -> (Rendering, f64) {
-    render_equation8(Method::Los(LosOptions { lines, steps: Steps::Fixed(steps) }))
+    render_equation8(Method::Los(LosOptions::new(lines, Steps::Fixed(steps))))
 }
 
 /// Fig. 9: "only 4032 function evaluations (less than one per pixel) gives a 6% error".

@@ -205,10 +205,7 @@ mod tests {
     #[test]
     fn methods_tell_what_they_were_asked_for() {
         let vol = |tolerance, base_level| {
-            method(
-                &Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() }),
-                "pixel",
-            )
+            method(&Method::Vol(VolOptions::new(tolerance).with_base_level(base_level)), "pixel")
         };
         assert_eq!(vol(0.01, 3), "vol: to 1 % of the largest pixel, base 9 x 9 lines");
         assert_eq!(vol(0.007, 7), "vol: to 0.7 % of the largest pixel, base 129 x 129 lines");

@@ -70,17 +70,13 @@ impl Measurements {
 }
 
 fn paper(base_level: u8, threshold: f64, exact: &Image) -> Result<(Image, Run), Failure> {
-    let options = BuildOptions {
-        base_level,
-        threshold: Threshold::Absolute(threshold),
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::new(Threshold::Absolute(threshold)).with_base_level(base_level);
     let name = format!("paper, base grid {}^3", 1 << base_level);
     measure(Method::Paper(options), name, threshold, exact)
 }
 
 fn los(per_side: usize, steps: usize, exact: &Image) -> Result<Run, Failure> {
-    let options = LosOptions { lines: per_side, steps: Steps::Fixed(steps) };
+    let options = LosOptions::new(per_side, Steps::Fixed(steps));
     let name = format!("los, {} for each pixel", super::counted_lines(per_side * per_side));
     Ok(measure(Method::Los(options), name, steps as f64, exact)?.1)
 }
@@ -94,7 +90,7 @@ fn measure(
     let emission = FromFn(|position, _| equation8::rate(position, equation8::ALPHA));
     let stop =
         |_| if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let options = RenderOptions { progress: Some(&stop), ..RenderOptions::new(method) };
+    let options = RenderOptions::new(method).with_progress(&stop);
     let rendering = render(&emission, &Canonical, SHAPE, &options)?;
     let error = relative_error(&rendering.values, exact);
     let run = Run { method: name, parameter, evaluations: rendering.stats.evaluations, error };

@@ -204,14 +204,12 @@ impl Scene {
     /// ```
     pub fn render_options(&self) -> RenderOptions<'static> {
         let RenderSettings { method, max_evaluations, max_seconds, batch_size, .. } = &self.render;
-        let defaults = RenderOptions::new(method.clone());
-        RenderOptions {
-            max_evaluations: max_evaluations.unwrap_or(defaults.max_evaluations),
-            max_seconds: max_seconds.unwrap_or(defaults.max_seconds),
-            batch_size: batch_size.unwrap_or(defaults.batch_size),
-            max_memory_bytes: available_memory_bytes().unwrap_or(defaults.max_memory_bytes),
-            ..defaults
-        }
+        let mut options = RenderOptions::new(method.clone());
+        options.max_evaluations = max_evaluations.unwrap_or(options.max_evaluations);
+        options.max_seconds = max_seconds.unwrap_or(options.max_seconds);
+        options.batch_size = batch_size.unwrap_or(options.batch_size);
+        options.max_memory_bytes = available_memory_bytes().unwrap_or(options.max_memory_bytes);
+        options
     }
 
     /// Renders an emission as the scene says: radiances, in one band if the scene has no energies.

@@ -195,7 +195,7 @@ max_evaluations = 1_000_000
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let g = FromFn(|[x, _, _]: [f64; 3], _: [f64; 3]| x);
-        let options = WorldTreeOptions { base_level: 3, ..WorldTreeOptions::default() };
+        let options = WorldTreeOptions::default().with_base_level(3);
         let bounds = WorldBox::new([0.0; 3], [1.0; 3]).unwrap();
         let built = build_world_tree(&g, bounds, &options).unwrap();
         let file = TreeFile::new(built, 1e-3).with_units(Some("kpc"), "erg cm-2 s-1 sr-1");

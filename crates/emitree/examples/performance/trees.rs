@@ -79,7 +79,7 @@ fn tree_of(
     threshold: f64,
 ) -> Result<SparseTree<3>, String> {
     let threshold = Threshold::Absolute(threshold);
-    let options = BuildOptions { threshold, ..BuildOptions::default() };
+    let options = BuildOptions::new(threshold);
     let built = build(integrand, [false; 3], &options).map_err(|error| error.to_string())?;
     Ok(built.tree)
 }

@@ -29,13 +29,27 @@ pub enum Steps {
     Adaptive(f64),
 }
 
-/// Options of the line-of-sight method.
+/// Options of method [`Los`](crate::Method::Los).
+///
+/// ```
+/// use emitree::los::{LosOptions, Steps};
+///
+/// assert_eq!(LosOptions::default(), LosOptions::new(1, Steps::Fixed(64)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LosOptions {
     /// n of n × n lines of sight for each pixel.
     pub lines: usize,
     /// How each is integrated.
     pub steps: Steps,
+}
+
+impl LosOptions {
+    /// `lines` × `lines` lines of sight for each pixel, 1 or more, integrated in `steps`.
+    pub fn new(lines: usize, steps: Steps) -> Self {
+        Self { lines, steps }
+    }
 }
 
 impl Default for LosOptions {

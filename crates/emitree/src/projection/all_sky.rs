@@ -19,11 +19,11 @@ use crate::image::Image;
 /// [`nested`](Self::nested) brings the pixels into the order of `HEALPix` maps.
 ///
 /// ```
-/// use emitree::{FromFn, Healpix, Method, RenderOptions, VolOptions, render};
+/// use emitree::{FromFn, Healpix, RenderOptions, VolOptions, render};
 ///
 /// let sky = Healpix::new([0.0; 3], [0.0, 2.0])?;
 /// let glow = FromFn(|_: [f64; 3], _: [f64; 3]| 0.5);
-/// let options = RenderOptions::new(Method::Vol(VolOptions::default()));
+/// let options = RenderOptions::new(VolOptions::default());
 /// let rendering = render(&glow, &sky, Healpix::shape(4), &options)?;
 /// let map = Healpix::nested(&rendering.values);
 /// assert_eq!(map.len(), 12 * 4 * 4);

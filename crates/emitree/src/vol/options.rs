@@ -2,8 +2,20 @@
 
 use super::{FeatureSize, Seed};
 
-/// Options of method `vol`.
+/// Options of method [`Vol`](crate::Method::Vol).
+///
+/// ```
+/// use emitree::VolOptions;
+/// use emitree::vol::{FeatureSize, Seed};
+///
+/// let knot = Seed { position: [0.2, 0.4, 0.9], radius: 0.01 };
+/// let options = VolOptions::new(0.001)
+///     .with_seeds([knot])
+///     .with_smallest_feature(FeatureSize::Fraction(0.05));
+/// assert_eq!((options.tolerance, options.base_level), (0.001, 3));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct VolOptions {
     /// The largest error of a pixel that is allowed, relative to the largest |pixel|; above 0 and
     /// below 1.
@@ -35,5 +47,43 @@ impl Default for VolOptions {
             seeds: Vec::new(),
             line_energies: Vec::new(),
         }
+    }
+}
+
+impl VolOptions {
+    /// Errors of at most `tolerance` times the largest |pixel|, above 0 and below 1; all else as by
+    /// [default](Self::default).
+    pub fn new(tolerance: f64) -> Self {
+        Self { tolerance, ..Self::default() }
+    }
+
+    /// The same with a base lattice of 2^`base_level` intervals along each axis, one of
+    /// [`BASE_LEVELS`](super::BASE_LEVELS).
+    #[must_use]
+    pub fn with_base_level(mut self, base_level: u8) -> Self {
+        self.base_level = base_level;
+        self
+    }
+
+    /// The same with the size of the smallest feature that must not be missed.
+    #[must_use]
+    pub fn with_smallest_feature(mut self, size: impl Into<Option<FeatureSize>>) -> Self {
+        self.smallest_feature = size.into();
+        self
+    }
+
+    /// The same with small structures at known places, in place of those before.
+    #[must_use]
+    pub fn with_seeds(mut self, seeds: impl Into<Vec<Seed>>) -> Self {
+        self.seeds = seeds.into();
+        self
+    }
+
+    /// The same with the energies of spectral lines, in the unit of the energy axis, in place of those
+    /// before.
+    #[must_use]
+    pub fn with_line_energies(mut self, energies: impl Into<Vec<f64>>) -> Self {
+        self.line_energies = energies.into();
+        self
     }
 }
