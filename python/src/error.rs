@@ -86,7 +86,7 @@ pub(crate) fn of_rendering(py: Python<'_>, error: CoreError<EmissionStop>) -> Py
         }
         CoreError::Emission(_) => EmissionError::new_err(error.to_string()),
         CoreError::TooLarge { .. } => PyMemoryError::new_err(error.to_string()),
-        CoreError::Option { .. }
+        CoreError::Option(_)
         | CoreError::Build(_)
         | CoreError::EmptyImage { .. }
         | CoreError::NoSolidAngle => SceneError::new_err(error.to_string()),

@@ -39,7 +39,8 @@
 //! * [`radiance`]: irradiances of pixels, and images of trees;
 //! * [`energy`]: the energy axis, with which there is an image for each of its bins ([`render_cube()`]);
 //! * [`progress`]: callbacks while a rendering is made;
-//! * [`result`]: the parts of a [`Rendering`].
+//! * [`result`]: the parts of a [`Rendering`];
+//! * [`error`]: the options that a [`RenderError`] names.
 //!
 //! It starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
 //! Subdivision* ("the paper").
@@ -74,12 +75,12 @@ mod session;
 mod rendering;
 pub mod result;
 mod render;
-mod error;
+pub mod error;
 
 pub use cube::Cube;
 pub use emission::{Emission, FromFn, FromSpectralFn, Samples};
 pub use energy::axis::{EnergyAxis, EnergyScale};
-pub use error::RenderError;
+pub use error::render::RenderError;
 pub use image::Image;
 pub use options::{Method, RenderOptions};
 pub use projection::all_sky::Healpix;

@@ -1,6 +1,6 @@
 //! Options of a rendering: the method and its own options, the limits, and who hears of it on the way.
 
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::known::BYTES_PER_KNOWN_RATE;
 use crate::los::{LosOptions, Steps};
 use crate::memory::{check_size, evaluations_in_memory};
@@ -176,21 +176,36 @@ impl core::fmt::Debug for RenderOptions<'_> {
     }
 }
 
-/// Refuses options out of range, and an image, or a cube of `bins` bands, beyond the memory allowed.
+/// Refuses options out of range or without effect, and an image, or a cube of `bins` bands, beyond the memory allowed.
 pub(crate) fn check_options<E>(
     shape: [usize; 2],
     bins: Option<usize>,
     options: &RenderOptions<'_>,
 ) -> Result<(), RenderError<E>> {
     if options.batch_size == 0 {
-        let (name, expected) = ("batch_size", "1 or more evaluations in a batch");
-        return Err(RenderError::Option { name, value: "0".into(), expected });
+        return Err(OptionError::BatchSize(0).into());
     }
     if options.max_seconds.is_nan() || options.max_seconds <= 0.0 {
-        let (name, value) = ("max_seconds", options.max_seconds.to_string());
-        return Err(RenderError::Option { name, value, expected: "a time in seconds above 0" });
+        return Err(OptionError::MaxSeconds(options.max_seconds).into());
+    }
+    match &options.method {
+        Method::Vol(vol) if bins.is_none() && !vol.line_energies.is_empty() => {
+            return Err(OptionError::LineEnergies.into());
+        }
+        Method::Vol(_) => {}
+        method if options.frame.is_some() => return Err(OptionError::Frame(method.name()).into()),
+        Method::Paper(_) | Method::Los(_) => {}
     }
     check_size(shape, bins, options)
+}
+
+/// Refuses callbacks, for a session whose caller has the loop and calls g.
+pub(crate) fn refuse_callbacks(options: &RenderOptions<'_>) -> Result<(), OptionError> {
+    let given = [("progress", options.progress.is_some()), ("frame", options.frame.is_some())];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((name, _)) => Err(OptionError::CallbackOfSession(name)),
+        None => Ok(()),
+    }
 }
 
 /// How often g may be called, and until when, counted from now.

@@ -12,7 +12,7 @@ use crate::image::Image;
 use crate::known::KnownRates;
 use crate::meter::{Meter, Shown};
 use crate::method::{self, Made};
-use crate::options::{Method, RenderOptions, check_options, limits};
+use crate::options::{Method, RenderOptions, check_options, limits, refuse_callbacks};
 use crate::progress::{Frame, FrameCallback, Progress};
 use crate::projection::Projection;
 use crate::rendering::{RenderStats, Rendering, Values};
@@ -167,17 +167,18 @@ pub(crate) struct Kept {
 }
 
 impl<'a> Session<'a> {
-    /// The rendering of an image of `shape` = \[height, width\] pixels. The callbacks of the options are
-    /// not called.
+    /// The rendering of an image of `shape` = \[height, width\] pixels. A session calls
+    /// no callbacks.
     ///
     /// # Errors
     ///
-    /// [`RenderError`]: options out of range, an image or a grid beyond the memory allowed.
+    /// [`RenderError`]: options out of range, callbacks, an image or a grid beyond the memory allowed.
     pub fn new<P: Borrow<dyn Projection + 'a> + Send + Sync + 'a>(
         projection: P,
         shape: [usize; 2],
         options: &RenderOptions<'_>,
     ) -> Result<Self, RenderError<Infallible>> {
+        refuse_callbacks(options)?;
         Self::start(projection, shape, None, options, Kept { rates: true, images: true }, true)
     }
 }
@@ -194,6 +195,7 @@ impl<'a> Session<'a, Cube> {
         axis: Option<EnergyAxis>,
         options: &RenderOptions<'_>,
     ) -> Result<Self, RenderError<Infallible>> {
+        refuse_callbacks(options)?;
         let kept = Kept { rates: true, images: true };
         Self::start(projection, shape, axis, options, kept, true)
     }
@@ -246,6 +248,7 @@ impl<'a, V: Values> Session<'a, V> {
         shape: [usize; 2],
         options: &RenderOptions<'_>,
     ) -> Result<(), RenderError<Infallible>> {
+        refuse_callbacks(options)?;
         check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
         // Whoever can resume a session has the loop, and keeps all.
         let meter = Meter::new(shape, limits(options, true, true), self.known.clone(), true);

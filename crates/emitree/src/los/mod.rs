@@ -9,7 +9,7 @@ mod fixed;
 
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
-use crate::error::RenderError;
+use crate::error::OptionError;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
@@ -131,14 +131,13 @@ async fn at_energy(
 
 /// Refuses options out of range.
 fn check(&LosOptions { lines, steps }: &LosOptions) -> Result<(), MethodError> {
-    let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     if lines == 0 {
-        return option("lines", lines.to_string(), "1 or more lines along each side of a pixel");
+        return Err(OptionError::Lines(lines).into());
     }
     match steps {
-        Steps::Fixed(0) => option("steps", "0".into(), "1 or more steps along each line"),
+        Steps::Fixed(0) => Err(OptionError::Steps(0).into()),
         Steps::Adaptive(tolerance) if !(tolerance > 0.0 && tolerance.is_finite()) => {
-            option("tolerance", tolerance.to_string(), "a number above 0")
+            Err(OptionError::StepTolerance(tolerance).into())
         }
         Steps::Fixed(_) | Steps::Adaptive(_) => Ok(()),
     }

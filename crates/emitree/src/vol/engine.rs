@@ -16,7 +16,7 @@ use super::spectra::Spectra;
 use super::visible::{Visible, visible_layers};
 use super::{BASE_LEVELS, VolOptions, whole};
 use crate::energy::EnergyAxis;
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
@@ -147,12 +147,11 @@ pub(crate) async fn by_tree(
 
 /// Refuses options out of range.
 fn check(vol: &VolOptions) -> Result<(), MethodError> {
-    let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     if !(vol.tolerance > 0.0 && vol.tolerance < 1.0) {
-        return option("tolerance", vol.tolerance.to_string(), "a fraction above 0 and below 1");
+        return Err(OptionError::Tolerance(vol.tolerance).into());
     }
     if !BASE_LEVELS.contains(&vol.base_level) {
-        return option("base_level", vol.base_level.to_string(), "2 to 7");
+        return Err(OptionError::BaseLevel(vol.base_level).into());
     }
     Ok(())
 }

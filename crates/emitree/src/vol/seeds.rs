@@ -3,7 +3,7 @@
 use super::dyadic::{spacing, unit};
 use super::image_tree::Place;
 use super::remaining::around;
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::projection::Layer;
 
 /// Where the emission is known to have a structure that a coarse grid would miss: method
@@ -25,14 +25,14 @@ pub struct Seed {
 /// Finds a seed that is no place or has no size.
 pub(crate) fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
     for seed in seeds {
-        let (name, expected) = if !seed.position.iter().all(|x| x.is_finite()) {
-            ("seed.position", "three finite coordinates")
+        let refused = if !seed.position.iter().all(|x| x.is_finite()) {
+            OptionError::SeedPosition(*seed)
         } else if !(seed.radius > 0.0 && seed.radius.is_finite()) {
-            ("seed.radius", "a finite length above 0")
+            OptionError::SeedRadius(*seed)
         } else {
             continue;
         };
-        return Err(RenderError::Option { name, value: format!("{seed:?}"), expected });
+        return Err(refused.into());
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use super::{WorldBox, WorldTree, WorldTreeError};
 use crate::calls::Calls;
 use crate::emission::Emission;
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::meter::{Limits, Meter};
 use crate::options::DEFAULT_MAX_EVALUATIONS;
@@ -294,20 +294,19 @@ impl AsyncIntegrand<3> for Rates<'_> {
 
 /// Refuses options out of range, and limits below the base grid.
 fn check<E>(options: &WorldTreeOptions<'_>) -> Result<(), RenderError<E>> {
-    let refuse = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     let WorldTreeOptions { order, base_level, tolerance, batch_size, .. } = *options;
     if !PointTree::ORDERS.contains(&order) {
-        return refuse("order", order.to_string(), "3, 5 or 7");
+        return Err(OptionError::WorldTreeOrder(order).into());
     }
     let deepest = BuildOptions::deepest_base_level::<3>();
     if !(PointTree::LEAST_BASE_LEVEL..=deepest).contains(&base_level) {
-        return refuse("base_level", base_level.to_string(), "a level from 3 to 10");
+        return Err(OptionError::WorldTreeBaseLevel(base_level).into());
     }
     if !(tolerance > 0.0 && tolerance < 1.0) {
-        return refuse("tolerance", tolerance.to_string(), "a fraction above 0 and below 1");
+        return Err(OptionError::Tolerance(tolerance).into());
     }
     if batch_size == 0 {
-        return refuse("batch_size", "0".into(), "1 or more evaluations in a batch");
+        return Err(OptionError::BatchSize(0).into());
     }
     let base_cells = 1_u64 << (3 * base_level);
     let memory = base_cells * BYTES_PER_CELL;
