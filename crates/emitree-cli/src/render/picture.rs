@@ -5,6 +5,7 @@ use super::outputs::Product;
 use super::sheet;
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
+use emitree::projection::ViewGeometry;
 use emitree::projection::healpix::pixel_of_direction;
 use emitree::{Healpix, Image};
 use emitree_io::figure::{Axis, Heatmap, Panel, Sheet};
@@ -40,12 +41,14 @@ pub(super) fn bare(
     scene: &Scene,
     range: Option<ValueRange>,
 ) -> Result<Vec<u8>, Failure> {
+    let geometry = scene.camera.projection().view_geometry();
+    let has_edges = geometry.is_some_and(ViewGeometry::has_regions);
     let options = PictureOptions {
         range,
         title: Some(scene.name.clone()),
         unit: Some(unit.to_owned()).filter(|unit| !unit.is_empty()),
         // A disc and a sky have corners where there is nothing, and a sheet has gaps.
-        blank_outside: scene.camera.projection().has_regions() || is_sky(scene) || map.is_cube(),
+        blank_outside: has_edges || is_sky(scene) || map.is_cube(),
         ..Default::default()
     };
     let tiles = sheet::tiles(map, scene.energy.as_ref());

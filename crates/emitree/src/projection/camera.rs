@@ -11,7 +11,7 @@ use super::plane::{
 use super::section::{Piece, Section};
 use super::span::{Depth, Span};
 use super::vector::{along, difference, dot, norm};
-use super::{MappedPoint, Projection};
+use super::{MappedPoint, Projection, ViewGeometry};
 
 /// Lines are clipped this part of their length inside of the bounds: a model that ends there is asked
 /// where it still glows, whatever rounding does.
@@ -93,7 +93,7 @@ pub type Polar = Camera<PolarPlane>;
 /// The sky as a disc. FITS: ARC or ZEA.
 ///
 /// ```
-/// use emitree::projection::{DiscMapping, Region};
+/// use emitree::projection::{DiscMapping, Region, ViewGeometry};
 /// use emitree::{Fisheye, Projection, Viewpoint};
 /// use std::f64::consts::PI;
 ///
@@ -352,22 +352,6 @@ impl<P: ImagePlane> Projection for Camera<P> {
         point[0]
     }
 
-    fn points_of_line(&self, xy: [f64; 2], depths: &[f64], points: &mut [MappedPoint]) {
-        let line = self.line(xy);
-        let (_, end) = self.end_of(&line);
-        let span = self.span(line.ends[0], end);
-        let is_in_image = self.plane.contains(xy);
-        for (point, &z) in points.iter_mut().zip(depths) {
-            *point = line.point(&span, z);
-            for body in &self.bodies {
-                point.position = body.outside(point.position);
-            }
-            if !is_in_image {
-                point.path_per_depth = 0.0;
-            }
-        }
-    }
-
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
         let ([x, y], line, distance) = self.line_to(position)?;
         let (_, end) = self.end_of(&line);
@@ -384,6 +368,28 @@ impl<P: ImagePlane> Projection for Camera<P> {
 
     fn periodic(&self) -> [bool; 3] {
         [self.plane.is_closed(), false, false]
+    }
+
+    fn view_geometry(&self) -> Option<&dyn ViewGeometry> {
+        Some(self)
+    }
+}
+
+impl<P: ImagePlane> ViewGeometry for Camera<P> {
+    fn points_of_line(&self, xy: [f64; 2], depths: &[f64], points: &mut [MappedPoint]) {
+        let line = self.line(xy);
+        let (_, end) = self.end_of(&line);
+        let span = self.span(line.ends[0], end);
+        let is_in_image = self.plane.contains(xy);
+        for (point, &z) in points.iter_mut().zip(depths) {
+            *point = line.point(&span, z);
+            for body in &self.bodies {
+                point.position = body.outside(point.position);
+            }
+            if !is_in_image {
+                point.path_per_depth = 0.0;
+            }
+        }
     }
 
     fn region(&self, xy: [f64; 2]) -> Region {

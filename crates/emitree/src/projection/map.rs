@@ -1,7 +1,6 @@
-//! The map from the canonical cube of a camera to the world.
+//! The map from the canonical cube of a camera to the world: what a user's own projection implements.
 
-use super::MappedPoint;
-use super::layer::{self, Layer, Region};
+use super::{MappedPoint, ViewGeometry};
 
 /// A camera: a piecewise smooth map from the canonical cube to the world.
 ///
@@ -9,6 +8,47 @@ use super::layer::{self, Layer, Region};
 /// irradiance over its solid angle, F(Ω)/Ω: the mean of f weighted with
 /// [`solid_angle_density`](Self::solid_angle_density). For parallel rays the "solid angle" is the
 /// area on the image plane.
+///
+/// A projection of your own implements four methods. If only the direction of each line of sight is
+/// new, an [`ImagePlane`](super::ImagePlane) is less work: [`Camera`](super::Camera) adds depths,
+/// bounds and opaque bodies.
+///
+/// ```
+/// use emitree::projection::MappedPoint;
+/// use emitree::{FromFn, Projection, RenderOptions, VolOptions, render};
+///
+/// /// Parallel lines of sight along +z through a rectangle of 1 × 2.
+/// #[derive(Debug)]
+/// struct Rectangle;
+///
+/// impl Projection for Rectangle {
+///     fn world_from_canonical(&self, [x, y, z]: [f64; 3]) -> MappedPoint {
+///         MappedPoint {
+///             position: [x, 2.0 * y, z],
+///             direction: [0.0, 0.0, -1.0],
+///             path_per_depth: 1.0,
+///         }
+///     }
+///
+///     fn canonical_from_world(&self, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
+///         Some([x, 0.5 * y, z])
+///     }
+///
+///     fn solid_angle_density(&self, _xy: [f64; 2]) -> f64 {
+///         2.0
+///     }
+///
+///     fn solid_angle(&self, min: [f64; 2], max: [f64; 2]) -> f64 {
+///         2.0 * (max[0] - min[0]) * (max[1] - min[1])
+///     }
+/// }
+///
+/// let ramp = FromFn(|[_, y, _]: [f64; 3], _direction: [f64; 3]| y);
+/// let options = RenderOptions::new(VolOptions::new(0.001));
+/// let rendering = render(&ramp, &Rectangle, [2, 4], &options)?;
+/// assert!((rendering.values[(0, 0)] - 0.5).abs() < 0.002); // the mean of y from 0 to 1
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Projection: Sync + core::fmt::Debug {
     /// The world point, emission direction and ds/dz at canonical coordinates `u` = (x, y, z).
     fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint;
@@ -26,58 +66,16 @@ pub trait Projection: Sync + core::fmt::Debug {
     /// exact integral of the density.
     fn solid_angle(&self, min: [f64; 2], max: [f64; 2]) -> f64;
 
-    /// Solid angle \[sr\] of each of the equal parts, as many as there are numbers, of the row from
-    /// `y[0]` to `y[1]` of the canonical image plane: what [`solid_angle`](Self::solid_angle) says of
-    /// them, for all pixels of a row at once.
-    fn solid_angles_of_row(&self, y: [f64; 2], solid_angles: &mut [f64]) {
-        let columns = solid_angles.len() as f64;
-        for (column, solid_angle) in solid_angles.iter_mut().enumerate() {
-            // Borders as quotients, so that neighbours share them to the last bit.
-            let x = [column, column + 1].map(|c| c as f64 / columns);
-            *solid_angle = self.solid_angle([x[0], y[0]], [x[1], y[1]]);
-        }
-    }
-
-    /// The points at each of `depths` on the line of sight at (x, y): what
-    /// [`world_from_canonical`](Self::world_from_canonical) says of them, for one line at once.
-    ///
-    /// # Panics
-    ///
-    /// May panic if there are not as many points as depths.
-    fn points_of_line(&self, [x, y]: [f64; 2], depths: &[f64], points: &mut [MappedPoint]) {
-        for (point, &z) in points.iter_mut().zip(depths) {
-            *point = self.world_from_canonical([x, y, z]);
-        }
-    }
-
-    /// Which axes of the cube are closed upon themselves (an azimuth over the full circle).
+    /// Which axes of the cube are closed upon themselves (an azimuth over the full circle); none by
+    /// default.
     fn periodic(&self) -> [bool; 3] {
         [false; 3]
     }
 
-    /// What is seen at (x, y): the map is smooth where this does not change.
-    fn region(&self, _xy: [f64; 2]) -> Region {
-        Region::Sky
-    }
-
-    /// Whether [`region`](Self::region) may be anything but [`Region::Sky`].
-    fn has_regions(&self) -> bool {
-        false
-    }
-
-    /// Places on the image plane where a region may be that is smaller than a pixel.
-    fn landmarks(&self) -> Vec<[f64; 2]> {
-        Vec::new()
-    }
-
-    /// The layers that the image is the sum of, each smooth across the edges of regions.
-    fn layers(&self) -> Vec<Box<dyn Layer + '_>> {
-        vec![Box::new(layer::Whole(self))]
-    }
-
-    /// The parts of an image that is several squares, from the lowest rows up, all alike in shape;
-    /// none if the image is one piece.
-    fn tiles(&self) -> Vec<&dyn Projection> {
-        Vec::new()
+    /// Edges, layers and tiles of the view, if it has any; `None` by default, for an image that is
+    /// smooth and in one piece. A projection that is another one with other numbers, such as a wrapper
+    /// that counts, returns that of the other.
+    fn view_geometry(&self) -> Option<&dyn ViewGeometry> {
+        None
     }
 }

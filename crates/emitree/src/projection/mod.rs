@@ -20,6 +20,7 @@ mod plane;
 mod section;
 mod span;
 mod vector;
+mod view_geometry;
 
 pub use bounds::{Bounds, Cuboid};
 pub use camera::Camera;
@@ -32,6 +33,7 @@ pub use plane::{
     DiscMapping, DiscPlane, EquirectangularPlane, FacePlane, ImagePlane, ParallelPlane, PolarPlane,
     Sight, TangentPlane,
 };
+pub use view_geometry::ViewGeometry;
 
 /// Where a point of the canonical cube lies in the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -10,7 +10,7 @@
 //! is its share. So no layer jumps at a limb or has its square root, whatever g is continued to.
 
 use super::MappedPoint;
-use super::Projection;
+use super::ViewGeometry;
 use super::camera::{Camera, Line};
 use super::layer::{Layer, Region};
 use super::plane::ImagePlane;

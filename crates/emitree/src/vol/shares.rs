@@ -379,7 +379,7 @@ fn square(region: Region) -> Vec<Node> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::DiscMapping;
+    use crate::projection::{DiscMapping, ViewGeometry};
     use crate::{Fisheye, Viewpoint};
 
     fn disc() -> Fisheye {
