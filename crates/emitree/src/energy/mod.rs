@@ -1,4 +1,4 @@
-//! The energy axis of a spectral cube: [`EnergyAxis`](crate::EnergyAxis) with a
+//! The energy axis of a spectral cube: [`EnergyAxis`] with a
 //! [`EnergyScale`](crate::EnergyScale), and the error of an axis that is none.
 
 pub(crate) mod axis;

@@ -1,4 +1,4 @@
-//! Errors: [`RenderError`](crate::RenderError), and the options that it names.
+//! Errors: [`RenderError`], and the options that it names.
 
 mod option;
 pub(crate) mod render;
