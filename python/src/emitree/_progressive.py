@@ -46,9 +46,9 @@ class _Failed:
 def progressive(*arguments: Any, **options: Any) -> Iterator[Frame | Rendering]:
     """Images on the way, coarse first, and the `Rendering` at the end; arguments as of `render`.
 
-    Only method "vol" has images on its way: another is refused. The rendering works in a thread of its own, which also
-    calls the function, while the images are looked at; it ends when the loop does. What ends the
-    rendering, be it `SystemExit`, comes out of the loop.
+    Only method "vol" has images on its way: another is refused. The rendering works in a thread
+    of its own, which also calls the function, while the images are looked at; it ends when the
+    loop does. What ends the rendering, be it `SystemExit`, comes out of the loop.
 
     >>> import emitree
     >>> wave = "1 + sin(5*x) * sin(7*y)"
