@@ -3,7 +3,8 @@
 use crate::about::{About, Bins};
 use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
-use emitree::{Cube, EvaluationCounts, Image, Rendering};
+use emitree::result::EvaluationCounts;
+use emitree::{Cube, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
     Bands, Card, Energies, FitsProduct, PictureOptions, ProductMap, Quantity, Scene, WcsAxis,

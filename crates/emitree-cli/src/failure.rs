@@ -1,6 +1,7 @@
 //! Failures, their messages and their exit codes.
 
-use emitree::{RenderError, WorldTreeError};
+use emitree::RenderError;
+use emitree::world_tree::WorldTreeError;
 use emitree_instrument::{ObservationError, PoissonError};
 use emitree_io::{
     EmissionFailure, EncodeError, FitsEncodeError, OutputError, SceneError, UnknownEnding,
@@ -38,7 +39,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error("output: {0}")]
-    Ending(#[from] UnknownEnding),
+    StopReason(#[from] UnknownEnding),
     #[error(transparent)]
     Fits(#[from] FitsEncodeError),
     #[error(transparent)]

@@ -6,7 +6,7 @@
 
 use emitree::vol::tuning::{Constant, End, constants, select};
 use emitree::{
-    Canonical, Cube, FromFn, FromSpectralFn, Method, RenderOptions, Rendering, VolOptions, render,
+    Canonical, Cube, FromFn, FromSpectralFn, RenderOptions, Rendering, VolOptions, render,
     render_cube,
 };
 use emitree_problems::catalogue::problem;
@@ -181,8 +181,7 @@ fn cube(name: &str) -> Result<Scene, Box<dyn Error>> {
 }
 
 fn options(tolerance: f64) -> RenderOptions<'static> {
-    let vol = VolOptions { tolerance, ..Default::default() };
-    RenderOptions { max_evaluations: 1_000_000, ..RenderOptions::new(Method::Vol(vol)) }
+    RenderOptions::new(VolOptions::new(tolerance)).with_max_evaluations(1_000_000)
 }
 
 fn outcome(rendering: &Rendering, reference: &Reference, tolerance: f64) -> Outcome {

@@ -3,7 +3,10 @@
 use super::map::{Map, Rendered};
 use super::outputs::same_file;
 use crate::failure::Failure;
-use emitree::{Frame, Image, RenderedTree, image_of_tree};
+use emitree::Image;
+use emitree::progress::Frame;
+use emitree::radiance::image_of_tree;
+use emitree::result::RenderedTree;
 use emitree_io::{
     Format, OutputFile, OutputSet, PictureStyle, Product, Scene, ValueRange, commit_all,
 };

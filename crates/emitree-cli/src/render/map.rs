@@ -1,7 +1,8 @@
 //! What a rendering makes, whether it has energies or not: maps of one band or of many.
 
 use super::counts::Counts;
-use emitree::{Cube, Image, RenderStats, RenderedTree, Rendering, StopReason};
+use emitree::result::{RenderStats, RenderedTree};
+use emitree::{Cube, Image, Rendering, StopReason};
 use emitree_instrument::Channel;
 use emitree_io::{Bands, ProductMap, Scene};
 

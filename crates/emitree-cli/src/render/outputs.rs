@@ -7,7 +7,8 @@ use super::provenance::provenance;
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::report::Report;
-use emitree::{Method, Steps};
+use emitree::Method;
+use emitree::los::Steps;
 use emitree_io::units::Unit;
 use emitree_io::{
     Card, Format, OutputFile, OutputSet, PictureStyle, Product, ProductMap, Quantity, Scene,

@@ -4,7 +4,10 @@ use super::counts::{Counts, total};
 use super::hint::nothing_in_view;
 use super::map::Rendered;
 use crate::failure::Failure;
-use emitree::{FEATURE_CONTRAST, Method, Steps, StopReason, Threshold};
+use emitree::los::Steps;
+use emitree::refinement::Threshold;
+use emitree::vol::FEATURE_CONTRAST;
+use emitree::{Method, StopReason};
 use emitree_io::{PixelLayout, Scene};
 use std::io::Write;
 use std::path::PathBuf;
@@ -204,10 +207,7 @@ mod tests {
     #[test]
     fn methods_are_summarised_with_their_options() {
         let vol = |tolerance, base_level| {
-            method(
-                &Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() }),
-                "pixel",
-            )
+            method(&Method::Vol(VolOptions::new(tolerance).with_base_level(base_level)), "pixel")
         };
         assert_eq!(vol(0.01, 3), "vol: to 1 % of the largest pixel, base 9 x 9 lines");
         assert_eq!(vol(0.007, 7), "vol: to 0.7 % of the largest pixel, base 129 x 129 lines");

@@ -2,8 +2,10 @@
 
 use crate::failure::Failure;
 use crate::interrupt;
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{Canonical, Image, LosOptions, Method, RenderOptions, Steps, Threshold, render};
+use emitree::{Canonical, Image, Method, RenderOptions, render};
 use emitree_models::models::Holmstrom;
 use std::ops::ControlFlow;
 
@@ -70,17 +72,13 @@ impl Measurements {
 }
 
 fn paper(base_level: u8, threshold: f64, exact: &Image) -> Result<(Image, Run), Failure> {
-    let options = BuildOptions {
-        base_level,
-        threshold: Threshold::Absolute(threshold),
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::new(Threshold::Absolute(threshold)).with_base_level(base_level);
     let name = format!("paper, base grid {}^3", 1 << base_level);
     measure(Method::Paper(options), name, threshold, exact)
 }
 
 fn los(per_side: usize, steps: usize, exact: &Image) -> Result<Run, Failure> {
-    let options = LosOptions { lines: per_side, steps: Steps::Fixed(steps) };
+    let options = LosOptions::new(per_side, Steps::Fixed(steps));
     let name = format!("los, {} for each pixel", super::counted_lines(per_side * per_side));
     Ok(measure(Method::Los(options), name, steps as f64, exact)?.1)
 }
@@ -93,7 +91,7 @@ fn measure(
 ) -> Result<(Image, Run), Failure> {
     let stop =
         |_| if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let options = RenderOptions { progress: Some(&stop), ..RenderOptions::new(method) };
+    let options = RenderOptions::new(method).with_progress(&stop);
     let rendering = render(&Holmstrom::with_alpha(ALPHA), &Canonical, SHAPE, &options)?;
     let (_, brightest) = exact.min_max();
     let error = rendering.values.max_difference(exact) / brightest;

@@ -33,9 +33,10 @@ pub use tree::BuildSettings;
 use crate::energies::Energies;
 use crate::memory::available_memory_bytes;
 use document::Node;
+use emitree::radiance::irradiance_of;
 use emitree::{
     Cube, Emission, Healpix, Image, Projection, RenderError, RenderOptions, Rendering, Session,
-    irradiance_of, render, render_cube,
+    render, render_cube,
 };
 use emitree_instrument::{Observation, ObservationError};
 use instrument::Observer;
@@ -206,14 +207,12 @@ impl Scene {
     /// ```
     pub fn render_options(&self) -> RenderOptions<'static> {
         let RenderSettings { method, max_evaluations, max_seconds, batch_size, .. } = &self.render;
-        let defaults = RenderOptions::new(method.clone());
-        RenderOptions {
-            max_evaluations: max_evaluations.unwrap_or(defaults.max_evaluations),
-            max_seconds: max_seconds.unwrap_or(defaults.max_seconds),
-            batch_size: batch_size.unwrap_or(defaults.batch_size),
-            max_memory_bytes: available_memory_bytes().unwrap_or(defaults.max_memory_bytes),
-            ..defaults
-        }
+        let mut options = RenderOptions::new(method.clone());
+        options.max_evaluations = max_evaluations.unwrap_or(options.max_evaluations);
+        options.max_seconds = max_seconds.unwrap_or(options.max_seconds);
+        options.batch_size = batch_size.unwrap_or(options.batch_size);
+        options.max_memory_bytes = available_memory_bytes().unwrap_or(options.max_memory_bytes);
+        options
     }
 
     /// Renders an emission with the settings of the scene: radiances, in one band if the scene has no energies.

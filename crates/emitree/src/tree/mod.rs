@@ -15,7 +15,7 @@
 //!
 //! A tree is independent of cameras and units: it represents a function on the unit cube.
 
-mod build;
+pub(crate) mod build;
 mod cousins;
 mod ghosts;
 mod halves;
@@ -30,10 +30,9 @@ mod reconstruct;
 mod sample;
 mod stencils;
 
+pub(crate) use build::StopReason;
 pub(crate) use build::build_async;
-pub use build::{BuildError, BuildOptions, Built, StopReason, build};
-// The former name, for `vol`.
-pub(crate) use build::StopReason as Ending;
+pub use build::{BuildError, BuildOptions, Built, build};
 pub use point_tree::{Family, FamilyDefect};
 pub(crate) use point_tree::{GrownPoints, PointTree};
 pub(crate) use point_value::PointStencil;

@@ -119,7 +119,7 @@ struct Buffer {
 
 impl SparseTree<2> {
     /// The image of `height` × `width` pixels: each pixel is the exact mean, over its rectangle, of
-    /// the function that the tree represents; see [the orientation](crate::image).
+    /// the function that the tree represents; see [the orientation](crate::Image).
     ///
     /// ```
     /// use emitree::quadrature::Pointwise;
@@ -142,7 +142,7 @@ impl SparseTree<2> {
 impl SparseTree<3> {
     /// The cube of `bins` × `height` × `width` voxels of a tree in x, y and energy: each voxel is
     /// the exact mean, over its box, of the function that the tree represents; see [the axis
-    /// order](crate::cube).
+    /// order](crate::Cube).
     ///
     /// ```
     /// use emitree::quadrature::Pointwise;

@@ -215,8 +215,8 @@ pub(super) const FAMILIES_PER_TASK: usize = 256;
 
 #[cfg(test)]
 mod tests {
-    use crate::Threshold;
     use crate::quadrature::{CellRule, Pointwise};
+    use crate::refinement::Threshold;
     use crate::tree::points::PointPredictor;
     use crate::tree::stencils::{LEAST_COUSINS, StencilBuffer};
     use crate::tree::{BuildOptions, SparseTree, build};

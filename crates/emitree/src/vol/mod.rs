@@ -18,7 +18,7 @@
 //! * `seeds`: nodes and depths at structures that the caller names;
 //! * `rule`: a few depths that integrate all lines of a block; the radiances of new nodes;
 //! * `spectrum`: spectra at single points, and the energies that explain them;
-//! * `view`: the [layers](crate::Layer) of a view and their coverage fractions; a sheet, the image
+//! * `view`: the [layers](crate::projection::Layer) of a view and their coverage fractions; a sheet, the image
 //!   tree of one layer at one energy; lines and samples that verify a sheet;
 //! * `engine`: the loop over all sheets, and the final verification;
 //! * `lowrank`: the low-rank approximation, with a forecast of its cost and of the tree's;
@@ -35,6 +35,7 @@ mod lattice;
 mod least_squares;
 mod line;
 mod lowrank;
+pub(crate) mod options;
 mod rule;
 mod sampling;
 mod seeds;
@@ -49,30 +50,8 @@ mod view;
 mod tests;
 
 pub(crate) use choose::render;
+pub(crate) use options::VolOptions;
 pub use seeds::Seed;
-
-/// Options of method `vol`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct VolOptions {
-    /// The largest error of a pixel that is allowed, relative to the largest |pixel|; above 0 and
-    /// below 1.
-    ///
-    /// It is kept for what the samples have seen. A structure that falls between them can't be promised,
-    /// be it the lines and depths of the base lattice or a thousand scattered points: name it with a
-    /// [`Seed`], or choose a finer base.
-    pub tolerance: f64,
-    /// The base lattice has 2^`base_level` intervals along each axis, of the image and in depth; one
-    /// of [`BASE_LEVELS`]. If it is finer than the default, there are no fewer scattered points.
-    pub base_level: u8,
-    /// The smallest feature to be seen with a probability of 99 %; by default what the scattered
-    /// samples that every rendering makes cover. See [`FeatureSize`] and [`FEATURE_CONTRAST`].
-    pub smallest_feature: Option<FeatureSize>,
-    /// Small structures at known places.
-    pub seeds: Vec<Seed>,
-    /// Energies of spectral lines, in the unit of the [energy axis](crate::EnergyAxis), at which
-    /// spectra are sampled: a line much narrower than its bin may be missed else. Only for cubes.
-    pub line_energies: Vec<f64>,
-}
 
 /// The size of a small feature: the standard deviation of a Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,19 +70,6 @@ pub const FEATURE_CONTRAST: f64 = 20.0;
 
 /// The base levels that there are.
 pub const BASE_LEVELS: core::ops::RangeInclusive<u8> = 2..=7;
-
-impl Default for VolOptions {
-    /// 1 % of the largest pixel, from a base lattice of 9 × 9 lines with 9 depths each.
-    fn default() -> Self {
-        Self {
-            tolerance: 0.01,
-            base_level: 3,
-            smallest_feature: None,
-            seeds: Vec::new(),
-            line_energies: Vec::new(),
-        }
-    }
-}
 
 /// Memory that one evaluation takes: its sample, and its share of the nodes and of what a round
 /// makes of them.

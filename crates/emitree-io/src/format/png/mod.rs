@@ -11,6 +11,7 @@ use crate::png::{PictureOptions, encode_png};
 use crate::product::Product;
 use crate::scene::{PixelLayout, Scene};
 use emitree::Image;
+use emitree::projection::ViewGeometry;
 use std::borrow::Cow;
 
 pub(super) const PNG: FormatDescription = FormatDescription {
@@ -65,7 +66,13 @@ fn bare(product: &Product<'_>, range: Option<ValueRange>) -> Result<Vec<u8>, Enc
         title: Some(scene.name.clone()),
         unit: Some(unit.to_owned()).filter(|unit| !unit.is_empty()),
         // A disc and a sky have corners where there is nothing, and a sheet has gaps.
-        blank_outside: scene.camera.projection().has_regions() || is_sky || product.map.is_cube(),
+        blank_outside: scene
+            .camera
+            .projection()
+            .view_geometry()
+            .is_some_and(ViewGeometry::has_regions)
+            || is_sky
+            || product.map.is_cube(),
         ..Default::default()
     };
     let tiles = sheet::tiles(&product.map, product.energies());

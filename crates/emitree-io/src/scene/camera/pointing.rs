@@ -6,7 +6,8 @@ use crate::scene::document::{Node, Value};
 use crate::scene::error::SceneError;
 use crate::scene::source::Place;
 use crate::scene::table::Table;
-use emitree::{Camera as AnyCamera, GeometryError, ImagePlane, Projection as _, Viewpoint};
+use emitree::projection::{Camera as AnyCamera, GeometryError, ImagePlane};
+use emitree::{Projection as _, Viewpoint};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 

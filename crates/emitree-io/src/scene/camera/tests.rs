@@ -5,7 +5,7 @@ use crate::fits::{Wcs, WcsAxis};
 use crate::scene::{Scene, SceneError};
 use crate::units::Unit;
 use crate::words::alternatives;
-use emitree::Region;
+use emitree::projection::Region;
 
 /// A scene with the given lines in `[projection]`, and tables after it.
 fn scene(projection: &str, tables: &str) -> Result<Scene, SceneError> {
@@ -108,14 +108,16 @@ fn bodies_hide_what_lies_behind() {
     let bodies = "[[occulter]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 2\n\
                   [[occulter]]\ntype = \"ellipsoid\"\ncenter = [5, 0, 2]\nsemi_axes = [1, 1, 0.5]";
     let scene = scene(&camera, bodies).unwrap();
-    let region = |y: f64| scene.camera.projection().region([0.5, y]);
+    let geometry = scene.camera.projection().view_geometry().unwrap();
+    let region = |y: f64| geometry.region([0.5, y]);
     // In the order of the scene: the ellipsoid is above the middle.
     assert_eq!(region(0.5), Region::Body(0));
     assert_eq!(region(0.84), Region::Body(1));
     assert_eq!(region(0.1), Region::Sky);
     let cube =
         scene_of_cube("[[occulter]]\ntype = \"sphere\"\ncenter = [0.5, 0.5, 0.5]\nradius = 0.2");
-    assert_eq!(cube.camera.projection().region([0.5, 0.5]), Region::Body(0));
+    let geometry = cube.camera.projection().view_geometry().unwrap();
+    assert_eq!(geometry.region([0.5, 0.5]), Region::Body(0));
     assert_eq!(cube.camera.description().name, "canonical");
 }
 

@@ -30,7 +30,7 @@ use crate::method::Made;
 use crate::parallel::prelude::*;
 use crate::radiance::{PixelRows, radiance_per_density};
 use crate::tile::Tile;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::engine::{base_evaluations, finest_level};
 use crate::vol::lattice::points_to_see;
@@ -158,7 +158,7 @@ impl Attempt<'_> {
                     let is_good = maps.largest_error <= self.tolerance * maps.largest;
                     if is_good && !assessment.hides_feature(of_rate, self.search.probes()) {
                         self.show_maps(&maps);
-                        return Ok(self.found(maps, Ending::Complete));
+                        return Ok(self.found(maps, StopReason::Complete));
                     }
                 }
             }
@@ -252,11 +252,11 @@ impl Attempt<'_> {
     /// The image of a search that has ended before its goal.
     fn unfinished(&mut self) -> Made {
         let left = self.search.assess().left;
-        self.found(self.maps(&left, self.pixels), Ending::Budget)
+        self.found(self.maps(&left, self.pixels), StopReason::Budget)
     }
 
     /// The image as it is.
-    fn found(&self, Maps { image, error, .. }: Maps, ending: Ending) -> Made {
+    fn found(&self, Maps { image, error, .. }: Maps, ending: StopReason) -> Made {
         let [cube, error] = [image, error].map(|map| Cube::from_bands(vec![map]));
         let mut made = Made::new(cube, Some(error), ending);
         made.base_level = Some(self.vol.base_level);

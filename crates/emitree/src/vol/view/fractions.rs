@@ -1,7 +1,7 @@
 //! Shares: what of a layer's radiance each pixel has, where the image has edges that geometry knows.
 //!
 //! An edge (a limb, the rim of a disc) parts a pixel into regions, and the share of a
-//! [layer](crate::Layer) is smooth on each. A pixel that an edge crosses takes the layer's function
+//! [layer](crate::projection::Layer) is smooth on each. A pixel that an edge crosses takes the layer's function
 //! for a quadratic polynomial with the means of the pixels around it, the conservative
 //! reconstruction of the paper, and integrates its product with the share. Small images are divided
 //! into finer pixels for that. No evaluation is made for an edge.
@@ -380,7 +380,8 @@ fn square(region: Region) -> Vec<Node> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::{DiscMapping, Fisheye, Viewpoint};
+    use crate::projection::{DiscMapping, ViewGeometry};
+    use crate::{Fisheye, Viewpoint};
 
     fn disc() -> Fisheye {
         let viewpoint =

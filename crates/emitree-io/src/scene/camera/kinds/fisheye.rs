@@ -11,7 +11,8 @@ use crate::scene::error::SceneError;
 use crate::scene::source::Place;
 use crate::scene::table::Table;
 use crate::units::Unit;
-use emitree::{DiscMapping, Fisheye};
+use emitree::Fisheye;
+use emitree::projection::DiscMapping;
 
 pub(super) const FISHEYE: CameraDescription = CameraDescription {
     name: "fisheye",

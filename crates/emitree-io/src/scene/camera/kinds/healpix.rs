@@ -10,7 +10,8 @@ use crate::scene::error::SceneError;
 use crate::scene::source::Place;
 use crate::scene::table::Table;
 use crate::units::Unit;
-use emitree::{GeometryError, Healpix};
+use emitree::Healpix;
+use emitree::projection::GeometryError;
 use std::sync::Arc;
 
 pub(super) const HEALPIX: CameraDescription = CameraDescription {
