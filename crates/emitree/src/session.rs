@@ -282,7 +282,7 @@ impl<'a, V: Values> Session<'a, V> {
             ));
         };
         if batch.len() != rates.len() {
-            let expected = format!("{}, one for each point asked for", batch.len());
+            let expected = format!("{}, one for each point of `ask`", batch.len());
             return Err(wrong_number(rates.len(), expected));
         }
         check_finite(&batch.samples(), rates)?;
