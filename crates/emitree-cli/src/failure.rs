@@ -39,7 +39,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error("output: {0}")]
-    StopReason(#[from] UnknownEnding),
+    Ending(#[from] UnknownEnding),
     #[error(transparent)]
     Fits(#[from] FitsEncodeError),
     #[error(transparent)]

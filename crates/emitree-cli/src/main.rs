@@ -5,8 +5,8 @@ mod build;
 mod failure;
 mod interrupt;
 mod models;
+mod numbers;
 mod render;
-mod report;
 mod reproduce;
 
 use arguments::{Arguments, Command};

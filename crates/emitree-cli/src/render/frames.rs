@@ -1,7 +1,7 @@
 //! The frames of `--progressive`: successive images in a folder.
 
-use super::map::{Map, Rendered};
-use super::outputs::same_file;
+use super::map::Map;
+use super::rendered::Rendered;
 use crate::failure::Failure;
 use emitree::Image;
 use emitree::progress::Frame;
@@ -159,6 +159,14 @@ pub(super) fn is_frame_of(path: &Path, folder: &Path) -> bool {
     // The parent of a bare name is the empty path, which stands for this folder.
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     name.starts_with(FRAME) && same_file(parent.unwrap_or(Path::new(".")), folder)
+}
+
+/// Whether two paths lead to the same file.
+pub(super) fn same_file(a: &Path, b: &Path) -> bool {
+    match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
 }
 
 #[cfg(test)]

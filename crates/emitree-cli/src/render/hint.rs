@@ -1,7 +1,7 @@
 //! What may be wrong with a rendering that is right: an image in which there is nothing.
 
-use super::map::Rendered;
-use super::summary::grouped;
+use super::rendered::Rendered;
+use crate::numbers::grouped;
 
 /// The likely reasons why every pixel is 0; none if one is not.
 pub(crate) fn nothing_in_view(rendered: &Rendered) -> Option<String> {

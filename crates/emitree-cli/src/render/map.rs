@@ -1,8 +1,6 @@
-//! What a rendering makes, whether it has energies or not: maps of one band or of many.
+//! Maps of one band, of the bins of a scene, or of channels.
 
-use super::counts::Counts;
-use emitree::result::{RenderStats, RenderedTree};
-use emitree::{Cube, Image, Rendering, StopReason};
+use emitree::{Cube, Image};
 use emitree_instrument::Channel;
 use emitree_io::{Bands, ProductMap, Scene};
 
@@ -42,7 +40,7 @@ impl From<Cube> for Map {
 
 impl Map {
     /// Values of a scene: an image, or a cube if it has energies.
-    fn of_scene(scene: &Scene, bands: Cube) -> Self {
+    pub(super) fn of_scene(scene: &Scene, bands: Cube) -> Self {
         let kind = if scene.energy.is_some() { Kind::Energies } else { Kind::Image };
         Self { bands, kind }
     }
@@ -80,57 +78,5 @@ impl Map {
     /// The image of the whole energy band of a cube.
     fn whole_band(&self, scene: &Scene) -> Option<Self> {
         Some(scene.band_image(&self.bands).filter(|_| self.is_cube())?.into())
-    }
-}
-
-/// A rendering of a scene, in its quantity, and its cost.
-#[derive(Debug)]
-pub(crate) struct Rendered {
-    /// The image or the cube.
-    pub(crate) map: Map,
-    /// The estimated error of each value, if the method has one.
-    pub(crate) error: Option<Map>,
-    /// The image of the whole energy band, if there are energies.
-    pub(crate) band: Option<Map>,
-    /// A bound for the error of that image.
-    pub(crate) band_error: Option<Map>,
-    /// The counts of the instrument of the scene, if it has one.
-    pub(crate) counts: Option<Counts>,
-    /// The cost of the rendering.
-    pub(crate) stats: RenderStats,
-    pub(crate) evaluations_per_pixel: Map,
-    pub(crate) tree: Option<RenderedTree>,
-}
-
-impl Rendered {
-    pub(crate) fn new(scene: &Scene, rendering: Rendering<Cube>, counts: Option<Counts>) -> Self {
-        let map = |cube: &Cube| Map::of_scene(scene, scene.cube_in_quantity(cube));
-        let (values, error) = (map(&rendering.values), rendering.error.as_ref().map(map));
-        Self {
-            band: values.whole_band(scene),
-            band_error: error.as_ref().and_then(|error| error.whole_band(scene)),
-            counts,
-            map: values,
-            error,
-            evaluations_per_pixel: rendering.stats.evaluations_per_pixel.to_image().into(),
-            stats: rendering.stats,
-            tree: rendering.tree,
-        }
-    }
-
-    /// How many energies were evaluated, if the method takes some.
-    pub(crate) fn energies(&self) -> Option<usize> {
-        Some(self.stats.energies.len()).filter(|&energies| energies > 0)
-    }
-
-    /// Whether the stopping criterion was met.
-    pub(crate) fn converged(&self) -> bool {
-        self.stats.ending == StopReason::Complete
-    }
-
-    /// The largest estimated error over the largest |value|.
-    pub(crate) fn estimated_error(&self) -> Option<f64> {
-        let error = self.error.as_ref()?.cube().largest();
-        Some(if error > 0.0 { error / self.map.cube().largest() } else { 0.0 })
     }
 }

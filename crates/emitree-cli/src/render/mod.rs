@@ -7,23 +7,23 @@ mod hint;
 mod map;
 mod outputs;
 mod progress;
+mod rendered;
+mod report;
 mod summary;
 
-pub(crate) use counts::{Counts, total};
-pub(crate) use hint::nothing_in_view;
-pub(crate) use map::Rendered;
+use counts::Counts;
 pub(crate) use progress::ProgressLine;
-pub(crate) use summary::{grouped, percent, seconds};
+use rendered::Rendered;
 
 use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
-use crate::report::Report;
 use emitree::progress::Frame;
 use emitree::{Method, RenderError, RenderOptions};
 use emitree_io::Scene;
 use frames::FrameWriter;
 use outputs::Outputs;
+use report::Report;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 

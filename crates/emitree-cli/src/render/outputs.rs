@@ -1,12 +1,12 @@
 //! The files of a rendering: all of them prepared before g is called, all written at the end.
 
 use super::counts::{self, fewest_maps_of_sky};
-use super::frames::{is_frame_of, prepare_folder, write_progression};
-use super::map::Rendered;
+use super::frames::{is_frame_of, prepare_folder, same_file, write_progression};
 use super::provenance::provenance;
+use super::rendered::Rendered;
+use super::report::Report;
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
-use crate::report::Report;
 use emitree::Method;
 use emitree::los::Steps;
 use emitree_io::units::Unit;
@@ -278,13 +278,6 @@ fn check_columns(scene: &Scene, formats: &[Format]) -> Result<(), Failure> {
         return Err(Failure::Request(format!("output: {why}: expected {most} or less, or .npy")));
     }
     Ok(())
-}
-
-pub(super) fn same_file(a: &Path, b: &Path) -> bool {
-    match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    }
 }
 
 #[cfg(test)]

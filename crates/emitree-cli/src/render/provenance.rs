@@ -1,6 +1,6 @@
 //! How the image of a rendering came about, as files tell it.
 
-use super::map::Rendered;
+use super::rendered::Rendered;
 use emitree::Method;
 use emitree_io::{Provenance, Scene};
 

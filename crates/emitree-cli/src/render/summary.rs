@@ -2,8 +2,9 @@
 
 use super::counts::{Counts, total};
 use super::hint::nothing_in_view;
-use super::map::Rendered;
+use super::rendered::Rendered;
 use crate::failure::Failure;
+use crate::numbers::{grouped, percent, seconds};
 use emitree::los::Steps;
 use emitree::refinement::Threshold;
 use emitree::vol::FEATURE_CONTRAST;
@@ -11,7 +12,6 @@ use emitree::{Method, StopReason};
 use emitree_io::{PixelLayout, Scene};
 use std::io::Write;
 use std::path::PathBuf;
-use std::time::Duration;
 
 pub(crate) fn print(
     scene: &Scene,
@@ -150,14 +150,6 @@ fn method(method: &Method, value: &str) -> String {
     }
 }
 
-/// A fraction in per cent: "1 %". Without the last digits, which are of the binary number and not
-/// of what was written: 0.007 is not 0.7000000000000001 %.
-pub(crate) fn percent(fraction: f64) -> String {
-    let percent = 100.0 * fraction;
-    let rounded: f64 = format!("{percent:.9e}").parse().unwrap_or(percent);
-    format!("{rounded} %")
-}
-
 fn error(scene: &Scene, rendered: &Rendered, value: &str) -> String {
     let Some(error) = rendered.estimated_error() else {
         return "not estimated by this method".to_owned();
@@ -177,30 +169,10 @@ fn covered(fraction: f64) -> String {
     )
 }
 
-/// A time of a few digits: "13 ms", "2.4 s".
-pub(crate) fn seconds(time: Duration) -> String {
-    match time.as_secs_f64() {
-        short if short < 0.1 => format!("{:.2} ms", 1e3 * short),
-        long => format!("{long:.2} s"),
-    }
-}
-
-/// A count with its thousands set apart: "19,136".
-pub(crate) fn grouped(count: u64) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{grouped, method, percent, stopped};
+    use super::{method, stopped};
+    use crate::numbers::{grouped, percent};
     use emitree::tree::BuildOptions;
     use emitree::{Method, StopReason, VolOptions};
 

@@ -5,7 +5,7 @@ mod measure;
 
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::render::grouped;
+use crate::numbers::grouped;
 use emitree_io::{OutputSet, commit_all};
 use measure::{Measurements, Run};
 use std::io::Write;

@@ -1,6 +1,8 @@
 //! The report of a rendering, for programs to read. Its keys are a contract.
 
-use crate::render::{Counts, Rendered, nothing_in_view, total};
+use super::counts::{Counts, total};
+use super::hint::nothing_in_view;
+use super::rendered::Rendered;
 use emitree::Method;
 use emitree_instrument::StepSum;
 use emitree_io::{Energies, Scene, SceneInstrument, peak_memory_bytes};

@@ -1,0 +1,32 @@
+//! Numbers for people: counts, percentages, times.
+
+use std::time::Duration;
+
+/// A fraction in per cent: "1 %". Without the last digits, which are of the binary number and not
+/// of what was written: 0.007 is not 0.7000000000000001 %.
+pub(crate) fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    let rounded: f64 = format!("{percent:.9e}").parse().unwrap_or(percent);
+    format!("{rounded} %")
+}
+
+/// A time of a few digits: "13 ms", "2.4 s".
+pub(crate) fn seconds(time: Duration) -> String {
+    match time.as_secs_f64() {
+        short if short < 0.1 => format!("{:.2} ms", 1e3 * short),
+        long => format!("{long:.2} s"),
+    }
+}
+
+/// A count with its thousands set apart: "19,136".
+pub(crate) fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
