@@ -30,7 +30,7 @@ pub(crate) struct Ascents<T> {
 impl<T> Ascents<T> {
     /// Ascents from `starts`, which are some of `samples` scattered points.
     pub(crate) fn new(starts: Vec<Found<T>>, samples: usize) -> Self {
-        let lengths = vec![TUNING.verification.first_step / (samples as f64).cbrt(); starts.len()];
+        let lengths = vec![TUNING.verification.sample_ascent_step / (samples as f64).cbrt(); starts.len()];
         let known = starts.iter().map(|(at, _)| at.map(from_unit)).collect();
         Self { best: starts, lengths, known, tried: Vec::new(), steps: 0 }
     }
@@ -38,7 +38,7 @@ impl<T> Ascents<T> {
     /// The points of the next step, of which those that are not `open` are left out; `None` after the
     /// last one.
     pub(crate) fn next(&mut self, is_open: impl Fn(&[f64; 3]) -> bool) -> Option<Vec<[f64; 3]>> {
-        if self.steps == TUNING.verification.ascent_steps {
+        if self.steps == TUNING.verification.sample_ascent_steps {
             return None;
         }
         self.steps += 1;
@@ -107,7 +107,7 @@ mod tests {
         goal.sort_unstable();
         goal.dedup();
         assert_eq!(goal.len(), number);
-        assert!(number <= 6 * TUNING.verification.ascent_steps);
+        assert!(number <= 6 * TUNING.verification.sample_ascent_steps);
     }
 
     #[test]

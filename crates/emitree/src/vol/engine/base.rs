@@ -63,7 +63,7 @@ impl Engine<'_> {
                 node_lines.assess(wanted.iter().map(|(i, _)| *i), *tolerance, *depth_level);
             }
             let largest = self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max);
-            let largest = largest.max(TUNING.engine.cancelled * self.brightest());
+            let largest = largest.max(TUNING.engine.cancellation_share * self.brightest());
             let following = self.line_share * self.tolerance * largest;
             for (sheet, tolerance) in self.sheets.iter().zip(&mut tolerances) {
                 *tolerance = match fixed {

@@ -48,11 +48,11 @@ impl Engine<'_> {
         let layers = self.layers.len();
         self.coverage.layers.resize_with(layers, LayerSamples::default);
         let of_evaluations =
-            TUNING.verification.samples_of_evaluations * self.meter.evaluations() as f64;
+            TUNING.verification.sample_share * self.meter.evaluations() as f64;
         let of_feature = self
             .coverage
             .wanted
-            .map_or(0, |size| lattice::points_to_see(size, TUNING.verification.seen_share));
+            .map_or(0, |size| lattice::points_to_see(size, TUNING.verification.detection_share));
         let number = TUNING.verification.least_samples.max(whole(of_evaluations)).max(of_feature);
         let mut number = (number / self.tiles.len()).next_power_of_two();
         for _ in 0..=TUNING.verification.most_doublings {
@@ -118,7 +118,7 @@ impl Engine<'_> {
         }
         let found = ascents.best();
         let lines =
-            found.iter().filter(|(_, of)| verified.effect(of) > TUNING.verification.line_from);
+            found.iter().filter(|(_, of)| verified.effect(of) > TUNING.verification.sample_line_from);
         let lines = lines.map(|(point, _)| verified.line_through(*point)).collect();
         let size = verified.size_covered(&samples.points, &deviations, passed);
         Ok((lines, Some(size)))

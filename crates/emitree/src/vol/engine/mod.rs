@@ -68,7 +68,7 @@ pub(crate) async fn by_tree(
         verification_lines: 1,
         coverage: Coverage::new(wanted, known),
         tolerance: if short { TUNING.engine.loosest_tolerance } else { goal },
-        line_share: TUNING.engine.line_share * (TUNING.engine.loosest_of_lines / goal).min(1.0),
+        line_share: TUNING.engine.line_share * (TUNING.engine.loosest_line_tolerance / goal).min(1.0),
         is_strict: false,
         base_level,
         required_level: base_level + 1,

@@ -24,10 +24,10 @@ impl Engine<'_> {
         loop {
             let meter = self.meter;
             self.show(&current);
-            let largest = current.largest_pixel().max(TUNING.engine.cancelled * self.brightest());
+            let largest = current.largest_pixel().max(TUNING.engine.cancellation_share * self.brightest());
             let met = |tolerance: f64| {
                 self.has_required_nodes(&current)
-                    && current.largest_error() <= TUNING.engine.stop * tolerance * largest
+                    && current.largest_error() <= TUNING.engine.stopping_share * tolerance * largest
             };
             let [is_good, is_good_for_now] = [self.goal, self.tolerance].map(met);
             if is_good {

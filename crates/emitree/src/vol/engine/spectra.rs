@@ -275,13 +275,13 @@ impl<'b> Engine<'b> {
         let rest = |probe| self.energies.rest(probe, &probes.bins);
         let mut rests: Vec<Rest> = probes.probes.par_iter().map(rest).collect();
         let left = energies::unexplained(&rests, &probes.bins);
-        *unexplained = left.iter().map(|left| TUNING.spectra.unseen_margin * left).collect();
+        *unexplained = left.iter().map(|left| TUNING.spectra.unsampled_margin * left).collect();
         let mut goal = allowed;
         while sampled && self.energies.len() < most {
             let worst =
                 (0..rests.len()).max_by(|a, b| rests[*a].largest().total_cmp(&rests[*b].largest()));
             let Some(worst) = worst.filter(|&i| rests[i].largest() > goal) else { break };
-            goal = TUNING.spectra.selected_share * allowed;
+            goal = TUNING.spectra.selection_share * allowed;
             probes.sharpen(worst, rests[worst].largest(), target / self.tolerance);
             sampled = within_budget(probes.sample(&views, allowed).await)?;
             rests[worst] = self.energies.rest(&probes.probes[worst], &probes.bins);
@@ -307,7 +307,7 @@ impl<'b> Engine<'b> {
             spectra.probed[i] = node_lines.lines.len();
         }
         lines.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let of_brightest = TUNING.spectra.dim * lines.first().map_or(0.0, |line| line.0);
+        let of_brightest = TUNING.spectra.dim_share * lines.first().map_or(0.0, |line| line.0);
         let not_dim = lines.partition_point(|line| line.0 > of_brightest);
         let third = most.div_ceil(3);
         let spread = |from: usize, to: usize| {
@@ -341,7 +341,7 @@ impl<'b> Engine<'b> {
                 let point =
                     ProbePoint { layer: self.sheets[i].id.layer, place, depth: sample.depth };
                 let path = path_of(line, sample.rate);
-                spectra.probes.add(point, path, number.is_multiple_of(TUNING.spectra.full_probes));
+                spectra.probes.add(point, path, number.is_multiple_of(TUNING.spectra.full_probe_stride));
             }
         }
     }

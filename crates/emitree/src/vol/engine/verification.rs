@@ -81,7 +81,7 @@ impl Engine<'_> {
         let mut sizes = vec![Vec::new(); self.sheets.len()];
         let first: Vec<usize> =
             self.sheets.iter().map(|sheet| sheet.verification.places.len()).collect();
-        for step in 0..=TUNING.verification.steps_of_ascent {
+        for step in 0..=TUNING.verification.line_ascent_steps {
             for i in 0..self.sheets.len() {
                 let tolerance = self.sheets[i].line_tolerance(&tolerances);
                 let of_sheet = core::mem::take(&mut places[i]);
@@ -90,10 +90,10 @@ impl Engine<'_> {
                 }
             }
             differences = self.differences(target, &mut sizes);
-            if step < TUNING.verification.steps_of_ascent {
+            if step < TUNING.verification.line_ascent_steps {
                 let rising = differences
                     .iter()
-                    .filter(|of| of.size > TUNING.verification.ascent_from)
+                    .filter(|of| of.size > TUNING.verification.line_ascent_from)
                     .take(ascents);
                 for of in rising {
                     places[of.sheet].extend(self.sheets[of.sheet].beside(of.line));
@@ -109,7 +109,7 @@ impl Engine<'_> {
             Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
             verdict => {
                 self.verification_lines =
-                    (2 * self.verification_lines).min(TUNING.verification.most_lines);
+                    (2 * self.verification_lines).min(TUNING.verification.most_line_factor);
                 Ok(verdict)
             }
         }
@@ -121,8 +121,8 @@ impl Engine<'_> {
         let [row, column] = sheet.pixel(sheet.verification.places.nodes()[of.line].place);
         let errors = current.errors(sheet.tile);
         let estimate = errors.iter().map(|error| error[(row, column)]).fold(0.0, f64::max);
-        of.size > TUNING.verification.failed
-            && of.size > (TUNING.verification.over_estimate * estimate / target).min(1.0)
+        of.size > TUNING.verification.failure_share
+            && of.size > (TUNING.verification.estimate_margin * estimate / target).min(1.0)
     }
 
     /// Evaluations of a line that is integrated in full, on average.
@@ -155,10 +155,10 @@ impl Engine<'_> {
             let Scan { base_level, depth_level, .. } = sheet.scan;
             // A line that grazes a surface on which g jumps steps over what only it meets.
             !sheet.scan.node_lines.tracks_jumps
-                && depth_level < base_level + TUNING.verification.most_finer
+                && depth_level < base_level + TUNING.verification.most_depth_levels
                 && sheet.is_changed_by_depths(
                     first[i],
-                    TUNING.verification.stepped_over * target / weight,
+                    TUNING.verification.depth_change_share * target / weight,
                 )
         };
         let sheets: Vec<usize> = (0..self.sheets.len()).filter(steps_over).collect();
@@ -167,7 +167,7 @@ impl Engine<'_> {
         }
         let is_first = !core::mem::replace(&mut self.is_strict, true);
         if is_first {
-            self.line_share *= TUNING.verification.stricter;
+            self.line_share *= TUNING.verification.stricter_factor;
         }
         let tolerances = self.line_tolerances(target);
         for i in sheets {
@@ -178,7 +178,7 @@ impl Engine<'_> {
             let refined = match is_first {
                 true => scan.scan(scan.tree.len(), guarded, tolerance).await,
                 false => {
-                    scan.refine_depths(TUNING.verification.finer_at_once, guarded, tolerance).await
+                    scan.refine_depths(TUNING.verification.depth_levels_per_step, guarded, tolerance).await
                 }
             };
             if !within_budget(refined)? {

@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn each_place_is_in_its_block_and_the_last_one_too() {
         for place in [[0, 0], [STEPS, STEPS], [STEPS / 2, STEPS / 3]] {
-            for level in 0..=TUNING.image.finest_blocks {
+            for level in 0..=TUNING.image.finest_block_level {
                 let block = Block::around(place, level);
                 assert!(block.contains(place, 0.0));
                 assert!(block.quarter(place).contains(place, 0.0));

@@ -57,7 +57,7 @@ pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<u
         let matters = |weight: f64| contribution * weight.abs() >= least[tree];
         let bins = || choice.weights.iter().enumerate().filter(|(_, weight)| matters(**weight));
         let is_bad = |(bin, _): (usize, &f64)| {
-            footprint.touches_above(&expected[bin], choice.scale, TUNING.image.goal * tolerance)
+            footprint.touches_above(&expected[bin], choice.scale, TUNING.image.pixel_goal * tolerance)
         };
         if bins().any(is_bad) {
             for (bin, weight) in bins() {

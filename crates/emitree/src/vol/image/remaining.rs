@@ -46,9 +46,9 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
         let neighbours = around(place, spacing(level), 2).filter_map(|(i, j, at)| {
             let neighbour = nodes[tree.find(at)?];
             let share = if i.abs().max(j.abs()) == 1 {
-                TUNING.image.next_guard
+                TUNING.image.first_neighbour_guard
             } else {
-                TUNING.image.second_guard
+                TUNING.image.second_neighbour_guard
             };
             (neighbour.level == level).then_some(share * neighbour.seen())
         });

@@ -49,7 +49,7 @@ impl Line {
             if largest <= 0.0 {
                 break;
             }
-            let least = (TUNING.line.together * largest).min(TUNING.line.negligible * tolerance);
+            let least = (TUNING.line.batch_share * largest).min(TUNING.line.negligible * tolerance);
             let mut expected = error;
             for of in &mut remaining {
                 if let Place::Sample(_) = of.place
@@ -65,7 +65,7 @@ impl Line {
             let mut jumps: Vec<&mut Remaining> = remaining.iter_mut().filter(is_jump).collect();
             jumps.sort_by(|a, b| b.error.total_cmp(&a.error));
             for of in jumps {
-                if expected <= TUNING.line.bisected * tolerance || of.error <= 0.0 {
+                if expected <= TUNING.line.bisection_goal * tolerance || of.error <= 0.0 {
                     break;
                 }
                 error -= of.error;
@@ -114,7 +114,7 @@ impl Line {
             let (length, step) = (self.length(i), self.step(i).abs());
             let steps = self.samples[i + 1].depth - self.samples[i].depth;
             let is_negligible =
-                step * length < TUNING.line.least_jump * tolerance && length >= TUNING.line.narrow;
+                step * length < TUNING.line.least_jump * tolerance && length >= TUNING.line.always_tested_length;
             if steps > longest || step < NO_STEP * largest || is_negligible {
                 return false;
             }

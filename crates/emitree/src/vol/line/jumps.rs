@@ -77,13 +77,13 @@ fn is_single(own: &[Jump], k: usize, other: &[Jump]) -> bool {
         let is_near = |jump: &&Jump| jump.is_like(&own[k]) && jump.distance(&own[k]) < distance;
         jumps.iter().filter(is_near).count()
     };
-    near(own, TUNING.jumps.own) > near(other, TUNING.jumps.partners)
+    near(own, TUNING.jumps.own_distance) > near(other, TUNING.jumps.partner_distance)
 }
 
 /// Whether all jumps of a line that may have caused its sample at `depth` are known to another line
 /// next to it.
 pub(crate) fn are_known(own: &[Jump], other: &[Jump], depth: u32) -> bool {
-    let caused = |k: &usize| (own[*k].depth - unit(depth)).abs() < TUNING.jumps.caused;
+    let caused = |k: &usize| (own[*k].depth - unit(depth)).abs() < TUNING.jumps.cause_distance;
     !own.is_empty() && !(0..own.len()).filter(caused).any(|k| is_single(own, k, other))
 }
 

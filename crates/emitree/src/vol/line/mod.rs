@@ -121,7 +121,7 @@ impl Line {
     /// G is taken for smooth.
     pub(crate) fn is_beside_jump(&self, i: usize) -> bool {
         let beside = i.saturating_sub(1)..(i + 1).min(self.jumps.len());
-        beside.into_iter().any(|k| self.jumps[k] && self.length(k) <= TUNING.line.closed_in)
+        beside.into_iter().any(|k| self.jumps[k] && self.length(k) <= TUNING.line.resolved_interval)
     }
 
     /// Whether G jumps within an interval no longer than `length` steps.

@@ -54,7 +54,7 @@ impl NodeLines {
     ) -> Vec<(Vec<u32>, Vec<Bracket>)> {
         let full = self.nearest_full(tree, before);
         let of_line = |&place: &Place| {
-            let near = full.find(place, TUNING.jumps.neighbours);
+            let near = full.find(place, TUNING.jumps.most_neighbours);
             self.starting_depths(tree, place, &near, tolerance, base_level)
         };
         places.par_iter().with_min_len(LINES_ASSESSED).map(of_line).collect()
@@ -88,9 +88,9 @@ impl NodeLines {
         // Two, or more if they are as near as the second.
         let farthest = near.get(1).map_or(0, |(distance, _)| *distance);
         let nearest =
-            near.iter().take(TUNING.line.nearest).filter(|(distance, _)| *distance <= farthest);
+            near.iter().take(TUNING.line.starting_lines).filter(|(distance, _)| *distance <= farthest);
         let has_jumps =
-            neighbours.iter().take(TUNING.line.nearest).any(|one| !one.jumps.is_empty());
+            neighbours.iter().take(TUNING.line.starting_lines).any(|one| !one.jumps.is_empty());
         for line in nearest.map(|&(_, i)| &self.lines[i]) {
             let worthwhile = line.samples.iter().enumerate().filter(|(k, sample)| {
                 if has_jumps {
@@ -124,9 +124,9 @@ impl NodeLines {
             Neighbour { place: [along(0), along(1)], jumps: self.jumps(i).to_vec() }
         };
         let mut neighbours: Vec<Neighbour> =
-            near.iter().take(TUNING.line.nearest).map(neighbour).collect();
+            near.iter().take(TUNING.line.starting_lines).map(neighbour).collect();
         if neighbours.iter().any(|one| !one.jumps.is_empty()) {
-            neighbours.extend(near.iter().skip(TUNING.line.nearest).map(neighbour));
+            neighbours.extend(near.iter().skip(TUNING.line.starting_lines).map(neighbour));
         }
         neighbours
     }
@@ -221,7 +221,7 @@ impl NodeLines {
             Err(after) if after == line.samples.len() => true,
             Err(after) => {
                 let interval = line.samples[after].depth - line.samples[after - 1].depth;
-                interval >= TUNING.line.coarser * length
+                interval >= TUNING.line.coarse_ratio * length
             }
         }
     }

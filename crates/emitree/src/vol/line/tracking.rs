@@ -54,7 +54,7 @@ impl Bracket {
                 return None;
             }
             self.misses += 1;
-            let stride = TUNING.jumps.stride.saturating_mul(self.high - self.low);
+            let stride = TUNING.jumps.search_stride.saturating_mul(self.high - self.low);
             if low {
                 (self.low, self.high) =
                     (self.high, self.high.saturating_add(stride).min(spacing(0)));
@@ -75,7 +75,7 @@ impl Bracket {
 /// Where a line is expected to jump, given its `neighbours`, the nearest first. A jump that is closed
 /// in on beyond what `tolerance` asks of the integral saves nothing more.
 pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
-    let nearest = &neighbours[..neighbours.len().min(TUNING.jumps.references)];
+    let nearest = &neighbours[..neighbours.len().min(TUNING.jumps.reference_lines)];
     let reference = nearest.iter().rev().max_by_key(|neighbour| neighbour.jumps.len());
     let Some(reference) = reference.map(|neighbour| &neighbour.jumps).filter(|j| !j.is_empty())
     else {
@@ -98,13 +98,13 @@ pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
         let fractions = (reference.len() + 1) as f64;
         let step = reference[k].step().abs();
         let narrow = tolerance / (2.0 * TUNING.line.jump_error * step * fractions);
-        let half = (TUNING.jumps.bracket * (error + TUNING.jumps.known_within * surfaces.width(k)))
+        let half = (TUNING.jumps.bracket_scale * (error + TUNING.jumps.width_share * surfaces.width(k)))
             .max(narrow);
-        if depth + half <= 0.0 || depth - half >= 1.0 || half > TUNING.jumps.widest {
+        if depth + half <= 0.0 || depth - half >= 1.0 || half > TUNING.jumps.widest_bracket {
             if depth > 0.0 && depth < 1.0 {
                 predicted.probes.extend([
-                    outside(depth, TUNING.jumps.probed, false),
-                    outside(depth, TUNING.jumps.probed, true),
+                    outside(depth, TUNING.jumps.probe_distance, false),
+                    outside(depth, TUNING.jumps.probe_distance, true),
                 ]);
             }
             continue;
@@ -179,7 +179,7 @@ impl Surfaces<'_> {
 
     /// How wide jump `k` is on the nearest lines.
     fn width(&self, k: usize) -> f64 {
-        self.of(k).take(TUNING.jumps.widths).map(|(_, jump)| jump.width).fold(0.0, f64::max)
+        self.of(k).take(TUNING.jumps.width_lines).map(|(_, jump)| jump.width).fold(0.0, f64::max)
     }
 
     /// Jumps `k` and `k` + 1 as middle and squared half width, if that is better, or a probe where
@@ -198,10 +198,10 @@ impl Surfaces<'_> {
         }
         let (Some(middle), Some(square)) = (expected(&middles), expected(&squares)) else { return };
         let own = [k, k + 1].map(|k| depths[k].map_or(f64::INFINITY, |depth| depth.error));
-        if square.value < -TUNING.jumps.bracket * square.error {
+        if square.value < -TUNING.jumps.bracket_scale * square.error {
             let inside = middle.value > 0.0 && middle.value < 1.0;
-            if inside && own[0] > TUNING.jumps.own_fit * middle.error {
-                probes.push(outside(middle.value, middle.error.max(TUNING.jumps.closed), false));
+            if inside && own[0] > TUNING.jumps.own_fit_share * middle.error {
+                probes.push(outside(middle.value, middle.error.max(TUNING.jumps.pair_probe_width), false));
                 (depths[k], depths[k + 1]) = (None, None);
             }
             return;
@@ -253,7 +253,7 @@ mod tests {
             };
             Neighbour { place, jumps: jumps(place[0], place[1]).into_iter().map(jump).collect() }
         };
-        places.into_iter().take(TUNING.jumps.neighbours).map(neighbour).collect()
+        places.into_iter().take(TUNING.jumps.most_neighbours).map(neighbour).collect()
     }
 
     /// Samples that the search of one bracket needs until it holds the jump, and that width.

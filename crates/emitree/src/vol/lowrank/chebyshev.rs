@@ -57,7 +57,7 @@ impl Analysis {
 
     /// How large the highest coefficients are.
     pub(super) fn tail(&self, values: impl Iterator<Item = f64> + Clone) -> f64 {
-        let length = ((self.last + 1) / TUNING.lowrank.tail).max(TUNING.lowrank.least_tail);
+        let length = ((self.last + 1) / TUNING.lowrank.tail_divisor).max(TUNING.lowrank.least_tail_length);
         let highest = self.last + 1 - length..=self.last;
         highest.map(|k| self.coefficient(k, values.clone()).abs()).sum()
     }

@@ -46,24 +46,24 @@ impl Forecast {
     ) -> bool {
         let Some(&(_, error)) = self.course.last() else { return false };
         if spent <= self.next
-            || (error > TUNING.lowrank.unknown && spent <= TUNING.lowrank.first_if_unknown)
+            || (error > TUNING.lowrank.unknown_error && spent <= TUNING.lowrank.first_forecast_if_unknown)
         {
             return false;
         }
-        self.next = TUNING.lowrank.interval * spent;
+        self.next = TUNING.lowrank.forecast_interval * spent;
         let rest = (self.rest(interpolant) + missing as f64).min(MOST_EXPENSIVE);
         // The interpolant is not good enough for the tolerance itself: it is rehearsed at one between
         // that and the loosest.
-        let tolerance = self.goal / TUNING.engine.stop;
+        let tolerance = self.goal / TUNING.engine.stopping_share;
         let rehearsed = (tolerance * TUNING.engine.loosest_tolerance).sqrt();
         let cost_ratio = (rehearsed / tolerance).powf(TUNING.engine.cost_exponent);
-        let most = TUNING.lowrank.rehearsed * rest / cost_ratio;
+        let most = TUNING.lowrank.trial_run_limit * rest / cost_ratio;
         let tree = evaluations_of_tree(interpolant, shape, rehearsed, most, deadline);
         let is_cheaper =
             tree.is_some_and(|tree| tree * cost_ratio < TUNING.lowrank.safety_factor * rest);
         self.for_tree = if is_cheaper { self.for_tree + 1 } else { 0 };
         self.for_tree
-            >= if cost_ratio > TUNING.lowrank.extrapolated {
+            >= if cost_ratio > TUNING.lowrank.extrapolation_ratio {
                 TUNING.lowrank.forecasts_for_tree
             } else {
                 1
@@ -109,7 +109,7 @@ mod tests {
         forecast.note([1, 1, 1], 5.0);
         assert!(!forecast.prefers_tree(
             &interpolant,
-            TUNING.lowrank.first_if_unknown,
+            TUNING.lowrank.first_forecast_if_unknown,
             0,
             [16, 16],
             None
@@ -117,9 +117,9 @@ mod tests {
         // The interpolant is 0, and a tree finds that at once; the second forecast confirms it.
         let mut prefers_tree =
             |spent| forecast.prefers_tree(&interpolant, spent, 0, [16, 16], None);
-        assert!(!prefers_tree(TUNING.lowrank.first_if_unknown + 1.0));
+        assert!(!prefers_tree(TUNING.lowrank.first_forecast_if_unknown + 1.0));
         assert!(prefers_tree(
-            1.01 * TUNING.lowrank.interval * (TUNING.lowrank.first_if_unknown + 1.0)
+            1.01 * TUNING.lowrank.forecast_interval * (TUNING.lowrank.first_forecast_if_unknown + 1.0)
         ));
     }
 }

@@ -21,7 +21,7 @@ impl Steep {
         let change = |i: &usize| (rates[i + 1] - rates[*i]).abs();
         let i = (0..rates.len() - 1).max_by(|a, b| change(a).total_cmp(&change(b)))?;
         let ends = [fibers.places()[i], fibers.places()[i + 1]];
-        (change(&i) > TUNING.lowrank.of_interest * most)
+        (change(&i) > TUNING.lowrank.least_steep_share * most)
             .then(|| Self { ends, rates: [rates[i], rates[i + 1]] })
     }
 
@@ -42,7 +42,7 @@ impl Steep {
             [&self.rates[..1], inside, &self.rates[1..]].into_iter().flatten().copied().collect();
         let whole = (self.rates[1] - self.rates[0]).abs();
         let part = (0..TUNING.lowrank.steep_parts)
-            .find(|&i| (rates[i + 1] - rates[i]).abs() > TUNING.lowrank.steep_kept * whole)?;
+            .find(|&i| (rates[i + 1] - rates[i]).abs() > TUNING.lowrank.jump_share * whole)?;
         let ends = [self.place(part), self.place(part + 1)];
         Some(Self { ends, rates: [rates[part], rates[part + 1]] })
     }
@@ -58,7 +58,7 @@ mod tests {
         let rates = fibers.places().iter().copied().map(&f).collect();
         fibers.add([0.5; 2], rates);
         let mut steep = Steep::of_newest(&fibers, 1.0);
-        for _ in 0..TUNING.lowrank.closer_steps {
+        for _ in 0..TUNING.lowrank.steep_steps {
             let Some(before) = steep else { return false };
             let inside: Vec<f64> = before.inside().into_iter().map(&f).collect();
             steep = before.closer(&inside);

@@ -72,7 +72,7 @@ pub(crate) async fn attempt(
         coarse_scale: radiance_per_density(tile.projection, coarse),
         coarse_largest: None,
         tolerance: vol.tolerance.min(TUNING.engine.loosest_tolerance),
-        most: TUNING.lowrank.most_of_budget * budget as f64,
+        most: TUNING.lowrank.most_budget_share * budget as f64,
         vol,
         wanted,
         smallest: None,
@@ -120,7 +120,7 @@ struct Attempt<'a> {
 impl Attempt<'_> {
     async fn run(&mut self) -> Result<Made, End> {
         self.search.probe().await?;
-        let mut forecast = Forecast::new(TUNING.engine.stop * self.tolerance);
+        let mut forecast = Forecast::new(TUNING.engine.stopping_share * self.tolerance);
         loop {
             let mut assessment = self.search.assess();
             self.show(&assessment.left);
@@ -135,22 +135,22 @@ impl Attempt<'_> {
             let errors = assessment.left.errors(shape_of(&self.coarse_scale));
             let error = largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values));
             let error = error / largest;
-            if error <= TUNING.engine.stop * self.tolerance
+            if error <= TUNING.engine.stopping_share * self.tolerance
                 && self.search.probes() < self.probes_needed()
             {
                 self.search.probe().await?;
                 continue;
             }
-            if error <= TUNING.engine.stop * self.tolerance {
+            if error <= TUNING.engine.stopping_share * self.tolerance {
                 // The image of all pixels has to be as good.
                 let maps = self.maps(&assessment.left, self.pixels);
-                if maps.largest_error / maps.largest <= TUNING.engine.stop * self.tolerance {
+                if maps.largest_error / maps.largest <= TUNING.engine.stopping_share * self.tolerance {
                     // Something small may have touched one of the samples only.
                     let of_rate = self.coarse_scale.largest() / (self.tolerance * largest);
                     let passes = of_rate * self.search.last_followed();
                     self.smallest = Some(size_seen(
                         self.search.probes(),
-                        passes.max(TUNING.lowrank.least_pass),
+                        passes.max(TUNING.lowrank.least_detected_rate),
                     ));
                     assessment = self.search.ascend(&assessment).await?;
                     // The errors with what ascents have found, which is more than what probes have.
@@ -167,7 +167,7 @@ impl Attempt<'_> {
                 return Err(End::NotSeparable);
             }
             if self.spent() > self.most
-                || self.meter.share_of_time_left() < 1.0 - TUNING.lowrank.most_of_budget
+                || self.meter.share_of_time_left() < 1.0 - TUNING.lowrank.most_budget_share
             {
                 return Err(Stop::Budget.into());
             }
@@ -196,15 +196,15 @@ impl Attempt<'_> {
     fn probes_needed(&self) -> usize {
         let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
         let least =
-            of_tolerance.map_or(0, |(_, size)| points_to_see(*size, TUNING.lowrank.noticed));
+            of_tolerance.map_or(0, |(_, size)| points_to_see(*size, TUNING.lowrank.probe_detection_share));
         let beyond =
-            self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_level);
+            self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_fiber_level);
         let of_level = least << beyond;
         // A base finer than usual was asked for because there is something small.
         let is_fine = self.vol.base_level > VolOptions::default().base_level;
         let of_base = if is_fine { base_evaluations(self.vol.base_level) } else { 0 };
         let of_feature =
-            self.wanted.map_or(0, |size| points_to_see(size, TUNING.verification.seen_share));
+            self.wanted.map_or(0, |size| points_to_see(size, TUNING.verification.detection_share));
         of_level.max(of_feature).max(usize::try_from(of_base).unwrap_or(usize::MAX))
     }
 

@@ -121,7 +121,7 @@ impl Parts {
             let cell = self.of_cells.iter().position(|cell| cell.contains(&part)).unwrap_or(0);
             for (corner, mean) in means.iter_mut().enumerate() {
                 let ends = [corners[cell][corner], corners[cell + 1][corner]];
-                *mean += TUNING.lowrank.margin * between(ends[0], ends[1], self.beyond[part]);
+                *mean += TUNING.lowrank.error_margin * between(ends[0], ends[1], self.beyond[part]);
             }
         }
         means.map(|sum| sum / self.of_pixel as f64)
@@ -147,8 +147,8 @@ mod tests {
         for number in 0..4 {
             let mut row = [0.0; 8];
             errors.row(number, &mut row);
-            assert!((row[0] - 0.1 * TUNING.lowrank.margin).abs() < 1e-12);
-            assert!((row[7] - 0.01 * TUNING.lowrank.margin).abs() < 1e-12);
+            assert!((row[0] - 0.1 * TUNING.lowrank.error_margin).abs() < 1e-12);
+            assert!((row[7] - 0.01 * TUNING.lowrank.error_margin).abs() < 1e-12);
             assert!(row.windows(2).all(|two| two[1] <= two[0] + 1e-12));
         }
         // A pixel has what is left in all of its cells, wherever its middle is: 0.1 up to the corner
@@ -156,6 +156,6 @@ mod tests {
         let mut whole = [0.0];
         left.errors([1, 1]).row(0, &mut whole);
         let mean = (2.0 * 0.1 + 0.5 * (0.1 + 0.01) + 5.0 * 0.01) / 8.0;
-        assert!((whole[0] / TUNING.lowrank.margin / mean - 1.0).abs() < 1e-12, "{whole:?}");
+        assert!((whole[0] / TUNING.lowrank.error_margin / mean - 1.0).abs() < 1e-12, "{whole:?}");
     }
 }

@@ -76,8 +76,8 @@ impl Assessment {
     /// samples see, change a pixel by more than is left alone; `of_rate` is the error of a pixel for a rate
     /// of 1 along a unit of depth, over the error allowed.
     pub(super) fn hides_feature(&self, of_rate: f64, samples: usize) -> bool {
-        let size = smallest_seen(samples, TUNING.verification.seen_share);
-        self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > TUNING.verification.line_from
+        let size = smallest_seen(samples, TUNING.verification.detection_share);
+        self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > TUNING.verification.sample_line_from
     }
 }
 
@@ -96,12 +96,12 @@ impl From<Stop> for End {
 
 impl<'a> Search<'a> {
     pub(super) fn new(view: WeightedView<'a>, tolerance: f64) -> Self {
-        let finest_level = if tolerance >= TUNING.lowrank.moderate {
-            TUNING.lowrank.finest_level_if_moderate
+        let finest_level = if tolerance >= TUNING.lowrank.moderate_tolerance {
+            TUNING.lowrank.finest_fiber_level_if_moderate
         } else {
-            TUNING.lowrank.finest_level
+            TUNING.lowrank.finest_fiber_level
         };
-        let interpolant = Interpolant::new(TUNING.lowrank.first_level);
+        let interpolant = Interpolant::new(TUNING.lowrank.first_fiber_level);
         Self { view, interpolant, probes: Probes::default(), of_fibers: None, finest_level }
     }
 
@@ -200,13 +200,13 @@ impl<'a> Search<'a> {
             self.check_for_jumps(most).await?;
         }
         let resolved =
-            if is_first { TUNING.lowrank.first_resolved } else { TUNING.lowrank.resolved };
+            if is_first { TUNING.lowrank.first_fiber_resolution } else { TUNING.lowrank.fiber_resolution };
         let mut is_new = [true; 3];
         let mut allowed = most;
-        for _ in 0..TUNING.lowrank.most_closer {
+        for _ in 0..TUNING.lowrank.most_reductions {
             let mut has_grown = self.resolve(resolved * allowed).await?;
             for (fibers, is_new) in self.interpolant.axes.iter_mut().zip(&mut is_new) {
-                if *is_new && fibers.extend_basis(TUNING.lowrank.worthwhile * allowed) {
+                if *is_new && fibers.extend_basis(TUNING.lowrank.least_new_share * allowed) {
                     *is_new = false;
                     has_grown = true;
                 }
@@ -218,7 +218,7 @@ impl<'a> Search<'a> {
                 self.interpolant.fill(&rates);
                 return Ok(());
             }
-            allowed *= TUNING.lowrank.closer;
+            allowed *= TUNING.lowrank.threshold_reduction;
         }
         Err(End::NotSeparable)
     }
@@ -241,7 +241,7 @@ impl<'a> Search<'a> {
         let newest = |axis: usize| axes[axis].at.last().copied().unwrap_or_default();
         let mut steep: Vec<(usize, Steep)> =
             (0..3).filter_map(|axis| Some((axis, Steep::of_newest(&axes[axis], most)?))).collect();
-        for _ in 0..TUNING.lowrank.closer_steps {
+        for _ in 0..TUNING.lowrank.steep_steps {
             let wanted =
                 steep.iter().map(|(axis, steep)| along(*axis, newest(*axis), &steep.inside()));
             let rates = self.view.rates_of_groups(&wanted.collect::<Vec<_>>()).await?;

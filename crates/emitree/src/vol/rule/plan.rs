@@ -128,7 +128,7 @@ impl Scan<'_> {
                 continue;
             }
             // No rule will be learned where there are jumps.
-            let block = Block::around(place(i), TUNING.image.finest_blocks);
+            let block = Block::around(place(i), TUNING.image.finest_block_level);
             let has_jumps = *jumping.entry(block).or_insert_with(|| training.have_jumps(block));
             let waits = postpone && !has_jumps && !self.is_third(i);
             if waits { plan.postponed.push(i) } else { plan.full.push(i) }
@@ -164,7 +164,7 @@ impl Scan<'_> {
         let mut ranked: Vec<(f64, usize)> = nodes.iter().map(|i| (nearby(i), *i)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let count =
-            whole((TUNING.rule.validated * (nodes.len() as f64).sqrt()).ceil()).min(nodes.len());
+            whole((TUNING.rule.validation_factor * (nodes.len() as f64).sqrt()).ceil()).min(nodes.len());
         let largest = count.div_ceil(2);
         let rest = &ranked[largest..];
         let stride = rest.len().checked_div(count - largest).unwrap_or(0).max(1);
@@ -175,10 +175,10 @@ impl Scan<'_> {
 
 /// The blocks around a place that may have a rule, the largest first.
 fn blocks_around(place: Place) -> impl Iterator<Item = Block> {
-    (0..=TUNING.image.finest_blocks).map(move |level| Block::around(place, level))
+    (0..=TUNING.image.finest_block_level).map(move |level| Block::around(place, level))
 }
 
 /// The most depths of a rule, when `lines` full lines have so many `samples` together.
 fn most_depths(samples: usize, lines: usize) -> usize {
-    whole(TUNING.rule.most_depths * samples as f64 / lines.max(1) as f64)
+    whole(TUNING.rule.most_depths_share * samples as f64 / lines.max(1) as f64)
 }

@@ -111,7 +111,7 @@ impl Scan<'_> {
     /// that it has: it falls with the largest pixel.
     async fn beyond_tolerance(&mut self, first: usize, tolerance: f64) -> Result<Vec<usize>, Stop> {
         let beyond =
-            (0..first).filter(|&i| self.node_lines.error(i) > TUNING.rule.again * tolerance);
+            (0..first).filter(|&i| self.node_lines.error(i) > TUNING.rule.refinement_margin * tolerance);
         let (full, ruled): (Vec<usize>, Vec<usize>) =
             beyond.partition(|&i| self.node_lines.is_full(i));
         self.refine(full.into_iter().map(|i| (i, Vec::new())).collect(), tolerance).await?;
@@ -151,7 +151,7 @@ impl Scan<'_> {
             let line = &self.node_lines.lines[i];
             let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
             let error = (rule.integral(&rates) - line.integral).abs();
-            if error > TUNING.rule.failure * tolerance {
+            if error > TUNING.rule.failure_tolerance * tolerance {
                 failed.insert((*block, block.quarter(self.tree.nodes()[i].place)));
             } else {
                 let rule = &mut plan.rules[number].rule;
@@ -167,7 +167,7 @@ impl Scan<'_> {
             let better = [quarter, block]
                 .into_iter()
                 .filter_map(|block| {
-                    self.learn(block, &training, tolerance, TUNING.rule.most_depths_again)
+                    self.learn(block, &training, tolerance, TUNING.rule.most_depths_after_failure)
                 })
                 .min_by_key(|better| better.rule.depths.len());
             let better = better.map(|better| {
@@ -181,7 +181,7 @@ impl Scan<'_> {
                     (None, LineSource::Full | LineSource::Unknown | LineSource::Closed) => false,
                 };
                 if !of_failed
-                    || !quarter.contains(self.tree.nodes()[i].place, TUNING.rule.failed_margin)
+                    || !quarter.contains(self.tree.nodes()[i].place, TUNING.rule.failure_margin)
                 {
                     continue;
                 }

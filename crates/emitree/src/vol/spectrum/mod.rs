@@ -130,7 +130,7 @@ impl Spectrum {
                 |&(_, at): &(u32, Option<u32>)| at.is_some_and(|at| level_of(at) == level);
             let size = |(distance, at): (u32, Option<u32>)| {
                 let detail = at.and_then(|at| details.get(&at)).map_or(0.0, |detail| detail.abs());
-                if distance == 0 { detail } else { TUNING.spectra.guard * detail }
+                if distance == 0 { detail } else { TUNING.spectra.neighbour_guard * detail }
             };
             Some((place, around.filter(on_level).map(size).fold(0.0, f64::max)))
         };

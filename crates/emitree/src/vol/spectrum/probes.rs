@@ -97,7 +97,7 @@ impl<'a> SpectralProbes<'a> {
         let mut found: Vec<(f64, SpotCheck)> = checks.iter().zip(rates).map(unexplained).collect();
         found.retain(|(wrong, _)| *wrong > allowed);
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, check) in found.into_iter().take(TUNING.spectra.most_followed) {
+        for (_, check) in found.into_iter().take(TUNING.spectra.most_followed_checks) {
             self.add(check.point, check.path, false);
             let probe = self.probes.iter_mut().find(|probe| probe.point == check.point);
             if let Some(probe) = probe {

@@ -101,7 +101,7 @@ fn fitted(known: &[Known]) -> Continued {
         }
         let found = fit.at_origin();
         (last, change) = (found.value, (found.value - last).abs());
-        if found.error <= TUNING.view.higher_degree * best.error {
+        if found.error <= TUNING.view.degree_preference * best.error {
             best = found;
         }
     }

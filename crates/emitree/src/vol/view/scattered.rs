@@ -197,7 +197,7 @@ impl ScatteredSheet<'_, '_> {
 
     /// The size that the samples are made for.
     fn size(&self) -> f64 {
-        lattice::smallest_seen(self.number, TUNING.verification.seen_share)
+        lattice::smallest_seen(self.number, TUNING.verification.detection_share)
     }
 
     /// The line through a point, with depths around the point down to a part of a feature.
@@ -238,7 +238,7 @@ impl ScatteredSheet<'_, '_> {
                 ((0..3).map(|k| (point[k] - place[k]).powi(2)).sum::<f64>(), *passes)
             });
             let mut near: Vec<(f64, f64)> = squares.collect();
-            let kept = TUNING.verification.near.min(near.len());
+            let kept = TUNING.verification.nearest_samples.min(near.len());
             if kept < near.len() {
                 near.select_nth_unstable_by(kept, |a, b| a.0.total_cmp(&b.0));
             }

@@ -42,12 +42,12 @@ impl Sheet<'_> {
         self.verification.scattered += count;
         let place = |k: usize| {
             let [x, y, _] = lattice::point(FIRST_LINE + k);
-            let finer = if k.is_multiple_of(TUNING.verification.dense_lines) {
-                TUNING.verification.denser
+            let finer = if k.is_multiple_of(TUNING.verification.dense_line_stride) {
+                TUNING.verification.dense_extra_levels
             } else {
                 0
             };
-            ([x, y].map(from_unit), base_depths(base + TUNING.verification.finer_depths + finer))
+            ([x, y].map(from_unit), base_depths(base + TUNING.verification.extra_depth_levels + finer))
         };
         (first..first + count).map(place).collect()
     }
@@ -69,14 +69,14 @@ impl Sheet<'_> {
                 .map(|(at, pixels)| (at as f64 + 0.5) / pixels as f64);
             let near = |other: &[f64; 2]| {
                 (0..2).all(|axis| {
-                    (other[axis] - middle[axis]).abs() < TUNING.verification.worst_apart
+                    (other[axis] - middle[axis]).abs() < TUNING.verification.worst_line_distance
                 })
             };
             if !worst.iter().any(near) {
                 worst.push(middle);
             }
         }
-        let depths = base_depths(self.scan.depth_level + TUNING.verification.finer_depths);
+        let depths = base_depths(self.scan.depth_level + TUNING.verification.extra_depth_levels);
         worst.into_iter().map(|middle| (middle.map(from_unit), depths.clone())).collect()
     }
 
@@ -88,7 +88,7 @@ impl Sheet<'_> {
             (0..height * width).filter(|&pixel| fractions.is_crossed[pixel]).collect();
         let first = self.verification.at_edges;
         self.verification.at_edges += count;
-        let depths = base_depths(self.scan.depth_level + TUNING.verification.finer_depths);
+        let depths = base_depths(self.scan.depth_level + TUNING.verification.extra_depth_levels);
         let in_pixel = |k: usize| {
             let [number, ..] = lattice::point(FIRST_LINE + k);
             let pixel = *crossed.get(whole(number * crossed.len() as f64))?;
@@ -108,7 +108,7 @@ impl Sheet<'_> {
     pub(crate) fn beside(&self, line: usize) -> Lines {
         let place = self.verification.places.nodes()[line].place;
         let distance = spacing(self.level_around(place) + 1);
-        let depths = base_depths(self.scan.depth_level + TUNING.verification.finer_depths);
+        let depths = base_depths(self.scan.depth_level + TUNING.verification.extra_depth_levels);
         around(place, distance, 1)
             .filter(|(x, y, _)| *x == 0 || *y == 0)
             .map(|(_, _, place)| (place, depths.clone()))
@@ -142,7 +142,7 @@ impl Sheet<'_> {
         let first = verification.places.len();
         let mut own = Vec::new();
         let level = (tree.finest_level() + TUNING.verification.levels_below_nodes)
-            .max(TUNING.verification.coarsest_lattice);
+            .max(TUNING.verification.coarsest_line_level);
         for (place, depths) in places {
             let place = place.map(|along| nearest_of_level(along, level));
             let is_new = tree.find(place).is_none() && verification.places.find(place).is_none();
