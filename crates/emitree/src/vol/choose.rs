@@ -25,9 +25,9 @@ pub(crate) async fn render(
         None => lowrank::attempt(meter, tiles, vol).await?,
         Some(_) => Attempted::default(),
     };
-    let is_good = |found: &Made| found.ending == Ending::Complete;
+    let is_complete = |found: &Made| found.ending == Ending::Complete;
     let products = match products {
-        Some(products) if is_good(&products) => return Ok(products),
+        Some(products) if is_complete(&products) => return Ok(products),
         products => products,
     };
     match (products, by_tree(meter, tiles, axis, vol, samples).await) {
@@ -37,7 +37,7 @@ pub(crate) async fn render(
             let tree = tree?;
             // A limit may end both: then the better one counts.
             let is_better = |products: &Made| products.estimated_error() < tree.estimated_error();
-            Ok(products.filter(|p| !is_good(&tree) && is_better(p)).unwrap_or(tree))
+            Ok(products.filter(|p| !is_complete(&tree) && is_better(p)).unwrap_or(tree))
         }
     }
 }

@@ -43,7 +43,7 @@ fn fraction(bits: u64) -> f64 {
 /// The standard deviation, in edges of the cube, of the smallest Gaussian that the first `points` see with
 /// a probability of 99 %, wherever in the cube its centre is: at one of them at the least it has more than
 /// `share_of_amplitude` (above 0 and below 1) of its amplitude. Infinite for fewer than 128 points.
-pub(crate) fn smallest_seen(points: usize, share_of_amplitude: f64) -> f64 {
+pub(crate) fn smallest_detected(points: usize, share_of_amplitude: f64) -> f64 {
     if points < FEWEST {
         return f64::INFINITY;
     }
@@ -61,10 +61,10 @@ fn deviations(share_of_amplitude: f64) -> f64 {
 
 /// The number of points, a power of two from 128 on, that [see](smallest_seen) a Gaussian with the standard
 /// deviation `size`, in edges of the cube.
-pub(crate) fn points_to_see(size: f64, share_of_amplitude: f64) -> usize {
+pub(crate) fn points_to_detect(size: f64, share_of_amplitude: f64) -> usize {
     let mut lattices = (FEWEST.ilog2()..usize::BITS).map(|level| 1_usize << level);
-    let sees = |points: &usize| smallest_seen(*points, share_of_amplitude) <= size;
-    lattices.find(sees).unwrap_or(usize::MAX)
+    let detects = |points: &usize| smallest_detected(*points, share_of_amplitude) <= size;
+    lattices.find(detects).unwrap_or(usize::MAX)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 
 /// A value at a place near the origin, where it is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Known {
+pub(crate) struct DataPoint {
     /// The place, in units of the distance of the nearest.
     pub(crate) place: [f64; 2],
     pub(crate) value: f64,
@@ -13,7 +13,7 @@ pub(crate) struct Known {
 
 /// What is expected at the origin, and how wrong that may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Expected {
+pub(crate) struct Estimate {
     pub(crate) value: f64,
     pub(crate) error: f64,
 }
@@ -38,7 +38,7 @@ const PARABOLOID: usize = 6;
 ///
 /// The error is the largest residual of a value that is left out of the fit, less for values far
 /// away, times how much farther from the values than they from each other the origin lies.
-pub(crate) fn expected(known: &[Known]) -> Option<Expected> {
+pub(crate) fn estimate(known: &[DataPoint]) -> Option<Estimate> {
     let known = &known[..known.len().min(MOST_VALUES)];
     match known.len() {
         ..FOR_CONSTANT => None,
@@ -49,7 +49,7 @@ pub(crate) fn expected(known: &[Known]) -> Option<Expected> {
 }
 
 /// What a polynomial of so many terms says.
-fn fitted<const TERMS: usize>(known: &[Known]) -> Option<Expected> {
+fn fitted<const TERMS: usize>(known: &[DataPoint]) -> Option<Estimate> {
     let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
     let mut right = SVector::<f64, TERMS>::zeros();
     for one in known {
@@ -69,7 +69,7 @@ fn fitted<const TERMS: usize>(known: &[Known]) -> Option<Expected> {
         residual.abs() / independence * (weight / largest_weight).sqrt()
     });
     let leverage = (largest_weight * inverse[0]).sqrt().max(TUNING.view.fit_least_leverage);
-    Some(Expected { value: coefficients[0], error: left_out.fold(0.0, f64::max) * leverage })
+    Some(Estimate { value: coefficients[0], error: left_out.fold(0.0, f64::max) * leverage })
 }
 
 fn weight([x, y]: [f64; 2]) -> f64 {
@@ -85,11 +85,11 @@ fn basis<const TERMS: usize>([x, y]: [f64; 2]) -> SVector<f64, TERMS> {
 mod tests {
     use super::*;
 
-    fn around(count: u32, value: impl Fn(f64, f64) -> f64) -> Vec<Known> {
+    fn around(count: u32, value: impl Fn(f64, f64) -> f64) -> Vec<DataPoint> {
         let known = |k: u32| {
             let (angle, distance) = (2.4 * f64::from(k), 1.0 + 0.2 * f64::from(k));
             let (x, y) = (distance * angle.cos(), distance * angle.sin());
-            Known { place: [x, y], value: value(x, y) }
+            DataPoint { place: [x, y], value: value(x, y) }
         };
         (0..count).map(known).collect()
     }
@@ -97,21 +97,21 @@ mod tests {
     #[test]
     fn paraboloids_and_planes_are_reproduced() {
         let paraboloid = |x: f64, y: f64| 0.3 + x - 2.0 * y + 0.5 * x * y - x * x + 0.1 * y * y;
-        let found = expected(&around(9, paraboloid)).unwrap();
+        let found = estimate(&around(9, paraboloid)).unwrap();
         assert!((found.value - 0.3).abs() < 1e-6 && found.error < 1e-6, "{found:?}");
-        let found = expected(&around(5, |x, y| 0.3 + x - 2.0 * y)).unwrap();
+        let found = estimate(&around(5, |x, y| 0.3 + x - 2.0 * y)).unwrap();
         assert!((found.value - 0.3).abs() < 1e-6 && found.error < 1e-6, "{found:?}");
-        let found = expected(&around(2, |_, _| 0.3)).unwrap();
+        let found = estimate(&around(2, |_, _| 0.3)).unwrap();
         assert!((found.value - 0.3).abs() < 1e-8 && found.error < 1e-8, "{found:?}");
-        assert_eq!(expected(&around(1, |_, _| 0.3)), None);
+        assert_eq!(estimate(&around(1, |_, _| 0.3)), None);
     }
 
     #[test]
     fn places_on_a_line_are_fitted_along_it() {
         for count in [5, 9] {
             let along = (1..=count).map(|k| f64::from(k) * if k % 2 == 0 { 0.5 } else { -1.0 });
-            let known = along.map(|x| Known { place: [x, 2.0 * x], value: 0.3 + x });
-            let found = expected(&known.collect::<Vec<_>>()).unwrap();
+            let known = along.map(|x| DataPoint { place: [x, 2.0 * x], value: 0.3 + x });
+            let found = estimate(&known.collect::<Vec<_>>()).unwrap();
             assert!((found.value - 0.3).abs() < 1e-6 && found.error < 1e-5, "{found:?}");
         }
     }
@@ -121,7 +121,7 @@ mod tests {
         for count in [2, 4, 6, 9, 14, 20] {
             for bend in [0.01, 0.1, 0.3] {
                 let bent = |x: f64, y: f64| (bend * (x + 0.7 * y) + 0.4).sin();
-                let found = expected(&around(count, bent)).unwrap();
+                let found = estimate(&around(count, bent)).unwrap();
                 let wrong = (found.value - 0.4_f64.sin()).abs();
                 assert!(wrong <= found.error, "{count} {bend}: {wrong} {found:?}");
             }

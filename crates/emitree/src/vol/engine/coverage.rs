@@ -52,7 +52,7 @@ impl Engine<'_> {
         let of_feature = self
             .coverage
             .wanted
-            .map_or(0, |size| lattice::points_to_see(size, TUNING.verification.detection_share));
+            .map_or(0, |size| lattice::points_to_detect(size, TUNING.verification.detection_share));
         let number = TUNING.verification.least_samples.max(whole(of_evaluations)).max(of_feature);
         let mut number = (number / self.tiles.len()).next_power_of_two();
         for _ in 0..=TUNING.verification.most_doublings {
@@ -114,7 +114,7 @@ impl Engine<'_> {
         while let Some(points) = ascents.next(is_open) {
             let at: Vec<(Place, u32)> = points.iter().map(steps).collect();
             let rates = sheet.scan.view.rates(&at).await?;
-            ascents.take(verified.deviations(&points, &rates), size);
+            ascents.update(verified.deviations(&points, &rates), size);
         }
         let found = ascents.best();
         let lines =

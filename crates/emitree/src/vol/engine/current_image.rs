@@ -12,7 +12,7 @@ pub(crate) struct CurrentImage {
     /// Image and error of each energy bin of each tile.
     pub(crate) maps: Vec<Vec<[Image; 2]>>,
     /// What each sheet has seen.
-    pub(crate) seen: Vec<SheetState>,
+    pub(crate) states: Vec<SheetState>,
 }
 
 impl CurrentImage {
@@ -31,7 +31,7 @@ impl CurrentImage {
 
     /// The guarded details of the nodes of a sheet.
     pub(crate) fn guarded(&self, sheet: usize) -> &[f64] {
-        &self.seen[sheet].guarded
+        &self.states[sheet].guarded
     }
 
     fn largest(&self, kind: usize) -> f64 {
@@ -57,10 +57,10 @@ impl Engine<'_> {
             unexplained.iter().map(of_bin).collect()
         };
         let mut maps: Vec<Vec<[Image; 2]>> = self.tiles.iter().map(empty).collect();
-        let mut seen = Vec::with_capacity(self.sheets.len());
+        let mut states = Vec::with_capacity(self.sheets.len());
         for sheet in &self.sheets {
             let (part, of_sheet) = sheet.assemble(&self.scales[sheet.tile], self.required_level);
-            seen.push(of_sheet);
+            states.push(of_sheet);
             let number = sheet.id.energy;
             let weights = &self.energies.selected[number].weights;
             let bins = maps[sheet.tile].iter_mut().zip(weights).zip(&nodal);
@@ -85,7 +85,7 @@ impl Engine<'_> {
         for (tile, maps) in self.tiles.iter().zip(&maps) {
             maps.iter().try_for_each(|[image, _]| tile.check_finite(image))?;
         }
-        Ok(CurrentImage { maps, seen })
+        Ok(CurrentImage { maps, states })
     }
 
     /// The image and its error in one piece for each bin, and NaN where the projection has none.

@@ -64,7 +64,7 @@ pub(crate) async fn by_tree(
         scales,
         requested: vol.tolerance,
         goal,
-        made_before: meter.evaluations(),
+        evaluations_before: meter.evaluations(),
         verification_lines: 1,
         coverage: Coverage::new(wanted, known),
         tolerance: if short { TUNING.engine.loosest_tolerance } else { goal },
@@ -135,7 +135,7 @@ pub(crate) struct Engine<'b> {
     pub(crate) required_level: u8,
     pub(crate) finest_level: u8,
     /// Evaluations that were made before, for a search by products.
-    pub(crate) made_before: u64,
+    pub(crate) evaluations_before: u64,
     /// How many times the usual number of lines the next exam has.
     pub(crate) verification_lines: usize,
     /// Scattered samples, and the size of what they see.

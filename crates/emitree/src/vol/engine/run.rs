@@ -14,7 +14,7 @@ use crate::vol::tuning::TUNING;
 
 impl Engine<'_> {
     pub(crate) async fn run(&mut self) -> Result<(CurrentImage, Ending), MethodError> {
-        let before = self.made_before;
+        let before = self.evaluations_before;
         let mut within_budget = self.sample_initially().await?;
         let mut current = self.assemble()?;
         // Lines that were refined by themselves: rules are cheaper.
@@ -29,8 +29,8 @@ impl Engine<'_> {
                 self.has_required_nodes(&current)
                     && current.largest_error() <= TUNING.engine.stopping_share * tolerance * largest
             };
-            let [is_good, is_good_for_now] = [self.goal, self.tolerance].map(met);
-            if is_good {
+            let [meets_goal, meets_tolerance] = [self.goal, self.tolerance].map(met);
+            if meets_goal {
                 match self.verify(&current, self.requested * largest).await? {
                     Verdict::Passed => {
                         self.show(&current);
@@ -44,7 +44,7 @@ impl Engine<'_> {
             if !within_budget {
                 return self.conclude(current, Ending::Budget).await;
             }
-            if is_good_for_now && !is_good {
+            if meets_tolerance && !meets_goal {
                 self.tolerance = self.next_tolerance();
             }
             let target = self.tolerance * largest;
@@ -122,10 +122,10 @@ impl Engine<'_> {
     ) -> Result<bool, MethodError> {
         let mut allowed = true;
         let tolerances = self.line_tolerances(target);
-        let sheets = self.sheets.iter_mut().zip(places).zip(&current.seen);
-        for ((sheet, places), seen) in sheets {
+        let sheets = self.sheets.iter_mut().zip(places).zip(&current.states);
+        for ((sheet, places), state) in sheets {
             let tolerance = sheet.line_tolerance(&tolerances);
-            allowed &= within_budget(sheet.sample_nodes(places, &seen.guarded, tolerance).await)?;
+            allowed &= within_budget(sheet.sample_nodes(places, &state.guarded, tolerance).await)?;
         }
         self.set_values(0);
         Ok(allowed)
@@ -133,7 +133,7 @@ impl Engine<'_> {
 
     /// Whether all that every rendering looks at has been looked at, and what seeds have named.
     fn has_required_nodes(&self, current: &CurrentImage) -> bool {
-        current.seen.iter().all(|seen| seen.has_required)
+        current.states.iter().all(|state| state.has_required)
             && self.sheets.iter().all(|sheet| sheet.missing_seed_places().is_empty())
     }
 
@@ -148,13 +148,13 @@ impl Engine<'_> {
             let of_tile: Vec<usize> = of_tile.collect();
             let choice = |&i: &usize| {
                 let weights = &self.energies.selected[self.sheets[i].id.energy].weights;
-                self.sheets[i].choice(&current.seen[i], weights, &limits)
+                self.sheets[i].choice(&current.states[i], weights, &limits)
             };
             let choices: Vec<Choice<'_>> = of_tile.iter().map(choice).collect();
             let errors: Vec<&Image> = maps.iter().map(|[_, error]| error).collect();
             let nodes = worthwhile(&choices, &errors);
             for ((&i, choice), nodes) in of_tile.iter().zip(&choices).zip(nodes) {
-                places[i] = self.sheets[i].places(&current.seen[i], choice, nodes);
+                places[i] = self.sheets[i].places(&current.states[i], choice, nodes);
             }
         }
         places

@@ -12,7 +12,7 @@ use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::{Stop, View};
 use crate::vol::seeds::SeedTargets;
 use crate::vol::spectrum::bins::Bins;
-use crate::vol::spectrum::energies::{self, Energies, Rest};
+use crate::vol::spectrum::energies::{self, Energies, ResidualSpectrum};
 use crate::vol::spectrum::probes::{
     LINE_LEVEL, ProbePoint, SpectralProbes, SpotCheck, spectral_rates,
 };
@@ -56,7 +56,7 @@ impl<'a> Spectra<'a> {
     fn first_energies(&self) -> Vec<u32> {
         let lattice = (0..=1_u32 << TUNING.spectra.initial_level)
             .map(|k| k * spacing(TUNING.spectra.initial_level));
-        let mut energies: Vec<u32> = lattice.chain(self.probes.everywhere()).collect();
+        let mut energies: Vec<u32> = lattice.chain(self.probes.common_energies()).collect();
         energies.sort_unstable();
         energies.dedup();
         energies
@@ -94,7 +94,7 @@ impl<'b> Engine<'b> {
                 tree: ImageTree::default(),
                 node_lines: NodeLines::default(),
                 seeds: SeedTargets::at(self.seeds, layer, self.base_level, self.finest_level),
-                closes: false,
+                skips_closed: false,
             };
             self.sheets.push(Sheet {
                 id: SheetId { layer: layer_number, energy: number },
@@ -193,19 +193,19 @@ impl<'b> Engine<'b> {
         let views = self.views();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
         let first = first.unwrap_or_default();
-        spectra.probes.sample_everywhere(first);
+        spectra.probes.add_common_energy(first);
         // How bright the voxels are is known once some of the spectra are.
         let mut sampled = within_budget(spectra.probes.sample(&views, f64::INFINITY).await)?;
         let largest = spectra.probes.largest();
         let allowed = spectra.share * self.tolerance * largest;
         sampled = sampled && within_budget(spectra.probes.sample(&views, allowed).await)?;
         let SpectralProbes { probes, bins, .. } = &spectra.probes;
-        let rest = |probe| self.energies.rest(probe, bins);
-        let mut rests: Vec<Rest> = probes.iter().map(rest).collect();
-        let effect = |i: &usize| rests[*i].effect_at(first, bins);
-        let brightest = (0..rests.len()).max_by(|a, b| effect(a).total_cmp(&effect(b)));
+        let residual = |probe| self.energies.residual(probe, bins);
+        let mut residuals: Vec<ResidualSpectrum> = probes.iter().map(residual).collect();
+        let effect = |i: &usize| residuals[*i].effect_at(first, bins);
+        let brightest = (0..residuals.len()).max_by(|a, b| effect(a).total_cmp(&effect(b)));
         let selected =
-            brightest.is_some_and(|i| self.energies.learn(&mut rests, i, Some(first), bins));
+            brightest.is_some_and(|i| self.energies.select(&mut residuals, i, Some(first), bins));
         if !selected {
             // Nothing glows there, or it is not known what does.
             let weight = if sampled { 0.0 } else { 1.0 };
@@ -214,21 +214,21 @@ impl<'b> Engine<'b> {
         if !sampled {
             return Ok(false);
         }
-        Ok(self.learn_energies(largest).await?
+        Ok(self.select_energies(largest).await?
             && self.spot_check(largest).await?
-            && self.learn_energies(largest).await?)
+            && self.select_energies(largest).await?)
     }
 
     /// Samples spectra on new lines, and adds the energies that they need; whether the budget
     /// allowed it. `largest` is the largest voxel.
     pub(crate) async fn sample_spectra(&mut self, largest: f64) -> Result<bool, MethodError> {
         self.add_probes(TUNING.spectra.round_probes);
-        self.learn_energies(largest).await
+        self.select_energies(largest).await
     }
 
     /// Adds energies until all sampled spectra are explained, with their base lines; whether the
     /// budget allowed it.
-    async fn learn_energies(&mut self, largest: f64) -> Result<bool, MethodError> {
+    async fn select_energies(&mut self, largest: f64) -> Result<bool, MethodError> {
         loop {
             let known = self.energies.len();
             let views = self.views();
@@ -250,7 +250,7 @@ impl<'b> Engine<'b> {
             let first = self.sheets.len();
             for &place in &places {
                 self.add_sheets(Some(place));
-                self.spectra.iter_mut().for_each(|spectra| spectra.probes.sample_everywhere(place));
+                self.spectra.iter_mut().for_each(|spectra| spectra.probes.add_common_energy(place));
             }
             let tolerances = self.line_tolerances(target);
             if !self.sample_base(first, Some(&tolerances)).await? {
@@ -272,20 +272,20 @@ impl<'b> Engine<'b> {
             + TUNING.spectra.more_energies;
         let mut sampled = within_budget(spectra.probes.sample(&views, allowed).await)?;
         let Spectra { probes, unexplained, .. } = &mut *spectra;
-        let rest = |probe| self.energies.rest(probe, &probes.bins);
-        let mut rests: Vec<Rest> = probes.probes.par_iter().map(rest).collect();
-        let left = energies::unexplained(&rests, &probes.bins);
+        let residual = |probe| self.energies.residual(probe, &probes.bins);
+        let mut residuals: Vec<ResidualSpectrum> = probes.probes.par_iter().map(residual).collect();
+        let left = energies::unexplained(&residuals, &probes.bins);
         *unexplained = left.iter().map(|left| TUNING.spectra.unsampled_margin * left).collect();
         let mut goal = allowed;
         while sampled && self.energies.len() < most {
             let worst =
-                (0..rests.len()).max_by(|a, b| rests[*a].largest().total_cmp(&rests[*b].largest()));
-            let Some(worst) = worst.filter(|&i| rests[i].largest() > goal) else { break };
+                (0..residuals.len()).max_by(|a, b| residuals[*a].largest().total_cmp(&residuals[*b].largest()));
+            let Some(worst) = worst.filter(|&i| residuals[i].largest() > goal) else { break };
             goal = TUNING.spectra.selection_share * allowed;
-            probes.sharpen(worst, rests[worst].largest(), target / self.tolerance);
+            probes.raise_precision(worst, residuals[worst].largest(), target / self.tolerance);
             sampled = within_budget(probes.sample(&views, allowed).await)?;
-            rests[worst] = self.energies.rest(&probes.probes[worst], &probes.bins);
-            if !self.energies.learn(&mut rests, worst, None, &probes.bins) {
+            residuals[worst] = self.energies.residual(&probes.probes[worst], &probes.bins);
+            if !self.energies.select(&mut residuals, worst, None, &probes.bins) {
                 break;
             }
         }

@@ -48,13 +48,13 @@ impl Engine<'_> {
         current: &CurrentImage,
         target: f64,
     ) -> Result<Verdict, MethodError> {
-        let suspicious = match self.verify_samples(target).await {
+        let from_samples = match self.verify_samples(target).await {
             Err(Stop::Budget) => return Ok(Verdict::Unaffordable),
             Err(Stop::Failed(error)) => return Err(error),
-            Ok(suspicious) => suspicious,
+            Ok(from_samples) => from_samples,
         };
         let mut places: Vec<Lines> = Vec::with_capacity(self.sheets.len());
-        let made = self.meter.evaluations() - self.made_before;
+        let made = self.meter.evaluations() - self.evaluations_before;
         let affordable = TUNING.verification.share_of_evaluations * made as f64;
         let affordable = affordable / (TUNING.verification.cost_of_line * self.cost_of_full_line());
         let verified: usize = self.sheets.iter().map(|sheet| sheet.verification.places.len()).sum();
@@ -73,7 +73,7 @@ impl Engine<'_> {
             of_sheet.extend(
                 sheet.edge_lines(whole((TUNING.verification.edge_share * lines as f64).ceil())),
             );
-            of_sheet.extend(suspicious[i].iter().cloned());
+            of_sheet.extend(from_samples[i].iter().cloned());
             places.push(of_sheet);
         }
         let tolerances = self.line_tolerances(target);

@@ -34,8 +34,8 @@ impl Nearest {
         let centre = bucket(place, self.level);
         for ring in 0..side {
             // All that is nearer than the ring's inner border has been seen.
-            let seen = (ring.saturating_sub(1) as u64) * u64::from(spacing(self.level));
-            if nearest.len() == count && nearest[count - 1].0 < seen * seen {
+            let covered = (ring.saturating_sub(1) as u64) * u64::from(spacing(self.level));
+            if nearest.len() == count && nearest[count - 1].0 < covered * covered {
                 break;
             }
             for (column, row) in around(centre, ring, side) {

@@ -105,7 +105,7 @@ impl Choice<'_> {
 
     /// The places of the children that are missing around `nodes`, in that order, each once.
     pub(crate) fn places(&self, nodes: &[usize]) -> Vec<Place> {
-        let mut seen = FxHashSet::default();
+        let mut added = FxHashSet::default();
         let mut places = Vec::new();
         for &i in nodes {
             let node = self.tree.nodes()[i];
@@ -116,7 +116,7 @@ impl Choice<'_> {
                 if (diagonal_only && beside) || self.tree.find(child).is_some() {
                     continue;
                 }
-                if seen.insert(key(child)) {
+                if added.insert(key(child)) {
                     places.push(child);
                 }
             }

@@ -50,12 +50,12 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
             } else {
                 TUNING.image.second_neighbour_guard
             };
-            (neighbour.level == level).then_some(share * neighbour.seen())
+            (neighbour.level == level).then_some(share * neighbour.detail_size())
         });
         neighbours.fold(detail, f64::max)
     };
     let nodes = nodes.par_iter().with_min_len(NODES_AT_ONCE);
-    nodes.map(|node| guarded(node.place, node.level, node.seen())).collect()
+    nodes.map(|node| guarded(node.place, node.level, node.detail_size())).collect()
 }
 
 /// What remains around each node, given the `guarded` details; `required_level` is the finest level that
@@ -65,7 +65,7 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -
     let margin = if has_kinks { TUNING.image.kink_margin } else { 1.0 };
     let sibling_share =
         if has_kinks { TUNING.image.sibling_share_of_kinks } else { TUNING.image.sibling_share };
-    let largest = tree.largest_seen();
+    let largest = tree.largest_value();
     let of_node = |i: usize| {
         let node = tree.nodes()[i];
         if node.level + 1 < required_level {
@@ -87,13 +87,13 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -
         let of_siblings = sibling_share * near.largest_sibling();
         let of_edge = if near.is_beside_edge() { TUNING.image.edge_margin } else { 1.0 };
         let size = margin * of_edge * size.max(of_siblings);
-        let unknown = match node.around {
+        let continuation_error = match node.around {
             Around::Closed => 0.0,
             // Known from no neighbour: it may be as bright as anything else.
             Around::Between => largest,
-            Around::Beside => (TUNING.image.edge_margin * node.unknown).min(largest),
+            Around::Beside => (TUNING.image.edge_margin * node.continuation_error).min(largest),
         };
-        Remaining { children, size: size.max(unknown) }
+        Remaining { children, size: size.max(continuation_error) }
     };
     let nodes = (0..tree.len()).into_par_iter().with_min_len(NODES_AT_ONCE);
     nodes.map(of_node).collect()
@@ -174,7 +174,7 @@ impl<'a> Near<'a> {
             (i - 1..=i + 1).flat_map(move |a| (j - 1..=j + 1).map(move |b| (a, b)))
         });
         let details = self.nodes(siblings).filter(|(_, node)| node.level == level);
-        details.map(|(_, node)| node.seen()).fold(0.0, f64::max)
+        details.map(|(_, node)| node.detail_size()).fold(0.0, f64::max)
     }
 
     /// Which children are there, and the largest guarded detail of the diagonal ones.

@@ -35,14 +35,14 @@ pub(crate) struct Node {
     /// Whether nothing was seen here, and the value is continued from other nodes.
     pub(crate) is_continued: bool,
     /// How wrong the value may be because it is continued.
-    pub(crate) unknown: f64,
+    pub(crate) continuation_error: f64,
     /// What is open around it, if it is continued.
     pub(crate) around: Around,
 }
 
 impl Node {
     /// The size of the detail, as far as something was seen.
-    pub(crate) fn seen(&self) -> f64 {
+    pub(crate) fn detail_size(&self) -> f64 {
         if self.is_continued { 0.0 } else { self.detail.abs() }
     }
 }
@@ -99,7 +99,7 @@ impl ImageTree {
             value: 0.0,
             detail: 0.0,
             is_continued: false,
-            unknown: 0.0,
+            continuation_error: 0.0,
             around: Around::Closed,
         });
     }
@@ -109,9 +109,9 @@ impl ImageTree {
     }
 
     /// Sets a value that is continued from other nodes, and how wrong it may be.
-    pub(crate) fn set_continued(&mut self, node: usize, value: f64, unknown: f64) {
+    pub(crate) fn set_continued(&mut self, node: usize, value: f64, continuation_error: f64) {
         let node = &mut self.nodes[node];
-        (node.value, node.unknown) = (value, unknown);
+        (node.value, node.continuation_error) = (value, continuation_error);
         node.is_continued = true;
     }
 
@@ -121,9 +121,9 @@ impl ImageTree {
     }
 
     /// The largest |value| that was seen.
-    pub(crate) fn largest_seen(&self) -> f64 {
-        let seen = self.nodes.iter().filter(|node| !node.is_continued);
-        seen.map(|node| node.value.abs()).fold(0.0, f64::max)
+    pub(crate) fn largest_value(&self) -> f64 {
+        let values = self.nodes.iter().filter(|node| !node.is_continued);
+        values.map(|node| node.value.abs()).fold(0.0, f64::max)
     }
 
     /// Forgets all nodes but the first `len`.

@@ -61,8 +61,8 @@ type Candidate = ([u64; 3], f64, f64);
 /// All odd generators of the first level, and then each of the best with each choice of the next bit.
 #[test]
 fn the_generator_is_what_the_search_finds() {
-    let outliers = || (1..1_u64 << FIRST_LEVEL).step_by(2);
-    let pairs = outliers().flat_map(|second| outliers().map(move |third| [1, second, third]));
+    let odd_numbers = || (1..1_u64 << FIRST_LEVEL).step_by(2);
+    let pairs = odd_numbers().flat_map(|second| odd_numbers().map(move |third| [1, second, third]));
     let mut best: Vec<Candidate> =
         pairs.filter(|[_, second, third]| second <= third).map(|g| (g, 0.0, 0.0)).collect();
     for level in FIRST_LEVEL..=LAST_LEVEL {
@@ -100,21 +100,21 @@ fn places(count: usize) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn gaussians_of_the_smallest_size_are_seen_with_99_percent() {
+fn gaussians_of_the_smallest_size_are_detected_with_99_percent() {
     const SHARE: f64 = 0.01;
     for points in [1024, 4096, 16_384] {
         let lattice: Vec<[f64; 3]> = (0..points).map(point).collect();
-        let size = smallest_seen(points, SHARE);
+        let size = smallest_detected(points, SHARE);
         let places = places(4000);
-        let is_seen = |place: &&[f64; 3]| {
+        let is_detected = |place: &&[f64; 3]| {
             let square = |point: &[f64; 3]| -> f64 {
                 point.iter().zip(*place).map(|(p, c)| (p - c).powi(2)).sum()
             };
             let nearest = lattice.iter().map(square).fold(f64::INFINITY, f64::min);
             (-0.5 * nearest / (size * size)).exp() > SHARE
         };
-        let seen = places.iter().filter(is_seen).count() as f64 / places.len() as f64;
-        assert!(seen >= 0.99, "{points} {seen}");
+        let detected = places.iter().filter(is_detected).count() as f64 / places.len() as f64;
+        assert!(detected >= 0.99, "{points} {detected}");
     }
 }
 
@@ -136,15 +136,15 @@ fn twice_the_points_are_a_lattice_too_and_none_lies_on_dyadic_planes() {
 }
 
 #[test]
-fn more_points_see_smaller_structures() {
-    assert!(smallest_seen(127, 0.01).is_infinite());
-    assert_eq!(smallest_seen(2047, 0.01).to_bits(), smallest_seen(1024, 0.01).to_bits());
-    assert!(smallest_seen(2048, 0.01) < smallest_seen(1024, 0.01));
-    assert!(smallest_seen(1024, 0.001) < smallest_seen(1024, 0.01));
+fn more_points_detect_smaller_structures() {
+    assert!(smallest_detected(127, 0.01).is_infinite());
+    assert_eq!(smallest_detected(2047, 0.01).to_bits(), smallest_detected(1024, 0.01).to_bits());
+    assert!(smallest_detected(2048, 0.01) < smallest_detected(1024, 0.01));
+    assert!(smallest_detected(1024, 0.001) < smallest_detected(1024, 0.01));
     for size in [0.04, 0.025, 0.01] {
-        let points = points_to_see(size, 0.01);
-        assert!(smallest_seen(points, 0.01) <= size && smallest_seen(points / 2, 0.01) > size);
+        let points = points_to_detect(size, 0.01);
+        assert!(smallest_detected(points, 0.01) <= size && smallest_detected(points / 2, 0.01) > size);
     }
-    assert_eq!(points_to_see(1.0, 0.01), FEWEST);
-    assert_eq!(points_to_see(0.0, 0.01), usize::MAX);
+    assert_eq!(points_to_detect(1.0, 0.01), FEWEST);
+    assert_eq!(points_to_detect(0.0, 0.01), usize::MAX);
 }

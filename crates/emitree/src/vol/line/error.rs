@@ -58,7 +58,7 @@ impl Line {
                     error -= of.error;
                     expected -= of.error;
                     of.error = 0.0;
-                    self.sample_everywhere(of.place, &mut wanted);
+                    self.add_missing_depths(of.place, &mut wanted);
                 }
             }
             let is_jump = |of: &&mut Remaining| matches!(of.place, Place::Interval(_));
@@ -71,7 +71,7 @@ impl Line {
                 error -= of.error;
                 expected -= TUNING.line.bisection_gain * of.error;
                 of.error = 0.0;
-                self.sample_everywhere(of.place, &mut wanted);
+                self.add_missing_depths(of.place, &mut wanted);
             }
         }
         // What is wanted may not be sampled, if the budget ends before.
@@ -260,7 +260,7 @@ impl Line {
     }
 
     /// Adds the depths that would show what remains at a place.
-    fn sample_everywhere(&self, place: Place, wanted: &mut Vec<u32>) {
+    fn add_missing_depths(&self, place: Place, wanted: &mut Vec<u32>) {
         match place {
             Place::Interval(i) => {
                 let (from, to) = (self.samples[i].depth, self.samples[i + 1].depth);
@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_odd_sample_is_followed_down() {
+    fn a_single_deviating_sample_is_resolved() {
         // One base depth lies 0.002 beside the middle of a knot of width 0.004.
         let knot = |z: f64| 1.0 + 50.0 * (-((z - 0.377) / 0.004).powi(2)).exp();
         let exact = 1.0 + 50.0 * 0.004 * core::f64::consts::PI.sqrt();

@@ -72,7 +72,7 @@ pub(crate) fn matches(reference: &[Jump], others: &[Jump]) -> Vec<Option<usize>>
 }
 
 /// Whether jump `k` of one line has no partner on another line next to it.
-fn is_single(own: &[Jump], k: usize, other: &[Jump]) -> bool {
+fn is_unmatched(own: &[Jump], k: usize, other: &[Jump]) -> bool {
     let near = |jumps: &[Jump], distance: f64| {
         let is_near = |jump: &&Jump| jump.is_like(&own[k]) && jump.distance(&own[k]) < distance;
         jumps.iter().filter(is_near).count()
@@ -82,9 +82,9 @@ fn is_single(own: &[Jump], k: usize, other: &[Jump]) -> bool {
 
 /// Whether all jumps of a line that may have caused its sample at `depth` are known to another line
 /// next to it.
-pub(crate) fn are_known(own: &[Jump], other: &[Jump], depth: u32) -> bool {
+pub(crate) fn are_matched(own: &[Jump], other: &[Jump], depth: u32) -> bool {
     let caused = |k: &usize| (own[*k].depth - unit(depth)).abs() < TUNING.jumps.cause_distance;
-    !own.is_empty() && !(0..own.len()).filter(caused).any(|k| is_single(own, k, other))
+    !own.is_empty() && !(0..own.len()).filter(caused).any(|k| is_unmatched(own, k, other))
 }
 
 /// Depths at which a line should look for the pairs of jumps that one next to it has, and that it
@@ -92,16 +92,16 @@ pub(crate) fn are_known(own: &[Jump], other: &[Jump], depth: u32) -> bool {
 pub(crate) fn probes(pairs_of: &[Jump], of_line: &[Jump], line: &Line) -> Vec<u32> {
     let is_lacking = |&k: &usize| {
         !pairs_of[k].is_like(&pairs_of[k + 1])
-            && is_single(pairs_of, k, of_line)
-            && is_single(pairs_of, k + 1, of_line)
+            && is_unmatched(pairs_of, k, of_line)
+            && is_unmatched(pairs_of, k + 1, of_line)
     };
     let probe = |k: usize| {
         let (from, to) = (pairs_of[k].depth, pairs_of[k + 1].depth);
         let (middle, reach) = (0.5 * (from + to), 0.5 * TUNING.jumps.probed_gap * (to - from));
         let (low, high) = (place_of(middle - reach), place_of(middle + reach));
         let after = line.samples.partition_point(|sample| sample.depth < low);
-        let has_looked = line.samples.get(after).is_some_and(|sample| sample.depth <= high);
-        (!has_looked).then(|| coarsest_between(low, high))
+        let is_sampled = line.samples.get(after).is_some_and(|sample| sample.depth <= high);
+        (!is_sampled).then(|| coarsest_between(low, high))
     };
     (0..pairs_of.len().saturating_sub(1)).filter(is_lacking).filter_map(probe).collect()
 }
@@ -162,6 +162,6 @@ mod tests {
         neighbour.add([(spacing(2) + 1, 0.0)]);
         assert!(probes(&own, &other, &neighbour).is_empty());
         assert!(probes(&own, &own, &line(&[0.0; 3])).is_empty());
-        assert!(are_known(&own, &other, spacing(2) * 3) && !are_known(&own, &other, spacing(2)));
+        assert!(are_matched(&own, &other, spacing(2) * 3) && !are_matched(&own, &other, spacing(2)));
     }
 }

@@ -88,10 +88,10 @@ impl Line {
             let sample = Sample { depth, level, rate, significance, opened, detail, integral };
             self.samples.insert(i, sample);
             // Both parts of an interval with a jump have one until the line is looked at again.
-            let parted = i.saturating_sub(1).min(self.jumps.len().saturating_sub(1));
-            let jump = self.jumps.get(parted).copied().unwrap_or(false);
+            let divided = i.saturating_sub(1).min(self.jumps.len().saturating_sub(1));
+            let jump = self.jumps.get(divided).copied().unwrap_or(false);
             if self.samples.len() > 1 {
-                self.jumps.insert(parted.min(self.jumps.len()), jump);
+                self.jumps.insert(divided.min(self.jumps.len()), jump);
             }
         }
     }
@@ -253,7 +253,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_line_is_the_same_whether_it_was_looked_at_on_the_way_or_not(
+        fn a_line_is_the_same_whether_it_was_assessed_on_the_way_or_not(
             depths in prop::collection::vec(0..=STEPS >> 12, 1..120),
             parts in 1..12_usize,
         ) {

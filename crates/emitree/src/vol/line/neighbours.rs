@@ -5,7 +5,7 @@ use crate::vol::dyadic::{Place, around, spacing};
 use crate::vol::image::nearest::Nearest;
 use crate::vol::image::tree::ImageTree;
 use crate::vol::line::Sample;
-use crate::vol::line::jumps::{are_known, probes};
+use crate::vol::line::jumps::{are_matched, probes};
 use crate::vol::line::node_lines::{LINES_ASSESSED, NodeLines, Wanted, base_depths};
 use crate::vol::line::tracking::{Bracket, Neighbour, Predicted, predict};
 use crate::vol::sampling::{Stop, View};
@@ -143,9 +143,9 @@ impl NodeLines {
         let mut found = found.to_vec();
         for _ in 0..TUNING.line.most_hops {
             let mut wanted: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-            let unseen = |&i: &usize| self.unseen_by_neighbours(tree, i, tolerance, base_level);
+            let missing = |&i: &usize| self.missing_on_neighbours(tree, i, tolerance, base_level);
             let found_lines = found.par_iter().with_min_len(LINES_ASSESSED);
-            let of_lines: Vec<Wanted> = found_lines.map(unseen).collect();
+            let of_lines: Vec<Wanted> = found_lines.map(missing).collect();
             for (k, depths) in of_lines.into_iter().flatten() {
                 wanted.entry(k).or_default().extend(depths);
             }
@@ -164,7 +164,7 @@ impl NodeLines {
     }
 
     /// What line `i` has found that full lines next to it have not looked for.
-    fn unseen_by_neighbours(
+    fn missing_on_neighbours(
         &self,
         tree: &ImageTree,
         i: usize,
@@ -182,13 +182,13 @@ impl NodeLines {
             let k = tree.find(neighbour).filter(|&k| self.is_full(k))?;
             let line = &self.lines[k];
             let theirs = if own.is_empty() { &[] } else { self.jumps(k) };
-            let is_unseen = |shared: &&Shared| {
-                let is_theirs = shared.of_jump && are_known(own, theirs, shared.depth);
+            let is_missing = |shared: &&Shared| {
+                let is_theirs = shared.of_jump && are_matched(own, theirs, shared.depth);
                 !is_theirs && self.is_coarse(k, shared.depth, shared.length)
             };
-            let mut unseen = probes(own, theirs, line);
-            unseen.extend(depths.iter().filter(is_unseen).map(|shared| shared.depth));
-            (!unseen.is_empty()).then_some((k, unseen))
+            let mut missing = probes(own, theirs, line);
+            missing.extend(depths.iter().filter(is_missing).map(|shared| shared.depth));
+            (!missing.is_empty()).then_some((k, missing))
         };
         around(node.place, step, 1).filter_map(of_neighbour).collect()
     }

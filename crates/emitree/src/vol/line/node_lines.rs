@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 
 /// Lines that are worth a thread of their own, which takes some ten microseconds to wake: if all but few
 /// of them have answered before…
-pub(crate) const LINES_KNOWN: usize = 1024;
+pub(crate) const LINES_CACHED: usize = 1024;
 /// …if samples are looked up or taken in…
 const LINES_READ: usize = 128;
 /// …and if all samples of them are looked at.
@@ -87,8 +87,8 @@ impl NodeLines {
 
     /// Gives lines back the rules that they had.
     pub(crate) fn restore(&mut self, snapshot: &RuleSnapshot) {
-        for &(i, way, integral) in &snapshot.0 {
-            self.sources[i] = way;
+        for &(i, source, integral) in &snapshot.0 {
+            self.sources[i] = source;
             self.lines[i].integral = integral;
         }
     }
@@ -117,7 +117,7 @@ impl NodeLines {
 
     /// The largest ∫ |G| dz of a full line.
     pub(crate) fn brightest(&self) -> f64 {
-        let all = (0..self.lines.len()).into_par_iter().with_min_len(LINES_KNOWN);
+        let all = (0..self.lines.len()).into_par_iter().with_min_len(LINES_CACHED);
         let full = all.filter(|&i| self.is_full(i));
         let brightness =
             |i: usize| *self.derived[i].brightness.get_or_init(|| self.lines[i].brightness());
@@ -126,7 +126,7 @@ impl NodeLines {
 
     /// Whether no sample is negative.
     pub(crate) fn are_nowhere_negative(&self) -> bool {
-        let lines = self.lines.par_iter().with_min_len(LINES_KNOWN);
+        let lines = self.lines.par_iter().with_min_len(LINES_CACHED);
         lines.all(|line| line.samples.iter().all(|sample| sample.rate >= 0.0))
     }
 

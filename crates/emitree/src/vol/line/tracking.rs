@@ -9,7 +9,7 @@
 //! believed. A squared half width below zero means that the line passes by.
 
 use crate::vol::dyadic::{coarsest_between, spacing};
-use crate::vol::least_squares::{Expected, Known, MOST_VALUES, expected};
+use crate::vol::least_squares::{DataPoint, Estimate, MOST_VALUES, estimate};
 use crate::vol::line::Line;
 use crate::vol::line::jumps::{Jump, matches, place_of};
 use crate::vol::tuning::TUNING;
@@ -85,19 +85,19 @@ pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
         neighbours.iter().map(|neighbour| matches(reference, &neighbour.jumps)).collect();
     let surfaces = Surfaces { neighbours, matched };
     let mut predicted = Predicted::default();
-    let mut depths: Vec<Option<Expected>> =
-        (0..reference.len()).map(|k| expected(&surfaces.known(k))).collect();
+    let mut depths: Vec<Option<Estimate>> =
+        (0..reference.len()).map(|k| estimate(&surfaces.data_points(k))).collect();
     for k in 0..reference.len() - 1 {
         if !reference[k].is_like(&reference[k + 1]) {
-            surfaces.unfold(k, &mut depths, &mut predicted.probes);
+            surfaces.fit_pair(k, &mut depths, &mut predicted.probes);
         }
     }
     for (k, depth) in depths.iter().enumerate() {
-        let Some(Expected { value: depth, error }) = *depth else { continue };
+        let Some(Estimate { value: depth, error }) = *depth else { continue };
         // As narrow as leaves this jump its share of the tolerance, with one share to spare.
-        let fractions = (reference.len() + 1) as f64;
+        let shares = (reference.len() + 1) as f64;
         let step = reference[k].step().abs();
-        let narrow = tolerance / (2.0 * TUNING.line.jump_error * step * fractions);
+        let narrow = tolerance / (2.0 * TUNING.line.jump_error * step * shares);
         let half = (TUNING.jumps.bracket_scale * (error + TUNING.jumps.width_share * surfaces.width(k)))
             .max(narrow);
         if depth + half <= 0.0 || depth - half >= 1.0 || half > TUNING.jumps.widest_bracket {
@@ -117,20 +117,20 @@ pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
             misses: 0,
         });
     }
-    part(&mut predicted.brackets);
+    separate(&mut predicted.brackets);
     predicted
 }
 
 /// Brackets that overlap share the depth in the middle of what they share.
-fn part(brackets: &mut Vec<Bracket>) {
+fn separate(brackets: &mut Vec<Bracket>) {
     for k in 1..brackets.len() {
         if brackets[k - 1].high >= brackets[k].low {
             let (low, high) = (brackets[k - 1].middle(), brackets[k].middle());
             let between = low.min(high) + low.abs_diff(high) / 2;
             let reach = low.abs_diff(high) / 4;
-            let parting = coarsest_between(between - reach, between + reach);
-            brackets[k - 1].high = parting;
-            brackets[k].low = parting;
+            let split = coarsest_between(between - reach, between + reach);
+            brackets[k - 1].high = split;
+            brackets[k].low = split;
         }
     }
     brackets.retain(|bracket| bracket.low < bracket.high);
@@ -169,8 +169,8 @@ impl Surfaces<'_> {
     }
 
     /// The depths of jump `k` on the nearest lines that have it.
-    fn known(&self, k: usize) -> Vec<Known> {
-        let known = |(neighbour, jump): (&Neighbour, &Jump)| Known {
+    fn data_points(&self, k: usize) -> Vec<DataPoint> {
+        let known = |(neighbour, jump): (&Neighbour, &Jump)| DataPoint {
             place: neighbour.place,
             value: jump.depth,
         };
@@ -184,7 +184,7 @@ impl Surfaces<'_> {
 
     /// Jumps `k` and `k` + 1 as middle and squared half width, if that is better, or a probe where
     /// the line may pass by them.
-    fn unfold(&self, k: usize, depths: &mut [Option<Expected>], probes: &mut Vec<u32>) {
+    fn fit_pair(&self, k: usize, depths: &mut [Option<Estimate>], probes: &mut Vec<u32>) {
         let (mut middles, mut squares) = (Vec::new(), Vec::new());
         for (neighbour, matched) in self.neighbours.iter().zip(&self.matched) {
             let (Some(low), Some(high)) = (matched[k], matched[k + 1]) else { continue };
@@ -192,11 +192,11 @@ impl Surfaces<'_> {
                 continue;
             }
             let (low, high) = (neighbour.jumps[low].depth, neighbour.jumps[high].depth);
-            let known = |value| Known { place: neighbour.place, value };
+            let known = |value| DataPoint { place: neighbour.place, value };
             middles.push(known(0.5 * (low + high)));
             squares.push(known(0.25 * (high - low) * (high - low)));
         }
-        let (Some(middle), Some(square)) = (expected(&middles), expected(&squares)) else { return };
+        let (Some(middle), Some(square)) = (estimate(&middles), estimate(&squares)) else { return };
         let own = [k, k + 1].map(|k| depths[k].map_or(f64::INFINITY, |depth| depth.error));
         if square.value < -TUNING.jumps.bracket_scale * square.error {
             let inside = middle.value > 0.0 && middle.value < 1.0;
@@ -213,7 +213,7 @@ impl Surfaces<'_> {
         let error = wider.max(narrower) + middle.error;
         for ((k, sign), own) in [(k, -1.0), (k + 1, 1.0)].into_iter().zip(own) {
             if own > error {
-                depths[k] = Some(Expected { value: middle.value + sign * half, error });
+                depths[k] = Some(Estimate { value: middle.value + sign * half, error });
             }
         }
     }

@@ -92,12 +92,12 @@ impl Fibers {
     /// ones before; whether it did.
     pub(super) fn extend_basis(&mut self, allowed: f64) -> bool {
         let Some(last) = self.rates.len().checked_sub(1) else { return false };
-        let rest = self.unexplained(last);
-        let pivot = largest(&rest);
-        if rest[pivot].abs() <= allowed {
+        let residual = self.unexplained(last);
+        let pivot = largest(&residual);
+        if residual[pivot].abs() <= allowed {
             return false;
         }
-        self.push(last, pivot, &rest);
+        self.push(last, pivot, &residual);
         true
     }
 
@@ -126,8 +126,8 @@ impl Fibers {
         self.cardinal = DMatrix::zeros(places(self.level), 0);
         self.series = Series::zeros(places(self.level), 0);
         for (fiber, pivot) in chosen.into_iter().zip(pivots) {
-            let rest = self.unexplained(fiber);
-            self.push(fiber, 2 * pivot, &rest);
+            let residual = self.unexplained(fiber);
+            self.push(fiber, 2 * pivot, &residual);
         }
     }
 
@@ -144,19 +144,19 @@ impl Fibers {
     /// A fiber less what the functions make of its values at the pivots.
     fn unexplained(&self, fiber: usize) -> Vec<f64> {
         let rates = &self.rates[fiber];
-        let mut rest = rates.clone();
+        let mut residual = rates.clone();
         for (k, &pivot) in self.pivots.iter().enumerate() {
             let function = self.cardinal.column(k);
-            rest.iter_mut().zip(function.iter()).for_each(|(rest, f)| *rest -= rates[pivot] * f);
+            residual.iter_mut().zip(function.iter()).for_each(|(residual, f)| *residual -= rates[pivot] * f);
         }
         // Rounding must not make a pivot of one that there is.
-        self.pivots.iter().for_each(|&pivot| rest[pivot] = 0.0);
-        rest
+        self.pivots.iter().for_each(|&pivot| residual[pivot] = 0.0);
+        residual
     }
 
-    fn push(&mut self, fiber: usize, pivot: usize, rest: &[f64]) {
-        let scale = 1.0 / rest[pivot];
-        let new: Vec<f64> = rest.iter().map(|rest| rest * scale).collect();
+    fn push(&mut self, fiber: usize, pivot: usize, residual: &[f64]) {
+        let scale = 1.0 / residual[pivot];
+        let new: Vec<f64> = residual.iter().map(|residual| residual * scale).collect();
         let there: Vec<f64> = self.cardinal.row(pivot).iter().copied().collect();
         let coefficients: Vec<f64> = self.analysis.coefficients(&new).collect();
         let none = || DMatrix::zeros(0, 0);

@@ -2,7 +2,7 @@
 
 use crate::meter::Deadline;
 use crate::vol::lowrank::interpolant::Interpolant;
-use crate::vol::lowrank::rehearsal::evaluations_of_tree;
+use crate::vol::lowrank::trial_run::evaluations_of_tree;
 use crate::vol::tuning::TUNING;
 
 /// The dearest rest that is told from others.
@@ -26,7 +26,7 @@ impl Forecast {
     }
 
     /// Takes down the relative error with functions of these `ranks` along the axes.
-    pub(super) fn note(&mut self, ranks: [usize; 3], error: f64) {
+    pub(super) fn record(&mut self, ranks: [usize; 3], error: f64) {
         if error.is_finite() {
             let rank = (ranks.iter().product::<usize>() as f64).cbrt();
             let least = self.course.last().map_or(error, |(_, least)| least.min(error));
@@ -51,16 +51,16 @@ impl Forecast {
             return false;
         }
         self.next = TUNING.lowrank.forecast_interval * spent;
-        let rest = (self.rest(interpolant) + missing as f64).min(MOST_EXPENSIVE);
+        let remaining = (self.remaining_cost(interpolant) + missing as f64).min(MOST_EXPENSIVE);
         // The interpolant is not good enough for the tolerance itself: it is rehearsed at one between
         // that and the loosest.
         let tolerance = self.goal / TUNING.engine.stopping_share;
-        let rehearsed = (tolerance * TUNING.engine.loosest_tolerance).sqrt();
-        let cost_ratio = (rehearsed / tolerance).powf(TUNING.engine.cost_exponent);
-        let most = TUNING.lowrank.trial_run_limit * rest / cost_ratio;
-        let tree = evaluations_of_tree(interpolant, shape, rehearsed, most, deadline);
+        let trial_tolerance = (tolerance * TUNING.engine.loosest_tolerance).sqrt();
+        let cost_ratio = (trial_tolerance / tolerance).powf(TUNING.engine.cost_exponent);
+        let most = TUNING.lowrank.trial_run_limit * remaining / cost_ratio;
+        let tree = evaluations_of_tree(interpolant, shape, trial_tolerance, most, deadline);
         let is_cheaper =
-            tree.is_some_and(|tree| tree * cost_ratio < TUNING.lowrank.safety_factor * rest);
+            tree.is_some_and(|tree| tree * cost_ratio < TUNING.lowrank.safety_factor * remaining);
         self.for_tree = if is_cheaper { self.for_tree + 1 } else { 0 };
         self.for_tree
             >= if cost_ratio > TUNING.lowrank.extrapolation_ratio {
@@ -72,7 +72,7 @@ impl Forecast {
 
     /// Evaluations from here to the goal, if the error goes on falling exponentially as it has since
     /// half of the rank.
-    fn rest(&self, interpolant: &Interpolant) -> f64 {
+    fn remaining_cost(&self, interpolant: &Interpolant) -> f64 {
         let Some(&(rank, error)) = self.course.last() else { return 0.0 };
         let half = self.course.iter().rev().find(|(before, _)| *before <= 0.5 * rank);
         let &(before, larger) = half.unwrap_or(&self.course[0]);
@@ -92,21 +92,21 @@ mod tests {
     fn an_error_that_falls_exponentially_ends_at_the_rank_that_it_reaches_the_goal_with() {
         let mut forecast = Forecast::new(1e-3);
         for rank in 1..=6 {
-            forecast.note([rank; 3], 10.0_f64.powf(-0.25 * rank as f64));
+            forecast.record([rank; 3], 10.0_f64.powf(-0.25 * rank as f64));
         }
         // One that has got worse for once does not count.
-        forecast.note([6, 6, 6], 1.0);
+        forecast.record([6, 6, 6], 1.0);
         let interpolant = Interpolant::new(4);
-        let rest = 51.0 * 6.0 + 12.0_f64.powi(3) - 6.0_f64.powi(3);
-        assert!((forecast.rest(&interpolant) / rest - 1.0).abs() < 1e-9);
+        let remaining = 51.0 * 6.0 + 12.0_f64.powi(3) - 6.0_f64.powi(3);
+        assert!((forecast.remaining_cost(&interpolant) / remaining - 1.0).abs() < 1e-9);
     }
 
     #[test]
-    fn there_is_no_forecast_before_there_is_something_to_tell() {
+    fn there_is_no_forecast_before_the_first_error_estimates() {
         let mut forecast = Forecast::new(1e-3);
         let interpolant = Interpolant::new(4);
         assert!(!forecast.prefers_tree(&interpolant, 1e5, 0, [16, 16], None));
-        forecast.note([1, 1, 1], 5.0);
+        forecast.record([1, 1, 1], 5.0);
         assert!(!forecast.prefers_tree(
             &interpolant,
             TUNING.lowrank.first_forecast_if_unknown,

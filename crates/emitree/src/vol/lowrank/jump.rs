@@ -37,7 +37,7 @@ impl Steep {
     }
 
     /// The part that has nearly all of the change, if one has, given the rates inside.
-    pub(super) fn closer(&self, inside: &[f64]) -> Option<Self> {
+    pub(super) fn steepest_part(&self, inside: &[f64]) -> Option<Self> {
         let rates: Vec<f64> =
             [&self.rates[..1], inside, &self.rates[1..]].into_iter().flatten().copied().collect();
         let whole = (self.rates[1] - self.rates[0]).abs();
@@ -61,13 +61,13 @@ mod tests {
         for _ in 0..TUNING.lowrank.steep_steps {
             let Some(before) = steep else { return false };
             let inside: Vec<f64> = before.inside().into_iter().map(&f).collect();
-            steep = before.closer(&inside);
+            steep = before.steepest_part(&inside);
         }
         steep.is_some()
     }
 
     #[test]
-    fn steps_are_told_from_slopes() {
+    fn steps_are_distinguished_from_slopes() {
         for at in [0.03, 0.2, 0.5, 0.77, 0.9] {
             assert!(jumps(|x| if x < at { 0.1 } else { 1.0 }), "{at}");
             assert!(!jumps(|x| (-((x - at) / 0.03).powi(2)).exp()), "{at}");

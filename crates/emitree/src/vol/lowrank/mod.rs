@@ -19,7 +19,7 @@ mod forecast;
 mod interpolant;
 mod jump;
 mod probes;
-mod rehearsal;
+mod trial_run;
 mod search;
 
 use crate::cube::Cube;
@@ -32,14 +32,14 @@ use crate::tile::Tile;
 use crate::tree::Ending;
 use crate::vol::VolOptions;
 use crate::vol::engine::{base_evaluations, finest_level};
-use crate::vol::lattice::points_to_see;
+use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::forecast::Forecast;
-use crate::vol::lowrank::probes::Left;
+use crate::vol::lowrank::probes::CellResiduals;
 use crate::vol::lowrank::search::{End, Search, WeightedView};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::scattered::{LayerSamples, fraction_of_view, size_seen};
+use crate::vol::view::scattered::{LayerSamples, fraction_of_view, size_detected};
 use rayon::prelude::*;
 
 /// Standard deviations of Gaussians, in edges of the cube, that the probes have to see before the
@@ -123,7 +123,7 @@ impl Attempt<'_> {
         let mut forecast = Forecast::new(TUNING.engine.stopping_share * self.tolerance);
         loop {
             let mut assessment = self.search.assess();
-            self.show(&assessment.left);
+            self.show(&assessment.cell_residuals);
             let largest = *self.coarse_largest.get_or_insert_with(|| {
                 let pixels = self.search.interpolant.pixels(shape_of(&self.coarse_scale));
                 largest_of_rows(&self.coarse_scale, |row, values| pixels.row(row, values))
@@ -132,7 +132,7 @@ impl Attempt<'_> {
                 // A sum beyond all numbers: the tree finds the pixel.
                 return Err(End::NotSeparable);
             }
-            let errors = assessment.left.errors(shape_of(&self.coarse_scale));
+            let errors = assessment.cell_residuals.errors(shape_of(&self.coarse_scale));
             let error = largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values));
             let error = error / largest;
             if error <= TUNING.engine.stopping_share * self.tolerance
@@ -143,20 +143,20 @@ impl Attempt<'_> {
             }
             if error <= TUNING.engine.stopping_share * self.tolerance {
                 // The image of all pixels has to be as good.
-                let maps = self.maps(&assessment.left, self.pixels);
+                let maps = self.maps(&assessment.cell_residuals, self.pixels);
                 if maps.largest_error / maps.largest <= TUNING.engine.stopping_share * self.tolerance {
                     // Something small may have touched one of the samples only.
                     let of_rate = self.coarse_scale.largest() / (self.tolerance * largest);
                     let passes = of_rate * self.search.last_followed();
-                    self.smallest = Some(size_seen(
+                    self.smallest = Some(size_detected(
                         self.search.probes(),
                         passes.max(TUNING.lowrank.least_detected_rate),
                     ));
                     assessment = self.search.ascend(&assessment).await?;
                     // The errors with what ascents have found, which is more than what probes have.
-                    let maps = self.maps(&assessment.left, self.pixels);
-                    let is_good = maps.largest_error <= self.tolerance * maps.largest;
-                    if is_good && !assessment.hides_feature(of_rate, self.search.probes()) {
+                    let maps = self.maps(&assessment.cell_residuals, self.pixels);
+                    let is_complete = maps.largest_error <= self.tolerance * maps.largest;
+                    if is_complete && !assessment.is_significant_feature(of_rate, self.search.probes()) {
                         self.show_maps(&maps);
                         return Ok(self.found(maps, Ending::Complete));
                     }
@@ -171,7 +171,7 @@ impl Attempt<'_> {
             {
                 return Err(Stop::Budget.into());
             }
-            forecast.note(ranks, error);
+            forecast.record(ranks, error);
             let missing = self.probes_needed().saturating_sub(self.search.probes());
             let shape = shape_of(&self.coarse_scale);
             let deadline = self.meter.deadline();
@@ -196,7 +196,7 @@ impl Attempt<'_> {
     fn probes_needed(&self) -> usize {
         let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
         let least =
-            of_tolerance.map_or(0, |(_, size)| points_to_see(*size, TUNING.lowrank.probe_detection_share));
+            of_tolerance.map_or(0, |(_, size)| points_to_detect(*size, TUNING.lowrank.probe_detection_share));
         let beyond =
             self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_fiber_level);
         let of_level = least << beyond;
@@ -204,15 +204,15 @@ impl Attempt<'_> {
         let is_fine = self.vol.base_level > VolOptions::default().base_level;
         let of_base = if is_fine { base_evaluations(self.vol.base_level) } else { 0 };
         let of_feature =
-            self.wanted.map_or(0, |size| points_to_see(size, TUNING.verification.detection_share));
+            self.wanted.map_or(0, |size| points_to_detect(size, TUNING.verification.detection_share));
         of_level.max(of_feature).max(usize::try_from(of_base).unwrap_or(usize::MAX))
     }
 
     /// Image and error at the pixels of `rows`.
-    fn maps(&self, left: &Left, rows: PixelRows<'_>) -> Maps {
+    fn maps(&self, cell_residuals: &CellResiduals, rows: PixelRows<'_>) -> Maps {
         let [height, width] = rows.shape;
         let (pixels, errors) =
-            (self.search.interpolant.pixels(rows.shape), left.errors(rows.shape));
+            (self.search.interpolant.pixels(rows.shape), cell_residuals.errors(rows.shape));
         let (mut image, mut error) = (Image::zeros(height, width), Image::zeros(height, width));
         let of_row =
             |scale: &mut Vec<f64>, (row, (image, error)): (usize, (&mut [f64], &mut [f64]))| {
@@ -237,9 +237,9 @@ impl Attempt<'_> {
     }
 
     /// Shows the image so far, if somebody wants to see it and there is something to see.
-    fn show(&self, left: &Left) {
+    fn show(&self, cell_residuals: &CellResiduals) {
         if self.meter.keeps_images() && !self.search.interpolant.ranks().contains(&0) {
-            self.show_maps(&self.maps(left, self.pixels));
+            self.show_maps(&self.maps(cell_residuals, self.pixels));
         }
     }
 
@@ -251,8 +251,8 @@ impl Attempt<'_> {
 
     /// The image of a search that has ended before its goal.
     fn unfinished(&mut self) -> Made {
-        let left = self.search.assess().left;
-        self.found(self.maps(&left, self.pixels), Ending::Budget)
+        let cell_residuals = self.search.assess().cell_residuals;
+        self.found(self.maps(&cell_residuals, self.pixels), Ending::Budget)
     }
 
     /// The image as it is.

@@ -12,18 +12,18 @@ const CELLS: usize = 8;
 
 /// What is left in each cell of the image: the root of the mean square of the probes there.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Left {
+pub(super) struct CellResiduals {
     cells: [[f64; CELLS]; CELLS],
 }
 
-impl Left {
+impl CellResiduals {
     /// From what is left at each of `points`.
-    pub(super) fn new(points: &[[f64; 3]], rest: &[f64]) -> Self {
+    pub(super) fn new(points: &[[f64; 3]], residual: &[f64]) -> Self {
         let mut squares = [[0.0; CELLS]; CELLS];
         let mut counts = [[0_u32; CELLS]; CELLS];
-        for (point, rest) in points.iter().zip(rest) {
+        for (point, residual) in points.iter().zip(residual) {
             let [column, row] = [cell_of(point[0]), cell_of(point[1])];
-            squares[row][column] += rest * rest;
+            squares[row][column] += residual * residual;
             counts[row][column] += 1;
         }
         let mut cells = squares;
@@ -139,11 +139,11 @@ mod tests {
     use crate::vol::lattice::point;
 
     #[test]
-    fn the_map_is_large_where_much_is_left() {
+    fn the_map_is_large_where_residuals_are() {
         let points: Vec<[f64; 3]> = (0..2048).map(point).collect();
-        let rest: Vec<f64> = points.iter().map(|p| if p[0] < 0.25 { 0.1 } else { 0.01 }).collect();
-        let left = Left::new(&points, &rest);
-        let errors = left.errors([4, 8]);
+        let residual: Vec<f64> = points.iter().map(|p| if p[0] < 0.25 { 0.1 } else { 0.01 }).collect();
+        let cell_residuals = CellResiduals::new(&points, &residual);
+        let errors = cell_residuals.errors([4, 8]);
         for number in 0..4 {
             let mut row = [0.0; 8];
             errors.row(number, &mut row);
@@ -154,7 +154,7 @@ mod tests {
         // A pixel has what is left in all of its cells, wherever its middle is: 0.1 up to the corner
         // at a quarter, half of the next cell in between, 0.01 in the others.
         let mut whole = [0.0];
-        left.errors([1, 1]).row(0, &mut whole);
+        cell_residuals.errors([1, 1]).row(0, &mut whole);
         let mean = (2.0 * 0.1 + 0.5 * (0.1 + 0.01) + 5.0 * 0.01) / 8.0;
         assert!((whole[0] / TUNING.lowrank.error_margin / mean - 1.0).abs() < 1e-12, "{whole:?}");
     }

@@ -4,11 +4,11 @@ use crate::meter::Meter;
 use crate::projection::Layer;
 use crate::site::Site;
 use crate::vol::ascent::{self, Ascents};
-use crate::vol::lattice::{self, smallest_seen};
+use crate::vol::lattice::{self, smallest_detected};
 use crate::vol::lowrank::fibers::largest;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::jump::Steep;
-use crate::vol::lowrank::probes::Left;
+use crate::vol::lowrank::probes::CellResiduals;
 use crate::vol::sampling::{Stop, evaluate};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::{LayerSamples, WIDTH_OF_GAUSSIAN};
@@ -51,8 +51,8 @@ struct Probes {
 /// Where most is left, and how much.
 type Worst = ([f64; 3], f64);
 
-fn worse(worst: Worst, (point, rest): Worst) -> Worst {
-    if rest.abs() > worst.1 { (point, rest.abs()) } else { worst }
+fn worse(worst: Worst, (point, residual): Worst) -> Worst {
+    if residual.abs() > worst.1 { (point, residual.abs()) } else { worst }
 }
 
 /// An interpolant on its way.
@@ -67,7 +67,7 @@ pub(super) struct Search<'a> {
 
 /// How good an interpolant is.
 pub(super) struct Assessment {
-    pub(super) left: Left,
+    pub(super) cell_residuals: CellResiduals,
     worst: Worst,
 }
 
@@ -75,8 +75,8 @@ impl Assessment {
     /// Whether the worst that is left would, as the peak of the smallest feature that so many scattered
     /// samples see, change a pixel by more than is left alone; `of_rate` is the error of a pixel for a rate
     /// of 1 along a unit of depth, over the error allowed.
-    pub(super) fn hides_feature(&self, of_rate: f64, samples: usize) -> bool {
-        let size = smallest_seen(samples, TUNING.verification.detection_share);
+    pub(super) fn is_significant_feature(&self, of_rate: f64, samples: usize) -> bool {
+        let size = smallest_detected(samples, TUNING.verification.detection_share);
         self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > TUNING.verification.sample_line_from
     }
 }
@@ -108,11 +108,11 @@ impl<'a> Search<'a> {
     /// The scattered points where most is left, the worst first: those that ascents begin at.
     fn followed(&self) -> Vec<Worst> {
         let Probes { points, rates, values } = &self.probes;
-        let rest = |i: usize| (rates[i] - values[i]).abs();
+        let residual = |i: usize| (rates[i] - values[i]).abs();
         let mut order: Vec<usize> = (0..values.len()).collect();
-        order.sort_by(|&a, &b| rest(b).total_cmp(&rest(a)).then(a.cmp(&b)));
+        order.sort_by(|&a, &b| residual(b).total_cmp(&residual(a)).then(a.cmp(&b)));
         order.truncate(ascent::number(points.len()));
-        order.into_iter().map(|i| (points[i], rest(i))).collect()
+        order.into_iter().map(|i| (points[i], residual(i))).collect()
     }
 
     /// What is left at the last of the points that ascents begin at: less is not followed.
@@ -128,16 +128,16 @@ impl<'a> Search<'a> {
             let rates = self.view.rates(&points).await?;
             let values = self.interpolant.values(&points);
             let both = rates.iter().zip(values.iter());
-            ascents.take(both.map(|(rate, value)| (rate - value).abs()).collect(), |rest| *rest);
+            ascents.update(both.map(|(rate, value)| (rate - value).abs()).collect(), |residual| *residual);
         }
         let found = ascents.best();
         let Probes { points, rates, values } = &self.probes;
-        let rest = rates.iter().zip(values).map(|(rate, value)| rate - value);
-        let (mut points, mut rest): (Vec<[f64; 3]>, Vec<f64>) = (points.clone(), rest.collect());
+        let residual = rates.iter().zip(values).map(|(rate, value)| rate - value);
+        let (mut points, mut residual): (Vec<[f64; 3]>, Vec<f64>) = (points.clone(), residual.collect());
         points.extend(found.iter().map(|(point, _)| *point));
-        rest.extend(found.iter().map(|(_, rest)| *rest));
+        residual.extend(found.iter().map(|(_, residual)| *residual));
         let worst = found.into_iter().fold(assessment.worst, worse);
-        Ok(Assessment { left: Left::new(&points, &rest), worst })
+        Ok(Assessment { cell_residuals: CellResiduals::new(&points, &residual), worst })
     }
 
     /// The number of scattered points.
@@ -165,25 +165,25 @@ impl<'a> Search<'a> {
     pub(super) fn assess(&mut self) -> Assessment {
         let Probes { points, rates, values } = &mut self.probes;
         values.extend(self.interpolant.values(&points[values.len()..]));
-        let rest: Vec<f64> = rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
-        let left = Left::new(&self.probes.points, &rest);
+        let residual: Vec<f64> = rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
+        let cell_residuals = CellResiduals::new(&self.probes.points, &residual);
         let of_fibers = self.of_fibers.unwrap_or_else(|| {
             (0..3).flat_map(|axis| self.worst_of_fibers(axis)).fold(([0.0; 3], 0.0), worse)
         });
         self.of_fibers = Some(of_fibers);
-        let of_probes = self.probes.points.iter().copied().zip(rest);
+        let of_probes = self.probes.points.iter().copied().zip(residual);
         let worst = of_probes.chain([of_fibers]).fold(([0.0; 3], 0.0), worse);
-        Assessment { left, worst }
+        Assessment { cell_residuals, worst }
     }
 
     /// Where most is left on each fiber along an axis, and what.
     fn worst_of_fibers(&self, axis: usize) -> Vec<Worst> {
         let fibers = &self.interpolant.axes[axis];
         let worst = |((&at, rates), values): ((&[f64; 2], &Vec<f64>), DVector<f64>)| {
-            let rest: Vec<f64> =
+            let residual: Vec<f64> =
                 rates.iter().zip(values.iter()).map(|(rate, value)| rate - value).collect();
-            let place = largest(&rest);
-            (point(axis, at, fibers.places()[place]), rest[place])
+            let place = largest(&residual);
+            (point(axis, at, fibers.places()[place]), residual[place])
         };
         let values = self.interpolant.along(axis, &fibers.at);
         fibers.at.iter().zip(&fibers.rates).zip(values).map(worst).collect()
@@ -245,9 +245,9 @@ impl<'a> Search<'a> {
             let wanted =
                 steep.iter().map(|(axis, steep)| along(*axis, newest(*axis), &steep.inside()));
             let rates = self.view.rates_of_groups(&wanted.collect::<Vec<_>>()).await?;
-            let closer = steep.iter().zip(rates);
-            steep = closer
-                .filter_map(|((axis, steep), rates)| Some((*axis, steep.closer(&rates)?)))
+            let steepest_part = steep.iter().zip(rates);
+            steep = steepest_part
+                .filter_map(|((axis, steep), rates)| Some((*axis, steep.steepest_part(&rates)?)))
                 .collect();
             if steep.is_empty() {
                 return Ok(());

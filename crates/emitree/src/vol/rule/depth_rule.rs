@@ -31,7 +31,7 @@ pub(crate) struct DepthRule {
 impl DepthRule {
     /// The shortest rule that is right to `tolerance` on each of `lines` that is left out, with at
     /// most `most_depths`; `None` if there is none.
-    pub(crate) fn learn(lines: &[&Profile], tolerance: f64, most_depths: usize) -> Option<Self> {
+    pub(crate) fn fit(lines: &[&Profile], tolerance: f64, most_depths: usize) -> Option<Self> {
         if lines.len() < TUNING.rule.least_lines || lines.iter().any(|line| line.has_jump) {
             return None;
         }
@@ -120,7 +120,7 @@ impl DepthRule {
 struct Factors<'a> {
     matrix: &'a DMatrix<f64>,
     /// What the chosen columns leave of all.
-    rest: DMatrix<f64>,
+    remainder: DMatrix<f64>,
     chosen: Vec<usize>,
     /// The orthonormal columns, with room for more.
     q: DMatrix<f64>,
@@ -129,22 +129,22 @@ struct Factors<'a> {
 impl<'a> Factors<'a> {
     fn new(matrix: &'a DMatrix<f64>, most: usize) -> Self {
         let q = DMatrix::zeros(matrix.nrows(), most);
-        Self { matrix, rest: matrix.clone(), chosen: Vec::new(), q }
+        Self { matrix, remainder: matrix.clone(), chosen: Vec::new(), q }
     }
 
     /// Adds a column and returns its direction; `None` if all that are left depend on the chosen.
     fn push(&mut self) -> Option<DVector<f64>> {
-        let squares = self.rest.column_iter().map(|column| column.norm_squared());
-        let pivot = DVector::from_iterator(self.rest.ncols(), squares).argmax().0;
-        let mut direction = self.rest.column(pivot).into_owned();
+        let squares = self.remainder.column_iter().map(|column| column.norm_squared());
+        let pivot = DVector::from_iterator(self.remainder.ncols(), squares).argmax().0;
+        let mut direction = self.remainder.column(pivot).into_owned();
         // Once more: twice is enough for orthogonality to rounding (Giraud et al. 2005).
         let q = self.q.columns(0, self.chosen.len());
         direction -= q * q.tr_mul(&direction);
         if direction.normalize_mut() <= INDEPENDENT * self.matrix.column(pivot).norm() {
             return None;
         }
-        let along = self.rest.tr_mul(&direction);
-        self.rest.ger(-1.0, &direction, &along, 1.0);
+        let along = self.remainder.tr_mul(&direction);
+        self.remainder.ger(-1.0, &direction, &along, 1.0);
         self.q.set_column(self.chosen.len(), &direction);
         self.chosen.push(pivot);
         Some(direction)
@@ -194,7 +194,7 @@ mod tests {
         let mix = |i: i32| mixed(f64::from(i).sin(), f64::from(i).cos() + 0.2);
         let profiles: Vec<Profile> = (0..20).map(|i| profile(5, mix(i))).collect();
         let lines: Vec<&Profile> = profiles.iter().collect();
-        let rule = DepthRule::learn(&lines, 1e-9, 6).unwrap();
+        let rule = DepthRule::fit(&lines, 1e-9, 6).unwrap();
         assert_eq!(rule.depths.len(), 2);
         let exact = 0.4 * (1.0 - 3.0_f64.cos()) / 3.0 + 0.3 * (1.0 - (-1.0_f64).exp());
         let rates = at(&rule, mixed(0.4, 0.3));
@@ -207,11 +207,11 @@ mod tests {
         let profiles: Vec<Profile> =
             (1..=20).map(|i| profile(5, mixed(f64::from(i), 0.0))).collect();
         let lines: Vec<&Profile> = profiles.iter().collect();
-        let rule = DepthRule::learn(&lines, 1e-9, 6).unwrap();
+        let rule = DepthRule::fit(&lines, 1e-9, 6).unwrap();
         assert_eq!((rule.depths.len(), rule.shorter.len()), (1, 0));
         assert!((rule.integral(&at(&rule, mixed(1.0, 0.0))) - lines[0].integral).abs() < 1e-12);
         // All other depths depend on the one.
-        assert!(DepthRule::learn(&lines, -1.0, 6).is_none());
+        assert!(DepthRule::fit(&lines, -1.0, 6).is_none());
     }
 
     #[test]
@@ -234,11 +234,11 @@ mod tests {
     }
 
     #[test]
-    fn a_line_unlike_the_others_is_odd() {
+    fn a_line_unlike_the_others_is_an_outlier() {
         let profiles: Vec<Profile> =
             (0..20).map(|i| profile(5, mixed(f64::from(i).sin(), f64::from(i).cos()))).collect();
         let lines: Vec<&Profile> = profiles.iter().collect();
-        let rule = DepthRule::learn(&lines, 1e-6, 6).unwrap();
+        let rule = DepthRule::fit(&lines, 1e-6, 6).unwrap();
         let knot =
             |z: f64| mixed(0.4, 0.3)(z) + 5.0 * (-(60.0 * (z - 0.5)).powi(2)).exp() + 4.0 * z;
         assert!(rule.is_outlier(&at(&rule, knot), 1e-6));
@@ -248,11 +248,11 @@ mod tests {
     fn there_is_no_rule_for_few_lines_or_lines_with_jumps() {
         let profiles: Vec<Profile> = (0..20).map(|i| profile(5, |z| z + f64::from(i))).collect();
         let lines: Vec<&Profile> = profiles.iter().collect();
-        assert!(DepthRule::learn(&lines, 1e-6, 6).is_some());
-        assert!(DepthRule::learn(&lines[..TUNING.rule.least_lines - 1], 1e-6, 6).is_none());
+        assert!(DepthRule::fit(&lines, 1e-6, 6).is_some());
+        assert!(DepthRule::fit(&lines[..TUNING.rule.least_lines - 1], 1e-6, 6).is_none());
         let mut with_jump = profiles.clone();
         with_jump[3].has_jump = true;
         let lines: Vec<&Profile> = with_jump.iter().collect();
-        assert!(DepthRule::learn(&lines, 1e-6, 6).is_none());
+        assert!(DepthRule::fit(&lines, 1e-6, 6).is_none());
     }
 }

@@ -3,7 +3,7 @@
 use crate::cell::whole;
 use crate::vol::dyadic::{Place, around, spacing};
 use crate::vol::image::block::Block;
-use crate::vol::line::node_lines::LINES_KNOWN;
+use crate::vol::line::node_lines::LINES_CACHED;
 use crate::vol::line::profile::Profile;
 use crate::vol::rule::depth_rule::DepthRule;
 use crate::vol::rule::scan::Scan;
@@ -53,14 +53,14 @@ impl Scan<'_> {
     pub(crate) fn training(&self) -> TrainingLines {
         let full = (0..self.tree.len()).filter(|&i| self.node_lines.is_full(i));
         let lines: Vec<_> = full.map(|i| (i, self.tree.nodes()[i].place)).collect();
-        let known = lines.par_iter().with_min_len(LINES_KNOWN);
+        let known = lines.par_iter().with_min_len(LINES_CACHED);
         let jumping = known.filter(|(i, _)| self.node_lines.has_jump(*i));
         let jumping = jumping.map(|(_, place)| *place).collect();
         TrainingLines { lines, jumping }
     }
 
     /// The rule of a block, learned from the full lines in it and a little around it.
-    pub(crate) fn learn(
+    pub(crate) fn fit_rule(
         &self,
         block: Block,
         training: &TrainingLines,
@@ -80,7 +80,7 @@ impl Scan<'_> {
         }
         // Most blocks of an image with jumps have no rule: profiles are made where there is one.
         let lines: Vec<&Profile> = near.par_iter().map(|&i| self.node_lines.profile(i)).collect();
-        let rule = DepthRule::learn(&lines, tolerance, most_depths)?;
+        let rule = DepthRule::fit(&lines, tolerance, most_depths)?;
         Some(BlockRule { block, rule })
     }
 
@@ -96,8 +96,8 @@ impl Scan<'_> {
         let mut met = FxHashSet::default();
         let around = nodes.iter().flat_map(|&i| blocks_around(self.tree.nodes()[i].place));
         let blocks: Vec<Block> = around.filter(|&block| met.insert(block)).collect();
-        let learn = |&block: &Block| self.learn(block, training, tolerance, most_depths);
-        blocks.par_iter().filter_map(learn).collect()
+        let fit = |&block: &Block| self.fit_rule(block, training, tolerance, most_depths);
+        blocks.par_iter().filter_map(fit).collect()
     }
 
     /// Gives each of the `new` nodes to the shortest rule around it, or to a full line.

@@ -31,7 +31,7 @@ pub(crate) struct Scan<'a> {
     /// Structures that were named: no rule has learned of them.
     pub(crate) seeds: SeedTargets,
     /// Whether nothing is evaluated at places that no pixel sees.
-    pub(crate) closes: bool,
+    pub(crate) skips_closed: bool,
 }
 
 impl Scan<'_> {
@@ -40,7 +40,7 @@ impl Scan<'_> {
         let first = self.tree.len();
         places.iter().for_each(|&place| self.tree.add(place));
         self.node_lines.grow(self.tree.len());
-        if self.closes {
+        if self.skips_closed {
             for (i, &place) in (first..).zip(places) {
                 if !self.view.layer.is_open(place.map(unit)) {
                     self.node_lines.sources[i] = LineSource::Closed;
@@ -167,7 +167,7 @@ impl Scan<'_> {
             let better = [quarter, block]
                 .into_iter()
                 .filter_map(|block| {
-                    self.learn(block, &training, tolerance, TUNING.rule.most_depths_after_failure)
+                    self.fit_rule(block, &training, tolerance, TUNING.rule.most_depths_after_failure)
                 })
                 .min_by_key(|better| better.rule.depths.len());
             let better = better.map(|better| {

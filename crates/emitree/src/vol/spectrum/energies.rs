@@ -37,7 +37,7 @@ pub(crate) struct Energies {
 
 /// What the learned energies leave of one sampled spectrum.
 #[derive(Clone, Debug)]
-pub(crate) struct Rest {
+pub(crate) struct ResidualSpectrum {
     spectrum: Spectrum,
     /// The effective path along the line of sight.
     path: f64,
@@ -45,7 +45,7 @@ pub(crate) struct Rest {
     effects: Vec<f64>,
 }
 
-impl Rest {
+impl ResidualSpectrum {
     fn new(spectrum: Spectrum, path: f64, bins: &Bins<'_>) -> Self {
         let effects = bins.means(&spectrum).iter().map(|mean| mean.abs() * path).collect();
         Self { spectrum, path, effects }
@@ -88,23 +88,23 @@ impl Energies {
     }
 
     /// What the energies leave of the spectrum of a scout, which has been sampled at all of them.
-    pub(crate) fn rest(&self, probe: &SpectralProbe, bins: &Bins<'_>) -> Rest {
-        let left = self.selected.iter().fold(probe.spectrum.clone(), |rest, one| {
-            rest.less(rest.rate(one.place), &one.function)
+    pub(crate) fn residual(&self, probe: &SpectralProbe, bins: &Bins<'_>) -> ResidualSpectrum {
+        let left = self.selected.iter().fold(probe.spectrum.clone(), |residual, one| {
+            residual.less(residual.rate(one.place), &one.function)
         });
-        Rest::new(left, probe.path, bins)
+        ResidualSpectrum::new(left, probe.path, bins)
     }
 
     /// Adds an energy that explains one of the `rests` in full, at `place` or where it is largest, and
     /// takes what it explains off all of them; `false` if there is nothing to learn from it.
-    pub(crate) fn learn(
+    pub(crate) fn select(
         &mut self,
-        rests: &mut [Rest],
+        residuals: &mut [ResidualSpectrum],
         from: usize,
         place: Option<u32>,
         bins: &Bins<'_>,
     ) -> bool {
-        let mut function = rests[from].spectrum.clone();
+        let mut function = residuals[from].spectrum.clone();
         let place = place.unwrap_or_else(|| largest_place(&function, bins));
         let pivot = function.rate(place);
         let least =
@@ -115,9 +115,9 @@ impl Energies {
         function.scale(1.0 / pivot);
         let of_earlier = self.selected.iter().map(|one| one.function.rate(place)).collect();
         let weights = bins.means(&function);
-        rests.par_iter_mut().for_each(|rest| {
-            let left = rest.spectrum.less(rest.spectrum.rate(place), &function);
-            *rest = Rest::new(left, rest.path, bins);
+        residuals.par_iter_mut().for_each(|residual| {
+            let left = residual.spectrum.less(residual.spectrum.rate(place), &function);
+            *residual = ResidualSpectrum::new(left, residual.path, bins);
         });
         self.selected.push(SelectedEnergy { place, of_earlier, weights, function });
         true
@@ -157,10 +157,10 @@ fn size_at(spectrum: &Spectrum, bins: &Bins<'_>, place: u32) -> f64 {
 }
 
 /// The largest error of a voxel in each bin, for any of the `rests`.
-pub(crate) fn unexplained(rests: &[Rest], bins: &Bins<'_>) -> Vec<f64> {
+pub(crate) fn unexplained(residuals: &[ResidualSpectrum], bins: &Bins<'_>) -> Vec<f64> {
     let mut largest = vec![0.0; bins.factors.len()];
-    for rest in rests {
-        largest.iter_mut().zip(&rest.effects).for_each(|(most, effect)| *most = effect.max(*most));
+    for residual in residuals {
+        largest.iter_mut().zip(&residual.effects).for_each(|(most, effect)| *most = effect.max(*most));
     }
     largest
 }

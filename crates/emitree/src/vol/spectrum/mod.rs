@@ -56,10 +56,10 @@ impl Spectrum {
         let mut places: Vec<u32> = self.places().chain(other.places()).collect();
         places.sort_unstable();
         places.dedup();
-        let mut rest = |place: u32| {
+        let mut residual = |place: u32| {
             self.value(place, &mut of_self) - amount * other.value(place, &mut of_other)
         };
-        Self { samples: places.into_iter().map(|place| (place, rest(place))).collect() }
+        Self { samples: places.into_iter().map(|place| (place, residual(place))).collect() }
     }
 
     /// G at a place: sampled, or predicted.

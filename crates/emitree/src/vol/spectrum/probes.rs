@@ -57,12 +57,12 @@ pub(crate) struct SpectralProbes<'a> {
     pub(crate) bins: Bins<'a>,
     pub(crate) probes: Vec<SpectralProbe>,
     /// Where every spectrum is sampled, whatever it looks like.
-    everywhere: BTreeSet<u32>,
+    common_energies: BTreeSet<u32>,
 }
 
 impl<'a> SpectralProbes<'a> {
     pub(crate) fn new(bins: Bins<'a>) -> Self {
-        Self { bins, probes: Vec::new(), everywhere: BTreeSet::new() }
+        Self { bins, probes: Vec::new(), common_energies: BTreeSet::new() }
     }
 
     /// Adds a scout at one sample of a line, unless there is one already.
@@ -121,7 +121,7 @@ impl<'a> SpectralProbes<'a> {
         let cells = f64::from(1_u32 << LINE_LEVEL);
         for u in energies.iter().map(|&energy| self.bins.axis.canonical(energy)) {
             if (0.0..=1.0).contains(&u) {
-                self.sample_everywhere(
+                self.add_common_energy(
                     cell::to_u32(whole((u * cells).round())) * spacing(LINE_LEVEL),
                 );
             }
@@ -129,18 +129,18 @@ impl<'a> SpectralProbes<'a> {
     }
 
     /// Where every spectrum is sampled, whatever it looks like, besides the lattice.
-    pub(crate) fn everywhere(&self) -> impl Iterator<Item = u32> + '_ {
-        self.everywhere.iter().copied()
+    pub(crate) fn common_energies(&self) -> impl Iterator<Item = u32> + '_ {
+        self.common_energies.iter().copied()
     }
 
     /// Has every spectrum sampled at this place from now on.
-    pub(crate) fn sample_everywhere(&mut self, place: u32) {
-        self.everywhere.insert(place);
+    pub(crate) fn add_common_energy(&mut self, place: u32) {
+        self.common_energies.insert(place);
     }
 
     /// Asks for a more precise spectrum of scout `i`, so that it can be learned from: its `effect` in a
     /// voxel may be as large as `largest` elsewhere.
-    pub(crate) fn sharpen(&mut self, i: usize, effect: f64, largest: f64) {
+    pub(crate) fn raise_precision(&mut self, i: usize, effect: f64, largest: f64) {
         let precision = &mut self.probes[i].precision;
         *precision = precision.min((effect / largest).max(TUNING.spectra.least_precision));
     }
@@ -171,7 +171,7 @@ impl<'a> SpectralProbes<'a> {
     /// The places where a spectrum has to be sampled, whatever it looks like.
     fn missing(&self, probe: &SpectralProbe) -> Vec<u32> {
         let whole = lattice(if probe.full { self.level_of_bins() } else { BASE_LEVEL });
-        let found = self.everywhere.iter().chain(&probe.wanted).copied();
+        let found = self.common_energies.iter().chain(&probe.wanted).copied();
         let mut missing: Vec<u32> = whole.chain(found).collect();
         missing.retain(|&place| !probe.spectrum.has(place));
         missing.sort_unstable();

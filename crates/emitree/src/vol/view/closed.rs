@@ -49,14 +49,14 @@ fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> Continued {
         return Continued { value: 0.0, error: 0.0 };
     };
     let unit = (farthest as f64).sqrt();
-    let known: Vec<Known> = nearest
+    let known: Vec<DataPoint> = nearest
         .iter()
         .map(|&(squared, k)| {
             let node = &tree.nodes()[k];
             let along = |axis: usize| (f64::from(node.place[axis]) - f64::from(place[axis])) / unit;
             let weight =
                 (1.0 + squared as f64 / (TUNING.view.quarter_weight * square as f64)).powi(-2);
-            Known { place: [along(0), along(1)], value: node.value, weight }
+            DataPoint { place: [along(0), along(1)], value: node.value, weight }
         })
         .collect();
     fitted(&known)
@@ -74,7 +74,7 @@ const MOST_TERMS: usize = 15;
 const LEAST_INDEPENDENT_PART: f64 = 1e-9;
 
 /// A value near the place where one is wanted, which is the origin.
-struct Known {
+struct DataPoint {
     place: [f64; 2],
     value: f64,
     weight: f64,
@@ -90,7 +90,7 @@ struct Known {
 /// not much larger. Places that leave the next
 /// degree open (two rows of nodes say nothing of the curvature across them) do not show in residuals: then
 /// the error is no less than what the last degree has changed.
-fn fitted(known: &[Known]) -> Continued {
+fn fitted(known: &[DataPoint]) -> Continued {
     let mut fit = Fit::new(known);
     let mut best = Continued { value: 0.0, error: f64::INFINITY };
     let (mut last, mut change) = (0.0, f64::INFINITY);
@@ -111,24 +111,24 @@ fn fitted(known: &[Known]) -> Continued {
 /// Weighted least squares, term by term: the columns of the design are made orthonormal by
 /// Gram and Schmidt, twice, so that no digits are lost to the squares of normal equations.
 struct Fit<'a> {
-    known: &'a [Known],
+    known: &'a [DataPoint],
     /// Roots of the weights, the largest of which is 1.
     roots: Vec<f64>,
     /// Orthonormal columns, and the value of each at the origin.
     columns: Vec<(Vec<f64>, f64)>,
     /// What the columns leave of the values, times the roots of the weights.
-    rest: Vec<f64>,
+    residual: Vec<f64>,
     /// 1 − the leverage of each value.
     independence: Vec<f64>,
 }
 
 impl<'a> Fit<'a> {
-    fn new(known: &'a [Known]) -> Self {
+    fn new(known: &'a [DataPoint]) -> Self {
         let largest = known.iter().map(|one| one.weight).fold(f64::MIN_POSITIVE, f64::max);
         let roots: Vec<f64> = known.iter().map(|one| (one.weight / largest).sqrt()).collect();
-        let rest = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
+        let residual = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
         let independence = vec![1.0; known.len()];
-        Self { known, roots, columns: Vec::with_capacity(MOST_TERMS), rest, independence }
+        Self { known, roots, columns: Vec::with_capacity(MOST_TERMS), residual, independence }
     }
 
     /// Adds powers until there are so many; whether the places tell them all from each other.
@@ -139,7 +139,7 @@ impl<'a> Fit<'a> {
     /// Adds the next power; whether it is one that the places tell from the others.
     fn add_term(&mut self) -> bool {
         let (i, j) = POWERS[self.columns.len()];
-        let of = |(one, root): (&Known, &f64)| root * one.place[0].powi(i) * one.place[1].powi(j);
+        let of = |(one, root): (&DataPoint, &f64)| root * one.place[0].powi(i) * one.place[1].powi(j);
         let mut column: Vec<f64> = self.known.iter().zip(&self.roots).map(of).collect();
         let mut at_origin = if i + j == 0 { 1.0 } else { 0.0 };
         let size = norm(&column);
@@ -155,11 +155,11 @@ impl<'a> Fit<'a> {
             return false;
         }
         column.iter_mut().for_each(|entry| *entry /= across);
-        let common = dot(&self.rest, &column);
-        for ((rest, independence), entry) in
-            self.rest.iter_mut().zip(&mut self.independence).zip(&column)
+        let common = dot(&self.residual, &column);
+        for ((residual, independence), entry) in
+            self.residual.iter_mut().zip(&mut self.independence).zip(&column)
         {
-            *rest -= common * entry;
+            *residual -= common * entry;
             *independence -= entry * entry;
         }
         self.columns.push((column, at_origin / across));
@@ -176,9 +176,9 @@ impl<'a> Fit<'a> {
             .collect();
         let value = weights.iter().zip(self.known).map(|(weight, one)| weight * one.value).sum();
         let amplification: f64 = weights.iter().map(|weight| weight.abs()).sum();
-        let left_out = self.rest.iter().zip(&self.independence);
+        let left_out = self.residual.iter().zip(&self.independence);
         let residual =
-            left_out.map(|(rest, part)| rest.abs() / part.max(TUNING.view.least_independence));
+            left_out.map(|(residual, part)| residual.abs() / part.max(TUNING.view.least_independence));
         Continued { value, error: amplification * residual.fold(0.0, f64::max) }
     }
 }
@@ -245,7 +245,7 @@ mod tests {
             let [x, y] = xy(node.place);
             assert_eq!(node.is_continued, closed);
             assert!((node.value - quartic(x, y)).abs() < 1e-9, "{node:?}");
-            assert!(node.unknown < 1e-9, "{node:?}");
+            assert!(node.continuation_error < 1e-9, "{node:?}");
         }
     }
 
@@ -270,7 +270,7 @@ mod tests {
             let [x, y] = xy(node.place);
             let wrong = (node.value - falling(x, y)).abs();
             assert!(node.value.abs() < 2.0, "{node:?}");
-            assert!(!closed || wrong <= node.unknown.max(1e-3), "{wrong:.1e}: {node:?}");
+            assert!(!closed || wrong <= node.continuation_error.max(1e-3), "{wrong:.1e}: {node:?}");
         }
     }
 

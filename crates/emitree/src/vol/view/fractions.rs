@@ -186,20 +186,20 @@ fn nodes(projection: &dyn Projection, [rows, columns]: [usize; 2], part: usize) 
 fn pieces(region: impl Fn(f64) -> Region) -> Vec<(f64, f64, Region)> {
     let probe = |k: usize| k as f64 / (PROBES - 1) as f64 - 0.5;
     let mut pieces = Vec::new();
-    let (mut from, mut seen) = (-0.5, region(-0.5));
+    let (mut from, mut current) = (-0.5, region(-0.5));
     for k in 1..PROBES {
         let next = region(probe(k));
-        if next != seen {
+        if next != current {
             let (mut low, mut high) = (probe(k - 1), probe(k));
             for _ in 0..BISECTIONS {
                 let middle = 0.5 * (low + high);
-                if region(middle) == seen { low = middle } else { high = middle }
+                if region(middle) == current { low = middle } else { high = middle }
             }
-            pieces.push((from, high, seen));
-            (from, seen) = (high, next);
+            pieces.push((from, high, current));
+            (from, current) = (high, next);
         }
     }
-    pieces.push((from, 0.5, seen));
+    pieces.push((from, 0.5, current));
     pieces
 }
 
@@ -259,8 +259,8 @@ impl CoverageFractions {
         let reach = Image::zeros(rows / parts_per_side, columns / parts_per_side);
         let mut is_crossed = vec![false; reach.pixels().len()];
         for (part, nodes) in &regions.crossed {
-            let is_seen = |node: &Node| layer.share(place(*part, node.place), node.region) != 0.0;
-            is_crossed[regions.pixel(*part)] |= nodes.iter().any(is_seen);
+            let is_visible = |node: &Node| layer.share(place(*part, node.place), node.region) != 0.0;
+            is_crossed[regions.pixel(*part)] |= nodes.iter().any(is_visible);
         }
         let shape = [rows, columns];
         let mut fractions = Self { shape, parts_per_side, constant, varying, reach, is_crossed };
@@ -330,7 +330,7 @@ impl CoverageFractions {
                 core::array::from_fn(|k| largest[k].max((other[k + 3] - own[k + 3]).abs()))
             })
         };
-        let unknown = self.sum(
+        let means_error = self.sum(
             |_| 0.0,
             |(part, moments)| {
                 let [xx, xy, yy] = change(*part);
@@ -338,7 +338,7 @@ impl CoverageFractions {
                 xx * around_mean(moments[3]) + xy * moments[4].abs() + yy * around_mean(moments[5])
             },
         );
-        [image, unknown]
+        [image, means_error]
     }
 
     /// The quadratic polynomial around the middle of a part with the means of those around it, as
@@ -419,13 +419,13 @@ mod tests {
         let means: Vec<f64> = (0..rows * columns)
             .map(|part| mean(part % columns, columns) + 1.0 + (part / columns) as f64 / rows as f64)
             .collect();
-        let [image, unknown] = fractions.apply(&means);
+        let [image, means_error] = fractions.apply(&means);
         let sum = image.pixels().iter().sum::<f64>() / 1600.0;
         let row_mean = 0.5 - 0.5 / rows as f64;
         let exact = core::f64::consts::PI * (1.0 / 64.0 + (1.0 + row_mean) / 4.0);
         assert!((sum - exact).abs() < 1e-6, "{sum} {exact}");
         // Quadratics are known from their means, but for the border of the image.
-        let largest = unknown.largest();
+        let largest = means_error.largest();
         assert!(largest < 1e-8, "{largest}");
     }
 }

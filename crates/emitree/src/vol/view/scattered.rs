@@ -7,7 +7,7 @@ use crate::projection::Projection;
 use crate::tile::Tile;
 use crate::vol::dyadic::{Place, from_unit, spacing};
 use crate::vol::image::nearest::Nearest;
-use crate::vol::least_squares::{Known, MOST_VALUES, expected};
+use crate::vol::least_squares::{DataPoint, MOST_VALUES, estimate};
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
@@ -116,19 +116,19 @@ fn volume_of_view(projection: &dyn Projection) -> f64 {
 /// The size, as a fraction of the view's cube, of the smallest Gaussian that so many scattered samples see
 /// with a probability of 99 %, if its peak in the image is [`FEATURE_CONTRAST`] times the error allowed and
 /// a rate of `passes` at a sample passes: a rate of 1 along a unit of depth is that error.
-pub(crate) fn size_seen(samples: usize, passes: f64) -> f64 {
+pub(crate) fn size_detected(samples: usize, passes: f64) -> f64 {
     // The amplitude falls with the size: some rounds find the size that fits.
     const ROUNDS: usize = 30;
     (0..ROUNDS).fold(0.1, |size, _| {
         let share = passes * WIDTH_OF_GAUSSIAN * size / FEATURE_CONTRAST;
-        lattice::smallest_seen(samples, share.clamp(f64::MIN_POSITIVE, 0.99))
+        lattice::smallest_detected(samples, share.clamp(f64::MIN_POSITIVE, 0.99))
     })
 }
 
 impl Sheet<'_> {
     /// Whether a point is in view.
     pub(crate) fn is_open(&self, point: &[f64; 3]) -> bool {
-        !self.scan.closes || self.scan.view.layer.is_open([point[0], point[1]])
+        !self.scan.skips_closed || self.scan.view.layer.is_open([point[0], point[1]])
     }
 
     /// Adds samples until so many points of the lattice have been looked at, those in view sampled.
@@ -179,10 +179,10 @@ impl ScatteredSheet<'_, '_> {
         let known = |&(_, i): &(u64, usize)| {
             let from = scan.tree.nodes()[i].place;
             let along = |axis: usize| (f64::from(from[axis]) - f64::from(place[axis])) / nearest;
-            Known { place: [along(0), along(1)], value: scan.node_lines.lines[i].rate(depth) }
+            DataPoint { place: [along(0), along(1)], value: scan.node_lines.lines[i].rate(depth) }
         };
-        let known: Vec<Known> = near.iter().map(known).collect();
-        let (value, error) = expected(&known).map_or((0.0, 0.0), |of| (of.value, of.error));
+        let known: Vec<DataPoint> = near.iter().map(known).collect();
+        let (value, error) = estimate(&known).map_or((0.0, 0.0), |of| (of.value, of.error));
         let density = scan.view.layer.solid_angle_density([point[0], point[1]]);
         let [row, column] = self.sheet.pixel(place);
         let effect = density * self.sheet.scale[(row, column)] / self.target;
@@ -197,7 +197,7 @@ impl ScatteredSheet<'_, '_> {
 
     /// The size that the samples are made for.
     fn size(&self) -> f64 {
-        lattice::smallest_seen(self.number, TUNING.verification.detection_share)
+        lattice::smallest_detected(self.number, TUNING.verification.detection_share)
     }
 
     /// The line through a point, with depths around the point down to a part of a feature.
@@ -233,7 +233,7 @@ impl ScatteredSheet<'_, '_> {
         let places = (0..PLACES).map(|k| lattice::point(2 * FIRST_LINE + k));
         let places: Vec<[f64; 3]> = places.filter(|at| self.sheet.is_open(at)).collect();
         let size = |number: i32| SMALLEST * SIZE_RATIO.powi(number);
-        let seen_from = |place: &[f64; 3]| {
+        let detected_size = |place: &[f64; 3]| {
             let squares = points.iter().zip(&passes).map(|(point, passes)| {
                 ((0..3).map(|k| (point[k] - place[k]).powi(2)).sum::<f64>(), *passes)
             });
@@ -242,15 +242,15 @@ impl ScatteredSheet<'_, '_> {
             if kept < near.len() {
                 near.select_nth_unstable_by(kept, |a, b| a.0.total_cmp(&b.0));
             }
-            let is_seen = |number: &i32| {
+            let is_detected = |number: &i32| {
                 let size = size(*number);
                 near[..kept]
                     .iter()
                     .any(|(square, passes)| (-0.5 * square / (size * size)).exp() >= passes * size)
             };
-            (0..SIZES).find(is_seen).unwrap_or(SIZES)
+            (0..SIZES).find(is_detected).unwrap_or(SIZES)
         };
-        let mut sizes: Vec<i32> = places.par_iter().map(seen_from).collect();
+        let mut sizes: Vec<i32> = places.par_iter().map(detected_size).collect();
         sizes.sort_unstable();
         let last = whole((PROBABILITY * sizes.len() as f64).ceil()).max(1) - 1;
         sizes.get(last).map_or(f64::INFINITY, |&number| size(number))

@@ -80,7 +80,7 @@ impl<'a> Sheet<'a> {
             .collect();
         let layer = self.scan.view.layer;
         let open = places.iter().filter(|place| layer.is_open(place.map(unit))).count();
-        self.scan.closes = (TUNING.view.least_open..places.len()).contains(&open);
+        self.scan.skips_closed = (TUNING.view.least_open..places.len()).contains(&open);
         self.scan.add(&places);
         let depths = base_depths(level);
         let open: Vec<usize> =
@@ -185,8 +185,8 @@ impl<'a> Sheet<'a> {
 
     /// The places of seeds that no node is at yet.
     pub(crate) fn missing_seed_places(&self) -> Vec<Place> {
-        let unseen = |place: &&Place| self.scan.tree.find(**place).is_none();
-        self.scan.seeds.places.iter().filter(unseen).copied().collect()
+        let missing = |place: &&Place| self.scan.tree.find(**place).is_none();
+        self.scan.seeds.places.iter().filter(missing).copied().collect()
     }
 
     /// The sheet's image and what is not known of it; `scale` is that of the tile.
@@ -202,9 +202,9 @@ impl<'a> Sheet<'a> {
                 of_lines.pixels_mut().fill(of_a_line);
             }
             Some(fractions) => {
-                let [seen, unknown] = fractions.apply(&pixel_means(tree, fractions.shape()));
-                add(&mut image, seen.pixels(), scale);
-                add(&mut error, unknown.pixels(), scale);
+                let [layer_image, means_error] = fractions.apply(&pixel_means(tree, fractions.shape()));
+                add(&mut image, layer_image.pixels(), scale);
+                add(&mut error, means_error.pixels(), scale);
                 of_lines.add_scaled(&fractions.reach, of_a_line);
             }
         }
@@ -222,21 +222,21 @@ impl<'a> Sheet<'a> {
         let has_required = nodes
             .filter(|(node, _)| node.level < required_level)
             .all(|(_, remaining)| remaining.children == Children::All);
-        let seen = SheetState { guarded, remaining, footprints, has_required };
-        (SheetImage { image, error, of_lines }, seen)
+        let state = SheetState { guarded, remaining, footprints, has_required };
+        (SheetImage { image, error, of_lines }, state)
     }
 
     /// What the choice of nodes is made from; `weights` are those of the sheet in each bin.
     pub(crate) fn choice<'s>(
         &'s self,
-        seen: &'s SheetState,
+        state: &'s SheetState,
         weights: &'s [f64],
         limits: &ChoiceLimits,
     ) -> Choice<'s> {
         Choice {
             tree: &self.scan.tree,
-            remaining: &seen.remaining,
-            footprints: &seen.footprints,
+            remaining: &state.remaining,
+            footprints: &state.footprints,
             weights,
             scale: &self.scale,
             limits: *limits,
@@ -246,16 +246,16 @@ impl<'a> Sheet<'a> {
     /// The places to be looked at next, the most worthwhile first, given the worthwhile nodes.
     pub(crate) fn places(
         &self,
-        seen: &SheetState,
+        state: &SheetState,
         choice: &Choice<'_>,
         mut nodes: Vec<usize>,
     ) -> Vec<Place> {
-        if !seen.has_required {
-            let unseen = |&i: &usize| {
+        if !state.has_required {
+            let missing = |&i: &usize| {
                 self.scan.tree.nodes()[i].level < choice.limits.required_level
-                    && seen.remaining[i].children != Children::All
+                    && state.remaining[i].children != Children::All
             };
-            nodes.extend((0..self.scan.tree.len()).filter(unseen));
+            nodes.extend((0..self.scan.tree.len()).filter(missing));
         }
         let mut places = self.missing_seed_places();
         places.extend(choice.places(&nodes));

@@ -135,7 +135,7 @@ impl Sheet<'_> {
     /// to `tolerance`.
     pub(crate) async fn verify_lines(&mut self, places: Lines, tolerance: f64) -> Result<(), Stop> {
         let Self {
-            scan: Scan { view, tree, node_lines, depth_level, closes, .. },
+            scan: Scan { view, tree, node_lines, depth_level, skips_closed, .. },
             verification,
             ..
         } = self;
@@ -146,7 +146,7 @@ impl Sheet<'_> {
         for (place, depths) in places {
             let place = place.map(|along| nearest_of_level(along, level));
             let is_new = tree.find(place).is_none() && verification.places.find(place).is_none();
-            if is_new && (!*closes || view.layer.is_open(place.map(unit))) {
+            if is_new && (!*skips_closed || view.layer.is_open(place.map(unit))) {
                 verification.places.add(place);
                 own.push(depths);
             }

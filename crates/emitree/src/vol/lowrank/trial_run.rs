@@ -35,7 +35,7 @@ pub(super) fn evaluations_of_tree(
     most: f64,
     deadline: Option<Deadline>,
 ) -> Option<f64> {
-    let stage = InterpolantEmission(interpolant);
+    let emission = InterpolantEmission(interpolant);
     // A limit would make the tree go another way, so it is stopped from outside.
     let (max_evaluations, batch_size, whole_batches) = (u64::MAX, u64::MAX, false);
     let limits = Limits { max_evaluations, batch_size, whole_batches, deadline };
@@ -43,7 +43,7 @@ pub(super) fn evaluations_of_tree(
     let vol = VolOptions { tolerance, ..VolOptions::default() };
     let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
     let mut tree = pin!(by_tree(&meter, &tiles, None, &vol, LayerSamples::default()));
-    let calls = Calls::new(&stage, &meter, None);
+    let calls = Calls::new(&emission, &meter, None);
     let is_too_expensive = || meter.evaluations() as f64 > most;
     let ended = drive(meter.exchange(), tree.as_mut(), |batch| match is_too_expensive() {
         true => Err(RenderError::Interrupted),
@@ -57,10 +57,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_costs_two_looks_and_a_limit_ends_the_rehearsal() {
-        let nothing = Interpolant::new(4);
-        let found = evaluations_of_tree(&nothing, [16, 16], 0.01, 1e6, None).unwrap();
+    fn a_zero_interpolant_costs_two_levels_and_a_limit_ends_the_trial_run() {
+        let zero = Interpolant::new(4);
+        let found = evaluations_of_tree(&zero, [16, 16], 0.01, 1e6, None).unwrap();
         assert!((729.0..5000.0).contains(&found), "{found}");
-        assert_eq!(evaluations_of_tree(&nothing, [16, 16], 0.01, 100.0, None), None);
+        assert_eq!(evaluations_of_tree(&zero, [16, 16], 0.01, 100.0, None), None);
     }
 }
