@@ -1,28 +1,28 @@
-//! Ascents: from the samples that differ most from what is expected, points nearby that differ more.
+//! Ascents to larger residuals: searches beside the scattered samples with the largest residuals.
 //!
-//! A scattered sample may have but the foot of something small. All ascents take their steps side by side,
-//! so that each step is one batch, and no point is asked for twice.
+//! A scattered sample may lie on the slope of a narrow structure. All ascents take their steps
+//! together, so that each step is one batch, and no point is sampled twice.
 
 use crate::vol::dyadic::from_unit;
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashSet;
 
-/// A point, and what has been found there.
+/// A point with the quantity that was evaluated there.
 pub(crate) type Found<T> = ([f64; 3], T);
 
-/// The number of ascents that so many scattered samples are followed by.
+/// The number of ascents that begin from a number of scattered samples.
 pub(crate) fn number(samples: usize) -> usize {
     samples.div_ceil(TUNING.verification.samples_per_ascent)
 }
 
-/// Ascents from some points, which take their steps side by side.
+/// Several ascents with simultaneous steps.
 pub(crate) struct Ascents<T> {
     best: Vec<Found<T>>,
-    /// The length of the next step of each.
+    /// The length of the next step of each ascent.
     lengths: Vec<f64>,
-    /// All points that have been looked at.
+    /// All points that have been evaluated.
     visited: FxHashSet<[u32; 3]>,
-    /// The points of this step, each with the number of its ascent.
+    /// The points of the current step, each with the number of its ascent.
     tried: Vec<(usize, [f64; 3])>,
     steps: usize,
 }
@@ -30,13 +30,13 @@ pub(crate) struct Ascents<T> {
 impl<T> Ascents<T> {
     /// Ascents from `starts`, which are some of `samples` scattered points.
     pub(crate) fn new(starts: Vec<Found<T>>, samples: usize) -> Self {
-        let lengths = vec![TUNING.verification.sample_ascent_step / (samples as f64).cbrt(); starts.len()];
+        let lengths =
+            vec![TUNING.verification.sample_ascent_step / (samples as f64).cbrt(); starts.len()];
         let visited = starts.iter().map(|(at, _)| at.map(from_unit)).collect();
         Self { best: starts, lengths, visited, tried: Vec::new(), steps: 0 }
     }
 
-    /// The points of the next step, of which those that are not `open` are left out; `None` after the
-    /// last one.
+    /// The points of the next step that are `open`; `None` after the last step.
     pub(crate) fn next(&mut self, is_open: impl Fn(&[f64; 3]) -> bool) -> Option<Vec<[f64; 3]>> {
         if self.steps == TUNING.verification.sample_ascent_steps {
             return None;
@@ -52,7 +52,8 @@ impl<T> Ascents<T> {
         Some(tried.iter().map(|(_, at)| *at).collect())
     }
 
-    /// Takes what was `found` at the points of this step; the larger in `size` is the better.
+    /// Stores the quantities `found` at the points of the current step, if they are larger in
+    /// `size`. Steps of ascents without an improvement are halved.
     pub(crate) fn update(&mut self, found: Vec<T>, size: impl Fn(&T) -> f64) {
         let before: Vec<f64> = self.best.iter().map(|(_, of)| size(of)).collect();
         for ((number, at), of) in self.tried.drain(..).zip(found) {
@@ -67,13 +68,13 @@ impl<T> Ascents<T> {
         }
     }
 
-    /// The best point of each ascent.
+    /// The point of each ascent with the largest quantity.
     pub(crate) fn best(self) -> Vec<Found<T>> {
         self.best
     }
 }
 
-/// The points `step` away from a point along each axis, within the cube.
+/// The points at the distance `step` along each axis, clamped to the cube.
 fn beside(point: [f64; 3], step: f64) -> [[f64; 3]; 6] {
     core::array::from_fn(|k| {
         let by = if k % 2 == 0 { -step } else { step };

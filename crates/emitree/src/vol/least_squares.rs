@@ -1,43 +1,45 @@
-//! Local least squares: a quantity known at scattered places around the origin, expected at it.
+//! Local least squares: the value at the origin of a quantity that is given at scattered places
+//! around it.
 
 use crate::vol::tuning::TUNING;
 use nalgebra::{SMatrix, SVector};
 
-/// A value at a place near the origin, where it is wanted.
+/// A value at a place around the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DataPoint {
-    /// The place, in units of the distance of the nearest.
+    /// The place, in units of the distance of the nearest one.
     pub(crate) place: [f64; 2],
     pub(crate) value: f64,
 }
 
-/// What is expected at the origin, and how wrong that may be.
+/// The estimated value at the origin, and its expected |error|.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Estimate {
     pub(crate) value: f64,
     pub(crate) error: f64,
 }
 
-/// Values for a constant, at the least: one can't be checked.
+/// The fewest values for a constant: with one there is no residual.
 const FOR_CONSTANT: usize = 2;
-/// Values for a plane, at the least: two more than it has coefficients.
+/// The fewest values for a plane: two more than it has coefficients.
 const FOR_PLANE: usize = 5;
-/// Values for a paraboloid, at the least: three more than it has coefficients.
+/// The fewest values for a paraboloid: three more than it has coefficients.
 const FOR_PARABOLOID: usize = 9;
-/// More values than this, farther away, would only blur the fit.
+/// The most values of a fit: those further away would smooth it.
 pub(crate) const MOST_VALUES: usize = 14;
-/// Added to the diagonal, relative to the sum of the weights: places on a line fit no plane.
+/// The value added to the diagonal, relative to the sum of the weights: places on a straight line
+/// do not determine a plane.
 const REGULARIZATION: f64 = 1e-9;
-/// Coefficients of a constant, a plane and a paraboloid.
+/// The numbers of coefficients of a constant, a plane and a paraboloid.
 const CONSTANT: usize = 1;
 const PLANE: usize = 3;
 const PARABOLOID: usize = 6;
 
-/// The value at the origin of the constant, plane or paraboloid, as many values as there are allow,
-/// that fits those nearby by weighted least squares; `None` if there are too few.
+/// The value at the origin of the constant, plane or paraboloid, depending on the number of values,
+/// that fits the nearest values by weighted least squares; `None` if there are too few.
 ///
-/// The error is the largest residual of a value that is left out of the fit, less for values far
-/// away, times how much farther from the values than they from each other the origin lies.
+/// The error is the largest leave-one-out residual, less for values far away, times the ratio of
+/// the uncertainty at the origin to that of the values.
 pub(crate) fn estimate(known: &[DataPoint]) -> Option<Estimate> {
     let known = &known[..known.len().min(MOST_VALUES)];
     match known.len() {
@@ -48,7 +50,7 @@ pub(crate) fn estimate(known: &[DataPoint]) -> Option<Estimate> {
     }
 }
 
-/// What a polynomial of so many terms says.
+/// The value at the origin, and its error, of a polynomial with `TERMS` terms.
 fn fitted<const TERMS: usize>(known: &[DataPoint]) -> Option<Estimate> {
     let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
     let mut right = SVector::<f64, TERMS>::zeros();
@@ -76,7 +78,7 @@ fn weight([x, y]: [f64; 2]) -> f64 {
     1.0 / (1.0 + (x * x + y * y) / TUNING.view.fit_quarter_weight).powi(2)
 }
 
-/// The first terms of a polynomial: the constant comes first.
+/// The first terms of a quadratic polynomial, the constant first.
 fn basis<const TERMS: usize>([x, y]: [f64; 2]) -> SVector<f64, TERMS> {
     SVector::from_column_slice(&[1.0, x, y, x * x, x * y, y * y][..TERMS])
 }

@@ -1,8 +1,8 @@
-//! Blocks of the image plane, in each of which one depth rule may hold.
+//! Blocks of the image plane, for each of which a depth rule may be fitted.
 
 use crate::vol::dyadic::{Place, STEPS};
 
-/// A dyadic square of the image plane: 2^`level` of them along each axis.
+/// A dyadic square of the image plane, one of 2^`level` along each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Block {
     pub(crate) level: u8,
@@ -11,13 +11,13 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// The block of `level` that a place is in.
+    /// The block of `level` that contains a place.
     pub(crate) fn around(place: Place, level: u8) -> Self {
         let [column, row] = place.map(|along| (along / (STEPS >> level)).min((1 << level) - 1));
         Self { level, column, row }
     }
 
-    /// The quarter of this block that a place of it is in.
+    /// The quarter of this block that contains a place of it.
     pub(crate) fn quarter(self, place: Place) -> Self {
         Self::around(place, self.level + 1)
     }

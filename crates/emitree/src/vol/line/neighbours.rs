@@ -1,5 +1,5 @@
-//! Neighbouring lines: the depths that a new line takes from them, and structure found on one that is
-//! sampled on the next.
+//! Neighbouring lines: the depths that a new line starts with, and structure that is followed from
+//! line to line.
 
 use crate::vol::dyadic::{Place, around, spacing};
 use crate::vol::image::nearest::Nearest;
@@ -13,19 +13,19 @@ use crate::vol::tuning::TUNING;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// A depth of one line that those next to it should know of.
+/// A depth of one line that is to be sampled on its neighbours.
 #[derive(Clone, Copy, Debug)]
 struct Shared {
     depth: u32,
-    /// The spacing of its level.
+    /// The spacing of its level, in steps.
     length: u32,
-    /// Whether there is only a jump that it is shared for.
+    /// Whether a nearby jump is the only reason.
     of_jump: bool,
 }
 
 impl NodeLines {
-    /// The depths that the new full lines `numbers` start with, and where they are expected to
-    /// jump, given the full lines before node `before`.
+    /// The depths that the new full lines `numbers` start with, given the full lines before node
+    /// `before`. Stores where these lines are expected to have jumps.
     pub(crate) fn start(
         &mut self,
         tree: &ImageTree,
@@ -43,7 +43,8 @@ impl NodeLines {
         numbers.iter().zip(starts).map(of_line).collect()
     }
 
-    /// The same for lines at any `places`, with the brackets of their jumps.
+    /// The depths and the brackets of jumps of new lines at any `places`, given the full lines
+    /// before node `before`.
     pub(crate) fn starts(
         &self,
         tree: &ImageTree,
@@ -60,20 +61,20 @@ impl NodeLines {
         places.par_iter().with_min_len(LINES_ASSESSED).map(of_line).collect()
     }
 
-    /// The full lines before node `before`, by their places.
+    /// The full lines before node `before`, for searches by place.
     pub(crate) fn nearest_full(&self, tree: &ImageTree, before: usize) -> Nearest {
         let full = (0..before).filter(|&i| self.is_full(i));
         let full: Vec<(Place, usize)> = full.map(|i| (tree.nodes()[i].place, i)).collect();
         Nearest::new(full.into_iter())
     }
 
-    /// Sets where line `i` is expected to jump.
+    /// Stores where line `i` is expected to have jumps.
     pub(crate) fn expect(&mut self, i: usize, brackets: Vec<Bracket>) {
         self.brackets[i] = brackets;
     }
 
-    /// The depths that a new full line at `place` starts with: those of the base level, what the
-    /// nearest of the full lines `near` it have opened, and brackets of the jumps.
+    /// The depths and the brackets of a new full line at `place`: those of the base level, those
+    /// that were refined on the nearest of the full lines `near`, and brackets of the jumps.
     fn starting_depths(
         &self,
         tree: &ImageTree,
@@ -85,10 +86,12 @@ impl NodeLines {
         let mut depths = base_depths(base_level);
         let neighbours =
             if self.tracks_jumps { self.neighbours(tree, place, near) } else { Vec::new() };
-        // Two, or more if they are as near as the second.
+        // The two nearest lines, and those at the same distance as the second.
         let farthest = near.get(1).map_or(0, |(distance, _)| *distance);
-        let nearest =
-            near.iter().take(TUNING.line.starting_lines).filter(|(distance, _)| *distance <= farthest);
+        let nearest = near
+            .iter()
+            .take(TUNING.line.starting_lines)
+            .filter(|(distance, _)| *distance <= farthest);
         let has_jumps =
             neighbours.iter().take(TUNING.line.starting_lines).any(|one| !one.jumps.is_empty());
         for line in nearest.map(|&(_, i)| &self.lines[i]) {
@@ -113,7 +116,7 @@ impl NodeLines {
         (depths, brackets)
     }
 
-    /// The jumps of full lines near `place`; none at all if the nearest have none.
+    /// The jumps of full lines near `place`; none if the nearest lines have none.
     fn neighbours(&self, tree: &ImageTree, place: Place, near: &[(u64, usize)]) -> Vec<Neighbour> {
         let unit_distance =
             near.first().map_or(1.0, |(square, _)| (*square as f64).sqrt().max(1.0));
@@ -131,7 +134,7 @@ impl NodeLines {
         neighbours
     }
 
-    /// Looks on neighbouring full lines for what the lines `found` have found, and from there on.
+    /// Samples structure of the lines `found` on neighbouring full lines, and from there on theirs.
     pub(crate) async fn follow(
         &mut self,
         view: &View<'_>,
@@ -163,7 +166,7 @@ impl NodeLines {
         Ok(())
     }
 
-    /// What line `i` has found that full lines next to it have not looked for.
+    /// The depths of line `i` that are missing on neighbouring full lines.
     fn missing_on_neighbours(
         &self,
         tree: &ImageTree,
@@ -193,7 +196,7 @@ impl NodeLines {
         around(node.place, step, 1).filter_map(of_neighbour).collect()
     }
 
-    /// The depths of line `i` that its neighbours should know of.
+    /// The depths of line `i` that are to be sampled on its neighbours.
     fn shared_depths(&self, i: usize, tolerance: f64, base_level: u8) -> Vec<Shared> {
         let line = &self.lines[i];
         let of_sample = |(k, sample): (usize, &Sample)| {
@@ -212,7 +215,7 @@ impl NodeLines {
         line.samples.iter().enumerate().filter_map(of_sample).collect()
     }
 
-    /// Whether line `k` has no sample at `depth`, and none near it in terms of `length`.
+    /// Whether line `k` has no sample at `depth` and a long interval there, compared with `length`.
     fn is_coarse(&self, k: usize, depth: u32, length: u32) -> bool {
         let line = &self.lines[k];
         match line.find(depth) {

@@ -1,12 +1,13 @@
-//! Tracking: where a new line is expected to jump, given the jumps of the full lines around it.
+//! Tracking of jumps: their expected depths on a new line, from those on the full lines around it.
 //!
-//! A surface on which g jumps cuts neighbouring lines at depths that vary smoothly over the image, so
-//! [a local fit](crate::vol::least_squares) to the depths on nearby lines tells where it cuts a new one, and
-//! how well that is known. Two samples around that depth replace the bisection from the base depths.
+//! A surface on which g jumps cuts neighbouring lines at depths that vary smoothly over the image.
+//! A [local fit](crate::vol::least_squares) to these depths gives the depth on a new line, with an
+//! expected error. Two samples around it replace the bisection from the depths of the base.
 //!
-//! Towards a limb two jumps of opposite sign come together like z = m ± √v, where only the middle m
-//! and the squared half width v vary smoothly: pairs are fitted that way too, and the better fit is
-//! believed. A squared half width below zero means that the line passes by.
+//! Towards a limb two jumps of opposite sign approach each other like z = m ± √v, where only the
+//! middle m and the squared half width v vary smoothly. Pairs are fitted in this form too, and the
+//! fit with the smaller error is used. A negative squared half width means that the line passes by
+//! the limb.
 
 use crate::vol::dyadic::{coarsest_between, spacing};
 use crate::vol::least_squares::{DataPoint, Estimate, MOST_VALUES, estimate};
@@ -17,7 +18,7 @@ use crate::vol::tuning::TUNING;
 /// A full line near a new one.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbour {
-    /// Where it is from the new line, in units of the distance of the nearest.
+    /// The place relative to the new line, in units of the distance of the nearest line.
     pub(crate) place: [f64; 2],
     pub(crate) jumps: Vec<Jump>,
 }
@@ -27,23 +28,23 @@ pub(crate) struct Neighbour {
 pub(crate) struct Bracket {
     pub(crate) low: u32,
     pub(crate) high: u32,
-    /// G on either side of the jump, on the reference line.
+    /// G on either side of the jump on the reference line.
     below: f64,
     above: f64,
     misses: u8,
 }
 
-/// Where a new line is to be sampled because of jumps.
+/// The depths at which a new line is to be sampled because of jumps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Predicted {
     pub(crate) brackets: Vec<Bracket>,
-    /// Single depths where little is known.
+    /// Single depths near jumps that have no bracket.
     pub(crate) probes: Vec<u32>,
 }
 
 impl Bracket {
     /// The next depth to be sampled once `line` has both ends; `None` if the jump is between them,
-    /// or can't be found like this.
+    /// or if the search is given up.
     pub(crate) fn next(&mut self, line: &Line) -> Option<u32> {
         let rate = |depth| line.find(depth).ok().map(|i| line.samples[i].rate);
         loop {
@@ -72,8 +73,8 @@ impl Bracket {
     }
 }
 
-/// Where a line is expected to jump, given its `neighbours`, the nearest first. A jump that is closed
-/// in on beyond what `tolerance` asks of the integral saves nothing more.
+/// The expected jumps of a line, given its `neighbours`, the nearest first. Brackets are not
+/// narrower than the error of the integral needs for `tolerance`.
 pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
     let nearest = &neighbours[..neighbours.len().min(TUNING.jumps.reference_lines)];
     let reference = nearest.iter().rev().max_by_key(|neighbour| neighbour.jumps.len());
@@ -94,12 +95,13 @@ pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
     }
     for (k, depth) in depths.iter().enumerate() {
         let Some(Estimate { value: depth, error }) = *depth else { continue };
-        // As narrow as leaves this jump its share of the tolerance, with one share to spare.
+        // Each jump may have an equal share of the tolerance, with one share to spare.
         let shares = (reference.len() + 1) as f64;
         let step = reference[k].step().abs();
         let narrow = tolerance / (2.0 * TUNING.line.jump_error * step * shares);
-        let half = (TUNING.jumps.bracket_scale * (error + TUNING.jumps.width_share * surfaces.width(k)))
-            .max(narrow);
+        let half = (TUNING.jumps.bracket_scale
+            * (error + TUNING.jumps.width_share * surfaces.width(k)))
+        .max(narrow);
         if depth + half <= 0.0 || depth - half >= 1.0 || half > TUNING.jumps.widest_bracket {
             if depth > 0.0 && depth < 1.0 {
                 predicted.probes.extend([
@@ -121,7 +123,7 @@ pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
     predicted
 }
 
-/// Brackets that overlap share the depth in the middle of what they share.
+/// Separates overlapping brackets at a depth between their middles.
 fn separate(brackets: &mut Vec<Bracket>) {
     for k in 1..brackets.len() {
         if brackets[k - 1].high >= brackets[k].low {
@@ -142,8 +144,8 @@ impl Bracket {
     }
 }
 
-/// A coarse place at or beyond `fraction` of the line, on the side of `up`, by no more than
-/// [`SLACK`] · `half`.
+/// A coarse place at or beyond `fraction` of the line, above it if `up`, by at most the slack times
+/// `half`.
 fn outside(fraction: f64, half: f64, up: bool) -> u32 {
     let slack = TUNING.jumps.slack * half;
     if up {
@@ -153,14 +155,14 @@ fn outside(fraction: f64, half: f64, up: bool) -> u32 {
     }
 }
 
-/// The jumps of the neighbours, by the jump of the reference that they match.
+/// The jumps of the neighbours, by the jump of the reference line that they match.
 struct Surfaces<'a> {
     neighbours: &'a [Neighbour],
     matched: Vec<Vec<Option<usize>>>,
 }
 
 impl Surfaces<'_> {
-    /// The neighbours that have jump `k`, with it.
+    /// The neighbours that have jump `k`, with this jump.
     fn of(&self, k: usize) -> impl Iterator<Item = (&Neighbour, &Jump)> {
         let with = self.neighbours.iter().zip(&self.matched);
         with.filter_map(move |(neighbour, matched)| {
@@ -177,13 +179,13 @@ impl Surfaces<'_> {
         self.of(k).map(known).take(MOST_VALUES).collect()
     }
 
-    /// How wide jump `k` is on the nearest lines.
+    /// The largest width of jump `k` on the nearest lines.
     fn width(&self, k: usize) -> f64 {
         self.of(k).take(TUNING.jumps.width_lines).map(|(_, jump)| jump.width).fold(0.0, f64::max)
     }
 
-    /// Jumps `k` and `k` + 1 as middle and squared half width, if that is better, or a probe where
-    /// the line may pass by them.
+    /// Replaces jumps `k` and `k` + 1 by a fit to their middle and squared half width if its error
+    /// is smaller, or by a probe if the line may pass by the pair.
     fn fit_pair(&self, k: usize, depths: &mut [Option<Estimate>], probes: &mut Vec<u32>) {
         let (mut middles, mut squares) = (Vec::new(), Vec::new());
         for (neighbour, matched) in self.neighbours.iter().zip(&self.matched) {
@@ -201,7 +203,11 @@ impl Surfaces<'_> {
         if square.value < -TUNING.jumps.bracket_scale * square.error {
             let inside = middle.value > 0.0 && middle.value < 1.0;
             if inside && own[0] > TUNING.jumps.own_fit_share * middle.error {
-                probes.push(outside(middle.value, middle.error.max(TUNING.jumps.pair_probe_width), false));
+                probes.push(outside(
+                    middle.value,
+                    middle.error.max(TUNING.jumps.pair_probe_width),
+                    false,
+                ));
                 (depths[k], depths[k + 1]) = (None, None);
             }
             return;
@@ -234,7 +240,7 @@ mod tests {
         line
     }
 
-    /// The lattice around the new line with the jumps that `jumps` gives, the nearest first.
+    /// The lattice around the new line with the jumps given by `jumps`, the nearest lines first.
     fn neighbours(jumps: impl Fn(f64, f64) -> Vec<(f64, f64)>) -> Vec<Neighbour> {
         let mut places = Vec::new();
         for i in -2..3 {
@@ -256,7 +262,8 @@ mod tests {
         places.into_iter().take(TUNING.jumps.most_neighbours).map(neighbour).collect()
     }
 
-    /// Samples that the search of one bracket needs until it holds the jump, and that width.
+    /// The number of samples until one bracket contains the jump or is given up, and the width of
+    /// the bracket.
     fn search(mut bracket: Bracket, rate: impl Fn(f64) -> f64 + Copy) -> (usize, f64) {
         let mut line = line(rate, [bracket.low, bracket.high]);
         while let Some(depth) = bracket.next(&line) {

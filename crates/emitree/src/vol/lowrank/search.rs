@@ -1,4 +1,5 @@
-//! The search for an interpolant: fibers where most is left, until little is left everywhere.
+//! The search for an interpolant: new crosses at the largest residuals, until the residuals are
+//! small everywhere.
 
 use crate::meter::Meter;
 use crate::projection::Layer;
@@ -14,7 +15,7 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::{LayerSamples, WIDTH_OF_GAUSSIAN};
 use nalgebra::DVector;
 
-/// Through what G is seen.
+/// The view of G, weighted with the density of solid angle.
 pub(super) struct WeightedView<'a> {
     pub(super) meter: &'a Meter,
     pub(super) layer: &'a dyn Layer,
@@ -32,7 +33,7 @@ impl WeightedView<'_> {
         evaluate(self.meter, points.len(), &site).await
     }
 
-    /// The same at several groups of points.
+    /// The same for several groups of points, in one batch.
     async fn rates_of_groups(&self, groups: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<f64>>, Stop> {
         let mut rates = self.rates(&groups.concat()).await?.into_iter();
         Ok(groups.iter().map(|group| rates.by_ref().take(group.len()).collect()).collect())
@@ -44,44 +45,44 @@ impl WeightedView<'_> {
 struct Probes {
     points: Vec<[f64; 3]>,
     rates: Vec<f64>,
-    /// What the interpolant says at the first ones, if it has been asked.
+    /// The values of the present interpolant at the first points.
     values: Vec<f64>,
 }
 
-/// Where most is left, and how much.
+/// A point with its residual.
 type Worst = ([f64; 3], f64);
 
 fn worse(worst: Worst, (point, residual): Worst) -> Worst {
     if residual.abs() > worst.1 { (point, residual.abs()) } else { worst }
 }
 
-/// An interpolant on its way.
+/// The state of the search: the interpolant so far and its probes.
 pub(super) struct Search<'a> {
     view: WeightedView<'a>,
     pub(super) interpolant: Interpolant,
     probes: Probes,
-    /// The worst of the fibers, if the interpolant has been asked.
+    /// The largest residual on the fibers, once it has been computed for the present interpolant.
     of_fibers: Option<Worst>,
     finest_level: u8,
 }
 
-/// How good an interpolant is.
+/// The residuals of an interpolant.
 pub(super) struct Assessment {
     pub(super) cell_residuals: CellResiduals,
     worst: Worst,
 }
 
 impl Assessment {
-    /// Whether the worst that is left would, as the peak of the smallest feature that so many scattered
-    /// samples see, change a pixel by more than is left alone; `of_rate` is the error of a pixel for a rate
-    /// of 1 along a unit of depth, over the error allowed.
+    /// Whether the largest residual, as the peak of the smallest feature that this number of
+    /// samples detects, would change a pixel by a relevant share of the error allowed; `of_rate` is
+    /// the error of a pixel for a rate of 1 along a unit of depth, in units of the error allowed.
     pub(super) fn is_significant_feature(&self, of_rate: f64, samples: usize) -> bool {
         let size = smallest_detected(samples, TUNING.verification.detection_share);
         self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > TUNING.verification.sample_line_from
     }
 }
 
-/// Why a search can't go on.
+/// Reasons for which a search ends without an image.
 pub(super) enum End {
     /// G has too much structure for an interpolant.
     NotSeparable,
@@ -105,7 +106,8 @@ impl<'a> Search<'a> {
         Self { view, interpolant, probes: Probes::default(), of_fibers: None, finest_level }
     }
 
-    /// The scattered points where most is left, the worst first: those that ascents begin at.
+    /// The scattered points with the largest residuals, in descending order, from which ascents
+    /// begin.
     fn followed(&self) -> Vec<Worst> {
         let Probes { points, rates, values } = &self.probes;
         let residual = |i: usize| (rates[i] - values[i]).abs();
@@ -115,25 +117,27 @@ impl<'a> Search<'a> {
         order.into_iter().map(|i| (points[i], residual(i))).collect()
     }
 
-    /// What is left at the last of the points that ascents begin at: less is not followed.
+    /// The smallest residual from which an ascent begins.
     pub(super) fn last_followed(&self) -> f64 {
         self.followed().last().map_or(0.0, |of| of.1)
     }
 
-    /// Looks for more that is left in ascents from the points where most is: what is left with the points
-    /// that they have found, and the worst of all.
+    /// Searches for larger residuals by ascents. Returns the residuals including the points found.
     pub(super) async fn ascend(&mut self, assessment: &Assessment) -> Result<Assessment, Stop> {
         let mut ascents = Ascents::new(self.followed(), self.probes());
         while let Some(points) = ascents.next(|_| true) {
             let rates = self.view.rates(&points).await?;
             let values = self.interpolant.values(&points);
             let both = rates.iter().zip(values.iter());
-            ascents.update(both.map(|(rate, value)| (rate - value).abs()).collect(), |residual| *residual);
+            ascents.update(both.map(|(rate, value)| (rate - value).abs()).collect(), |residual| {
+                *residual
+            });
         }
         let found = ascents.best();
         let Probes { points, rates, values } = &self.probes;
         let residual = rates.iter().zip(values).map(|(rate, value)| rate - value);
-        let (mut points, mut residual): (Vec<[f64; 3]>, Vec<f64>) = (points.clone(), residual.collect());
+        let (mut points, mut residual): (Vec<[f64; 3]>, Vec<f64>) =
+            (points.clone(), residual.collect());
         points.extend(found.iter().map(|(point, _)| *point));
         residual.extend(found.iter().map(|(_, residual)| *residual));
         let worst = found.into_iter().fold(assessment.worst, worse);
@@ -145,7 +149,7 @@ impl<'a> Search<'a> {
         self.probes.points.len()
     }
 
-    /// The scattered samples, for what comes after the search.
+    /// The scattered samples, for the methods that follow.
     pub(super) fn samples(&self) -> LayerSamples {
         let Probes { points, rates, .. } = &self.probes;
         LayerSamples::of_probes(points, rates, |xy| self.view.layer.solid_angle_density(xy))
@@ -161,11 +165,12 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// What is left of G everywhere.
+    /// The residuals of the present interpolant at all probes and on all fibers.
     pub(super) fn assess(&mut self) -> Assessment {
         let Probes { points, rates, values } = &mut self.probes;
         values.extend(self.interpolant.values(&points[values.len()..]));
-        let residual: Vec<f64> = rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
+        let residual: Vec<f64> =
+            rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
         let cell_residuals = CellResiduals::new(&self.probes.points, &residual);
         let of_fibers = self.of_fibers.unwrap_or_else(|| {
             (0..3).flat_map(|axis| self.worst_of_fibers(axis)).fold(([0.0; 3], 0.0), worse)
@@ -176,7 +181,7 @@ impl<'a> Search<'a> {
         Assessment { cell_residuals, worst }
     }
 
-    /// Where most is left on each fiber along an axis, and what.
+    /// The largest residual on each fiber along an axis, with its point.
     fn worst_of_fibers(&self, axis: usize) -> Vec<Worst> {
         let fibers = &self.interpolant.axes[axis];
         let worst = |((&at, rates), values): ((&[f64; 2], &Vec<f64>), DVector<f64>)| {
@@ -189,7 +194,8 @@ impl<'a> Search<'a> {
         fibers.at.iter().zip(&fibers.rates).zip(values).map(worst).collect()
     }
 
-    /// Takes up the fibers through the point where most is left.
+    /// Adds the fibers through the point of the largest residual, as far as they are not in the
+    /// span of others.
     pub(super) async fn grow(&mut self, assessment: &Assessment) -> Result<(), End> {
         let (point, most) = assessment.worst;
         self.probes.values.clear();
@@ -199,8 +205,11 @@ impl<'a> Search<'a> {
         if is_first {
             self.check_for_jumps(most).await?;
         }
-        let resolved =
-            if is_first { TUNING.lowrank.first_fiber_resolution } else { TUNING.lowrank.fiber_resolution };
+        let resolved = if is_first {
+            TUNING.lowrank.first_fiber_resolution
+        } else {
+            TUNING.lowrank.fiber_resolution
+        };
         let mut is_new = [true; 3];
         let mut allowed = most;
         for _ in 0..TUNING.lowrank.most_reductions {
@@ -256,7 +265,8 @@ impl<'a> Search<'a> {
         Err(End::NotSeparable)
     }
 
-    /// Refines the axes until all of their fibers are resolved to `allowed`; whether one had to be.
+    /// Refines the axes until all of their fibers are resolved to `allowed`. Returns whether one
+    /// was refined.
     async fn resolve(&mut self, allowed: f64) -> Result<bool, End> {
         let mut has_refined = false;
         loop {

@@ -1,4 +1,4 @@
-//! The rehearsal: what the image tree would cost, found on the interpolant instead of on G.
+//! The trial run: the cost of the image tree, measured on the interpolant instead of on G.
 
 use crate::calls::Calls;
 use crate::emission::{Emission, Samples};
@@ -26,8 +26,8 @@ impl Emission for InterpolantEmission<'_> {
     }
 }
 
-/// Evaluations that an image tree takes for the interpolant's image of `shape` to `tolerance`; `None`
-/// if they are more than `most`.
+/// The number of evaluations of an image tree for the interpolant's image of `shape` to
+/// `tolerance`; `None` if they are more than `most` or the deadline passes.
 pub(super) fn evaluations_of_tree(
     interpolant: &Interpolant,
     shape: [usize; 2],
@@ -36,7 +36,7 @@ pub(super) fn evaluations_of_tree(
     deadline: Option<Deadline>,
 ) -> Option<f64> {
     let emission = InterpolantEmission(interpolant);
-    // A limit would make the tree go another way, so it is stopped from outside.
+    // A budget would change the refinement, so that the run is interrupted from outside.
     let (max_evaluations, batch_size, whole_batches) = (u64::MAX, u64::MAX, false);
     let limits = Limits { max_evaluations, batch_size, whole_batches, deadline };
     let meter = Meter::new([0, 0], limits, None, false);
