@@ -3,7 +3,7 @@
 
 use emitree::{Cube, EnergyAxis, EnergyScale, Image, Method, Rendering, StopReason};
 use emitree_io::units::Unit;
-use emitree_io::{CameraKind, Energies, Provenance, Scene, Wcs, WcsAxis, scene_history};
+use emitree_io::{Energies, Provenance, Scene, Wcs, WcsAxis, scene_history};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -123,7 +123,7 @@ impl About {
             band_unit: scene.band_unit().to_owned(),
             band_factor: one[(0, 0)],
             length_unit: scene.length_unit.clone(),
-            is_sky: scene.camera.kind() == CameraKind::Healpix,
+            is_sky: scene.camera.description().is_sky(),
             coordinates: wcs.map(Coordinates::from),
             bins: scene.energy.as_ref().map(Bins::from),
             exposure_s: scene.instrument.as_ref().map(|found| found.instrument.exposure_s),

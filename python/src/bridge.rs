@@ -9,7 +9,8 @@
 //! something itself would wait for threads that wait for it.
 
 use crate::arrays::array;
-use emitree::{Frame, Image, Samples};
+use emitree::progress::Frame;
+use emitree::{Image, Samples};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyOSError, PyValueError};

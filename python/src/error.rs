@@ -1,7 +1,8 @@
 //! Errors of the library as exceptions.
 
 use crate::emission::EmissionStop;
-use emitree::{RenderError as CoreError, WorldTreeError};
+use emitree::RenderError as CoreError;
+use emitree::world_tree::WorldTreeError;
 use emitree_io::OutputError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyMemoryError, PyOSError, PyValueError};
@@ -80,7 +81,7 @@ pub(crate) fn of_rendering(py: Python<'_>, error: CoreError<EmissionStop>) -> Py
         }
         CoreError::Emission(_) => EmissionError::new_err(error.to_string()),
         CoreError::TooLarge { .. } => PyMemoryError::new_err(error.to_string()),
-        CoreError::Option { .. }
+        CoreError::Option(_)
         | CoreError::Build(_)
         | CoreError::EmptyImage { .. }
         | CoreError::NoSolidAngle => SceneError::new_err(error.to_string()),

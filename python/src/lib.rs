@@ -10,6 +10,7 @@
 //! * `emission`: the emission of a scene, or a function in Python, for the library;
 //! * `rendering`: an image or a cube with its error and its cost;
 //! * `about`: what of its scene the results need, plain data that can be pickled;
+//! * `cameras`: the kinds of cameras that scenes have, for the classes in Python;
 //! * `arrays`: images and cubes as arrays of `NumPy`;
 //! * `output`: files that are whole or absent;
 //! * `error`: errors as exceptions, all in one place.
@@ -17,6 +18,7 @@
 mod about;
 mod arrays;
 mod bridge;
+mod cameras;
 mod emission;
 mod error;
 mod output;
@@ -27,6 +29,8 @@ mod session;
 /// emitree's compiled half: use `emitree`.
 #[pyo3::pymodule]
 mod _native {
+    #[pymodule_export]
+    use crate::cameras::cameras;
     #[pymodule_export]
     use crate::error::{EmissionError, RenderError, SceneError};
     #[pymodule_export]

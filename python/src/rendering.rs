@@ -3,12 +3,12 @@
 use crate::about::{About, Bins};
 use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
-use emitree::projection::healpix::pixel_of_direction;
-use emitree::{Cube, EvaluationCounts, Healpix, Image, Rendering};
+use emitree::result::EvaluationCounts;
+use emitree::{Cube, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
-    Bands, Card, East, Energies, FitsProduct, PictureOptions, ProductMap, Quantity, Scene, WcsAxis,
-    encode_png, mollweide,
+    Bands, Card, Energies, FitsProduct, PictureOptions, ProductMap, Quantity, Scene, WcsAxis,
+    encode_png, picture_of_sky,
 };
 use numpy::{PyArray1, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
@@ -79,16 +79,7 @@ impl Rendered {
     /// The image as a picture; a sky as a map of this height.
     fn shown(&self, height: usize) -> PyResult<Image> {
         let image = self.flat()?;
-        if !self.about.is_sky {
-            return Ok(image);
-        }
-        let values = Healpix::nested(&image);
-        let nside = u32::try_from(image.width()).unwrap_or(u32::MAX);
-        let value = |direction| {
-            let pixel = usize::try_from(pixel_of_direction(nside, direction));
-            pixel.ok().and_then(|pixel| values.get(pixel)).copied().unwrap_or(f64::NAN)
-        };
-        Ok(mollweide(height, East::Left, value))
+        Ok(if self.about.is_sky { picture_of_sky(&image, height) } else { image })
     }
 
     /// The expected counts of the instrument of the scene; none if there is no instrument.
@@ -247,11 +238,9 @@ impl Rendered {
         let of_axis = |(axis, (letter, pixels)): (WcsAxis, (char, usize))| {
             let place = |i: usize| axis.crval + axis.cdelt * (i as f64 + 1.0 - axis.crpix);
             let places = PyArray1::from_iter(py, (0..pixels).map(place));
-            let name = match axis.ctype.rsplit_once('-') {
-                Some((_, code @ ("TAN" | "ARC" | "ZEA"))) => {
-                    format!("{letter} on the image plane ({code})")
-                }
-                _ => axis.cname,
+            let name = match axis.plane() {
+                Some(code) => format!("{letter} on the image plane ({code})"),
+                None => axis.cname,
             };
             (name, axis.cunit, places)
         };
@@ -342,7 +331,7 @@ impl Rendered {
             .map(|(number, low, high)| Channel { number, range_kev: [low, high] });
         let channels: Vec<Channel> = channels.collect();
         let name = if seed.is_some() { "COUNTS" } else { "EXPECTED" };
-        let bands = Bands::Channels(&channels);
+        let bands = Bands::Counts { channels: &channels, are_bins: false };
         let maps = vec![ProductMap { name, map: &map, unit: "count", bands }];
         let exposure = self.about.exposure_s;
         let exposure = exposure.map(|time| Card::new("EXPOSURE", time, "[s] of the counts"));

@@ -4,7 +4,9 @@ use crate::bridge::{Caller, Hooks, run};
 use crate::emission::AnyEmission;
 use crate::error::{SceneError, of_encoding, of_rendering, of_scene, of_tree};
 use crate::rendering::Rendered;
-use emitree::{Frame, Image, RenderOptions, StopReason, WorldTreeOptions, build_world_tree};
+use emitree::progress::Frame;
+use emitree::world_tree::{WorldTreeOptions, build_world_tree};
+use emitree::{Image, RenderOptions, StopReason};
 use emitree_io::{Override, TreeFile};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -136,16 +138,14 @@ impl Scene {
         let built = run(py, &hooks, threads, |caller| {
             let progress = |evaluations| caller.progress(evaluations);
             let defaults = WorldTreeOptions::default();
-            let options = WorldTreeOptions {
-                order: settings.order,
-                base_level: settings.base_level,
-                tolerance: settings.tolerance,
-                finest_level: settings.finest_level,
-                max_evaluations: settings.max_evaluations.unwrap_or(defaults.max_evaluations),
-                batch_size: batch_size.unwrap_or(defaults.batch_size),
-                max_memory_bytes: MOST_MEMORY_BYTES,
-                progress: Some(&progress),
-            };
+            let options = WorldTreeOptions::new(settings.tolerance)
+                .with_order(settings.order)
+                .with_base_level(settings.base_level)
+                .with_finest_level(settings.finest_level)
+                .with_max_evaluations(settings.max_evaluations.unwrap_or(defaults.max_evaluations))
+                .with_batch_size(batch_size.unwrap_or(defaults.batch_size))
+                .with_max_memory_bytes(MOST_MEMORY_BYTES)
+                .with_progress(&progress);
             build_world_tree(&emission(scene, &hooks, caller), settings.bounds, &options)
         })?;
         let built = built.map_err(|error| of_tree(py, error))?;
@@ -210,7 +210,7 @@ fn rendered(
 
 /// The options of a scene, with the same memory whatever is free: it may decide the way to the image.
 pub(crate) fn options_of(scene: &emitree_io::Scene) -> RenderOptions<'static> {
-    RenderOptions { max_memory_bytes: MOST_MEMORY_BYTES, ..scene.render_options() }
+    scene.render_options().with_max_memory_bytes(MOST_MEMORY_BYTES)
 }
 
 /// An intermediate image in the unit of the final one; of a cube, the whole band.

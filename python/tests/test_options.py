@@ -30,6 +30,27 @@ def test_options_that_a_method_does_not_use(options, name):
         emitree.render(peak, CUBE, (4, 4), **options)
 
 
+@pytest.mark.parametrize("method", ["paper", "los"])
+def test_images_on_the_way_are_of_vol(method):
+    message = f"`frame` or `progressive` is used, and method `{method}` has no images on the way"
+    with pytest.raises(emitree.SceneError, match=message):
+        emitree.render(peak, CUBE, (4, 4), method=method, frame=print)
+    with pytest.raises(emitree.SceneError, match=message):
+        list(emitree.progressive(peak, CUBE, (4, 4), method=method))
+
+
+@pytest.mark.parametrize(("options", "name"), [
+    (dict(lines=4), "lines"),
+    (dict(method="paper", smallest_feature=0.1), "smallest_feature"),
+    (dict(method="los", threshold="1%"), "threshold"),
+])  # fmt: skip
+def test_a_session_refuses_options_that_its_method_does_not_use(options, name):
+    method = options.get("method", "vol")
+    message = f"`{name}` is given, and method `{method}` does not use it: expected none, or method"
+    with pytest.raises(emitree.SceneError, match=message):
+        emitree.Session(CUBE, (4, 4), **options)
+
+
 def test_lines_of_spectra_are_for_vol():
     energy = emitree.Energies(1, 2, 2, lines=[1.5])
     emitree.render(spectral, CUBE, (2, 2), energy=energy)

@@ -9,10 +9,13 @@
     reason = "a tool that prints to its terminal"
 )]
 
+mod ablate;
 mod astropy;
 mod environment;
+mod features;
 mod fuzz;
 mod gallery;
+mod package;
 mod peers;
 mod performance;
 mod python;
@@ -30,7 +33,8 @@ use workspace::Workspace;
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
 type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
 
-const TOOLS: [(&str, Tool); 4] = [
+const TOOLS: [(&str, Tool); 5] = [
+    ("ablate", ablate::run),
     ("compare-peers", peers::run),
     ("fuzz", fuzz::run),
     ("gallery", gallery::run),
@@ -93,12 +97,15 @@ fn report(step: &Step, Outcome { result, total }: Outcome) -> bool {
 
 fn help() -> String {
     let mut help =
-        String::from("cargo xtask COMMAND\n\n  test     all of the following, in this order\n");
+        String::from("cargo xtask COMMAND\n\n  test      all of the following, in this order\n");
     for Step { name, about, .. } in STEPS {
-        help.push_str(&format!("  {name:7}  {about}\n"));
+        help.push_str(&format!("  {name:8}  {about}\n"));
     }
     help.push_str(
-        "  help     this text\n\n\
+        "  help      this text\n\n\
+         cargo xtask ablate [GROUP ...]\n\n  \
+         renders scenes with each constant of the engine at the ends of its range, and writes\n  \
+         docs/results/tuning.md, or prints the rows of the groups named; some 30 minutes\n\n\
          cargo xtask compare-peers [NAME ...]\n\n  \
          compares emitree with other packages (bench/peers), only those or the scenes\n  \
          that are named, or with `users` what the table of users shows, and writes docs/peers.md\n\n\

@@ -16,7 +16,7 @@ pub(crate) fn run(workspace: &Workspace, names: &[&str]) -> Result<(), String> {
     let python = interpreter(workspace, "peers-venv", &format!("{FOLDER}/requirements.txt"))?;
     lint(workspace, &python, FOLDER)?;
     // Optimised as users have it: seconds are compared too.
-    install(workspace, &python, "peers-wheel", &["--release"])?;
+    install(workspace, &python, "peers-wheel", &["--profile", "dist"])?;
     let module = |arguments: &[&str]| {
         let mut command = workspace.command(&python);
         command.arg("-m").args(arguments);

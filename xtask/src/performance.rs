@@ -22,7 +22,7 @@ const PLOTTED: &str = "scaling";
 /// plots.
 pub(crate) fn run(workspace: &Workspace, sections: &[&str]) -> Result<(), String> {
     let mut command = workspace.cargo();
-    command.args(["run", "--release", "-p", "emitree", "--example", "performance", "--"]);
+    command.args(["run", "--profile", "dist", "-p", "emitree", "--example", "performance", "--"]);
     command.args(sections).stderr(Stdio::inherit());
     let line = spelled(&command);
     eprintln!("xtask: {line}");

@@ -2,7 +2,7 @@
 
 use crate::total::Total;
 use crate::workspace::{Workspace, succeed};
-use crate::{astropy, python, unit, words};
+use crate::{astropy, features, package, python, unit, words};
 
 /// One check, and the subcommand that runs it alone.
 pub(crate) struct Step {
@@ -25,10 +25,16 @@ impl From<Result<(), String>> for Outcome {
     }
 }
 
-pub(crate) const STEPS: [Step; 7] = [
+pub(crate) const STEPS: [Step; 9] = [
     Step { name: "fmt", about: "formatting", run: fmt },
     Step { name: "words", about: "texts use the terms of docs/glossary.md", run: terms },
     Step { name: "lint", about: "clippy, warnings are errors", run: lint },
+    Step { name: "features", about: "clippy on each feature alone", run: features::run },
+    Step {
+        name: "package",
+        about: "manifests and licences of what is published",
+        run: package::run,
+    },
     Step { name: "doc", about: "documentation builds, warnings are errors", run: doc },
     Step { name: "astropy", about: "NumPy and astropy read our files", run: astropy::run },
     Step { name: "python", about: "the Python package: lints, wheel, tests", run: python::run },

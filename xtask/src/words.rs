@@ -118,11 +118,6 @@ const EXCEPTIONS: &[Exception] = &[
         word: "evaluations of pixels",
         reason: "the former name, for programs that use it",
     },
-    Exception {
-        file: "crates/emitree/src/tree/build.rs",
-        word: "deepestlevel",
-        reason: "the former name, for `vol`",
-    },
 ];
 
 /// This file has the words as data.

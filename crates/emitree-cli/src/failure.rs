@@ -1,10 +1,10 @@
 //! Failures, their messages and their exit codes.
 
-use emitree::{RenderError, WorldTreeError};
+use emitree::RenderError;
+use emitree::world_tree::WorldTreeError;
 use emitree_instrument::{ObservationError, PoissonError};
 use emitree_io::{
-    EmissionFailure, FitsEncodeError, NpyError, OutputError, PictureError, SceneError,
-    UnknownEnding,
+    EmissionFailure, EncodeError, FitsEncodeError, OutputError, SceneError, UnknownEnding,
 };
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use std::convert::Infallible;
@@ -39,13 +39,11 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error("output: {0}")]
-    Ending(#[from] UnknownEnding),
+    StopReason(#[from] UnknownEnding),
     #[error(transparent)]
     Fits(#[from] FitsEncodeError),
     #[error(transparent)]
-    Npy(#[from] NpyError),
-    #[error(transparent)]
-    Picture(#[from] PictureError),
+    Encode(#[from] EncodeError),
     #[error(transparent)]
     Figure(#[from] emitree_io::figure::FigureError),
     #[error("{0}")]

@@ -2,7 +2,7 @@
 
 mod support;
 
-use emitree_io::{CameraKind, Scene};
+use emitree_io::{PixelLayout, Scene};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use support::{Folder, HOLMSTROM, decode_png, pixels};
@@ -35,9 +35,9 @@ fn gallery() -> String {
 fn reduced(scene: &Scene) -> Vec<String> {
     const LONGEST_EDGE: usize = 48;
     let reduce = |pixels: usize| (LONGEST_EDGE * pixels).div_ceil(scene.width.max(scene.height));
-    let mut options = match scene.camera.kind() {
-        CameraKind::Healpix => vec!["--set=image.nside=8".to_owned()],
-        _ => vec![
+    let mut options = match scene.camera.description().pixels {
+        PixelLayout::Healpix => vec!["--set=image.nside=8".to_owned()],
+        PixelLayout::Rectangle => vec![
             format!("--width={}", reduce(scene.width)),
             format!("--height={}", reduce(scene.height)),
         ],
@@ -64,7 +64,7 @@ fn check(name: &str, path: &Path) {
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     let image = pixels(&read("a.npy"));
     let inside = image.iter().filter(|pixel| pixel.is_finite());
-    if matches!(scene.camera.kind(), CameraKind::Fisheye { .. }) {
+    if scene.camera.description().name == "fisheye" {
         // A disc is π/4 of its square.
         assert!(inside.clone().count() * 4 > image.len() * 3, "{name}: a disc with holes");
         assert!(image.iter().all(|pixel| !pixel.is_infinite()), "{name}");

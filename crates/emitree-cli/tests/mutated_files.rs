@@ -5,7 +5,8 @@
 
 #![allow(clippy::panic, clippy::unwrap_used, reason = "what fails here fails the test")]
 
-use emitree::{FromFn, WorldBox, WorldTreeOptions, build_world_tree};
+use emitree::FromFn;
+use emitree::world_tree::{WorldBox, WorldTreeOptions, build_world_tree};
 use emitree_instrument::{EffectiveArea, Psf, Redistribution};
 use emitree_io::TreeFile;
 use emitree_io::grid::{AxisNodes, GridRequest, read_grid};
@@ -121,7 +122,7 @@ fn grids() {
 fn saved_trees() {
     let peak = FromFn(|[x, y, z]: [f64; 3], _| (-(x * x + y * y + 2.0 * z * z)).exp());
     let bounds = WorldBox::new([-4.0; 3], [4.0; 3]).unwrap();
-    let options = WorldTreeOptions { tolerance: 0.1, ..WorldTreeOptions::default() };
+    let options = WorldTreeOptions::new(0.1);
     let built = build_world_tree(&peak, bounds, &options).unwrap();
     let file = TreeFile::new(built, options.tolerance).with_units(Some("R_E"), "m-2 s-1");
     let mut bytes = file.encode().unwrap();

@@ -75,3 +75,8 @@ pub use redistribution::{
     Channel, FoldedResponse, Group, Redistributed, Redistribution, RedistributionError, ResponseRow,
 };
 pub use step::{Step, StepSum};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

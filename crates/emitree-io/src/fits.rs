@@ -24,6 +24,7 @@ use fits_well::{FitsError, FitsWriter};
 pub(crate) use provenance::Provenance;
 use std::borrow::Cow;
 use std::time::SystemTime;
+pub(crate) use wcs::{AT_THE_POLE, count};
 
 /// One image of a FITS file, or one cube: the primary one or an extension.
 #[derive(Clone, Copy, Debug)]

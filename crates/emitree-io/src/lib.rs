@@ -9,18 +9,22 @@
 //! FITS or NPY; PNG is for display only.
 //!
 //! ```
-//! use emitree::Image;
-//! use emitree_io::{Format, OutputFile, PictureOptions, encode_npy_image, encode_png};
+//! use emitree_io::{Bands, Format, OutputFile, PictureStyle, Product, ProductMap, Scene};
 //!
+//! let text = r#"
+//!     emission.expression = "exp(-x)"
+//!     projection.type = "canonical"
+//!     image = { width = 8, height = 8 }
+//! "#;
+//! let scene = Scene::parse("example", text, &[])?;
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("image.png");
 //! let format = Format::from_path(&path)?;
 //! let output = OutputFile::create(&path)?; // fails before the expensive part
-//! let image = Image::zeros(64, 64);
-//! let bytes = match format {
-//!     Format::Npy => encode_npy_image(&image),
-//!     _ => encode_png(&image, &PictureOptions::default())?,
-//! };
+//! let found = scene.render(&scene.emission, &scene.render_options())?;
+//! let (unit, bands) = (scene.image_unit(), Bands::Image);
+//! let map = ProductMap { name: "RADIANCE", map: &found.values, unit, bands };
+//! let bytes = format.encode(&Product::new(&scene, map), PictureStyle::default())?;
 //! output.commit(&bytes)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -41,21 +45,29 @@ mod product;
 pub mod scene;
 mod tree_file;
 pub mod units;
+mod words;
 
 pub use colour::{ColourMap, ValueRange};
 pub use energies::{Energies, energy_range};
 pub use fits::{
     Card, CardValue, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs, WcsAxis,
 };
-pub use format::{Format, UnknownEnding};
+pub use format::{EncodeError, Format, FormatDescription, PictureStyle, UnknownEnding};
 pub use memory::{available_memory_bytes, peak_memory_bytes};
-pub use mollweide::{East, mollweide};
+pub use mollweide::{East, mollweide, picture_of_sky};
 pub use npy::{NpyError, encode_npy, encode_npy_cube, encode_npy_image};
 pub use output::{OutputError, OutputFile, OutputSet, commit_all};
 pub use png::{PictureError, PictureOptions, encode_png};
-pub use product::{Bands, FitsProduct, ProductMap, Provenance, scene_history};
+pub use product::{Bands, FitsProduct, Product, ProductMap, Provenance, scene_history};
 pub use scene::{
-    BuildSettings, Camera, CameraKind, EmissionFailure, EmissionSource, GridEmission, Override,
-    Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,
+    BuildSettings, Camera, CameraDescription, CameraKey, EmissionFailure, EmissionSource,
+    FitsCoordinates, GridEmission, KeyDefault, KeyUnit, Override, PixelLayout, PlotAxis, PlotFrame,
+    PlotScale, Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,
+    cameras,
 };
 pub use tree_file::{TreeFile, TreeFileError};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,6 +1,7 @@
 //! The picture of a map of the whole sphere: an ellipse of equal areas.
 
-use emitree::Image;
+use emitree::projection::healpix::pixel_of_direction;
+use emitree::{Healpix, Image};
 use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Which way longitude grows in a picture of the sphere.
@@ -43,6 +44,27 @@ pub fn mollweide<F: Fn([f64; 3]) -> f64>(height: usize, east: East, value: F) ->
         *pixel = direction.map_or(f64::NAN, &value);
     }
     image
+}
+
+/// The picture of an image of [`Healpix`]: the sky as it is seen from inside, in Mollweide's projection
+/// of `height` rows; pixels outside of the ellipse are NaN.
+///
+/// ```
+/// use emitree::Image;
+/// use emitree_io::picture_of_sky;
+///
+/// // Twelve faces of a pixel each, one above the other.
+/// let picture = picture_of_sky(&Image::from_pixels(12, 1, vec![3.0; 12]), 50);
+/// assert_eq!((picture.height(), picture.width(), picture[(25, 50)]), (50, 100, 3.0));
+/// ```
+pub fn picture_of_sky(image: &Image, height: usize) -> Image {
+    let nside = u32::try_from(image.width()).unwrap_or(u32::MAX);
+    let map = Healpix::nested(image);
+    let value = |direction| {
+        let pixel = usize::try_from(pixel_of_direction(nside, direction)).unwrap_or(usize::MAX);
+        map.get(pixel).copied().unwrap_or(f64::NAN)
+    };
+    mollweide(height, East::Left, value)
 }
 
 /// The direction at a point of the picture, both coordinates in \[−1, 1\] and longitude growing to

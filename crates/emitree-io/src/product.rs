@@ -1,7 +1,8 @@
-//! The FITS files of a rendering: its maps and their provenance, the same for every front end.
+//! What a rendering makes and how it came about, for files of every format and every front end.
 
 use crate::energies::Energies;
 use crate::fits::{Card, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs};
+use crate::scene::Scene;
 use emitree::{Cube, Healpix};
 use emitree_instrument::Channel;
 use std::time::SystemTime;
@@ -96,7 +97,12 @@ pub enum Bands<'a> {
     /// Means over the energy bins of the file.
     Energies,
     /// Counts in channels.
-    Channels(&'a [Channel]),
+    Counts {
+        /// The channels.
+        channels: &'a [Channel],
+        /// Whether each is an energy bin of the scene.
+        are_bins: bool,
+    },
 }
 
 /// One of the maps of a file.
@@ -110,6 +116,44 @@ pub struct ProductMap<'a> {
     pub unit: &'a str,
     /// What the bands are.
     pub bands: Bands<'a>,
+}
+
+impl ProductMap<'_> {
+    /// Whether there is a third axis, be it of one band.
+    pub fn is_cube(&self) -> bool {
+        self.bands != Bands::Image
+    }
+}
+
+/// One of the things that a rendering makes: what a [`Format`](crate::Format) writes.
+#[derive(Clone, Debug)]
+pub struct Product<'a> {
+    /// The scene that was rendered.
+    pub scene: &'a Scene,
+    /// The main map.
+    pub map: ProductMap<'a>,
+    /// What its values are, for people: `radiance` for example.
+    pub meaning: &'a str,
+    /// The maps that go with it, in formats with room for several.
+    pub others: Vec<ProductMap<'a>>,
+    /// [`Provenance::cards`], and what is true of this product only.
+    pub provenance: Vec<Card>,
+}
+
+impl<'a> Product<'a> {
+    /// A map of a scene, and nothing else.
+    pub fn new(scene: &'a Scene, map: ProductMap<'a>) -> Self {
+        let (meaning, others, provenance) = (scene.quantity.name(), Vec::new(), Vec::new());
+        Self { scene, map, meaning, others, provenance }
+    }
+
+    /// The energies of the scene, if they are the third axis of the main map.
+    pub(crate) fn energies(&self) -> Option<&'a Energies> {
+        match self.map.bands {
+            Bands::Image | Bands::Counts { are_bins: false, .. } => None,
+            Bands::Energies | Bands::Counts { are_bins: true, .. } => self.scene.energy.as_ref(),
+        }
+    }
 }
 
 /// A FITS file of a rendering: an HDU for each map, or for a sky a table with a column for each band.
@@ -164,16 +208,20 @@ fn known(unit: &str) -> Option<&str> {
 fn image<'a>(&ProductMap { name, map, unit, bands }: &ProductMap<'a>) -> FitsImage<'a> {
     match (map.bands(), bands) {
         ([image], Bands::Image) => FitsImage::new(name, image, known(unit)),
-        (_, Bands::Channels(channels)) => FitsImage::channels(name, map, channels, known(unit)),
-        (_, Bands::Image | Bands::Energies) => FitsImage::cube(name, map, known(unit)),
+        (_, Bands::Counts { channels, are_bins: false }) => {
+            FitsImage::channels(name, map, channels, known(unit))
+        }
+        (_, Bands::Image | Bands::Energies | Bands::Counts { are_bins: true, .. }) => {
+            FitsImage::cube(name, map, known(unit))
+        }
     }
 }
 
 /// A column for each band: `RADIANCE`, or `RADIANCE_1`, `RADIANCE_2` and so on of a cube.
 fn columns<'a>(
-    &ProductMap { name, map, unit, bands }: &ProductMap<'a>,
+    product @ &ProductMap { name, map, unit, .. }: &ProductMap<'a>,
 ) -> Vec<(String, &'a str, Vec<f64>)> {
-    let is_cube = bands != Bands::Image;
+    let is_cube = product.is_cube();
     let number = |bin: usize| if is_cube { format!("_{}", bin + 1) } else { String::new() };
     let bands = map.bands().iter().enumerate();
     bands

@@ -5,9 +5,8 @@
 
 use core::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use emitree::{
-    Canonical, Emission, FromFn, LosOptions, Method, RenderOptions, Samples, Steps, render,
-};
+use emitree::los::{LosOptions, Steps};
+use emitree::{Canonical, Emission, FromFn, RenderOptions, Samples, render};
 use emitree_models::{Expression, Model, build_model};
 use std::collections::BTreeMap;
 
@@ -96,8 +95,8 @@ fn rates(criterion: &mut Criterion) {
 
 /// What the line-of-sight method adds to its evaluations: nanoseconds an evaluation, g's included.
 fn lines(criterion: &mut Criterion) {
-    let los = LosOptions { lines: 1, steps: Steps::Fixed(LINE_STEPS) };
-    let options = RenderOptions::new(Method::Los(los));
+    let los = LosOptions::new(1, Steps::Fixed(LINE_STEPS));
+    let options = RenderOptions::new(los);
     let evaluations = PIXELS * PIXELS * LINE_STEPS;
     let mut group = criterion.benchmark_group("lines");
     group.throughput(Throughput::Elements(evaluations as u64)).sample_size(10);

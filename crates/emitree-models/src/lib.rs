@@ -5,6 +5,8 @@
 //!   what there is, with units, defaults and sources. Some have a spectrum, and
 //!   [need energies](Model::needs_energy). Models of planets and of the Sun glow outside of
 //!   the body, and leave it to the camera to make it opaque.
+//! * [`means`]: of functions over intervals, for the exact image of a [model](models::Holmstrom) that
+//!   has one.
 //! * [`Grid`]: values at the nodes of a rectilinear grid, linear or monotone cubic in between.
 //!
 //! Each is an [`Emission`](emitree::Emission), evaluated in batches, and cheap to share between
@@ -29,9 +31,15 @@ pub mod catalogue;
 mod elementary;
 pub mod expression;
 pub mod grid;
+pub mod means;
 pub mod models;
 mod spelling;
 
 pub use catalogue::{Model, ModelDescription, ModelError, build_model, catalogue};
 pub use expression::{Expression, ExpressionError};
 pub use grid::{Grid, GridError, Interpolation, Outside, OutsideGrid};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -2,11 +2,10 @@
 //! `reference/smile_view1.py`.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Equirectangular, Image, LosOptions, Method, RenderOptions, Rendering, Steps, Threshold,
-    Viewpoint, render,
-};
+use emitree::{Equirectangular, Image, Method, RenderOptions, Rendering, Viewpoint, render};
 use emitree_models::build_model;
 use std::collections::BTreeMap;
 
@@ -31,7 +30,7 @@ fn render_view_1(model: &str, method: Method) -> Rendering {
 }
 
 fn los(lines: usize, steps: usize) -> Method {
-    Method::Los(LosOptions { lines, steps: Steps::Fixed(steps) })
+    Method::Los(LosOptions::new(lines, Steps::Fixed(steps)))
 }
 
 fn largest(image: &Image) -> f64 {
@@ -62,12 +61,8 @@ fn many_lines_converge_to_the_largest_pixel() {
 /// The jumps at magnetopause and bow shock leave a few per cent at this finest level.
 #[test]
 fn the_paper_method_gives_the_same_image_to_a_few_per_cent() {
-    let options = BuildOptions {
-        base_level: 4,
-        finest_level: Some(8),
-        threshold: Threshold::Relative(0.01),
-        ..BuildOptions::default()
-    };
+    let options =
+        BuildOptions::new(Threshold::Relative(0.01)).with_base_level(4).with_finest_level(8);
     for model in ["cmem", "jorgensen"] {
         let rendering = render_view_1(model, Method::Paper(options));
         let lines = render_view_1(model, los(3, 240)).values;

@@ -1,9 +1,8 @@
 //! CMEM in the view of the SMILE SXI camera, against an image computed by `reference/smile_view1.py`:
 //! the model and the camera's orientation together.
 
-use emitree::{
-    Emission, Equirectangular, GeometryError, MappedPoint, Projection, Samples, Viewpoint,
-};
+use emitree::projection::{GeometryError, MappedPoint};
+use emitree::{Emission, Equirectangular, Projection, Samples, Viewpoint};
 use emitree_models::{Model, build_model};
 use std::collections::BTreeMap;
 

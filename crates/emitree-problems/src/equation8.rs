@@ -1,11 +1,11 @@
 //! Eq. (8) of the paper: a smooth function with a peak.
 //!
 //! g = (sin 5x sin 7y sin 11z / 10)² + exp(−α (x − √2/3)²/√2 − α (y − √7/5)² √2 − α (z − √6/5)² √3)
-//! with α = 100 in the paper. Both terms are products, so pixel means are products of means along
-//! the axes.
+//! with α = 100 in the paper. The rate has the sines and exponentials of the standard library, and so
+//! other last bits than the model.
 
-use crate::means;
 use emitree::Image;
+use emitree_models::models::Holmstrom;
 
 /// The α of the paper.
 pub const ALPHA: f64 = 100.0;
@@ -26,26 +26,8 @@ pub fn rate([x, y, z]: [f64; 3], alpha: f64) -> f64 {
 }
 
 /// The exact image of `shape` = \[height, width\] pixels.
-pub fn exact_image(alpha: f64, [height, width]: [usize; 2]) -> Image {
-    let [cx, cy, cz] = centre();
-    let [ax, ay, az] = inverse_squares(alpha);
-    let along = |pixels: usize, a: f64, c: f64, k: f64| -> Vec<[f64; 2]> {
-        let border = |i: usize| i as f64 / pixels as f64;
-        let pixel = |i: usize| {
-            let (from, to) = (border(i), border(i + 1));
-            [means::gaussian(a, c, from, to), means::sine_squared(k, from, to)]
-        };
-        (0..pixels).map(pixel).collect()
-    };
-    let (columns, rows) = (along(width, ax, cx, 5.0), along(height, ay, cy, 7.0));
-    let peak_depth = means::gaussian(az, cz, 0.0, 1.0);
-    let wave_depth = means::sine_squared(11.0, 0.0, 1.0) / 100.0;
-    let pixels = rows.iter().flat_map(|[peak_y, wave_y]| {
-        columns.iter().map(move |[peak_x, wave_x]| {
-            peak_depth * peak_x * peak_y + wave_depth * wave_x * wave_y
-        })
-    });
-    Image::from_pixels(height, width, pixels.collect())
+pub fn exact_image(alpha: f64, shape: [usize; 2]) -> Image {
+    Holmstrom::with_alpha(alpha).exact_image(shape)
 }
 
 fn centre() -> [f64; 3] {

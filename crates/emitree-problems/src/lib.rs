@@ -8,11 +8,11 @@
 //!
 //! ```
 //! use emitree::tree::BuildOptions;
-//! use emitree::{Canonical, FromFn, Method, RenderOptions, render};
+//! use emitree::{Canonical, FromFn, RenderOptions, render};
 //! use emitree_problems::{equation8, relative_error};
 //!
 //! let emission = FromFn(|position, _| equation8::rate(position, 100.0));
-//! let options = RenderOptions::new(Method::Paper(BuildOptions::default()));
+//! let options = RenderOptions::new(BuildOptions::default());
 //! let rendering = render(&emission, &Canonical, [64, 64], &options)?;
 //! let exact = equation8::exact_image(100.0, [64, 64]);
 //! assert!(relative_error(&rendering.values, &exact) < 0.01);
@@ -31,7 +31,6 @@ mod gauss;
 pub mod gaussian;
 pub mod gaussians;
 pub mod knots;
-pub mod means;
 pub mod mutation;
 pub mod nebula;
 mod panels;
@@ -44,6 +43,7 @@ pub mod views;
 pub mod zodiacal;
 
 use emitree::Image;
+pub use emitree_models::means;
 
 /// The largest |error| of a pixel over the largest |pixel| of the exact image: how errors are
 /// measured everywhere here.

@@ -9,8 +9,8 @@ use core::cell::{LazyCell, OnceCell};
 use core::convert::Infallible;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use emitree::quadrature::Integrand;
-use emitree::tree::{BuildOptions, build};
-use emitree::{SparseTree, Threshold};
+use emitree::refinement::Threshold;
+use emitree::tree::{BuildOptions, SparseTree, build};
 use emitree_problems::equation8;
 use emitree_problems::recorded::{Record, Replay};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
@@ -34,8 +34,7 @@ const SHAPE: [usize; 2] = [75, 100];
 
 #[expect(clippy::panic, reason = "a bench that fails must be seen")]
 fn tree_of(integrand: &impl Integrand<3, Error = Infallible>, threshold: f64) -> SparseTree<3> {
-    let options =
-        BuildOptions { threshold: Threshold::Absolute(threshold), ..BuildOptions::default() };
+    let options = BuildOptions::new(Threshold::Absolute(threshold));
     match build(integrand, [false; 3], &options) {
         Ok(built) => built.tree,
         Err(error) => panic!("{error}"),

@@ -64,7 +64,7 @@ fn table(
                 let peak = contrast * TOLERANCE;
                 let knot = Knot::new((set, number), width, peak, &background, &behind);
                 let emission = FromFn(|position, _| knot.rate(position));
-                let method = Method::Vol(VolOptions { tolerance: TOLERANCE, ..Default::default() });
+                let method = Method::Vol(VolOptions::new(TOLERANCE));
                 let rendering = render(&emission, &Canonical, SHAPE, &RenderOptions::new(method))?;
                 let error = relative_error(&rendering.values, knot.exact_image());
                 worst = worst.max(error);

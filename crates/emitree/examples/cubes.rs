@@ -7,8 +7,8 @@
 //! same tolerance of its own largest pixel, and to the same error as the cube.
 
 use emitree::{
-    Canonical, Cube, EnergyAxis, FromFn, FromSpectralFn, Method, RenderOptions, Rendering,
-    VolOptions, render, render_cube,
+    Canonical, Cube, EnergyAxis, FromFn, FromSpectralFn, RenderOptions, Rendering, VolOptions,
+    render, render_cube,
 };
 use emitree_problems::cubes::{CubeProblem, problems};
 use std::error::Error;
@@ -27,8 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn options(tolerance: f64) -> RenderOptions<'static> {
-    let vol = VolOptions { tolerance, ..Default::default() };
-    RenderOptions { max_evaluations: 10_000_000, ..RenderOptions::new(Method::Vol(vol)) }
+    let vol = VolOptions::new(tolerance);
+    RenderOptions::new(vol).with_max_evaluations(10_000_000)
 }
 
 fn cube(

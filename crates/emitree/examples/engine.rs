@@ -9,11 +9,10 @@
 //! `… -- paper 0 72 1e-2` searches for the cheapest threshold of method `paper` for each random scene.
 //! Images have 64 × 64 pixels, those of views as many as the view has.
 
+use emitree::progress::Frame;
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, Frame, FromFn, Image, Method, RenderOptions, Rendering, Threshold, VolOptions,
-    render,
-};
+use emitree::{Canonical, FromFn, Image, RenderOptions, Rendering, VolOptions, render};
 use emitree_problems::catalogue::{problem, problems};
 use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
 use emitree_problems::relative_error;
@@ -62,9 +61,8 @@ fn numbers(text: &str) -> Result<Vec<f64>, Box<dyn Error>> {
 
 fn vol(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> Result<Rendering, Box<dyn Error>> {
     let emission = FromFn(|position, _| rate(position));
-    let options = VolOptions { tolerance, ..Default::default() };
-    let options =
-        RenderOptions { max_evaluations: 3_000_000, ..RenderOptions::new(Method::Vol(options)) };
+    let options = VolOptions::new(tolerance);
+    let options = RenderOptions::new(options).with_max_evaluations(3_000_000);
     Ok(render(&emission, &Canonical, SHAPE, &options)?)
 }
 
@@ -122,8 +120,8 @@ fn trace(name: &str, tolerance: f64) -> Result<(), Box<dyn Error>> {
         ControlFlow::Continue(())
     };
     let emission = FromFn(|position, _| problem.rate(position));
-    let options = VolOptions { tolerance, ..Default::default() };
-    let options = RenderOptions { frame: Some(&frame), ..RenderOptions::new(Method::Vol(options)) };
+    let options = VolOptions::new(tolerance);
+    let options = RenderOptions::new(options).with_frame(&frame);
     render(&emission, &Canonical, SHAPE, &options)?;
     Ok(())
 }
@@ -196,11 +194,8 @@ fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
         let (mut kept, mut ended, mut broken, mut negative, mut logs) = (0, 0, 0, 0, 0.0);
         for (view, reference) in views.iter().zip(&references) {
             let emission = FromFn(|position, _| view.rate(position));
-            let vol = VolOptions { tolerance, ..Default::default() };
-            let options = RenderOptions {
-                max_evaluations: 3_000_000,
-                ..RenderOptions::new(Method::Vol(vol))
-            };
+            let vol = VolOptions::new(tolerance);
+            let options = RenderOptions::new(vol).with_max_evaluations(3_000_000);
             let rendering = render(&emission, view.camera(), view.shape(), &options)?;
             let outcome = Outcome::of(&rendering, reference);
             let converged = rendering.converged();
@@ -280,12 +275,8 @@ fn cheapest(
     let mut cheapest: Vec<Option<u64>> = vec![None; tolerances.len()];
     let (mut threshold, mut most) = (0.3, 0);
     while cheapest.contains(&None) && most < 1_000_000 && threshold > 1e-7 {
-        let build = BuildOptions {
-            threshold: Threshold::Relative(threshold),
-            finest_level: Some(7),
-            ..Default::default()
-        };
-        let options = RenderOptions::new(Method::Paper(build));
+        let build = BuildOptions::new(Threshold::Relative(threshold)).with_finest_level(7);
+        let options = RenderOptions::new(build);
         let rendering = render(&emission, &Canonical, SHAPE, &options)?;
         let error = relative_error(&rendering.values, exact);
         most = rendering.stats.evaluations;

@@ -28,9 +28,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let reference = tail.reference_image(SHAPE);
         let emission = FromFn(|position, _| tail.rate(position));
         for (&tolerance, kept) in tolerances.iter().zip(&mut kept) {
-            let method = Method::Vol(VolOptions { tolerance, ..Default::default() });
-            let options =
-                RenderOptions { max_evaluations: 3_000_000, ..RenderOptions::new(method) };
+            let method = Method::Vol(VolOptions::new(tolerance));
+            let options = RenderOptions::new(method).with_max_evaluations(3_000_000);
             let rendering = render(&emission, &*camera, SHAPE, &options)?;
             let error = relative_error(&rendering.values, &reference.image);
             let converged = rendering.converged();

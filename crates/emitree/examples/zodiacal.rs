@@ -6,7 +6,7 @@
 //! Earth at these longitudes \[degrees\] and towards its apex and its antapex. The last columns are the
 //! pixels with an error above their own estimate, and above the tolerance.
 
-use emitree::{FromFn, Method, RenderOptions, VolOptions, render};
+use emitree::{FromFn, RenderOptions, VolOptions, render};
 use emitree_problems::relative_error;
 use emitree_problems::zodiacal::{Towards, Zodiacal};
 use std::error::Error;
@@ -50,10 +50,9 @@ fn table(zodiacal: &Zodiacal, tolerances: &[f64]) -> Result<(), Box<dyn Error>> 
     println!("| --: | --: | --: | --: | --: | --: | --: |");
     let emission = FromFn(|position, _| zodiacal.rate(position));
     for &tolerance in tolerances {
-        let options = VolOptions { tolerance, ..Default::default() };
+        let options = VolOptions::new(tolerance);
         let start = Instant::now();
-        let rendering =
-            render(&emission, &camera, SHAPE, &RenderOptions::new(Method::Vol(options)))?;
+        let rendering = render(&emission, &camera, SHAPE, &RenderOptions::new(options))?;
         let error = rendering.error.as_ref().ok_or("method vol estimates errors")?;
         let far = rendering.values.pixels().iter().zip(exact.pixels()).map(|(a, b)| (a - b).abs());
         let slack = reference.error * largest;

@@ -4,11 +4,12 @@ use crate::emission::{Emission, Samples};
 use crate::error::RenderError;
 use crate::exchange::{Batch, EmissionFailed, MethodError, drive};
 use crate::meter::Meter;
+use crate::parallel::prelude::*;
+use crate::progress::Progress;
 use core::future::Future;
 use core::ops::ControlFlow;
 use core::pin::Pin;
 use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use rayon::prelude::*;
 use std::time::Instant;
 
 /// Sample points of one call of g, at most: enough to make the overhead of a call negligible for a
@@ -22,9 +23,6 @@ const SHARE_OF_TIME_PER_CALL: f64 = 0.05;
 
 /// A batch that is expected to take less than this is not divided.
 const WORTH_A_THREAD_NANOSECONDS: f64 = 3e4;
-
-/// A callback with the number of evaluations so far, which may end the rendering.
-pub type Progress<'a> = dyn Fn(u64) -> ControlFlow<()> + Sync + 'a;
 
 /// An emission that is evaluated for a method.
 pub(crate) struct Calls<'a, E> {
@@ -67,7 +65,7 @@ impl<'a, E: Emission> Calls<'a, E> {
             self.meter.check_time()?;
             return self.tell_progress(self.meter.new_evaluations());
         }
-        let threads = rayon::current_num_threads();
+        let threads = crate::parallel::current_num_threads();
         let per_call = rates.len().div_ceil(threads);
         let per_call = match self.emission.takes_whole_batches() {
             true => rates.len().max(1),
@@ -169,10 +167,10 @@ pub(crate) fn check_finite<E>(samples: &Samples<'_>, rates: &[f64]) -> Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::{Method, RenderOptions};
+    use crate::los::{LosOptions, Steps};
+    use crate::options::RenderOptions;
     use crate::projection::Canonical;
     use crate::render::render;
-    use crate::{LosOptions, Steps};
     use core::convert::Infallible;
     use std::sync::Mutex;
 
@@ -207,7 +205,7 @@ mod tests {
     fn sizes(whole: bool) -> Vec<usize> {
         let calls = Calls { whole, sizes: Mutex::default() };
         let los = LosOptions { lines: 1, steps: Steps::Fixed(64) };
-        let options = RenderOptions { batch_size: 10_000, ..RenderOptions::new(Method::Los(los)) };
+        let options = RenderOptions { batch_size: 10_000, ..RenderOptions::new(los) };
         let rendering = render(&&calls, &Canonical, [16, 16], &options).unwrap();
         assert_eq!((rendering.stats.evaluations, rendering.stats.batches), (16_384, 2));
         calls.sizes.into_inner().unwrap()

@@ -6,7 +6,7 @@
 /// children of one cell are a *family*, named by their parent's position.
 ///
 /// ```
-/// use emitree::CellIndex;
+/// use emitree::cell::CellIndex;
 ///
 /// let cell = CellIndex::new(3, [1, 6, 7]);
 /// assert_eq!(cell.centre(), [0.1875, 0.8125, 0.9375]);

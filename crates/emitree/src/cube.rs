@@ -1,14 +1,14 @@
 //! The spectral cube: an image for each energy bin.
-//!
-//! # Axis order
-//!
-//! A cube is an array of shape (bins, height, width): the lowest energies first, each band in the
-//! [orientation of all images](crate::image).
 
 use crate::energy::EnergyAxis;
 use crate::image::Image;
 
-/// A cube of voxels, one image a bin; see [the axis order](self).
+/// A cube of voxels, one image a bin.
+///
+/// # Axis order
+///
+/// A cube is an array of shape (bins, height, width): the lowest energies first, each band in the
+/// [orientation of all images](crate::Image).
 ///
 /// ```
 /// use emitree::{Cube, EnergyAxis, EnergyScale, Image};
@@ -19,7 +19,7 @@ use crate::image::Image;
 /// // The sum over energy: each bin is 5 wide here.
 /// let axis = EnergyAxis::new(0.0, 10.0, 2, EnergyScale::Linear)?;
 /// assert_eq!(cube.sum_over_energy(&axis).pixels(), [20.0, 30.0]);
-/// # Ok::<(), emitree::EnergyError>(())
+/// # Ok::<(), emitree::energy::EnergyError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cube {

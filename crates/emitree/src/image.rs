@@ -1,13 +1,13 @@
 //! The image: pixels in the one orientation that everything here uses.
-//!
-//! # Axis order and orientation
-//!
-//! An image is an array of shape (height, width), stored row by row. Row 0 is the lowest y and
-//! column 0 the lowest x of the canonical cube, as in FITS; x grows with the column and y with the
-//! row. Seen from the observer, x points to the right and y points up. Only pictures for display
-//! (PNG) are flipped, so that y points up on the screen.
 
-/// An image or any other map with one value a pixel; see [the orientation](self).
+/// An image or any other map with one value a pixel.
+///
+/// # Axis order and orientation
+///
+/// An image is an array of shape (height, width), stored row by row. Row 0 is the lowest y and
+/// column 0 the lowest x of the canonical cube, as in FITS; x grows with the column and y with the
+/// row. Seen from the observer, x points to the right and y points up. Only pictures for people
+/// (PNG) are flipped, so that y points up on the screen.
 ///
 /// ```
 /// use emitree::Image;

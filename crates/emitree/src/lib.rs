@@ -5,7 +5,7 @@
 //! the image, its estimated error and the number of evaluations:
 //!
 //! ```
-//! use emitree::{Equirectangular, FromFn, Method, RenderOptions, Viewpoint, VolOptions, render};
+//! use emitree::{Equirectangular, FromFn, RenderOptions, Viewpoint, VolOptions, render};
 //!
 //! // A corona that fades with the distance r from the origin, seen from 10 away.
 //! let corona = FromFn(|[x, y, z]: [f64; 3], _direction: [f64; 3]| {
@@ -13,7 +13,7 @@
 //! });
 //! let viewpoint = Viewpoint { position: [10.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
 //! let camera = Equirectangular::new(viewpoint, [0.8, 0.6], [0.0, 20.0])?;
-//! let options = RenderOptions::new(Method::Vol(VolOptions { tolerance: 0.01, ..VolOptions::default() }));
+//! let options = RenderOptions::new(VolOptions::new(0.01));
 //!
 //! let rendering = render(&corona, &camera, [60, 80], &options)?;
 //! assert!(rendering.converged() && rendering.estimated_error() < Some(0.01));
@@ -23,9 +23,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The modules, in the order in which data pass through them:
+//! What these examples need is at the root. All else is in the modules, in the order in which data pass
+//! through them:
 //!
-//! * [`emission`]: g in batches, evaluated and counted in one place;
 //! * [`projection`]: a camera maps the world to the canonical cube, z along the line of sight: image
 //!   planes of seven kinds, depths finite or not, bounds, opaque bodies, the sky in `HEALPix` faces;
 //! * [`vol`]: the engine: a tree of the image plane whose nodes are lines of sight, refined until the
@@ -35,14 +35,24 @@
 //! * [`tree`]: the paper's sparse tree of cell averages: built, projected along z by one sum for each
 //!   coefficient, sampled to pixels;
 //! * [`world_tree`]: a tree of g itself in a box of the world, an emission for any camera;
-//! * [`image`]: pixels, and the one orientation that they have everywhere;
-//! * [`energy`], [`cube`]: the energy axis, and an image for each of its bins ([`render_cube()`]);
-//! * [`los`]: lines of sight pixel by pixel, the baseline.
+//! * [`los`]: lines of sight pixel by pixel, the baseline;
+//! * [`radiance`]: irradiances of pixels, and images of trees;
+//! * [`energy`]: the energy axis, with which there is an image for each of its bins ([`render_cube()`]);
+//! * [`progress`]: callbacks while a rendering is made;
+//! * [`result`]: the parts of a [`Rendering`];
+//! * [`error`]: the options that a [`RenderError`] names.
+//!
+//! # Features
+//!
+//! * `rayon` (default): work is divided among threads. Without it everything is done in the thread that
+//!   calls, with the same bits.
+//! * `healpix` (default): `Healpix` and `projection::healpix`, the sky in pixels of equal area.
 //!
 //! It starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
 //! Subdivision* ("the paper").
 
-pub mod emission;
+mod parallel;
+mod emission;
 mod known;
 mod exchange;
 mod calls;
@@ -58,44 +68,41 @@ pub mod tree;
 pub mod world_tree;
 pub mod vol;
 pub mod los;
-pub mod image;
+mod image;
 pub mod energy;
-pub mod cube;
+mod cube;
 mod memory;
-mod radiance;
+pub mod radiance;
 mod tile;
 mod method;
 mod paper;
+pub mod progress;
 mod options;
 mod session;
 mod rendering;
+pub mod result;
 mod render;
-mod error;
+pub mod error;
 
-pub use calls::Progress;
-pub use cell::CellIndex;
 pub use cube::Cube;
 pub use emission::{Emission, FromFn, FromSpectralFn, Samples};
-pub use energy::{EnergyAxis, EnergyError, EnergyScale};
-pub use error::RenderError;
+pub use energy::axis::{EnergyAxis, EnergyScale};
+pub use error::render::RenderError;
 pub use image::Image;
-pub use los::{LosOptions, Steps};
-pub use options::{DEFAULT_MAX_EVALUATIONS, Frame, FrameCallback, Method, RenderOptions};
-pub use prediction::Predictor;
-pub use projection::{
-    Bounds, Camera, Canonical, DiscMapping, Ellipsoid, Equirectangular, Fisheye, GeometryError,
-    Healpix, ImagePlane, Layer, MappedPoint, Orthographic, Perspective, Polar, Projection, Region,
-    Sight, Viewpoint,
-};
-pub use radiance::{image_of_tree, irradiance_of};
-pub use refinement::Threshold;
+pub use options::{Method, RenderOptions};
+#[cfg(feature = "healpix")]
+pub use projection::all_sky::Healpix;
+pub use projection::camera::{Equirectangular, Fisheye, Orthographic, Perspective, Polar};
+pub use projection::canonical::Canonical;
+pub use projection::frame::Viewpoint;
+pub use projection::map::Projection;
 pub use render::{render, render_cube};
-pub use rendering::{RenderStats, RenderedTree, Rendering, Values};
+pub use rendering::Rendering;
 pub use session::Session;
-pub use tally::EvaluationCounts;
-pub use tree::{SparseTree, StopReason};
-// The former name, for the link in `options.rs`.
-#[doc(hidden)]
-pub use tree::StopReason as Ending;
-pub use vol::{FEATURE_CONTRAST, FeatureSize, Seed, VolOptions};
-pub use world_tree::{WorldBox, WorldTree, WorldTreeError, WorldTreeOptions, build_world_tree};
+pub use tree::build::StopReason;
+pub use vol::options::VolOptions;
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

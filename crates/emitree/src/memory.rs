@@ -1,6 +1,6 @@
 //! Memory: the estimate for a rendering; too much is an error before anything is allocated.
 
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::los::{LosOptions, Steps, adaptive};
 use crate::options::{Method, RenderOptions};
 use crate::quadrature::CellRule;
@@ -60,9 +60,8 @@ pub(crate) fn check_size<E>(
     };
     let longest = height.max(width);
     if longest > MAX_PIXELS_ALONG {
-        let name = if longest == width { "width" } else { "height" };
-        let expected = "at most 2^24 pixels along an axis";
-        return Err(RenderError::Option { name, value: longest.to_string(), expected });
+        let too_long = if longest == width { OptionError::Width } else { OptionError::Height };
+        return Err(too_long(longest).into());
     }
     let (height, width) = (height as u64, width as u64);
     let number = size_of::<f64>() as u64;

@@ -5,6 +5,7 @@ use crate::energy::EnergyAxis;
 use crate::error::RenderError;
 use crate::exchange::{Batch, Exchange, MethodError};
 use crate::known::KnownRates;
+use crate::parallel::prelude::*;
 use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{AsyncIntegrand, Points};
 use crate::site::{Mapping, Site, SiteSource, Stretch};
@@ -12,7 +13,6 @@ use crate::tally::{EvaluationCounts, Tally};
 use crate::tree::StopReason;
 use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
-use rayon::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 

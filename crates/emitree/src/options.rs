@@ -1,15 +1,13 @@
 //! Options of a rendering: the method and its own options, the limits, and who hears of it on the way.
 
-use crate::calls::Progress;
-use crate::error::RenderError;
-use crate::image::Image;
+use crate::error::{OptionError, RenderError};
 use crate::known::BYTES_PER_KNOWN_RATE;
 use crate::los::{LosOptions, Steps};
 use crate::memory::{check_size, evaluations_in_memory};
 use crate::meter::{Deadline, Limits};
+use crate::progress::{FrameCallback, Progress};
 use crate::tree::BuildOptions;
 use crate::vol::VolOptions;
-use core::ops::ControlFlow;
 
 /// The way from g to the image.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +25,24 @@ pub enum Method {
     Los(LosOptions),
 }
 
+impl From<VolOptions> for Method {
+    fn from(options: VolOptions) -> Self {
+        Self::Vol(options)
+    }
+}
+
+impl From<BuildOptions> for Method {
+    fn from(options: BuildOptions) -> Self {
+        Self::Paper(options)
+    }
+}
+
+impl From<LosOptions> for Method {
+    fn from(options: LosOptions) -> Self {
+        Self::Los(options)
+    }
+}
+
 impl Method {
     /// The name, as scenes write it.
     pub fn name(&self) -> &'static str {
@@ -38,32 +54,30 @@ impl Method {
     }
 }
 
-/// An image on the way: what a rendering has after one of its steps.
-#[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
-pub struct Frame<'a> {
-    /// The image so far, in the unit of the final one.
-    pub image: &'a Image,
-    /// The estimated |error| of each pixel of it.
-    pub error: &'a Image,
-    /// Evaluations of g so far.
-    pub evaluations: u64,
-    /// Batches of evaluations so far.
-    pub batches: u64,
-}
-
-/// Sees the image on the way, and may end the rendering.
-pub type FrameCallback<'a> = dyn Fn(&Frame<'_>) -> ControlFlow<()> + Sync + 'a;
-
 /// Options of a rendering.
+///
+/// ```
+/// use emitree::{RenderOptions, VolOptions};
+/// use std::ops::ControlFlow;
+///
+/// let stop_soon = |evaluations: u64| {
+///     if evaluations < 5_000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+/// };
+/// let options = RenderOptions::new(VolOptions::new(0.01))
+///     .with_max_evaluations(1_000_000)
+///     .with_max_seconds(60.0)
+///     .with_progress(&stop_soon);
+/// assert_eq!(options.method.name(), "vol");
+/// ```
 #[derive(Clone)]
+#[non_exhaustive]
 pub struct RenderOptions<'a> {
     /// The way from g to the image.
     pub method: Method,
     /// The largest number of evaluations of g.
     pub max_evaluations: u64,
     /// The longest time that the rendering may take \[s\], above 0; infinite for no limit. It ends with
-    /// the best image so far and [`Ending::Time`](crate::Ending::Time). A call of g that has begun is waited for.
+    /// the best image so far and [`StopReason::Time`](crate::StopReason::Time). A call of g that has begun is waited for.
     pub max_seconds: f64,
     /// What the image and the coarsest grid may take \[bytes\]; more is refused before anything is
     /// allocated.
@@ -79,15 +93,19 @@ pub struct RenderOptions<'a> {
 
 /// A budget that ends a runaway refinement (a jump and a tiny threshold) while its tree still fits
 /// in a few GiB.
-pub const DEFAULT_MAX_EVALUATIONS: u64 = 50_000_000;
+pub(crate) const DEFAULT_MAX_EVALUATIONS: u64 = 50_000_000;
 
 /// Memory that any workstation has.
 const DEFAULT_MAX_MEMORY_BYTES: u64 = 8 << 30;
 
-impl RenderOptions<'_> {
-    /// The given method with the default limits: equal steps along lines are counted beforehand and
-    /// have none, all else may make [`DEFAULT_MAX_EVALUATIONS`].
-    pub fn new(method: Method) -> Self {
+impl<'a> RenderOptions<'a> {
+    /// The largest number of evaluations of a rendering, if no other is given.
+    pub const DEFAULT_MAX_EVALUATIONS: u64 = DEFAULT_MAX_EVALUATIONS;
+
+    /// The given method, or the method of the given options, with the default limits: equal steps along lines are counted beforehand and
+    /// have none, all else may make [`DEFAULT_MAX_EVALUATIONS`](Self::DEFAULT_MAX_EVALUATIONS).
+    pub fn new(method: impl Into<Method>) -> Self {
+        let method = method.into();
         let max_evaluations = match method {
             Method::Los(LosOptions { steps: Steps::Fixed(_), .. }) => u64::MAX,
             _ => DEFAULT_MAX_EVALUATIONS,
@@ -101,6 +119,48 @@ impl RenderOptions<'_> {
             progress: None,
             frame: None,
         }
+    }
+
+    /// The same with a largest number of evaluations of g.
+    #[must_use]
+    pub fn with_max_evaluations(mut self, max_evaluations: u64) -> Self {
+        self.max_evaluations = max_evaluations;
+        self
+    }
+
+    /// The same with a limit on the time \[s\], above 0; infinite for no limit.
+    #[must_use]
+    pub fn with_max_seconds(mut self, max_seconds: f64) -> Self {
+        self.max_seconds = max_seconds;
+        self
+    }
+
+    /// The same with a limit on the memory \[bytes\].
+    #[must_use]
+    pub fn with_max_memory_bytes(mut self, max_memory_bytes: u64) -> Self {
+        self.max_memory_bytes = max_memory_bytes;
+        self
+    }
+
+    /// The same with a largest number of evaluations in one batch, 1 or more.
+    #[must_use]
+    pub fn with_batch_size(mut self, batch_size: u64) -> Self {
+        self.batch_size = batch_size;
+        self
+    }
+
+    /// The same with a callback after each call of g.
+    #[must_use]
+    pub fn with_progress(mut self, progress: &'a Progress<'a>) -> Self {
+        self.progress = Some(progress);
+        self
+    }
+
+    /// The same with a callback for each image on the way; of [`Method::Vol`] only.
+    #[must_use]
+    pub fn with_frame(mut self, frame: &'a FrameCallback<'a>) -> Self {
+        self.frame = Some(frame);
+        self
     }
 }
 
@@ -116,21 +176,36 @@ impl core::fmt::Debug for RenderOptions<'_> {
     }
 }
 
-/// Refuses options out of range, and an image, or a cube of `bins` bands, beyond the memory allowed.
+/// Refuses options out of range or without effect, and an image, or a cube of `bins` bands, beyond the memory allowed.
 pub(crate) fn check_options<E>(
     shape: [usize; 2],
     bins: Option<usize>,
     options: &RenderOptions<'_>,
 ) -> Result<(), RenderError<E>> {
     if options.batch_size == 0 {
-        let (name, expected) = ("batch_size", "1 or more evaluations in a batch");
-        return Err(RenderError::Option { name, value: "0".into(), expected });
+        return Err(OptionError::BatchSize(0).into());
     }
     if options.max_seconds.is_nan() || options.max_seconds <= 0.0 {
-        let (name, value) = ("max_seconds", options.max_seconds.to_string());
-        return Err(RenderError::Option { name, value, expected: "a time in seconds above 0" });
+        return Err(OptionError::MaxSeconds(options.max_seconds).into());
+    }
+    match &options.method {
+        Method::Vol(vol) if bins.is_none() && !vol.line_energies.is_empty() => {
+            return Err(OptionError::LineEnergies.into());
+        }
+        Method::Vol(_) => {}
+        method if options.frame.is_some() => return Err(OptionError::Frame(method.name()).into()),
+        Method::Paper(_) | Method::Los(_) => {}
     }
     check_size(shape, bins, options)
+}
+
+/// Refuses callbacks, for a session whose caller has the loop and calls g.
+pub(crate) fn refuse_callbacks(options: &RenderOptions<'_>) -> Result<(), OptionError> {
+    let given = [("progress", options.progress.is_some()), ("frame", options.frame.is_some())];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((name, _)) => Err(OptionError::CallbackOfSession(name)),
+        None => Ok(()),
+    }
 }
 
 /// How often g may be called, and until when, counted from now.

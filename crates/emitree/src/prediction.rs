@@ -80,7 +80,7 @@ fn lagrange(degree: usize, t: f64) -> Vec<f64> {
 /// The prediction of one order, as a table of weights.
 ///
 /// ```
-/// use emitree::Predictor;
+/// use emitree::prediction::Predictor;
 ///
 /// let quadratic = Predictor::new(3)?;
 /// assert_eq!(quadratic.order(), 3);

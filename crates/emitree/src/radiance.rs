@@ -1,9 +1,9 @@
 //! From means over pixels to radiances, F(Ω)/Ω, and irradiances, with the solid angles of pixels.
 
 use crate::image::Image;
+use crate::parallel::prelude::*;
 use crate::projection::Projection;
 use crate::tree::SparseTree;
-use rayon::prelude::*;
 
 /// The rows of pixels of an image, and the solid angles that a projection gives them.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +66,8 @@ pub(crate) fn solid_angles(projection: &dyn Projection, shape: [usize; 2]) -> Im
 /// solid angle \[sr\].
 ///
 /// ```
-/// use emitree::{Equirectangular, Image, Viewpoint, irradiance_of};
+/// use emitree::radiance::irradiance_of;
+/// use emitree::{Equirectangular, Image, Viewpoint};
 /// use std::f64::consts::{PI, TAU};
 ///
 /// let viewpoint =
@@ -75,7 +76,7 @@ pub(crate) fn solid_angles(projection: &dyn Projection, shape: [usize; 2]) -> Im
 /// let even = Image::from_pixels(2, 3, vec![0.5; 6]);
 /// let irradiance = irradiance_of(&even, &sky);
 /// assert!((irradiance.pixels().iter().sum::<f64>() - TAU).abs() < 1e-12); // half of 4π
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub fn irradiance_of(radiance: &Image, projection: &dyn Projection) -> Image {
     let mut image = radiance.clone();

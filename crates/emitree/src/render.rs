@@ -14,10 +14,10 @@ use crate::session::{Kept, Session};
 ///
 /// ```
 /// use emitree::tree::BuildOptions;
-/// use emitree::{Canonical, FromFn, Method, RenderOptions, render};
+/// use emitree::{Canonical, FromFn, RenderOptions, render};
 ///
 /// let peak = FromFn(|[x, y, z]: [f64; 3], _| (-30.0 * (x * x + y * y + z * z)).exp());
-/// let options = RenderOptions::new(Method::Paper(BuildOptions::default()));
+/// let options = RenderOptions::new(BuildOptions::default());
 /// let rendering = render(&peak, &Canonical, [48, 64], &options)?;
 /// assert_eq!((rendering.values.height(), rendering.values.width()), (48, 64));
 /// println!("{} evaluations", rendering.stats.evaluations);
@@ -56,7 +56,7 @@ pub fn render<E: Emission>(
 ///     (-4.0 * (x * x + y * y + z * z)).exp() * (-energy).exp()
 /// });
 /// let axis = EnergyAxis::new(0.1, 2.0, 8, EnergyScale::Log)?;
-/// let options = RenderOptions::new(Method::Vol(VolOptions::default()));
+/// let options = RenderOptions::new(VolOptions::default());
 /// let rendering = render_cube(&glow, &Canonical, [16, 16], &axis, &options)?;
 /// assert_eq!(rendering.values.shape(), [8, 16, 16]);
 /// let all_energies = rendering.values.sum_over_energy(&axis);

@@ -85,7 +85,7 @@ pub struct RenderStats {
     pub base_level: Option<u8>,
     /// The standard deviation of the smallest Gaussian that would have been detected with a probability
     /// of 99 %, as a fraction of the edge of the view's cube, if its peak in the image is
-    /// [`FEATURE_CONTRAST`](crate::FEATURE_CONTRAST) times the tolerance; only of
+    /// [`FEATURE_CONTRAST`](crate::vol::FEATURE_CONTRAST) times the tolerance; only of
     /// [`Method::Vol`](crate::Method::Vol).
     pub smallest_feature: Option<f64>,
     /// Time spent in g, of one thread.

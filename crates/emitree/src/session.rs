@@ -2,7 +2,7 @@
 //!
 //! [`render()`](crate::render()) runs a session to its end.
 
-use crate::calls::{Calls, Progress, check_finite};
+use crate::calls::{Calls, check_finite};
 use crate::cube::Cube;
 use crate::emission::{Emission, Samples};
 use crate::energy::EnergyAxis;
@@ -12,7 +12,8 @@ use crate::image::Image;
 use crate::known::KnownRates;
 use crate::meter::{Meter, Shown};
 use crate::method::{self, Made};
-use crate::options::{Frame, FrameCallback, Method, RenderOptions, check_options, limits};
+use crate::options::{Method, RenderOptions, check_options, limits, refuse_callbacks};
+use crate::progress::{Frame, FrameCallback, Progress};
 use crate::projection::Projection;
 use crate::rendering::{RenderStats, Rendering, Values};
 use crate::tile::Tile;
@@ -43,12 +44,10 @@ type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + 
 /// [`resume`](Self::resume), with the time that the caller takes.
 ///
 /// ```
-/// use emitree::{Canonical, FromFn, Image, Method, Projection, RenderOptions, Session, VolOptions};
+/// use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Session, VolOptions};
 ///
 /// let peak = |[x, y, z]: [f64; 3]| (-30.0 * (x * x + y * y + z * z)).exp();
-/// let options = |tolerance| {
-///     RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
-/// };
+/// let options = |tolerance| RenderOptions::new(VolOptions::new(tolerance));
 /// let camera: &dyn Projection = &Canonical;
 /// let mut session = Session::<Image>::new(camera, [48, 64], &options(0.01))?;
 /// while let Some(points) = session.ask() {
@@ -168,17 +167,18 @@ pub(crate) struct Kept {
 }
 
 impl<'a> Session<'a> {
-    /// The rendering of an image of `shape` = \[height, width\] pixels. The callbacks of the options are
-    /// not called.
+    /// The rendering of an image of `shape` = \[height, width\] pixels. A session calls
+    /// no callbacks.
     ///
     /// # Errors
     ///
-    /// [`RenderError`]: options out of range, an image or a grid beyond the memory allowed.
+    /// [`RenderError`]: options out of range, callbacks, an image or a grid beyond the memory allowed.
     pub fn new<P: Borrow<dyn Projection + 'a> + Send + Sync + 'a>(
         projection: P,
         shape: [usize; 2],
         options: &RenderOptions<'_>,
     ) -> Result<Self, RenderError<Infallible>> {
+        refuse_callbacks(options)?;
         Self::start(projection, shape, None, options, Kept { rates: true, images: true }, true)
     }
 }
@@ -195,6 +195,7 @@ impl<'a> Session<'a, Cube> {
         axis: Option<EnergyAxis>,
         options: &RenderOptions<'_>,
     ) -> Result<Self, RenderError<Infallible>> {
+        refuse_callbacks(options)?;
         let kept = Kept { rates: true, images: true };
         Self::start(projection, shape, axis, options, kept, true)
     }
@@ -247,6 +248,7 @@ impl<'a, V: Values> Session<'a, V> {
         shape: [usize; 2],
         options: &RenderOptions<'_>,
     ) -> Result<(), RenderError<Infallible>> {
+        refuse_callbacks(options)?;
         check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
         // Only a caller with the loop can resume a session, and then all rates are stored.
         let meter = Meter::new(shape, limits(options, true, true), self.known.clone(), true);

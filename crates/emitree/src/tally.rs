@@ -72,10 +72,10 @@ fn new_block() -> Box<[AtomicU32]> {
 /// there are evaluations.
 ///
 /// ```
-/// use emitree::{Canonical, FromFn, Method, RenderOptions, VolOptions, render};
+/// use emitree::{Canonical, FromFn, RenderOptions, VolOptions, render};
 ///
 /// let glow = FromFn(|[x, y, _]: [f64; 3], _| (-30.0 * (x * x + y * y)).exp());
-/// let options = RenderOptions::new(Method::Vol(VolOptions::default()));
+/// let options = RenderOptions::new(VolOptions::default());
 /// let rendering = render(&glow, &Canonical, [48, 64], &options)?;
 /// let map = rendering.stats.evaluations_per_pixel.to_image();
 /// assert_eq!(map.pixels().iter().sum::<f64>(), rendering.stats.evaluations as f64);
@@ -89,7 +89,7 @@ pub struct EvaluationCounts {
 }
 
 impl EvaluationCounts {
-    /// The map, in [the orientation of all images](crate::image).
+    /// The map, in [the orientation of all images](crate::Image).
     pub fn to_image(&self) -> Image {
         let [height, width] = self.shape;
         let mut image = Image::zeros(height, width);

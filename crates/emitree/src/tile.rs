@@ -1,6 +1,6 @@
 //! Tiles: the squares of an image that projections map one by one.
 
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::image::Image;
 use crate::projection::{Projection, Region};
 use crate::radiance::PixelRows;
@@ -31,8 +31,7 @@ impl<'a> Tile<'a> {
             return Ok(vec![Self { projection, shape, place: (0, 1) }]);
         }
         if !height.is_multiple_of(count) {
-            let (name, expected) = ("height", "as many rows for each tile of the projection");
-            return Err(RenderError::Option { name, value: height.to_string(), expected });
+            return Err(OptionError::RowsOfTiles(height).into());
         }
         let tile = |(number, projection)| Self {
             projection,

@@ -3,8 +3,8 @@
 //! A binary of its own with one test: the counters are those of the whole process.
 
 use dhat::{HeapStats, Profiler};
-use emitree::Threshold;
 use emitree::quadrature::{CellRule, Pointwise};
+use emitree::refinement::Threshold;
 use emitree::tree::{BuildOptions, build};
 use emitree_problems::equation8;
 
@@ -23,13 +23,10 @@ struct Taken {
 
 #[expect(clippy::unwrap_used, reason = "a helper of the test")]
 fn taken(rule: CellRule, order: usize, base_level: u8, threshold: f64) -> Taken {
-    let options = BuildOptions {
-        order,
-        base_level,
-        rule,
-        threshold: Threshold::Absolute(threshold),
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::new(Threshold::Absolute(threshold))
+        .with_order(order)
+        .with_base_level(base_level)
+        .with_rule(rule);
     let emission = Pointwise(|u| equation8::rate(u, equation8::ALPHA));
     let _profiler = Profiler::builder().testing().build();
     let start = HeapStats::get();

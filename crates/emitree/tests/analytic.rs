@@ -1,10 +1,11 @@
 //! Both methods against exact images.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::{
-    Canonical, Equirectangular, FromFn, LosOptions, Method, RenderOptions, Rendering, Steps,
-    Threshold, Viewpoint, render,
+    Canonical, Equirectangular, FromFn, Method, RenderOptions, Rendering, Viewpoint, render,
 };
 use emitree_problems::catalogue::{Problem, problem, problems};
 use emitree_problems::relative_error;
@@ -18,13 +19,9 @@ fn error(problem: &Problem, shape: [usize; 2], method: Method) -> (Rendering, f6
 
 fn paper(order: usize, threshold: f64) -> Method {
     let threshold = Threshold::Relative(threshold);
-    Method::Paper(BuildOptions {
-        order,
-        base_level: 4,
-        finest_level: Some(8),
-        threshold,
-        ..BuildOptions::default()
-    })
+    Method::Paper(
+        BuildOptions::new(threshold).with_order(order).with_base_level(4).with_finest_level(8),
+    )
 }
 
 /// Smooth problems, whole and odd pixels: the error falls with the threshold, to a few times it.
@@ -52,7 +49,7 @@ fn trees_and_lines_agree_where_g_jumps() {
     for name in ["shock", "ball", "nebula"] {
         let problem = problem(name).unwrap();
         let (_, tree) = error(&problem, [32, 32], paper(3, 0.01));
-        let steps = LosOptions { lines: 4, steps: Steps::Fixed(400) };
+        let steps = LosOptions::new(4, Steps::Fixed(400));
         let (_, lines) = error(&problem, [32, 32], Method::Los(steps));
         assert!(tree < 0.03 && lines < 0.03, "{name}: tree {tree}, lines {lines}");
     }
@@ -87,7 +84,7 @@ fn a_uniform_glow_is_uniform() {
     let fov_rad = [core::f64::consts::TAU, core::f64::consts::PI];
     let camera = Equirectangular::new(viewpoint, fov_rad, [0.0, 4.0]).unwrap();
     let uniform = FromFn(|_: [f64; 3], _: [f64; 3]| 1.5);
-    let lines = LosOptions { lines: 2, steps: Steps::Fixed(8) };
+    let lines = LosOptions::new(2, Steps::Fixed(8));
     for (method, tolerance) in [(Method::Los(lines), 1e-14), (paper(3, 0.01), 5e-4)] {
         let rendering =
             render(&uniform, &camera, [17, 40], &RenderOptions::new(method.clone())).unwrap();

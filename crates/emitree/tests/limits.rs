@@ -1,9 +1,12 @@
 //! Limits end every rendering, with the best image so far.
 
+use emitree::los::{LosOptions, Steps};
+use emitree::projection::{Bounds, Ellipsoid, GeometryError};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::{
-    Bounds, Ellipsoid, FromFn, GeometryError, LosOptions, Method, Perspective, RenderError,
-    RenderOptions, Steps, StopReason, Threshold, Viewpoint, VolOptions, render,
+    FromFn, Method, Perspective, RenderError, RenderOptions, StopReason, Viewpoint, VolOptions,
+    render,
 };
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -25,7 +28,7 @@ fn small_budgets_end_where_most_lines_see_nothing() {
         let camera = camera(distance, centre).unwrap();
         for max_evaluations in [27, 200, 729, 1_000, 2_000, 5_000] {
             let method = Method::Vol(VolOptions::default());
-            let options = RenderOptions { max_evaluations, ..RenderOptions::new(method) };
+            let options = RenderOptions::new(method).with_max_evaluations(max_evaluations);
             let rendering = render(&emission, &camera, [16, 16], &options).unwrap();
             assert!(rendering.stats.evaluations <= max_evaluations, "{max_evaluations}");
         }
@@ -39,11 +42,11 @@ fn the_time_ends_every_method_with_the_best_image_so_far() {
         sleep(Duration::from_micros(50));
         if (20.0 * x).sin() * (17.0 * y).cos() > (9.0 * z).sin() { 1.0 } else { 0.0 }
     });
-    let vol = VolOptions { tolerance: 1e-4, ..VolOptions::default() };
-    let paper = BuildOptions { threshold: Threshold::Relative(1e-6), ..BuildOptions::default() };
-    let adaptive = LosOptions { lines: 1, steps: Steps::Adaptive(1e-6) };
+    let vol = VolOptions::new(1e-4);
+    let paper = BuildOptions::new(Threshold::Relative(1e-6));
+    let adaptive = LosOptions::new(1, Steps::Adaptive(1e-6));
     for method in [Method::Vol(vol), Method::Paper(paper), Method::Los(adaptive)] {
-        let options = RenderOptions { max_seconds: 0.5, ..RenderOptions::new(method.clone()) };
+        let options = RenderOptions::new(method.clone()).with_max_seconds(0.5);
         let rendering = render(&slow, &emitree::Canonical, [4, 4], &options).unwrap();
         assert_eq!(rendering.stats.ending, StopReason::Time, "{}", method.name());
         assert!(!rendering.converged());
@@ -72,9 +75,9 @@ fn a_view_of_nothing_can_be_ended() {
         calls.fetch_add(1, Ordering::Relaxed);
         ControlFlow::Break(())
     };
-    let los = Method::Los(LosOptions { lines: 1, steps: Steps::Fixed(64) });
+    let los = Method::Los(LosOptions::new(1, Steps::Fixed(64)));
     for method in [los, Method::Paper(BuildOptions::default())] {
-        let options = RenderOptions { progress: Some(&stop), ..RenderOptions::new(method) };
+        let options = RenderOptions::new(method).with_progress(&stop);
         let ended = render(&never, &behind, [16, 16], &options);
         assert_eq!(ended.unwrap_err(), RenderError::Interrupted);
     }
@@ -87,15 +90,15 @@ fn a_time_that_ends_before_there_is_an_image_is_an_error() {
         sleep(Duration::from_millis(20));
         1.0
     });
-    let los = LosOptions { lines: 1, steps: Steps::Fixed(1_000) };
-    let options = RenderOptions { max_seconds: 0.05, ..RenderOptions::new(Method::Los(los)) };
+    let los = LosOptions::new(1, Steps::Fixed(1_000));
+    let options = RenderOptions::new(los).with_max_seconds(0.05);
     let error = render(&slow, &emitree::Canonical, [64, 64], &options).unwrap_err();
     assert_eq!(error, RenderError::Time { seconds: 0.05 });
     assert_eq!(
         error.to_string(),
         "`max_seconds` is 0.05: the time ended before there was an image"
     );
-    let options = RenderOptions { max_seconds: 0.0, ..RenderOptions::new(Method::Los(los)) };
+    let options = RenderOptions::new(los).with_max_seconds(0.0);
     let error = render(&slow, &emitree::Canonical, [4, 4], &options).unwrap_err();
     assert_eq!(error.to_string(), "`max_seconds` is 0: expected a time in seconds above 0");
 }

@@ -1,9 +1,10 @@
 //! Opaque bodies: limbs are located analytically, and images cost as much as smooth ones.
 
+use emitree::los::{LosOptions, Steps};
+use emitree::projection::{Bounds, DiscMapping, Ellipsoid};
 use emitree::{
-    Bounds, DiscMapping, Ellipsoid, Emission, Equirectangular, Fisheye, FromFn, Healpix, Image,
-    LosOptions, Method, Orthographic, Perspective, Polar, Projection, RenderOptions, Rendering,
-    Steps, Viewpoint, VolOptions, render,
+    Emission, Equirectangular, Fisheye, FromFn, Healpix, Image, Method, Orthographic, Perspective,
+    Polar, Projection, RenderOptions, Rendering, Viewpoint, VolOptions, render,
 };
 use std::f64::consts::PI;
 
@@ -12,7 +13,7 @@ const VIEWPOINT: Viewpoint =
 const INFINITE: f64 = f64::INFINITY;
 
 fn vol(tolerance: f64) -> RenderOptions<'static> {
-    RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
+    RenderOptions::new(VolOptions::new(tolerance))
 }
 
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -242,7 +243,7 @@ fn several_bodies_agree_with_lines_of_sight() {
     let shape = [16, 16];
     let rendering = image_of(&glow, &camera, shape, &vol(1e-2));
     assert!(rendering.converged());
-    let los = Method::Los(LosOptions { lines: 16, steps: Steps::Fixed(300) });
+    let los = Method::Los(LosOptions::new(16, Steps::Fixed(300)));
     let reference = image_of(&glow, &camera, shape, &RenderOptions::new(los));
     let largest = reference.values.min_max().1;
     let worst = rendering.values.max_difference(&reference.values) / largest;
@@ -294,7 +295,7 @@ fn the_total_irradiance_is_the_same_in_every_projection_of_the_whole_sky() {
         .map(|(camera, shape)| {
             let rendering = image_of(&FromFn(exosphere), &*camera, shape, &vol(1e-2));
             assert!(rendering.converged(), "{camera:?}: {:?}", rendering.stats.ending);
-            let irradiance = emitree::irradiance_of(&rendering.values, &*camera);
+            let irradiance = emitree::radiance::irradiance_of(&rendering.values, &*camera);
             irradiance.pixels().iter().filter(|pixel| !pixel.is_nan()).sum()
         })
         .collect();

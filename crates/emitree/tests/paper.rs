@@ -1,9 +1,9 @@
 //! What the paper states of eq. (8) on 64 × 64 pixels: its Figures 9, 10 and 11, and design facts.
 
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, LosOptions, Method, RenderOptions, Rendering, Steps, Threshold, render,
-};
+use emitree::{Canonical, FromFn, Method, RenderOptions, Rendering, render};
 use emitree_problems::{equation8, relative_error};
 
 #[expect(clippy::unwrap_used, reason = "a helper of tests")]
@@ -17,15 +17,11 @@ fn render_equation8(method: Method) -> (Rendering, f64) {
 
 fn paper(base_level: u8, threshold: f64) -> (Rendering, f64) {
     let threshold = Threshold::Absolute(threshold);
-    render_equation8(Method::Paper(BuildOptions {
-        base_level,
-        threshold,
-        ..BuildOptions::default()
-    }))
+    render_equation8(Method::Paper(BuildOptions::new(threshold).with_base_level(base_level)))
 }
 
 fn los(lines: usize, steps: usize) -> (Rendering, f64) {
-    render_equation8(Method::Los(LosOptions { lines, steps: Steps::Fixed(steps) }))
+    render_equation8(Method::Los(LosOptions::new(lines, Steps::Fixed(steps))))
 }
 
 /// Fig. 9: "only 4032 function evaluations (less than one per pixel) gives a 6% error".

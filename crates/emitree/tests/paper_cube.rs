@@ -1,11 +1,12 @@
 //! Method `paper` with an energy axis: convergence, cost and limits of trees in four dimensions.
 
+use emitree::projection::DiscMapping;
 use emitree::quadrature::CellRule;
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::{
-    Canonical, Cube, DiscMapping, Emission, EnergyAxis, EnergyScale, Fisheye, FromFn,
-    FromSpectralFn, Healpix, Image, Method, Projection, RenderOptions, Rendering, StopReason,
-    Threshold, Viewpoint, render, render_cube,
+    Canonical, Cube, Emission, EnergyAxis, EnergyScale, Fisheye, FromFn, FromSpectralFn, Healpix,
+    Image, Projection, RenderOptions, Rendering, StopReason, Viewpoint, render, render_cube,
 };
 use emitree_problems::{means, relative_error};
 use std::convert::Infallible;
@@ -52,8 +53,8 @@ fn error_of(cube: &Cube, exact: &Cube) -> f64 {
 }
 
 fn paper(base_level: u8, threshold: Threshold) -> RenderOptions<'static> {
-    let options = BuildOptions { base_level, threshold, ..BuildOptions::default() };
-    RenderOptions::new(Method::Paper(options))
+    let options = BuildOptions::new(threshold).with_base_level(base_level);
+    RenderOptions::new(options)
 }
 
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -222,8 +223,8 @@ fn voxels_outside_of_a_disc_are_not_numbers() {
     let axis = axis(2, EnergyScale::Linear);
     let glow = FromSpectralFn(|_, _, energy: f64| 1.0 / energy);
     // g jumps at the edge of the disc.
-    let options = BuildOptions { base_level: 2, finest_level: Some(4), ..BuildOptions::default() };
-    let options = RenderOptions::new(Method::Paper(options));
+    let options = BuildOptions::default().with_base_level(2).with_finest_level(4);
+    let options = RenderOptions::new(options);
     let rendering = cube_of(&glow, &disc, [16, 16], &axis, &options);
     let image = render(&FromFn(|_, _| 1.0), &disc, [16, 16], &options).unwrap().values;
     let holes = |image: &Image| image.pixels().iter().map(|p| p.is_nan()).collect::<Vec<_>>();
@@ -267,9 +268,8 @@ fn limits_end_a_cube() {
 fn cubes_and_grids_that_are_too_large_are_refused() {
     let dark = FromSpectralFn(|_, _, _| 0.0);
     let refused = |shape, bins, rule, base_level, max_memory_bytes| {
-        let options = BuildOptions { base_level, rule, ..BuildOptions::default() };
-        let options =
-            RenderOptions { max_memory_bytes, ..RenderOptions::new(Method::Paper(options)) };
+        let options = BuildOptions::default().with_base_level(base_level).with_rule(rule);
+        let options = RenderOptions::new(options).with_max_memory_bytes(max_memory_bytes);
         let axis = axis(bins, EnergyScale::Linear);
         render_cube(&dark, &Canonical, shape, &axis, &options).err().map(|error| error.to_string())
     };

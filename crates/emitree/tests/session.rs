@@ -1,10 +1,11 @@
 //! Sessions: held, inspected and continued.
 
+use emitree::los::{LosOptions, Steps};
 use emitree::tree::BuildOptions;
 use emitree::{
     Canonical, Cube, Emission, EnergyAxis, EnergyScale, Equirectangular, FromFn, FromSpectralFn,
-    Image, LosOptions, Method, Projection, RenderError, RenderOptions, Samples, Session, Steps,
-    StopReason, Viewpoint, VolOptions, render, render_cube,
+    Image, Method, Projection, RenderError, RenderOptions, Samples, Session, StopReason, Viewpoint,
+    VolOptions, render, render_cube,
 };
 use emitree_problems::family::random_scene;
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 const CAMERA: &dyn Projection = &Canonical;
 
 fn vol(tolerance: f64) -> RenderOptions<'static> {
-    RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
+    RenderOptions::new(VolOptions::new(tolerance))
 }
 
 fn peak([x, y, z]: [f64; 3]) -> f64 {
@@ -34,7 +35,7 @@ fn answer(session: &mut Session<'_>, rate: impl Fn([f64; 3]) -> f64) -> u64 {
 
 #[test]
 fn ask_and_tell_give_what_render_gives() {
-    let adaptive = LosOptions { lines: 1, steps: Steps::Adaptive(1e-3) };
+    let adaptive = LosOptions::new(1, Steps::Adaptive(1e-3));
     let methods = [
         vol(0.01).method,
         Method::Paper(BuildOptions::default()),
@@ -107,7 +108,7 @@ fn more_pixels_and_a_larger_budget_use_stored_rates() {
         }
         session.rendering().unwrap()
     };
-    let short = RenderOptions { max_evaluations: 900, ..vol(0.01) };
+    let short = vol(0.01).with_max_evaluations(900);
     let mut session = Session::<Image>::new(CAMERA, [16, 16], &short).unwrap();
     let poor = run(&mut session);
     assert_eq!((poor.stats.ending, poor.stats.evaluations <= 900), (StopReason::Budget, true));
@@ -166,9 +167,9 @@ fn a_session_owns_its_camera_and_moves_to_another_thread() {
 /// The time limit ends sessions with `tell` too.
 #[test]
 fn a_time_limit_ends_a_session() {
-    let los = Method::Los(LosOptions { lines: 1, steps: Steps::Fixed(8) });
-    let options = RenderOptions { max_seconds: 0.05, ..RenderOptions::new(los) };
-    let options = RenderOptions { batch_size: 16, ..options };
+    let los = Method::Los(LosOptions::new(1, Steps::Fixed(8)));
+    let options = RenderOptions::new(los).with_max_seconds(0.05);
+    let options = options.with_batch_size(16);
     let mut session = Session::<Image>::new(CAMERA, [8, 8], &options).unwrap();
     let ended = loop {
         let Some(points) = session.ask() else { break Ok(()) };
@@ -226,7 +227,7 @@ fn wrong_answers_are_named_and_a_failed_step_can_be_repeated() {
     assert!(rendering.converged() && rendering.estimated_error() < Some(1e-7));
 
     // A session that can't be continued is as it was.
-    let refused = session.resume([8, 8], &RenderOptions { max_evaluations: 10, ..vol(0.01) });
+    let refused = session.resume([8, 8], &vol(0.01).with_max_evaluations(10));
     assert!(matches!(refused, Err(RenderError::Budget { allowed: 10, .. })), "{refused:?}");
     assert_eq!(session.rendering().unwrap().values, rendering.values);
 

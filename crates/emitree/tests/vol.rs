@@ -1,9 +1,11 @@
 //! Method `vol` against exact images, against itself, and at its limits.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+use emitree::progress::Frame;
+use emitree::vol::Seed;
 use emitree::{
-    Canonical, Equirectangular, Frame, FromFn, Image, Method, RenderError, RenderOptions,
-    Rendering, Seed, StopReason, Viewpoint, VolOptions, render,
+    Canonical, Equirectangular, FromFn, Image, Method, RenderError, RenderOptions, Rendering,
+    StopReason, Viewpoint, VolOptions, render,
 };
 use emitree_problems::catalogue::{Problem, problem};
 use emitree_problems::relative_error;
@@ -13,7 +15,7 @@ use std::sync::Mutex;
 const SHAPE: [usize; 2] = [64, 64];
 
 fn vol(tolerance: f64) -> Method {
-    Method::Vol(VolOptions { tolerance, ..Default::default() })
+    Method::Vol(VolOptions::new(tolerance))
 }
 
 fn rendered(problem: &Problem, shape: [usize; 2], options: &RenderOptions<'_>) -> Rendering {
@@ -98,7 +100,7 @@ fn threads_and_batch_sizes_do_not_change_a_bit() {
     let problem = problem("beta").unwrap();
     let with_threads = |threads: usize, batch_size: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let options = RenderOptions { batch_size, ..RenderOptions::new(vol(0.01)) };
+        let options = RenderOptions::new(vol(0.01)).with_batch_size(batch_size);
         pool.install(|| rendered(&problem, SHAPE, &options))
     };
     let one = with_threads(1, u64::MAX);
@@ -116,7 +118,7 @@ fn a_budget_is_kept_and_its_image_is_as_good_as_is_said() {
     let exact = problem.exact_image(SHAPE);
     let mut errors = Vec::new();
     for max_evaluations in [27, 100, 400, 800, 1500, 3000, 6000, 12_000] {
-        let options = RenderOptions { max_evaluations, ..RenderOptions::new(vol(1e-15)) };
+        let options = RenderOptions::new(vol(1e-15)).with_max_evaluations(max_evaluations);
         let rendering = rendered(&problem, SHAPE, &options);
         assert!(rendering.stats.evaluations <= max_evaluations);
         assert!(
@@ -136,7 +138,7 @@ fn a_budget_is_kept_and_its_image_is_as_good_as_is_said() {
     }
     assert!(errors[4] < 0.1 && errors[5] < 0.01 && errors[7] < 1e-3, "{errors:?}");
 
-    let too_few = RenderOptions { max_evaluations: 26, ..RenderOptions::new(vol(0.01)) };
+    let too_few = RenderOptions::new(vol(0.01)).with_max_evaluations(26);
     let emission = FromFn(|position, _| problem.rate(position));
     let error = render(&emission, &Canonical, SHAPE, &too_few).unwrap_err();
     assert_eq!(
@@ -151,7 +153,7 @@ fn a_budget_is_kept_and_its_image_is_as_good_as_is_said() {
 fn a_coarser_base_is_named_and_not_called_converged() {
     let peak = FromFn(|[x, _, z]: [f64; 3], _| (-1e3 * (z - 0.44).powi(2)).exp() * (1.0 + x));
     for max_evaluations in [27, 64, 90, 124, 200, 700] {
-        let options = RenderOptions { max_evaluations, ..RenderOptions::new(vol(0.01)) };
+        let options = RenderOptions::new(vol(0.01)).with_max_evaluations(max_evaluations);
         let rendering = render(&peak, &Canonical, [16, 16], &options).unwrap();
         assert_eq!(rendering.stats.ending, StopReason::Budget, "{max_evaluations}");
         assert_eq!(rendering.stats.base_level, Some(if max_evaluations < 125 { 1 } else { 2 }));
@@ -174,7 +176,7 @@ fn an_image_that_cancels_to_nothing_ends() {
 fn long_narrow_images_are_made() {
     let edge = FromFn(|[x, _, _]: [f64; 3], _| if x > 0.37 { 1.0 } else { 2.0 });
     for shape in [[1, 20_000], [20_000, 1]] {
-        let options = RenderOptions { max_evaluations: 20_000, ..RenderOptions::new(vol(0.01)) };
+        let options = RenderOptions::new(vol(0.01)).with_max_evaluations(20_000);
         let rendering = render(&edge, &Canonical, shape, &options).unwrap();
         let mean = rendering.values.pixels().iter().sum::<f64>() / 20_000.0;
         assert!((mean - 1.37).abs() < 1e-3, "{shape:?}: {mean}");
@@ -191,7 +193,7 @@ fn knot(position: [f64; 3], _: [f64; 3]) -> f64 {
 /// To 1 %, with seeds.
 fn with_seeds(seeds: &[Seed]) -> Method {
     let seeds = seeds.to_vec();
-    Method::Vol(VolOptions { tolerance: 0.01, seeds, ..VolOptions::default() })
+    Method::Vol(VolOptions::new(0.01).with_seeds(seeds))
 }
 
 #[test]
@@ -239,7 +241,7 @@ fn seeds_of_any_size_do_no_harm() {
 fn seeds_come_first_when_the_budget_is_short() {
     let seeds = [Seed { position: [0.3, 0.62, 0.4], radius: 0.004 }];
     for max_evaluations in [729, 1_000, 2_000] {
-        let options = RenderOptions { max_evaluations, ..RenderOptions::new(with_seeds(&seeds)) };
+        let options = RenderOptions::new(with_seeds(&seeds)).with_max_evaluations(max_evaluations);
         let rendering = render(&FromFn(knot), &Canonical, SHAPE, &options).unwrap();
         assert_eq!(rendering.stats.ending, StopReason::Budget, "{max_evaluations}");
         assert!(
@@ -255,11 +257,7 @@ fn a_thin_sheet_that_lines_step_over_is_detected() {
         |[_, _, z]: [f64; 3], _: [f64; 3]| 1.0 + 20.0 * (-((z - 0.44) / 0.008_f64).powi(2)).exp();
     let exact = 1.0 + 20.0 * 0.008 * core::f64::consts::PI.sqrt();
     let pixel = |base_level| {
-        let options = RenderOptions::new(Method::Vol(VolOptions {
-            tolerance: 0.01,
-            base_level,
-            ..VolOptions::default()
-        }));
+        let options = RenderOptions::new(VolOptions::new(0.01).with_base_level(base_level));
         render(&FromFn(sheet), &Canonical, [8, 8], &options).unwrap().values[(3, 3)]
     };
     for base_level in [3, 5] {
@@ -293,7 +291,7 @@ fn the_images_on_the_way_get_better_and_end_at_the_last() {
         frames.push((frame.evaluations, frame.batches, frame.image.clone()));
         ControlFlow::Continue(())
     };
-    let options = RenderOptions { frame: Some(&keep), ..RenderOptions::new(vol(1e-3)) };
+    let options = RenderOptions::new(vol(1e-3)).with_frame(&keep);
     let rendering = rendered(&problem, SHAPE, &options);
     let frames = frames.into_inner().unwrap();
     let (first, last) = (&frames[0], &frames[frames.len() - 1]);
@@ -303,7 +301,7 @@ fn the_images_on_the_way_get_better_and_end_at_the_last() {
     assert!(relative_error(&first.2, &exact) > 30.0 * relative_error(&last.2, &exact));
 
     let stop = |_: &Frame<'_>| ControlFlow::Break(());
-    let options = RenderOptions { frame: Some(&stop), ..RenderOptions::new(vol(1e-3)) };
+    let options = RenderOptions::new(vol(1e-3)).with_frame(&stop);
     let emission = FromFn(|position, _| problem.rate(position));
     let error = render(&emission, &Canonical, SHAPE, &options).unwrap_err();
     assert_eq!(error, RenderError::Interrupted);
@@ -334,7 +332,7 @@ fn nothing_gives_an_image_of_nothing() {
 #[test]
 fn options_out_of_range_are_named() {
     let message = |tolerance, base_level| {
-        let method = Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() });
+        let method = Method::Vol(VolOptions::new(tolerance).with_base_level(base_level));
         let uniform = FromFn(|_, _| 1.0);
         render(&uniform, &Canonical, [2, 2], &RenderOptions::new(method)).unwrap_err().to_string()
     };

@@ -1,10 +1,13 @@
 //! Method `vol` with an energy axis: exact cubes, costs against images bin by bin, and its limits.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+use emitree::los::{LosOptions, Steps};
+use emitree::projection::Ellipsoid;
+use emitree::vol::Seed;
 use emitree::{
-    Canonical, Cube, Ellipsoid, Emission, EnergyAxis, EnergyScale, FromFn, FromSpectralFn, Healpix,
-    Image, LosOptions, Method, Perspective, Projection, RenderOptions, Rendering, Seed, Steps,
-    StopReason, Viewpoint, VolOptions, render, render_cube,
+    Canonical, Cube, Emission, EnergyAxis, EnergyScale, FromFn, FromSpectralFn, Healpix, Image,
+    Perspective, Projection, RenderOptions, Rendering, StopReason, Viewpoint, VolOptions, render,
+    render_cube,
 };
 use emitree_problems::cubes::{CubeProblem, problem, problems};
 use std::convert::Infallible;
@@ -13,7 +16,7 @@ const SHAPE: [usize; 2] = [64, 64];
 const BINS: usize = 32;
 
 fn vol(tolerance: f64) -> RenderOptions<'static> {
-    RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }))
+    RenderOptions::new(VolOptions::new(tolerance))
 }
 
 fn emission(problem: &CubeProblem) -> impl Emission<Error = Infallible> {
@@ -153,7 +156,7 @@ fn threads_and_batches_change_no_bit() {
     let reference = checked("ena-ring", [24, 32], 10, &vol(0.01)).rendering;
     for threads in [1, 3] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let options = RenderOptions { batch_size: 1000 * threads as u64 + 1, ..vol(0.01) };
+        let options = vol(0.01).with_batch_size(1000 * threads as u64 + 1);
         let again = pool.install(|| checked("ena-ring", [24, 32], 10, &options).rendering);
         assert_eq!(again.stats.evaluations, reference.stats.evaluations);
         assert!(again.values == reference.values && again.error == reference.error, "{threads}");
@@ -165,7 +168,7 @@ fn threads_and_batches_change_no_bit() {
 #[test]
 fn a_limit_is_kept_and_reported() {
     for limit in [30, 400, 729, 1000, 5000, 12_000] {
-        let options = RenderOptions { max_evaluations: limit, ..vol(1e-3) };
+        let options = vol(1e-3).with_max_evaluations(limit);
         let found = checked("ena-ring", SHAPE, BINS, &options);
         assert!(found.rendering.stats.evaluations <= limit, "{limit}");
         assert!(!found.rendering.converged(), "{limit}");
@@ -250,8 +253,7 @@ fn a_line_in_darkness_is_found_where_it_is_announced() {
         };
         let exact = exact_ball(mean, &axis, 16);
         let line_energies = lines.to_vec();
-        let options =
-            RenderOptions::new(Method::Vol(VolOptions { line_energies, ..VolOptions::default() }));
+        let options = RenderOptions::new(VolOptions::default().with_line_energies(line_energies));
         let found = render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &options);
         let found = found.unwrap();
         let error = found.values.max_difference(&exact) / exact.largest();
@@ -271,7 +273,7 @@ fn a_seed_in_darkness_is_counted_once() {
     };
     let seeds = [Seed { position: place, radius: size }];
     let seeds = seeds.to_vec();
-    let options = RenderOptions::new(Method::Vol(VolOptions { seeds, ..VolOptions::default() }));
+    let options = RenderOptions::new(VolOptions::default().with_seeds(seeds));
     let found = render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &options).unwrap();
     assert!(found.converged());
     let volume = 1e6 * (size * core::f64::consts::PI.sqrt()).powi(3);
@@ -292,8 +294,7 @@ fn a_very_narrow_line_is_found_where_it_is_announced() {
         1.0 + 400.0 * (-((energy - line) / width).powi(2)).exp() * (-20.0 * square).exp()
     };
     let line_energies = vec![line];
-    let options =
-        RenderOptions::new(Method::Vol(VolOptions { line_energies, ..VolOptions::default() }));
+    let options = RenderOptions::new(VolOptions::default().with_line_energies(line_energies));
     let declared =
         render_cube(&FromSpectralFn(rate), &Canonical, [16, 16], &axis, &options).unwrap();
     // Without the continuum the sixth bin has the column of the ball times the line's area.
@@ -370,8 +371,8 @@ fn the_whole_sky_has_a_cube() {
 fn lines_of_sight_see_the_same() {
     let problem = problem("separable").unwrap();
     let axis = problem.default_axis(6).unwrap();
-    let los = LosOptions { lines: 4, steps: Steps::Fixed(64) };
-    let options = RenderOptions::new(Method::Los(los));
+    let los = LosOptions::new(4, Steps::Fixed(64));
+    let options = RenderOptions::new(los);
     let lines = render_cube(&emission(&problem), &Canonical, [12, 10], &axis, &options).unwrap();
     let exact = problem.exact([12, 10], &axis);
     let error = lines.values.max_difference(&exact) / exact.largest();

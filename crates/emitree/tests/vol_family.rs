@@ -1,7 +1,7 @@
 //! Method `vol` on the random family: how often tolerances are met, and at what cost.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-use emitree::{Canonical, FromFn, Image, Method, RenderOptions, Rendering, VolOptions, render};
+use emitree::{Canonical, FromFn, Image, RenderOptions, Rendering, VolOptions, render};
 use emitree_problems::family::{RandomScene, random_scene};
 use emitree_problems::relative_error;
 use rayon::prelude::*;
@@ -45,8 +45,8 @@ struct Outcome {
 
 fn outcome(known: &Known, tolerance: f64) -> Outcome {
     let rate = |position, _| known.scene.rate(position);
-    let options = VolOptions { tolerance, ..Default::default() };
-    let options = RenderOptions::new(Method::Vol(options));
+    let options = VolOptions::new(tolerance);
+    let options = RenderOptions::new(options);
     let rendering: Rendering = render(&FromFn(rate), &Canonical, SHAPE, &options).unwrap();
     let error = relative_error(&rendering.values, &known.exact);
     let estimates = rendering.error.as_ref().unwrap();

@@ -1,6 +1,6 @@
 //! Method `vol` on bodies with sharp edges, whose images have kinks along their limbs.
 
-use emitree::{Canonical, FromFn, Method, RenderOptions, VolOptions, render};
+use emitree::{Canonical, FromFn, RenderOptions, VolOptions, render};
 use emitree_problems::relative_error;
 use emitree_problems::solids::random_solids;
 use rayon::prelude::*;
@@ -11,8 +11,8 @@ fn tolerances_are_met_where_g_jumps() {
     let outcome = |seed| {
         let solids = random_solids(seed);
         let exact = solids.reference_image([64, 64]);
-        let options = VolOptions { tolerance: 0.05, ..Default::default() };
-        let options = RenderOptions::new(Method::Vol(options));
+        let options = VolOptions::new(0.05);
+        let options = RenderOptions::new(options);
         let emission = FromFn(|position, _| solids.rate(position));
         let rendering = render(&emission, &Canonical, [64, 64], &options).unwrap();
         let error = relative_error(&rendering.values, &exact.image);

@@ -2,7 +2,7 @@
 //! cost. Seeds from 160 on took no part in the choice of any constant.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-use emitree::{FromFn, Method, RenderOptions, VolOptions, render};
+use emitree::{FromFn, RenderOptions, VolOptions, render};
 use emitree_problems::views::{Outcome, random_view};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -18,8 +18,8 @@ fn check(seeds: Range<u64>, tolerance: f64, missed: usize, evaluations: u64) {
         let reference = view.reference();
         assert!(reference.error < 0.3 * tolerance, "{}: {:.1e}", view.name(), reference.error);
         let emission = FromFn(|position, _| view.rate(position));
-        let options = VolOptions { tolerance, ..VolOptions::default() };
-        let options = RenderOptions::new(Method::Vol(options));
+        let options = VolOptions::new(tolerance);
+        let options = RenderOptions::new(options);
         let rendering = render(&emission, view.camera(), view.shape(), &options).unwrap();
         assert!(rendering.converged(), "{}: {:?}", view.name(), rendering.stats.ending);
         let outcome = Outcome::of(&rendering, &reference);

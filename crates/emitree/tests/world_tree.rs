@@ -1,10 +1,12 @@
 //! Trees in the world against the emissions that they were built from: errors, costs and images.
 
 use core::sync::atomic::{AtomicU64, Ordering};
-use emitree::world_tree::{BuiltWorldTree, WorldTreeOptions};
+use emitree::world_tree::{
+    BuiltWorldTree, WorldBox, WorldTree, WorldTreeOptions, build_world_tree,
+};
 use emitree::{
-    Canonical, Emission, Equirectangular, FromFn, Image, Method, Projection, RenderOptions,
-    Samples, StopReason, Viewpoint, VolOptions, WorldBox, WorldTree, build_world_tree, render,
+    Canonical, Emission, Equirectangular, FromFn, Image, Projection, RenderOptions, Samples,
+    StopReason, Viewpoint, VolOptions, render,
 };
 use emitree_problems::catalogue::{Problem, problem};
 use emitree_problems::relative_error;
@@ -12,7 +14,7 @@ use emitree_problems::relative_error;
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn built(problem: &Problem, order: usize, tolerance: f64) -> BuiltWorldTree {
     let g = FromFn(|position, _| problem.rate(position));
-    let options = WorldTreeOptions { order, tolerance, ..WorldTreeOptions::default() };
+    let options = WorldTreeOptions::new(tolerance).with_order(order);
     build_world_tree(&g, WorldBox::new([0.0; 3], [1.0; 3]).unwrap(), &options).unwrap()
 }
 
@@ -74,8 +76,7 @@ fn errors_and_evaluations_of_a_cluster_of_galaxies() {
 }
 
 fn image<E: Emission>(emission: &E, camera: &dyn Projection, tolerance: f64) -> Image {
-    let options =
-        RenderOptions::new(Method::Vol(VolOptions { tolerance, ..VolOptions::default() }));
+    let options = RenderOptions::new(VolOptions::new(tolerance));
     let rendering = render(emission, camera, [24, 32], &options);
     let Ok(rendering) = rendering else { unreachable!("the scene can be rendered") };
     assert!(rendering.converged());
@@ -141,7 +142,7 @@ fn a_jump_is_as_sharp_as_the_finest_cells() {
     let g = FromFn(|position, _| ball.rate(position));
     let bounds = WorldBox::new([0.0; 3], [1.0; 3]).unwrap();
     let rms = [5, 6, 7].map(|level| {
-        let options = WorldTreeOptions { finest_level: Some(level), ..Default::default() };
+        let options = WorldTreeOptions::default().with_finest_level(level);
         let built = build_world_tree(&g, bounds, &options).unwrap();
         assert!(built.unresolved_cells > 0 && built.largest_dropped > 0.1 * built.largest_rate);
         errors(&ball, &built)[1]

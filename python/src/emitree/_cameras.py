@@ -1,7 +1,8 @@
 """Cameras and shapes: the tables `[projection]`, `[bounds]` and `[[occulter]]` of a scene.
 
 Keywords are the keys of the scene file. Lengths are in `length_unit`, angles in degrees; astropy
-quantities are converted to these.
+quantities are converted to these. What a scene calls a camera, and which of its keys are lengths or
+angles, is in the table of cameras that the reader of scenes has: a class finds its row by its name.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
-from emitree import _units
+from emitree import _native, _units
 
 Vector = Sequence[float]
 
@@ -40,13 +41,23 @@ class _Table:
         return [getattr(self, name) for name in self._lengths]
 
 
+_ROWS: dict[str, dict[str, Any]] = {row["python_class"]: row for row in _native.cameras()}
+
+
 class Camera(_Table):
     """A camera: which line of sight belongs to which pixel."""
 
     length_unit: str | Any | None
+    _is_sky: ClassVar[bool] = False
 
-
-_LENGTHS = ("position", "target", "near", "far")
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        # A class of a user has no row: it has what the class has that it was made from.
+        if cls.__module__ == __name__:
+            row = _ROWS[cls.__name__]
+            cls._type, cls._is_sky = row["name"], row["is_sky"]
+            cls._lengths = tuple(key["name"] for key in row["keys"] if key["unit"] == "length")
+            cls._angles = tuple(key["name"] for key in row["keys"] if key["unit"] == "deg")
 
 
 @dataclass(frozen=True)
@@ -59,7 +70,6 @@ class Canonical(Camera):
     """
 
     length_unit: str | Any | None = None
-    _type = "canonical"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,8 +91,6 @@ class Orthographic(Camera):
     near: float | None = None
     far: float | None = None
     length_unit: str | Any | None = None
-    _type = "orthographic"
-    _lengths = (*_LENGTHS, "extent")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,9 +112,6 @@ class Perspective(Camera):
     near: float | None = None
     far: float | None = None
     length_unit: str | Any | None = None
-    _type = "perspective"
-    _lengths = _LENGTHS
-    _angles = ("field_of_view",)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,8 +120,6 @@ class Equirectangular(Perspective):
 
     Keywords as for `Perspective`; field_of_view up to [360, 180] degrees.
     """
-
-    _type = "equirectangular"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,9 +136,6 @@ class Polar(Camera):
     near: float | None = None
     far: float | None = None
     length_unit: str | Any | None = None
-    _type = "polar"
-    _lengths = _LENGTHS
-    _angles = ("field_of_view",)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +146,6 @@ class Fisheye(Polar):
     """
 
     mapping: str | None = None
-    _type = "fisheye"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,8 +160,6 @@ class Healpix(Camera):
     near: float | None = None
     far: float | None = None
     length_unit: str | Any | None = None
-    _type = "healpix"
-    _lengths = ("position", "near", "far")
 
 
 @dataclass(frozen=True, kw_only=True)

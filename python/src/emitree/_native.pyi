@@ -15,6 +15,7 @@ __all__ = [
     "SceneError",
     "Session",
     "__version__",
+    "cameras",
     "draw_counts",
 ]
 
@@ -30,6 +31,7 @@ class EmissionError(RenderError):
     energy: float | None
     rate: float
 
+def cameras() -> list[dict[str, Any]]: ...
 def draw_counts(expected: _Floats, seed: int) -> _Floats: ...
 
 @final

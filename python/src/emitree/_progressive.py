@@ -46,8 +46,8 @@ class _Failed:
 def progressive(*arguments: Any, **options: Any) -> Iterator[Frame | Rendering]:
     """Intermediate images, coarse first, and the `Rendering` at the end; arguments as of `render`.
 
-    Only method "vol" has intermediate images. The rendering runs in a thread of its own, which also
-    calls the function; it ends when the loop does. An exception that ends the
+    Only method "vol" has intermediate images: another is refused. The rendering runs in a thread of
+    its own, which also calls the function; it ends when the loop does. An exception that ends the
     rendering, even `SystemExit`, is raised in the loop.
 
     >>> import emitree

@@ -70,8 +70,7 @@ def render(
         * a text with a formula, or an `Expression`;
         * a `Model`, a `Grid` or a `Tree`;
         * the name of a scene file (a path, or a text that ends in ".toml"), without `camera`.
-    camera: `Canonical`, `Orthographic`, `Perspective`, `Equirectangular`, `Polar`, `Fisheye` or
-        `Healpix`.
+    camera: a `Camera`, such as `Perspective` or `Healpix`.
     shape: (height, width) in pixels.
     tolerance: the largest error of a pixel, relative to the largest |pixel|; 0.01 by default.
     method: "vol" (the default), "paper" or "los".
@@ -103,7 +102,7 @@ def render(
     progress: True for a bar (of tqdm), or a function that is called with the evaluations so far.
     frame: a function that is called with each intermediate image, its error (both of `shape`, in
         the unit of the final image; of a cube, the whole band), the evaluations and the batches so
-        far.
+        far; of method "vol" only.
     changes: of a scene file, {"render.tolerance": 0.1} and the like.
 
     Raises `SceneError` if an argument is wrong, `EmissionError` if a rate is
@@ -253,6 +252,11 @@ def _rendered(
     frame: Callable[..., Any] | None,
 ) -> Rendering:
     threads = _options.threads(threads)
+    if frame is not None and scene.method != "vol":
+        raise _native.SceneError(
+            f"`frame` or `progressive` is used, and method `{scene.method}` has no images on the "
+            "way: expected neither, or method `vol`"
+        )
     with ExitStack() as stack:
         evaluate, opened = _evaluator(stack, scene, function, executor, cache)
         found = scene.render(

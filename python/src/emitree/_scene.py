@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from emitree import _native, _units
-from emitree._cameras import Camera, Healpix
+from emitree._cameras import Camera
 from emitree._emissions import Expression, Model, Tree
 from emitree._energies import energy_table
 from emitree._function import name_of
@@ -95,7 +95,7 @@ def emission_table(
 def image_table(camera: Camera, shape: Any) -> dict[str, Any]:
     """The table `[image]` of a shape (height, width); of a sky, also nside alone."""
     sides = np.asarray(shape).tolist()
-    if isinstance(camera, Healpix):
+    if camera._is_sky:
         if isinstance(sides, list) and len(sides) == 2 and sides[0] == 12 * sides[1]:
             sides = sides[1]
         if not isinstance(sides, int):

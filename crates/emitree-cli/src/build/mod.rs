@@ -6,7 +6,8 @@ use crate::arguments::BuildArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::render::ProgressLine;
-use emitree::{RenderError, StopReason, WorldTreeError, WorldTreeOptions, build_world_tree};
+use emitree::world_tree::{WorldTreeError, WorldTreeOptions, build_world_tree};
+use emitree::{RenderError, StopReason};
 use emitree_io::{OutputFile, Quantity, Scene, TreeFile, available_memory_bytes, scene_history};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -45,16 +46,13 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let defaults = WorldTreeOptions::default();
-    let options = WorldTreeOptions {
-        order: settings.order,
-        base_level: settings.base_level,
-        tolerance: settings.tolerance,
-        finest_level: settings.finest_level,
-        max_evaluations: settings.max_evaluations.unwrap_or(defaults.max_evaluations),
-        max_memory_bytes: available_memory_bytes().unwrap_or(defaults.max_memory_bytes),
-        progress: Some(&progress),
-        ..defaults
-    };
+    let options = WorldTreeOptions::new(settings.tolerance)
+        .with_order(settings.order)
+        .with_base_level(settings.base_level)
+        .with_finest_level(settings.finest_level)
+        .with_max_evaluations(settings.max_evaluations.unwrap_or(defaults.max_evaluations))
+        .with_max_memory_bytes(available_memory_bytes().unwrap_or(defaults.max_memory_bytes))
+        .with_progress(&progress);
     let built = pool.install(|| build_world_tree(&scene.emission, settings.bounds, &options));
     line.finish();
     let built = built?;

@@ -5,7 +5,7 @@ use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use emitree::{Cube, RenderError};
 use emitree_instrument::{StepSum, draw_counts};
-use emitree_io::{CameraKind, HealpixFile, Scene};
+use emitree_io::{Format, Scene};
 
 /// The counts of an instrument, and how they came about.
 #[derive(Clone, Debug)]
@@ -60,12 +60,12 @@ pub(crate) fn total(map: &Map) -> f64 {
     map.cube().voxels().filter(|count| !count.is_nan()).sum()
 }
 
-/// Refuses counts of a scene that has none, or that a file or the memory has no room for: `to_fits` if
-/// they go into a FITS file, `allowed` the memory that they may take, in bytes.
+/// Refuses counts of a scene that has none, or that a file or the memory has no room for: `formats` are
+/// those of the files, `allowed` the memory that they may take, in bytes.
 pub(super) fn check(
     arguments: &RenderArguments,
     scene: &Scene,
-    to_fits: bool,
+    formats: &[Format],
     allowed: u64,
 ) -> Result<(), Failure> {
     let asked =
@@ -84,9 +84,10 @@ pub(super) fn check(
     }
     let (height, width, bins) = (scene.height, scene.width, energies.axis().bins());
     let channels = instrument.channels(bins);
-    if to_fits && scene.camera.kind() == CameraKind::Healpix && channels > HealpixFile::MOST_COLUMNS
+    if let Some((format, most)) = fewest_maps_of_sky(scene, formats)
+        && channels > most
     {
-        let (why, most) = ("a table of FITS has no columns for", HealpixFile::MOST_COLUMNS);
+        let why = format!("a table of {format} has no columns for");
         return Err(Failure::Request(format!(
             "counts: {why} {channels} channels of a sky: expected {most} or less, or .npy"
         )));
@@ -105,6 +106,17 @@ pub(super) fn check(
         return Err(Failure::Render(RenderError::TooLarge { what, needed, allowed }));
     }
     Ok(())
+}
+
+/// The format that has room for the fewest maps of a sky, or bands of them, and how many these are; none
+/// if the scene is no sky, or if all formats have room for any number.
+pub(super) fn fewest_maps_of_sky(
+    scene: &Scene,
+    formats: &[Format],
+) -> Option<(&'static str, usize)> {
+    let rows = formats.iter().map(|format| format.description());
+    let limits = rows.filter_map(|row| Some((row.name, row.most_maps_of_sky?)));
+    limits.min_by_key(|&(_, most)| most).filter(|_| scene.camera.description().is_sky())
 }
 
 #[cfg(test)]
@@ -133,7 +145,7 @@ mod tests {
             panic!("a rendering");
         };
         let scene = Scene::parse("scene.toml", SCENE, &[]).unwrap();
-        let found = check(&arguments, &scene, false, allowed);
+        let found = check(&arguments, &scene, &[Format::Npy], allowed);
         found.err().map(|failure| failure.to_string())
     }
 

@@ -1,10 +1,15 @@
 //! The frames of `--progressive`: successive images in a folder.
 
 use super::map::{Map, Rendered};
-use super::outputs::{encode, same_file};
+use super::outputs::same_file;
 use crate::failure::Failure;
-use emitree::{Frame, Image, RenderedTree, image_of_tree};
-use emitree_io::{Format, OutputFile, OutputSet, Scene, ValueRange, commit_all};
+use emitree::Image;
+use emitree::progress::Frame;
+use emitree::radiance::image_of_tree;
+use emitree::result::RenderedTree;
+use emitree_io::{
+    Format, OutputFile, OutputSet, PictureStyle, Product, Scene, ValueRange, commit_all,
+};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -90,6 +95,18 @@ impl<'a> FrameWriter<'a> {
             self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         failure.map_or(Ok(written), Err)
     }
+}
+
+/// The bytes of a frame; colours of a picture in `range`, or in the map's own.
+fn encode(
+    map: &Map,
+    unit: &str,
+    format: Format,
+    scene: &Scene,
+    range: Option<ValueRange>,
+) -> Result<Vec<u8>, Failure> {
+    let product = Product::new(scene, map.named(scene.quantity.name(), unit));
+    Ok(format.encode(&product, PictureStyle::Bare { range })?)
 }
 
 /// Writes the images with more and more coefficients of a tree, all in the colours of the last.

@@ -1,9 +1,10 @@
 //! What a rendering makes, whether it has energies or not: maps of one band or of many.
 
 use super::counts::Counts;
-use emitree::{Cube, Image, RenderStats, RenderedTree, Rendering, StopReason};
+use emitree::result::{RenderStats, RenderedTree};
+use emitree::{Cube, Image, Rendering, StopReason};
 use emitree_instrument::Channel;
-use emitree_io::Scene;
+use emitree_io::{Bands, ProductMap, Scene};
 
 /// An image, or a cube: a value for each pixel in one band or in more.
 #[derive(Clone, Debug)]
@@ -14,7 +15,7 @@ pub(crate) struct Map {
 
 /// What the bands of a map are.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Kind {
+enum Kind {
     /// The only one, of an image.
     Image,
     /// Means over the bins of the scene.
@@ -56,14 +57,14 @@ impl Map {
         self.kind != Kind::Image
     }
 
-    /// Whether the third axis is that of the energies of the scene.
-    pub(super) fn has_energies(&self) -> bool {
-        matches!(self.kind, Kind::Energies | Kind::Counts { are_bins: true, .. })
-    }
-
-    /// What the bands are.
-    pub(super) fn kind(&self) -> &Kind {
-        &self.kind
+    /// The map as files have it: with the name of its HDU or column, and a unit, which may be empty.
+    pub(super) fn named<'a>(&'a self, name: &'a str, unit: &'a str) -> ProductMap<'a> {
+        let bands = match &self.kind {
+            Kind::Image => Bands::Image,
+            Kind::Energies => Bands::Energies,
+            Kind::Counts { channels, are_bins } => Bands::Counts { channels, are_bins: *are_bins },
+        };
+        ProductMap { name, map: &self.bands, unit, bands }
     }
 
     /// The bands, the lowest energies first; an image is one.

@@ -1,14 +1,12 @@
 //! `emitree render`: a scene file in, images out.
 
 mod counts;
-mod fits;
+mod provenance;
 mod frames;
 mod hint;
 mod map;
 mod outputs;
-mod picture;
 mod progress;
-mod sheet;
 mod summary;
 
 pub(crate) use counts::{Counts, total};
@@ -21,7 +19,8 @@ use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::report::Report;
-use emitree::{Frame, Method, RenderError, RenderOptions};
+use emitree::progress::Frame;
+use emitree::{Method, RenderError, RenderOptions};
 use emitree_io::Scene;
 use frames::FrameWriter;
 use outputs::Outputs;

@@ -1,17 +1,18 @@
 //! The files of a rendering: all of them prepared before g is called, all written at the end.
 
-use super::counts::{self, Counts};
-use super::fits::{self, NamedMap};
+use super::counts::{self, fewest_maps_of_sky};
 use super::frames::{is_frame_of, prepare_folder, write_progression};
-use super::map::{Map, Rendered};
-use super::picture::{self, Style};
+use super::map::Rendered;
+use super::provenance::provenance;
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use crate::report::Report;
-use emitree::{Healpix, Method, Steps};
+use emitree::Method;
+use emitree::los::Steps;
+use emitree_io::units::Unit;
 use emitree_io::{
-    CameraKind, Card, Format, HealpixFile, OutputFile, OutputSet, Quantity, Scene, ValueRange,
-    commit_all, encode_npy, encode_npy_cube, encode_npy_image,
+    Card, Format, OutputFile, OutputSet, PictureStyle, Product, ProductMap, Quantity, Scene,
+    commit_all,
 };
 use std::path::{Path, PathBuf};
 
@@ -27,7 +28,7 @@ pub(crate) struct Outputs {
     error_map: Option<Target>,
     report: Option<OutputFile>,
     progressive: Option<PathBuf>,
-    style: Style,
+    style: PictureStyle,
 }
 
 impl Outputs {
@@ -49,17 +50,14 @@ impl Outputs {
             return Err(Failure::Request(format!("the output {path} {why}")));
         }
         let formats: Vec<Format> = maps().map(Format::from_path).collect::<Result<_, _>>()?;
-        if images.iter().chain(bands).chain(error_map).any(is_fits) {
-            check_columns(scene)?;
-        }
-        let to_fits = expected.iter().chain(drawn).any(is_fits);
+        let formats_of = |paths: &mut dyn Iterator<Item = &PathBuf>| -> Vec<Format> {
+            paths.filter_map(|path| Format::from_path(path).ok()).collect()
+        };
+        check_columns(scene, &formats_of(&mut images.iter().chain(bands).chain(error_map)))?;
+        let formats_of_counts = formats_of(&mut expected.iter().chain(drawn));
         let allowed = scene.render_options().max_memory_bytes;
-        counts::check(arguments, scene, to_fits, allowed)?;
-        let style = Style::of(arguments);
-        if style != Style::Bare && !formats.contains(&Format::Png) {
-            let why = "no output is a picture: expected one that ends in .png";
-            return Err(Failure::Request(format!("--annotate: {why}")));
-        }
+        counts::check(arguments, scene, &formats_of_counts, allowed)?;
+        let style = style(arguments, &formats)?;
         if let Some(folder) = &arguments.progressive {
             prepare_folder(folder)?;
             if let Some(path) = paths().find(|path| is_frame_of(path, folder)) {
@@ -89,25 +87,23 @@ impl Outputs {
     ) -> Result<(Vec<PathBuf>, Option<Failure>), Failure> {
         // All bytes are made before the first file is: a failure leaves none of them, but for one of
         // counts.
-        let image = self.images.into_iter().map(|target| (target, Product::image(scene, rendered)));
+        let images = self.images.into_iter().map(|target| (target, image(scene, rendered)));
         let bands = self.bands.into_iter();
-        let bands = bands.filter_map(|target| Some((target, Product::band(scene, rendered)?)));
-        let of_instrument = rendered.counts.as_ref();
-        let expected = self.expected_counts.into_iter();
-        let expected =
-            expected.filter_map(|target| Some((target, Product::expected(scene, of_instrument?))));
-        let drawn = self.counts.into_iter();
-        let drawn =
-            drawn.filter_map(|target| Some((target, Product::drawn(scene, of_instrument?)?)));
-        let error = self.error_map.into_iter();
-        let error = error.filter_map(|target| Some((target, Product::error(scene, rendered)?)));
+        let bands = bands.filter_map(|target| Some((target, whole_band(scene, rendered)?)));
+        let expected_counts = self.expected_counts.into_iter();
+        let expected_counts =
+            expected_counts.filter_map(|target| Some((target, expected(scene, rendered)?)));
+        let counts = self.counts.into_iter();
+        let counts = counts.filter_map(|target| Some((target, drawn(scene, rendered)?)));
+        let errors = self.error_map.into_iter();
+        let errors = errors.filter_map(|target| Some((target, error(scene, rendered)?)));
         let encode = |((file, format), product): (Target, Product<'_>)| {
-            Ok((file, product.encode(format, self.style, scene, rendered)?))
+            Ok((file, format.encode(&product, self.style)?))
         };
         let mut ready: Vec<(OutputFile, Vec<u8>)> =
-            image.chain(bands).map(encode).collect::<Result<_, Failure>>()?;
+            images.chain(bands).map(encode).collect::<Result<_, Failure>>()?;
         let mut failure = None;
-        for target in expected.chain(drawn) {
+        for target in expected_counts.chain(counts) {
             match encode(target) {
                 Ok(file) => ready.push(file),
                 Err(error) => {
@@ -115,7 +111,7 @@ impl Outputs {
                 }
             }
         }
-        for target in error {
+        for target in errors {
             ready.push(encode(target)?);
         }
         if let Some(file) = self.report {
@@ -129,101 +125,96 @@ impl Outputs {
     }
 }
 
-fn is_fits(path: &PathBuf) -> bool {
-    Format::from_path(path).is_ok_and(|format| format == Format::Fits)
+/// How pictures look; annotations are refused if no output is a picture.
+fn style(arguments: &RenderArguments, formats: &[Format]) -> Result<PictureStyle, Failure> {
+    if !arguments.annotate {
+        return Ok(PictureStyle::default());
+    }
+    let is_picture = |format: &Format| format.description().is_picture;
+    if formats.iter().any(is_picture) {
+        return Ok(PictureStyle::Annotated { logarithmic: arguments.log });
+    }
+    let pictures = Format::ALL.into_iter().filter(is_picture);
+    let endings: Vec<String> = pictures.map(|format| format!(".{}", ending(format))).collect();
+    let why = "no output is a picture: expected one that ends in";
+    Err(Failure::Request(format!("--annotate: {why} {}", endings.join(" or "))))
+}
+
+/// The ending of the names of new files.
+fn ending(format: Format) -> &'static str {
+    format.description().endings.first().copied().unwrap_or_default()
 }
 
 /// The outputs of a scene when none is asked for: in this folder, named like the scene.
 fn beside_nothing(scene: &Path) -> Vec<PathBuf> {
     let name = PathBuf::from(scene.file_name().unwrap_or("image".as_ref()));
-    ["fits", "npy", "png"].map(|ending| name.with_extension(ending)).to_vec()
+    let formats = Format::ALL.into_iter().filter(|format| format.description().is_default);
+    formats.map(|format| name.with_extension(ending(format))).collect()
 }
 
-/// One of the things that a rendering makes, and what files say of it.
-pub(super) struct Product<'a> {
-    /// The name of its HDU or column.
-    pub(super) name: &'static str,
-    /// What its values are, for people.
-    pub(super) meaning: &'static str,
-    pub(super) map: &'a Map,
-    /// The unit of its values, which may be empty.
-    pub(super) unit: &'a str,
-    /// What a FITS file has besides.
-    pub(super) others: Vec<NamedMap<'a>>,
-    /// What its FITS file tells beside what is true of the whole rendering.
-    pub(super) provenance: Vec<Card>,
+/// The image, or the cube.
+fn image<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Product<'a> {
+    let unit = scene.image_unit();
+    let error = rendered.error.iter().map(|error| error.named("ERROR", unit));
+    let band = rendered.band.iter().map(|band| band.named("BAND", scene.band_unit()));
+    Product {
+        meaning: meaning(scene),
+        others: error.chain([evaluations(rendered)]).chain(band).collect(),
+        ..product(scene, rendered, rendered.map.named(name(scene), unit), [])
+    }
 }
 
-impl<'a> Product<'a> {
-    /// The image, or the cube.
-    fn image(scene: &'a Scene, rendered: &'a Rendered) -> Self {
-        let (map, unit) = (&rendered.map, scene.image_unit());
-        let error = rendered.error.iter().map(|error| ("ERROR", error, unit));
-        let band = rendered.band.iter().map(|band| ("BAND", band, scene.band_unit()));
-        let others = error.chain([evaluations(rendered)]).chain(band).collect();
-        let meaning = picture::meaning(scene);
-        Self { name: name(scene), meaning, map, unit, others, provenance: Vec::new() }
-    }
+/// The image of the whole energy band, if there are energies.
+fn whole_band<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
+    let unit = scene.band_unit();
+    let map = rendered.band.as_ref()?.named(name(scene), unit);
+    let error = rendered.band_error.iter().map(|error| error.named("ERROR", unit));
+    let others = error.chain([evaluations(rendered)]).collect();
+    Some(Product { others, ..product(scene, rendered, map, []) })
+}
 
-    /// The image of the whole energy band, if there are energies.
-    fn band(scene: &'a Scene, rendered: &'a Rendered) -> Option<Self> {
-        let (map, unit) = (rendered.band.as_ref()?, scene.band_unit());
-        let error = rendered.band_error.iter().map(|error| ("ERROR", error, unit));
-        let others = error.chain([evaluations(rendered)]).collect();
-        let (name, meaning) = (name(scene), scene.quantity.name());
-        Some(Self { name, meaning, map, unit, others, provenance: Vec::new() })
-    }
+/// The expected counts, if there is an instrument.
+fn expected<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
+    let map = rendered.counts.as_ref()?.expected.named("EXPECTED", COUNT);
+    let product = product(scene, rendered, map, exposure(scene));
+    Some(Product { meaning: "expected counts", ..product })
+}
 
-    /// The expected counts.
-    fn expected(scene: &Scene, counts: &'a Counts) -> Self {
-        Self {
-            name: "EXPECTED",
-            meaning: "expected counts",
-            map: &counts.expected,
-            unit: COUNT,
-            others: Vec::new(),
-            provenance: exposure(scene).into_iter().collect(),
-        }
-    }
+/// The counts that were drawn, if any were.
+fn drawn<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
+    let map = rendered.counts.as_ref()?.drawn.as_ref()?.named("COUNTS", COUNT);
+    let seed = scene.instrument.as_ref();
+    let seed = seed.map(|found| Card::new("SEED", found.seed, "of the counts that were drawn"));
+    let product = product(scene, rendered, map, exposure(scene).into_iter().chain(seed));
+    Some(Product { meaning: "counts", ..product })
+}
 
-    /// The counts that were drawn, if any were.
-    fn drawn(scene: &Scene, counts: &'a Counts) -> Option<Self> {
-        let map = counts.drawn.as_ref()?;
-        let seed = scene.instrument.as_ref();
-        let seed = seed.map(|found| Card::new("SEED", found.seed, "of the counts that were drawn"));
-        let provenance = exposure(scene).into_iter().chain(seed).collect();
-        Some(Self {
-            name: "COUNTS",
-            meaning: "counts",
-            map,
-            unit: COUNT,
-            others: Vec::new(),
-            provenance,
-        })
-    }
+/// The estimated error, if there is one.
+fn error<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
+    let map = rendered.error.as_ref()?.named("ERROR", scene.image_unit());
+    Some(Product { meaning: "estimated error", ..product(scene, rendered, map, []) })
+}
 
-    /// The estimated error, if there is one.
-    fn error(scene: &'a Scene, rendered: &'a Rendered) -> Option<Self> {
-        let (map, unit) = (rendered.error.as_ref()?, scene.image_unit());
-        let (others, provenance) = (Vec::new(), Vec::new());
-        Some(Self { name: "ERROR", meaning: "estimated error", map, unit, others, provenance })
-    }
+/// A map of a rendering, with what is true of the whole rendering and with `cards` that are true of it
+/// alone.
+fn product<'a>(
+    scene: &'a Scene,
+    rendered: &Rendered,
+    map: ProductMap<'a>,
+    cards: impl IntoIterator<Item = Card>,
+) -> Product<'a> {
+    let mut provenance = provenance(scene, rendered).cards();
+    provenance.extend(cards);
+    Product { provenance, ..Product::new(scene, map) }
+}
 
-    fn encode(
-        &self,
-        format: Format,
-        style: Style,
-        scene: &Scene,
-        rendered: &Rendered,
-    ) -> Result<Vec<u8>, Failure> {
-        match (format, style) {
-            (Format::Fits, _) => fits::encode(scene, rendered, self),
-            (Format::Png, Style::Annotated { logarithmic }) => {
-                picture::annotated(self, scene, logarithmic)
-            }
-            _ => encode(self.map, self.unit, format, scene, None),
-        }
-    }
+/// What the pixels of the scene's image are: its quantity, or the column density that the integral
+/// of a density is.
+fn meaning(scene: &Scene) -> &'static str {
+    let is_column = Unit::parse(scene.image_unit())
+        .and_then(|unit| unit.factor_to(&Unit::parse("m-2")?))
+        .is_ok();
+    if is_column { "column density" } else { scene.quantity.name() }
 }
 
 /// The unit of counts, in the grammar of FITS.
@@ -243,32 +234,9 @@ fn name(scene: &Scene) -> &'static str {
     }
 }
 
-fn evaluations(rendered: &Rendered) -> NamedMap<'_> {
-    ("EVALUATIONS", &rendered.evaluations_per_pixel, "")
-}
-
-/// The bytes of a bare map; colours of a picture in `range`, or in the map's own.
-pub(super) fn encode(
-    map: &Map,
-    unit: &str,
-    format: Format,
-    scene: &Scene,
-    range: Option<ValueRange>,
-) -> Result<Vec<u8>, Failure> {
-    if format != Format::Npy {
-        return picture::bare(map, unit, scene, range);
-    }
-    if scene.camera.kind() == CameraKind::Healpix {
-        let nested: Vec<f64> = map.bands().iter().flat_map(Healpix::nested).collect();
-        let bins = map.bands().len();
-        let shape = [bins, nested.len() / bins.max(1)];
-        let shape = if map.is_cube() { &shape[..] } else { &shape[1..] };
-        return Ok(encode_npy(shape, &nested)?);
-    }
-    Ok(match map.bands() {
-        [image] if !map.is_cube() => encode_npy_image(image),
-        _ => encode_npy_cube(map.cube()),
-    })
+/// The evaluations on the lines of sight of each pixel.
+fn evaluations(rendered: &Rendered) -> ProductMap<'_> {
+    rendered.evaluations_per_pixel.named("EVALUATIONS", "")
 }
 
 /// Refuses options that the method, or a scene without energies, can't do.
@@ -297,15 +265,16 @@ fn check_method(arguments: &RenderArguments, scene: &Scene) -> Result<(), Failur
     }
 }
 
-/// Refuses a cube of the sky that has more bands and errors than a table of FITS has columns.
-fn check_columns(scene: &Scene) -> Result<(), Failure> {
+/// Refuses a cube of the sky that has more bands and errors than a file has room for.
+fn check_columns(scene: &Scene, formats: &[Format]) -> Result<(), Failure> {
     let Some(energies) = &scene.energy else { return Ok(()) };
+    let Some((format, columns)) = fewest_maps_of_sky(scene, formats) else { return Ok(()) };
     let has_error = !matches!(scene.render.method, Method::Los(options) if matches!(options.steps, Steps::Fixed(_)));
     // Evaluations and the whole band have a column each.
-    let most = (HealpixFile::MOST_COLUMNS - 2) / if has_error { 2 } else { 1 };
+    let most = columns.saturating_sub(2) / if has_error { 2 } else { 1 };
     let bins = energies.axis().bins();
-    if scene.camera.kind() == CameraKind::Healpix && bins > most {
-        let why = format!("a table of FITS has no columns for {bins} energy bins of a sky");
+    if bins > most {
+        let why = format!("a table of {format} has no columns for {bins} energy bins of a sky");
         return Err(Failure::Request(format!("output: {why}: expected {most} or less, or .npy")));
     }
     Ok(())
@@ -315,5 +284,25 @@ pub(super) fn same_file(a: &Path, b: &Path) -> bool {
     match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integrals_of_densities_are_column_densities() {
+        let meaning = |unit: &str| {
+            let text = format!(
+                "emission = {{ expression = \"1\", unit = \"{unit}\" }}\nimage = {{ width = 1, \
+                 height = 1 }}\nprojection = {{ type = \"perspective\", position = [0, 0, 0], \
+                 target = [1, 0, 0], field_of_view = [1, 1], far = 1, length_unit = \"km\" }}"
+            );
+            meaning(&Scene::parse("scene.toml", &text, &[]).unwrap())
+        };
+        assert_eq!(meaning("cm-3"), "column density");
+        assert_eq!(meaning("W m-3 sr-1"), "radiance");
+        assert_eq!(meaning("m-1"), "radiance");
     }
 }

@@ -4,8 +4,11 @@ use super::counts::{Counts, total};
 use super::hint::nothing_in_view;
 use super::map::Rendered;
 use crate::failure::Failure;
-use emitree::{FEATURE_CONTRAST, Method, Steps, StopReason, Threshold};
-use emitree_io::{CameraKind, Scene};
+use emitree::los::Steps;
+use emitree::refinement::Threshold;
+use emitree::vol::FEATURE_CONTRAST;
+use emitree::{Method, StopReason};
+use emitree_io::{PixelLayout, Scene};
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -19,9 +22,11 @@ pub(crate) fn print(
     let values = (scene.height * scene.width * bins) as f64;
     let value = if rendered.map.is_cube() { "voxel" } else { "pixel" };
     let mut out = std::io::stdout().lock();
-    let size = match scene.camera.kind() {
-        CameraKind::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
-        _ => format!("{} x {} pixels (width x height)", scene.width, scene.height),
+    let size = match scene.camera.description().pixels {
+        PixelLayout::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
+        PixelLayout::Rectangle => {
+            format!("{} x {} pixels (width x height)", scene.width, scene.height)
+        }
     };
     writeln!(out, "{}: {size}", scene.name)?;
     if let Some(energies) = &scene.energy {
@@ -202,10 +207,7 @@ mod tests {
     #[test]
     fn methods_are_summarised_with_their_options() {
         let vol = |tolerance, base_level| {
-            method(
-                &Method::Vol(VolOptions { tolerance, base_level, ..VolOptions::default() }),
-                "pixel",
-            )
+            method(&Method::Vol(VolOptions::new(tolerance).with_base_level(base_level)), "pixel")
         };
         assert_eq!(vol(0.01, 3), "vol: to 1 % of the largest pixel, base 9 x 9 lines");
         assert_eq!(vol(0.007, 7), "vol: to 0.7 % of the largest pixel, base 129 x 129 lines");

@@ -2,14 +2,16 @@
 
 use crate::failure::Failure;
 use crate::interrupt;
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, Image, LosOptions, Method, RenderOptions, Steps, Threshold, render,
-};
-use emitree_problems::{equation8, relative_error};
+use emitree::{Canonical, Image, Method, RenderOptions, render};
+use emitree_models::models::Holmstrom;
 use std::ops::ControlFlow;
 
 const SHAPE: [usize; 2] = [64, 64];
+/// The α of the paper.
+const ALPHA: f64 = 100.0;
 
 /// One rendering.
 #[derive(Clone, Debug)]
@@ -36,7 +38,7 @@ pub(crate) struct Measurements {
 
 impl Measurements {
     pub(crate) fn make() -> Result<Self, Failure> {
-        let exact = equation8::exact_image(equation8::ALPHA, SHAPE);
+        let exact = Holmstrom::with_alpha(ALPHA).exact_image(SHAPE);
         // The threshold of the prototype with which the design found the paper's 4,032.
         let (figure_9_image, figure_9) = paper(2, 0.038, &exact)?;
         // Five thresholds a decade, from 0.5 down.
@@ -70,17 +72,13 @@ impl Measurements {
 }
 
 fn paper(base_level: u8, threshold: f64, exact: &Image) -> Result<(Image, Run), Failure> {
-    let options = BuildOptions {
-        base_level,
-        threshold: Threshold::Absolute(threshold),
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::new(Threshold::Absolute(threshold)).with_base_level(base_level);
     let name = format!("paper, base grid {}^3", 1 << base_level);
     measure(Method::Paper(options), name, threshold, exact)
 }
 
 fn los(per_side: usize, steps: usize, exact: &Image) -> Result<Run, Failure> {
-    let options = LosOptions { lines: per_side, steps: Steps::Fixed(steps) };
+    let options = LosOptions::new(per_side, Steps::Fixed(steps));
     let name = format!("los, {} for each pixel", super::counted_lines(per_side * per_side));
     Ok(measure(Method::Los(options), name, steps as f64, exact)?.1)
 }
@@ -91,12 +89,12 @@ fn measure(
     parameter: f64,
     exact: &Image,
 ) -> Result<(Image, Run), Failure> {
-    let emission = FromFn(|position, _| equation8::rate(position, equation8::ALPHA));
     let stop =
         |_| if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let options = RenderOptions { progress: Some(&stop), ..RenderOptions::new(method) };
-    let rendering = render(&emission, &Canonical, SHAPE, &options)?;
-    let error = relative_error(&rendering.values, exact);
+    let options = RenderOptions::new(method).with_progress(&stop);
+    let rendering = render(&Holmstrom::with_alpha(ALPHA), &Canonical, SHAPE, &options)?;
+    let (_, brightest) = exact.min_max();
+    let error = rendering.values.max_difference(exact) / brightest;
     let run = Run { method: name, parameter, evaluations: rendering.stats.evaluations, error };
     Ok((rendering.values, run))
 }

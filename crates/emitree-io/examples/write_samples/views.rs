@@ -1,7 +1,8 @@
 //! Views of every kind of camera, and the lines of sight of their pixels.
 
 use emitree::projection::healpix::face_pixel;
-use emitree::{Healpix, Image, MappedPoint, Region, render};
+use emitree::projection::{MappedPoint, Region};
+use emitree::{Healpix, Image, render};
 use emitree_io::units::Unit;
 use emitree_io::{FitsFile, FitsImage, HealpixColumn, HealpixFile, Scene, encode_npy};
 use std::error::Error;
@@ -75,8 +76,8 @@ fn corners(scene: &Scene) -> Result<Vec<u8>, Box<dyn Error>> {
     for row in 0..=scene.height {
         for column in 0..=scene.width {
             let [x, y] = [at(column, scene.width), at(row, scene.height)];
-            match camera.region([x, y]) {
-                Region::Outside => lines.extend([f64::NAN; 6]),
+            match camera.view_geometry().map(|geometry| geometry.region([x, y])) {
+                Some(Region::Outside) => lines.extend([f64::NAN; 6]),
                 _ => lines.extend(line(camera.world_from_canonical([x, y, 0.5]))),
             }
         }
@@ -126,7 +127,7 @@ const IN_PIXEL: [[f64; 2]; 5] = [[0.5, 0.5], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0],
 
 /// \[12 nside², 5, 2, 3\]: the lines of [`IN_PIXEL`] of each pixel, as in [`corners`].
 fn sky_lines(scene: &Scene) -> Result<Vec<u8>, Box<dyn Error>> {
-    let faces = scene.camera.projection().tiles();
+    let faces = scene.camera.projection().view_geometry().ok_or("no faces")?.tiles();
     let (nside, pixels) = (u32::try_from(scene.width)?, scene.height * scene.width);
     let mut lines = Vec::new();
     for index in 0..pixels {

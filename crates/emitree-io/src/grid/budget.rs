@@ -18,6 +18,7 @@ impl Budget {
     }
 
     /// The limit \[bytes\].
+    #[cfg(feature = "hdf5")]
     pub(super) fn bytes(self) -> u64 {
         self.0
     }

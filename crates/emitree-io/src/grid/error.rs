@@ -26,7 +26,7 @@ pub enum GridReadError {
     Unreadable(#[source] std::io::Error),
     /// The ending of the name stands for no format.
     #[error("no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5 or .nc")]
-    Ending,
+    StopReason,
     /// The library was built without this format.
     #[error("this program was built without {0}: expected a build with the feature `hdf5`")]
     NotBuilt(GridFormat),

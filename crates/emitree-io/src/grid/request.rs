@@ -58,11 +58,11 @@ impl GridFormat {
     ///
     /// # Errors
     ///
-    /// [`GridReadError::Ending`] with the endings that there are.
+    /// [`GridReadError::StopReason`] with the endings that there are.
     pub fn from_path(path: &Path) -> Result<Self, GridReadError> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         let format = Self::ENDINGS.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(ending));
-        format.map(|(_, format)| format).ok_or(GridReadError::Ending)
+        format.map(|(_, format)| format).ok_or(GridReadError::StopReason)
     }
 }
 

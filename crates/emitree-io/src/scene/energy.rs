@@ -5,7 +5,8 @@ use super::source::Place;
 use super::table::Table;
 use crate::energies::Energies;
 use crate::units::Unit;
-use emitree::{EnergyAxis, EnergyError, EnergyScale};
+use emitree::energy::EnergyError;
+use emitree::{EnergyAxis, EnergyScale};
 
 /// The unit of energies that a scene does not name.
 const DEFAULT_UNIT: &str = "keV";

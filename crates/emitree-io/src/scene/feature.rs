@@ -4,7 +4,7 @@ use super::document::{Node, Value};
 use super::error::SceneError;
 use super::table::Table;
 use crate::units::Unit;
-use emitree::FeatureSize;
+use emitree::vol::FeatureSize;
 
 const EXPECTED: &str = "a fraction of the view's cube, above 0 and at most 1, or a length as in \
                         \"0.1 R_E\" or { length = 0.1 }, in `length_unit`";
@@ -59,7 +59,8 @@ fn length_with_unit(
 #[cfg(test)]
 mod tests {
     use super::super::{Override, Scene};
-    use emitree::{FeatureSize, Method};
+    use emitree::Method;
+    use emitree::vol::FeatureSize;
 
     const VIEW: &str = r#"
         emission.expression = "exp(-r)"

@@ -19,7 +19,10 @@ mod source;
 mod table;
 mod tree;
 
-pub use camera::{Camera, CameraKind};
+pub use camera::{
+    Camera, CameraDescription, CameraKey, FitsCoordinates, KeyDefault, KeyUnit, PixelLayout,
+    PlotAxis, PlotFrame, PlotScale, cameras,
+};
 pub use emission::{EmissionFailure, EmissionSource, GridEmission};
 pub use error::SceneError;
 pub use instrument::SceneInstrument;
@@ -30,9 +33,10 @@ pub use tree::BuildSettings;
 use crate::energies::Energies;
 use crate::memory::available_memory_bytes;
 use document::Node;
+use emitree::radiance::irradiance_of;
 use emitree::{
     Cube, Emission, Healpix, Image, Projection, RenderError, RenderOptions, Rendering, Session,
-    irradiance_of, render, render_cube,
+    render, render_cube,
 };
 use emitree_instrument::{Observation, ObservationError};
 use instrument::Observer;
@@ -203,14 +207,12 @@ impl Scene {
     /// ```
     pub fn render_options(&self) -> RenderOptions<'static> {
         let RenderSettings { method, max_evaluations, max_seconds, batch_size, .. } = &self.render;
-        let defaults = RenderOptions::new(method.clone());
-        RenderOptions {
-            max_evaluations: max_evaluations.unwrap_or(defaults.max_evaluations),
-            max_seconds: max_seconds.unwrap_or(defaults.max_seconds),
-            batch_size: batch_size.unwrap_or(defaults.batch_size),
-            max_memory_bytes: available_memory_bytes().unwrap_or(defaults.max_memory_bytes),
-            ..defaults
-        }
+        let mut options = RenderOptions::new(method.clone());
+        options.max_evaluations = max_evaluations.unwrap_or(options.max_evaluations);
+        options.max_seconds = max_seconds.unwrap_or(options.max_seconds);
+        options.batch_size = batch_size.unwrap_or(options.batch_size);
+        options.max_memory_bytes = available_memory_bytes().unwrap_or(options.max_memory_bytes);
+        options
     }
 
     /// Renders an emission with the settings of the scene: radiances, in one band if the scene has no energies.
@@ -310,15 +312,18 @@ impl Scene {
         let occulters = table.tables("occulter", "tables `[[occulter]]`, each with a `type`")?;
         let bounds = table.table("bounds")?;
         let (camera, length_unit) = camera::read(projection, bounds, occulters, &start)?;
-        let (shape, of_image) = read_image(table.table("image")?, camera.kind(), &start)?;
+        let layout = camera.description().pixels;
+        let (shape, of_image) = read_image(table.table("image")?, layout, &start)?;
         let seeds = table.tables("seed", "tables `[[seed]]`, each with `position` and `radius`")?;
         let seeds = seed::read(seeds)?;
         let render = table.table("render")?.unwrap_or_else(|| Table::absent("render", &start));
         let build = table.table("build")?.map(tree::read_build).transpose()?;
         table.finish()?;
 
-        let camera_units =
-            CameraUnits { length: length_unit, has_solid_angles: camera.has_solid_angles() };
+        let camera_units = CameraUnits {
+            length: length_unit,
+            has_solid_angles: camera.description().has_solid_angles,
+        };
         let found =
             radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
         let render = {
@@ -379,14 +384,14 @@ fn read(path: &Path) -> io::Result<String> {
 /// Height and width of the image, and the settings of its unit.
 fn read_image(
     table: Option<Table>,
-    camera: CameraKind,
+    layout: PixelLayout,
     start: &Place,
 ) -> Result<([usize; 2], ImageUnits), SceneError> {
     const PIXELS: &str = "a number of pixels, 1 to 2^24";
     const NSIDE: &str = "a power of two, 1 to 2^13: pixels along the edge of a face";
-    let keys = match camera {
-        CameraKind::Healpix => "`nside`",
-        _ => "`width` and `height`",
+    let keys = match layout {
+        PixelLayout::Rectangle => "`width` and `height`",
+        PixelLayout::Healpix => "`nside`",
     };
     let Some(mut table) = table else {
         return Err(SceneError::at(start, "the scene has no `[image]`")
@@ -403,9 +408,9 @@ fn read_image(
             other => Err(node.refuse(&other.to_string(), expected)),
         }
     };
-    let shape = match camera {
-        CameraKind::Healpix => Healpix::shape(pixels("nside", NSIDE, 1 << 13, true)?),
-        _ => {
+    let shape = match layout {
+        PixelLayout::Healpix => Healpix::shape(pixels("nside", NSIDE, 1 << 13, true)?),
+        PixelLayout::Rectangle => {
             let width = pixels("width", PIXELS, 1 << 24, false)?;
             [pixels("height", PIXELS, 1 << 24, false)?, width]
         }

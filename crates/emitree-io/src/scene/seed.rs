@@ -2,7 +2,7 @@
 
 use super::error::SceneError;
 use super::table::Table;
-use emitree::Seed;
+use emitree::vol::Seed;
 
 pub(super) fn read(tables: Vec<Table>) -> Result<Vec<Seed>, SceneError> {
     tables.into_iter().map(read_one).collect()

@@ -5,11 +5,14 @@ use super::error::SceneError;
 use super::feature;
 use super::source::Place;
 use super::table::Table;
-use emitree::prediction::MAX_ORDER;
+use emitree::cell::CellIndex;
+use emitree::los::{LosOptions, Steps};
+use emitree::prediction::{MAX_ORDER, Predictor};
 use emitree::quadrature::CellRule;
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::vol::BASE_LEVELS;
-use emitree::{CellIndex, LosOptions, Method, Predictor, Seed, Steps, Threshold, VolOptions};
+use emitree::vol::{BASE_LEVELS, Seed};
+use emitree::{Method, VolOptions};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 

@@ -1,7 +1,10 @@
 use super::*;
+use emitree::los::{LosOptions, Steps};
 use emitree::quadrature::CellRule;
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{LosOptions, Method, Seed, Steps, Threshold, VolOptions};
+use emitree::vol::Seed;
+use emitree::{Method, VolOptions};
 
 const SCENE: &str = r#"
 [emission]
@@ -97,18 +100,14 @@ fn a_scene_is_read() {
     let scene = Scene::parse("scene.toml", SCENE, &[]).unwrap();
     assert_eq!((scene.height, scene.width), (100, 50));
     assert_eq!(scene.render.method.name(), "paper");
-    let expected = BuildOptions {
-        base_level: 2,
-        threshold: Threshold::Absolute(0.038),
-        ..BuildOptions::default()
-    };
+    let expected = BuildOptions::new(Threshold::Absolute(0.038)).with_base_level(2);
     assert_eq!(scene.render.method, Method::Paper(expected));
     assert_eq!((scene.image_unit(), &scene.length_unit), ("", &None));
 
     let scene = Scene::parse("scene.toml", SMILE, &[]).unwrap();
     assert_eq!(scene.length_unit.as_deref(), Some("R_E"));
     assert_eq!(scene.image_unit(), "keV cm-2 s-1 sr-1");
-    let expected = LosOptions { lines: 1, steps: Steps::Fixed(160) };
+    let expected = LosOptions::new(1, Steps::Fixed(160));
     assert_eq!(scene.render.method, Method::Los(expected));
 }
 
@@ -169,7 +168,7 @@ fn adaptive_or_uniform_steps_the_later_option_counts() {
     assert_eq!(settings(&[]).tolerance, Some(0.01));
     let fixed = settings(&[option("render.steps", "20")]);
     assert_eq!(fixed.tolerance, None);
-    assert_eq!(fixed.method, Method::Los(LosOptions { lines: 1, steps: Steps::Fixed(20) }));
+    assert_eq!(fixed.method, Method::Los(LosOptions::new(1, Steps::Fixed(20))));
 }
 
 #[test]
@@ -336,26 +335,17 @@ fn the_method_is_vol_unless_another_is_named() {
     let (before, after) = SCENE.split_once("[render]").unwrap();
     for scene in [before, &format!("{before}[render]")] {
         let settings = settings(scene);
-        assert_eq!(
-            settings.method,
-            Method::Vol(VolOptions { tolerance: 0.01, ..VolOptions::default() })
-        );
+        assert_eq!(settings.method, Method::Vol(VolOptions::new(0.01)));
         assert_eq!(settings.tolerance, Some(0.01));
         assert_eq!((settings.max_evaluations, settings.batch_size), (None, None));
         assert_eq!(settings.ignored, Vec::<&str>::new());
     }
     let settings = settings(&format!("{before}[render]{}", after.replace("method", "# method")));
-    assert_eq!(
-        settings.method,
-        Method::Vol(VolOptions { tolerance: 0.01, base_level: 2, ..VolOptions::default() })
-    );
+    assert_eq!(settings.method, Method::Vol(VolOptions::new(0.01).with_base_level(2)));
     assert_eq!(settings.ignored, ["threshold"]);
     let changes = [option("render.tolerance", "1e-4"), option("render.base_level", "7")];
     let settings = Scene::parse("scene.toml", before, &changes).unwrap().render;
-    assert_eq!(
-        settings.method,
-        Method::Vol(VolOptions { tolerance: 1e-4, base_level: 7, ..VolOptions::default() })
-    );
+    assert_eq!(settings.method, Method::Vol(VolOptions::new(1e-4).with_base_level(7)));
     assert_eq!(settings.tolerance, Some(1e-4));
 }
 
@@ -374,7 +364,7 @@ fn all_options_of_vol_are_read() {
     let seeds = seeds.map(|(position, radius)| Seed { position, radius }).to_vec();
     assert_eq!(
         settings.method,
-        Method::Vol(VolOptions { tolerance: 0.02, base_level: 4, seeds, ..VolOptions::default() })
+        Method::Vol(VolOptions::new(0.02).with_base_level(4).with_seeds(seeds))
     );
     assert_eq!((settings.max_evaluations, settings.batch_size), (Some(20_000), Some(500)));
     assert_eq!(settings.ignored, Vec::<&str>::new());

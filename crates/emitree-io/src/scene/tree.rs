@@ -6,7 +6,8 @@ use super::source::Place;
 use super::table::Table;
 use super::{EmissionSource, is_option};
 use crate::tree_file::TreeFile;
-use emitree::{CellIndex, WorldBox, WorldTreeOptions};
+use emitree::cell::CellIndex;
+use emitree::world_tree::{WorldBox, WorldTreeOptions};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -106,7 +107,8 @@ pub(super) fn read_emission((name, place): &(String, Place)) -> Result<EmissionS
 #[cfg(test)]
 mod tests {
     use crate::{EmissionSource, Override, Scene, SceneError, TreeFile};
-    use emitree::{FromFn, WorldBox, WorldTreeOptions, build_world_tree};
+    use emitree::FromFn;
+    use emitree::world_tree::{WorldBox, WorldTreeOptions, build_world_tree};
 
     const SCENE: &str = r#"
 [emission]
@@ -193,7 +195,7 @@ max_evaluations = 1_000_000
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let g = FromFn(|[x, _, _]: [f64; 3], _: [f64; 3]| x);
-        let options = WorldTreeOptions { base_level: 3, ..WorldTreeOptions::default() };
+        let options = WorldTreeOptions::default().with_base_level(3);
         let bounds = WorldBox::new([0.0; 3], [1.0; 3]).unwrap();
         let built = build_world_tree(&g, bounds, &options).unwrap();
         let file = TreeFile::new(built, 1e-3).with_units(Some("kpc"), "erg cm-2 s-1 sr-1");

@@ -2,7 +2,7 @@
 
 use super::{FAMILY, LAYOUT, LEVEL, RATES, TABLE, TreeFile, TreeFileError};
 use emitree::tree::Family;
-use emitree::{WorldBox, WorldTree};
+use emitree::world_tree::{WorldBox, WorldTree};
 use fits_well::FitsReader;
 use fits_well::header::{CommentaryName, Header};
 use fits_well::table::{ColumnData, Table};

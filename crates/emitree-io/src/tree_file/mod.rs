@@ -13,13 +13,14 @@ mod error;
 
 pub use error::TreeFileError;
 
-use emitree::world_tree::BuiltWorldTree;
-use emitree::{StopReason, WorldTree};
+use emitree::StopReason;
+use emitree::world_tree::{BuiltWorldTree, WorldTree};
 
 /// A tree with the other contents of its file.
 ///
 /// ```
-/// use emitree::{FromFn, WorldBox, WorldTreeOptions, build_world_tree};
+/// use emitree::world_tree::{WorldBox, WorldTreeOptions, build_world_tree};
+/// use emitree::FromFn;
 /// use emitree_io::TreeFile;
 ///
 /// let corona = FromFn(|[x, y, z]: [f64; 3], _| (-(x * x + y * y + z * z)).exp());

@@ -1,5 +1,6 @@
 use super::*;
-use emitree::{Emission, FromFn, Samples, WorldBox, WorldTreeOptions, build_world_tree};
+use emitree::world_tree::{WorldBox, WorldTreeOptions, build_world_tree};
+use emitree::{Emission, FromFn, Samples};
 use fits_well::table::{Builder, ColumnData, WriteColumn};
 use fits_well::{FitsReader, FitsWriter};
 use std::path::Path;
@@ -9,7 +10,7 @@ fn file() -> TreeFile {
         (-(x * x + (y - 1.0).powi(2) + 3.0 * z * z)).exp() / 3.0
     });
     let bounds = WorldBox::new([-4.0, -3.0, -0.1], [4.0, 5.0, 1.0 / 3.0]).unwrap();
-    let options = WorldTreeOptions { base_level: 3, ..WorldTreeOptions::default() };
+    let options = WorldTreeOptions::default().with_base_level(3);
     let built = build_world_tree(&g, bounds, &options).unwrap();
     TreeFile::new(built, 1e-3)
         .with_units(Some("R_E"), "keV cm-2 s-1 sr-1")

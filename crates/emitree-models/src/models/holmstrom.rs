@@ -4,9 +4,10 @@ use super::{BLOCK, fill_blocks};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::{Elementary, apply};
+use crate::means;
 use core::convert::Infallible;
 use core::f64::consts::SQRT_2;
-use emitree::{Emission, Samples};
+use emitree::{Emission, Image, Samples};
 use std::collections::BTreeMap;
 
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
@@ -28,6 +29,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     }],
     build: |values| Ok(std::sync::Arc::new(Holmstrom::from_values(values))),
 };
+
+/// Of the waves along x, y and z.
+const WAVE_NUMBERS: [f64; 3] = [5.0, 7.0, 11.0];
 
 /// The test function of Holmström, eq. (8):
 ///
@@ -60,7 +64,11 @@ impl Holmstrom {
     }
 
     fn from_values(values: &Values) -> Self {
-        let alpha = values.of("alpha");
+        Self::with_alpha(values.of("alpha"))
+    }
+
+    /// The function with this α ≥ 0; 100 in the paper.
+    pub fn with_alpha(alpha: f64) -> Self {
         Self {
             centre: [SQRT_2 / 3.0, 7.0_f64.sqrt() / 5.0, 6.0_f64.sqrt() / 5.0],
             sharpness: [1.0 / SQRT_2, SQRT_2, 3.0_f64.sqrt()].map(|factor| alpha * factor),
@@ -74,11 +82,44 @@ impl Holmstrom {
         rates[0]
     }
 
+    /// The exact image on the [canonical cube](emitree::Canonical), of `shape` = \[height, width\]
+    /// pixels, if α > 0: both terms are products, so the mean of a pixel is a product of means along the
+    /// axes.
+    ///
+    /// ```
+    /// use emitree_models::models::Holmstrom;
+    ///
+    /// let image = Holmstrom::with_alpha(100.0).exact_image([64, 64]);
+    /// let (_, brightest) = image.min_max();
+    /// assert!((brightest - 0.133_824_707_425_712_45).abs() < 1e-15);
+    /// ```
+    pub fn exact_image(&self, [height, width]: [usize; 2]) -> Image {
+        let along = |axis: usize, pixels: usize| -> Vec<[f64; 2]> {
+            let border = |i: usize| i as f64 / pixels as f64;
+            (0..pixels).map(|i| self.means(axis, border(i), border(i + 1))).collect()
+        };
+        let (columns, rows) = (along(0, width), along(1, height));
+        let [bump_depth, wave_depth] = self.means(2, 0.0, 1.0);
+        let wave_depth = wave_depth / 100.0;
+        let pixels = rows.iter().flat_map(|[bump_y, wave_y]| {
+            columns.iter().map(move |[bump_x, wave_x]| {
+                bump_depth * bump_x * bump_y + wave_depth * wave_x * wave_y
+            })
+        });
+        Image::from_pixels(height, width, pixels.collect())
+    }
+
+    /// The means of the factors of both terms, bump and waves, along an axis.
+    fn means(&self, axis: usize, from: f64, to: f64) -> [f64; 2] {
+        let bump = means::gaussian(self.sharpness[axis], self.centre[axis], from, to);
+        [bump, means::sine_squared(WAVE_NUMBERS[axis], from, to)]
+    }
+
     fn fill_block(&self, positions: &[[f64; 3]], rates: &mut [f64]) {
         let mut scratch = [0.0; BLOCK];
         let scratch = &mut scratch[..positions.len()];
         rates.fill(0.1);
-        for (axis, wave_number) in [5.0, 7.0, 11.0].into_iter().enumerate() {
+        for (axis, wave_number) in WAVE_NUMBERS.into_iter().enumerate() {
             for (angle, position) in scratch.iter_mut().zip(positions) {
                 *angle = wave_number * position[axis];
             }

@@ -25,7 +25,8 @@ mod ring;
 pub mod separable;
 pub mod spectrum;
 
-use emitree::{Cube, EnergyAxis, EnergyError, EnergyScale};
+use emitree::energy::EnergyError;
+use emitree::{Cube, EnergyAxis, EnergyScale};
 use parts::Part;
 
 /// A bound on the error of cubes from closed forms alone: rounding.
@@ -121,7 +122,7 @@ impl core::fmt::Debug for CubeProblem {
 ///     assert_eq!(cube.shape(), [3, 4, 2]);
 ///     assert!(cube.largest() > 0.0, "{} is dark", problem.name);
 /// }
-/// # Ok::<(), emitree::EnergyError>(())
+/// # Ok::<(), emitree::energy::EnergyError>(())
 /// ```
 pub fn problems() -> Vec<CubeProblem> {
     let (linear, log) = (EnergyScale::Linear, EnergyScale::Log);

@@ -4,7 +4,8 @@
 use super::*;
 use crate::brute;
 use crate::gauss::Gauss;
-use emitree::{Canonical, FromSpectralFn, LosOptions, Method, RenderOptions, Steps, render_cube};
+use emitree::los::{LosOptions, Steps};
+use emitree::{Canonical, FromSpectralFn, RenderOptions, render_cube};
 
 /// Energies that a rule must not integrate across: the edge, and the narrow line.
 const CUTS: [f64; 4] = [
@@ -86,8 +87,8 @@ fn line_of_sight_integration_goes_to_the_exact_cube() {
         let exact = problem.exact([3, 5], &axis);
         let emission = FromSpectralFn(|position, _, energy| problem.rate(position, energy));
         let far = |lines: usize| {
-            let los = LosOptions { lines, steps: Steps::Fixed(6 * lines) };
-            let options = RenderOptions::new(Method::Los(los));
+            let los = LosOptions::new(lines, Steps::Fixed(6 * lines));
+            let options = RenderOptions::new(los);
             let rendering = render_cube(&emission, &Canonical, [3, 5], &axis, &options).unwrap();
             rendering.values.max_difference(&exact) / exact.largest()
         };

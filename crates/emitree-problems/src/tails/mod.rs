@@ -29,7 +29,8 @@ use crate::family::Reference;
 use crate::family::generator::Generator;
 use crate::gauss::Gauss;
 use crate::panels::{self, PanelAxis};
-use emitree::{GeometryError, Image, Projection};
+use emitree::projection::GeometryError;
+use emitree::{Image, Projection};
 use glow::Glow;
 use view::View;
 

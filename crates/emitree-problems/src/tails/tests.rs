@@ -1,5 +1,5 @@
 use super::*;
-use emitree::Region;
+use emitree::projection::Region;
 
 /// FNV-1a of all parameters of forty scenes: no seed may ever mean another scene.
 #[test]
@@ -20,7 +20,7 @@ fn lines_are_those_of_the_cameras() {
         let tail = random_tail(seed);
         let camera = tail.camera().unwrap();
         for xy in [[0.1, 0.7], [0.5, 0.5], [0.93, 0.2]] {
-            assert_eq!(camera.region(xy), Region::Sky);
+            assert_eq!(camera.view_geometry().unwrap().region(xy), Region::Sky);
             let (line, weight) = tail.view.line(xy);
             let (middle, _) = tail.view.line([0.5; 2]);
             let density = camera.solid_angle_density(xy) / camera.solid_angle_density([0.5; 2]);

@@ -3,7 +3,8 @@
 use super::line::Line;
 use crate::family::generator::Generator;
 use core::f64::consts::FRAC_PI_3;
-use emitree::{GeometryError, Orthographic, Perspective, Projection, Viewpoint};
+use emitree::projection::GeometryError;
+use emitree::{Orthographic, Perspective, Projection, Viewpoint};
 
 /// A square view.
 #[derive(Clone, Copy, Debug, PartialEq)]

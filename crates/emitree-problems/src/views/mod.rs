@@ -25,9 +25,9 @@ mod shapes;
 use crate::family::Reference;
 use crate::family::generator::Generator;
 use core::f64::consts::{PI, TAU};
+use emitree::projection::{Bounds, DiscMapping, Ellipsoid, GeometryError};
 use emitree::{
-    Bounds, DiscMapping, Ellipsoid, Equirectangular, Fisheye, GeometryError, Healpix, Orthographic,
-    Perspective, Polar, Projection, Viewpoint,
+    Equirectangular, Fisheye, Healpix, Orthographic, Perspective, Polar, Projection, Viewpoint,
 };
 use glow::Glow;
 pub use outcome::Outcome;

@@ -22,11 +22,11 @@ impl Outcome {
     /// reference, are left out.
     ///
     /// ```
-    /// use emitree::{FromFn, Method, RenderOptions, VolOptions, render};
+    /// use emitree::{FromFn, RenderOptions, VolOptions, render};
     /// use emitree_problems::views::{Outcome, random_view};
     ///
     /// let view = random_view(4);
-    /// let options = RenderOptions::new(Method::Vol(VolOptions::default()));
+    /// let options = RenderOptions::new(VolOptions::default());
     /// let emission = FromFn(|position, _| view.rate(position));
     /// let rendering = render(&emission, view.camera(), view.shape(), &options)?;
     /// let outcome = Outcome::of(&rendering, &view.reference());

@@ -1,7 +1,7 @@
 //! Where lines enter and leave ellipsoids and boxes: geometry of its own, for a reference that does not
 //! depend on the library's.
 
-use emitree::{Bounds, Ellipsoid, GeometryError};
+use emitree::projection::{Bounds, Ellipsoid, GeometryError};
 
 pub(super) type Vector = [f64; 3];
 

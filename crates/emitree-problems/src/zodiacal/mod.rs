@@ -16,7 +16,8 @@ use crate::family::Reference;
 use crate::gauss::Gauss;
 use crate::panels::{self, PanelAxis};
 use dust::{Dust, SymmetryPlane};
-use emitree::{Bounds, Ellipsoid, Equirectangular, GeometryError, Image, Viewpoint};
+use emitree::projection::{Bounds, Ellipsoid, GeometryError};
+use emitree::{Equirectangular, Image, Viewpoint};
 
 /// Where the Earth, and with it the observer, is \[AU\]: on 14 June 2022 at 0 h, after astropy's
 /// built-in ephemeris.
@@ -126,7 +127,7 @@ impl Zodiacal {
     ///
     /// ```
     /// let camera = emitree_problems::zodiacal::Zodiacal::default().camera()?;
-    /// # Ok::<(), emitree::GeometryError>(())
+    /// # Ok::<(), emitree::projection::GeometryError>(())
     /// ```
     pub fn camera(&self) -> Result<Equirectangular, GeometryError> {
         let [forward, _] = self.axes();

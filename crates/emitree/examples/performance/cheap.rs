@@ -2,9 +2,9 @@
 
 use crate::heap::measured;
 use crate::table::{Table, number};
+use emitree::los::{LosOptions, Steps};
 use emitree::{
-    Canonical, Emission, FromFn, Image, LosOptions, Method, RenderOptions, Rendering, Steps,
-    VolOptions, render,
+    Canonical, Emission, FromFn, Image, Method, RenderOptions, Rendering, VolOptions, render,
 };
 use emitree_models::Expression;
 use emitree_problems::{equation8, relative_error};
@@ -87,7 +87,7 @@ impl Settings {
         let exact = image(coarse);
         for lines in LINES {
             for steps in 2..=MOST_STEPS {
-                let los = LosOptions { lines, steps: Steps::Fixed(steps) };
+                let los = LosOptions::new(lines, Steps::Fixed(steps));
                 let found = rendered(emission, [coarse; 2], Method::Los(los))?;
                 if relative_error(&found.values, &exact) <= error {
                     return Ok(Self { shape: [pixels; 2], error, los, exact: image(pixels) });
@@ -100,7 +100,7 @@ impl Settings {
 
 fn row(name: &str, emission: &impl Emission, settings: &Settings) -> Result<Vec<String>, String> {
     let &Settings { shape, error: tolerance, los, ref exact } = settings;
-    let method = Method::Vol(VolOptions { tolerance, ..VolOptions::default() });
+    let method = Method::Vol(VolOptions::new(tolerance));
     let (seconds_of_vol, of_vol, peak) = fastest(|| rendered(emission, shape, method.clone()))?;
     let (seconds_of_los, of_los, _) = fastest(|| rendered(emission, shape, Method::Los(los)))?;
     let [height, width] = shape;

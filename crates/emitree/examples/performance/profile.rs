@@ -3,10 +3,10 @@
 
 use crate::heap::measured;
 use crate::table::{Table, mebibytes, number};
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, LosOptions, Method, RenderOptions, Steps, Threshold, VolOptions, render,
-};
+use emitree::{Canonical, FromFn, Method, RenderOptions, VolOptions, render};
 use emitree_problems::catalogue::{Problem, problem};
 use emitree_problems::relative_error;
 
@@ -52,9 +52,9 @@ pub(crate) fn tables() -> Result<Vec<Table>, String> {
 fn methods(tolerance: f64) -> [Method; 3] {
     let threshold = Threshold::Relative(tolerance);
     [
-        Method::Vol(VolOptions { tolerance, ..VolOptions::default() }),
-        Method::Paper(BuildOptions { threshold, ..BuildOptions::default() }),
-        Method::Los(LosOptions { lines: 1, steps: Steps::Adaptive(tolerance) }),
+        Method::Vol(VolOptions::new(tolerance)),
+        Method::Paper(BuildOptions::new(threshold)),
+        Method::Los(LosOptions::new(1, Steps::Adaptive(tolerance))),
     ]
 }
 

@@ -3,10 +3,10 @@
 
 use crate::heap::{available_bytes, measured};
 use crate::table::{Table, exponent, mebibytes, number};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, Image, Method, RenderOptions, Seed, Threshold, VolOptions, render,
-};
+use emitree::vol::Seed;
+use emitree::{Canonical, FromFn, Image, Method, RenderOptions, VolOptions, render};
 use emitree_problems::catalogue::problem;
 use emitree_problems::gaussian::Gaussian;
 use emitree_problems::{equation8, relative_error};
@@ -127,13 +127,13 @@ fn exponents(
 }
 
 fn vol(tolerance: f64) -> RenderOptions<'static> {
-    let method = Method::Vol(VolOptions { tolerance, ..VolOptions::default() });
-    RenderOptions { max_evaluations: MOST_OF_VOL, ..RenderOptions::new(method) }
+    let method = Method::Vol(VolOptions::new(tolerance));
+    RenderOptions::new(method).with_max_evaluations(MOST_OF_VOL)
 }
 
 fn paper(threshold: Threshold) -> RenderOptions<'static> {
-    let method = Method::Paper(BuildOptions { threshold, ..BuildOptions::default() });
-    RenderOptions { max_evaluations: MOST_OF_PAPER, ..RenderOptions::new(method) }
+    let method = Method::Paper(BuildOptions::new(threshold));
+    RenderOptions::new(method).with_max_evaluations(MOST_OF_PAPER)
 }
 
 /// One rendering of `rate`, the fastest of some.
@@ -263,11 +263,9 @@ fn growth() -> Result<Vec<Point>, String> {
             eprintln!("performance: no memory for {max_evaluations} evaluations, left out");
             continue;
         }
-        let options = RenderOptions {
-            max_evaluations,
-            max_memory_bytes: MOST_BYTES,
-            ..paper(Threshold::Absolute(threshold))
-        };
+        let options = paper(Threshold::Absolute(threshold))
+            .with_max_evaluations(max_evaluations)
+            .with_max_memory_bytes(MOST_BYTES);
         let grown =
             point("paper eq8", max_evaluations as f64, rate, (SHAPE, &options), Some(&exact))?;
         if grown.peak_bytes as u64 > MOST_BYTES {

@@ -1,11 +1,10 @@
 //! Two threads against one: the same renderings of a g that costs a microsecond or ten at each point.
 
 use crate::table::Table;
+use emitree::los::{LosOptions, Steps};
+use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{
-    Canonical, FromFn, Image, LosOptions, Method, RenderOptions, Rendering, Steps, Threshold,
-    VolOptions, render,
-};
+use emitree::{Canonical, FromFn, Image, Method, RenderOptions, Rendering, VolOptions, render};
 use emitree_problems::{equation8, nebula::Nebula, shell};
 use rayon::ThreadPool;
 use std::hint;
@@ -42,13 +41,9 @@ pub(crate) fn tables() -> Result<Vec<Table>, String> {
 }
 
 fn scenes() -> Vec<Scene> {
-    let vol = |tolerance| Method::Vol(VolOptions { tolerance, ..VolOptions::default() });
-    let build = BuildOptions {
-        threshold: Threshold::Relative(0.01),
-        finest_level: Some(7),
-        ..BuildOptions::default()
-    };
-    let los = LosOptions { lines: 1, steps: Steps::Fixed(64) };
+    let vol = |tolerance| Method::Vol(VolOptions::new(tolerance));
+    let build = BuildOptions::new(Threshold::Relative(0.01)).with_finest_level(7);
+    let los = LosOptions::new(1, Steps::Fixed(64));
     let nebula = Nebula::default();
     vec![
         Scene { name: "eq8 by products", rate: Box::new(eq8), method: vol(1e-3) },

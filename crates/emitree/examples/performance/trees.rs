@@ -6,8 +6,8 @@ use crate::table::{Table, number};
 use core::convert::Infallible;
 use core::hint::black_box;
 use emitree::quadrature::Integrand;
-use emitree::tree::{BuildOptions, build};
-use emitree::{SparseTree, Threshold};
+use emitree::refinement::Threshold;
+use emitree::tree::{BuildOptions, SparseTree, build};
 use emitree_problems::recorded::{Record, Replay};
 
 /// Thresholds that make about 10⁵, 10⁶ and 10⁷ cells of order 3, and how often they are built: the
@@ -79,7 +79,7 @@ fn tree_of(
     threshold: f64,
 ) -> Result<SparseTree<3>, String> {
     let threshold = Threshold::Absolute(threshold);
-    let options = BuildOptions { threshold, ..BuildOptions::default() };
+    let options = BuildOptions::new(threshold);
     let built = build(integrand, [false; 3], &options).map_err(|error| error.to_string())?;
     Ok(built.tree)
 }

@@ -5,11 +5,11 @@ use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
+use crate::parallel::prelude::*;
 use crate::projection::{MappedPoint, Projection};
 use crate::site::{SiteSource, Stretch};
 use crate::tile::Tile;
 use core::ops::Range;
-use rayon::prelude::*;
 
 /// Sample points of one batch: large enough to keep every thread busy, small beside an image.
 const SAMPLES_PER_BATCH: usize = 1 << 20;

@@ -9,7 +9,7 @@ mod fixed;
 
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
-use crate::error::RenderError;
+use crate::error::OptionError;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
@@ -29,13 +29,27 @@ pub enum Steps {
     Adaptive(f64),
 }
 
-/// Options of the line-of-sight method.
+/// Options of method [`Los`](crate::Method::Los).
+///
+/// ```
+/// use emitree::los::{LosOptions, Steps};
+///
+/// assert_eq!(LosOptions::default(), LosOptions::new(1, Steps::Fixed(64)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LosOptions {
     /// n of n × n lines of sight for each pixel.
     pub lines: usize,
     /// How each is integrated.
     pub steps: Steps,
+}
+
+impl LosOptions {
+    /// `lines` × `lines` lines of sight for each pixel, 1 or more, integrated in `steps`.
+    pub fn new(lines: usize, steps: Steps) -> Self {
+        Self { lines, steps }
+    }
 }
 
 impl Default for LosOptions {
@@ -117,14 +131,13 @@ async fn at_energy(
 
 /// Refuses options out of range.
 fn check(&LosOptions { lines, steps }: &LosOptions) -> Result<(), MethodError> {
-    let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     if lines == 0 {
-        return option("lines", lines.to_string(), "1 or more lines along each side of a pixel");
+        return Err(OptionError::Lines(lines).into());
     }
     match steps {
-        Steps::Fixed(0) => option("steps", "0".into(), "1 or more steps along each line"),
+        Steps::Fixed(0) => Err(OptionError::Steps(0).into()),
         Steps::Adaptive(tolerance) if !(tolerance > 0.0 && tolerance.is_finite()) => {
-            option("tolerance", tolerance.to_string(), "a number above 0")
+            Err(OptionError::StepTolerance(tolerance).into())
         }
         Steps::Fixed(_) | Steps::Adaptive(_) => Ok(()),
     }

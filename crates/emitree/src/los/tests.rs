@@ -5,7 +5,7 @@ fn los<F>(g: F, shape: [usize; 2], lines: usize, steps: Steps) -> Rendering
 where
     F: Fn([f64; 3], [f64; 3]) -> f64 + Sync,
 {
-    let options = RenderOptions::new(Method::Los(LosOptions { lines, steps }));
+    let options = RenderOptions::new(LosOptions { lines, steps });
     render(&FromFn(g), &Canonical, shape, &options).unwrap()
 }
 
@@ -36,7 +36,7 @@ fn batches_of_any_size_make_the_same_image_and_count() {
     let g = FromFn(|[x, y, z]: [f64; 3], _: [f64; 3]| (3.0 * x + y).sin() * z + y * z * z);
     let rendered = |batch_size: u64| {
         let los = LosOptions { lines: 3, steps: Steps::Fixed(13) };
-        let options = RenderOptions { batch_size, ..RenderOptions::new(Method::Los(los)) };
+        let options = RenderOptions { batch_size, ..RenderOptions::new(los) };
         render(&g, &Canonical, [5, 7], &options).unwrap()
     };
     let whole = rendered(u64::MAX);

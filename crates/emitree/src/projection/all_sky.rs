@@ -8,7 +8,7 @@ use super::healpix::{FACES, face_of_direction, face_pixel};
 use super::layer::Region;
 use super::plane::FacePlane;
 use super::vector::difference;
-use super::{MappedPoint, Projection};
+use super::{MappedPoint, Projection, ViewGeometry};
 use crate::image::Image;
 
 /// The whole sky around an observer in `HEALPix` pixels.
@@ -19,11 +19,11 @@ use crate::image::Image;
 /// [`nested`](Self::nested) brings the pixels into the order of `HEALPix` maps.
 ///
 /// ```
-/// use emitree::{FromFn, Healpix, Method, RenderOptions, VolOptions, render};
+/// use emitree::{FromFn, Healpix, RenderOptions, VolOptions, render};
 ///
 /// let sky = Healpix::new([0.0; 3], [0.0, 2.0])?;
 /// let glow = FromFn(|_: [f64; 3], _: [f64; 3]| 0.5);
-/// let options = RenderOptions::new(Method::Vol(VolOptions::default()));
+/// let options = RenderOptions::new(VolOptions::default());
 /// let rendering = render(&glow, &sky, Healpix::shape(4), &options)?;
 /// let map = Healpix::nested(&rendering.values);
 /// assert_eq!(map.len(), 12 * 4 * 4);
@@ -125,13 +125,19 @@ impl Projection for Healpix {
         face.solid_angle(min, max)
     }
 
+    fn view_geometry(&self) -> Option<&dyn ViewGeometry> {
+        Some(self)
+    }
+}
+
+impl ViewGeometry for Healpix {
     fn region(&self, xy: [f64; 2]) -> Region {
         let (face, xy) = self.face_at(xy);
         face.region(xy)
     }
 
     fn has_regions(&self) -> bool {
-        self.faces.iter().any(Projection::has_regions)
+        self.faces.iter().any(ViewGeometry::has_regions)
     }
 
     fn tiles(&self) -> Vec<&dyn Projection> {

@@ -6,11 +6,11 @@ use super::frame::GeometryError;
 /// A shape that contains all emission: lines of sight are cut to it.
 ///
 /// ```
-/// use emitree::{Bounds, Ellipsoid};
+/// use emitree::projection::{Bounds, Ellipsoid};
 ///
 /// let halo = Bounds::Ellipsoid(Ellipsoid::sphere([0.0; 3], 12.0)?);
 /// let room = Bounds::cuboid([-1.0; 3], [1.0, 1.0, 2.0])?;
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]

@@ -11,7 +11,7 @@ use super::plane::{
 use super::section::{Piece, Section};
 use super::span::{Depth, Span};
 use super::vector::{along, difference, dot, norm};
-use super::{MappedPoint, Projection};
+use super::{MappedPoint, Projection, ViewGeometry};
 
 /// Lines are clipped this part of their length inside of the bounds: a model that ends there is
 /// evaluated inside, whatever rounding does.
@@ -42,7 +42,7 @@ pub struct Camera<P> {
 /// let camera = Orthographic::new(viewpoint, [4.0, 2.0], everything)?;
 /// let corner = camera.world_from_canonical([0.0, 0.0, 0.5]);
 /// assert_eq!(corner.position, [-2.0, -1.0, 0.0]);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Orthographic = Camera<ParallelPlane>;
 
@@ -56,7 +56,7 @@ pub type Orthographic = Camera<ParallelPlane>;
 /// let camera = Perspective::new(viewpoint, [1.0, 1.0], [0.0, 20.0])?;
 /// let centre = camera.world_from_canonical([0.5, 0.5, 0.45]);
 /// assert!(centre.position[2].abs() < 1e-12);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Perspective = Camera<TangentPlane>;
 
@@ -72,7 +72,7 @@ pub type Perspective = Camera<TangentPlane>;
 /// let centre = camera.world_from_canonical([0.5, 0.5, 0.5]);
 /// assert_eq!(centre.position, [5.0, 0.0, 0.0]);
 /// assert_eq!(centre.path_per_depth, 10.0);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Equirectangular = Camera<EquirectangularPlane>;
 
@@ -86,14 +86,15 @@ pub type Equirectangular = Camera<EquirectangularPlane>;
 ///     Viewpoint { position: [0.0; 3], target: [0.0, 0.0, 1.0], up: [0.0, 1.0, 0.0] };
 /// let whole_sky = Polar::new(viewpoint, TAU, [0.0, 10.0])?;
 /// assert!((whole_sky.solid_angle([0.0; 2], [1.0; 2]) - 4.0 * PI).abs() < 1e-12);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Polar = Camera<PolarPlane>;
 
 /// The sky as a disc. FITS: ARC or ZEA.
 ///
 /// ```
-/// use emitree::{DiscMapping, Fisheye, Projection, Region, Viewpoint};
+/// use emitree::projection::{DiscMapping, Region, ViewGeometry};
+/// use emitree::{Fisheye, Projection, Viewpoint};
 /// use std::f64::consts::PI;
 ///
 /// let viewpoint =
@@ -101,7 +102,7 @@ pub type Polar = Camera<PolarPlane>;
 /// let camera = Fisheye::new(viewpoint, PI, DiscMapping::Equidistant, [0.0, 10.0])?;
 /// assert_eq!(camera.region([0.01, 0.01]), Region::Outside);
 /// assert!((camera.solid_angle([0.0; 2], [1.0; 2]) - 2.0 * PI).abs() < 1e-10);
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 pub type Fisheye = Camera<DiscPlane>;
 
@@ -211,6 +212,7 @@ impl<P: ImagePlane> Camera<P> {
 
     /// A camera of an image plane whose (right, up, forward) are the world's (x, y, z); an infinite
     /// depth is resolved over the distance from the origin, or 1 there.
+    #[cfg(feature = "healpix")]
     pub(super) fn of_world(
         position: [f64; 3],
         plane: P,
@@ -351,22 +353,6 @@ impl<P: ImagePlane> Projection for Camera<P> {
         point[0]
     }
 
-    fn points_of_line(&self, xy: [f64; 2], depths: &[f64], points: &mut [MappedPoint]) {
-        let line = self.line(xy);
-        let (_, end) = self.end_of(&line);
-        let span = self.span(line.ends[0], end);
-        let is_in_image = self.plane.contains(xy);
-        for (point, &z) in points.iter_mut().zip(depths) {
-            *point = line.point(&span, z);
-            for body in &self.bodies {
-                point.position = body.outside(point.position);
-            }
-            if !is_in_image {
-                point.path_per_depth = 0.0;
-            }
-        }
-    }
-
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
         let ([x, y], line, distance) = self.line_to(position)?;
         let (_, end) = self.end_of(&line);
@@ -383,6 +369,28 @@ impl<P: ImagePlane> Projection for Camera<P> {
 
     fn periodic(&self) -> [bool; 3] {
         [self.plane.is_closed(), false, false]
+    }
+
+    fn view_geometry(&self) -> Option<&dyn ViewGeometry> {
+        Some(self)
+    }
+}
+
+impl<P: ImagePlane> ViewGeometry for Camera<P> {
+    fn points_of_line(&self, xy: [f64; 2], depths: &[f64], points: &mut [MappedPoint]) {
+        let line = self.line(xy);
+        let (_, end) = self.end_of(&line);
+        let span = self.span(line.ends[0], end);
+        let is_in_image = self.plane.contains(xy);
+        for (point, &z) in points.iter_mut().zip(depths) {
+            *point = line.point(&span, z);
+            for body in &self.bodies {
+                point.position = body.outside(point.position);
+            }
+            if !is_in_image {
+                point.path_per_depth = 0.0;
+            }
+        }
     }
 
     fn region(&self, xy: [f64; 2]) -> Region {

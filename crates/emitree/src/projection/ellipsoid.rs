@@ -6,12 +6,12 @@ use super::vector::{along, cross, difference, dot, norm, unit, unit_across};
 /// An ellipsoid in world coordinates; a sphere is one.
 ///
 /// ```
-/// use emitree::Ellipsoid;
+/// use emitree::projection::Ellipsoid;
 ///
 /// let earth = Ellipsoid::sphere([0.0; 3], 6371.0)?;
 /// let saturn = Ellipsoid::new([0.0; 3], [60_268.0, 60_268.0, 54_364.0])?
 ///     .oriented([0.0, 0.45, 0.89], [1.0, 0.0, 0.0])?;
-/// # Ok::<(), emitree::GeometryError>(())
+/// # Ok::<(), emitree::projection::GeometryError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipsoid {

@@ -1,36 +1,43 @@
 //! Projections: the map between the world and the canonical cube of a camera.
 //!
-//! The canonical cube is [0, 1]³: x and y on the image plane (see [the orientation](crate::image)),
+//! The canonical cube is [0, 1]³: x and y on the image plane (see [the orientation](crate::Image)),
 //! z along the line of sight, 0 at the observer's side. A projection is the only thing that knows
 //! the geometry: the trees and the renderers see functions on the unit cube.
 //!
 //! A [`Camera`] is an [image plane](ImagePlane) (which line of sight belongs to which pixel) at a
-//! [`Viewpoint`], with a range of depths, [`Bounds`] of what can glow, and opaque bodies.
+//! [`Viewpoint`](crate::Viewpoint), with a range of depths, [`Bounds`] of what can glow, and opaque bodies.
 
-mod all_sky;
+#[cfg(feature = "healpix")]
+pub(crate) mod all_sky;
 mod bounds;
-mod camera;
-mod canonical;
+pub(crate) mod camera;
+pub(crate) mod canonical;
 mod ellipsoid;
 pub(crate) mod frame;
+#[cfg(feature = "healpix")]
 pub mod healpix;
 mod layer;
+pub(crate) mod map;
 mod plane;
 mod section;
 mod span;
 mod vector;
+mod view_geometry;
 
-pub use all_sky::Healpix;
 pub use bounds::{Bounds, Cuboid};
-pub use camera::{Camera, Equirectangular, Fisheye, Orthographic, Perspective, Polar};
-pub use canonical::Canonical;
+pub use camera::Camera;
+pub(crate) use canonical::Canonical;
 pub use ellipsoid::Ellipsoid;
-pub use frame::{GeometryError, Viewpoint};
+pub use frame::GeometryError;
 pub use layer::{Layer, Region};
+pub(crate) use map::Projection;
+#[cfg(feature = "healpix")]
+pub use plane::FacePlane;
 pub use plane::{
-    DiscMapping, DiscPlane, EquirectangularPlane, FacePlane, ImagePlane, ParallelPlane, PolarPlane,
-    Sight, TangentPlane,
+    DiscMapping, DiscPlane, EquirectangularPlane, ImagePlane, ParallelPlane, PolarPlane, Sight,
+    TangentPlane,
 };
+pub use view_geometry::ViewGeometry;
 
 /// Where a point of the canonical cube lies in the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,83 +49,4 @@ pub struct MappedPoint {
     /// ds/dz: the path length along the line of sight, in the length unit, per unit of depth z.
     /// Where it is 0 there is nothing to see, and g is not evaluated.
     pub path_per_depth: f64,
-}
-
-/// A camera: a piecewise smooth map from the canonical cube to the world.
-///
-/// The image's radiance is f(x, y) = ∫ g ds = ∫ G dz with G = g · ds/dz, and a pixel's value is its
-/// irradiance over its solid angle, F(Ω)/Ω: the mean of f weighted with
-/// [`solid_angle_density`](Self::solid_angle_density). For parallel rays the "solid angle" is the
-/// area on the image plane.
-pub trait Projection: Sync + core::fmt::Debug {
-    /// The world point, emission direction and ds/dz at canonical coordinates `u` = (x, y, z).
-    fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint;
-
-    /// Canonical coordinates of the world point at `position`: the inverse of
-    /// [`world_from_canonical`](Self::world_from_canonical), outside the cube for a point that the
-    /// camera does not see; `None` if the point is on no line of sight or on all of them.
-    fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]>;
-
-    /// Solid angle \[sr\] per unit of the canonical image plane, dΩ/(dx dy), at (x, y); 0 where there
-    /// is no image.
-    fn solid_angle_density(&self, xy: [f64; 2]) -> f64;
-
-    /// Solid angle \[sr\] of the rectangle from `min` to `max` of the canonical image plane: the
-    /// exact integral of the density.
-    fn solid_angle(&self, min: [f64; 2], max: [f64; 2]) -> f64;
-
-    /// Solid angle \[sr\] of each of the equal parts, as many as there are numbers, of the row from
-    /// `y[0]` to `y[1]` of the canonical image plane: what [`solid_angle`](Self::solid_angle) says of
-    /// them, for all pixels of a row at once.
-    fn solid_angles_of_row(&self, y: [f64; 2], solid_angles: &mut [f64]) {
-        let columns = solid_angles.len() as f64;
-        for (column, solid_angle) in solid_angles.iter_mut().enumerate() {
-            // Borders as quotients, so that neighbours share them to the last bit.
-            let x = [column, column + 1].map(|c| c as f64 / columns);
-            *solid_angle = self.solid_angle([x[0], y[0]], [x[1], y[1]]);
-        }
-    }
-
-    /// The points at each of `depths` on the line of sight at (x, y): what
-    /// [`world_from_canonical`](Self::world_from_canonical) says of them, for one line at once.
-    ///
-    /// # Panics
-    ///
-    /// May panic if there are not as many points as depths.
-    fn points_of_line(&self, [x, y]: [f64; 2], depths: &[f64], points: &mut [MappedPoint]) {
-        for (point, &z) in points.iter_mut().zip(depths) {
-            *point = self.world_from_canonical([x, y, z]);
-        }
-    }
-
-    /// Which axes of the cube are closed upon themselves (an azimuth over the full circle).
-    fn periodic(&self) -> [bool; 3] {
-        [false; 3]
-    }
-
-    /// What is seen at (x, y): the map is smooth where this does not change.
-    fn region(&self, _xy: [f64; 2]) -> Region {
-        Region::Sky
-    }
-
-    /// Whether [`region`](Self::region) may be anything but [`Region::Sky`].
-    fn has_regions(&self) -> bool {
-        false
-    }
-
-    /// Places on the image plane where a region may be that is smaller than a pixel.
-    fn landmarks(&self) -> Vec<[f64; 2]> {
-        Vec::new()
-    }
-
-    /// The layers that the image is the sum of, each smooth across the edges of regions.
-    fn layers(&self) -> Vec<Box<dyn Layer + '_>> {
-        vec![Box::new(layer::Whole(self))]
-    }
-
-    /// The parts of an image that is several squares, from the lowest rows up, all alike in shape;
-    /// none if the image is one piece.
-    fn tiles(&self) -> Vec<&dyn Projection> {
-        Vec::new()
-    }
 }

@@ -10,7 +10,7 @@
 //! is continued.
 
 use super::MappedPoint;
-use super::Projection;
+use super::ViewGeometry;
 use super::camera::{Camera, Line};
 use super::layer::{Layer, Region};
 use super::plane::ImagePlane;

@@ -5,13 +5,22 @@ use super::level::{LEAF, Level};
 use super::points::PointPredictor;
 use crate::cell::{CellIndex, to_u32};
 use crate::exchange::at_once;
+use crate::parallel::prelude::*;
 use crate::prediction::{OrderError, Predictor};
 use crate::quadrature::{AsyncIntegrand, Averager, CellRule, Immediate, Integrand};
 use crate::refinement::{Threshold, detail_size};
-use rayon::prelude::*;
 
-/// How a tree is built.
+/// How a tree is built: the options of method [`Paper`](crate::Method::Paper).
+///
+/// ```
+/// use emitree::refinement::Threshold;
+/// use emitree::tree::BuildOptions;
+///
+/// let options = BuildOptions::new(Threshold::Relative(1e-4)).with_order(5).with_finest_level(7);
+/// assert_eq!((options.order, options.base_level, options.finest_level), (5, 3, Some(7)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BuildOptions {
     /// The order p of the prediction: 1, 3, 5, 7 or 9.
     pub order: usize,
@@ -70,12 +79,6 @@ pub enum StopReason {
     Unfinished,
 }
 
-// The former name, for `vol`.
-#[expect(non_upper_case_globals, reason = "the former name of a variant")]
-impl StopReason {
-    pub(crate) const DeepestLevel: Self = Self::MaxLevel;
-}
-
 /// A tree that can't be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -120,6 +123,40 @@ pub enum BuildError<E> {
 }
 
 impl BuildOptions {
+    /// Details below `threshold` are dropped; all else as by [default](Self::default).
+    pub fn new(threshold: Threshold) -> Self {
+        Self { threshold, ..Self::default() }
+    }
+
+    /// The same with predictions of an order p: 1, 3, 5, 7 or 9.
+    #[must_use]
+    pub fn with_order(mut self, order: usize) -> Self {
+        self.order = order;
+        self
+    }
+
+    /// The same with a base grid of 2^`base_level` cells along each axis, 1 to
+    /// [`deepest_base_level`](Self::deepest_base_level).
+    #[must_use]
+    pub fn with_base_level(mut self, base_level: u8) -> Self {
+        self.base_level = base_level;
+        self
+    }
+
+    /// The same with another rule for the averages of cells.
+    #[must_use]
+    pub fn with_rule(mut self, rule: CellRule) -> Self {
+        self.rule = rule;
+        self
+    }
+
+    /// The same with a level, above the base level, whose cells are not split; `None` for no such level.
+    #[must_use]
+    pub fn with_finest_level(mut self, level: impl Into<Option<u8>>) -> Self {
+        self.finest_level = level.into();
+        self
+    }
+
     /// The number of cells of the base grid in D dimensions, saturating.
     pub fn base_cells<const D: usize>(&self) -> u64 {
         let doublings = D * usize::from(self.base_level);

@@ -6,7 +6,7 @@
 //! along the next. Every number is made as [`Predictor::predict_family`] makes it, from the same
 //! numbers in the same order: the result is the same to the last bit.
 //!
-//! [`Predictor::predict_family`]: crate::Predictor
+//! [`Predictor::predict_family`]: crate::prediction::Predictor
 
 use super::halves::{Halves, Means, Values};
 use super::index::{NONE, cousins, member};

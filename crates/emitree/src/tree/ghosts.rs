@@ -9,8 +9,8 @@ use super::cousins::CousinBuffer;
 use super::index::{cousins, runs};
 use super::level::Level;
 use super::stencils::{FAMILIES_PER_TASK, Stencils};
+use crate::parallel::prelude::*;
 use core::cmp::Ordering;
-use rayon::prelude::*;
 
 impl<const D: usize> SparseTree<D> {
     /// The stencils of the cells of level `depth`, an index of `self.levels`.

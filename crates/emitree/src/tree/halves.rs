@@ -13,7 +13,7 @@ pub(super) trait Halves<const N: usize> {
     fn split(&self, from: &[f64], side_by_side: usize, to: &mut [f64]);
 }
 
-/// Means over halves, as [`Predictor::predict_family`](crate::Predictor) makes them.
+/// Means over halves, as [`Predictor::predict_family`](crate::prediction::Predictor) makes them.
 pub(super) struct Means<const N: usize> {
     lower: [f64; N],
     offset: usize,

@@ -15,7 +15,7 @@
 //!
 //! A tree is independent of cameras and units: it represents a function on the unit cube.
 
-mod build;
+pub(crate) mod build;
 mod cousins;
 mod ghosts;
 mod halves;
@@ -30,10 +30,9 @@ mod reconstruct;
 mod sample;
 mod stencils;
 
+pub(crate) use build::StopReason;
 pub(crate) use build::build_async;
-pub use build::{BuildError, BuildOptions, Built, StopReason, build};
-// The former name, for `vol`.
-pub(crate) use build::StopReason as Ending;
+pub use build::{BuildError, BuildOptions, Built, build};
 pub use point_tree::{Family, FamilyDefect};
 pub(crate) use point_tree::{GrownPoints, PointTree};
 pub(crate) use point_value::PointStencil;
@@ -41,10 +40,10 @@ pub use progressive::Progression;
 pub(crate) use sample::sampled_level;
 
 use crate::cell::CellIndex;
+use crate::parallel::prelude::*;
 use crate::prediction::Predictor;
 use level::{LEAF, Level};
 use points::PointPredictor;
-use rayon::prelude::*;
 
 /// A sparse tree of cell averages in D dimensions; see [the invariants](self).
 #[derive(Clone, Debug)]

@@ -32,7 +32,7 @@ impl PointPredictor {
         [lower, upper]
     }
 
-    /// Predicts a family, as [`Predictor::predict_family`](crate::Predictor) does with averages:
+    /// Predicts a family, as [`Predictor::predict_family`](crate::prediction::Predictor) does with averages:
     /// `block` holds the values of `order`^D cells, axis 0 fastest; the 2^D children are left at its
     /// start.
     pub(super) fn predict_family<const D: usize>(

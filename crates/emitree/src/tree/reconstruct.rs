@@ -3,8 +3,8 @@
 use super::SparseTree;
 use super::level::Level;
 use crate::cell::to_u32;
+use crate::parallel::prelude::*;
 use crate::prediction::{Predictor, Stencil};
-use rayon::prelude::*;
 
 impl<const D: usize> SparseTree<D> {
     /// All averages of `level`, 2^level along each axis, axis 0 fastest.

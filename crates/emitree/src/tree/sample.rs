@@ -15,8 +15,8 @@ use super::stencils::StencilBuffer;
 use crate::cell::to_u32;
 use crate::cube::Cube;
 use crate::image::Image;
+use crate::parallel::prelude::*;
 use crate::prediction::{Stencil, part_weights};
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// How cells along one axis make pixels: for each pixel the cells that it takes from.
@@ -119,7 +119,7 @@ struct Buffer {
 
 impl SparseTree<2> {
     /// The image of `height` × `width` pixels: each pixel is the exact mean, over its rectangle, of
-    /// the function that the tree represents; see [the orientation](crate::image).
+    /// the function that the tree represents; see [the orientation](crate::Image).
     ///
     /// ```
     /// use emitree::quadrature::Pointwise;
@@ -142,7 +142,7 @@ impl SparseTree<2> {
 impl SparseTree<3> {
     /// The cube of `bins` × `height` × `width` voxels of a tree in x, y and energy: each voxel is
     /// the exact mean, over its box, of the function that the tree represents; see [the axis
-    /// order](crate::cube).
+    /// order](crate::Cube).
     ///
     /// ```
     /// use emitree::quadrature::Pointwise;

@@ -6,8 +6,8 @@ use super::index::{cousins, runs};
 use super::level::Level;
 use super::points::PointPredictor;
 use crate::cell::{power, to_u32};
+use crate::parallel::prelude::*;
 use crate::prediction::{Predictor, Stencil};
-use rayon::prelude::*;
 
 /// The stencil of one cell as families: the same number of them, order / 2 + 1, along each axis,
 /// since the order is odd and a family has two cells along an axis.
@@ -215,8 +215,8 @@ pub(super) const FAMILIES_PER_TASK: usize = 256;
 
 #[cfg(test)]
 mod tests {
-    use crate::Threshold;
     use crate::quadrature::{CellRule, Pointwise};
+    use crate::refinement::Threshold;
     use crate::tree::points::PointPredictor;
     use crate::tree::stencils::{LEAST_COUSINS, StencilBuffer};
     use crate::tree::{BuildOptions, SparseTree, build};

@@ -1,12 +1,12 @@
 //! The choice between the low-rank approximation and the image tree.
 
 use crate::energy::EnergyAxis;
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::meter::Meter;
 use crate::method::Made;
 use crate::tile::Tile;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use crate::vol::engine::by_tree;
 use crate::vol::lowrank::{self, Attempted};
 use crate::vol::seeds::check_seeds;
@@ -25,7 +25,7 @@ pub(crate) async fn render(
         None => lowrank::attempt(meter, tiles, vol).await?,
         Some(_) => Attempted::default(),
     };
-    let is_complete = |found: &Made| found.ending == Ending::Complete;
+    let is_complete = |found: &Made| found.ending == StopReason::Complete;
     let products = match products {
         Some(products) if is_complete(&products) => return Ok(products),
         products => products,
@@ -44,12 +44,11 @@ pub(crate) async fn render(
 
 /// Returns an error if an option is out of range.
 fn check(vol: &VolOptions) -> Result<(), MethodError> {
-    let option = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     if !(vol.tolerance > 0.0 && vol.tolerance < 1.0) {
-        return option("tolerance", vol.tolerance.to_string(), "a fraction above 0 and below 1");
+        return Err(OptionError::Tolerance(vol.tolerance).into());
     }
     if !BASE_LEVELS.contains(&vol.base_level) {
-        return option("base_level", vol.base_level.to_string(), "2 to 7");
+        return Err(OptionError::BaseLevel(vol.base_level).into());
     }
     Ok(())
 }

@@ -18,7 +18,7 @@
 //! * `seeds`: nodes and depths at structures that the options name;
 //! * `rule`: a few depths that integrate all lines of a block; the radiances of new nodes;
 //! * `spectrum`: spectra at single points, and the energies selected from them;
-//! * `view`: the [layers](crate::Layer) of a view and their coverage fractions; a sheet, the image
+//! * `view`: the [layers](crate::projection::Layer) of a view and their coverage fractions; a sheet, the image
 //!   tree of one layer at one energy; lines and samples that verify a sheet;
 //! * `engine`: the loop over all sheets, and the final verification;
 //! * `lowrank`: the low-rank approximation, with forecasts of its cost and that of the tree;
@@ -35,6 +35,7 @@ mod lattice;
 mod least_squares;
 mod line;
 mod lowrank;
+pub(crate) mod options;
 mod rule;
 mod sampling;
 mod seeds;
@@ -49,33 +50,8 @@ mod view;
 mod tests;
 
 pub(crate) use choose::render;
+pub(crate) use options::VolOptions;
 pub use seeds::Seed;
-
-/// Options of method `vol`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct VolOptions {
-    /// The largest error of a pixel that is allowed, relative to the largest |pixel|; above 0 and
-    /// below 1.
-    ///
-    /// It is met for the structure that the samples detect. A structure between all samples, the
-    /// lines and depths of the base lattice and a thousand scattered points, is not detected: for
-    /// such structure there are [`Seed`]s at known places and finer base lattices.
-    pub tolerance: f64,
-    /// The base lattice has 2^`base_level` intervals along each axis of the image and in depth; one
-    /// of [`BASE_LEVELS`]. With a finer level than the default there are at least as many scattered
-    /// points as base samples.
-    pub base_level: u8,
-    /// The size of the smallest feature to be detected with a probability of 99 %. By default it is
-    /// the size that the scattered samples of every rendering cover. See [`FeatureSize`] and
-    /// [`FEATURE_CONTRAST`].
-    pub smallest_feature: Option<FeatureSize>,
-    /// Small structures at known places.
-    pub seeds: Vec<Seed>,
-    /// Energies of emission lines, in the unit of the [energy axis](crate::EnergyAxis), at which
-    /// all spectra are sampled. Without them a line that is much narrower than its bin may be
-    /// missed. Only for cubes.
-    pub line_energies: Vec<f64>,
-}
 
 /// The size of a small feature: the standard deviation of a Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,19 +70,6 @@ pub const FEATURE_CONTRAST: f64 = 20.0;
 
 /// The possible base levels.
 pub const BASE_LEVELS: core::ops::RangeInclusive<u8> = 2..=7;
-
-impl Default for VolOptions {
-    /// 1 % of the largest pixel, with a base lattice of 9 × 9 lines with 9 depths each.
-    fn default() -> Self {
-        Self {
-            tolerance: 0.01,
-            base_level: 3,
-            smallest_feature: None,
-            seeds: Vec::new(),
-            line_energies: Vec::new(),
-        }
-    }
-}
 
 /// The memory of one evaluation in bytes: its sample, with its share of the nodes and of the
 /// temporary data of a round.

@@ -1,6 +1,6 @@
 //! Seeds: the nodes and depths that are sampled at structures which the options name.
 
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::projection::Layer;
 use crate::vol::dyadic::{Place, around, spacing, unit};
 
@@ -8,7 +8,7 @@ use crate::vol::dyadic::{Place, around, spacing, unit};
 /// [`Vol`](crate::Method::Vol) samples there down to the size of the structure.
 ///
 /// ```
-/// use emitree::Seed;
+/// use emitree::vol::Seed;
 ///
 /// let knot = Seed { position: [0.2, 0.4, 0.9], radius: 0.01 };
 /// ```
@@ -23,14 +23,14 @@ pub struct Seed {
 /// Returns an error for a seed with a position that is not finite or without a size.
 pub(crate) fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
     for seed in seeds {
-        let (name, expected) = if !seed.position.iter().all(|x| x.is_finite()) {
-            ("seed.position", "three finite coordinates")
+        let refused = if !seed.position.iter().all(|x| x.is_finite()) {
+            OptionError::SeedPosition(*seed)
         } else if !(seed.radius > 0.0 && seed.radius.is_finite()) {
-            ("seed.radius", "a finite length above 0")
+            OptionError::SeedRadius(*seed)
         } else {
             continue;
         };
-        return Err(RenderError::Option { name, value: format!("{seed:?}"), expected });
+        return Err(refused.into());
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use crate::calls::Calls;
 use crate::emission::FromFn;
 use crate::meter::{Limits, Meter};
 use crate::options::DEFAULT_MAX_EVALUATIONS;
+use crate::parallel::prelude::*;
 use crate::projection::Canonical;
 use crate::tile::Tile;
 use crate::vol::VolOptions;
@@ -13,7 +14,6 @@ use crate::vol::view::scattered::LayerSamples;
 use core::f64::consts::TAU;
 use core::pin::pin;
 use emitree_problems::family::random_scene;
-use rayon::prelude::*;
 
 const SHAPE: [usize; 2] = [64, 64];
 

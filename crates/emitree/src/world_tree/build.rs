@@ -1,12 +1,13 @@
 //! Building a tree in the world, and the cost of the build.
 
 use super::{WorldBox, WorldTree, WorldTreeError};
-use crate::calls::{Calls, Progress};
+use crate::calls::Calls;
 use crate::emission::Emission;
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::meter::{Limits, Meter};
 use crate::options::DEFAULT_MAX_EVALUATIONS;
+use crate::progress::Progress;
 use crate::projection::MappedPoint;
 use crate::quadrature::{AsyncIntegrand, Points};
 use crate::refinement::Threshold;
@@ -17,7 +18,15 @@ use core::time::Duration;
 use std::time::Instant;
 
 /// Options of a tree in the world.
+///
+/// ```
+/// use emitree::world_tree::WorldTreeOptions;
+///
+/// let options = WorldTreeOptions::new(1e-4).with_base_level(5).with_max_evaluations(1_000_000);
+/// assert_eq!((options.tolerance, options.order), (1e-4, 5));
+/// ```
 #[derive(Clone, Copy)]
+#[non_exhaustive]
 pub struct WorldTreeOptions<'a> {
     /// The order p of prediction: 3, 5 or 7.
     pub order: usize,
@@ -51,6 +60,63 @@ impl Default for WorldTreeOptions<'_> {
             max_memory_bytes: 8 << 30,
             progress: None,
         }
+    }
+}
+
+impl<'a> WorldTreeOptions<'a> {
+    /// Details below `tolerance` times the largest |rate| are dropped, above 0 and below 1; all else as
+    /// by [default](Self::default).
+    pub fn new(tolerance: f64) -> Self {
+        Self { tolerance, ..Self::default() }
+    }
+
+    /// The same with predictions of an order p: 3, 5 or 7.
+    #[must_use]
+    pub fn with_order(mut self, order: usize) -> Self {
+        self.order = order;
+        self
+    }
+
+    /// The same with a base grid of 2^`base_level` cells along each edge of the box, 3 to 10.
+    #[must_use]
+    pub fn with_base_level(mut self, base_level: u8) -> Self {
+        self.base_level = base_level;
+        self
+    }
+
+    /// The same with a level, above the base level, whose cells are not split; `None` for no such level.
+    #[must_use]
+    pub fn with_finest_level(mut self, level: impl Into<Option<u8>>) -> Self {
+        self.finest_level = level.into();
+        self
+    }
+
+    /// The same with a largest number of evaluations.
+    #[must_use]
+    pub fn with_max_evaluations(mut self, max_evaluations: u64) -> Self {
+        self.max_evaluations = max_evaluations;
+        self
+    }
+
+    /// The same with a largest number of evaluations in one batch, 1 or more.
+    #[must_use]
+    pub fn with_batch_size(mut self, batch_size: u64) -> Self {
+        self.batch_size = batch_size;
+        self
+    }
+
+    /// The same with a limit on the memory \[bytes\].
+    #[must_use]
+    pub fn with_max_memory_bytes(mut self, max_memory_bytes: u64) -> Self {
+        self.max_memory_bytes = max_memory_bytes;
+        self
+    }
+
+    /// The same with a callback after each call of g.
+    #[must_use]
+    pub fn with_progress(mut self, progress: &'a Progress<'a>) -> Self {
+        self.progress = Some(progress);
+        self
     }
 }
 
@@ -120,7 +186,7 @@ const BYTES_PER_CELL: u64 = 128;
 /// use emitree::world_tree::{WorldBox, WorldTreeError, WorldTreeOptions, build_world_tree};
 ///
 /// let bounds = WorldBox::new([-1.0; 3], [1.0; 3])?;
-/// let options = WorldTreeOptions { tolerance: 1e-4, ..WorldTreeOptions::default() };
+/// let options = WorldTreeOptions::new(1e-4);
 /// let ball = FromFn(|[x, y, z]: [f64; 3], _| (-9.0 * (x * x + y * y + z * z)).exp());
 /// let built = build_world_tree(&ball, bounds, &options)?;
 /// assert!(built.largest_dropped < 1e-4 * built.largest_rate);
@@ -228,20 +294,19 @@ impl AsyncIntegrand<3> for Rates<'_> {
 
 /// Refuses options out of range, and limits below the base grid.
 fn check<E>(options: &WorldTreeOptions<'_>) -> Result<(), RenderError<E>> {
-    let refuse = |name, value: String, expected| Err(RenderError::Option { name, value, expected });
     let WorldTreeOptions { order, base_level, tolerance, batch_size, .. } = *options;
     if !PointTree::ORDERS.contains(&order) {
-        return refuse("order", order.to_string(), "3, 5 or 7");
+        return Err(OptionError::WorldTreeOrder(order).into());
     }
     let deepest = BuildOptions::deepest_base_level::<3>();
     if !(PointTree::LEAST_BASE_LEVEL..=deepest).contains(&base_level) {
-        return refuse("base_level", base_level.to_string(), "a level from 3 to 10");
+        return Err(OptionError::WorldTreeBaseLevel(base_level).into());
     }
     if !(tolerance > 0.0 && tolerance < 1.0) {
-        return refuse("tolerance", tolerance.to_string(), "a fraction above 0 and below 1");
+        return Err(OptionError::Tolerance(tolerance).into());
     }
     if batch_size == 0 {
-        return refuse("batch_size", "0".into(), "1 or more evaluations in a batch");
+        return Err(OptionError::BatchSize(0).into());
     }
     let base_cells = 1_u64 << (3 * base_level);
     let memory = base_cells * BYTES_PER_CELL;

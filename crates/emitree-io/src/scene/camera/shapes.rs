@@ -4,7 +4,7 @@ use super::super::document::Node;
 use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
-use emitree::{Bounds, Ellipsoid, GeometryError};
+use emitree::projection::{Bounds, Ellipsoid, GeometryError};
 
 /// The shapes of a scene.
 pub(super) struct Shapes {

@@ -1,8 +1,11 @@
 //! Cameras of scenes: their keys, and what is wrong with them.
 
-use super::CameraKind;
+use super::cameras;
+use crate::fits::{Wcs, WcsAxis};
 use crate::scene::{Scene, SceneError};
-use emitree::Region;
+use crate::units::Unit;
+use crate::words::alternatives;
+use emitree::projection::Region;
 
 /// A scene with the given lines in `[projection]`, and tables after it.
 fn scene(projection: &str, tables: &str) -> Result<Scene, SceneError> {
@@ -27,19 +30,23 @@ fn error(projection: &str, tables: &str) -> (usize, String, String) {
 }
 
 #[test]
-fn every_kind_of_camera_is_read() {
-    let kind = |lines: &str| scene(lines, "").unwrap().camera.kind();
-    let with = |lines: &str| kind(&format!("{LOOKING}{lines}"));
-    assert_eq!(kind("type = \"canonical\""), CameraKind::Canonical);
+fn the_keys_of_every_camera_are_its_coordinates() {
+    let of = |lines: &str| {
+        let camera = scene(lines, "").unwrap().camera;
+        (camera.description().name, camera.wcs(4, 4, &Unit::one()))
+    };
+    let with = |lines: &str| of(&format!("{LOOKING}{lines}"));
+    assert_eq!(of("type = \"canonical\""), ("canonical", Some(Wcs::canonical(4, 4))));
     let camera = with("type = \"orthographic\"\nextent = [4, 2]\nnear = -inf\nfar = inf");
-    assert_eq!(camera, CameraKind::Orthographic { extent: [4.0, 2.0] });
+    let wcs = Wcs::orthographic(4, 4, [4.0, 2.0], &Unit::one());
+    assert_eq!(camera, ("orthographic", Some(wcs)));
     let camera = with("type = \"perspective\"\nfield_of_view = [20, 10]\nfar = inf");
-    assert_eq!(camera, CameraKind::Perspective { fov_deg: [20.0, 10.0] });
+    assert_eq!(camera, ("perspective", Some(Wcs::perspective(4, 4, [20.0, 10.0]))));
     let camera = with("type = \"equirectangular\"\nfield_of_view = [360, 180]\nfar = 20");
-    assert_eq!(camera, CameraKind::Equirectangular { fov_deg: [360.0, 180.0] });
+    assert_eq!(camera, ("equirectangular", Some(Wcs::equirectangular(4, 4, [360.0, 180.0]))));
     for angle in ["120", "[120.0]"] {
         let camera = with(&format!("type = \"polar\"\nfield_of_view = {angle}\nfar = 20"));
-        assert_eq!(camera, CameraKind::Polar { fov_deg: 120.0 });
+        assert_eq!(camera, ("polar", Some(Wcs::polar(4, 4, 120.0))));
     }
     let disc = "type = \"fisheye\"\nfield_of_view = 120\nfar = 20";
     for (mapping, equal_area) in
@@ -47,11 +54,31 @@ fn every_kind_of_camera_is_read() {
     {
         let key = if mapping.is_empty() { "" } else { &format!("\nmapping = \"{mapping}\"") };
         let camera = with(&format!("{disc}{key}"));
-        assert_eq!(camera, CameraKind::Fisheye { fov_deg: 120.0, equal_area });
+        assert_eq!(camera, ("fisheye", Some(Wcs::fisheye(4, 4, 120.0, equal_area))));
     }
-    let sky = scene("type = \"healpix\"\nposition = [0, 0, 0]\nfar = 20", "").unwrap();
-    assert_eq!(sky.camera.kind(), CameraKind::Healpix);
+    let sky = "type = \"healpix\"\nposition = [0, 0, 0]\nfar = 20";
+    assert_eq!(of(sky), ("healpix", None));
+    let sky = scene(sky, "").unwrap();
     assert_eq!((sky.height, sky.width), (48, 4));
+}
+
+#[test]
+fn an_unknown_camera_is_refused_with_those_that_there_are() {
+    let names = alternatives(cameras().iter().map(|camera| format!("`{}`", camera.name)));
+    assert!(names.starts_with("`canonical`, ") && names.ends_with("` or `healpix`"), "{names}");
+    let found = error("type = \"kanonical\"", "");
+    assert_eq!(
+        found,
+        (1, "unknown projection `kanonical`".to_owned(), format!("expected {names}"))
+    );
+    let (_, message, expected) = error("", "");
+    assert_eq!(message, "`projection.type` is missing");
+    assert_eq!(expected, format!("expected `type` here: {names}"));
+    let text = "emission.expression = \"x\"";
+    let error = Scene::parse("scene.toml", text, &[]).unwrap_err();
+    assert_eq!(error.message(), "the scene has no `[projection]`");
+    let expected = format!("expected a table `[projection]` with `type` = {names}");
+    assert_eq!(error.expected(), expected);
 }
 
 #[test]
@@ -81,15 +108,17 @@ fn bodies_hide_what_lies_behind() {
     let bodies = "[[occulter]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 2\n\
                   [[occulter]]\ntype = \"ellipsoid\"\ncenter = [5, 0, 2]\nsemi_axes = [1, 1, 0.5]";
     let scene = scene(&camera, bodies).unwrap();
-    let region = |y: f64| scene.camera.projection().region([0.5, y]);
+    let geometry = scene.camera.projection().view_geometry().unwrap();
+    let region = |y: f64| geometry.region([0.5, y]);
     // In the order of the scene: the ellipsoid is above the middle.
     assert_eq!(region(0.5), Region::Body(0));
     assert_eq!(region(0.84), Region::Body(1));
     assert_eq!(region(0.1), Region::Sky);
     let cube =
         scene_of_cube("[[occulter]]\ntype = \"sphere\"\ncenter = [0.5, 0.5, 0.5]\nradius = 0.2");
-    assert_eq!(cube.camera.projection().region([0.5, 0.5]), Region::Body(0));
-    assert_eq!(cube.camera.kind(), CameraKind::Canonical);
+    let geometry = cube.camera.projection().view_geometry().unwrap();
+    assert_eq!(geometry.region([0.5, 0.5]), Region::Body(0));
+    assert_eq!(cube.camera.description().name, "canonical");
 }
 
 fn scene_of_cube(tables: &str) -> Scene {
@@ -168,4 +197,64 @@ fn a_sky_has_its_own_image() {
     assert_eq!(message("nside = 12"), ("`image.nside` is 12".to_owned(), expected));
     let (found, _) = message("width = 4, height = 4");
     assert_eq!(found, "`image.nside` is missing");
+}
+
+fn world(axis: &WcsAxis, pixel: f64) -> f64 {
+    axis.crval + axis.cdelt * (pixel - axis.crpix)
+}
+
+#[test]
+fn corners_of_the_canonical_image_are_zero_and_one() {
+    let wcs = Wcs::canonical(3, 7);
+    for (axis, pixels) in wcs.axes.iter().zip([7.0, 3.0]) {
+        assert!(world(axis, 0.5).abs() < 1e-15);
+        assert!((world(axis, pixels + 0.5) - 1.0).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn edges_of_the_equirectangular_image_are_half_the_field_of_view() {
+    let wcs = Wcs::equirectangular(100, 50, [16.0, 27.0]);
+    for (axis, (pixels, extent)) in wcs.axes.iter().zip([(50.0, 16.0), (100.0, 27.0)]) {
+        assert!((world(axis, 0.5) + extent / 2.0).abs() < 1e-14);
+        assert!((world(axis, pixels + 0.5) - extent / 2.0).abs() < 1e-14);
+    }
+}
+
+#[test]
+fn edges_of_a_perspective_image_are_tangents() {
+    let wcs = Wcs::perspective(60, 100, [100.0, 60.0]);
+    for (axis, (pixels, half_fov_deg)) in wcs.axes.iter().zip([(100.0, 50.0_f64), (60.0, 30.0)]) {
+        let tangent = world(axis, pixels + 0.5).to_radians();
+        assert!((tangent - half_fov_deg.to_radians().tan()).abs() < 1e-15);
+        assert!((world(axis, 0.5).to_radians() + tangent).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn the_rim_of_a_fisheye_is_at_half_the_field_of_view() {
+    for (fov_deg, radius_deg) in [(180.0, 2_f64.sqrt().to_degrees()), (360.0, 2_f64.to_degrees())] {
+        let wcs = Wcs::fisheye(40, 30, fov_deg, true);
+        for (axis, pixels) in wcs.axes.iter().zip([30.0, 40.0]) {
+            assert!((world(axis, pixels + 0.5) - radius_deg).abs() < 1e-13);
+        }
+    }
+    let wcs = Wcs::fisheye(40, 30, 220.0, false);
+    assert!((world(&wcs.axes[1], 40.5) - 110.0).abs() < 1e-13);
+}
+
+#[test]
+fn polar_axes_start_at_zero() {
+    let wcs = Wcs::polar(40, 30, 220.0);
+    for (axis, (pixels, end)) in wcs.axes.iter().zip([(30.0, 360.0), (40.0, 110.0)]) {
+        assert!(world(axis, 0.5).abs() < 1e-13);
+        assert!((world(axis, pixels + 0.5) - end).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn pure_numbers_have_no_unit() {
+    let wcs = Wcs::orthographic(10, 10, [2.0, 2.0], &Unit::one());
+    assert_eq!(wcs.axes[1].cunit, None);
+    assert!((world(&wcs.axes[1], 10.5) - 1.0).abs() < 1e-15);
 }

@@ -2,7 +2,7 @@
 
 mod parts;
 
-use super::camera::{Camera, CameraKind};
+use super::camera::Camera;
 use super::document::Node;
 use super::error::SceneError;
 use super::is_option;
@@ -173,7 +173,7 @@ fn in_kev(energies: &Energies) -> Result<f64, UnitError> {
 
 /// What radiances of the scene are multiplied with to be in [`RADIANCE`].
 fn radiance_factor(observer: Observer<'_>, whole: &Place) -> Result<f64, SceneError> {
-    if !observer.camera.has_solid_angles() {
+    if !observer.camera.description().has_solid_angles {
         let message = "`[instrument]` needs pixels with solid angles";
         return Err(SceneError::at(whole, message)
             .label("expected a camera with a point observer: parallel lines of sight have none"));
@@ -206,7 +206,7 @@ fn of_unit(error: &UnitError, whole: &Place) -> SceneError {
 /// The size of a pixel in the middle of the image along \[x, y\] \[rad\]; none where pixels are on no
 /// plane.
 fn pixel_rad(observer: Observer<'_>) -> Option<[f64; 2]> {
-    if matches!(observer.camera.kind(), CameraKind::Polar { .. }) {
+    if !observer.camera.description().has_plane {
         return None;
     }
     let [height, width] = observer.shape;

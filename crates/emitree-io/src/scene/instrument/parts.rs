@@ -1,11 +1,13 @@
 //! The parts of an instrument: numbers, or files of missions.
 
 use super::super::beside_scene;
+use super::super::camera::cameras;
 use super::super::document::{Node, Value};
 use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
 use super::{Observer, pixel_rad, positive};
+use crate::words::all_of;
 use emitree_instrument::{Background, EffectiveArea, Psf, Redistribution};
 use std::path::Path;
 
@@ -48,13 +50,21 @@ pub(super) fn redistribution(
     })
 }
 
+/// The cameras whose pixels are on no plane, in the order of the alphabet.
+fn planeless() -> String {
+    let cameras = cameras().iter().filter(|camera| !camera.has_plane);
+    let mut names: Vec<&str> = cameras.map(|camera| camera.name).collect();
+    names.sort_unstable();
+    all_of(names.iter().map(|name| format!("`{name}`")))
+}
+
 /// `{ fwhm_pixels = … }`, `{ fwhm_arcsec = … }` or `{ kernel = "…" }`.
 pub(super) fn psf(node: Node, observer: Observer<'_>) -> Result<Psf, SceneError> {
     const FWHM: &str = "a full width at half maximum in pixels, or two [x, y]";
     const FWHM_ARCSEC: &str = "a full width at half maximum in arcsec, 0 or more";
     let Some(pixel_rad) = pixel_rad(observer) else {
         return Err(SceneError::at(&node.place, "`instrument.psf` has no meaning for this camera")
-            .label("expected none: the pixels of `healpix` and `polar` are on no plane"));
+            .label(format!("expected none: the pixels of {} are on no plane", planeless())));
     };
     let (key, value) = only(node, "instrument.psf", ["fwhm_pixels", "fwhm_arcsec", "kernel"])?;
     let found = match key {

@@ -5,6 +5,7 @@
 
 mod disc;
 mod equirectangular;
+#[cfg(feature = "healpix")]
 mod face;
 mod parallel;
 mod perspective;
@@ -13,6 +14,7 @@ mod solid_angle;
 
 pub use disc::{DiscMapping, DiscPlane};
 pub use equirectangular::EquirectangularPlane;
+#[cfg(feature = "healpix")]
 pub use face::FacePlane;
 pub use parallel::ParallelPlane;
 pub use perspective::TangentPlane;

@@ -16,7 +16,7 @@ use crate::method::Made;
 use crate::projection::Layer;
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::engine::coverage::Coverage;
 use crate::vol::engine::spectra::Spectra;
@@ -78,7 +78,7 @@ pub(crate) async fn by_tree(
     };
     let (current, ending) = engine.run().await?;
     // A base lattice that is coarser than requested does not meet the request.
-    let ending = if base_level < wanted_level { Ending::Budget } else { ending };
+    let ending = if base_level < wanted_level { StopReason::Budget } else { ending };
     let [cube, error] = engine.finished(&current);
     let mut made = Made::new(cube, Some(error), ending);
     made.base_level = Some(base_level);

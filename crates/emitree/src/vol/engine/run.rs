@@ -3,7 +3,7 @@
 use crate::cell::whole;
 use crate::exchange::MethodError;
 use crate::image::Image;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use crate::vol::dyadic::Place;
 use crate::vol::engine::current_image::CurrentImage;
 use crate::vol::engine::spectra::Spectra;
@@ -13,7 +13,7 @@ use crate::vol::image::opening::{Choice, ChoiceLimits, worthwhile};
 use crate::vol::tuning::TUNING;
 
 impl Engine<'_> {
-    pub(crate) async fn run(&mut self) -> Result<(CurrentImage, Ending), MethodError> {
+    pub(crate) async fn run(&mut self) -> Result<(CurrentImage, StopReason), MethodError> {
         let before = self.evaluations_before;
         let mut within_budget = self.sample_initially().await?;
         let mut current = self.assemble()?;
@@ -36,15 +36,15 @@ impl Engine<'_> {
                 match self.verify(&current, self.requested * largest).await? {
                     Verdict::Passed => {
                         self.show(&current);
-                        return Ok((current, Ending::Complete));
+                        return Ok((current, StopReason::Complete));
                     }
-                    Verdict::AtFinestLevel => return Ok((current, Ending::DeepestLevel)),
-                    Verdict::Unaffordable => return Ok((current, Ending::Budget)),
+                    Verdict::AtFinestLevel => return Ok((current, StopReason::MaxLevel)),
+                    Verdict::Unaffordable => return Ok((current, StopReason::Budget)),
                     Verdict::Failed => current = self.assemble()?,
                 }
             }
             if !within_budget {
-                return self.conclude(current, Ending::Budget).await;
+                return self.conclude(current, StopReason::Budget).await;
             }
             if meets_tolerance && !meets_goal {
                 self.tolerance = self.next_tolerance();
@@ -54,7 +54,7 @@ impl Engine<'_> {
             let count = total(&places);
             if count == 0 {
                 if halvings == TUNING.engine.most_halvings {
-                    return self.conclude(current, Ending::DeepestLevel).await;
+                    return self.conclude(current, StopReason::MaxLevel).await;
                 }
                 halvings += 1;
                 self.line_share *= 0.5;
@@ -99,12 +99,12 @@ impl Engine<'_> {
     async fn conclude(
         &mut self,
         current: CurrentImage,
-        ending: Ending,
-    ) -> Result<(CurrentImage, Ending), MethodError> {
+        ending: StopReason,
+    ) -> Result<(CurrentImage, StopReason), MethodError> {
         let target = self.requested * current.largest_pixel();
         let met = self.has_required_nodes(&current) && current.largest_error() <= target;
         let passed = met && self.verify(&current, target).await? == Verdict::Passed;
-        Ok((current, if passed { Ending::Complete } else { ending }))
+        Ok((current, if passed { StopReason::Complete } else { ending }))
     }
 
     /// The tolerance that the rest of the budget is expected to suffice for.

@@ -3,6 +3,7 @@
 use crate::cell::{self, whole};
 use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{STEPS, spacing, unit};
 use crate::vol::engine::{Engine, within_budget};
 use crate::vol::image::tree::ImageTree;
@@ -19,7 +20,6 @@ use crate::vol::spectrum::probes::{
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::verification_lines::Verification;
-use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// The sampled spectra, and the error that the selected energies leave.

@@ -6,10 +6,10 @@
 //! exact for the whole tree although no lattice finer than the pixels is filled: a finer node adds
 //! its detail times the weights of its own level.
 
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{GAUSS, STENCIL, STEPS, midpoint_weights, polynomial_weights, spacing};
 use crate::vol::image::tree::{ImageTree, Node};
 use core::ops::Range;
-use rayon::prelude::*;
 
 /// Weights of the means over the pixels along one axis, on the lattice of one level.
 #[derive(Clone, Debug)]

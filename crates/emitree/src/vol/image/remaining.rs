@@ -12,10 +12,10 @@
 //! as an edge passes between the node and its neighbours and some of its children are missing: the
 //! image on the open side is interpolated from it.
 
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, STENCIL, around, beside, spacing};
 use crate::vol::image::tree::{Around, ImageTree, Node};
 use crate::vol::tuning::TUNING;
-use rayon::prelude::*;
 
 /// The smallest number of nodes that is given to a thread.
 const NODES_AT_ONCE: usize = 64;

@@ -6,10 +6,10 @@
 //! with holes represents the same function as the full lattice with details of 0 there.
 
 use crate::cell;
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{
     DEEPEST_LEVEL, Place, STENCIL, STEPS, level_of, midpoint_weights, spacing,
 };
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// The open places around a closed node.

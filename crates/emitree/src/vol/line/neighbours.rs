@@ -1,6 +1,7 @@
 //! Neighbouring lines: the depths that a new line starts with, and structure that is followed from
 //! line to line.
 
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, around, spacing};
 use crate::vol::image::nearest::Nearest;
 use crate::vol::image::tree::ImageTree;
@@ -10,7 +11,6 @@ use crate::vol::line::node_lines::{LINES_ASSESSED, NodeLines, Wanted, base_depth
 use crate::vol::line::tracking::{Bracket, Neighbour, Predicted, predict};
 use crate::vol::sampling::{Stop, View};
 use crate::vol::tuning::TUNING;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// A depth of one line that is to be sampled on its neighbours.

@@ -1,5 +1,6 @@
 //! The lines of sight of the nodes of an image tree: sampled in batches, refined together.
 
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::spacing;
 use crate::vol::image::block::Block;
 use crate::vol::image::tree::ImageTree;
@@ -8,7 +9,6 @@ use crate::vol::line::jumps::{Jump, jumps};
 use crate::vol::line::profile::{Profile, has_jump};
 use crate::vol::line::tracking::Bracket;
 use crate::vol::sampling::{Stop, View};
-use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// The smallest number of lines for a thread, which takes some ten microseconds to start, if most

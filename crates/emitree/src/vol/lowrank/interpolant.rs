@@ -6,11 +6,11 @@
 //! exact where the functions of the fibers span those of G. Its integral along z is one sum for
 //! each pair of pivots, Σₖ G(xᵢ, yⱼ, zₖ) ∫ cₖ dz.
 
+use crate::parallel::prelude::*;
 use crate::vol::lowrank::chebyshev::{LANES, places};
 use crate::vol::lowrank::fibers::Fibers;
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// The smallest number of multiplications for a thread, which takes some ten microseconds to start.
 const LEAST_WORK: usize = 100_000;

@@ -27,9 +27,10 @@ use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
 use crate::method::Made;
+use crate::parallel::prelude::*;
 use crate::radiance::{PixelRows, radiance_per_density};
 use crate::tile::Tile;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::engine::{base_evaluations, finest_level};
 use crate::vol::lattice::points_to_detect;
@@ -40,7 +41,6 @@ use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::{LayerSamples, fraction_of_view, size_detected};
-use rayon::prelude::*;
 
 /// For tolerances from the first number on, the standard deviation of the Gaussians, in edges of
 /// the cube, that the probes have to detect before the interpolant is accepted.
@@ -165,7 +165,7 @@ impl Attempt<'_> {
                         && !assessment.is_significant_feature(of_rate, self.search.probes())
                     {
                         self.show_maps(&maps);
-                        return Ok(self.found(maps, Ending::Complete));
+                        return Ok(self.found(maps, StopReason::Complete));
                     }
                 }
             }
@@ -261,11 +261,11 @@ impl Attempt<'_> {
     /// The image of a search that ended before its goal.
     fn unfinished(&mut self) -> Made {
         let cell_residuals = self.search.assess().cell_residuals;
-        self.found(self.maps(&cell_residuals, self.pixels), Ending::Budget)
+        self.found(self.maps(&cell_residuals, self.pixels), StopReason::Budget)
     }
 
     /// The result with the present image.
-    fn found(&self, Maps { image, error, .. }: Maps, ending: Ending) -> Made {
+    fn found(&self, Maps { image, error, .. }: Maps, ending: StopReason) -> Made {
         let [cube, error] = [image, error].map(|map| Cube::from_bands(vec![map]));
         let mut made = Made::new(cube, Some(error), ending);
         made.base_level = Some(self.vol.base_level);

@@ -1,6 +1,7 @@
 //! The plan of a round: which nodes are integrated by a depth rule, and which in full.
 
 use crate::cell::whole;
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, around, spacing};
 use crate::vol::image::block::Block;
 use crate::vol::line::node_lines::LINES_CACHED;
@@ -8,7 +9,6 @@ use crate::vol::line::profile::Profile;
 use crate::vol::rule::depth_rule::DepthRule;
 use crate::vol::rule::scan::Scan;
 use crate::vol::tuning::TUNING;
-use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
 

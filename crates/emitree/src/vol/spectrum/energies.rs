@@ -9,13 +9,13 @@
 //! evaluations that their images need, therefore decrease with k, and energies can be added without
 //! changes to the former ones.
 
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::unit;
 use crate::vol::spectrum::Spectrum;
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::probes::SpectralProbe;
 use crate::vol::tuning::TUNING;
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 /// One energy with its function and its weights in the bins.
 #[derive(Clone, Debug)]

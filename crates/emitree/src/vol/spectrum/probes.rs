@@ -6,12 +6,12 @@
 //! becomes a spectral probe.
 
 use crate::cell::{self, whole};
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, spacing, unit};
 use crate::vol::sampling::{Stop, View, evaluate};
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::{BASE_LEVEL, Spectrum};
 use crate::vol::tuning::TUNING;
-use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// The level of the lattice to which the energies of emission lines are rounded.

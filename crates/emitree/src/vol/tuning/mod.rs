@@ -7,16 +7,16 @@
 
 mod values;
 
-use values::Tuning;
-
 /// The constants of this build.
 #[cfg(not(feature = "ablate"))]
-pub(crate) const TUNING: Tuning = Tuning::STANDARD;
+pub(crate) const TUNING: values::Tuning = values::Tuning::STANDARD;
 
-/// The constants of this run, one of which may be set from outside.
 #[cfg(feature = "ablate")]
-pub(crate) static TUNING: std::sync::LazyLock<Tuning> =
-    std::sync::LazyLock::new(Tuning::of_this_run);
+mod variants;
+#[cfg(feature = "ablate")]
+pub(crate) use variants::TUNING;
+#[cfg(feature = "ablate")]
+pub use variants::{End, select};
 
 /// One constant of the engine, for measurements of its influence.
 #[cfg(feature = "ablate")]
@@ -33,10 +33,6 @@ pub struct Constant {
     /// What the constant is, and why it has its value.
     pub reason: String,
 }
-
-/// The environment variable that sets one constant of a run, as in `line.negligible=0.25`.
-#[cfg(feature = "ablate")]
-pub const SET_CONSTANT: &str = "EMITREE_CONSTANT";
 
 /// Declares the groups of constants, their standard values, and the list of all of them.
 macro_rules! tuning {
@@ -69,21 +65,17 @@ macro_rules! tuning {
                 $( $group: $of_group { $( $name: $value, )* }, )*
             };
 
-            /// The standard values, except for one that the environment sets.
+            /// The standard values, each of them replaced by the ends of its range in turn: two variants for
+            /// each constant, in the order of [`constants`].
             #[cfg(feature = "ablate")]
-            pub(crate) fn of_this_run() -> Self {
-                let mut tuning = Self::STANDARD;
-                let set = std::env::var(super::SET_CONSTANT).unwrap_or_default();
-                $( $(
-                    if let Some(value) = set.strip_prefix(
-                        concat!(stringify!($group), ".", stringify!($name), "="),
-                    ) {
-                        if let Ok(value) = value.parse::<$number>() {
-                            tuning.$group.$name = value;
-                        }
-                    }
-                )* )*
-                tuning
+            pub(crate) fn variants() -> Vec<Self> {
+                let mut variants = Vec::new();
+                $( $( for end in [$low, $high] {
+                    let mut variant = Self::STANDARD;
+                    variant.$group.$name = end;
+                    variants.push(variant);
+                } )* )*
+                variants
             }
         }
 

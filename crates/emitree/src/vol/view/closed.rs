@@ -5,10 +5,10 @@
 //! across the edge. The degree of the polynomial is the one with the smallest expected error. That
 //! error is stored, since the image beside the edge is interpolated from these values.
 
+use crate::parallel::prelude::*;
 use crate::vol::image::nearest::Nearest;
 use crate::vol::image::tree::ImageTree;
 use crate::vol::tuning::TUNING;
-use rayon::prelude::*;
 
 /// Sets the values of all `closed` nodes, continued from the others, with their expected errors.
 ///

@@ -1,15 +1,15 @@
 //! Coverage fractions: the part of a layer's radiance in each pixel of an image with edges.
 //!
 //! An edge (a limb, the rim of a disc) divides a pixel into regions, and the coverage fraction of a
-//! [layer](crate::Layer) is smooth on each. In a pixel that an edge crosses, the layer is
+//! [layer](crate::projection::Layer) is smooth on each. In a pixel that an edge crosses, the layer is
 //! approximated by a quadratic polynomial with the means of the pixels around it, a conservative
 //! reconstruction, and the product with its coverage fraction is integrated. Small images are
 //! divided into finer parts for this purpose. Edges need no evaluation.
 
 use crate::image::Image;
+use crate::parallel::prelude::*;
 use crate::projection::{Layer, Projection, Region};
 use bilby::GaussLegendre;
-use rayon::prelude::*;
 
 /// The fewest parts along the longer side of an image with edges.
 const LEAST_PIXELS: usize = 512;
@@ -385,7 +385,8 @@ fn square(region: Region) -> Vec<Node> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::{DiscMapping, Fisheye, Viewpoint};
+    use crate::projection::{DiscMapping, ViewGeometry};
+    use crate::{Fisheye, Viewpoint};
 
     fn disc() -> Fisheye {
         let viewpoint =

@@ -1,8 +1,9 @@
 //! Scattered samples of a layer, the size of the structure that they detect, and lines through them.
 
 use crate::cell::whole;
-use crate::error::RenderError;
+use crate::error::OptionError;
 use crate::exchange::MethodError;
+use crate::parallel::prelude::*;
 use crate::projection::Projection;
 use crate::tile::Tile;
 use crate::vol::dyadic::{Place, from_unit, spacing};
@@ -13,7 +14,6 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification_lines::FIRST_LINE;
 use crate::vol::{FEATURE_CONTRAST, FeatureSize, lattice};
-use rayon::prelude::*;
 
 /// The number of places, and the sizes, for which coverage is computed: each size is larger than
 /// the former one by the ratio.
@@ -65,25 +65,17 @@ impl LayerSamples {
 
 /// The size of a feature as a fraction of the view's cube.
 pub(crate) fn fraction_of_view(size: FeatureSize, tiles: &[Tile<'_>]) -> Result<f64, MethodError> {
-    let refused = |value: String, expected| {
-        Err(RenderError::Option { name: "smallest_feature", value, expected })
-    };
     match size {
         FeatureSize::Fraction(fraction) if fraction > 0.0 && fraction <= 1.0 => Ok(fraction),
-        FeatureSize::Fraction(fraction) => {
-            refused(fraction.to_string(), "a fraction of the view's cube above 0, at most 1")
-        }
+        FeatureSize::Fraction(fraction) => Err(OptionError::FeatureFraction(fraction).into()),
         FeatureSize::Length(length) if !(length > 0.0 && length.is_finite()) => {
-            refused(length.to_string(), "a finite length above 0")
+            Err(OptionError::FeatureLength(length).into())
         }
         FeatureSize::Length(length) => {
             let volume: f64 = tiles.iter().map(|tile| volume_of_view(tile.projection)).sum();
             let fraction = length / volume.cbrt();
             if !(volume.is_finite() && volume > 0.0) {
-                return refused(
-                    length.to_string(),
-                    "a fraction of the view's cube, as the volume in view is not finite",
-                );
+                return Err(OptionError::FeatureLengthOfInfiniteView(length).into());
             }
             Ok(fraction.min(1.0))
         }

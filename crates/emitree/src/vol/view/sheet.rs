@@ -3,6 +3,7 @@
 
 use crate::cell::whole;
 use crate::image::Image;
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, spacing, unit};
 use crate::vol::image::error_map::Footprint;
 use crate::vol::image::opening::{Choice, ChoiceLimits};
@@ -16,7 +17,6 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::closed::continue_values;
 use crate::vol::view::fractions::CoverageFractions;
 use crate::vol::view::verification_lines::Verification;
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 

@@ -2,6 +2,7 @@
 
 use crate::cell::whole;
 use crate::image::Image;
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{DEEPEST_LEVEL, Place, STEPS, around, from_unit, spacing, unit};
 use crate::vol::image::tree::{ImageTree, Node};
 use crate::vol::lattice;
@@ -10,7 +11,6 @@ use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::{Stop, View};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// The smallest number of lines that one thread compares: lines near each other need the same

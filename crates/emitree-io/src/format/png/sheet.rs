@@ -1,9 +1,9 @@
 //! The bands of a cube as one picture: tiles in reading order, the lowest energies first.
 
-use super::map::{Kind, Map};
+use crate::energies::{Energies, energy_range};
+use crate::product::{Bands, ProductMap};
 use emitree::Image;
 use emitree_instrument::Channel;
-use emitree_io::{Energies, energy_range};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -12,6 +12,10 @@ const MOST_TILES: usize = 64;
 
 /// A tile: the bands that it shows together, and what people call them; an image has no name.
 pub(super) struct Tile<'a> {
+    #[cfg_attr(
+        not(feature = "figure"),
+        expect(dead_code, reason = "bare pictures have no labels")
+    )]
     pub(super) label: String,
     pub(super) image: Cow<'a, Image>,
 }
@@ -19,18 +23,20 @@ pub(super) struct Tile<'a> {
 /// What a picture shows beside each other: an image alone, the bins of a cube, or channels of counts.
 /// Where bins share a tile it has the mean over their energies, which is the voxel of a wider bin;
 /// where channels do, the sum of their counts.
-pub(super) fn tiles<'a>(map: &'a Map, energies: Option<&Energies>) -> Vec<Tile<'a>> {
-    let bands = map.bands();
-    match (map.kind(), energies) {
-        (Kind::Counts { channels, .. }, _) => tiles_of(
+pub(super) fn tiles<'a>(map: &ProductMap<'a>, energies: Option<&Energies>) -> Vec<Tile<'a>> {
+    let bands = map.map.bands();
+    match (map.bands, energies) {
+        (Bands::Counts { channels, .. }, _) => tiles_of(
             bands,
             |channels_of_tile| sum(bands, channels_of_tile.map(|channel| (channel, 1.0))),
             |channels_of_tile| range_of(&channels[channels_of_tile]),
         ),
-        (Kind::Energies, Some(energies)) => {
+        (Bands::Energies, Some(energies)) => {
             tiles_of(bands, |bins| mean(bands, bins, energies), |bins| energies.label(bins))
         }
-        _ => tiles_of(bands, |all| sum(bands, all.map(|band| (band, 1.0))), |_| String::new()),
+        (Bands::Image, _) | (Bands::Energies, None) => {
+            tiles_of(bands, |all| sum(bands, all.map(|band| (band, 1.0))), |_| String::new())
+        }
     }
 }
 
@@ -130,10 +136,16 @@ mod tests {
         (0..bins).map(|bin| Image::from_pixels(1, 1, vec![bin as f64])).collect()
     }
 
+    fn map<'a>(map: &'a Cube, bands: Bands<'a>) -> ProductMap<'a> {
+        ProductMap { name: "", map, unit: "", bands }
+    }
+
     #[test]
     fn neighbours_share_a_tile_where_there_are_many() {
-        let maps = [64, 130, 200].map(|bins| Map::from(Cube::from_bands(bands(bins))));
-        let of = |map: usize, bins: usize| tiles(&maps[map], Some(&energies(bins)));
+        let cubes = [64, 130, 200].map(|bins| Cube::from_bands(bands(bins)));
+        let of = |number: usize, bins: usize| {
+            tiles(&map(&cubes[number], Bands::Energies), Some(&energies(bins)))
+        };
         let few = of(0, 64);
         assert!(few.len() == 64 && few[63].label == energies(64).label(63..64));
         let many = of(1, 130);
@@ -150,8 +162,10 @@ mod tests {
     fn channels_that_share_a_tile_are_added() {
         let edges = |number: i32| [f64::from(number) * 0.5, f64::from(number + 1) * 0.5];
         let channels = (0..130).map(|n| Channel { number: n.into(), range_kev: edges(n) });
-        let map = Map::counts(Cube::from_bands(bands(130)), channels.collect(), false);
-        let tiles = tiles(&map, Some(&energies(4)));
+        let (cube, channels): (_, Vec<Channel>) =
+            (Cube::from_bands(bands(130)), channels.collect());
+        let of_tiles = Bands::Counts { channels: &channels, are_bins: false };
+        let tiles = tiles(&map(&cube, of_tiles), Some(&energies(4)));
         assert_eq!((tiles.len(), &*tiles[1].label), (44, "1.5–3 keV"));
         assert_eq!(tiles[1].image[(0, 0)].to_bits(), 12_f64.to_bits());
         let total: f64 = tiles.iter().map(|tile| tile.image[(0, 0)]).sum();

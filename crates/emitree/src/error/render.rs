@@ -1,5 +1,6 @@
 //! What can go wrong in a rendering.
 
+use super::OptionError;
 use crate::tree::BuildError;
 
 /// A rendering that failed; `E` is the error of the emission model.
@@ -30,16 +31,9 @@ pub enum RenderError<E> {
         /// What is allowed \[bytes\].
         allowed: u64,
     },
-    /// An option is outside its range.
-    #[error("`{name}` is {value}: expected {expected}")]
-    Option {
-        /// The option, as scenes name it.
-        name: &'static str,
-        /// The value given.
-        value: String,
-        /// What would be accepted.
-        expected: &'static str,
-    },
+    /// An option is outside its range, or has no effect.
+    #[error(transparent)]
+    Option(#[from] OptionError),
     /// The tree can't be built with these options.
     #[error(transparent)]
     Build(BuildError<core::convert::Infallible>),
@@ -129,7 +123,7 @@ impl<E> RenderError<E> {
             Self::TooLarge { what, needed, allowed } => {
                 RenderError::TooLarge { what, needed, allowed }
             }
-            Self::Option { name, value, expected } => RenderError::Option { name, value, expected },
+            Self::Option(error) => RenderError::Option(error),
             Self::Build(error) => RenderError::Build(error),
             Self::Budget { what, needed, allowed } => RenderError::Budget { what, needed, allowed },
             Self::Time { seconds } => RenderError::Time { seconds },

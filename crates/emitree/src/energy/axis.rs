@@ -89,7 +89,7 @@ const NARROWEST: f64 = 1e-12;
 /// let axis = EnergyAxis::new(0.5, 8.0, 4, EnergyScale::Log)?;
 /// assert_eq!(axis.edges(), [0.5, 1.0, 2.0, 4.0, 8.0]);
 /// assert_eq!(axis.width(3), 4.0);
-/// # Ok::<(), emitree::EnergyError>(())
+/// # Ok::<(), emitree::energy::EnergyError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyAxis {

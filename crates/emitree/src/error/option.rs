@@ -1,0 +1,119 @@
+//! Options that are refused.
+
+use crate::vol::{BASE_LEVELS, Seed};
+
+/// An option that is out of range, or that the method does not use; each variant has the value given.
+///
+/// ```
+/// use emitree::error::OptionError;
+/// use emitree::{Canonical, FromFn, RenderError, RenderOptions, VolOptions, render};
+///
+/// let glow = FromFn(|_: [f64; 3], _: [f64; 3]| 1.0);
+/// let options = RenderOptions::new(VolOptions::new(2.0));
+/// let error = render(&glow, &Canonical, [8, 8], &options).err();
+/// assert_eq!(error, Some(RenderError::Option(OptionError::Tolerance(2.0))));
+/// assert_eq!(
+///     OptionError::Tolerance(2.0).to_string(),
+///     "`tolerance` is 2: expected a fraction above 0 and below 1"
+/// );
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OptionError {
+    /// A tolerance of method `vol`, or of a tree in the world, that is no fraction.
+    #[error("`tolerance` is {0}: expected a fraction above 0 and below 1")]
+    Tolerance(f64),
+    /// A tolerance of adaptive steps that is not above 0.
+    #[error("`tolerance` is {0}: expected a number above 0")]
+    StepTolerance(f64),
+    /// A base level that method `vol` does not have: one of [`BASE_LEVELS`] was expected.
+    #[error("`base_level` is {0}: expected {first} to {last}", first = BASE_LEVELS.start(), last = BASE_LEVELS.end())]
+    BaseLevel(u8),
+    /// A base level that a tree in the world can't have.
+    #[error("`base_level` is {0}: expected a level from 3 to 10")]
+    WorldTreeBaseLevel(u8),
+    /// An order of prediction that a tree in the world does not have.
+    #[error("`order` is {0}: expected 3, 5 or 7")]
+    WorldTreeOrder(usize),
+    /// No line of sight for each pixel.
+    #[error("`lines` is {0}: expected 1 or more lines along each side of a pixel")]
+    Lines(usize),
+    /// No step along each line of sight.
+    #[error("`steps` is {0}: expected 1 or more steps along each line")]
+    Steps(usize),
+    /// The size of the smallest feature is no fraction of the view.
+    #[error("`smallest_feature` is {0}: expected a fraction of the view's cube above 0, at most 1")]
+    FeatureFraction(f64),
+    /// The size of the smallest feature is no length.
+    #[error("`smallest_feature` is {0}: expected a finite length above 0")]
+    FeatureLength(f64),
+    /// The size of the smallest feature is a length, and the view has no volume to compare it with.
+    #[error(
+        "`smallest_feature` is {0}: expected a fraction of the view's cube, as the volume in view is \
+         not finite"
+    )]
+    FeatureLengthOfInfiniteView(f64),
+    /// A seed whose position is not finite.
+    #[error("`seed.position` is {0:?}: expected three finite coordinates")]
+    SeedPosition(Seed),
+    /// A seed whose radius is not a finite length above 0.
+    #[error("`seed.radius` is {0:?}: expected a finite length above 0")]
+    SeedRadius(Seed),
+    /// Energies of spectral lines without an energy axis.
+    #[error("`line_energies` are given without an energy axis: expected none, or an energy axis")]
+    LineEnergies,
+    /// A callback for images on the way, and a method that has none, by its name.
+    #[error(
+        "`frame` is given, and method `{0}` has no images on the way: expected none, or method `vol`"
+    )]
+    Frame(&'static str),
+    /// A callback, by its name, and a session, which calls none.
+    #[error("`{0}` is given, and a session calls no callbacks: expected none")]
+    CallbackOfSession(&'static str),
+    /// A batch without evaluations.
+    #[error("`batch_size` is {0}: expected 1 or more evaluations in a batch")]
+    BatchSize(u64),
+    /// A limit on the time that is not above 0 \[s\].
+    #[error("`max_seconds` is {0}: expected a time in seconds above 0")]
+    MaxSeconds(f64),
+    /// More columns than an image can have.
+    #[error("`width` is {0}: expected at most 2^24 pixels along an axis")]
+    Width(usize),
+    /// More rows than an image can have.
+    #[error("`height` is {0}: expected at most 2^24 pixels along an axis")]
+    Height(usize),
+    /// A number of rows that the tiles of a projection do not share equally.
+    #[error("`height` is {0}: expected as many rows for each tile of the projection")]
+    RowsOfTiles(usize),
+}
+
+impl OptionError {
+    /// The option, as scenes name it.
+    ///
+    /// ```
+    /// use emitree::error::OptionError;
+    ///
+    /// assert_eq!(OptionError::MaxSeconds(0.0).name(), "max_seconds");
+    /// ```
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Tolerance(_) | Self::StepTolerance(_) => "tolerance",
+            Self::BaseLevel(_) | Self::WorldTreeBaseLevel(_) => "base_level",
+            Self::WorldTreeOrder(_) => "order",
+            Self::Lines(_) => "lines",
+            Self::Steps(_) => "steps",
+            Self::FeatureFraction(_)
+            | Self::FeatureLength(_)
+            | Self::FeatureLengthOfInfiniteView(_) => "smallest_feature",
+            Self::SeedPosition(_) => "seed.position",
+            Self::SeedRadius(_) => "seed.radius",
+            Self::LineEnergies => "line_energies",
+            Self::Frame(_) => "frame",
+            Self::CallbackOfSession(name) => name,
+            Self::BatchSize(_) => "batch_size",
+            Self::MaxSeconds(_) => "max_seconds",
+            Self::Width(_) => "width",
+            Self::Height(_) | Self::RowsOfTiles(_) => "height",
+        }
+    }
+}
