@@ -86,7 +86,8 @@ fn a_budget_below_the_coarsest_image() {
     let texts =
         ["`max_evaluations` allows 100 evaluations, but the base grid of level 3 needs 512"];
     refused("method = \"paper\"", "method = \"paper\"", "--max-evaluations 100", 2, &texts);
-    let texts = ["`max_evaluations` allows 26 evaluations, but a first look at 3 x 3 lines"];
+    let texts =
+        ["`max_evaluations` allows 26 evaluations, but the initial sampling of 3 x 3 lines"];
     refused("method = \"paper\"", "", "--max-evaluations 26", 2, &texts);
 }
 

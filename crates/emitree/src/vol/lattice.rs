@@ -2,14 +2,15 @@
 //!
 //! The detection of a compact structure depends on the covering radius, the largest distance of a
 //! place from the nearest point. The first N = 2^m points are a lattice of rank 1,
-//! {k **g** / N + shift}, and each doubling of N keeps the former points: the order of k is that of
-//! the bit-reversed numbers (Hickernell, Hong, L'Écuyer and Lemieux 2000,
-//! doi:10.1137/S1064827599356638). The generator **g** minimises, in a search bit by bit, the
-//! largest covering radius in units of N^(−1/3) over all N from 2⁷ to 2²⁴; a test repeats the
-//! search. The radius is at most 0.794; the optimal lattice, the body-centred cubic one, has 0.704
-//! but cannot be doubled.
+//! {k **g** / N + shift}, in the order of the bit-reversed k, so that each doubling of N keeps the
+//! former points (Hickernell, Hong, L'Écuyer and Lemieux 2000, doi:10.1137/S1064827599356638).
 
-/// The generator. Its components are odd, so that no two of the first N points share a coordinate.
+/// The generator **g**. Its components are odd, so that no two of the first N points share a
+/// coordinate.
+///
+/// It minimises, in a search bit by bit, the largest covering radius in units of N^(−1/3) over all
+/// N from 2⁷ to 2²⁴; a test repeats the search. The radius is at most 0.794. The optimal lattice,
+/// the body-centred cubic one, has 0.704 but cannot be doubled.
 const GENERATOR: [u64; 3] = [1, 6_268_679, 15_119_519];
 
 /// The shift along each axis, 1/3. Each coordinate is at least 1/(3N) away from all multiples of

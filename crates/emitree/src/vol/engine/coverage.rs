@@ -1,10 +1,9 @@
 //! Coverage: scattered samples, and the size of the smallest structure that they detect.
 //!
-//! Lines lie on lattices, and a compact structure may lie between all of them. Therefore each layer
-//! is also sampled at scattered points, and each sample is compared with a local fit to the lines
-//! around it. Ascents search for larger differences beside the samples with the largest ones; their
-//! ends get lines of the final verification. The size of the smallest Gaussian that would be
-//! detected at 99 % of all places follows from the differences that pass.
+//! A compact structure may lie between all lines of a lattice. Each layer is therefore sampled at
+//! scattered points too, and each sample is compared with a local fit to the lines around it.
+//! Ascents from the largest differences find the lines of the final verification; the size of the
+//! smallest Gaussian that would be detected follows from the differences that pass.
 
 use crate::cell::whole;
 use crate::vol::ascent::{self, Ascents};

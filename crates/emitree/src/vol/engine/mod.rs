@@ -91,7 +91,7 @@ pub(crate) async fn by_tree(
 fn affordable_base_level(wanted: u8, sheets: u64, allowed: u64) -> Result<u8, MethodError> {
     let needed = |level| sheets * base_evaluations(level);
     (1..=wanted).rev().find(|&level| needed(level) <= allowed).ok_or_else(|| {
-        let what = "a first look at 3 x 3 lines in 3 depths".to_owned();
+        let what = "the initial sampling of 3 x 3 lines in 3 depths".to_owned();
         RenderError::Budget { what, needed: needed(1), allowed }
     })
 }

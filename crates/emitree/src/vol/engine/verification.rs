@@ -1,11 +1,9 @@
 //! The final verification: the image tree against lines of sight that are no nodes of it.
 //!
-//! An error estimate is computed from nodes and contains nothing of the structure between them.
-//! Therefore a tree whose estimate is within the tolerance is compared with other lines, integrated
-//! in full from finer depths: scattered ones, those at the largest estimated errors, those in
-//! pixels with edges, those through the scattered samples that differ most, and those of ascents
-//! from the largest differences. Where one differs, the tree is refined, and the verification is
-//! repeated with new lines; the former ones are compared again.
+//! An error estimate is computed from nodes and contains nothing of the structure between them. A
+//! tree whose estimate is within the tolerance is therefore compared with other lines, which are
+//! integrated in full from finer depths. Where one differs, the tree is refined, and the
+//! verification is repeated with new lines; the former ones are compared again.
 
 use crate::cell::whole;
 use crate::exchange::MethodError;

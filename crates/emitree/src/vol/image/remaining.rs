@@ -1,16 +1,9 @@
-//! The remaining error around each node of the image tree.
+//! The remaining error around each node of the image tree: its guarded detail times a decay.
 //!
-//! The *guarded* detail of a node is its own detail or, if that is larger, a share of the details
-//! of its neighbours: an accidentally small detail does not end the refinement. The remaining error
-//! is the guarded detail times a decay, which is below 1 only beyond the required levels. A node is
-//! refined in two steps: first its four diagonal children, which detect variation along x, along y
-//! and along both; then, if the remaining error still matters, the four children beside it. Most
-//! nodes never need the second step. The details of the children of neighbours are expected,
-//! reduced by a factor, of missing children too.
-//!
-//! A closed node has a value that is continued from others. The error of that value remains as long
-//! as an edge passes between the node and its neighbours and some of its children are missing: the
-//! image on the open side is interpolated from it.
+//! The *guarded* detail is the node's own or, if that is larger, a share of the details of its
+//! neighbours, so that an accidentally small detail does not end the refinement. Nodes are refined
+//! in two steps: the four diagonal children detect variation along x, along y and along both; the
+//! four children beside the node follow if its remaining error still matters, which is seldom.
 
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, STENCIL, around, beside, spacing};
@@ -60,6 +53,10 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
 
 /// The remaining error around each node, given the `guarded` details; `required_level` is the
 /// finest level whose nodes every rendering samples.
+///
+/// A closed node has a value that is continued from others. The error of that value remains as long
+/// as an edge passes between the node and its neighbours and some of its children are missing: the
+/// image on the open side is interpolated from it.
 pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -> Vec<Remaining> {
     let has_kinks = tree.order() < STENCIL;
     let margin = if has_kinks { TUNING.image.kink_margin } else { 1.0 };

@@ -1,12 +1,10 @@
 //! The error of a line of sight, and the depths to be sampled next: one step of its refinement.
 //!
 //! The detail d of a sample of level l is its difference from the polynomial through coarser
-//! samples. It changes the integral by its effect, d · 2^−l. The significance of a sample combines
-//! its effect with those of its neighbours. The remaining error around a sample is its significance
-//! times the decay observed between levels, until the halves on both sides are sampled. A jump is
-//! an interval that is far steeper than its neighbours; it is bisected, the largest jumps first,
-//! until the expected error is within the tolerance. The segments between jumps end at samples of
-//! any level, and nothing is extrapolated beyond them.
+//! samples; its effect on the integral is d · 2^−l. The error that remains around a sample is its
+//! significance, a mean of the effects nearby, times the decay observed between levels. Jumps are
+//! bisected, the largest first. The segments between jumps end at samples of any level, and nothing
+//! is extrapolated beyond them.
 
 use crate::vol::dyadic::{
     DEEPEST_LEVEL, beside, coarsest_between, level_of, polynomial, spacing, unit,

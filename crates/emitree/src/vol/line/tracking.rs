@@ -1,13 +1,9 @@
 //! Tracking of jumps: their expected depths on a new line, from those on the full lines around it.
 //!
-//! A surface on which g jumps cuts neighbouring lines at depths that vary smoothly over the image.
-//! A [local fit](crate::vol::least_squares) to these depths gives the depth on a new line, with an
-//! expected error. Two samples around it replace the bisection from the depths of the base.
-//!
-//! Towards a limb two jumps of opposite sign approach each other like z = m ± √v, where only the
-//! middle m and the squared half width v vary smoothly. Pairs are fitted in this form too, and the
-//! fit with the smaller error is used. A negative squared half width means that the line passes by
-//! the limb.
+//! A surface on which g jumps cuts neighbouring lines at depths that vary smoothly over the image:
+//! a [local fit](crate::vol::least_squares) to them gives the depth on a new line. Towards a limb
+//! two jumps of opposite sign approach each other like z = m ± √v, where only the middle m and the
+//! squared half width v vary smoothly; such pairs are fitted in this form.
 
 use crate::vol::dyadic::{coarsest_between, spacing};
 use crate::vol::least_squares::{DataPoint, Estimate, MOST_VALUES, estimate};
@@ -185,7 +181,8 @@ impl Surfaces<'_> {
     }
 
     /// Replaces jumps `k` and `k` + 1 by a fit to their middle and squared half width if its error
-    /// is smaller, or by a probe if the line may pass by the pair.
+    /// is smaller. If the squared half width is negative, the line may pass by the pair, and a
+    /// probe at the middle replaces them.
     fn fit_pair(&self, k: usize, depths: &mut [Option<Estimate>], probes: &mut Vec<u32>) {
         let (mut middles, mut squares) = (Vec::new(), Vec::new());
         for (neighbour, matched) in self.neighbours.iter().zip(&self.matched) {

@@ -3,11 +3,9 @@
 //!
 //! Where G has a low numerical rank between the volume and the energy, r energies Eₖ suffice:
 //! G(r, E) = Σ qₖ(E) Sₖ(r), with Sₖ = G(r, Eₖ) − Σ_{j<k} qⱼ(Eₖ) Sⱼ(r). This is empirical
-//! interpolation (Barrault et al. 2004, doi:10.1016/j.crma.2004.08.006). Each new energy is that of
-//! the largest residual of the sampled spectrum that the former energies explain worst, and qₖ is
-//! that residual, normalised to 1 at Eₖ; it is 0 at all former energies. The Sₖ, and the
-//! evaluations that their images need, therefore decrease with k, and energies can be added without
-//! changes to the former ones.
+//! interpolation (Barrault et al. 2004, doi:10.1016/j.crma.2004.08.006): Eₖ is at the largest
+//! residual of the sampled spectrum that the former energies explain worst, and qₖ is that
+//! residual, normalised to 1 at Eₖ.
 
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::unit;
@@ -30,7 +28,8 @@ pub(crate) struct SelectedEnergy {
     function: Spectrum,
 }
 
-/// The selected energies, in the order of their selection.
+/// The selected energies, in the order of their selection. Since qₖ is 0 at all former energies, an
+/// energy is added without changes to these, and the Sₖ decrease with k.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Energies {
     pub(crate) selected: Vec<SelectedEnergy>,

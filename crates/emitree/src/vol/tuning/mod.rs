@@ -65,8 +65,8 @@ macro_rules! tuning {
                 $( $group: $of_group { $( $name: $value, )* }, )*
             };
 
-            /// The standard values, each of them replaced by the ends of its range in turn: two variants for
-            /// each constant, in the order of [`constants`].
+            /// For each constant two variants of the standard values, with the lower and the upper
+            /// end of its range, in the order of [`constants`].
             #[cfg(feature = "ablate")]
             pub(crate) fn variants() -> Vec<Self> {
                 let mut variants = Vec::new();

@@ -35,8 +35,9 @@ tuning! {
         /// need.
         short_budget: u64 = 300, 150..=600;
         /// Refinement stops when the largest estimated error is below this share of T. The rest is
-        /// a margin for errors that the estimate does not contain.
-        stopping_share: f64 = 0.85, 0.425..=0.925;
+        /// a margin for errors that the estimate does not contain. Below `image.pixel_goal` no node
+        /// would be opened for the rest.
+        stopping_share: f64 = 0.85, 0.7..=0.925;
         /// The number of times that the share of lines is halved when no node is left to be opened.
         /// More halvings meet T where errors of lines dominate; fewer end a search that cannot
         /// succeed earlier.
@@ -127,8 +128,9 @@ tuning! {
         /// One in this many scattered lines has the depths of `dense_extra_levels`. Smaller values
         /// detect narrow peaks more often, at a higher cost.
         dense_line_stride: usize = 3, 1..=6;
-        /// The number of further levels by which the depths of every `dense_line_stride`th
-        /// scattered line are finer. Such lines detect peaks that all other lines step over.
+        /// The number of further levels by which the depths of every scattered line that
+        /// `dense_line_stride` selects are finer. Such lines detect peaks that all other lines step
+        /// over.
         dense_extra_levels: u8 = 2, 1..=3;
         /// The least significance of a sample of a failed line whose depth is sampled on the nodes
         /// nearby, as a share of the tolerance of a line. Smaller values sample depths that do not

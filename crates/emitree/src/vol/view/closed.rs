@@ -2,8 +2,8 @@
 //!
 //! Beside an edge the stencils of the image tree extend across it. The values that they need there
 //! are continued from the open nodes by local least squares, so that the tree's function is smooth
-//! across the edge. The degree of the polynomial is the one with the smallest expected error. That
-//! error is stored, since the image beside the edge is interpolated from these values.
+//! across the edge. The expected error of the continuation is stored, since the image beside the
+//! edge is interpolated from these values.
 
 use crate::parallel::prelude::*;
 use crate::vol::image::nearest::Nearest;

@@ -1,10 +1,9 @@
 //! Coverage fractions: the part of a layer's radiance in each pixel of an image with edges.
 //!
-//! An edge (a limb, the rim of a disc) divides a pixel into regions, and the coverage fraction of a
-//! [layer](crate::projection::Layer) is smooth on each. In a pixel that an edge crosses, the layer is
-//! approximated by a quadratic polynomial with the means of the pixels around it, a conservative
-//! reconstruction, and the product with its coverage fraction is integrated. Small images are
-//! divided into finer parts for this purpose. Edges need no evaluation.
+//! An edge (a limb, the rim of a disc) divides a pixel into regions, on each of which the coverage
+//! fraction of a [layer](crate::projection::Layer) is smooth. In a pixel that an edge crosses, the
+//! layer is approximated by the quadratic polynomial with the means of the pixels around it, and
+//! its product with the coverage fraction is integrated. Edges need no evaluation.
 
 use crate::image::Image;
 use crate::parallel::prelude::*;
