@@ -112,8 +112,8 @@ tuning! {
         /// later such verification. All depth rules are fitted again each time, so that few large
         /// steps cost less than many small ones.
         depth_levels_per_step: u8 = 2, 1..=3;
-        /// The number of levels by which the lattice of depths may be finer than that of the base
-        /// before no further refinement begins. More levels resolve narrower peaks on every line.
+        /// A lattice of depths that is finer than that of the base by this number of levels or more
+        /// is not refined again. More levels resolve narrower peaks on every line.
         most_depth_levels: u8 = 4, 2..=6;
         /// The least distance along x or y of the lines at the largest estimated errors, as a
         /// fraction of the edge of the image. Smaller distances verify one maximum several times.
@@ -284,16 +284,17 @@ tuning! {
         /// that the guarded detail of a node has at least.
         second_neighbour_guard: f64 = 0.3, 0.15..=0.6;
         /// The least share of a guarded detail that remains on the first level below the required
-        /// ones. Smaller values trust the ratio to the guarded details of the required levels more.
+        /// ones. Smaller values rely more on the ratio to the guarded details of the required
+        /// levels.
         first_least_decay: f64 = 0.4, 0.2..=0.8;
         /// The least share of a guarded detail that remains on all further levels. Smaller values
-        /// trust the observed decay more.
+        /// rely more on the observed decay.
         least_decay: f64 = 0.15, 0.075..=0.3;
         /// The ratio of the share that remains to the observed ratio of guarded details to those of
         /// the coarser neighbours. It covers a decay that slows down.
         decay_margin: f64 = 3.0, 1.5..=6.0;
         /// The detail expected of a missing child, as a share of the largest detail beside it on
-        /// its own level. Those may belong to a kink that no coarser node has a detail from.
+        /// its own level. Those may belong to a kink that is not in the details of coarser nodes.
         sibling_share: f64 = 0.25, 0.125..=0.5;
         /// The same share where g jumps, and kinks of the image are expected.
         sibling_share_of_kinks: f64 = 0.5, 0.25..=1.0;
@@ -304,8 +305,8 @@ tuning! {
         /// interpolated.
         edge_margin: f64 = 3.0, 1.5..=6.0;
         /// The least share of the remaining error of a node that remains once its diagonal children
-        /// exist; otherwise their largest guarded detail does. Smaller values trust four children
-        /// more.
+        /// exist; otherwise their largest guarded detail does. Smaller values rely more on these
+        /// four children.
         after_diagonals: f64 = 0.1, 0.05..=0.2;
         /// The finest level of the blocks for which depth rules are fitted. Smaller blocks have
         /// lower ranks but too few lines for a fit.
@@ -342,8 +343,8 @@ tuning! {
         /// The share of the sum of |effects| that is added to the |sum| of effects of neighbouring
         /// samples, where they may cancel by accident.
         cancellation_guard: f64 = 0.1, 0.05..=0.2;
-        /// The least share of a significance that remains beside a sample. Smaller values trust the
-        /// observed decay more.
+        /// The least share of a significance that remains beside a sample. Smaller values rely more
+        /// on the observed decay.
         least_decay: f64 = 0.125, 0.0625..=0.25;
         /// The ratio of the share that remains to the observed ratio of significances to those of
         /// the coarser neighbours. It covers a decay that slows down.
@@ -365,7 +366,7 @@ tuning! {
         /// jump in a longer one may turn out to be a steep slope.
         resolved_interval: f64 = 0.03, 0.015..=0.06;
         /// The finest level of the depths near jumps that neighbouring lines are sampled at too.
-        /// Finer ones follow the jump of this line, and neighbours jump elsewhere.
+        /// Finer ones follow the jump of this line; those of its neighbours are elsewhere.
         shared_jump_level: u8 = 6, 5..=7;
         /// The least significance of a sample, in tolerances of a line, whose depth is sampled on
         /// neighbouring lines too. Smaller values cost samples on each neighbour; larger ones end
@@ -487,8 +488,8 @@ tuning! {
         most_depths_after_failure: usize = 40, 20..=80;
         /// The smallest error on a validation line, in tolerances of a line, by which a rule fails.
         failure_tolerance: f64 = 1.0, 0.5..=2.0;
-        /// Older lines are refined again if their error exceeds the tolerance by this factor: it
-        /// changes a little in each round, with the largest pixel.
+        /// Older lines are refined again if their error exceeds the tolerance by this factor. The
+        /// tolerance changes a little in each round, with the largest pixel.
         refinement_margin: f64 = 1.02, 1.0..=2.04;
     }
     /// Sheets, continued values and coverage fractions.
@@ -550,14 +551,14 @@ tuning! {
         /// cost nearly twice as much as the tree alone on one scene.
         forecasts_for_tree: u32 = 2, 1..=4;
         /// The ratio of the cost of the rest of a search to its extrapolation. Larger values prefer
-        /// the image tree later.
+        /// the image tree earlier.
         safety_factor: f64 = 1.5, 1.0..=3.0;
         /// The least decrease of ln(error) for each rank that a forecast assumes. It bounds the
         /// extrapolated rank.
         least_slope: f64 = 0.02, 0.01..=0.04;
         /// The most evaluations of a trial run, scaled to T, in units of the extrapolated cost of
-        /// the rest of the search. A trial run beyond `safety_factor` prefers the search in any
-        /// case.
+        /// the rest of the search. A tree that costs more than `safety_factor` times the rest is
+        /// not preferred in any case, so that larger values only take time.
         trial_run_limit: f64 = 2.0, 1.5..=4.0;
         /// The smallest change along an interval of a fiber, as a share of the largest residual,
         /// that is tested for a jump.
@@ -565,8 +566,8 @@ tuning! {
         /// The number of equal parts that the steepest interval of a fiber is divided into. On a
         /// smooth function each part soon has an equal share of the change.
         steep_parts: usize = 4, 2..=8;
-        /// The number of times that the steepest part is divided. More steps tell steeper slopes
-        /// from jumps.
+        /// The number of times that the steepest part is divided. More steps distinguish steeper
+        /// slopes from jumps.
         steep_steps: usize = 3, 1..=6;
         /// The least share of the change of an interval that one part has if there is a jump.
         jump_share: f64 = 0.7, 0.35..=0.85;
@@ -622,8 +623,9 @@ tuning! {
         /// The factor on the resolution and on the least residual of fibers when no fiber is
         /// refined and no function is added.
         threshold_reduction: f64 = 0.3, 0.15..=0.6;
-        /// The number of times that a new cross is tried with these thresholds; after that G is not
-        /// separable.
+        /// The number of thresholds that are tried for one cross, each reduced by
+        /// `threshold_reduction`. If no fiber is refined and no function is added with the last
+        /// one, G is not separable.
         most_reductions: u32 = 4, 2..=8;
         /// One in this many coefficients of a fiber, the highest ones, shows whether it is
         /// resolved.

@@ -155,9 +155,9 @@ fn part_at(xy: [f64; 2], [rows, columns]: [usize; 2]) -> usize {
     index(xy[1], rows) * columns + index(xy[0], columns)
 }
 
-/// Quadrature nodes of a part with edges: Gauss–Legendre rules between the edges along each row.
-/// The rows themselves are divided where an edge crosses the middle column, to which it may be
-/// perpendicular.
+/// Quadrature nodes of a part with edges: Gauss–Legendre rules between the edges along each row. The
+/// rows are distributed between the edges in the middle column, since an edge may be parallel to
+/// them.
 fn nodes(projection: &dyn Projection, [rows, columns]: [usize; 2], part: usize) -> Vec<Node> {
     let (row, column) = (part / columns, part % columns);
     let Ok(rule) = GaussLegendre::new(ROW_NODES) else { return Vec::new() };
