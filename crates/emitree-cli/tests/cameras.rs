@@ -401,8 +401,8 @@ fn a_budget_for_bodies_names_what_is_needed() {
     // Before the planet, behind it, and what it hides: three layers of 27 evaluations each.
     let run = folder.emitree("render scene.toml -o a.npy --max-evaluations 80");
     run.fails_with(2);
-    let text = "`max_evaluations` allows 80 evaluations, but the initial sampling of \
-                3 x 3 lines in 3 depths needs 81";
+    let text = "`max_evaluations` allows 80 evaluations, but the initial sampling of 3 x 3 lines in 3 \
+                depths needs 81";
     assert!(run.stderr.contains(text), "{}", run.stderr);
     folder.holds(&["scene.toml"]);
     let run = folder.emitree("render scene.toml -o a.npy --report r.json --max-evaluations 81");

@@ -162,7 +162,7 @@ fn outputs_that_can_not_be_written() {
     failing("-o a.npy --report scene.toml", &["the output scene.toml is the scene itself"]);
     failing(
         "-o a.npy --method los --error-map e.npy",
-        &["--error-map: equal steps have no error estimate"],
+        &["--error-map: uniform steps have no error estimate"],
     );
     failing(
         "-o a.npy --method los --progressive .",

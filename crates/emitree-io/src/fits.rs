@@ -166,7 +166,7 @@ pub enum FitsEncodeError {
         column: String,
         /// Its values.
         values: usize,
-        /// What would be accepted.
+        /// What was expected.
         expected: String,
     },
     /// More columns than a table may have.

@@ -5,10 +5,11 @@
 
 use crate::emission::Samples;
 use crate::error::RenderError;
+use crate::polling::advance;
 use core::fmt;
 use core::future::{Future, poll_fn};
 use core::pin::Pin;
-use core::task::{Context, Poll, Waker};
+use core::task::Poll;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The emission failed; the caller has its error.
@@ -113,11 +114,6 @@ impl Exchange {
     }
 }
 
-/// Runs a method up to its next request or its end.
-pub(crate) fn advance<T>(method: Pin<&mut (impl Future<Output = T> + ?Sized)>) -> Poll<T> {
-    method.poll(&mut Context::from_waker(Waker::noop()))
-}
-
 /// The result of a method whose requests are all answered by `evaluate`.
 pub(crate) fn drive<T>(
     exchange: &Exchange,
@@ -131,16 +127,6 @@ pub(crate) fn drive<T>(
         if let Some(mut batch) = exchange.take() {
             let evaluated = evaluate(&mut batch);
             exchange.answer(evaluated.map(|()| batch));
-        }
-    }
-}
-
-/// The result of a function that never has to wait.
-pub(crate) fn at_once<T>(function: impl Future<Output = T>) -> T {
-    let mut function = core::pin::pin!(function);
-    loop {
-        if let Poll::Ready(result) = advance(function.as_mut()) {
-            return result;
         }
     }
 }

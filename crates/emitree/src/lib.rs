@@ -54,6 +54,7 @@
 mod parallel;
 mod emission;
 mod known;
+mod polling;
 mod exchange;
 mod calls;
 mod meter;
@@ -78,6 +79,7 @@ mod method;
 mod paper;
 pub mod progress;
 mod options;
+mod checks;
 mod session;
 mod rendering;
 pub mod result;

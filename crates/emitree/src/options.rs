@@ -1,25 +1,21 @@
-//! Options of a rendering: the method and its own options, the limits, and who hears of it on the way.
+//! Options of a rendering: the method and its options, the limits, and the callbacks.
 
-use crate::error::{OptionError, RenderError};
-use crate::known::BYTES_PER_KNOWN_RATE;
 use crate::los::{LosOptions, Steps};
-use crate::memory::{check_size, evaluations_in_memory};
-use crate::meter::{Deadline, Limits};
 use crate::progress::{FrameCallback, Progress};
 use crate::tree::BuildOptions;
 use crate::vol::VolOptions;
 
-/// The way from g to the image.
+/// The method that computes the image from g.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Method {
-    /// The image to the error that was asked for: a tree in the image plane whose nodes are lines of
+    /// The image to a tolerance: a tree in the image plane whose nodes are lines of
     /// sight.
     Vol(VolOptions),
     /// The paper's: a sparse tree of cell averages, built by conservative subdivision, projected.
     ///
     /// An absolute threshold is in the unit of g. The tree's function is g times a weight of the
-    /// view, ds/dz · dΩ/(dx dy); its value for a line through the middle stands for all of them.
+    /// view, ds/dz · dΩ/(dx dy), which is taken as its value for a line through the middle.
     Paper(BuildOptions),
     /// Integration along lines of sight, pixel by pixel.
     Los(LosOptions),
@@ -44,7 +40,7 @@ impl From<LosOptions> for Method {
 }
 
 impl Method {
-    /// The name, as scenes write it.
+    /// The name in scenes.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Vol(_) => "vol",
@@ -72,14 +68,14 @@ impl Method {
 #[derive(Clone)]
 #[non_exhaustive]
 pub struct RenderOptions<'a> {
-    /// The way from g to the image.
+    /// The method that computes the image from g.
     pub method: Method,
     /// The largest number of evaluations of g.
     pub max_evaluations: u64,
     /// The longest time that the rendering may take \[s\], above 0; infinite for no limit. It ends with
     /// the best image so far and [`StopReason::Time`](crate::StopReason::Time). A call of g that has begun is waited for.
     pub max_seconds: f64,
-    /// What the image and the coarsest grid may take \[bytes\]; more is refused before anything is
+    /// The memory that the image and the coarsest grid may take \[bytes\]; more is an error before anything is
     /// allocated.
     pub max_memory_bytes: u64,
     /// The largest number of evaluations in one batch: a larger one is made in parts.
@@ -87,7 +83,7 @@ pub struct RenderOptions<'a> {
     /// Called after each call of g, from any thread, with the evaluations so far; may break.
     pub progress: Option<&'a Progress<'a>>,
     /// Called after each step that has made a better image, coarse first; may break. Only
-    /// [`Method::Vol`] has images on the way.
+    /// [`Method::Vol`] has intermediate images.
     pub frame: Option<&'a FrameCallback<'a>>,
 }
 
@@ -95,15 +91,16 @@ pub struct RenderOptions<'a> {
 /// in a few GiB.
 pub(crate) const DEFAULT_MAX_EVALUATIONS: u64 = 50_000_000;
 
-/// Memory that any workstation has.
+/// The memory of a usual workstation.
 const DEFAULT_MAX_MEMORY_BYTES: u64 = 8 << 30;
 
 impl<'a> RenderOptions<'a> {
     /// The largest number of evaluations of a rendering, if no other is given.
     pub const DEFAULT_MAX_EVALUATIONS: u64 = DEFAULT_MAX_EVALUATIONS;
 
-    /// The given method, or the method of the given options, with the default limits: equal steps along lines are counted beforehand and
-    /// have none, all else may make [`DEFAULT_MAX_EVALUATIONS`](Self::DEFAULT_MAX_EVALUATIONS).
+    /// The given method, or the method of the given options, with the default limits:
+    /// uniform steps along lines are counted beforehand and have no limit, the others
+    /// [`DEFAULT_MAX_EVALUATIONS`](Self::DEFAULT_MAX_EVALUATIONS).
     pub fn new(method: impl Into<Method>) -> Self {
         let method = method.into();
         let max_evaluations = match method {
@@ -174,50 +171,4 @@ impl core::fmt::Debug for RenderOptions<'_> {
             .field("batch_size", &self.batch_size)
             .finish_non_exhaustive()
     }
-}
-
-/// Refuses options out of range or without effect, and an image, or a cube of `bins` bands, beyond the memory allowed.
-pub(crate) fn check_options<E>(
-    shape: [usize; 2],
-    bins: Option<usize>,
-    options: &RenderOptions<'_>,
-) -> Result<(), RenderError<E>> {
-    if options.batch_size == 0 {
-        return Err(OptionError::BatchSize(0).into());
-    }
-    if options.max_seconds.is_nan() || options.max_seconds <= 0.0 {
-        return Err(OptionError::MaxSeconds(options.max_seconds).into());
-    }
-    match &options.method {
-        Method::Vol(vol) if bins.is_none() && !vol.line_energies.is_empty() => {
-            return Err(OptionError::LineEnergies.into());
-        }
-        Method::Vol(_) => {}
-        method if options.frame.is_some() => return Err(OptionError::Frame(method.name()).into()),
-        Method::Paper(_) | Method::Los(_) => {}
-    }
-    check_size(shape, bins, options)
-}
-
-/// Refuses callbacks, for a session whose caller has the loop and calls g.
-pub(crate) fn refuse_callbacks(options: &RenderOptions<'_>) -> Result<(), OptionError> {
-    let given = [("progress", options.progress.is_some()), ("frame", options.frame.is_some())];
-    match given.into_iter().find(|(_, is_given)| *is_given) {
-        Some((name, _)) => Err(OptionError::CallbackOfSession(name)),
-        None => Ok(()),
-    }
-}
-
-/// How often g may be called, and until when, counted from now.
-pub(crate) fn limits(
-    options: &RenderOptions<'_>,
-    whole_batches: bool,
-    keeps_rates: bool,
-) -> Limits {
-    let mut max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
-    if keeps_rates {
-        max_evaluations = max_evaluations.min(options.max_memory_bytes / BYTES_PER_KNOWN_RATE);
-    }
-    let deadline = Deadline::after_seconds(options.max_seconds);
-    Limits { max_evaluations, batch_size: options.batch_size, whole_batches, deadline }
 }

@@ -3,10 +3,10 @@
 use crate::image::Image;
 use core::ops::ControlFlow;
 
-/// Hears how many evaluations have been made so far, and may end the rendering.
+/// A callback with the number of evaluations so far, which may end the rendering.
 pub type Progress<'a> = dyn Fn(u64) -> ControlFlow<()> + Sync + 'a;
 
-/// An image on the way: what a rendering has after one of its steps.
+/// An intermediate image, after one step of a rendering.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Frame<'a> {
@@ -20,5 +20,5 @@ pub struct Frame<'a> {
     pub batches: u64,
 }
 
-/// Sees the image on the way, and may end the rendering.
+/// A callback with an intermediate image, which may end the rendering.
 pub type FrameCallback<'a> = dyn Fn(&Frame<'_>) -> ControlFlow<()> + Sync + 'a;

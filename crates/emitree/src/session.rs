@@ -3,16 +3,18 @@
 //! [`render()`](crate::render()) runs a session to its end.
 
 use crate::calls::{Calls, check_finite};
+use crate::checks::{check_options, limits, refuse_callbacks};
 use crate::cube::Cube;
 use crate::emission::{Emission, Samples};
 use crate::energy::EnergyAxis;
 use crate::error::RenderError;
-use crate::exchange::{Batch, MethodError, advance};
+use crate::exchange::{Batch, MethodError};
 use crate::image::Image;
 use crate::known::KnownRates;
 use crate::meter::{Meter, Shown};
 use crate::method::{self, Made};
-use crate::options::{Method, RenderOptions, check_options, limits, refuse_callbacks};
+use crate::options::{Method, RenderOptions};
+use crate::polling::advance;
 use crate::progress::{Frame, FrameCallback, Progress};
 use crate::projection::Projection;
 use crate::rendering::{RenderStats, Rendering, Values};
@@ -282,7 +284,7 @@ impl<'a, V: Values> Session<'a, V> {
             ));
         };
         if batch.len() != rates.len() {
-            let expected = format!("{}, one for each point asked for", batch.len());
+            let expected = format!("{}, one for each point of `ask`", batch.len());
             return Err(wrong_number(rates.len(), expected));
         }
         check_finite(&batch.samples(), rates)?;

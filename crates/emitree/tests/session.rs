@@ -206,7 +206,7 @@ fn wrong_answers_are_named_and_a_failed_step_can_be_repeated() {
     let refused = session.tell(&[1.0]).unwrap_err().to_string();
     assert_eq!(
         refused,
-        format!("1 rates were told: expected {wanted}, one for each point asked for")
+        format!("1 rates were given: expected {wanted}, one for each point of `ask`")
     );
     let emission = Fails(true.into());
     assert!(matches!(session.step(&emission), Err(RenderError::Emission(_))));
@@ -215,7 +215,7 @@ fn wrong_answers_are_named_and_a_failed_step_can_be_repeated() {
     }
     assert!(session.rendering().unwrap().converged());
     let refused = session.tell(&[1.0]).unwrap_err().to_string();
-    assert_eq!(refused, "1 rates were told: expected none, as the session waits for no rates");
+    assert_eq!(refused, "1 rates were given: expected none, as the session waits for no rates");
 
     session.resume([8, 8], &vol(1e-7)).unwrap();
     let nan = vec![f64::NAN; session.ask().map_or(0, |points| points.len())];

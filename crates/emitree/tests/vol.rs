@@ -143,8 +143,8 @@ fn a_budget_is_kept_and_its_image_is_as_good_as_is_said() {
     let error = render(&emission, &Canonical, SHAPE, &too_few).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "`max_evaluations` allows 26 evaluations, but the initial sampling of 3 x 3 lines in \
-         3 depths needs 27"
+        "`max_evaluations` allows 26 evaluations, but the initial sampling of 3 x 3 lines in 3 depths \
+         needs 27"
     );
 }
 

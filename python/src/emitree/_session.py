@@ -96,7 +96,7 @@ class Session:
         """
         count = self._native.waits_for()
         if count is None:
-            raise ValueError("rates are told: expected none, as the session waits for no rates")
+            raise ValueError("rates were given: expected none, as the session waits for no rates")
         unit = _units.to_text(self._options.get("unit"))
         self._native.tell(as_rates(rates, count, unit))
 

@@ -145,7 +145,7 @@ fn ending(format: Format) -> &'static str {
     format.description().endings.first().copied().unwrap_or_default()
 }
 
-/// The outputs of a scene when none is asked for: in this folder, named like the scene.
+/// The default outputs of a scene: in this folder, named like the scene.
 fn beside_nothing(scene: &Path) -> Vec<PathBuf> {
     let name = PathBuf::from(scene.file_name().unwrap_or("image".as_ref()));
     let formats = Format::ALL.into_iter().filter(|format| format.description().is_default);
@@ -256,7 +256,7 @@ fn check_method(arguments: &RenderArguments, scene: &Scene) -> Result<(), Failur
         Method::Los(options)
             if arguments.error_map.is_some() && matches!(options.steps, Steps::Fixed(_)) =>
         {
-            refuse("--error-map", "equal steps have no error estimate", other)
+            refuse("--error-map", "uniform steps have no error estimate", other)
         }
         Method::Paper(_) if arguments.progressive.is_some() && scene.energy.is_some() => {
             refuse("--progressive", "`paper` has no frames of a cube", "the method `vol`")

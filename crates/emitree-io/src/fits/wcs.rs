@@ -129,7 +129,7 @@ impl Wcs {
 
 impl WcsAxis {
     /// The code of the spherical projection whose plane the axis lies on, `TAN` for example; none
-    /// where the coordinate itself has equal steps. (`CAR` is the projection of equal steps.)
+    /// where the coordinate itself has uniform steps. (`CAR` is the projection of uniform steps.)
     ///
     /// ```
     /// use emitree_io::Wcs;

@@ -21,7 +21,7 @@ pub enum Format {
     Fits,
     /// The array file of `numpy`: the bare numbers of one image.
     Npy,
-    /// PNG: a picture for looking, not for numbers.
+    /// PNG: a picture for display, without the numbers.
     Png,
 }
 

@@ -46,9 +46,9 @@ pub enum GridReadError {
     TooLarge {
         /// The length of each axis.
         shape: Vec<usize>,
-        /// What it needs \[bytes\].
+        /// The memory that it needs \[bytes\].
         needed: u64,
-        /// What is allowed \[bytes\].
+        /// The memory that is allowed \[bytes\].
         allowed: u64,
     },
     /// Nothing of this name is in the file.

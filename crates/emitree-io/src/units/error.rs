@@ -61,7 +61,7 @@ pub enum UnitError {
         to: String,
         /// What that one measures.
         to_dimension: Dimension,
-        /// What would be accepted.
+        /// What was expected.
         expected: &'static str,
     },
     /// A length unit was needed, and this measures something else.

@@ -49,7 +49,7 @@ pub enum ModelError {
         parameter: &'static str,
         /// The value given.
         value: f64,
-        /// What would be accepted.
+        /// What was expected.
         expected: String,
     },
     /// A parameter that was not given follows from the others as a value that makes no sense.
@@ -66,7 +66,7 @@ pub enum ModelError {
         value: f64,
         /// The formula that it follows from.
         formula: &'static str,
-        /// What would be accepted.
+        /// What was expected.
         expected: String,
     },
 }

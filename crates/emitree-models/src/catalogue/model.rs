@@ -13,7 +13,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct ModelDescription {
-    /// The name, as scenes write it.
+    /// The name in scenes.
     pub name: &'static str,
     /// A title of a few words.
     pub title: &'static str,

@@ -6,7 +6,7 @@ use core::fmt;
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct ParameterDescription {
-    /// The name, as scenes write it.
+    /// The name in scenes.
     pub name: &'static str,
     /// The unit of its value, in the grammar of FITS; "1" if it has none.
     pub unit: &'static str,

@@ -1,7 +1,5 @@
 //! Options that are refused.
 
-use crate::vol::{BASE_LEVELS, Seed};
-
 /// An option that is out of range, or that the method does not use; each variant has the value given.
 ///
 /// ```
@@ -26,9 +24,14 @@ pub enum OptionError {
     /// A tolerance of adaptive steps that is not above 0.
     #[error("`tolerance` is {0}: expected a number above 0")]
     StepTolerance(f64),
-    /// A base level that method `vol` does not have: one of [`BASE_LEVELS`] was expected.
-    #[error("`base_level` is {0}: expected {first} to {last}", first = BASE_LEVELS.start(), last = BASE_LEVELS.end())]
-    BaseLevel(u8),
+    /// A base level that method `vol` does not have.
+    #[error("`base_level` is {level}: expected {} to {}", expected[0], expected[1])]
+    BaseLevel {
+        /// The level given.
+        level: u8,
+        /// The coarsest and the finest level that there are.
+        expected: [u8; 2],
+    },
     /// A base level that a tree in the world can't have.
     #[error("`base_level` is {0}: expected a level from 3 to 10")]
     WorldTreeBaseLevel(u8),
@@ -54,11 +57,27 @@ pub enum OptionError {
     )]
     FeatureLengthOfInfiniteView(f64),
     /// A seed whose position is not finite.
-    #[error("`seed.position` is {0:?}: expected three finite coordinates")]
-    SeedPosition(Seed),
+    #[error(
+        "`seed.position` is Seed {{ position: {position:?}, radius: {radius:?} }}: expected three \
+         finite coordinates"
+    )]
+    SeedPosition {
+        /// The position, in the scene's length unit.
+        position: [f64; 3],
+        /// The radius, in the same unit.
+        radius: f64,
+    },
     /// A seed whose radius is not a finite length above 0.
-    #[error("`seed.radius` is {0:?}: expected a finite length above 0")]
-    SeedRadius(Seed),
+    #[error(
+        "`seed.radius` is Seed {{ position: {position:?}, radius: {radius:?} }}: expected a finite \
+         length above 0"
+    )]
+    SeedRadius {
+        /// The position, in the scene's length unit.
+        position: [f64; 3],
+        /// The radius, in the same unit.
+        radius: f64,
+    },
     /// Energies of spectral lines without an energy axis.
     #[error("`line_energies` are given without an energy axis: expected none, or an energy axis")]
     LineEnergies,
@@ -98,15 +117,15 @@ impl OptionError {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Tolerance(_) | Self::StepTolerance(_) => "tolerance",
-            Self::BaseLevel(_) | Self::WorldTreeBaseLevel(_) => "base_level",
+            Self::BaseLevel { .. } | Self::WorldTreeBaseLevel(_) => "base_level",
             Self::WorldTreeOrder(_) => "order",
             Self::Lines(_) => "lines",
             Self::Steps(_) => "steps",
             Self::FeatureFraction(_)
             | Self::FeatureLength(_)
             | Self::FeatureLengthOfInfiniteView(_) => "smallest_feature",
-            Self::SeedPosition(_) => "seed.position",
-            Self::SeedRadius(_) => "seed.radius",
+            Self::SeedPosition { .. } => "seed.position",
+            Self::SeedRadius { .. } => "seed.radius",
             Self::LineEnergies => "line_energies",
             Self::Frame(_) => "frame",
             Self::CallbackOfSession(name) => name,

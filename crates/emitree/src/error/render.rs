@@ -1,4 +1,4 @@
-//! What can go wrong in a rendering.
+//! The errors of a rendering.
 
 use super::OptionError;
 use crate::tree::BuildError;
@@ -10,9 +10,9 @@ pub enum RenderError<E> {
     /// The image has no pixels.
     #[error("the image has {height} x {width} pixels (height x width): expected at least 1 x 1")]
     EmptyImage {
-        /// Rows asked for.
+        /// Rows requested.
         height: usize,
-        /// Columns asked for.
+        /// Columns requested.
         width: usize,
     },
     /// No pixel has a solid angle, or an area, that a radiance could be the mean over.
@@ -21,14 +21,14 @@ pub enum RenderError<E> {
          `field_of_view` or `extent`"
     )]
     NoSolidAngle,
-    /// What was asked for does not fit in the memory allowed; nothing was allocated.
+    /// The request does not fit in the memory allowed; nothing was allocated.
     #[error("{what} would take {} of memory: at most {} are allowed", bytes(*needed), bytes(*allowed))]
     TooLarge {
         /// The thing that is too large, with its size.
         what: String,
-        /// What it needs \[bytes\].
+        /// The memory that it needs \[bytes\].
         needed: u64,
-        /// What is allowed \[bytes\].
+        /// The memory that is allowed \[bytes\].
         allowed: u64,
     },
     /// An option is outside its range, or has no effect.
@@ -40,7 +40,7 @@ pub enum RenderError<E> {
     /// The budget does not suffice for the coarsest image of the method.
     #[error("`max_evaluations` allows {allowed} evaluations, but {what} needs {needed}")]
     Budget {
-        /// What has to be evaluated at the least.
+        /// The smallest possible sampling.
         what: String,
         /// The evaluations that it needs.
         needed: u64,
@@ -79,10 +79,10 @@ pub enum RenderError<E> {
         /// The value of the pixel.
         value: f64,
     },
-    /// Another number of rates than was asked for.
-    #[error("{number} rates were told: expected {expected}")]
+    /// The number of rates is not that of the requested points.
+    #[error("{number} rates were given: expected {expected}")]
     Rates {
-        /// The rates that were told.
+        /// The number of rates given.
         number: usize,
         /// How many were expected.
         expected: String,
@@ -160,7 +160,7 @@ impl<E> From<BuildError<Self>> for RenderError<E> {
     }
 }
 
-/// A number of bytes for people: "1.5 GiB".
+/// A number of bytes as text: "1.5 GiB".
 fn bytes(count: u64) -> String {
     let units = ["bytes", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
     let power = (count.max(1).ilog2() / 10) as usize;

@@ -55,7 +55,7 @@ pub trait Projection: Sync + core::fmt::Debug {
 
     /// Canonical coordinates of the world point at `position`: the inverse of
     /// [`world_from_canonical`](Self::world_from_canonical), outside the cube for a point that the
-    /// camera does not see; `None` if the point is on no line of sight or on all of them.
+    /// camera does not view; `None` if the point is on no line of sight or on all of them.
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]>;
 
     /// Solid angle \[sr\] per unit of the canonical image plane, dΩ/(dx dy), at (x, y); 0 where there

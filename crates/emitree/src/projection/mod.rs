@@ -1,8 +1,8 @@
 //! Projections: the map between the world and the canonical cube of a camera.
 //!
 //! The canonical cube is [0, 1]³: x and y on the image plane (see [the orientation](crate::Image)),
-//! z along the line of sight, 0 at the observer's side. A projection is the only thing that knows
-//! the geometry: the trees and the renderers see functions on the unit cube.
+//! z along the line of sight, 0 at the observer's side. Only projections contain
+//! the geometry: the trees and the renderers work on functions on the unit cube.
 //!
 //! A [`Camera`] is an [image plane](ImagePlane) (which line of sight belongs to which pixel) at a
 //! [`Viewpoint`](crate::Viewpoint), with a range of depths, [`Bounds`] of what can glow, and opaque bodies.
@@ -39,7 +39,7 @@ pub use plane::{
 };
 pub use view_geometry::ViewGeometry;
 
-/// Where a point of the canonical cube lies in the world.
+/// The world point of a point of the canonical cube.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MappedPoint {
     /// World position, in the length unit of the scene.
@@ -47,6 +47,6 @@ pub struct MappedPoint {
     /// Unit vector of emission: from the point to the observer.
     pub direction: [f64; 3],
     /// ds/dz: the path length along the line of sight, in the length unit, per unit of depth z.
-    /// Where it is 0 there is nothing to see, and g is not evaluated.
+    /// Where it is 0 the line of sight is not in the view, and g is not evaluated.
     pub path_per_depth: f64,
 }

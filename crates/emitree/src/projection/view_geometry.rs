@@ -27,7 +27,7 @@ use super::{MappedPoint, Projection};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait ViewGeometry: Projection {
-    /// What is seen at (x, y): the map is smooth where this does not change.
+    /// The region at (x, y): the map is smooth where this does not change.
     fn region(&self, _xy: [f64; 2]) -> Region {
         Region::Sky
     }
@@ -47,7 +47,7 @@ pub trait ViewGeometry: Projection {
         vec![Box::new(Whole(self))]
     }
 
-    /// The parts of an image that is several squares, from the lowest rows up, all alike in shape;
+    /// The parts of an image that is several squares, from the lowest rows up, all of one shape;
     /// none if the image is one piece.
     fn tiles(&self) -> Vec<&dyn Projection> {
         Vec::new()

@@ -48,7 +48,8 @@ fn check(vol: &VolOptions) -> Result<(), MethodError> {
         return Err(OptionError::Tolerance(vol.tolerance).into());
     }
     if !BASE_LEVELS.contains(&vol.base_level) {
-        return Err(OptionError::BaseLevel(vol.base_level).into());
+        let expected = [*BASE_LEVELS.start(), *BASE_LEVELS.end()];
+        return Err(OptionError::BaseLevel { level: vol.base_level, expected }.into());
     }
     Ok(())
 }

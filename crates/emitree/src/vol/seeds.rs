@@ -22,11 +22,11 @@ pub struct Seed {
 
 /// Returns an error for a seed with a position that is not finite or without a size.
 pub(crate) fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
-    for seed in seeds {
-        let refused = if !seed.position.iter().all(|x| x.is_finite()) {
-            OptionError::SeedPosition(*seed)
-        } else if !(seed.radius > 0.0 && seed.radius.is_finite()) {
-            OptionError::SeedRadius(*seed)
+    for &Seed { position, radius } in seeds {
+        let refused = if !position.iter().all(|x| x.is_finite()) {
+            OptionError::SeedPosition { position, radius }
+        } else if !(radius > 0.0 && radius.is_finite()) {
+            OptionError::SeedRadius { position, radius }
         } else {
             continue;
         };

@@ -37,7 +37,7 @@ pub enum PictureStyle {
     /// With axes, a title and a colour bar.
     #[cfg(feature = "figure")]
     Annotated {
-        /// Whether equal ratios, and not equal differences, are equal steps of colour.
+        /// Whether equal ratios, and not equal differences, are uniform steps of colour.
         logarithmic: bool,
     },
 }

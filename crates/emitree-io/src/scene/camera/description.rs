@@ -24,9 +24,9 @@ pub struct CameraDescription {
     pub keys: &'static [CameraKey],
     /// How its pixels are arranged.
     pub pixels: PixelLayout,
-    /// Whether lines of sight come from an eye, so that pixels have solid angles.
+    /// Whether there is a point observer, so that pixels have solid angles.
     pub has_solid_angles: bool,
-    /// Whether pixels lie on a plane with equal steps along x and y about the middle, so that a
+    /// Whether pixels lie on a plane with uniform steps along x and y about the middle, so that a
     /// point-spread function in pixels has a meaning.
     pub has_plane: bool,
     /// The coordinates of its images in FITS.
@@ -155,11 +155,11 @@ impl PlotAxis {
 /// The scale of an axis of an annotated picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlotScale {
-    /// Lengths, with equal steps, in the length unit of the scene.
+    /// Lengths, with uniform steps, in the length unit of the scene.
     Lengths,
-    /// Angles with equal steps \[deg\].
+    /// Angles with uniform steps \[deg\].
     Angles,
-    /// Angles whose tangents have equal steps, as on a flat screen \[deg\].
+    /// Angles whose tangents have uniform steps, as on a flat screen \[deg\].
     Tangents,
 }
 

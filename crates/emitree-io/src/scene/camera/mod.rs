@@ -36,7 +36,7 @@ impl Camera {
         &*self.projection
     }
 
-    /// Which camera it is.
+    /// The kind of camera.
     pub fn description(&self) -> &'static CameraDescription {
         self.description
     }

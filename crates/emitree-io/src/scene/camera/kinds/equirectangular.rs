@@ -59,7 +59,7 @@ impl ImageCoordinates for Angles {
 }
 
 impl Wcs {
-    /// Longitude and latitude about the pointing in equal steps, the projection CAR, for a field
+    /// Longitude and latitude about the pointing in uniform steps, the projection CAR, for a field
     /// of view of `fov_deg` = \[width, height\] \[deg\].
     ///
     /// At the canonical point (x, y) they are ((x − ½) · width, (y − ½) · height), longitudes
