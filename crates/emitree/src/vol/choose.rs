@@ -12,7 +12,7 @@ use crate::vol::lowrank::{self, Attempted};
 use crate::vol::seeds::check_seeds;
 use crate::vol::{BASE_LEVELS, VolOptions};
 
-/// The image that a camera sees, or the cube in the bins of `axis`, to the tolerance of `vol`.
+/// Renders an image, or a cube in the bins of `axis`, to the tolerance of `vol`.
 pub(crate) async fn render(
     meter: &Meter,
     tiles: &[Tile<'_>],
@@ -25,24 +25,24 @@ pub(crate) async fn render(
         None => lowrank::attempt(meter, tiles, vol).await?,
         Some(_) => Attempted::default(),
     };
-    let is_good = |found: &Made| found.ending == StopReason::Complete;
+    let is_complete = |found: &Made| found.ending == StopReason::Complete;
     let products = match products {
-        Some(products) if is_good(&products) => return Ok(products),
+        Some(products) if is_complete(&products) => return Ok(products),
         products => products,
     };
     match (products, by_tree(meter, tiles, axis, vol, samples).await) {
-        // The time has ended before the lines have given an image.
+        // The time limit was reached before lines gave an image.
         (Some(products), Err(RenderError::Time { .. })) => Ok(products),
         (products, tree) => {
             let tree = tree?;
-            // A limit may end both: then the better one counts.
+            // If a limit ended both, the one with the smaller estimated error is used.
             let is_better = |products: &Made| products.estimated_error() < tree.estimated_error();
-            Ok(products.filter(|p| !is_good(&tree) && is_better(p)).unwrap_or(tree))
+            Ok(products.filter(|p| !is_complete(&tree) && is_better(p)).unwrap_or(tree))
         }
     }
 }
 
-/// Refuses options out of range.
+/// Returns an error if an option is out of range.
 fn check(vol: &VolOptions) -> Result<(), MethodError> {
     if !(vol.tolerance > 0.0 && vol.tolerance < 1.0) {
         return Err(OptionError::Tolerance(vol.tolerance).into());

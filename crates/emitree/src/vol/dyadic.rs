@@ -1,24 +1,24 @@
 //! Dyadic places on the unit interval, and polynomials through values at them.
 //!
-//! A place counts steps of 2^−24, so that the same place has the same integer from every level. The
-//! lattice of level l has the places that are multiples of 2^−l; a place's own level is that of the
-//! coarsest lattice it is on.
+//! A place is a number of steps of 2^−24, so that it is the same integer on every level. The
+//! lattice of level l consists of the multiples of 2^−l. The level of a place is that of the
+//! coarsest lattice that contains it.
 
 use crate::cell::{self, whole};
 
-/// The deepest level of a place.
+/// The finest level of a place.
 pub(crate) const DEEPEST_LEVEL: u8 = 24;
-/// Steps of the unit interval.
+/// The number of steps in the unit interval.
 pub(crate) const STEPS: u32 = 1 << DEEPEST_LEVEL;
-/// Points of the longest stencil: degree 5, order 6.
+/// The number of points of the longest stencil: degree 5, order 6.
 pub(crate) const STENCIL: usize = 6;
 
-/// The level of the coarsest lattice that `place` is on.
+/// The level of the coarsest lattice that contains `place`.
 pub(crate) fn level_of(place: u32) -> u8 {
     if place.is_multiple_of(STEPS) {
         return 0;
     }
-    // At most 23 trailing zeros: the ends have been dealt with.
+    // At most 23 trailing zeros: the ends have returned already.
     DEEPEST_LEVEL.saturating_sub(place.trailing_zeros().try_into().unwrap_or(DEEPEST_LEVEL))
 }
 
@@ -32,12 +32,12 @@ pub(crate) fn unit(place: u32) -> f64 {
     f64::from(place) / f64::from(STEPS)
 }
 
-/// The place `distance` below (`up` = false) or above, if it is on the interval.
+/// The place at `distance` below `place`, or above it if `up`; `None` outside the interval.
 pub(crate) fn beside(place: u32, distance: u32, up: bool) -> Option<u32> {
     if up { Some(place + distance).filter(|&p| p <= STEPS) } else { place.checked_sub(distance) }
 }
 
-/// The place of the coarsest lattice that has one from `low` to `high`; the lowest of them.
+/// The lowest place from `low` to `high` of the coarsest lattice that has one there.
 pub(crate) fn coarsest_between(low: u32, high: u32) -> u32 {
     let place = |level: u8| low.next_multiple_of(spacing(level));
     (1..DEEPEST_LEVEL).map(place).find(|&place| place <= high).unwrap_or(low)
@@ -73,8 +73,9 @@ static HALFWAY_6: [[f64; 6]; 6] = halfway();
 /// The first index and the weights that predict the value midway between indices `interval` and
 /// `interval` + 1 of a lattice of `intervals` = 2^l intervals.
 ///
-/// Interpolating subdivision after Deslauriers & Dubuc 1989 (doi:10.1007/BF01889598), of `order` 4
-/// or 6, with the closest stencil at the ends, and all points of a lattice that has fewer.
+/// Interpolating subdivision after Deslauriers & Dubuc 1989 (doi:10.1007/BF01889598) of the given
+/// `order`. At the ends of the interval the closest stencil is used, on lattices with fewer points
+/// than `order` all points.
 pub(crate) fn midpoint_weights(
     order: usize,
     intervals: usize,
@@ -108,9 +109,10 @@ pub(crate) fn polynomial_weights(t: f64) -> [f64; STENCIL] {
     })
 }
 
-/// The value at `x` of the polynomial through the first [`STENCIL`] of `points` (x, value), or fewer.
+/// The value at `x` of the polynomial through the first [`STENCIL`] of the `points` (x, value), or
+/// through all if there are fewer.
 pub(crate) fn polynomial(points: &[(f64, f64)], x: f64) -> f64 {
-    // Loops of known length: this is the most frequent sum of all.
+    // Loops of constant length: this sum is evaluated more often than any other.
     match *points {
         [] => 0.0,
         [a] => through([a], x),
@@ -134,10 +136,11 @@ fn through<const N: usize>(points: [(f64, f64); N], x: f64) -> f64 {
     terms.iter().sum()
 }
 
-/// A dyadic place on the image plane, (x, y) in steps.
+/// A dyadic place in the image plane, (x, y) in steps.
 pub(crate) type Place = [u32; 2];
 
-/// The places around `place` at the given multiples of `distance`, those on the image.
+/// The places in the image at multiples of `distance` from `place`, up to `reach` along each axis,
+/// with these multiples.
 pub(crate) fn around(
     place: Place,
     distance: u32,
@@ -153,7 +156,7 @@ pub(crate) fn around(
     })
 }
 
-/// The place of a coordinate from 0 to 1.
+/// The place nearest below a coordinate from 0 to 1.
 pub(crate) fn from_unit(along: f64) -> u32 {
     cell::to_u32(whole(along * f64::from(STEPS))).min(STEPS)
 }

@@ -1,30 +1,30 @@
-//! Method `vol`: the image within a tolerance, from as few evaluations as possible.
+//! Method `vol`: an image to a tolerance, from as few evaluations as possible.
 //!
-//! There are two representations. If G has a low-rank approximation along the axes of the view, samples
-//! on a few crosses determine the image. Otherwise G is integrated line by line, and the lines are the
-//! nodes of a tree in the image plane: the image may be smooth where g is not, and its error is what the
-//! tolerance limits.
+//! There are two representations. If G has a low-rank approximation along the axes of the view,
+//! samples on a few crosses determine the image. Otherwise G is integrated line by line, and the
+//! lines are the nodes of an image tree: the image may be smooth where g is not, and the tolerance
+//! is for the image.
 //!
-//! The modules, each of which uses those before it only:
+//! The modules, each of which uses only those before it:
 //!
 //! * `dyadic`: places on the unit interval and on the image plane, predictions and polynomials;
-//! * `lattice`, `ascent`: scattered samples, the size of the structure that they detect, and ascents
-//!   from them; `least_squares`: local fits to scattered values;
-//! * `image`: the tree of the image plane: values and details of its nodes, the remaining error around
-//!   them, the error of each pixel, the nodes to be refined, means over pixels;
+//! * `lattice`, `ascent`: scattered samples, the size of the structure that they detect, and
+//!   ascents from them; `least_squares`: local fits to scattered values;
+//! * `image`: the tree of the image plane: values and details of its nodes, the remaining error
+//!   around them, the error of each pixel, the nodes to be refined, means over pixels;
 //! * `sampling`: samples of G in batches;
-//! * `line`: samples along one line, its integral and error; the lines of all nodes, their jumps and
-//!   what neighbours take from each other;
-//! * `seeds`: nodes and depths at structures that the caller names;
+//! * `line`: samples along one line, its integral and error; the lines of all nodes, their jumps,
+//!   and depths taken from neighbouring lines;
+//! * `seeds`: nodes and depths at structures that the options name;
 //! * `rule`: a few depths that integrate all lines of a block; the radiances of new nodes;
-//! * `spectrum`: spectra at single points, and the energies that explain them;
-//! * `view`: the [layers](crate::projection::Layer) of a view and their coverage fractions; a sheet, the image
-//!   tree of one layer at one energy; lines and samples that verify a sheet;
+//! * `spectrum`: spectra at single points, and the energies selected from them;
+//! * `view`: the [layers](crate::projection::Layer) of a view and their coverage fractions; a
+//!   sheet, the image tree of one layer at one energy; lines and samples that verify a sheet;
 //! * `engine`: the loop over all sheets, and the final verification;
-//! * `lowrank`: the low-rank approximation, with a forecast of its cost and of the tree's;
+//! * `lowrank`: the low-rank approximation, with forecasts of its cost and that of the tree;
 //! * `choose`: the low-rank approximation first, then the tree.
 //!
-//! [`VolOptions::tolerance`] says what is guaranteed, and what is not.
+//! The constants are in `tuning`. [`VolOptions::tolerance`] states what is not guaranteed.
 
 mod ascent;
 mod choose;
@@ -56,24 +56,24 @@ pub use seeds::Seed;
 /// The size of a small feature: the standard deviation of a Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FeatureSize {
-    /// As a fraction of the edge of the view's cube, above 0 and at most 1. Along each axis of the view
-    /// it is that fraction of the image's width, of its height and of the depth.
+    /// A fraction of the edge of the view's cube, above 0 and at most 1. Along each axis of the
+    /// view it is that fraction of the image's width, of its height and of the depth.
     Fraction(f64),
-    /// As a length in the scene's length unit, above 0: that fraction of the edge of a cube with the
-    /// volume of the view, whose depth has to be finite.
+    /// A length in the scene's length unit, above 0. It corresponds to its fraction of the edge of
+    /// a cube with the volume of the view, whose depth has to be finite.
     Length(f64),
 }
 
-/// The contrast of the smallest feature that is covered: the peak of the feature in the image, in units
-/// of the error allowed.
+/// The contrast of the smallest feature that is covered: its peak in the image, in units of the
+/// error allowed.
 pub const FEATURE_CONTRAST: f64 = 20.0;
 
-/// The base levels that there are.
+/// The possible base levels.
 pub const BASE_LEVELS: core::ops::RangeInclusive<u8> = 2..=7;
 
-/// Memory that one evaluation takes: its sample, and its share of the nodes and of what a round
-/// makes of them.
+/// The memory of one evaluation in bytes: its sample, with its share of the nodes and of the
+/// temporary data of a round.
 pub(crate) const BYTES_PER_EVALUATION: u64 = 640;
-/// Numbers for each pixel beside the image and its error: the copy that the choice is made on, the
-/// scale, and the columns of one axis.
+/// The numbers for each pixel in addition to the image and its error: the copy for the choice of
+/// nodes, the scale, and the columns of one axis.
 pub(crate) const MAPS: u64 = 4;

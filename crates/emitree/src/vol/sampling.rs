@@ -7,19 +7,20 @@ use crate::projection::Layer;
 use crate::site::{Site, Sites};
 use crate::vol::dyadic::{Place, unit};
 
-/// What keeps samples from being made.
+/// Reasons for which a batch is not evaluated.
 #[derive(Debug)]
 pub(crate) enum Stop {
-    /// The budget does not suffice for the batch, or the time has ended: there are no new rates.
+    /// The budget does not suffice for the batch, or the time limit was reached: there are no new
+    /// rates.
     Budget,
     Failed(MethodError),
 }
 
-/// Where G is sampled.
+/// The view in which G is sampled.
 pub(crate) struct View<'a> {
     pub(crate) meter: &'a Meter,
     pub(crate) layer: &'a dyn Layer,
-    /// Which of the tiles of the image it belongs to, and of how many.
+    /// The number of the tile of the image, and the number of tiles.
     pub(crate) tile: (usize, usize),
     /// The energy of all samples, if there is an energy axis.
     pub(crate) energy: Option<EnergySample>,
@@ -28,9 +29,9 @@ pub(crate) struct View<'a> {
 /// An energy at which G is sampled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EnergySample {
-    /// In the unit of the energy axis.
+    /// The energy in the unit of the energy axis.
     pub(crate) energy: f64,
-    /// dE/du over its mean: what G is weighted with.
+    /// dE/du over its mean, the weight of G.
     pub(crate) density: f64,
 }
 
@@ -46,7 +47,7 @@ impl View<'_> {
         Site { xy: [u[0], u[1]], point, energy, tile: self.tile }
     }
 
-    /// Samples at the energy of the view, in one batch.
+    /// G at the energy of the view, in one batch.
     pub(crate) async fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop> {
         let site = |i: usize| {
             let ([x, y], depth) = points[i];
@@ -56,14 +57,15 @@ impl View<'_> {
     }
 }
 
-/// Evaluates one batch, if the budget suffices for all of it.
+/// Evaluates one batch if the budget suffices for all of it.
 pub(crate) async fn evaluate(
     meter: &Meter,
     count: usize,
     site: &Sites<'_>,
 ) -> Result<Vec<f64>, Stop> {
     let left = meter.evaluations_left();
-    // Points at which nothing can be seen cost nothing; they are counted only where it matters.
+    // Points outside the view cost nothing; they are counted only if the budget may not suffice
+    // otherwise.
     let needed = || (0..count).filter(|&i| site(i).point.path_per_depth != 0.0).count() as u64;
     if count as u64 > left && needed() > left {
         return Err(Stop::Budget);

@@ -1,11 +1,11 @@
-//! Seeds: the nodes and depths at which structures that were named are looked at.
+//! Seeds: the nodes and depths that are sampled at structures which the options name.
 
 use crate::error::{OptionError, RenderError};
 use crate::projection::Layer;
 use crate::vol::dyadic::{Place, around, spacing, unit};
 
-/// Where the emission is known to have a structure that a coarse grid would miss: method
-/// [`Vol`](crate::Method::Vol) looks there down to the size of the structure.
+/// A known place of small structure that a coarse lattice would miss. Method
+/// [`Vol`](crate::Method::Vol) samples there down to the size of the structure.
 ///
 /// ```
 /// use emitree::vol::Seed;
@@ -14,13 +14,13 @@ use crate::vol::dyadic::{Place, around, spacing, unit};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seed {
-    /// The middle of the structure, in world coordinates and the scene's length unit.
+    /// The centre of the structure, in world coordinates and the scene's length unit.
     pub position: [f64; 3],
     /// Its radius, in the scene's length unit, above 0.
     pub radius: f64,
 }
 
-/// Finds a seed that is no place or has no size.
+/// Returns an error for a seed with a position that is not finite or without a size.
 pub(crate) fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
     for &Seed { position, radius } in seeds {
         let refused = if !position.iter().all(|x| x.is_finite()) {
@@ -35,7 +35,7 @@ pub(crate) fn check_seeds<E>(seeds: &[Seed]) -> Result<(), RenderError<E>> {
     Ok(())
 }
 
-/// What seeds ask to be looked at.
+/// The nodes and depths that seeds and failed verifications require.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SeedTargets {
     /// Nodes around the seeds, of all levels down to their size.
@@ -44,7 +44,8 @@ pub(crate) struct SeedTargets {
     found: Vec<FoundDepths>,
 }
 
-/// Depths at which an exam has found something, and how near to its place lines are sampled there.
+/// The depths of a failed line of a verification, and the distance from it within which new lines
+/// are sampled there.
 #[derive(Clone, Debug)]
 struct FoundDepths {
     centre: [f64; 2],
@@ -56,16 +57,16 @@ struct FoundDepths {
 #[derive(Clone, Copy, Debug)]
 struct SeedBox {
     centre: [f64; 3],
-    /// How near to it, along x and y, lines are sampled around its depth.
+    /// The distance along x and y within which lines are sampled around the depth of the seed.
     reach: f64,
     finest_level: u8,
 }
 
-/// Levels of depths, and of nodes on a finer image than there will be.
+/// The finest level of depths, and of nodes, for the smallest seeds.
 const FINEST_LEVEL: u8 = 20;
 
 impl SeedTargets {
-    /// Where to look for seeds that are in the view.
+    /// The nodes and depths for the seeds that are in view.
     pub(crate) fn at(seeds: &[Seed], layer: &dyn Layer, base_level: u8, finest_level: u8) -> Self {
         let mut targets = Self::default();
         for seed in seeds {
@@ -91,9 +92,9 @@ impl SeedTargets {
             }
             let of_depth = level_of_size(half[2]);
             if of_image <= base_level && of_depth <= base_level {
-                continue; // Every rendering looks as closely.
+                continue; // The base lattice resolves it.
             }
-            // Nodes may be no closer to the seed than the image's finest level lets them be.
+            // Nodes are no closer to the seed than the finest level of the image allows.
             let reach = f64::max(2.0 * half[0].max(half[1]), unit(spacing(finest_level)));
             targets.boxes.push(SeedBox { centre, reach, finest_level: of_depth.max(base_level) });
         }
@@ -102,7 +103,7 @@ impl SeedTargets {
         targets
     }
 
-    /// Looks at the nodes of `level` around a place too, and at the given depths on all lines that are
+    /// Requires the nodes of `level` around a place, and the given depths on all lines that are
     /// added near it.
     pub(crate) fn add_depths_around(&mut self, place: Place, level: u8, depths: &[u32]) {
         let [x, y] = place.map(unit);
@@ -115,12 +116,12 @@ impl SeedTargets {
         }
     }
 
-    /// Whether every rendering looks as closely.
+    /// Whether no seed needs nodes or depths beyond those of every rendering.
     pub(crate) fn are_none(&self) -> bool {
         self.places.is_empty() && self.boxes.is_empty()
     }
 
-    /// The depths that a line at `place` is to be sampled at besides; none if no seed is near.
+    /// The additional depths at which a line at `place` is sampled; none if no seed is near.
     pub(crate) fn depths(&self, place: Place) -> Vec<u32> {
         let mut depths = Vec::new();
         for seed in &self.boxes {
@@ -160,7 +161,7 @@ fn bracket(coordinate: f64, level: u8) -> [u32; 2] {
     [below, below + spacing(level)]
 }
 
-/// The nodes of the lattice of `level` in the interval around (x, y) and next to it.
+/// The nodes of the lattice of `level` around the interval that contains (x, y).
 fn places([x, y, _]: [f64; 3], level: u8) -> impl Iterator<Item = Place> {
     let corners = bracket(x, level).map(|x| bracket(y, level).map(|y| [x, y]));
     corners.into_iter().flatten().flat_map(move |corner| {

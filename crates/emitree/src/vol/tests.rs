@@ -1,4 +1,4 @@
-//! The choice between the two ways, against the image tree alone.
+//! Tests of the choice between the low-rank approximation and the image tree.
 
 use crate::calls::Calls;
 use crate::emission::FromFn;
@@ -17,7 +17,7 @@ use emitree_problems::family::random_scene;
 
 const SHAPE: [usize; 2] = [64, 64];
 
-/// Evaluations of the engine and of the image tree alone.
+/// Evaluations with the choice, and of the image tree alone.
 fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let emission = FromFn(|position, _| rate(position));
     let limits = Limits {
@@ -36,7 +36,7 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     meters.map(|meter| meter.evaluations())
 }
 
-/// The ratio of the two on random scenes: the largest, and the geometric mean.
+/// The ratio of these costs on random scenes: the largest, and the geometric mean.
 fn ratios(seeds: core::ops::Range<u64>, tolerance: f64) -> (f64, f64) {
     let ratio = |seed: u64| {
         let scene = random_scene(seed);
@@ -49,7 +49,7 @@ fn ratios(seeds: core::ops::Range<u64>, tolerance: f64) -> (f64, f64) {
     (largest, (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / count as f64).exp())
 }
 
-/// Without a word from the user, at a known price at the most.
+/// The choice needs no option and costs at most a known factor.
 #[test]
 fn the_choice_costs_little_at_one_percent() {
     let (largest, mean) = ratios(0..48, 0.01);
@@ -62,10 +62,11 @@ fn the_choice_pays_at_a_tenth_of_a_percent() {
     assert!(largest < 1.5 && mean < 0.8, "{largest} {mean}");
 }
 
-/// What is not separable costs little more than without the search for products.
+/// Emissions that are not separable cost little more than without the search for an interpolant.
 #[test]
 fn what_is_not_separable_costs_little_more() {
-    // Which lines the exam takes is chance: so several.
+    // The lines of the verification are scattered, so that single costs vary: sums over several
+    // cases are compared.
     let normals = [[0.48, 0.6, 0.64], [0.36, 0.48, 0.8], [0.6, 0.64, 0.48], [0.64, 0.48, 0.6]];
     let sheet = |normal: [f64; 3]| {
         move |r: [f64; 3]| {

@@ -1,4 +1,4 @@
-//! The base lattice: the lines that every rendering samples.
+//! The base lattice: the initial sampling of every rendering.
 
 use crate::exchange::MethodError;
 use crate::vol::dyadic::STEPS;
@@ -10,8 +10,8 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 
 impl Engine<'_> {
-    /// The lines of the base lattice at the first energy, and at all others that their spectra need;
-    /// whether the budget allowed it.
+    /// Samples the lines of the base lattice at the first energy, and at all further energies that
+    /// the spectra require. Returns whether the budget sufficed.
     pub(crate) async fn sample_initially(&mut self) -> Result<bool, MethodError> {
         let base = self.layers.len() as u64 * base_evaluations(self.base_level);
         let energy = if base + self.cost_of_first_energy() > self.meter.evaluations_left() {
@@ -31,8 +31,9 @@ impl Engine<'_> {
         }
     }
 
-    /// The lines of the base lattice of the sheets from `first` on, each refined by itself, to
-    /// the `tolerances` of all energies, or to that of the largest of them; whether the budget allowed it.
+    /// Samples the lines of the base lattice of the sheets from number `first` on, each refined
+    /// individually. The tolerances are those given for all energies, or follow from the largest
+    /// line. Returns whether the budget sufficed.
     pub(crate) async fn sample_base(
         &mut self,
         first: usize,
@@ -45,8 +46,8 @@ impl Engine<'_> {
         within_budget(sampled)
     }
 
-    /// Refines all lines of the base, step by step: the tolerance follows the largest of them unless
-    /// there is one for each energy.
+    /// Refines all base lines step by step. Unless there are fixed tolerances for all energies, the
+    /// tolerance follows the largest integral of a line.
     async fn refine_base(
         &mut self,
         first: usize,
@@ -63,7 +64,7 @@ impl Engine<'_> {
                 node_lines.assess(wanted.iter().map(|(i, _)| *i), *tolerance, *depth_level);
             }
             let largest = self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max);
-            let largest = largest.max(TUNING.engine.cancelled * self.brightest());
+            let largest = largest.max(TUNING.engine.cancellation_share * self.brightest());
             let following = self.line_share * self.tolerance * largest;
             for (sheet, tolerance) in self.sheets.iter().zip(&mut tolerances) {
                 *tolerance = match fixed {

@@ -1,10 +1,9 @@
-//! Coverage: scattered samples that tell how small a structure would have been seen.
+//! Coverage: scattered samples, and the size of the smallest structure that they detect.
 //!
-//! Lines lie on lattices, and what is compact may lie between all of them. So each layer of a view is
-//! sampled at scattered points too, and each sample is compared with what the lines around it let
-//! expect. From the samples that agree least an ascent looks for larger differences; what it finds gets
-//! a line of the exam. How large a difference passes is known at each sample, and with it the size of
-//! the Gaussian that is seen wherever it is.
+//! A compact structure may lie between all lines of a lattice. Each layer is therefore sampled at
+//! scattered points too, and each sample is compared with a local fit to the lines around it.
+//! Ascents from the largest differences find the lines of the final verification; the size of the
+//! smallest Gaussian that would be detected follows from the differences that pass.
 
 use crate::cell::whole;
 use crate::vol::ascent::{self, Ascents};
@@ -19,20 +18,21 @@ use crate::vol::view::verification_lines::Lines;
 /// The scattered samples of all layers of a view.
 #[derive(Debug)]
 pub(crate) struct Coverage {
-    /// The feature that was asked for, as a fraction of the view's cube.
+    /// The size of the smallest feature that the options name, as a fraction of the view's cube.
     wanted: Option<f64>,
     layers: Vec<LayerSamples>,
-    /// The size of the feature that is covered, once it is known.
+    /// The size of the smallest feature that is covered, once it has been determined.
     pub(crate) smallest: Option<f64>,
 }
 
 impl Coverage {
-    /// For features of a size that was asked for, with samples of the first layer that are `known`.
+    /// Coverage of features of the size `wanted`, with the samples of the first layer that are
+    /// `known`.
     pub(crate) fn new(wanted: Option<f64>, known: LayerSamples) -> Self {
         Self { wanted, layers: vec![known], smallest: None }
     }
 
-    /// Whether what was asked for is covered.
+    /// Whether the requested feature size is covered.
     pub(crate) fn is_sufficient(&self) -> bool {
         match (self.wanted, self.smallest) {
             (Some(wanted), Some(smallest)) => smallest <= wanted,
@@ -42,17 +42,16 @@ impl Coverage {
 }
 
 impl Engine<'_> {
-    /// Samples each layer at scattered points; the lines that are wanted where these differ from what is
-    /// known, for each sheet, with depths; `target` is the error allowed, in the unit of the image.
+    /// Samples each layer at scattered points. Returns for each sheet the lines, with depths, where
+    /// the samples differ from the fits; `target` is the error allowed, in the unit of the image.
     pub(crate) async fn verify_samples(&mut self, target: f64) -> Result<Vec<Lines>, Stop> {
         let layers = self.layers.len();
         self.coverage.layers.resize_with(layers, LayerSamples::default);
-        let of_evaluations =
-            TUNING.verification.samples_of_evaluations * self.meter.evaluations() as f64;
+        let of_evaluations = TUNING.verification.sample_share * self.meter.evaluations() as f64;
         let of_feature = self
             .coverage
             .wanted
-            .map_or(0, |size| lattice::points_to_see(size, TUNING.verification.seen_share));
+            .map_or(0, |size| lattice::points_to_detect(size, TUNING.verification.detection_share));
         let number = TUNING.verification.least_samples.max(whole(of_evaluations)).max(of_feature);
         let mut number = (number / self.tiles.len()).next_power_of_two();
         for _ in 0..=TUNING.verification.most_doublings {
@@ -75,8 +74,8 @@ impl Engine<'_> {
         Ok(vec![Vec::new(); self.sheets.len()])
     }
 
-    /// The lines wanted on one layer after so many scattered samples, and the size that these cover, if
-    /// anything is in view.
+    /// The lines to be verified on one layer after `number` scattered samples, and the feature size
+    /// that these cover; `None` if no sample is in view.
     async fn verify_layer(
         &mut self,
         layer: usize,
@@ -102,7 +101,7 @@ impl Engine<'_> {
             .take(ascents)
             .filter(|&i| effect(i) > TUNING.verification.sample_ascent_from)
             .collect();
-        // What is not followed passes: an excess below that of the last that is.
+        // No ascent begins at smaller effects than this one: they pass.
         let passed = order
             .get(ascents)
             .map_or(0.0, |&i| effect(i))
@@ -114,11 +113,12 @@ impl Engine<'_> {
         while let Some(points) = ascents.next(is_open) {
             let at: Vec<(Place, u32)> = points.iter().map(steps).collect();
             let rates = sheet.scan.view.rates(&at).await?;
-            ascents.take(verified.deviations(&points, &rates), size);
+            ascents.update(verified.deviations(&points, &rates), size);
         }
         let found = ascents.best();
-        let lines =
-            found.iter().filter(|(_, of)| verified.effect(of) > TUNING.verification.line_from);
+        let lines = found
+            .iter()
+            .filter(|(_, of)| verified.effect(of) > TUNING.verification.sample_line_from);
         let lines = lines.map(|(point, _)| verified.line_through(*point)).collect();
         let size = verified.size_covered(&samples.points, &deviations, passed);
         Ok((lines, Some(size)))

@@ -1,4 +1,4 @@
-//! The image so far: the sheets of all layers and energies added up, with what is not known of it.
+//! The current image: the sum of the sheets of all layers and energies, with its estimated error.
 
 use crate::cube::Cube;
 use crate::exchange::MethodError;
@@ -7,12 +7,12 @@ use crate::tile::Tile;
 use crate::vol::engine::Engine;
 use crate::vol::view::sheet::SheetState;
 
-/// The image so far, and what is known of its error.
+/// The current image with its estimated error.
 pub(crate) struct CurrentImage {
-    /// Image and error of each energy bin of each tile.
+    /// Image and error of each energy bin, for each tile.
     pub(crate) maps: Vec<Vec<[Image; 2]>>,
-    /// What each sheet has seen.
-    pub(crate) seen: Vec<SheetState>,
+    /// The state of each sheet.
+    pub(crate) states: Vec<SheetState>,
 }
 
 impl CurrentImage {
@@ -31,7 +31,7 @@ impl CurrentImage {
 
     /// The guarded details of the nodes of a sheet.
     pub(crate) fn guarded(&self, sheet: usize) -> &[f64] {
-        &self.seen[sheet].guarded
+        &self.states[sheet].guarded
     }
 
     fn largest(&self, kind: usize) -> f64 {
@@ -40,11 +40,11 @@ impl CurrentImage {
 }
 
 impl Engine<'_> {
-    /// The image and its error in each bin, from what has been seen so far.
+    /// The image and its estimated error in each bin, from all samples so far.
     pub(crate) fn assemble(&self) -> Result<CurrentImage, MethodError> {
         let nodal = self.energies.nodal_weights();
         let unexplained = self.spectra.as_ref().map_or(&[0.0][..], |spectra| &spectra.unexplained);
-        // Spectra that have not been sampled may be anything.
+        // The values of spectra that have not been sampled are not bounded by the sampled ones.
         let is_explained = self.spectra.as_ref().is_none_or(|spectra| spectra.are_explained);
         let least = if is_explained { 0.0 } else { self.brightest() };
         let empty = |tile: &Tile<'_>| {
@@ -57,15 +57,15 @@ impl Engine<'_> {
             unexplained.iter().map(of_bin).collect()
         };
         let mut maps: Vec<Vec<[Image; 2]>> = self.tiles.iter().map(empty).collect();
-        let mut seen = Vec::with_capacity(self.sheets.len());
+        let mut states = Vec::with_capacity(self.sheets.len());
         for sheet in &self.sheets {
             let (part, of_sheet) = sheet.assemble(&self.scales[sheet.tile], self.required_level);
-            seen.push(of_sheet);
+            states.push(of_sheet);
             let number = sheet.id.energy;
             let weights = &self.energies.selected[number].weights;
             let bins = maps[sheet.tile].iter_mut().zip(weights).zip(&nodal);
             for (([image, error], &weight), nodal) in bins {
-                // Later energies may refer to this one in bins where it has no weight itself.
+                // Later energies may be combined with this one in bins where its own weight is 0.
                 if nodal[number] != 0.0 {
                     error.add_scaled(&part.of_lines, nodal[number].abs());
                 }
@@ -75,7 +75,7 @@ impl Engine<'_> {
                 }
             }
         }
-        // If g is nowhere below 0, a pixel below 0 is wrong by no less than that.
+        // If no sample is negative, a negative pixel has at least the error of its size.
         if self.sheets.iter().all(|sheet| sheet.scan.node_lines.are_nowhere_negative()) {
             for [image, error] in maps.iter_mut().flatten() {
                 let pixels = error.pixels_mut().iter_mut().zip(image.pixels());
@@ -85,10 +85,11 @@ impl Engine<'_> {
         for (tile, maps) in self.tiles.iter().zip(&maps) {
             maps.iter().try_for_each(|[image, _]| tile.check_finite(image))?;
         }
-        Ok(CurrentImage { maps, seen })
+        Ok(CurrentImage { maps, states })
     }
 
-    /// The image and its error in one piece for each bin, and NaN where the projection has none.
+    /// The image and its error as one cube each, and NaN at pixels where the projection has no
+    /// image.
     pub(crate) fn finished(&self, current: &CurrentImage) -> [Cube; 2] {
         let of_bin = |bin: usize, kind: usize| {
             let mut map = Image::stacked(current.maps.iter().map(|maps| &maps[bin][kind]));
@@ -104,7 +105,7 @@ impl Engine<'_> {
         [0, 1].map(|kind| Cube::from_bands((0..bins).map(|bin| of_bin(bin, kind)).collect()))
     }
 
-    /// Shows the image so far, if somebody wants to see it.
+    /// Passes the current image to the observer of the rendering, if there is one.
     pub(crate) fn show(&self, current: &CurrentImage) {
         if self.meter.keeps_images() {
             self.meter.show(self.finished(current));

@@ -1,4 +1,4 @@
-//! The loop: look, develop the image and its error, open what is worth it, until it is good enough.
+//! The engine: image trees of all layers and energies, refined until the tolerance is met.
 
 mod current_image;
 mod base;
@@ -28,10 +28,10 @@ use crate::vol::view::scattered::{LayerSamples, fraction_of_view};
 use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::visible::{Visible, visible_layers};
 
-/// Levels of nodes that the places have room for, with two for the children and their neighbours.
+/// The finest level of nodes: two levels are left for children and their neighbours.
 const FINEST_LEVEL: u8 = 22;
 
-/// The same by image trees alone.
+/// Renders an image or a cube by image trees alone; `known` are samples of the first layer.
 pub(crate) async fn by_tree(
     meter: &Meter,
     tiles: &[Tile<'_>],
@@ -47,7 +47,8 @@ pub(crate) async fn by_tree(
     let layers = visible_layers(tiles, &layers, &mut scales);
     meter.check_time()?;
     let sheets = layers.len() as u64;
-    // Each of several tiles is a small part of the view, and finer in itself.
+    // Each of several tiles is a small part of the view, so that its base lattice is finer in the
+    // view.
     let wanted_level = vol.base_level.saturating_sub(u8::from(tiles.len() > 1)).max(1);
     let base_level = affordable_base_level(wanted_level, sheets, meter.evaluations_left())?;
     let goal = vol.tolerance.min(TUNING.engine.loosest_tolerance);
@@ -64,18 +65,19 @@ pub(crate) async fn by_tree(
         scales,
         requested: vol.tolerance,
         goal,
-        made_before: meter.evaluations(),
+        evaluations_before: meter.evaluations(),
         verification_lines: 1,
         coverage: Coverage::new(wanted, known),
         tolerance: if short { TUNING.engine.loosest_tolerance } else { goal },
-        line_share: TUNING.engine.line_share * (TUNING.engine.loosest_of_lines / goal).min(1.0),
+        line_share: TUNING.engine.line_share
+            * (TUNING.engine.loosest_line_tolerance / goal).min(1.0),
         is_strict: false,
         base_level,
         required_level: base_level + 1,
         finest_level: finest_level(tiles[0].shape, base_level),
     };
     let (current, ending) = engine.run().await?;
-    // A base coarser than the one asked for has not looked where it was asked to.
+    // A base lattice that is coarser than requested does not meet the request.
     let ending = if base_level < wanted_level { StopReason::Budget } else { ending };
     let [cube, error] = engine.finished(&current);
     let mut made = Made::new(cube, Some(error), ending);
@@ -85,7 +87,7 @@ pub(crate) async fn by_tree(
     Ok(made)
 }
 
-/// The base level wanted, or the finest one whose first look the budget allows.
+/// The requested base level, or the finest one whose initial sampling the budget allows.
 fn affordable_base_level(wanted: u8, sheets: u64, allowed: u64) -> Result<u8, MethodError> {
     let needed = |level| sheets * base_evaluations(level);
     (1..=wanted).rev().find(|&level| needed(level) <= allowed).ok_or_else(|| {
@@ -94,12 +96,12 @@ fn affordable_base_level(wanted: u8, sheets: u64, allowed: u64) -> Result<u8, Me
     })
 }
 
-/// Evaluations of the base lattice.
+/// The number of evaluations on the base lattice.
 pub(crate) fn base_evaluations(base_level: u8) -> u64 {
     ((1_u64 << base_level) + 1).pow(3)
 }
 
-/// The deepest level of nodes that the pixels can be the better for.
+/// The finest level of nodes that can improve the pixels.
 pub(crate) fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
     let of_pixels =
         height.max(width).next_power_of_two().trailing_zeros() + TUNING.engine.below_pixel_levels;
@@ -110,35 +112,35 @@ pub(crate) fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
 pub(crate) struct Engine<'b> {
     pub(crate) meter: &'b Meter,
     pub(crate) tiles: &'b [Tile<'b>],
-    /// The layers of all tiles, those of the first tile first.
+    /// The layers of all tiles, in the order of the tiles.
     pub(crate) layers: Vec<Visible<'b>>,
     pub(crate) seeds: &'b [Seed],
-    /// All layers at the first energy, then all at the second, and so on.
+    /// The image trees: all layers at the first energy, then all at the second, and so on.
     pub(crate) sheets: Vec<Sheet<'b>>,
     /// The energies of the sheets, and their weights in the bins.
     pub(crate) energies: Energies,
-    /// How energies are found, if there is an energy axis.
+    /// The spectra from which energies are selected, if there is an energy axis.
     pub(crate) spectra: Option<Spectra<'b>>,
-    /// For each tile, its radiances over means of the irradiance density.
+    /// For each tile and pixel, the ratio of its radiance to the mean of the irradiance density.
     pub(crate) scales: Vec<Image>,
-    /// The error that was asked for, relative to the largest pixel…
+    /// The requested tolerance, relative to the largest pixel.
     requested: f64,
-    /// …and the one to be met in the end, which may be stricter.
+    /// The tolerance at which refinement ends, which may be smaller than the requested one.
     goal: f64,
-    /// The error to be met first.
+    /// The tolerance of the current stage.
     pub(crate) tolerance: f64,
     pub(crate) line_share: f64,
-    /// Whether an exam has made lines stricter.
+    /// Whether a verification has reduced the tolerance of lines.
     pub(crate) is_strict: bool,
     pub(crate) base_level: u8,
-    /// The finest level that every rendering looks at.
+    /// The finest level whose nodes every rendering samples.
     pub(crate) required_level: u8,
     pub(crate) finest_level: u8,
-    /// Evaluations that were made before, for a search by products.
-    pub(crate) made_before: u64,
-    /// How many times the usual number of lines the next exam has.
+    /// The number of evaluations before, by the search for a low-rank approximation.
+    pub(crate) evaluations_before: u64,
+    /// The factor on the usual number of lines in the next verification.
     pub(crate) verification_lines: usize,
-    /// Scattered samples, and the size of what they see.
+    /// The scattered samples, and the size of the structure that they detect.
     pub(crate) coverage: Coverage,
 }
 
@@ -148,8 +150,8 @@ impl Engine<'_> {
         self.sheets.iter().map(|sheet| sheet.scan.node_lines.brightest()).fold(0.0, f64::max)
     }
 
-    /// The tolerance of a line at each energy, so that an error of `target` in a pixel leaves room for
-    /// all else: as much for each where it has its largest weight.
+    /// The tolerance of a line at each energy for an error of `target` in a pixel. All energies
+    /// have equal shares in the bins where their weights are largest.
     pub(crate) fn line_tolerances(&self, target: f64) -> Vec<f64> {
         let nodal = self.energies.nodal_weights();
         let largest = |k: usize| nodal.iter().map(|of_bin| of_bin[k].abs()).fold(0.0, f64::max);
@@ -164,7 +166,7 @@ impl Engine<'_> {
         scales.iter().map(|scale| self.line_share * target * scale / most).collect()
     }
 
-    /// The values of the sheets from `first` on, those of the earliest energy first.
+    /// Sets the values of the sheets from number `first` on, in the order of the energies.
     pub(crate) fn set_values(&mut self, first: usize) {
         for i in first..self.sheets.len() {
             let (earlier, rest) = self.sheets.split_at_mut(i);
@@ -178,7 +180,7 @@ impl Engine<'_> {
     }
 }
 
-/// Whether the budget allowed something that may have been stopped by it.
+/// Whether the budget sufficed for an operation.
 pub(crate) fn within_budget(result: Result<(), Stop>) -> Result<bool, MethodError> {
     match result {
         Ok(()) => Ok(true),

@@ -1,4 +1,4 @@
-//! The loop: sample, assemble the image and its error, refine where it is worthwhile, until the tolerance is met.
+//! The loop: sample, assemble the image and its error, refine, until the tolerance is met.
 
 use crate::cell::whole;
 use crate::exchange::MethodError;
@@ -14,23 +14,25 @@ use crate::vol::tuning::TUNING;
 
 impl Engine<'_> {
     pub(crate) async fn run(&mut self) -> Result<(CurrentImage, StopReason), MethodError> {
-        let before = self.made_before;
+        let before = self.evaluations_before;
         let mut within_budget = self.sample_initially().await?;
         let mut current = self.assemble()?;
-        // Lines that were refined by themselves: rules are cheaper.
+        // The first lines were refined individually, so that this is an upper limit: depth rules
+        // cost less.
         let nodes: usize = self.sheets.iter().map(|sheet| sheet.scan.tree.len()).sum();
         let mut cost_per_node = (self.meter.evaluations() - before) as f64 / nodes as f64;
         let mut halvings = 0;
         loop {
             let meter = self.meter;
             self.show(&current);
-            let largest = current.largest_pixel().max(TUNING.engine.cancelled * self.brightest());
+            let largest =
+                current.largest_pixel().max(TUNING.engine.cancellation_share * self.brightest());
             let met = |tolerance: f64| {
                 self.has_required_nodes(&current)
-                    && current.largest_error() <= TUNING.engine.stop * tolerance * largest
+                    && current.largest_error() <= TUNING.engine.stopping_share * tolerance * largest
             };
-            let [is_good, is_good_for_now] = [self.goal, self.tolerance].map(met);
-            if is_good {
+            let [meets_goal, meets_tolerance] = [self.goal, self.tolerance].map(met);
+            if meets_goal {
                 match self.verify(&current, self.requested * largest).await? {
                     Verdict::Passed => {
                         self.show(&current);
@@ -44,7 +46,7 @@ impl Engine<'_> {
             if !within_budget {
                 return self.conclude(current, StopReason::Budget).await;
             }
-            if is_good_for_now && !is_good {
+            if meets_tolerance && !meets_goal {
                 self.tolerance = self.next_tolerance();
             }
             let target = self.tolerance * largest;
@@ -61,7 +63,7 @@ impl Engine<'_> {
             let affordable =
                 meter.evaluations_left() as f64 / (TUNING.engine.cost_margin * cost_per_node);
             if count as f64 > affordable {
-                // Each sheet keeps its most worthwhile ones.
+                // Each sheet keeps the nodes with the largest contributions.
                 let kept = whole(affordable);
                 places.iter_mut().for_each(|places| places.truncate(places.len() * kept / count));
                 within_budget = total(&places) >= TUNING.engine.least_round;
@@ -78,8 +80,8 @@ impl Engine<'_> {
                     cost_per_node = spent / sampled as f64;
                 }
             } else {
-                // Fewer nodes may do, with what is left. Nodes where nothing is in view cost nothing, and
-                // those before may all have been such.
+                // The rest of the budget may suffice for fewer nodes. Nodes outside the view cost
+                // nothing, and all former ones may have been such.
                 cost_per_node = cost_per_node.max(1.0) * TUNING.engine.overrun_factor;
                 within_budget &= sampled >= TUNING.engine.least_round;
             }
@@ -92,8 +94,8 @@ impl Engine<'_> {
         }
     }
 
-    /// The end of a search that a limit has stopped: it has been stricter than what was promised, and may
-    /// have met that all the same.
+    /// Ends a search that a limit has stopped. The requested tolerance may be met although that of
+    /// the search is not, since it is stricter.
     async fn conclude(
         &mut self,
         current: CurrentImage,
@@ -105,15 +107,15 @@ impl Engine<'_> {
         Ok((current, if passed { StopReason::Complete } else { ending }))
     }
 
-    /// The tolerance that the rest of the budget may reach.
+    /// The tolerance that the rest of the budget is expected to suffice for.
     fn next_tolerance(&self) -> f64 {
         let (spent, left) = (self.meter.evaluations() as f64, self.meter.evaluations_left() as f64);
         let finer = ((spent + left) / spent).powf(-1.0 / TUNING.engine.cost_exponent);
-        // Half at the least: a smaller step would cost more than it brings.
+        // The tolerance is at least halved: smaller steps cost more than they improve.
         (self.tolerance * finer.min(0.5)).max(self.goal)
     }
 
-    /// The radiances of nodes at new `places` of each sheet; whether the budget allowed it.
+    /// Samples nodes at new `places` of each sheet. Returns whether the budget sufficed.
     async fn sample_nodes(
         &mut self,
         places: &[Vec<Place>],
@@ -122,23 +124,23 @@ impl Engine<'_> {
     ) -> Result<bool, MethodError> {
         let mut allowed = true;
         let tolerances = self.line_tolerances(target);
-        let sheets = self.sheets.iter_mut().zip(places).zip(&current.seen);
-        for ((sheet, places), seen) in sheets {
+        let sheets = self.sheets.iter_mut().zip(places).zip(&current.states);
+        for ((sheet, places), state) in sheets {
             let tolerance = sheet.line_tolerance(&tolerances);
-            allowed &= within_budget(sheet.sample_nodes(places, &seen.guarded, tolerance).await)?;
+            allowed &= within_budget(sheet.sample_nodes(places, &state.guarded, tolerance).await)?;
         }
         self.set_values(0);
         Ok(allowed)
     }
 
-    /// Whether all that every rendering looks at has been looked at, and what seeds have named.
+    /// Whether the nodes of all required levels and of all seeds exist.
     fn has_required_nodes(&self, current: &CurrentImage) -> bool {
-        current.seen.iter().all(|seen| seen.has_required)
+        current.states.iter().all(|state| state.has_required)
             && self.sheets.iter().all(|sheet| sheet.missing_seed_places().is_empty())
     }
 
-    /// The places to be looked at next on each sheet, the most worthwhile first. The sheets of a tile
-    /// compete for its error.
+    /// The places of the next nodes on each sheet, the largest contributions first. The sheets of a
+    /// tile compete for its error.
     fn choose(&self, current: &CurrentImage, target: f64) -> Vec<Vec<Place>> {
         let Self { finest_level, required_level, .. } = *self;
         let limits = ChoiceLimits { tolerance: target, finest_level, required_level };
@@ -148,13 +150,13 @@ impl Engine<'_> {
             let of_tile: Vec<usize> = of_tile.collect();
             let choice = |&i: &usize| {
                 let weights = &self.energies.selected[self.sheets[i].id.energy].weights;
-                self.sheets[i].choice(&current.seen[i], weights, &limits)
+                self.sheets[i].choice(&current.states[i], weights, &limits)
             };
             let choices: Vec<Choice<'_>> = of_tile.iter().map(choice).collect();
             let errors: Vec<&Image> = maps.iter().map(|[_, error]| error).collect();
             let nodes = worthwhile(&choices, &errors);
             for ((&i, choice), nodes) in of_tile.iter().zip(&choices).zip(nodes) {
-                places[i] = self.sheets[i].places(&current.seen[i], choice, nodes);
+                places[i] = self.sheets[i].places(&current.states[i], choice, nodes);
             }
         }
         places

@@ -1,4 +1,4 @@
-//! The energies of a cube: found from spectra, tested on spectra where new lines have looked.
+//! The energies of a cube: selected from sampled spectra, and verified with spectra on new lines.
 
 use crate::cell::{self, whole};
 use crate::energy::EnergyAxis;
@@ -13,7 +13,7 @@ use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::{Stop, View};
 use crate::vol::seeds::SeedTargets;
 use crate::vol::spectrum::bins::Bins;
-use crate::vol::spectrum::energies::{self, Energies, Rest};
+use crate::vol::spectrum::energies::{self, Energies, ResidualSpectrum};
 use crate::vol::spectrum::probes::{
     LINE_LEVEL, ProbePoint, SpectralProbes, SpotCheck, spectral_rates,
 };
@@ -22,20 +22,20 @@ use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::verification_lines::Verification;
 use std::collections::BTreeSet;
 
-/// What is known of the spectra.
+/// The sampled spectra, and the error that the selected energies leave.
 pub(crate) struct Spectra<'a> {
     probes: SpectralProbes<'a>,
-    /// What the energies leave in a voxel of each bin, as far as spectra have been sampled.
+    /// The largest residual of the sampled spectra in a voxel of each bin, with a margin.
     pub(crate) unexplained: Vec<f64>,
-    /// Whether all spectra that were to be sampled have been.
+    /// Whether all spectra could be sampled and are explained.
     pub(crate) are_explained: bool,
     share: f64,
-    /// Nodes of each sheet that scouts have been chosen from.
+    /// For each sheet, the number of nodes that spectral probes have been chosen from.
     probed: Vec<usize>,
 }
 
 impl<'a> Spectra<'a> {
-    /// `lines` are energies at which every spectrum is looked at, in the unit of the axis.
+    /// `lines` are energies, in the unit of the axis, at which every spectrum is sampled.
     pub(crate) fn new(axis: &'a EnergyAxis, lines: &[f64]) -> Self {
         let mut probes = SpectralProbes::new(Bins::new(axis));
         probes.add_line_energies(lines);
@@ -52,24 +52,25 @@ impl<'a> Spectra<'a> {
         self.probes.bins.axis
     }
 
-    /// The energies of the first look: a coarse lattice, and the lines that were named.
+    /// The energies at which the first energy is searched for: a coarse lattice, and the emission
+    /// lines that the options name.
     fn first_energies(&self) -> Vec<u32> {
         let lattice = (0..=1_u32 << TUNING.spectra.initial_level)
             .map(|k| k * spacing(TUNING.spectra.initial_level));
-        let mut energies: Vec<u32> = lattice.chain(self.probes.everywhere()).collect();
+        let mut energies: Vec<u32> = lattice.chain(self.probes.common_energies()).collect();
         energies.sort_unstable();
         energies.dedup();
         energies
     }
 
-    /// Leaves less to be unexplained.
+    /// Halves the residual that is allowed.
     pub(crate) fn tighten(&mut self) {
         self.share *= 0.5;
     }
 }
 
 impl<'b> Engine<'b> {
-    /// The energies at which lines were integrated, ascending.
+    /// The energies at which lines of sight were integrated, in ascending order.
     pub(crate) fn energies_used(&self) -> Vec<f64> {
         let Some(spectra) = &self.spectra else { return Vec::new() };
         let energy = |one: &energies::SelectedEnergy| spectra.axis().energy(unit(one.place));
@@ -94,7 +95,7 @@ impl<'b> Engine<'b> {
                 tree: ImageTree::default(),
                 node_lines: NodeLines::default(),
                 seeds: SeedTargets::at(self.seeds, layer, self.base_level, self.finest_level),
-                closes: false,
+                skips_closed: false,
             };
             self.sheets.push(Sheet {
                 id: SheetId { layer: layer_number, energy: number },
@@ -118,14 +119,14 @@ impl<'b> Engine<'b> {
         self.layers.iter().map(view).collect()
     }
 
-    /// How many evaluations the first look at energies takes.
+    /// The number of evaluations of the search for the first energy.
     pub(crate) fn cost_of_first_energy(&self) -> u64 {
         let energies = self.spectra.as_ref().map_or(0, |spectra| spectra.first_energies().len());
         (self.first_points().len() * energies) as u64
     }
 
-    /// Where on the energy axis a few points of the volume are brightest; the middle of the axis if
-    /// they are all dark.
+    /// The place on the energy axis at which a few points of the volume are brightest, or the
+    /// middle of the axis if all are dark.
     pub(crate) async fn brightest_energy(&self) -> Result<Option<u32>, Stop> {
         let Some(spectra) = &self.spectra else { return Ok(None) };
         let bins = &spectra.probes.bins;
@@ -148,10 +149,10 @@ impl<'b> Engine<'b> {
         if sums[brightest] > 0.0 {
             return Ok(Some(energies[brightest]));
         }
-        // A spectrum may lie between these energies: each point looks at others.
+        // Spectra may lie between these energies: each point is sampled at different ones.
         let (step, cell) = (spacing(TUNING.spectra.initial_level), spacing(LINE_LEVEL));
         let shifted = |(number, &point): (usize, &ProbePoint)| {
-            // The golden ratio keeps the shifts of any number of points apart.
+            // Multiples of the golden ratio give distinct shifts for any number of points.
             let shift = (0.618_033_988_749_895 * (number as f64 + 1.0)).fract();
             let shift = cell::to_u32(whole(shift * f64::from(step / cell))) * cell;
             (0..1_u32 << TUNING.spectra.initial_level).map(move |k| (point, k * step + shift))
@@ -165,7 +166,7 @@ impl<'b> Engine<'b> {
         Ok(Some(if is_dark { STEPS / 2 } else { points[brightest].1 }))
     }
 
-    /// The points of the first look at energies: the middles of equal parts of each layer.
+    /// The points of the search for the first energy: the centres of equal parts of each layer.
     fn first_points(&self) -> Vec<ProbePoint> {
         let per_axis = if self.layers.len() > TUNING.spectra.many_layers {
             TUNING.spectra.initial_points_of_many
@@ -182,8 +183,8 @@ impl<'b> Engine<'b> {
         (0..self.layers.len()).flat_map(of_layer).collect()
     }
 
-    /// The energies that the spectra on the base lines of the first one need, and their base lines;
-    /// whether the budget allowed it.
+    /// Selects the energies that the spectra on the base lines of the first one require, and
+    /// samples their base lines. Returns whether the budget sufficed.
     pub(crate) async fn sample_first_spectra(
         &mut self,
         first: Option<u32>,
@@ -193,47 +194,47 @@ impl<'b> Engine<'b> {
         let views = self.views();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
         let first = first.unwrap_or_default();
-        spectra.probes.sample_everywhere(first);
-        // How bright the voxels are is known once some of the spectra are.
+        spectra.probes.add_common_energy(first);
+        // The size of the voxels is known only after the first samples of the spectra.
         let mut sampled = within_budget(spectra.probes.sample(&views, f64::INFINITY).await)?;
         let largest = spectra.probes.largest();
         let allowed = spectra.share * self.tolerance * largest;
         sampled = sampled && within_budget(spectra.probes.sample(&views, allowed).await)?;
         let SpectralProbes { probes, bins, .. } = &spectra.probes;
-        let rest = |probe| self.energies.rest(probe, bins);
-        let mut rests: Vec<Rest> = probes.iter().map(rest).collect();
-        let effect = |i: &usize| rests[*i].effect_at(first, bins);
-        let brightest = (0..rests.len()).max_by(|a, b| effect(a).total_cmp(&effect(b)));
+        let residual = |probe| self.energies.residual(probe, bins);
+        let mut residuals: Vec<ResidualSpectrum> = probes.iter().map(residual).collect();
+        let effect = |i: &usize| residuals[*i].effect_at(first, bins);
+        let brightest = (0..residuals.len()).max_by(|a, b| effect(a).total_cmp(&effect(b)));
         let selected =
-            brightest.is_some_and(|i| self.energies.learn(&mut rests, i, Some(first), bins));
+            brightest.is_some_and(|i| self.energies.select(&mut residuals, i, Some(first), bins));
         if !selected {
-            // Nothing glows there, or it is not known what does.
+            // All spectra are dark there, or the budget did not suffice to sample them.
             let weight = if sampled { 0.0 } else { 1.0 };
             self.energies = Energies::unselected(first, bins.factors.len(), weight);
         }
         if !sampled {
             return Ok(false);
         }
-        Ok(self.learn_energies(largest).await?
+        Ok(self.select_energies(largest).await?
             && self.spot_check(largest).await?
-            && self.learn_energies(largest).await?)
+            && self.select_energies(largest).await?)
     }
 
-    /// Samples spectra on new lines, and adds the energies that they need; whether the budget
-    /// allowed it. `largest` is the largest voxel.
+    /// Samples spectra on new lines, and adds the energies that they require; `largest` is the
+    /// largest voxel. Returns whether the budget sufficed.
     pub(crate) async fn sample_spectra(&mut self, largest: f64) -> Result<bool, MethodError> {
         self.add_probes(TUNING.spectra.round_probes);
-        self.learn_energies(largest).await
+        self.select_energies(largest).await
     }
 
-    /// Adds energies until all sampled spectra are explained, with their base lines; whether the
-    /// budget allowed it.
-    async fn learn_energies(&mut self, largest: f64) -> Result<bool, MethodError> {
+    /// Adds energies, with their base lines, until all sampled spectra are explained. Returns
+    /// whether the budget sufficed.
+    async fn select_energies(&mut self, largest: f64) -> Result<bool, MethodError> {
         loop {
             let known = self.energies.len();
             let views = self.views();
             let Some(spectra) = &mut self.spectra else { return Ok(true) };
-            // How bright new ones are is part of the target.
+            // The target depends on the brightness of new spectra.
             if !within_budget(spectra.probes.sample(&views, f64::INFINITY).await)? {
                 spectra.are_explained = false;
                 return Ok(false);
@@ -250,7 +251,7 @@ impl<'b> Engine<'b> {
             let first = self.sheets.len();
             for &place in &places {
                 self.add_sheets(Some(place));
-                self.spectra.iter_mut().for_each(|spectra| spectra.probes.sample_everywhere(place));
+                self.spectra.iter_mut().for_each(|spectra| spectra.probes.add_common_energy(place));
             }
             let tolerances = self.line_tolerances(target);
             if !self.sample_base(first, Some(&tolerances)).await? {
@@ -262,8 +263,8 @@ impl<'b> Engine<'b> {
         }
     }
 
-    /// Adds energies until all sampled spectra are explained to their share of `target`; whether the
-    /// budget allowed it.
+    /// Adds energies until all sampled spectra are explained to their share of `target`. Returns
+    /// whether the budget sufficed.
     async fn explain_spectra(&mut self, target: f64) -> Result<bool, MethodError> {
         let views = self.views();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
@@ -272,20 +273,20 @@ impl<'b> Engine<'b> {
             + TUNING.spectra.more_energies;
         let mut sampled = within_budget(spectra.probes.sample(&views, allowed).await)?;
         let Spectra { probes, unexplained, .. } = &mut *spectra;
-        let rest = |probe| self.energies.rest(probe, &probes.bins);
-        let mut rests: Vec<Rest> = probes.probes.par_iter().map(rest).collect();
-        let left = energies::unexplained(&rests, &probes.bins);
-        *unexplained = left.iter().map(|left| TUNING.spectra.unseen_margin * left).collect();
+        let residual = |probe| self.energies.residual(probe, &probes.bins);
+        let mut residuals: Vec<ResidualSpectrum> = probes.probes.par_iter().map(residual).collect();
+        let left = energies::unexplained(&residuals, &probes.bins);
+        *unexplained = left.iter().map(|left| TUNING.spectra.unsampled_margin * left).collect();
         let mut goal = allowed;
         while sampled && self.energies.len() < most {
-            let worst =
-                (0..rests.len()).max_by(|a, b| rests[*a].largest().total_cmp(&rests[*b].largest()));
-            let Some(worst) = worst.filter(|&i| rests[i].largest() > goal) else { break };
-            goal = TUNING.spectra.selected_share * allowed;
-            probes.sharpen(worst, rests[worst].largest(), target / self.tolerance);
+            let worst = (0..residuals.len())
+                .max_by(|a, b| residuals[*a].largest().total_cmp(&residuals[*b].largest()));
+            let Some(worst) = worst.filter(|&i| residuals[i].largest() > goal) else { break };
+            goal = TUNING.spectra.selection_share * allowed;
+            probes.raise_precision(worst, residuals[worst].largest(), target / self.tolerance);
             sampled = within_budget(probes.sample(&views, allowed).await)?;
-            rests[worst] = self.energies.rest(&probes.probes[worst], &probes.bins);
-            if !self.energies.learn(&mut rests, worst, None, &probes.bins) {
+            residuals[worst] = self.energies.residual(&probes.probes[worst], &probes.bins);
+            if !self.energies.select(&mut residuals, worst, None, &probes.bins) {
                 break;
             }
         }
@@ -293,8 +294,8 @@ impl<'b> Engine<'b> {
         Ok(sampled)
     }
 
-    /// Adds scouts on lines that no scout has been chosen from yet, at the brightest depth and at
-    /// others in turn.
+    /// Adds spectral probes on lines that none has been chosen from, in turn at the brightest depth
+    /// and at others.
     fn add_probes(&mut self, most: usize) {
         let Some(spectra) = &mut self.spectra else { return };
         spectra.probed.resize(self.sheets.len(), 0);
@@ -307,7 +308,7 @@ impl<'b> Engine<'b> {
             spectra.probed[i] = node_lines.lines.len();
         }
         lines.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let of_brightest = TUNING.spectra.dim * lines.first().map_or(0.0, |line| line.0);
+        let of_brightest = TUNING.spectra.dim_share * lines.first().map_or(0.0, |line| line.0);
         let not_dim = lines.partition_point(|line| line.0 > of_brightest);
         let third = most.div_ceil(3);
         let spread = |from: usize, to: usize| {
@@ -317,7 +318,7 @@ impl<'b> Engine<'b> {
         let bright = third.min(lines.len());
         let chosen = (0..bright).chain(spread(bright, not_dim)).chain(spread(bright, lines.len()));
         let mut chosen: BTreeSet<usize> = chosen.collect();
-        // The brightest line of each energy.
+        // In addition, the brightest line of each energy has a probe.
         let mut energies = BTreeSet::new();
         let first_of_energy =
             |&number: &usize| energies.insert(self.sheets[lines[number].1].id.energy);
@@ -329,7 +330,8 @@ impl<'b> Engine<'b> {
             let mut by_rate: Vec<usize> = (0..line.samples.len()).collect();
             let rate = |s: &usize| line.samples[*s].rate.abs();
             by_rate.sort_by(|a, b| rate(b).total_cmp(&rate(a)).then(a.cmp(b)));
-            // The brightest sample, then one of the brighter half, and so on.
+            // Every second probe is at the brightest sample, the others are spread over the
+            // brighter half.
             let of_line = match number % 2 {
                 0 => 0,
                 _ => 1 + number / 2 % (by_rate.len() / 2).max(1),
@@ -341,13 +343,18 @@ impl<'b> Engine<'b> {
                 let point =
                     ProbePoint { layer: self.sheets[i].id.layer, place, depth: sample.depth };
                 let path = path_of(line, sample.rate);
-                spectra.probes.add(point, path, number.is_multiple_of(TUNING.spectra.full_probes));
+                spectra.probes.add(
+                    point,
+                    path,
+                    number.is_multiple_of(TUNING.spectra.full_probe_stride),
+                );
             }
         }
     }
 
-    /// Single samples on all lines of the base, each line at a part of the energies, and scouts where
-    /// those are not explained; whether the budget allowed it.
+    /// Compares single samples on all base lines, each at a part of the energies, with the selected
+    /// energies. Samples that are not explained become spectral probes. Returns whether the budget
+    /// sufficed.
     async fn spot_check(&mut self, largest: f64) -> Result<bool, MethodError> {
         let views = self.views();
         let layers = self.layers.len();
@@ -363,14 +370,14 @@ impl<'b> Engine<'b> {
                     let [a, b] = [best, k].map(|k| line.samples[k].rate.abs());
                     if b > a { k } else { best }
                 };
-                // Dark lines look at different depths.
+                // On dark lines the depth changes from line to line.
                 let samples = 0..line.samples.len();
                 let any = TUNING.spectra.depth_stride * i % samples.len().max(1);
                 let brightest = &line.samples[samples.fold(any, brighter)];
                 let path = path_of(line, brightest.rate);
                 let point =
                     ProbePoint { layer, place: tree.nodes()[i].place, depth: brightest.depth };
-                // Neighbours look at different energies.
+                // Neighbouring lines are sampled at different energies.
                 let [x, y] = point.place.map(|along| along / spacing(*base_level));
                 let first = (3 * x + y) % TUNING.spectra.checked_parts;
                 let rates = || {
@@ -392,8 +399,8 @@ impl<'b> Engine<'b> {
     }
 }
 
-/// The part of the unit depth that G fills when it is everywhere as large as at a sample of a line;
-/// all of it if that is not known.
+/// The effective path at a sample of a line: ∫ |G| dz over |G| there, at most 1; 1 if it is not
+/// defined.
 fn path_of(line: &Line, rate: f64) -> f64 {
     let path = line.brightness() / rate.abs();
     if path > 0.0 { path.min(1.0) } else { 1.0 }

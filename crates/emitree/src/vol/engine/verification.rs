@@ -1,11 +1,9 @@
-//! The final exam: lines of sight that took no part in an image tree, against what the tree says.
+//! The final verification: the image tree against lines of sight that are no nodes of it.
 //!
-//! An error estimate is made from the nodes themselves, and a structure between them is in none of it.
-//! So a tree that is good enough by its own estimate is compared with other lines, integrated in full
-//! from depths of their own: scattered ones, those where the estimate is largest, those through the
-//! scattered samples that agree least with the lines around them, and, from the worst of all, some
-//! nearby. Where one differs, the tree is refined and the exam is repeated with new lines; the former
-//! ones stay and are compared again.
+//! An error estimate is computed from nodes and contains nothing of the structure between them. A
+//! tree whose estimate is within the tolerance is therefore compared with other lines, which are
+//! integrated in full from finer depths. Where one differs, the tree is refined, and the
+//! verification is repeated with new lines; the former ones are compared again.
 
 use crate::cell::whole;
 use crate::exchange::MethodError;
@@ -17,44 +15,44 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification_lines::Lines;
 
-/// How an exam ended.
+/// The outcome of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// No line differs by more than is allowed.
     Passed,
-    /// New nodes are wanted.
+    /// New nodes are required.
     Failed,
-    /// A line differs between nodes of the finest level.
+    /// A line differs, and the nodes around it are of the finest level.
     AtFinestLevel,
-    /// The budget did not allow it.
+    /// The budget did not suffice for the verification.
     Unaffordable,
 }
 
-/// A line of an exam that differs from the tree.
+/// The difference of a line of the verification from the tree.
 #[derive(Clone, Copy, Debug)]
 struct Difference {
     sheet: usize,
-    /// The number of the line in the exam of its sheet.
+    /// The number of the line in the verification of its sheet.
     line: usize,
-    /// The difference in the image, over the error allowed there.
+    /// The difference in the image, in units of the error allowed.
     size: f64,
 }
 
 impl Engine<'_> {
-    /// Compares the image with lines that it was not made from, and asks for nodes where they differ;
-    /// `target` is the error allowed, in the unit of the image.
+    /// Compares the image with lines that it was not computed from, and requests nodes where they
+    /// differ; `target` is the error allowed, in the unit of the image.
     pub(crate) async fn verify(
         &mut self,
         current: &CurrentImage,
         target: f64,
     ) -> Result<Verdict, MethodError> {
-        let suspicious = match self.verify_samples(target).await {
+        let from_samples = match self.verify_samples(target).await {
             Err(Stop::Budget) => return Ok(Verdict::Unaffordable),
             Err(Stop::Failed(error)) => return Err(error),
-            Ok(suspicious) => suspicious,
+            Ok(from_samples) => from_samples,
         };
         let mut places: Vec<Lines> = Vec::with_capacity(self.sheets.len());
-        let made = self.meter.evaluations() - self.made_before;
+        let made = self.meter.evaluations() - self.evaluations_before;
         let affordable = TUNING.verification.share_of_evaluations * made as f64;
         let affordable = affordable / (TUNING.verification.cost_of_line * self.cost_of_full_line());
         let verified: usize = self.sheets.iter().map(|sheet| sheet.verification.places.len()).sum();
@@ -63,7 +61,7 @@ impl Engine<'_> {
             .saturating_sub(verified)
             .max(TUNING.verification.least_lines * times);
         let ascents = lines.div_ceil(TUNING.verification.lines_per_ascent);
-        // Each place is in view on some of the layers of its tile.
+        // Each place is in view on some of the layers of its tile only.
         let energies = self.sheets.len() / self.layers.len();
         let lines = lines.div_ceil(energies * self.tiles.len());
         for (i, sheet) in self.sheets.iter_mut().enumerate() {
@@ -73,7 +71,7 @@ impl Engine<'_> {
             of_sheet.extend(
                 sheet.edge_lines(whole((TUNING.verification.edge_share * lines as f64).ceil())),
             );
-            of_sheet.extend(suspicious[i].iter().cloned());
+            of_sheet.extend(from_samples[i].iter().cloned());
             places.push(of_sheet);
         }
         let tolerances = self.line_tolerances(target);
@@ -81,7 +79,7 @@ impl Engine<'_> {
         let mut sizes = vec![Vec::new(); self.sheets.len()];
         let first: Vec<usize> =
             self.sheets.iter().map(|sheet| sheet.verification.places.len()).collect();
-        for step in 0..=TUNING.verification.steps_of_ascent {
+        for step in 0..=TUNING.verification.line_ascent_steps {
             for i in 0..self.sheets.len() {
                 let tolerance = self.sheets[i].line_tolerance(&tolerances);
                 let of_sheet = core::mem::take(&mut places[i]);
@@ -90,10 +88,10 @@ impl Engine<'_> {
                 }
             }
             differences = self.differences(target, &mut sizes);
-            if step < TUNING.verification.steps_of_ascent {
+            if step < TUNING.verification.line_ascent_steps {
                 let rising = differences
                     .iter()
-                    .filter(|of| of.size > TUNING.verification.ascent_from)
+                    .filter(|of| of.size > TUNING.verification.line_ascent_from)
                     .take(ascents);
                 for of in rising {
                     places[of.sheet].extend(self.sheets[of.sheet].beside(of.line));
@@ -109,23 +107,23 @@ impl Engine<'_> {
             Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
             verdict => {
                 self.verification_lines =
-                    (2 * self.verification_lines).min(TUNING.verification.most_lines);
+                    (2 * self.verification_lines).min(TUNING.verification.most_line_factor);
                 Ok(verdict)
             }
         }
     }
 
-    /// Whether a line differs by more than the tree may say.
+    /// Whether a line differs by more than the error estimated there allows.
     fn has_failed(&self, of: &Difference, current: &CurrentImage, target: f64) -> bool {
         let sheet = &self.sheets[of.sheet];
         let [row, column] = sheet.pixel(sheet.verification.places.nodes()[of.line].place);
         let errors = current.errors(sheet.tile);
         let estimate = errors.iter().map(|error| error[(row, column)]).fold(0.0, f64::max);
-        of.size > TUNING.verification.failed
-            && of.size > (TUNING.verification.over_estimate * estimate / target).min(1.0)
+        of.size > TUNING.verification.failure_share
+            && of.size > (TUNING.verification.estimate_margin * estimate / target).min(1.0)
     }
 
-    /// Evaluations of a line that is integrated in full, on average.
+    /// The mean number of evaluations of a line that is integrated in full.
     fn cost_of_full_line(&self) -> f64 {
         let of_sheet = |sheet: &Sheet<'_>| {
             let node_lines = &sheet.scan.node_lines;
@@ -142,8 +140,9 @@ impl Engine<'_> {
         samples.max(1) as f64 / lines.max(1) as f64
     }
 
-    /// Integrates the lines of those sheets more carefully of which a line of this exam, the lines from `first`
-    /// on, has shown that the depths of nodes step over something. That has failed if there was one.
+    /// Integrates all lines of a sheet more carefully if the finer depths of a line of this
+    /// verification, one from number `first` on, have changed its integral. The verification has
+    /// failed if there is such a sheet.
     async fn refine_lines(
         &mut self,
         first: &[usize],
@@ -153,12 +152,13 @@ impl Engine<'_> {
         let steps_over = |&i: &usize| {
             let (sheet, weight) = (&self.sheets[i], self.largest_weight(i));
             let Scan { base_level, depth_level, .. } = sheet.scan;
-            // A line that grazes a surface on which g jumps steps over what only it meets.
+            // Where g jumps, a line that grazes a surface has structure that its neighbours do not
+            // have.
             !sheet.scan.node_lines.tracks_jumps
-                && depth_level < base_level + TUNING.verification.most_finer
+                && depth_level < base_level + TUNING.verification.most_depth_levels
                 && sheet.is_changed_by_depths(
                     first[i],
-                    TUNING.verification.stepped_over * target / weight,
+                    TUNING.verification.depth_change_share * target / weight,
                 )
         };
         let sheets: Vec<usize> = (0..self.sheets.len()).filter(steps_over).collect();
@@ -167,7 +167,7 @@ impl Engine<'_> {
         }
         let is_first = !core::mem::replace(&mut self.is_strict, true);
         if is_first {
-            self.line_share *= TUNING.verification.stricter;
+            self.line_share *= TUNING.verification.stricter_factor;
         }
         let tolerances = self.line_tolerances(target);
         for i in sheets {
@@ -178,7 +178,12 @@ impl Engine<'_> {
             let refined = match is_first {
                 true => scan.scan(scan.tree.len(), guarded, tolerance).await,
                 false => {
-                    scan.refine_depths(TUNING.verification.finer_at_once, guarded, tolerance).await
+                    scan.refine_depths(
+                        TUNING.verification.depth_levels_per_step,
+                        guarded,
+                        tolerance,
+                    )
+                    .await
                 }
             };
             if !within_budget(refined)? {
@@ -190,14 +195,14 @@ impl Engine<'_> {
         Ok(Verdict::Failed)
     }
 
-    /// The largest weight of a sheet in an energy bin.
+    /// The largest |weight| of a sheet in an energy bin.
     fn largest_weight(&self, sheet: usize) -> f64 {
         let weights = &self.energies.selected[self.sheets[sheet].id.energy].weights;
         weights.iter().fold(0.0, |most: f64, weight| most.max(weight.abs()))
     }
 
-    /// What all lines of exams differ by, the largest first; `sizes` has, for each sheet, what the first of
-    /// them change in a pixel, and gets those of the others.
+    /// The differences of all lines of all verifications, the largest first. For each sheet `sizes`
+    /// has the changes of a pixel by the first lines; those of the others are added.
     fn differences(&self, target: f64, sizes: &mut [Vec<f64>]) -> Vec<Difference> {
         let mut differences = Vec::new();
         for (i, sheet) in self.sheets.iter().enumerate() {
@@ -221,7 +226,8 @@ impl Engine<'_> {
         differences
     }
 
-    /// Asks for nodes around lines that failed, and has the nodes nearby sampled where those were.
+    /// Requests nodes around lines that failed, and samples the nodes nearby at the significant
+    /// depths of these lines.
     async fn refine_around(
         &mut self,
         failed: &[Difference],

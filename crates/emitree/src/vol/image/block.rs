@@ -1,8 +1,8 @@
-//! Blocks of the image plane, in each of which one depth rule may hold.
+//! Blocks of the image plane, for each of which a depth rule may be fitted.
 
 use crate::vol::dyadic::{Place, STEPS};
 
-/// A dyadic square of the image plane: 2^`level` of them along each axis.
+/// A dyadic square of the image plane, one of 2^`level` along each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Block {
     pub(crate) level: u8,
@@ -11,13 +11,13 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// The block of `level` that a place is in.
+    /// The block of `level` that contains a place.
     pub(crate) fn around(place: Place, level: u8) -> Self {
         let [column, row] = place.map(|along| (along / (STEPS >> level)).min((1 << level) - 1));
         Self { level, column, row }
     }
 
-    /// The quarter of this block that a place of it is in.
+    /// The quarter of this block that contains a place of it.
     pub(crate) fn quarter(self, place: Place) -> Self {
         Self::around(place, self.level + 1)
     }
@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn each_place_is_in_its_block_and_the_last_one_too() {
         for place in [[0, 0], [STEPS, STEPS], [STEPS / 2, STEPS / 3]] {
-            for level in 0..=TUNING.image.finest_blocks {
+            for level in 0..=TUNING.image.finest_block_level {
                 let block = Block::around(place, level);
                 assert!(block.contains(place, 0.0));
                 assert!(block.quarter(place).contains(place, 0.0));

@@ -1,4 +1,4 @@
-//! The error map: what remains around the nodes, spread over the pixels.
+//! The error map: the remaining errors around nodes, distributed over the pixels.
 
 use crate::image::Image;
 use crate::vol::dyadic::{spacing, unit};
@@ -6,17 +6,17 @@ use crate::vol::image::remaining::Remaining;
 use crate::vol::image::tree::Node;
 use core::ops::Range;
 
-/// Where what remains around one node reaches the image: the mean over each pixel of a hat as wide
-/// as the node's spacing on both sides.
+/// The effect of the remaining error around one node on the image: the mean over each pixel of a
+/// hat function that falls to 0 at one spacing of the node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint {
     centre: [f64; 2],
     half_width: f64,
-    /// What remains, times the share that does not cancel within a pixel.
+    /// The remaining error, times the share that does not cancel within a pixel.
     size: f64,
 }
 
-/// Means of a hat of height 1 over the pixels along one axis.
+/// Means of a hat function of height 1 over the pixels along one axis.
 #[derive(Clone, Debug)]
 struct Hat {
     first: usize,
@@ -25,7 +25,7 @@ struct Hat {
 
 impl Hat {
     fn new(centre: f64, half_width: f64, pixels: usize) -> Self {
-        // ∫ of the hat from its left end.
+        // The integral of the hat function from its left end.
         let integral = |x: f64| {
             let t = ((x - centre) / half_width).clamp(-1.0, 1.0);
             let of_unit = if t < 0.0 { 0.5 * (1.0 + t) * (1.0 + t) } else { 0.5 + t - 0.5 * t * t };
@@ -41,7 +41,7 @@ impl Hat {
     }
 }
 
-/// The pixels that the interval from `low` to `high` has a part of.
+/// The pixels that overlap the interval from `low` to `high`.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the axis")]
 fn covered(low: f64, high: f64, pixels: usize) -> Range<usize> {
     let number = pixels as f64;
@@ -54,19 +54,20 @@ impl Footprint {
     pub(crate) fn new(node: &Node, remaining: &Remaining, [height, width]: [usize; 2]) -> Self {
         let half_width = unit(spacing(node.level));
         let [x, y] = node.place.map(unit);
-        // Errors smaller than a pixel partly cancel in it: like those along a curve, as the root of
-        // their number.
+        // Errors on scales below a pixel partly cancel: along a curve their sum grows as the root
+        // of their number.
         let left = (half_width * height.max(width) as f64).min(1.0).sqrt();
         Self { centre: [x, y], half_width, size: remaining.size * left }
     }
 
-    /// The hats along the columns and the rows of a map: not kept, a coarse node covers much of it.
+    /// The hat functions along the columns and the rows of a map. They are not stored, since that
+    /// of a coarse node covers much of the map.
     fn hats(&self, map: &Image) -> (Hat, Hat) {
         let [x, y] = self.centre;
         (Hat::new(x, self.half_width, map.width()), Hat::new(y, self.half_width, map.height()))
     }
 
-    /// Adds `times` this footprint, pixel by pixel scaled with `scale`.
+    /// Adds `times` this footprint to `map`, scaled pixel by pixel with `scale`.
     pub(crate) fn add_to(&self, map: &mut Image, scale: &Image, times: f64) {
         let (along_columns, along_rows) = self.hats(map);
         let columns = along_columns.first..along_columns.first + along_columns.means.len();
@@ -80,7 +81,7 @@ impl Footprint {
         }
     }
 
-    /// The largest `scale` of the pixels that this footprint reaches.
+    /// The largest `scale` of the pixels in the footprint.
     pub(crate) fn largest_scale(&self, scale: &Image) -> f64 {
         let (along_columns, along_rows) = self.hats(scale);
         let columns = along_columns.first..along_columns.first + along_columns.means.len();
@@ -88,7 +89,7 @@ impl Footprint {
         rows.flat_map(|row| &scale.row(row)[columns.clone()]).copied().fold(0.0, f64::max)
     }
 
-    /// Whether a pixel that this footprint reaches, and whose `scale` is not 0, is above `limit`.
+    /// Whether a pixel in the footprint with a `scale` other than 0 is above `limit`.
     pub(crate) fn touches_above(&self, map: &Image, scale: &Image, limit: f64) -> bool {
         let (along_columns, along_rows) = self.hats(map);
         let columns = along_columns.first..along_columns.first + along_columns.means.len();
@@ -115,7 +116,7 @@ mod tests {
             let sum: f64 = hat.means.iter().sum();
             assert!((sum / pixels as f64 - half_width).abs() < 1e-15, "{centre} {half_width}");
         }
-        // Half of the hat lies outside the image.
+        // Half of the hat function lies outside the image.
         let half: f64 = Hat::new(1.0, 0.25, 16).means.iter().sum();
         assert!((half / 16.0 - 0.125).abs() < 1e-15);
     }

@@ -1,4 +1,4 @@
-//! The image plane: a tree of nodes, the error that remains between them, and pixels.
+//! The image plane: a tree of nodes, the errors that remain between them, and means over pixels.
 
 pub(crate) mod block;
 pub(crate) mod error_map;

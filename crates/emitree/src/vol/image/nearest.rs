@@ -1,17 +1,17 @@
-//! The nearest of many places on the image plane, found by buckets.
+//! Search for the nearest of many places in the image plane, with buckets.
 
 use crate::vol::dyadic::{DEEPEST_LEVEL, Place, spacing};
 
-/// Places in buckets of equal size, about two in each.
+/// Places in square buckets, about two in each.
 #[derive(Debug)]
 pub(crate) struct Nearest {
     /// There are 2^`level` buckets along each axis.
     level: u8,
-    /// (place, number) by bucket, row after row.
+    /// The places with their numbers, by bucket, row by row.
     buckets: Vec<Vec<(Place, usize)>>,
 }
 
-/// Buckets along an axis are no more than 2 to the power of this.
+/// The largest level of buckets.
 const FINEST_BUCKETS: u32 = 10;
 
 impl Nearest {
@@ -26,16 +26,16 @@ impl Nearest {
         Self { level, buckets }
     }
 
-    /// The squares of the distances and the numbers of the `count` places nearest to `place`, the
-    /// nearest first, the lower number first among equals.
+    /// The squares of the distances and the numbers of the `count` places nearest to `place`, by
+    /// distance and then by number.
     pub(crate) fn find(&self, place: Place, count: usize) -> Vec<(u64, usize)> {
         let mut nearest: Vec<(u64, usize)> = Vec::with_capacity(count + 1);
         let side = 1_usize << self.level;
         let centre = bucket(place, self.level);
         for ring in 0..side {
-            // All that is nearer than the ring's inner border has been seen.
-            let seen = (ring.saturating_sub(1) as u64) * u64::from(spacing(self.level));
-            if nearest.len() == count && nearest[count - 1].0 < seen * seen {
+            // All places nearer than the inner border of the ring have been compared.
+            let covered = (ring.saturating_sub(1) as u64) * u64::from(spacing(self.level));
+            if nearest.len() == count && nearest[count - 1].0 < covered * covered {
                 break;
             }
             for (column, row) in around(centre, ring, side) {
@@ -54,13 +54,13 @@ impl Nearest {
     }
 }
 
-/// Column and row of a place's bucket.
+/// Column and row of the bucket of a place.
 fn bucket(place: Place, level: u8) -> [usize; 2] {
     let last = (1_usize << level) - 1;
     place.map(|along| ((along >> (DEEPEST_LEVEL - level)) as usize).min(last))
 }
 
-/// Columns and rows of the buckets of a square ring.
+/// Columns and rows of the buckets in a square ring.
 fn around(
     [column, row]: [usize; 2],
     ring: usize,

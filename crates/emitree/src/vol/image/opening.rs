@@ -1,7 +1,8 @@
-//! Opening: which nodes get children, so that every pixel can be expected to be good enough.
+//! Opening: the choice of the nodes that get children.
 //!
-//! The largest contributions first, each taken off a copy of the error map, until no pixel is above
-//! the goal: a node next to a bad pixel is left alone if larger ones are expected to mend it.
+//! Nodes are opened in the order of their contributions. Each contribution is subtracted from a
+//! copy of the error map until no pixel is above the goal. A node beside a pixel with a large error
+//! is therefore not opened if larger contributions are expected to reduce that error.
 
 use crate::image::Image;
 use crate::vol::dyadic::{Place, around, spacing, unit};
@@ -11,31 +12,31 @@ use crate::vol::image::tree::{ImageTree, key};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashSet;
 
-/// What the choice is made from.
+/// The input of the choice for one tree.
 pub(crate) struct Choice<'a> {
     pub(crate) tree: &'a ImageTree,
     pub(crate) remaining: &'a [Remaining],
-    /// For each node, where what remains reaches the image, if anything does.
+    /// The footprint of the remaining error of each node, if there is one.
     pub(crate) footprints: &'a [Option<Footprint>],
-    /// What the tree's image is multiplied with in each energy bin.
+    /// The factors of the tree's image in each energy bin.
     pub(crate) weights: &'a [f64],
     pub(crate) scale: &'a Image,
     pub(crate) limits: ChoiceLimits,
 }
 
-/// What is allowed.
+/// The limits of the choice.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChoiceLimits {
     /// The error allowed, in the unit of the image.
     pub(crate) tolerance: f64,
-    /// The deepest level that nodes may have.
+    /// The finest level of nodes.
     pub(crate) finest_level: u8,
-    /// The finest level that every rendering looks at.
+    /// The finest level whose nodes every rendering samples.
     pub(crate) required_level: u8,
 }
 
-/// The nodes to be opened of each of the trees whose images add up, the most worthwhile first: they
-/// compete for the same errors, one map for each energy bin.
+/// The nodes to be opened of each of several trees whose images are added, the largest
+/// contributions first. The trees compete for the same error maps, one for each energy bin.
 pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<usize>> {
     let mut opened = vec![Vec::new(); choices.len()];
     let of_tree = |(tree, choice): (usize, &Choice<'_>)| {
@@ -44,7 +45,7 @@ pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<u
     };
     let mut candidates: Vec<_> = choices.iter().enumerate().flat_map(of_tree).collect();
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    // There may be thousands of bins: once for each tree, and not for each of their weights.
+    // Computed once for each tree: there may be thousands of bins.
     let least = |choice: &Choice<'_>| {
         TUNING.image.least_contribution * choice.limits.tolerance * choice.largest_weight()
     };
@@ -57,7 +58,11 @@ pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<u
         let matters = |weight: f64| contribution * weight.abs() >= least[tree];
         let bins = || choice.weights.iter().enumerate().filter(|(_, weight)| matters(**weight));
         let is_bad = |(bin, _): (usize, &f64)| {
-            footprint.touches_above(&expected[bin], choice.scale, TUNING.image.goal * tolerance)
+            footprint.touches_above(
+                &expected[bin],
+                choice.scale,
+                TUNING.image.pixel_goal * tolerance,
+            )
         };
         if bins().any(is_bad) {
             for (bin, weight) in bins() {
@@ -75,7 +80,8 @@ impl Choice<'_> {
         self.weights.iter().fold(0.0, |largest: f64, weight| largest.max(weight.abs()))
     }
 
-    /// The nodes that may be opened, with what each may contribute to a pixel's error in any bin.
+    /// The nodes that may be opened, each with its largest contribution to the error of a pixel in
+    /// any bin.
     fn candidates(&self) -> Vec<(f64, usize)> {
         let ChoiceLimits { tolerance, finest_level, .. } = self.limits;
         let [height, width] = [self.scale.height(), self.scale.width()].map(|n| n as f64);
@@ -90,7 +96,7 @@ impl Choice<'_> {
             }
             let half_width = unit(spacing(node.level));
             let share = (half_width * width).min(1.0) * (half_width * height).min(1.0);
-            // In the unit of the image: what a node has is multiplied with the scale on its way.
+            // Before the scale, which converts to the unit of the image.
             let unscaled = self.remaining[i].size * share * largest_weight;
             if unscaled * largest_scale < least {
                 continue;
@@ -103,9 +109,10 @@ impl Choice<'_> {
         candidates
     }
 
-    /// The places of the children that are missing around `nodes`, in that order, each once.
+    /// The places of the missing children around `nodes`, in the order of the nodes and without
+    /// repetition.
     pub(crate) fn places(&self, nodes: &[usize]) -> Vec<Place> {
-        let mut seen = FxHashSet::default();
+        let mut added = FxHashSet::default();
         let mut places = Vec::new();
         for &i in nodes {
             let node = self.tree.nodes()[i];
@@ -116,7 +123,7 @@ impl Choice<'_> {
                 if (diagonal_only && beside) || self.tree.find(child).is_some() {
                     continue;
                 }
-                if seen.insert(key(child)) {
+                if added.insert(key(child)) {
                     places.push(child);
                 }
             }

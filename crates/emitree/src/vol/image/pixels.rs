@@ -1,10 +1,10 @@
-//! Pixels: the means of the image tree's function over each of them.
+//! Pixels: the means of the function of an image tree over each of them.
 //!
-//! A mean over a pixel is a sum of the lattice's values, with the same weights along x for all rows
-//! and along y for all columns. On the finest lattice they are the integrals of the local quintics;
-//! on a coarser one they follow by the transposed subdivision. So the means are exact for the whole
-//! tree although no lattice finer than the pixels is ever filled: a finer node adds its detail times
-//! the weights of its own level.
+//! A mean over a pixel is a weighted sum of the values on a lattice. The weights along x are the
+//! same for all rows, those along y for all columns. On the finest lattice they are the integrals
+//! of the local quintics; those of a coarser one follow by transposed subdivision. The means are
+//! exact for the whole tree although no lattice finer than the pixels is filled: a finer node adds
+//! its detail times the weights of its own level.
 
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{GAUSS, STENCIL, STEPS, midpoint_weights, polynomial_weights, spacing};
@@ -18,7 +18,7 @@ pub(crate) struct AxisWeights {
     pixels: Vec<PixelWeights>,
 }
 
-/// A pixel's mean is Σ `weights`\[k\] · value\[`first` + k\].
+/// The weights of one pixel: its mean is Σ `weights`\[k\] · value\[`first` + k\].
 #[derive(Clone, Debug)]
 struct PixelWeights {
     first: usize,
@@ -26,13 +26,13 @@ struct PixelWeights {
 }
 
 impl AxisWeights {
-    /// The integrals of the local quintics of a lattice of 2^`level` intervals, 8 or more.
+    /// The weights on a lattice of 2^`level` intervals, 8 or more: integrals of the local quintics.
     pub(crate) fn finest(level: u8, pixels: usize) -> Self {
         let intervals = 1_usize << level;
         Self { intervals, pixels: (0..pixels).map(|p| quintic(intervals, p, pixels)).collect() }
     }
 
-    /// The weights of the same function's values on the next coarser lattice.
+    /// The weights of the values of the same function on the next coarser lattice.
     pub(crate) fn coarser(&self, order: usize) -> Self {
         let intervals = self.intervals / 2;
         Self {
@@ -41,9 +41,9 @@ impl AxisWeights {
         }
     }
 
-    /// The pixels on which the value at `index` may have a weight.
+    /// The pixels in which the value at `index` may have a weight other than 0.
     pub(crate) fn around(&self, index: usize) -> Range<usize> {
-        // A fundamental function of subdivision spans five intervals on either side.
+        // A fundamental function of subdivision extends over at most five intervals on either side.
         let from = index.saturating_sub(STENCIL) * self.pixels.len() / self.intervals;
         let to = ((index + STENCIL) * self.pixels.len()).div_ceil(self.intervals);
         from..to.min(self.pixels.len())
@@ -89,7 +89,7 @@ impl PixelWeights {
 /// The weights of pixel `pixel` of `pixels` on a lattice of `intervals`: the mean of the quintics
 /// through the six values around each interval.
 fn quintic(intervals: usize, pixel: usize, pixels: usize) -> PixelWeights {
-    // Borders in units of 1 / (intervals · pixels): whole numbers, shared by neighbours.
+    // Borders in units of 1 / (intervals · pixels): integers that neighbouring pixels share.
     let (from, to) = (pixel * intervals, (pixel + 1) * intervals);
     let first_interval = from / pixels;
     let last_interval = (to - 1) / pixels;
@@ -112,10 +112,10 @@ fn quintic(intervals: usize, pixel: usize, pixels: usize) -> PixelWeights {
     PixelWeights { first, weights }
 }
 
-/// The mean of the tree's function over each of `height` × `width` pixels, row after row.
+/// The mean of the tree's function over each of `height` × `width` pixels, row by row.
 pub(crate) fn pixel_means(tree: &ImageTree, [height, width]: [usize; 2]) -> Vec<f64> {
     let finest = tree.finest_level().max(3);
-    // No lattice has to be finer than the pixels are along their longer side.
+    // The filled lattice is not finer than the longer side of a pixel.
     let of_pixels = height.min(width).next_power_of_two().trailing_zeros();
     let filled = finest.min(u8::try_from(of_pixels).unwrap_or(u8::MAX).max(3));
     let mut means = vec![0.0; height * width];
@@ -127,7 +127,7 @@ pub(crate) fn pixel_means(tree: &ImageTree, [height, width]: [usize; 2]) -> Vec<
     }
     let lattice = fill(tree, filled);
     let points = (1_usize << filled) + 1;
-    // Columns first: a row of pixels' means for each row of the lattice.
+    // Columns first: the means over columns of pixels, for each row of the lattice.
     let mut rows = vec![0.0; points * width];
     rows.par_chunks_mut(width).zip(lattice.par_chunks(points)).for_each(|(row, values)| {
         for (mean, pixel) in row.iter_mut().zip(&x.pixels) {
@@ -146,7 +146,7 @@ pub(crate) fn pixel_means(tree: &ImageTree, [height, width]: [usize; 2]) -> Vec<
     means
 }
 
-/// Adds what one node's detail gives to each pixel.
+/// Adds the contribution of the detail of one node to each pixel.
 fn add_detail(means: &mut [f64], node: &Node, x: &AxisWeights, y: &AxisWeights) {
     let step = spacing(node.level);
     let [i, j] = node.place.map(|along| (along / step) as usize);
@@ -161,7 +161,7 @@ fn add_detail(means: &mut [f64], node: &Node, x: &AxisWeights, y: &AxisWeights) 
     }
 }
 
-/// The values of the tree's function on the lattice of `level`, row after row of equal y.
+/// The values of the tree's function on the lattice of `level`, row by row of equal y.
 fn fill(tree: &ImageTree, level: u8) -> Vec<f64> {
     let mut by_level: Vec<Vec<&Node>> = vec![Vec::new(); usize::from(level) + 1];
     for node in tree.nodes().iter().filter(|node| node.level <= level) {
@@ -181,7 +181,8 @@ fn fill(tree: &ImageTree, level: u8) -> Vec<f64> {
     values
 }
 
-/// The next finer lattice by prediction of `order` alone, from one of `intervals` along each axis.
+/// The values on the next finer lattice, predicted with `order` from a lattice with `intervals`
+/// intervals along each axis.
 fn subdivide(order: usize, values: &[f64], intervals: usize) -> Vec<f64> {
     let (points, finer) = (intervals + 1, 2 * intervals + 1);
     let mut wide = vec![0.0; points * finer];

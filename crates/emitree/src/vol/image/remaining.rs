@@ -1,71 +1,68 @@
-//! What remains unseen around each node of the image tree.
+//! The remaining error around each node of the image tree: its guarded detail times a decay.
 //!
-//! A node's *guarded* detail is its own or, if that is larger, a share of its neighbours': a detail
-//! that is small by accident does not end the search. What remains is the guarded detail times a
-//! decay, and the decay is believed only below the levels that are always looked at. A node is
-//! followed in two steps: first its four diagonal children, which see what varies along x, along y
-//! or along both; then, if those still matter, the four children beside it. Most nodes never need
-//! the second step, and it has two thirds of the children. Last, what the children of neighbours
-//! have found is expected of a node's own.
-//!
-//! A node at which nothing is seen has a value that is continued from others. How wrong that may be
-//! remains as well, as long as an edge passes between the node and its neighbours and some of its
-//! children are missing: the image on the open side is interpolated from it.
+//! The *guarded* detail is the node's own or, if that is larger, a share of the details of its
+//! neighbours, so that an accidentally small detail does not end the refinement. Nodes are refined
+//! in two steps: the four diagonal children detect variation along x, along y and along both; the
+//! four children beside the node follow if its remaining error still matters, which is seldom.
 
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, STENCIL, around, beside, spacing};
 use crate::vol::image::tree::{Around, ImageTree, Node};
 use crate::vol::tuning::TUNING;
 
-/// Nodes that are worth a thread of their own.
+/// The smallest number of nodes that is given to a thread.
 const NODES_AT_ONCE: usize = 64;
 
-/// How far a node's children are there.
+/// Which children of a node exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Children {
     /// Some of the four diagonal children are missing.
     None,
-    /// The diagonal children are there, some of the four beside the node are missing.
+    /// The diagonal children exist; some of the four beside the node are missing.
     Diagonal,
-    /// All eight are there.
+    /// All eight exist.
     All,
 }
 
-/// What remains around one node.
+/// The remaining error around one node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Remaining {
     pub(crate) children: Children,
-    /// The largest error of the image that is expected to be left there, in the unit of the values.
+    /// The largest expected error of the image around the node, in the unit of the values.
     pub(crate) size: f64,
 }
 
-/// The guarded details of all nodes, whose details are up to date.
+/// The guarded details of all nodes, whose details have to be up to date.
 pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
     let nodes = tree.nodes();
     let guarded = |place: Place, level: u8, detail: f64| {
         let neighbours = around(place, spacing(level), 2).filter_map(|(i, j, at)| {
             let neighbour = nodes[tree.find(at)?];
             let share = if i.abs().max(j.abs()) == 1 {
-                TUNING.image.next_guard
+                TUNING.image.first_neighbour_guard
             } else {
-                TUNING.image.second_guard
+                TUNING.image.second_neighbour_guard
             };
-            (neighbour.level == level).then_some(share * neighbour.seen())
+            (neighbour.level == level).then_some(share * neighbour.detail_size())
         });
         neighbours.fold(detail, f64::max)
     };
     let nodes = nodes.par_iter().with_min_len(NODES_AT_ONCE);
-    nodes.map(|node| guarded(node.place, node.level, node.seen())).collect()
+    nodes.map(|node| guarded(node.place, node.level, node.detail_size())).collect()
 }
 
-/// What remains around each node, given the `guarded` details; `required_level` is the finest level that
-/// every rendering looks at.
+/// The remaining error around each node, given the `guarded` details; `required_level` is the
+/// finest level whose nodes every rendering samples.
+///
+/// A closed node has a value that is continued from others. The error of that value remains as long
+/// as an edge passes between the node and its neighbours and some of its children are missing: the
+/// image on the open side is interpolated from it.
 pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -> Vec<Remaining> {
     let has_kinks = tree.order() < STENCIL;
     let margin = if has_kinks { TUNING.image.kink_margin } else { 1.0 };
     let sibling_share =
         if has_kinks { TUNING.image.sibling_share_of_kinks } else { TUNING.image.sibling_share };
-    let largest = tree.largest_seen();
+    let largest = tree.largest_value();
     let of_node = |i: usize| {
         let node = tree.nodes()[i];
         if node.level + 1 < required_level {
@@ -78,7 +75,7 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -
         }
         let before = guarded[i] * near.decay(guarded, required_level);
         let size = match children {
-            // The levels that are always looked at are not looked at in two steps.
+            // Nodes of the required levels get all children in one step.
             Children::Diagonal if node.level >= required_level => {
                 of_diagonals.max(TUNING.image.after_diagonals * before)
             }
@@ -87,40 +84,40 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -
         let of_siblings = sibling_share * near.largest_sibling();
         let of_edge = if near.is_beside_edge() { TUNING.image.edge_margin } else { 1.0 };
         let size = margin * of_edge * size.max(of_siblings);
-        let unknown = match node.around {
+        let continuation_error = match node.around {
             Around::Closed => 0.0,
-            // Known from no neighbour: it may be as bright as anything else.
+            // No neighbour bounds it: it may be as large as any other value.
             Around::Between => largest,
-            Around::Beside => (TUNING.image.edge_margin * node.unknown).min(largest),
+            Around::Beside => (TUNING.image.edge_margin * node.continuation_error).min(largest),
         };
-        Remaining { children, size: size.max(unknown) }
+        Remaining { children, size: size.max(continuation_error) }
     };
     let nodes = (0..tree.len()).into_par_iter().with_min_len(NODES_AT_ONCE);
     nodes.map(of_node).collect()
 }
 
-/// The lattice of a node's children around it, as far as the next nodes of its own.
+/// The lattice of the children of a node, up to the next nodes of its own lattice.
 struct Near<'a> {
     tree: &'a ImageTree,
     /// The number of the node.
     centre: usize,
-    /// What is at each place, column by column.
+    /// The state of each place, column by column.
     found: [[Found; 5]; 5],
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Found {
-    /// The place is not on the image.
+    /// The place is outside the image.
     Outside,
     /// There is no node.
     Missing,
     Node(usize),
 }
 
-/// Steps to all children: one to either side, or none.
+/// The steps to all children: one to either side, or none.
 const CHILDREN: [(usize, usize); 8] =
     [(1, 1), (1, 2), (1, 3), (2, 1), (2, 3), (3, 1), (3, 2), (3, 3)];
-/// Steps to the next nodes of the own lattice.
+/// The steps to the next nodes of the node's own lattice.
 const BESIDE: [(usize, usize); 8] =
     [(0, 0), (0, 2), (0, 4), (2, 0), (2, 4), (4, 0), (4, 2), (4, 4)];
 
@@ -161,12 +158,12 @@ impl<'a> Near<'a> {
         self.tree.nodes()[self.centre].level
     }
 
-    /// Whether the node is beside one that nothing is seen of.
+    /// Whether the node is beside a closed one.
     fn is_beside_edge(&self) -> bool {
         self.nodes(BESIDE.into_iter()).any(|(_, node)| node.is_continued)
     }
 
-    /// The largest |detail| beside a missing child, on the child's level.
+    /// The largest |detail| beside a missing child, on the level of the child.
     fn largest_sibling(&self) -> f64 {
         let level = self.level() + 1;
         let missing = CHILDREN.into_iter().filter(|&(i, j)| self.found[i][j] == Found::Missing);
@@ -174,10 +171,10 @@ impl<'a> Near<'a> {
             (i - 1..=i + 1).flat_map(move |a| (j - 1..=j + 1).map(move |b| (a, b)))
         });
         let details = self.nodes(siblings).filter(|(_, node)| node.level == level);
-        details.map(|(_, node)| node.seen()).fold(0.0, f64::max)
+        details.map(|(_, node)| node.detail_size()).fold(0.0, f64::max)
     }
 
-    /// Which children are there, and the largest guarded detail of the diagonal ones.
+    /// Which children exist, and the largest guarded detail of the diagonal ones.
     fn children(&self, guarded: &[f64]) -> (Children, f64) {
         let (mut children, mut largest) = (Children::All, 0.0_f64);
         for (i, j) in CHILDREN {
@@ -192,7 +189,7 @@ impl<'a> Near<'a> {
         (children, largest)
     }
 
-    /// Which part of the node's guarded detail is expected to remain.
+    /// The share of the node's guarded detail that is expected to remain.
     fn decay(&self, guarded: &[f64], required_level: u8) -> f64 {
         let level = self.level();
         if level <= required_level {

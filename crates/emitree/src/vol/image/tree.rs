@@ -1,9 +1,9 @@
 //! The image tree: values at nested dyadic nodes of the image plane, and their details.
 //!
-//! A node of level l is predicted from the lattice of level l − 1, along each axis in which it is
-//! odd, by the stencils of [`midpoint_weights`]; its detail is its value minus the prediction. A
-//! lattice point that is not a node has its own prediction for a value, so that a tree with holes
-//! stands for the same function as the full lattice with those details zero.
+//! A node of level l is predicted from the lattice of level l − 1, along each axis in which its
+//! index is odd, with the stencils of [`midpoint_weights`]; its detail is its value minus the
+//! prediction. A lattice point without a node has its own prediction as its value, so that a tree
+//! with holes represents the same function as the full lattice with details of 0 there.
 
 use crate::cell;
 use crate::parallel::prelude::*;
@@ -12,37 +12,37 @@ use crate::vol::dyadic::{
 };
 use rustc_hash::FxHashMap;
 
-/// What is open around a node at which nothing is seen.
+/// The open places around a closed node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Around {
-    /// Nothing that was found: the value does not matter.
+    /// No open place was found: the value does not matter.
     Closed,
-    /// One of the neighbours on the node's own lattice: an edge passes between them.
+    /// A neighbour on the node's own lattice is open: an edge passes between them.
     Beside,
-    /// Only places between them: what is seen there is known from none of the neighbours.
+    /// Only places between the neighbours are open: no neighbour determines the values there.
     Between,
 }
 
-/// One value of the image.
+/// A node of the image plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Node {
     pub(crate) place: Place,
-    /// The level of the coarsest lattice that the node is on.
+    /// The level of the coarsest lattice that contains the node.
     pub(crate) level: u8,
     pub(crate) value: f64,
     /// The value minus its prediction from the next coarser lattice.
     pub(crate) detail: f64,
-    /// Whether nothing was seen here, and the value is continued from other nodes.
+    /// Whether the node is closed, and its value is continued from other nodes.
     pub(crate) is_continued: bool,
-    /// How wrong the value may be because it is continued.
-    pub(crate) unknown: f64,
-    /// What is open around it, if it is continued.
+    /// The expected |error| of a continued value.
+    pub(crate) continuation_error: f64,
+    /// The open places around the node, if its value is continued.
     pub(crate) around: Around,
 }
 
 impl Node {
-    /// The size of the detail, as far as something was seen.
-    pub(crate) fn seen(&self) -> f64 {
+    /// The |detail|, or 0 for a continued value.
+    pub(crate) fn detail_size(&self) -> f64 {
         if self.is_continued { 0.0 } else { self.detail.abs() }
     }
 }
@@ -55,7 +55,7 @@ pub(crate) struct ImageTree {
     order: usize,
 }
 
-/// Nodes that share their ghosts, at the least.
+/// The smallest number of nodes that share a cache of predictions.
 pub(crate) const NODES_PER_TASK: usize = 512;
 
 impl Default for ImageTree {
@@ -73,13 +73,13 @@ impl ImageTree {
         self.nodes.len()
     }
 
-    /// The order of the predictions: 6, or what it has been set to.
+    /// The order of the predictions, 6 by default.
     pub(crate) fn order(&self) -> usize {
         self.order
     }
 
-    /// Predicts with stencils of 4 or 6 points; details are those of the former order until they are
-    /// updated.
+    /// Sets the order of the predictions, an even number up to 6. Details keep the former order
+    /// until they are updated.
     pub(crate) fn set_order(&mut self, order: usize) {
         self.order = order;
     }
@@ -89,7 +89,7 @@ impl ImageTree {
         self.index.get(&key(place)).map(|&i| i as usize)
     }
 
-    /// Adds a node, which must be new; its value comes later.
+    /// Adds a node, which must be new; its value is set later.
     pub(crate) fn add(&mut self, place: Place) {
         let level = level_of_place(place);
         self.index.insert(key(place), cell::to_u32(self.nodes.len()));
@@ -99,7 +99,7 @@ impl ImageTree {
             value: 0.0,
             detail: 0.0,
             is_continued: false,
-            unknown: 0.0,
+            continuation_error: 0.0,
             around: Around::Closed,
         });
     }
@@ -108,25 +108,25 @@ impl ImageTree {
         self.nodes[node].value = value;
     }
 
-    /// Sets a value that is continued from other nodes, and how wrong it may be.
-    pub(crate) fn set_continued(&mut self, node: usize, value: f64, unknown: f64) {
+    /// Sets a value that is continued from other nodes, with its expected error.
+    pub(crate) fn set_continued(&mut self, node: usize, value: f64, continuation_error: f64) {
         let node = &mut self.nodes[node];
-        (node.value, node.unknown) = (value, unknown);
+        (node.value, node.continuation_error) = (value, continuation_error);
         node.is_continued = true;
     }
 
-    /// Says what is open around a node that nothing is seen at.
+    /// Sets which places around a closed node are open.
     pub(crate) fn set_around(&mut self, node: usize, around: Around) {
         self.nodes[node].around = around;
     }
 
-    /// The largest |value| that was seen.
-    pub(crate) fn largest_seen(&self) -> f64 {
-        let seen = self.nodes.iter().filter(|node| !node.is_continued);
-        seen.map(|node| node.value.abs()).fold(0.0, f64::max)
+    /// The largest |value| of a node that is not continued.
+    pub(crate) fn largest_value(&self) -> f64 {
+        let values = self.nodes.iter().filter(|node| !node.is_continued);
+        values.map(|node| node.value.abs()).fold(0.0, f64::max)
     }
 
-    /// Forgets all nodes but the first `len`.
+    /// Removes all nodes but the first `len`.
     pub(crate) fn truncate(&mut self, len: usize) {
         for node in self.nodes.drain(len..) {
             self.index.remove(&key(node.place));
@@ -138,7 +138,7 @@ impl ImageTree {
         self.nodes.iter().map(|node| node.level).max().unwrap_or(0)
     }
 
-    /// Sets all details anew, from the values.
+    /// Computes all details from the values.
     pub(crate) fn update_details(&mut self) {
         let detail = |ghosts: &mut FxHashMap<u64, f64>, node: &Node| {
             let prediction = if node.level == 0 { 0.0 } else { self.predict(node.place, ghosts) };
@@ -151,7 +151,8 @@ impl ImageTree {
         }
     }
 
-    /// The value at a place: a node's, or what is predicted there; predictions are kept in `ghosts`.
+    /// The value at a place: that of the node or the prediction. Predictions are stored in
+    /// `ghosts`.
     pub(crate) fn value(&self, place: Place, ghosts: &mut FxHashMap<u64, f64>) -> f64 {
         if let Some(i) = self.find(place) {
             return self.nodes[i].value;
@@ -165,7 +166,7 @@ impl ImageTree {
         ghost
     }
 
-    /// The value expected at a place from the lattice one level coarser than its own.
+    /// The prediction at a place from the next lattice coarser than its own.
     fn predict(&self, place: Place, ghosts: &mut FxHashMap<u64, f64>) -> f64 {
         let step = spacing(level_of_place(place));
         let [x, y] = place.map(|along| stencil(self.order, along, step));
@@ -181,17 +182,17 @@ impl ImageTree {
     }
 }
 
-/// A place packed into one integer, for hashing. Places of coarse lattices end in zeros, of which a
-/// product makes no other digits: so they are put where the product's digits do not come from.
+/// A place as one integer, for hashing. The bits are reversed: places of coarse lattices end in
+/// zeros, and a multiplicative hash would leave these digits zero.
 pub(crate) fn key([x, y]: Place) -> u64 {
     let reversed = |along: u32| u64::from(along.reverse_bits() >> (u32::BITS - DIGITS));
     reversed(x) | reversed(y) << DIGITS
 }
 
-/// Binary digits of a place: the last one is as large as all others together.
+/// Binary digits of a place: the last place, 2^24, has one more than the others.
 const DIGITS: u32 = DEEPEST_LEVEL as u32 + 1;
 
-/// The level of the coarsest lattice that a place is on.
+/// The level of the coarsest lattice that contains a place.
 pub(crate) fn level_of_place([x, y]: Place) -> u8 {
     level_of(x).max(level_of(y))
 }
@@ -201,7 +202,7 @@ struct Stencil {
     weights: &'static [f64],
 }
 
-/// The stencil of `order` points along one axis on the lattice of twice the spacing `step`.
+/// The stencil of `order` points along one axis, on the lattice with twice the spacing `step`.
 fn stencil(order: usize, along: u32, step: u32) -> Stencil {
     if (along / step).is_multiple_of(2) {
         return Stencil { first: along, weights: &[1.0] };

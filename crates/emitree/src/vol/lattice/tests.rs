@@ -1,4 +1,4 @@
-//! The search for the generator, and Monte Carlo tests of what the points see.
+//! The search for the generator, and Monte Carlo tests of the structure that the points detect.
 
 use super::*;
 use crate::cell::whole;
@@ -6,14 +6,14 @@ use nalgebra::Vector3;
 
 const FIRST_LEVEL: u32 = FEWEST.ilog2();
 const LAST_LEVEL: u32 = 24;
-/// Generators that the search keeps from level to level.
+/// The number of generators that the search keeps from level to level.
 const KEPT: usize = 200;
 
 /// The covering radius of the lattice {k **g** / N} + ℤ³ in units of N^(−1/3), N = 2^level.
 ///
-/// Selling's reduction gives four vectors of sum 0 without an acute angle between any two; the tetrahedra
-/// along them in all orders fill space, and are those of Delaunay (Conway and Sloane 1992,
-/// doi:10.1098/rspa.1992.0004). The largest circumsphere is as large as an empty ball can be.
+/// Selling's reduction gives four vectors of sum 0 with no acute angle between any two. The
+/// tetrahedra along them in all orders fill space and are those of Delaunay (Conway and Sloane
+/// 1992, doi:10.1098/rspa.1992.0004). The largest circumsphere is the largest empty ball.
 fn covering_radius(level: u32, generator: [u64; 3]) -> f64 {
     let number = (1_u64 << level) as f64;
     let first = Vector3::from(generator.map(|g| (g % (1 << level)) as f64));
@@ -50,19 +50,20 @@ fn circumradius(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> f64 {
 
 #[test]
 fn the_covering_radius_of_a_body_centred_lattice_is_known() {
-    // (1, 1, 1) / 2 is body-centred: √5 / 4 edges, of two points each.
+    // (1, 1, 1) / 2 is body-centred: √5 / 4 edges, with two points for each cube.
     let body_centred = covering_radius(1, [1, 1, 1]);
     assert!((body_centred - 5.0_f64.sqrt() / 4.0 * 2.0_f64.cbrt()).abs() < 1e-12);
 }
 
-/// A generator, its largest covering radius so far, and the sum of all.
+/// A generator, its largest covering radius up to this level, and the sum over the levels.
 type Candidate = ([u64; 3], f64, f64);
 
-/// All odd generators of the first level, and then each of the best with each choice of the next bit.
+/// Begins with all odd generators of the first level and extends the best ones by each choice of
+/// the next bit.
 #[test]
 fn the_generator_is_what_the_search_finds() {
-    let outliers = || (1..1_u64 << FIRST_LEVEL).step_by(2);
-    let pairs = outliers().flat_map(|second| outliers().map(move |third| [1, second, third]));
+    let odd_numbers = || (1..1_u64 << FIRST_LEVEL).step_by(2);
+    let pairs = odd_numbers().flat_map(|second| odd_numbers().map(move |third| [1, second, third]));
     let mut best: Vec<Candidate> =
         pairs.filter(|[_, second, third]| second <= third).map(|g| (g, 0.0, 0.0)).collect();
     for level in FIRST_LEVEL..=LAST_LEVEL {
@@ -100,21 +101,21 @@ fn places(count: usize) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn gaussians_of_the_smallest_size_are_seen_with_99_percent() {
+fn gaussians_of_the_smallest_size_are_detected_with_99_percent() {
     const SHARE: f64 = 0.01;
     for points in [1024, 4096, 16_384] {
         let lattice: Vec<[f64; 3]> = (0..points).map(point).collect();
-        let size = smallest_seen(points, SHARE);
+        let size = smallest_detected(points, SHARE);
         let places = places(4000);
-        let is_seen = |place: &&[f64; 3]| {
+        let is_detected = |place: &&[f64; 3]| {
             let square = |point: &[f64; 3]| -> f64 {
                 point.iter().zip(*place).map(|(p, c)| (p - c).powi(2)).sum()
             };
             let nearest = lattice.iter().map(square).fold(f64::INFINITY, f64::min);
             (-0.5 * nearest / (size * size)).exp() > SHARE
         };
-        let seen = places.iter().filter(is_seen).count() as f64 / places.len() as f64;
-        assert!(seen >= 0.99, "{points} {seen}");
+        let detected = places.iter().filter(is_detected).count() as f64 / places.len() as f64;
+        assert!(detected >= 0.99, "{points} {detected}");
     }
 }
 
@@ -130,21 +131,23 @@ fn twice_the_points_are_a_lattice_too_and_none_lies_on_dyadic_planes() {
                 cells[whole(scaled)] += 1;
             }
         }
-        // One point in each slice, along each axis.
+        // Each slice along each axis contains one point.
         assert!(cells.iter().flatten().all(|&count| count == 1));
     }
 }
 
 #[test]
-fn more_points_see_smaller_structures() {
-    assert!(smallest_seen(127, 0.01).is_infinite());
-    assert_eq!(smallest_seen(2047, 0.01).to_bits(), smallest_seen(1024, 0.01).to_bits());
-    assert!(smallest_seen(2048, 0.01) < smallest_seen(1024, 0.01));
-    assert!(smallest_seen(1024, 0.001) < smallest_seen(1024, 0.01));
+fn more_points_detect_smaller_structures() {
+    assert!(smallest_detected(127, 0.01).is_infinite());
+    assert_eq!(smallest_detected(2047, 0.01).to_bits(), smallest_detected(1024, 0.01).to_bits());
+    assert!(smallest_detected(2048, 0.01) < smallest_detected(1024, 0.01));
+    assert!(smallest_detected(1024, 0.001) < smallest_detected(1024, 0.01));
     for size in [0.04, 0.025, 0.01] {
-        let points = points_to_see(size, 0.01);
-        assert!(smallest_seen(points, 0.01) <= size && smallest_seen(points / 2, 0.01) > size);
+        let points = points_to_detect(size, 0.01);
+        assert!(
+            smallest_detected(points, 0.01) <= size && smallest_detected(points / 2, 0.01) > size
+        );
     }
-    assert_eq!(points_to_see(1.0, 0.01), FEWEST);
-    assert_eq!(points_to_see(0.0, 0.01), usize::MAX);
+    assert_eq!(points_to_detect(1.0, 0.01), FEWEST);
+    assert_eq!(points_to_detect(0.0, 0.01), usize::MAX);
 }

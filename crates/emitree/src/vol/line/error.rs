@@ -1,12 +1,10 @@
-//! The error of a line of sight, and where to look next: one step of its refinement.
+//! The error of a line of sight, and the depths to be sampled next: one step of its refinement.
 //!
-//! A sample of level l was expected to be on the polynomial through coarser samples; what it differs
-//! by is its detail d, which reaches the integral as its effect d · 2^−l. What may remain unseen
-//! around a sample is its significance, smaller where significances have been seen to decay, until
-//! the halves on both sides are sampled. A jump is an interval that is far steeper than its
-//! neighbours explain: it is bisected, one sample for each factor of two, the largest first and only
-//! as far as the tolerance needs. Between jumps lie segments, of which the ends belong to every
-//! level: they may be anywhere, and nothing is expected beyond them.
+//! The detail d of a sample of level l is its difference from the polynomial through coarser
+//! samples; its effect on the integral is d · 2^−l. The error that remains around a sample is its
+//! significance, a mean of the effects nearby, times the decay observed between levels. Jumps are
+//! bisected, the largest first. The segments between jumps end at samples of any level, and nothing
+//! is extrapolated beyond them.
 
 use crate::vol::dyadic::{
     DEEPEST_LEVEL, beside, coarsest_between, level_of, polynomial, spacing, unit,
@@ -15,20 +13,21 @@ use crate::vol::line::Line;
 use crate::vol::line::memo::Memo;
 use crate::vol::tuning::TUNING;
 
-/// …and a step below this share of the largest |rate| is rounding at any length.
+/// A change below this share of the largest |rate| is rounding and no jump, at any length of the
+/// interval.
 const NO_STEP: f64 = 1e-7;
-/// No line is refined beyond this share of its ∫ |G| dz: a line that is far brighter than the image
-/// was thought to be would be sampled down to rounding.
+/// The smallest tolerance of a line, relative to its ∫ |G| dz. A line that is far brighter than the
+/// image was thought to be would otherwise be refined down to rounding.
 const ROUNDING: f64 = 1e-12;
-/// Halves deeper than this are not looked at.
+/// The level of the finest samples: no deeper ones are added.
 const FINEST_LEVEL: u8 = DEEPEST_LEVEL - 2;
 
 impl Line {
     /// Integrates, estimates the error, and returns the depths to be sampled for an error of
-    /// `tolerance`, in order; none if it is met.
+    /// `tolerance`, in ascending order; none if it is met.
     ///
-    /// The line has all depths of `base_level`; intervals longer than half of theirs may be steep
-    /// without a jump.
+    /// The line has all depths of `base_level`. An interval longer than half of their spacing may
+    /// be steep without a jump.
     pub(crate) fn assess(&mut self, tolerance: f64, base_level: u8) -> Vec<u32> {
         self.find_jumps(tolerance, base_level);
         self.integrate();
@@ -39,7 +38,7 @@ impl Line {
         let out_of_reach = self.out_of_reach();
         let mut wanted = self.inside_short_segments(tolerance);
         if !wanted.is_empty() {
-            // None of them is believed to hold more than this.
+            // The integral of each of these segments is assumed to be at most that of the line.
             self.error = total + out_of_reach + self.brightness();
             return wanted;
         }
@@ -49,7 +48,7 @@ impl Line {
             if largest <= 0.0 {
                 break;
             }
-            let least = (TUNING.line.together * largest).min(TUNING.line.negligible * tolerance);
+            let least = (TUNING.line.batch_share * largest).min(TUNING.line.negligible * tolerance);
             let mut expected = error;
             for of in &mut remaining {
                 if let Place::Sample(_) = of.place
@@ -58,36 +57,38 @@ impl Line {
                     error -= of.error;
                     expected -= of.error;
                     of.error = 0.0;
-                    self.sample_everywhere(of.place, &mut wanted);
+                    self.add_missing_depths(of.place, &mut wanted);
                 }
             }
             let is_jump = |of: &&mut Remaining| matches!(of.place, Place::Interval(_));
             let mut jumps: Vec<&mut Remaining> = remaining.iter_mut().filter(is_jump).collect();
             jumps.sort_by(|a, b| b.error.total_cmp(&a.error));
             for of in jumps {
-                if expected <= TUNING.line.bisected * tolerance || of.error <= 0.0 {
+                if expected <= TUNING.line.bisection_goal * tolerance || of.error <= 0.0 {
                     break;
                 }
                 error -= of.error;
                 expected -= TUNING.line.bisection_gain * of.error;
                 of.error = 0.0;
-                self.sample_everywhere(of.place, &mut wanted);
+                self.add_missing_depths(of.place, &mut wanted);
             }
         }
-        // What is wanted may not be sampled, if the budget ends before.
+        // The error includes what these depths would reduce: the budget may end before they are
+        // sampled.
         self.error = total + out_of_reach;
         wanted.sort_unstable();
         wanted.dedup();
         wanted
     }
 
-    /// What may remain between samples of the finest level: all of it, where G has no finite integral.
+    /// The error that remains between samples of the finest level. It is large where G has no
+    /// finite integral.
     fn out_of_reach(&self) -> f64 {
         let finest = self.samples.iter().filter(|sample| sample.level >= FINEST_LEVEL);
         finest.map(|sample| sample.significance).sum()
     }
 
-    /// A depth inside each segment of two ends that may hold too much to be guessed.
+    /// A depth inside each segment of two samples whose integral may matter.
     fn inside_short_segments(&self, tolerance: f64) -> Vec<u32> {
         let is_short = |&i: &usize| {
             let between_jumps = i > 0 && i + 1 < self.jumps.len();
@@ -113,8 +114,8 @@ impl Line {
         let is_jump = |i: usize| {
             let (length, step) = (self.length(i), self.step(i).abs());
             let steps = self.samples[i + 1].depth - self.samples[i].depth;
-            let is_negligible =
-                step * length < TUNING.line.least_jump * tolerance && length >= TUNING.line.narrow;
+            let is_negligible = step * length < TUNING.line.least_jump * tolerance
+                && length >= TUNING.line.always_tested_length;
             if steps > longest || step < NO_STEP * largest || is_negligible {
                 return false;
             }
@@ -125,7 +126,8 @@ impl Line {
         self.jumps = (0..intervals).map(is_jump).collect();
     }
 
-    /// What sample `i` differs by from the polynomial through coarser samples around it.
+    /// Updates the detail of sample `i`: its difference from the polynomial through coarser samples
+    /// around it.
     fn update_detail(&mut self, i: usize) {
         let ([below, above], [from_below, from_above]) = self.predictors(i);
         let chosen = || below[..from_below].iter().chain(&above[..from_above]).copied();
@@ -142,12 +144,12 @@ impl Line {
         self.samples[i].detail = memo;
     }
 
-    /// The coarser samples that predict sample `i`, those below it and those above, the nearest first,
-    /// and how many of them do.
+    /// The coarser samples that may predict sample `i`, below it and above it, the nearest first,
+    /// and how many of each are used.
     fn predictors(&self, i: usize) -> ([[usize; 4]; 2], [usize; 2]) {
         let level = self.samples[i].level;
         let coarser = |k: &usize| self.samples[*k].level < level || self.is_beside_jump(*k);
-        // Four on each side: the fourth makes up for what the other side may lack.
+        // Up to four on each side: the fourth replaces one that the other side lacks.
         let below = (0..i).rev().take_while(|&k| !self.jumps[k]).filter(coarser);
         let above = (i + 1..self.samples.len()).take_while(|&k| !self.jumps[k - 1]);
         let ((below, b), (above, a)) = (first_four(below), first_four(above.filter(coarser)));
@@ -189,7 +191,8 @@ impl Line {
             if level == 0 {
                 continue;
             }
-            // Neighbours of the same level lie two of its spacings away; beyond an end, the mirror.
+            // Neighbours of the same level are two of its spacings away; beyond an end their effect
+            // is mirrored.
             let of_neighbour = |up: bool| match beside(depth, 2 * spacing(level), up) {
                 Some(neighbour) if level_of(neighbour) == level => {
                     self.find_near(i, neighbour).map_or(0.0, |k| effects[k])
@@ -203,7 +206,8 @@ impl Line {
         }
     }
 
-    /// What may remain unseen, place by place; marks the samples that have both halves.
+    /// The remaining errors around samples and in intervals with jumps. Marks the samples with both
+    /// halves sampled.
     fn remaining(&mut self, base_level: u8) -> Vec<Remaining> {
         let mut remaining = Vec::new();
         for i in 0..self.samples.len() {
@@ -227,7 +231,7 @@ impl Line {
     }
 
     /// The middles of the halves beside sample `i` (not an end of the line) that have not been
-    /// sampled and lie on its segment.
+    /// sampled and are on its segment.
     fn missing_halves(&self, i: usize) -> [Option<u32>; 2] {
         if self.is_beside_jump(i) {
             return [None; 2];
@@ -242,7 +246,7 @@ impl Line {
         [missing(false, i - 1), missing(true, i + 1)]
     }
 
-    /// Which part of the significance of sample `i` is expected to remain unseen.
+    /// The share of the significance of sample `i` that is expected to remain.
     fn decay(&self, i: usize, base_level: u8) -> f64 {
         let sample = self.samples[i];
         if sample.level <= base_level {
@@ -259,8 +263,8 @@ impl Line {
             .clamp(TUNING.line.least_decay, 1.0)
     }
 
-    /// Adds the depths that would show what remains at a place.
-    fn sample_everywhere(&self, place: Place, wanted: &mut Vec<u32>) {
+    /// Adds the depths that reduce the remaining error at a place.
+    fn add_missing_depths(&self, place: Place, wanted: &mut Vec<u32>) {
         match place {
             Place::Interval(i) => {
                 let (from, to) = (self.samples[i].depth, self.samples[i + 1].depth);
@@ -286,11 +290,11 @@ fn first_four(numbers: impl Iterator<Item = usize>) -> ([usize; 4], usize) {
     (first, count)
 }
 
-/// Where on a line an error may remain.
+/// A place on a line where an error may remain.
 #[derive(Clone, Copy, Debug)]
 enum Place {
     Sample(usize),
-    /// The interval from this sample on, which has a jump.
+    /// The interval from this sample to the next, which has a jump.
     Interval(usize),
 }
 
@@ -307,7 +311,7 @@ mod tests {
 
     const BASE_LEVEL: u8 = 3;
 
-    /// Refines a line of `rate` to `tolerance`; returns it.
+    /// Refines a line with the rate `rate` to `tolerance`.
     fn refined(rate: impl Fn(f64) -> f64, tolerance: f64) -> Line {
         let mut line = Line::default();
         let mut wanted: Vec<u32> = (0..=8).map(|k| k * spacing(BASE_LEVEL)).collect();
@@ -361,8 +365,8 @@ mod tests {
     }
 
     #[test]
-    fn a_single_odd_sample_is_followed_down() {
-        // One base depth lies 0.002 beside the middle of a knot of width 0.004.
+    fn a_single_deviating_sample_is_resolved() {
+        // One base depth is 0.002 away from the middle of a knot of width 0.004.
         let knot = |z: f64| 1.0 + 50.0 * (-((z - 0.377) / 0.004).powi(2)).exp();
         let exact = 1.0 + 50.0 * 0.004 * core::f64::consts::PI.sqrt();
         let line = refined(knot, 1e-3);

@@ -1,17 +1,17 @@
-//! The jumps of a line, and which of them belong to the same surface as those of another line.
+//! The jumps of a line, and their matches with the jumps of another line.
 
 use crate::vol::dyadic::{STEPS, coarsest_between, unit};
 use crate::vol::line::Line;
 use crate::vol::tuning::TUNING;
 
-/// A jump of G: one or more intervals in succession that are far too steep.
+/// A jump of G: one or more successive intervals that are steeper than a smooth function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jump {
-    /// The middle of the interval in which it is, as a fraction of the line.
+    /// The middle of these intervals, as a fraction of the line.
     pub(crate) depth: f64,
-    /// The length of that interval.
+    /// The length of these intervals together.
     pub(crate) width: f64,
-    /// G at the lower end of the interval, and at the upper.
+    /// G at the lower end, and at the upper.
     pub(crate) below: f64,
     pub(crate) above: f64,
 }
@@ -21,7 +21,7 @@ impl Jump {
         self.above - self.below
     }
 
-    /// Whether G rises at both, or falls at both.
+    /// Whether both have the same sign.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         self.step() * other.step() > 0.0
     }
@@ -31,7 +31,7 @@ impl Jump {
     }
 }
 
-/// The jumps of a line that has been assessed, by depth.
+/// The jumps of a line that has been assessed, in the order of their depths.
 pub(crate) fn jumps(line: &Line) -> Vec<Jump> {
     let mut jumps = Vec::new();
     let mut start = None;
@@ -51,8 +51,9 @@ pub(crate) fn jumps(line: &Line) -> Vec<Jump> {
     jumps
 }
 
-/// For each jump of `reference`, the number of the same one among `others`: all in order if they are
-/// as many with the same signs, else those that are each other's nearest of their sign.
+/// For each jump of `reference`, the number of its match among `others`. If both have the same
+/// number of jumps with the same signs, they match in order; otherwise jumps match that are each
+/// other's nearest of their sign.
 pub(crate) fn matches(reference: &[Jump], others: &[Jump]) -> Vec<Option<usize>> {
     let in_order = reference.len() == others.len()
         && reference.iter().zip(others).all(|(own, other)| own.is_like(other));
@@ -71,37 +72,37 @@ pub(crate) fn matches(reference: &[Jump], others: &[Jump]) -> Vec<Option<usize>>
     reference.iter().enumerate().map(of_jump).collect()
 }
 
-/// Whether jump `k` of one line has no partner on another line next to it.
-fn is_single(own: &[Jump], k: usize, other: &[Jump]) -> bool {
+/// Whether jump `k` of one line has no partner on a neighbouring line.
+fn is_unmatched(own: &[Jump], k: usize, other: &[Jump]) -> bool {
     let near = |jumps: &[Jump], distance: f64| {
         let is_near = |jump: &&Jump| jump.is_like(&own[k]) && jump.distance(&own[k]) < distance;
         jumps.iter().filter(is_near).count()
     };
-    near(own, TUNING.jumps.own) > near(other, TUNING.jumps.partners)
+    near(own, TUNING.jumps.own_distance) > near(other, TUNING.jumps.partner_distance)
 }
 
-/// Whether all jumps of a line that may have caused its sample at `depth` are known to another line
-/// next to it.
-pub(crate) fn are_known(own: &[Jump], other: &[Jump], depth: u32) -> bool {
-    let caused = |k: &usize| (own[*k].depth - unit(depth)).abs() < TUNING.jumps.caused;
-    !own.is_empty() && !(0..own.len()).filter(caused).any(|k| is_single(own, k, other))
+/// Whether all jumps of a line that may have caused its sample at `depth` have partners on a
+/// neighbouring line.
+pub(crate) fn are_matched(own: &[Jump], other: &[Jump], depth: u32) -> bool {
+    let caused = |k: &usize| (own[*k].depth - unit(depth)).abs() < TUNING.jumps.cause_distance;
+    !own.is_empty() && !(0..own.len()).filter(caused).any(|k| is_unmatched(own, k, other))
 }
 
-/// Depths at which a line should look for the pairs of jumps that one next to it has, and that it
-/// lacks: in the middle of each pair, unless it has looked there.
+/// Depths at which a line has to be sampled for the pairs of jumps of a neighbouring line that it
+/// lacks: in the middle of each pair, unless it has a sample there.
 pub(crate) fn probes(pairs_of: &[Jump], of_line: &[Jump], line: &Line) -> Vec<u32> {
     let is_lacking = |&k: &usize| {
         !pairs_of[k].is_like(&pairs_of[k + 1])
-            && is_single(pairs_of, k, of_line)
-            && is_single(pairs_of, k + 1, of_line)
+            && is_unmatched(pairs_of, k, of_line)
+            && is_unmatched(pairs_of, k + 1, of_line)
     };
     let probe = |k: usize| {
         let (from, to) = (pairs_of[k].depth, pairs_of[k + 1].depth);
         let (middle, reach) = (0.5 * (from + to), 0.5 * TUNING.jumps.probed_gap * (to - from));
         let (low, high) = (place_of(middle - reach), place_of(middle + reach));
         let after = line.samples.partition_point(|sample| sample.depth < low);
-        let has_looked = line.samples.get(after).is_some_and(|sample| sample.depth <= high);
-        (!has_looked).then(|| coarsest_between(low, high))
+        let is_sampled = line.samples.get(after).is_some_and(|sample| sample.depth <= high);
+        (!is_sampled).then(|| coarsest_between(low, high))
     };
     (0..pairs_of.len().saturating_sub(1)).filter(is_lacking).filter_map(probe).collect()
 }
@@ -162,6 +163,8 @@ mod tests {
         neighbour.add([(spacing(2) + 1, 0.0)]);
         assert!(probes(&own, &other, &neighbour).is_empty());
         assert!(probes(&own, &own, &line(&[0.0; 3])).is_empty());
-        assert!(are_known(&own, &other, spacing(2) * 3) && !are_known(&own, &other, spacing(2)));
+        assert!(
+            are_matched(&own, &other, spacing(2) * 3) && !are_matched(&own, &other, spacing(2))
+        );
     }
 }

@@ -1,11 +1,11 @@
-//! Numbers that follow from a few samples of a line, kept while those are the ones they follow from.
+//! Numbers computed from a few samples of a line, cached as long as these samples are the same.
 //!
-//! Lines are looked at again after each of their samples, most of which are far from most others. A
-//! sample never changes: so a number is known as long as its samples are, and they by their depths.
+//! A line is assessed after each step of its refinement, but most new samples are far from most
+//! others. The rate of a sample never changes, so that its depth identifies it.
 
 use crate::vol::dyadic::STENCIL;
 
-/// A number, and the depths of the samples that it has been made from.
+/// A number, and the depths of the samples from which it was computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Memo {
     depths: Depths,
@@ -15,7 +15,7 @@ pub(crate) struct Memo {
 /// Depths of samples in a fixed order.
 pub(crate) type Depths = [u32; STENCIL];
 
-/// No sample is as deep.
+/// No sample has this depth.
 const NONE: u32 = u32::MAX;
 
 impl Default for Memo {
@@ -25,7 +25,7 @@ impl Default for Memo {
 }
 
 impl Memo {
-    /// Makes the number anew if it is to follow from samples at other depths.
+    /// Computes the number again if the depths of its samples have changed.
     pub(crate) fn update(&mut self, depths: Depths, make: impl FnOnce() -> f64) {
         if self.depths != depths {
             *self = Self { depths, value: make() };

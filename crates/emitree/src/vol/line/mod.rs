@@ -1,9 +1,9 @@
-//! A line of sight: samples of G at nested dyadic depths, and the integral that they give.
+//! A line of sight: samples of G at nested dyadic depths, and their integral.
 //!
-//! Between jumps G is taken for smooth: each interval integrates the polynomial through the nearest
-//! six samples that no jump parts from it. Where samples are equally spaced the weights add up to
-//! the trapezoid rule, which converges spectrally for a peak away from the ends (Trefethen &
-//! Weideman 2014, doi:10.1137/130932132).
+//! Between jumps G is assumed to be smooth: each interval has the integral of the polynomial
+//! through the nearest six samples that no jump separates from it. On uniformly spaced samples the
+//! weights add up to the trapezoidal rule, which converges spectrally for a peak away from the ends
+//! (Trefethen & Weideman 2014, doi:10.1137/130932132).
 
 pub(crate) mod error;
 pub(crate) mod jumps;
@@ -21,26 +21,26 @@ use core::ops::Range;
 /// G at one depth of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sample {
-    /// The dyadic place along the line.
+    /// The depth, a dyadic place on the line.
     pub(crate) depth: u32,
     pub(crate) level: u8,
     /// G = g · ds/dz there.
     pub(crate) rate: f64,
-    /// What the sample changes in the integral, as far as it was not expected.
+    /// The effect of the detail on the integral, averaged with those of the neighbours.
     pub(crate) significance: f64,
-    /// Both halves beside it have been sampled.
+    /// Whether both halves beside the sample have been sampled.
     pub(crate) opened: bool,
-    /// What the sample differs by from what was expected.
+    /// The difference of the sample from its prediction.
     pub(crate) detail: Memo,
-    /// ∫ G dz from here to the next sample, if G does not jump there.
+    /// ∫ G dz from this sample to the next, if there is no jump between them.
     integral: Memo,
 }
 
-/// Samples along one line of sight, by depth.
+/// Samples along one line of sight, in the order of their depths.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Line {
     pub(crate) samples: Vec<Sample>,
-    /// For each interval between samples, whether G jumps in it.
+    /// For each interval between samples, whether it has a jump.
     pub(crate) jumps: Vec<bool>,
     /// ∫ G dz over the line.
     pub(crate) integral: f64,
@@ -48,16 +48,17 @@ pub(crate) struct Line {
     pub(crate) error: f64,
 }
 
-/// Points of a polynomial at the end of a segment: extrapolation wants a lower degree.
+/// The number of samples of a polynomial at the end of a segment: extrapolation needs a lower
+/// degree.
 const ONE_SIDED: usize = 4;
 
 impl Line {
-    /// Where a sample at `depth` is, or would be put.
+    /// The index of the sample at `depth`, or that of its insertion.
     pub(crate) fn find(&self, depth: u32) -> Result<usize, usize> {
         self.samples.binary_search_by_key(&depth, |sample| sample.depth)
     }
 
-    /// The sample at `depth`, if there is one, looked for outwards from sample `i`.
+    /// The sample at `depth`, if there is one, searched for outwards from sample `i`.
     pub(crate) fn find_near(&self, i: usize, depth: u32) -> Option<usize> {
         let is_below = |k: usize| self.samples[k].depth < depth;
         let (mut from, mut to, mut stride) = (i, i + 1, 1);
@@ -78,7 +79,7 @@ impl Line {
         self.find(depth).is_ok()
     }
 
-    /// Adds samples (depth, rate); those that are there already stay.
+    /// Adds samples (depth, rate) at new depths.
     pub(crate) fn add(&mut self, new: impl IntoIterator<Item = (u32, f64)>) {
         for (depth, rate) in new {
             let Err(i) = self.find(depth) else { continue };
@@ -87,11 +88,12 @@ impl Line {
             let (significance, opened) = (0.0, false);
             let sample = Sample { depth, level, rate, significance, opened, detail, integral };
             self.samples.insert(i, sample);
-            // Both parts of an interval with a jump have one until the line is looked at again.
-            let parted = i.saturating_sub(1).min(self.jumps.len().saturating_sub(1));
-            let jump = self.jumps.get(parted).copied().unwrap_or(false);
+            // Both parts of an interval with a jump count as jumps until the line is assessed
+            // again.
+            let divided = i.saturating_sub(1).min(self.jumps.len().saturating_sub(1));
+            let jump = self.jumps.get(divided).copied().unwrap_or(false);
             if self.samples.len() > 1 {
-                self.jumps.insert(parted.min(self.jumps.len()), jump);
+                self.jumps.insert(divided.min(self.jumps.len()), jump);
             }
         }
     }
@@ -106,7 +108,7 @@ impl Line {
         unit(self.samples[i + 1].depth - self.samples[i].depth)
     }
 
-    /// What G changes by from sample `i` to the next.
+    /// The change of G from sample `i` to the next.
     pub(crate) fn step(&self, i: usize) -> f64 {
         self.samples[i + 1].rate - self.samples[i].rate
     }
@@ -117,20 +119,21 @@ impl Line {
         self.jumps[near].contains(&true)
     }
 
-    /// Whether sample `i` is beside a jump that has been closed in on: the end of a segment on which
-    /// G is taken for smooth.
+    /// Whether sample `i` is beside a jump whose interval is resolved: such samples are ends of
+    /// smooth segments.
     pub(crate) fn is_beside_jump(&self, i: usize) -> bool {
         let beside = i.saturating_sub(1)..(i + 1).min(self.jumps.len());
-        beside.into_iter().any(|k| self.jumps[k] && self.length(k) <= TUNING.line.closed_in)
+        beside.into_iter().any(|k| self.jumps[k] && self.length(k) <= TUNING.line.resolved_interval)
     }
 
-    /// Whether G jumps within an interval no longer than `length` steps.
+    /// Whether there is a jump in an interval of at most `length` steps.
     pub(crate) fn has_jump_within(&self, length: u32) -> bool {
         let intervals = self.samples.windows(2).zip(&self.jumps);
         intervals.into_iter().any(|(ends, &jump)| jump && ends[1].depth - ends[0].depth <= length)
     }
 
-    /// The samples around sample `i` that no jump parts from it, at most [`STENCIL`] on each side.
+    /// The samples around sample `i` that no jump separates from it, at most [`STENCIL`] on each
+    /// side.
     fn smooth_around(&self, i: usize) -> Range<usize> {
         let (mut from, mut to) = (i, i);
         while from > 0 && i - from < STENCIL && !self.jumps[from - 1] {
@@ -142,7 +145,7 @@ impl Line {
         from..to + 1
     }
 
-    /// The samples of the polynomial that stands for G between samples `i` and `i` + 1.
+    /// The samples of the polynomial that represents G between samples `i` and `i` + 1.
     fn stencil(&self, i: usize) -> Range<usize> {
         let smooth = self.smooth_around(i);
         let at_end = i == smooth.start || i + 2 == smooth.end;
@@ -166,7 +169,7 @@ impl Line {
         depths(of.map(|k| self.samples[k].depth))
     }
 
-    /// G at any depth of the line: sampled, or interpolated between samples.
+    /// G at any depth of the line, sampled or interpolated.
     pub(crate) fn rate(&self, depth: u32) -> f64 {
         match self.find(depth) {
             Ok(i) => self.samples[i].rate,
@@ -182,7 +185,7 @@ impl Line {
         }
     }
 
-    /// ∫ |G| dz, by trapezoids.
+    /// ∫ |G| dz by the trapezoidal rule.
     pub(crate) fn brightness(&self) -> f64 {
         let of_interval = |i: usize| {
             0.5 * self.length(i) * (self.samples[i].rate.abs() + self.samples[i + 1].rate.abs())
@@ -190,7 +193,7 @@ impl Line {
         (0..self.samples.len().saturating_sub(1)).map(of_interval).sum()
     }
 
-    /// ∫ G dz from the samples; an interval with a jump gives its trapezoid.
+    /// Computes ∫ G dz from the samples, with the trapezoidal rule on intervals with a jump.
     pub(crate) fn integrate(&mut self) {
         let intervals = self.samples.len().saturating_sub(1);
         for i in 0..intervals {
@@ -220,7 +223,8 @@ impl Line {
         let points = points.as_slice();
         let at = |t: f64| polynomial(points, self.z(i) + t * length);
         let integral = GAUSS.iter().map(|&(t, weight)| weight * at(t)).sum::<f64>() * length;
-        // Where samples lie unevenly the polynomial may swing out: not beyond their range.
+        // On uneven samples the polynomial may oscillate: its deviation from the trapezoid is
+        // limited by the range of the samples.
         let rates = || points.iter().map(|point| point.1);
         let range =
             rates().fold(f64::NEG_INFINITY, f64::max) - rates().fold(f64::INFINITY, f64::min);
@@ -253,7 +257,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_line_is_the_same_whether_it_was_looked_at_on_the_way_or_not(
+        fn a_line_is_the_same_whether_it_was_assessed_on_the_way_or_not(
             depths in prop::collection::vec(0..=STEPS >> 12, 1..120),
             parts in 1..12_usize,
         ) {

@@ -1,31 +1,31 @@
-//! Neighbouring lines: the depths that a new line takes from them, and structure found on one that is
-//! sampled on the next.
+//! Neighbouring lines: the depths that a new line starts with, and structure that is followed from
+//! line to line.
 
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, around, spacing};
 use crate::vol::image::nearest::Nearest;
 use crate::vol::image::tree::ImageTree;
 use crate::vol::line::Sample;
-use crate::vol::line::jumps::{are_known, probes};
+use crate::vol::line::jumps::{are_matched, probes};
 use crate::vol::line::node_lines::{LINES_ASSESSED, NodeLines, Wanted, base_depths};
 use crate::vol::line::tracking::{Bracket, Neighbour, Predicted, predict};
 use crate::vol::sampling::{Stop, View};
 use crate::vol::tuning::TUNING;
 use std::collections::BTreeMap;
 
-/// A depth of one line that those next to it should know of.
+/// A depth of one line that is to be sampled on its neighbours.
 #[derive(Clone, Copy, Debug)]
 struct Shared {
     depth: u32,
-    /// The spacing of its level.
+    /// The spacing of its level, in steps.
     length: u32,
-    /// Whether there is only a jump that it is shared for.
+    /// Whether a nearby jump is the only reason.
     of_jump: bool,
 }
 
 impl NodeLines {
-    /// The depths that the new full lines `numbers` start with, and where they are expected to
-    /// jump, given the full lines before node `before`.
+    /// The depths that the new full lines `numbers` start with, given the full lines before node
+    /// `before`. Stores where these lines are expected to have jumps.
     pub(crate) fn start(
         &mut self,
         tree: &ImageTree,
@@ -43,7 +43,8 @@ impl NodeLines {
         numbers.iter().zip(starts).map(of_line).collect()
     }
 
-    /// The same for lines at any `places`, with the brackets of their jumps.
+    /// The depths and the brackets of jumps of new lines at any `places`, given the full lines
+    /// before node `before`.
     pub(crate) fn starts(
         &self,
         tree: &ImageTree,
@@ -54,26 +55,26 @@ impl NodeLines {
     ) -> Vec<(Vec<u32>, Vec<Bracket>)> {
         let full = self.nearest_full(tree, before);
         let of_line = |&place: &Place| {
-            let near = full.find(place, TUNING.jumps.neighbours);
+            let near = full.find(place, TUNING.jumps.most_neighbours);
             self.starting_depths(tree, place, &near, tolerance, base_level)
         };
         places.par_iter().with_min_len(LINES_ASSESSED).map(of_line).collect()
     }
 
-    /// The full lines before node `before`, by their places.
+    /// The full lines before node `before`, for searches by place.
     pub(crate) fn nearest_full(&self, tree: &ImageTree, before: usize) -> Nearest {
         let full = (0..before).filter(|&i| self.is_full(i));
         let full: Vec<(Place, usize)> = full.map(|i| (tree.nodes()[i].place, i)).collect();
         Nearest::new(full.into_iter())
     }
 
-    /// Sets where line `i` is expected to jump.
+    /// Stores where line `i` is expected to have jumps.
     pub(crate) fn expect(&mut self, i: usize, brackets: Vec<Bracket>) {
         self.brackets[i] = brackets;
     }
 
-    /// The depths that a new full line at `place` starts with: those of the base level, what the
-    /// nearest of the full lines `near` it have opened, and brackets of the jumps.
+    /// The depths and the brackets of a new full line at `place`: those of the base level, those
+    /// that were refined on the nearest of the full lines `near`, and brackets of the jumps.
     fn starting_depths(
         &self,
         tree: &ImageTree,
@@ -85,12 +86,14 @@ impl NodeLines {
         let mut depths = base_depths(base_level);
         let neighbours =
             if self.tracks_jumps { self.neighbours(tree, place, near) } else { Vec::new() };
-        // Two, or more if they are as near as the second.
+        // The two nearest lines, and those at the same distance as the second.
         let farthest = near.get(1).map_or(0, |(distance, _)| *distance);
-        let nearest =
-            near.iter().take(TUNING.line.nearest).filter(|(distance, _)| *distance <= farthest);
+        let nearest = near
+            .iter()
+            .take(TUNING.line.starting_lines)
+            .filter(|(distance, _)| *distance <= farthest);
         let has_jumps =
-            neighbours.iter().take(TUNING.line.nearest).any(|one| !one.jumps.is_empty());
+            neighbours.iter().take(TUNING.line.starting_lines).any(|one| !one.jumps.is_empty());
         for line in nearest.map(|&(_, i)| &self.lines[i]) {
             let worthwhile = line.samples.iter().enumerate().filter(|(k, sample)| {
                 if has_jumps {
@@ -113,7 +116,7 @@ impl NodeLines {
         (depths, brackets)
     }
 
-    /// The jumps of full lines near `place`; none at all if the nearest have none.
+    /// The jumps of full lines near `place`; none if the nearest lines have none.
     fn neighbours(&self, tree: &ImageTree, place: Place, near: &[(u64, usize)]) -> Vec<Neighbour> {
         let unit_distance =
             near.first().map_or(1.0, |(square, _)| (*square as f64).sqrt().max(1.0));
@@ -124,14 +127,14 @@ impl NodeLines {
             Neighbour { place: [along(0), along(1)], jumps: self.jumps(i).to_vec() }
         };
         let mut neighbours: Vec<Neighbour> =
-            near.iter().take(TUNING.line.nearest).map(neighbour).collect();
+            near.iter().take(TUNING.line.starting_lines).map(neighbour).collect();
         if neighbours.iter().any(|one| !one.jumps.is_empty()) {
-            neighbours.extend(near.iter().skip(TUNING.line.nearest).map(neighbour));
+            neighbours.extend(near.iter().skip(TUNING.line.starting_lines).map(neighbour));
         }
         neighbours
     }
 
-    /// Looks on neighbouring full lines for what the lines `found` have found, and from there on.
+    /// Samples structure of the lines `found` on neighbouring full lines, and from there on theirs.
     pub(crate) async fn follow(
         &mut self,
         view: &View<'_>,
@@ -143,9 +146,9 @@ impl NodeLines {
         let mut found = found.to_vec();
         for _ in 0..TUNING.line.most_hops {
             let mut wanted: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-            let unseen = |&i: &usize| self.unseen_by_neighbours(tree, i, tolerance, base_level);
+            let missing = |&i: &usize| self.missing_on_neighbours(tree, i, tolerance, base_level);
             let found_lines = found.par_iter().with_min_len(LINES_ASSESSED);
-            let of_lines: Vec<Wanted> = found_lines.map(unseen).collect();
+            let of_lines: Vec<Wanted> = found_lines.map(missing).collect();
             for (k, depths) in of_lines.into_iter().flatten() {
                 wanted.entry(k).or_default().extend(depths);
             }
@@ -163,8 +166,8 @@ impl NodeLines {
         Ok(())
     }
 
-    /// What line `i` has found that full lines next to it have not looked for.
-    fn unseen_by_neighbours(
+    /// The depths of line `i` that are missing on neighbouring full lines.
+    fn missing_on_neighbours(
         &self,
         tree: &ImageTree,
         i: usize,
@@ -182,18 +185,18 @@ impl NodeLines {
             let k = tree.find(neighbour).filter(|&k| self.is_full(k))?;
             let line = &self.lines[k];
             let theirs = if own.is_empty() { &[] } else { self.jumps(k) };
-            let is_unseen = |shared: &&Shared| {
-                let is_theirs = shared.of_jump && are_known(own, theirs, shared.depth);
+            let is_missing = |shared: &&Shared| {
+                let is_theirs = shared.of_jump && are_matched(own, theirs, shared.depth);
                 !is_theirs && self.is_coarse(k, shared.depth, shared.length)
             };
-            let mut unseen = probes(own, theirs, line);
-            unseen.extend(depths.iter().filter(is_unseen).map(|shared| shared.depth));
-            (!unseen.is_empty()).then_some((k, unseen))
+            let mut missing = probes(own, theirs, line);
+            missing.extend(depths.iter().filter(is_missing).map(|shared| shared.depth));
+            (!missing.is_empty()).then_some((k, missing))
         };
         around(node.place, step, 1).filter_map(of_neighbour).collect()
     }
 
-    /// The depths of line `i` that its neighbours should know of.
+    /// The depths of line `i` that are to be sampled on its neighbours.
     fn shared_depths(&self, i: usize, tolerance: f64, base_level: u8) -> Vec<Shared> {
         let line = &self.lines[i];
         let of_sample = |(k, sample): (usize, &Sample)| {
@@ -212,7 +215,7 @@ impl NodeLines {
         line.samples.iter().enumerate().filter_map(of_sample).collect()
     }
 
-    /// Whether line `k` has no sample at `depth`, and none near it in terms of `length`.
+    /// Whether line `k` has no sample at `depth` and a long interval there, compared with `length`.
     fn is_coarse(&self, k: usize, depth: u32, length: u32) -> bool {
         let line = &self.lines[k];
         match line.find(depth) {
@@ -221,7 +224,7 @@ impl NodeLines {
             Err(after) if after == line.samples.len() => true,
             Err(after) => {
                 let interval = line.samples[after].depth - line.samples[after - 1].depth;
-                interval >= TUNING.line.coarser * length
+                interval >= TUNING.line.coarse_ratio * length
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The lines of sight behind the nodes of the image tree: sampled in batches, refined together.
+//! The lines of sight of the nodes of an image tree: sampled in batches, refined together.
 
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::spacing;
@@ -11,27 +11,27 @@ use crate::vol::line::tracking::Bracket;
 use crate::vol::sampling::{Stop, View};
 use std::sync::OnceLock;
 
-/// Lines that are worth a thread of their own, which takes some ten microseconds to wake: if all but few
-/// of them have answered before…
-pub(crate) const LINES_KNOWN: usize = 1024;
-/// …if samples are looked up or taken in…
+/// The smallest number of lines for a thread, which takes some ten microseconds to start, if most
+/// results are cached.
+pub(crate) const LINES_CACHED: usize = 1024;
+/// The smallest number of lines for a thread that finds or adds samples.
 const LINES_READ: usize = 128;
-/// …and if all samples of them are looked at.
+/// The smallest number of lines for a thread that assesses all samples.
 pub(crate) const LINES_ASSESSED: usize = 8;
 
-/// Depths that are wanted on a line, by the number of its node.
+/// Depths to be sampled, with the number of the node of their line.
 pub(crate) type Wanted = Vec<(usize, Vec<u32>)>;
 
-/// How a line came by its integral.
+/// The source of the integral of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum LineSource {
-    /// It has none yet.
+    /// There is no integral yet.
     Unknown,
-    /// It needs none: no pixel sees it.
+    /// No integral is needed: the line is not in view.
     Closed,
-    /// It was refined by itself.
+    /// The line was refined individually.
     Full,
-    /// By the depth rule of a block, which was right to `error` on the lines it was learned from.
+    /// The depth rule of a block, with the largest |error| on the lines that it was fitted to.
     Rule { block: Block, error: f64 },
 }
 
@@ -40,26 +40,27 @@ pub(crate) enum LineSource {
 pub(crate) struct NodeLines {
     pub(crate) lines: Vec<Line>,
     pub(crate) sources: Vec<LineSource>,
-    /// Whether jumps are looked for where those of neighbours are.
+    /// Whether jumps are predicted from those of neighbouring lines.
     pub(crate) tracks_jumps: bool,
-    /// Where jumps are expected on lines that have not been refined yet.
+    /// The intervals in which jumps are expected on lines that have not been refined yet.
     pub(crate) brackets: Vec<Vec<Bracket>>,
-    /// What others have asked of each line.
+    /// Cached results for each line.
     derived: Vec<Derived>,
 }
 
-/// What others ask of a line, worked out when the first one does and kept until there are new samples.
+/// Results that follow from the samples of a line, computed on first use and kept until there are
+/// new samples.
 #[derive(Debug, Default)]
 struct Derived {
     profile: OnceLock<Profile>,
     jumps: OnceLock<Vec<Jump>>,
-    /// Whether no rule can be learned from the line.
+    /// Whether no depth rule can be fitted to the line.
     has_jump: OnceLock<bool>,
     /// ∫ |G| dz.
     brightness: OnceLock<f64>,
 }
 
-/// Lines that follow rules, each with its rule and integral.
+/// The lines with integrals from depth rules, with rule and integral.
 #[derive(Debug)]
 pub(crate) struct RuleSnapshot(Vec<(usize, LineSource, f64)>);
 
@@ -79,16 +80,17 @@ impl NodeLines {
         self.derived.truncate(nodes);
     }
 
-    /// How the lines that follow rules stand, so that they can be restored.
+    /// The present rules and integrals of all lines that are not full, for
+    /// [`restore`](Self::restore).
     pub(crate) fn snapshot(&self) -> RuleSnapshot {
         let ruled = (0..self.lines.len()).filter(|&i| !self.is_full(i));
         RuleSnapshot(ruled.map(|i| (i, self.sources[i], self.lines[i].integral)).collect())
     }
 
-    /// Gives lines back the rules that they had.
+    /// Restores the rules and integrals of a snapshot.
     pub(crate) fn restore(&mut self, snapshot: &RuleSnapshot) {
-        for &(i, way, integral) in &snapshot.0 {
-            self.sources[i] = way;
+        for &(i, source, integral) in &snapshot.0 {
+            self.sources[i] = source;
             self.lines[i].integral = integral;
         }
     }
@@ -101,12 +103,12 @@ impl NodeLines {
         self.sources[i] == LineSource::Full
     }
 
-    /// Full line `i` as rules see it.
+    /// The profile of full line `i`, to which depth rules are fitted.
     pub(crate) fn profile(&self, i: usize) -> &Profile {
         self.derived[i].profile.get_or_init(|| Profile::new(&self.lines[i]))
     }
 
-    /// Whether line `i` has a jump that has been resolved: no rule is learned from it.
+    /// Whether line `i` has a resolved jump: no depth rule is fitted to it.
     pub(crate) fn has_jump(&self, i: usize) -> bool {
         *self.derived[i].has_jump.get_or_init(|| has_jump(&self.lines[i]))
     }
@@ -117,7 +119,7 @@ impl NodeLines {
 
     /// The largest ∫ |G| dz of a full line.
     pub(crate) fn brightest(&self) -> f64 {
-        let all = (0..self.lines.len()).into_par_iter().with_min_len(LINES_KNOWN);
+        let all = (0..self.lines.len()).into_par_iter().with_min_len(LINES_CACHED);
         let full = all.filter(|&i| self.is_full(i));
         let brightness =
             |i: usize| *self.derived[i].brightness.get_or_init(|| self.lines[i].brightness());
@@ -126,7 +128,7 @@ impl NodeLines {
 
     /// Whether no sample is negative.
     pub(crate) fn are_nowhere_negative(&self) -> bool {
-        let lines = self.lines.par_iter().with_min_len(LINES_KNOWN);
+        let lines = self.lines.par_iter().with_min_len(LINES_CACHED);
         lines.all(|line| line.samples.iter().all(|sample| sample.rate >= 0.0))
     }
 
@@ -140,8 +142,8 @@ impl NodeLines {
         }
     }
 
-    /// Samples all wanted depths in one batch; those that are there already cost nothing, and a depth
-    /// may be wanted twice.
+    /// Samples all wanted depths in one batch. Depths that have been sampled cost nothing, and a
+    /// depth may be wanted twice.
     pub(crate) async fn sample(
         &mut self,
         view: &View<'_>,
@@ -173,8 +175,8 @@ impl NodeLines {
         Ok(())
     }
 
-    /// Samples the wanted depths and refines each line of them until its error is within
-    /// `tolerance`, all lines together: one batch for each step.
+    /// Samples the wanted depths and refines each of these lines until its error is within
+    /// `tolerance`, with one batch for each step of all lines.
     pub(crate) async fn refine(
         &mut self,
         view: &View<'_>,
@@ -190,8 +192,8 @@ impl NodeLines {
         Ok(())
     }
 
-    /// Assesses the given lines and returns what they want, the lines in ascending order: first the
-    /// jumps that are expected, until all have been found or given up.
+    /// Assesses lines and returns the depths to be sampled, by line in ascending order. Expected
+    /// jumps are searched for first, until all are bracketed or given up.
     pub(crate) fn assess(
         &mut self,
         numbers: impl Iterator<Item = usize>,
@@ -220,7 +222,7 @@ impl NodeLines {
     }
 }
 
-/// The entries of these numbers, which ascend.
+/// The entries with these numbers, which must be ascending.
 fn chosen<T>(all: &mut [T], numbers: impl Iterator<Item = usize>) -> Vec<&mut T> {
     let (mut rest, mut passed) = (all.iter_mut(), 0);
     let entry = |i: usize| {

@@ -1,15 +1,15 @@
-//! Profiles: full lines at the depths that rules may use.
+//! Profiles: G on full lines at the depths that depth rules may use.
 
 use crate::vol::dyadic::spacing;
 use crate::vol::line::Line;
 use crate::vol::tuning::TUNING;
 
-/// Depths that a rule may use are on the lattice of this level.
+/// The level of the lattice of the depths that a rule may use.
 const DEPTH_LEVEL: u8 = 7;
-/// Depths that there are.
+/// The number of these depths.
 pub(crate) const DEPTHS: usize = (1 << DEPTH_LEVEL) + 1;
 
-/// A line as rules see it: G at all depths that a rule may use.
+/// A line for the fit of depth rules: G at all depths that a rule may use.
 #[derive(Clone, Debug)]
 pub(crate) struct Profile {
     pub(crate) rates: Vec<f64>,
@@ -24,7 +24,7 @@ pub(crate) fn depth_of(k: usize) -> u32 {
     crate::cell::to_u32(k) * spacing(DEPTH_LEVEL)
 }
 
-/// Whether a line has a jump that has been resolved: no rule is learned from it.
+/// Whether a line has a resolved jump: no depth rule is fitted to it.
 pub(crate) fn has_jump(line: &Line) -> bool {
     line.has_jump_within(spacing(TUNING.line.resolved_jump_level))
 }

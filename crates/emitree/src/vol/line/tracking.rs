@@ -1,15 +1,12 @@
-//! Tracking: where a new line is expected to jump, given the jumps of the full lines around it.
+//! Tracking of jumps: their expected depths on a new line, from those on the full lines around it.
 //!
-//! A surface on which g jumps cuts neighbouring lines at depths that vary smoothly over the image, so
-//! [a local fit](crate::vol::least_squares) to the depths on nearby lines tells where it cuts a new one, and
-//! how well that is known. Two samples around that depth replace the bisection from the base depths.
-//!
-//! Towards a limb two jumps of opposite sign come together like z = m ± √v, where only the middle m
-//! and the squared half width v vary smoothly: pairs are fitted that way too, and the better fit is
-//! believed. A squared half width below zero means that the line passes by.
+//! A surface on which g jumps cuts neighbouring lines at depths that vary smoothly over the image:
+//! a [local fit](crate::vol::least_squares) to them gives the depth on a new line. Towards a limb
+//! two jumps of opposite sign approach each other like z = m ± √v, where only the middle m and the
+//! squared half width v vary smoothly; such pairs are fitted in this form.
 
 use crate::vol::dyadic::{coarsest_between, spacing};
-use crate::vol::least_squares::{Expected, Known, MOST_VALUES, expected};
+use crate::vol::least_squares::{DataPoint, Estimate, MOST_VALUES, estimate};
 use crate::vol::line::Line;
 use crate::vol::line::jumps::{Jump, matches, place_of};
 use crate::vol::tuning::TUNING;
@@ -17,7 +14,7 @@ use crate::vol::tuning::TUNING;
 /// A full line near a new one.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbour {
-    /// Where it is from the new line, in units of the distance of the nearest.
+    /// The place relative to the new line, in units of the distance of the nearest line.
     pub(crate) place: [f64; 2],
     pub(crate) jumps: Vec<Jump>,
 }
@@ -27,23 +24,23 @@ pub(crate) struct Neighbour {
 pub(crate) struct Bracket {
     pub(crate) low: u32,
     pub(crate) high: u32,
-    /// G on either side of the jump, on the reference line.
+    /// G on either side of the jump on the reference line.
     below: f64,
     above: f64,
     misses: u8,
 }
 
-/// Where a new line is to be sampled because of jumps.
+/// The depths at which a new line is to be sampled because of jumps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Predicted {
     pub(crate) brackets: Vec<Bracket>,
-    /// Single depths where little is known.
+    /// Single depths near jumps that have no bracket.
     pub(crate) probes: Vec<u32>,
 }
 
 impl Bracket {
     /// The next depth to be sampled once `line` has both ends; `None` if the jump is between them,
-    /// or can't be found like this.
+    /// or if the search is given up.
     pub(crate) fn next(&mut self, line: &Line) -> Option<u32> {
         let rate = |depth| line.find(depth).ok().map(|i| line.samples[i].rate);
         loop {
@@ -54,7 +51,7 @@ impl Bracket {
                 return None;
             }
             self.misses += 1;
-            let stride = TUNING.jumps.stride.saturating_mul(self.high - self.low);
+            let stride = TUNING.jumps.search_stride.saturating_mul(self.high - self.low);
             if low {
                 (self.low, self.high) =
                     (self.high, self.high.saturating_add(stride).min(spacing(0)));
@@ -72,10 +69,10 @@ impl Bracket {
     }
 }
 
-/// Where a line is expected to jump, given its `neighbours`, the nearest first. A jump that is closed
-/// in on beyond what `tolerance` asks of the integral saves nothing more.
+/// The expected jumps of a line, given its `neighbours`, the nearest first. Brackets are not
+/// narrower than the error of the integral needs for `tolerance`.
 pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
-    let nearest = &neighbours[..neighbours.len().min(TUNING.jumps.references)];
+    let nearest = &neighbours[..neighbours.len().min(TUNING.jumps.reference_lines)];
     let reference = nearest.iter().rev().max_by_key(|neighbour| neighbour.jumps.len());
     let Some(reference) = reference.map(|neighbour| &neighbour.jumps).filter(|j| !j.is_empty())
     else {
@@ -85,26 +82,27 @@ pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
         neighbours.iter().map(|neighbour| matches(reference, &neighbour.jumps)).collect();
     let surfaces = Surfaces { neighbours, matched };
     let mut predicted = Predicted::default();
-    let mut depths: Vec<Option<Expected>> =
-        (0..reference.len()).map(|k| expected(&surfaces.known(k))).collect();
+    let mut depths: Vec<Option<Estimate>> =
+        (0..reference.len()).map(|k| estimate(&surfaces.data_points(k))).collect();
     for k in 0..reference.len() - 1 {
         if !reference[k].is_like(&reference[k + 1]) {
-            surfaces.unfold(k, &mut depths, &mut predicted.probes);
+            surfaces.fit_pair(k, &mut depths, &mut predicted.probes);
         }
     }
     for (k, depth) in depths.iter().enumerate() {
-        let Some(Expected { value: depth, error }) = *depth else { continue };
-        // As narrow as leaves this jump its share of the tolerance, with one share to spare.
-        let fractions = (reference.len() + 1) as f64;
+        let Some(Estimate { value: depth, error }) = *depth else { continue };
+        // Each jump may have an equal share of the tolerance, with one share to spare.
+        let shares = (reference.len() + 1) as f64;
         let step = reference[k].step().abs();
-        let narrow = tolerance / (2.0 * TUNING.line.jump_error * step * fractions);
-        let half = (TUNING.jumps.bracket * (error + TUNING.jumps.known_within * surfaces.width(k)))
-            .max(narrow);
-        if depth + half <= 0.0 || depth - half >= 1.0 || half > TUNING.jumps.widest {
+        let narrow = tolerance / (2.0 * TUNING.line.jump_error * step * shares);
+        let half = (TUNING.jumps.bracket_scale
+            * (error + TUNING.jumps.width_share * surfaces.width(k)))
+        .max(narrow);
+        if depth + half <= 0.0 || depth - half >= 1.0 || half > TUNING.jumps.widest_bracket {
             if depth > 0.0 && depth < 1.0 {
                 predicted.probes.extend([
-                    outside(depth, TUNING.jumps.probed, false),
-                    outside(depth, TUNING.jumps.probed, true),
+                    outside(depth, TUNING.jumps.probe_distance, false),
+                    outside(depth, TUNING.jumps.probe_distance, true),
                 ]);
             }
             continue;
@@ -117,20 +115,20 @@ pub(crate) fn predict(neighbours: &[Neighbour], tolerance: f64) -> Predicted {
             misses: 0,
         });
     }
-    part(&mut predicted.brackets);
+    separate(&mut predicted.brackets);
     predicted
 }
 
-/// Brackets that overlap share the depth in the middle of what they share.
-fn part(brackets: &mut Vec<Bracket>) {
+/// Separates overlapping brackets at a depth between their middles.
+fn separate(brackets: &mut Vec<Bracket>) {
     for k in 1..brackets.len() {
         if brackets[k - 1].high >= brackets[k].low {
             let (low, high) = (brackets[k - 1].middle(), brackets[k].middle());
             let between = low.min(high) + low.abs_diff(high) / 2;
             let reach = low.abs_diff(high) / 4;
-            let parting = coarsest_between(between - reach, between + reach);
-            brackets[k - 1].high = parting;
-            brackets[k].low = parting;
+            let split = coarsest_between(between - reach, between + reach);
+            brackets[k - 1].high = split;
+            brackets[k].low = split;
         }
     }
     brackets.retain(|bracket| bracket.low < bracket.high);
@@ -142,8 +140,8 @@ impl Bracket {
     }
 }
 
-/// A coarse place at or beyond `fraction` of the line, on the side of `up`, by no more than
-/// [`SLACK`] · `half`.
+/// A coarse place at or beyond `fraction` of the line, above it if `up`, by at most the slack times
+/// `half`.
 fn outside(fraction: f64, half: f64, up: bool) -> u32 {
     let slack = TUNING.jumps.slack * half;
     if up {
@@ -153,14 +151,14 @@ fn outside(fraction: f64, half: f64, up: bool) -> u32 {
     }
 }
 
-/// The jumps of the neighbours, by the jump of the reference that they match.
+/// The jumps of the neighbours, by the jump of the reference line that they match.
 struct Surfaces<'a> {
     neighbours: &'a [Neighbour],
     matched: Vec<Vec<Option<usize>>>,
 }
 
 impl Surfaces<'_> {
-    /// The neighbours that have jump `k`, with it.
+    /// The neighbours that have jump `k`, with this jump.
     fn of(&self, k: usize) -> impl Iterator<Item = (&Neighbour, &Jump)> {
         let with = self.neighbours.iter().zip(&self.matched);
         with.filter_map(move |(neighbour, matched)| {
@@ -169,22 +167,23 @@ impl Surfaces<'_> {
     }
 
     /// The depths of jump `k` on the nearest lines that have it.
-    fn known(&self, k: usize) -> Vec<Known> {
-        let known = |(neighbour, jump): (&Neighbour, &Jump)| Known {
+    fn data_points(&self, k: usize) -> Vec<DataPoint> {
+        let known = |(neighbour, jump): (&Neighbour, &Jump)| DataPoint {
             place: neighbour.place,
             value: jump.depth,
         };
         self.of(k).map(known).take(MOST_VALUES).collect()
     }
 
-    /// How wide jump `k` is on the nearest lines.
+    /// The largest width of jump `k` on the nearest lines.
     fn width(&self, k: usize) -> f64 {
-        self.of(k).take(TUNING.jumps.widths).map(|(_, jump)| jump.width).fold(0.0, f64::max)
+        self.of(k).take(TUNING.jumps.width_lines).map(|(_, jump)| jump.width).fold(0.0, f64::max)
     }
 
-    /// Jumps `k` and `k` + 1 as middle and squared half width, if that is better, or a probe where
-    /// the line may pass by them.
-    fn unfold(&self, k: usize, depths: &mut [Option<Expected>], probes: &mut Vec<u32>) {
+    /// Replaces jumps `k` and `k` + 1 by a fit to their middle and squared half width if its error
+    /// is smaller. If the squared half width is negative, the line may pass by the pair, and a
+    /// probe at the middle replaces them.
+    fn fit_pair(&self, k: usize, depths: &mut [Option<Estimate>], probes: &mut Vec<u32>) {
         let (mut middles, mut squares) = (Vec::new(), Vec::new());
         for (neighbour, matched) in self.neighbours.iter().zip(&self.matched) {
             let (Some(low), Some(high)) = (matched[k], matched[k + 1]) else { continue };
@@ -192,16 +191,20 @@ impl Surfaces<'_> {
                 continue;
             }
             let (low, high) = (neighbour.jumps[low].depth, neighbour.jumps[high].depth);
-            let known = |value| Known { place: neighbour.place, value };
+            let known = |value| DataPoint { place: neighbour.place, value };
             middles.push(known(0.5 * (low + high)));
             squares.push(known(0.25 * (high - low) * (high - low)));
         }
-        let (Some(middle), Some(square)) = (expected(&middles), expected(&squares)) else { return };
+        let (Some(middle), Some(square)) = (estimate(&middles), estimate(&squares)) else { return };
         let own = [k, k + 1].map(|k| depths[k].map_or(f64::INFINITY, |depth| depth.error));
-        if square.value < -TUNING.jumps.bracket * square.error {
+        if square.value < -TUNING.jumps.bracket_scale * square.error {
             let inside = middle.value > 0.0 && middle.value < 1.0;
-            if inside && own[0] > TUNING.jumps.own_fit * middle.error {
-                probes.push(outside(middle.value, middle.error.max(TUNING.jumps.closed), false));
+            if inside && own[0] > TUNING.jumps.own_fit_share * middle.error {
+                probes.push(outside(
+                    middle.value,
+                    middle.error.max(TUNING.jumps.pair_probe_width),
+                    false,
+                ));
                 (depths[k], depths[k + 1]) = (None, None);
             }
             return;
@@ -213,7 +216,7 @@ impl Surfaces<'_> {
         let error = wider.max(narrower) + middle.error;
         for ((k, sign), own) in [(k, -1.0), (k + 1, 1.0)].into_iter().zip(own) {
             if own > error {
-                depths[k] = Some(Expected { value: middle.value + sign * half, error });
+                depths[k] = Some(Estimate { value: middle.value + sign * half, error });
             }
         }
     }
@@ -234,7 +237,7 @@ mod tests {
         line
     }
 
-    /// The lattice around the new line with the jumps that `jumps` gives, the nearest first.
+    /// The lattice around the new line with the jumps given by `jumps`, the nearest lines first.
     fn neighbours(jumps: impl Fn(f64, f64) -> Vec<(f64, f64)>) -> Vec<Neighbour> {
         let mut places = Vec::new();
         for i in -2..3 {
@@ -253,10 +256,11 @@ mod tests {
             };
             Neighbour { place, jumps: jumps(place[0], place[1]).into_iter().map(jump).collect() }
         };
-        places.into_iter().take(TUNING.jumps.neighbours).map(neighbour).collect()
+        places.into_iter().take(TUNING.jumps.most_neighbours).map(neighbour).collect()
     }
 
-    /// Samples that the search of one bracket needs until it holds the jump, and that width.
+    /// The number of samples until one bracket contains the jump or is given up, and the width of
+    /// the bracket.
     fn search(mut bracket: Bracket, rate: impl Fn(f64) -> f64 + Copy) -> (usize, f64) {
         let mut line = line(rate, [bracket.low, bracket.high]);
         while let Some(depth) = bracket.next(&line) {

@@ -1,9 +1,9 @@
-//! Functions on the unit interval by their values at Chebyshev places, which are nested.
+//! Functions on the unit interval by their values at nested Chebyshev places.
 //!
-//! Level l has the 2^l + 1 extrema of a Chebyshev polynomial, xᵢ = sin²(π i / 2^(l+1)); each second one
-//! is a place of level l − 1. The polynomial through the values there converges as fast as the function
-//! is smooth (Trefethen 2013, Approximation Theory and Approximation Practice, chapters 2 to 8). With
-//! s = 1 − 2x it is Σ cₖ Tₖ(s).
+//! Level l has the 2^l + 1 extrema of a Chebyshev polynomial, xᵢ = sin²(π i / 2^(l+1)); every
+//! second one is a place of level l − 1. The polynomial through the values there converges at a
+//! rate determined by the smoothness of the function (Trefethen 2013, Approximation Theory and
+//! Approximation Practice, chapters 2 to 8). With s = 1 − 2x it is Σ cₖ Tₖ(s).
 
 use crate::vol::tuning::TUNING;
 use core::f64::consts::PI;
@@ -15,7 +15,7 @@ pub(super) fn places(level: u8) -> usize {
     (1 << level) + 1
 }
 
-/// Place `i` of a level, the same to the last bit on all levels that have it.
+/// Place `i` of a level, bit-identical on all levels that have it.
 fn place(level: u8, i: usize) -> f64 {
     (PI * i as f64 / (2_u64 << level) as f64).sin().powi(2)
 }
@@ -25,12 +25,12 @@ pub(super) fn all_places(level: u8) -> Vec<f64> {
     (0..places(level)).map(|i| place(level, i)).collect()
 }
 
-/// The coefficients of the polynomials through values at the places of one level.
+/// The transform from values at the places of one level to coefficients.
 #[derive(Clone, Debug)]
 pub(super) struct Analysis {
-    /// The number of the last place, and of the last polynomial.
+    /// The number of the last place, and the degree of the last polynomial.
     last: usize,
-    /// cos(π j / `last`) once around.
+    /// cos(π j / `last`) over one period.
     cosines: Vec<f64>,
 }
 
@@ -41,35 +41,38 @@ impl Analysis {
         Self { last, cosines: (0..2 * last).map(cosine).collect() }
     }
 
-    /// The coefficient of Tₖ of the function with these `values` at the places.
+    /// The coefficient of Tₖ of the polynomial with these `values` at the places.
     fn coefficient(&self, k: usize, values: impl Iterator<Item = f64>) -> f64 {
         let end = |i: usize| if i == 0 || i == self.last { 0.5 } else { 1.0 };
         let (norm, around) = (2.0 / self.last as f64 * end(k), 2 * self.last - 1);
-        // The number of cosines is a power of two: whole turns are what its mask takes off.
+        // The number of cosines is a power of two, so that a mask reduces the index modulo the
+        // period.
         let weight = |i: usize| norm * end(i) * self.cosines[(k * i) & around];
         values.enumerate().map(|(i, value)| weight(i) * value).sum()
     }
 
-    /// All coefficients.
+    /// All coefficients of the polynomial with these `values` at the places.
     pub(super) fn coefficients<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         (0..=self.last).map(|k| self.coefficient(k, values.iter().copied()))
     }
 
-    /// How large the highest coefficients are.
+    /// The sum of the |coefficients| of the highest degrees.
     pub(super) fn tail(&self, values: impl Iterator<Item = f64> + Clone) -> f64 {
-        let length = ((self.last + 1) / TUNING.lowrank.tail).max(TUNING.lowrank.least_tail);
+        let length =
+            ((self.last + 1) / TUNING.lowrank.tail_divisor).max(TUNING.lowrank.least_tail_length);
         let highest = self.last + 1 - length..=self.last;
         highest.map(|k| self.coefficient(k, values.clone()).abs()).sum()
     }
 }
 
-/// Several sums Σ cₖ Tₖ: a column of coefficients for each.
+/// Several sums Σ cₖ Tₖ, with a column of coefficients for each.
 pub(super) type Series = DMatrix<f64>;
 
-/// Coordinates at which sums are made at a time: enough that none of their steps waits for another.
+/// The number of coordinates at which sums are evaluated together: enough to hide the latency of
+/// each step.
 pub(super) const LANES: usize = 32;
 
-/// Writes each of the sums at the coordinates `x` to `sums`, by Clenshaw's recurrence.
+/// Writes each sum at the coordinates `x` to `sums`, with Clenshaw's recurrence.
 pub(super) fn sums_at(series: &Series, x: &[f64; LANES], sums: &mut [[f64; LANES]]) {
     let all = series.as_slice().chunks_exact(series.nrows().max(1));
     all.zip(sums).for_each(|(coefficients, sum)| sum_at(coefficients, x, sum));
@@ -90,10 +93,10 @@ fn sum_at(coefficients: &[f64], x: &[f64; LANES], sum: &mut [f64; LANES]) {
     }
 }
 
-/// The means of each of the sums over `pixels` equal parts of the interval: a column for each sum.
+/// The means of each sum over `pixels` equal parts of the interval: a column for each sum.
 pub(super) fn means(series: &Series, pixels: usize) -> DMatrix<f64> {
     let mut means = DMatrix::zeros(pixels, series.ncols());
-    // The borders of parts, which are so long in s and go towards smaller s.
+    // The borders of the parts in s, in descending order.
     let s: Vec<f64> =
         (0..=pixels).map(|border| 1.0 - 2.0 * border as f64 / pixels as f64).collect();
     let length = 2.0 / pixels as f64;
@@ -108,7 +111,7 @@ pub(super) fn means(series: &Series, pixels: usize) -> DMatrix<f64> {
         for (mut means, c) in means.column_iter_mut().zip(coefficients.iter()) {
             add_differences(means.as_mut_slice(), c / length, &antiderivative);
         }
-        // T_{k+2} takes the place of T_{k-1}, and the names go on to the next k.
+        // T_{k+2} replaces T_{k-1}, and the three vectors are renamed for the next k.
         ascend(&s, &polynomial, &next, &mut before);
         core::mem::swap(&mut before, &mut polynomial);
         core::mem::swap(&mut polynomial, &mut next);
@@ -116,7 +119,7 @@ pub(super) fn means(series: &Series, pixels: usize) -> DMatrix<f64> {
     means
 }
 
-/// ∫ Tₖ ds for k ≥ 2, from its neighbours.
+/// The antiderivative of Tₖ in s for k ≥ 2, from T_{k-1} and T_{k+1}.
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
 fn integrate(k: f64, before: &[f64], next: &[f64], antiderivative: &mut [f64]) {
     let (of_next, of_before) = (0.5 / (k + 1.0), 0.5 / (k - 1.0));
@@ -125,7 +128,7 @@ fn integrate(k: f64, before: &[f64], next: &[f64], antiderivative: &mut [f64]) {
     }
 }
 
-/// The polynomial after `next`, which is after `polynomial`.
+/// The Chebyshev polynomial that follows `polynomial` and `next`.
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
 fn ascend(s: &[f64], polynomial: &[f64], next: &[f64], after: &mut [f64]) {
     for (after, (s, (polynomial, next))) in

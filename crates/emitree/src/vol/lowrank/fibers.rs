@@ -1,33 +1,34 @@
 //! Fibers: G along one axis of the cube, and the functions that they span.
 //!
-//! Empirical interpolation (Barrault et al. 2004, doi:10.1016/j.crma.2004.08.006): each fiber that
-//! the ones before do not explain adds a function, and as its *pivot* the place where it differs
-//! most from what they say. A function in the span follows from its values at the pivots.
+//! Empirical interpolation (Barrault et al. 2004, doi:10.1016/j.crma.2004.08.006): each fiber
+//! outside the span of the former ones adds a function, and the place of its largest residual as
+//! the *pivot* of that function. A function in the span follows from its values at the pivots.
 
 use crate::vol::lowrank::chebyshev::{Analysis, LANES, Series, all_places, means, places, sums_at};
 use core::mem::replace;
 use nalgebra::DMatrix;
 
-/// G along one axis through several points.
+/// The fibers along one axis, and the basis that they span.
 #[derive(Clone, Debug)]
 pub(super) struct Fibers {
-    /// The places of this level are sampled.
+    /// The level of the sampled places.
     pub(super) level: u8,
     /// Their coordinates.
     places: Vec<f64>,
-    /// Where the fibers are on the other two axes, in ascending order of the axes.
+    /// The coordinates of the fibers on the other two axes, in ascending order of the axes.
     pub(super) at: Vec<[f64; 2]>,
     /// G at each place of each fiber.
     pub(super) rates: Vec<Vec<f64>>,
-    /// The fibers that are no sums of those before, in order.
+    /// The fibers that added a function, in order.
     chosen: Vec<usize>,
-    /// The numbers of their pivots among the places.
+    /// The numbers of the pivots among the places.
     pivots: Vec<usize>,
-    /// One column for each pivot: the function in the span that is 1 there and 0 at the others.
+    /// The cardinal functions at the places, a column for each pivot: each is 1 at its pivot and 0
+    /// at the others.
     cardinal: DMatrix<f64>,
-    /// The same functions as sums of polynomials.
+    /// The cardinal functions as Chebyshev series.
     series: Series,
-    /// How sums follow from values.
+    /// The transform from values to series.
     analysis: Analysis,
 }
 
@@ -56,17 +57,17 @@ impl Fibers {
         self.pivots.iter().map(|&i| self.places[i]).collect()
     }
 
-    /// The functions that are 1 at one pivot and 0 at the others, a column each, at all places.
+    /// The cardinal functions at all places, a column for each.
     pub(super) fn cardinal(&self) -> &DMatrix<f64> {
         &self.cardinal
     }
 
-    /// What the polynomials through the fibers leave open, at the most.
+    /// The largest [tail](Analysis::tail) of a fiber.
     pub(super) fn tail(&self) -> f64 {
         self.largest_tail(self.level, &self.analysis)
     }
 
-    /// What they would leave open on the next level, if it falls as it did from the level before: its
+    /// The largest tail expected on the next level. It is extrapolated from the level before: the
     /// logarithm doubles with the number of places (Trefethen 2013, theorem 8.2).
     pub(super) fn next_tail(&self) -> f64 {
         let level_before = self.level - 1;
@@ -75,7 +76,7 @@ impl Fibers {
         if before > 0.0 { now * (now / before).powi(2) } else { 0.0 }
     }
 
-    /// The largest tail of a fiber by its places of `level`.
+    /// The largest tail of a fiber by its values at the places of `level`.
     fn largest_tail(&self, level: u8, analysis: &Analysis) -> f64 {
         let step = 1 << (self.level - level);
         let of_fiber = |rates: &Vec<f64>| analysis.tail(rates.iter().step_by(step).copied());
@@ -88,26 +89,26 @@ impl Fibers {
         self.rates.push(rates);
     }
 
-    /// Takes the last fiber to the functions if more than `allowed` of it is not explained by the
-    /// ones before; whether it did.
+    /// Adds a function from the last fiber if its largest residual is above `allowed`. Returns
+    /// whether it was added.
     pub(super) fn extend_basis(&mut self, allowed: f64) -> bool {
         let Some(last) = self.rates.len().checked_sub(1) else { return false };
-        let rest = self.unexplained(last);
-        let pivot = largest(&rest);
-        if rest[pivot].abs() <= allowed {
+        let residual = self.unexplained(last);
+        let pivot = largest(&residual);
+        if residual[pivot].abs() <= allowed {
             return false;
         }
-        self.push(last, pivot, &rest);
+        self.push(last, pivot, &residual);
         true
     }
 
-    /// Forgets the last fiber, which is a sum of others.
+    /// Removes the last fiber, which is in the span of others.
     pub(super) fn drop_last(&mut self) {
         self.at.pop();
         self.rates.pop();
     }
 
-    /// Goes to the next level, given the rates of each fiber at its new places.
+    /// Refines to the next level, given the rates of each fiber at its new places.
     pub(super) fn refine(&mut self, new_rates: &[Vec<f64>]) {
         for (rates, new) in self.rates.iter_mut().zip(new_rates) {
             let mut finer = Vec::with_capacity(rates.len() + new.len());
@@ -120,14 +121,14 @@ impl Fibers {
         self.level += 1;
         self.places = all_places(self.level);
         self.analysis = Analysis::new(self.level);
-        // The functions at the new places, by the same steps.
+        // The functions at the new places follow from the same fibers and pivots.
         let chosen = core::mem::take(&mut self.chosen);
         let pivots = core::mem::take(&mut self.pivots);
         self.cardinal = DMatrix::zeros(places(self.level), 0);
         self.series = Series::zeros(places(self.level), 0);
         for (fiber, pivot) in chosen.into_iter().zip(pivots) {
-            let rest = self.unexplained(fiber);
-            self.push(fiber, 2 * pivot, &rest);
+            let residual = self.unexplained(fiber);
+            self.push(fiber, 2 * pivot, &residual);
         }
     }
 
@@ -141,22 +142,25 @@ impl Fibers {
         all_places(self.level + 1).into_iter().skip(1).step_by(2).collect()
     }
 
-    /// A fiber less what the functions make of its values at the pivots.
+    /// The residual of a fiber: its values less their interpolant through the pivots.
     fn unexplained(&self, fiber: usize) -> Vec<f64> {
         let rates = &self.rates[fiber];
-        let mut rest = rates.clone();
+        let mut residual = rates.clone();
         for (k, &pivot) in self.pivots.iter().enumerate() {
             let function = self.cardinal.column(k);
-            rest.iter_mut().zip(function.iter()).for_each(|(rest, f)| *rest -= rates[pivot] * f);
+            residual
+                .iter_mut()
+                .zip(function.iter())
+                .for_each(|(residual, f)| *residual -= rates[pivot] * f);
         }
-        // Rounding must not make a pivot of one that there is.
-        self.pivots.iter().for_each(|&pivot| rest[pivot] = 0.0);
-        rest
+        // Rounding must not make an existing pivot the largest residual.
+        self.pivots.iter().for_each(|&pivot| residual[pivot] = 0.0);
+        residual
     }
 
-    fn push(&mut self, fiber: usize, pivot: usize, rest: &[f64]) {
-        let scale = 1.0 / rest[pivot];
-        let new: Vec<f64> = rest.iter().map(|rest| rest * scale).collect();
+    fn push(&mut self, fiber: usize, pivot: usize, residual: &[f64]) {
+        let scale = 1.0 / residual[pivot];
+        let new: Vec<f64> = residual.iter().map(|residual| residual * scale).collect();
         let there: Vec<f64> = self.cardinal.row(pivot).iter().copied().collect();
         let coefficients: Vec<f64> = self.analysis.coefficients(&new).collect();
         let none = || DMatrix::zeros(0, 0);
@@ -179,7 +183,8 @@ impl Fibers {
     }
 }
 
-/// The functions with the `new` one, times what each is `there` taken off: a column for each.
+/// The functions with the `new` one, and the former ones less it times their values `there`, at its
+/// pivot.
 fn with_function(mut functions: DMatrix<f64>, there: &[f64], new: &[f64]) -> DMatrix<f64> {
     for (mut function, there) in functions.column_iter_mut().zip(there) {
         function.iter_mut().zip(new).for_each(|(f, new)| *f -= there * new);
@@ -190,7 +195,7 @@ fn with_function(mut functions: DMatrix<f64>, there: &[f64], new: &[f64]) -> DMa
     functions
 }
 
-/// The number of the largest |value|, the first of equal ones.
+/// The index of the largest |value|, the first of equal ones.
 pub(super) fn largest(values: &[f64]) -> usize {
     let better =
         |best: usize, i: usize| if values[i].abs() > values[best].abs() { i } else { best };
@@ -219,7 +224,7 @@ mod tests {
         fibers.add([0.5, 0.5], fiber(4, mixed(-0.2, 0.7)));
         assert!(!fibers.extend_basis(1e-10));
         assert_eq!(fibers.rank(), 2);
-        // Also on the next level, and between its places.
+        // The same holds on the next level, and between its places.
         let new = fibers.new_places();
         let rates: Vec<Vec<f64>> = [(1.0, 0.0), (0.3, 1.0), (-0.2, 0.7)]
             .map(|(a, b)| new.iter().map(|&x| mixed(a, b)(x)).collect())

@@ -1,22 +1,22 @@
-//! The forecast: what the rest of a search would cost, next to what the image tree would.
+//! The forecast: the expected cost of the rest of a search, compared with that of the image tree.
 
 use crate::meter::Deadline;
 use crate::vol::lowrank::interpolant::Interpolant;
-use crate::vol::lowrank::rehearsal::evaluations_of_tree;
+use crate::vol::lowrank::trial_run::evaluations_of_tree;
 use crate::vol::tuning::TUNING;
 
-/// The dearest rest that is told from others.
+/// The upper limit of the extrapolated cost: all larger ones are equally impossible.
 const MOST_EXPENSIVE: f64 = 1e6;
 
-/// The error as a function of the rank, so far.
+/// The error as a function of the rank so far, and its extrapolation.
 pub(super) struct Forecast {
     /// The error that ends the search, relative to the largest pixel.
     goal: f64,
-    /// Ranks, and the least error up to each.
+    /// Ranks, with the smallest error up to each.
     course: Vec<(f64, f64)>,
-    /// Evaluations at the next forecast.
+    /// The number of evaluations at the next forecast.
     next: f64,
-    /// How many of the last forecasts were for the tree.
+    /// The number of successive forecasts that preferred the image tree.
     for_tree: u32,
 }
 
@@ -25,8 +25,8 @@ impl Forecast {
         Self { goal, course: Vec::new(), next: TUNING.lowrank.first_forecast, for_tree: 0 }
     }
 
-    /// Takes down the relative error with functions of these `ranks` along the axes.
-    pub(super) fn note(&mut self, ranks: [usize; 3], error: f64) {
+    /// Records the relative error for the given `ranks` along the axes.
+    pub(super) fn record(&mut self, ranks: [usize; 3], error: f64) {
         if error.is_finite() {
             let rank = (ranks.iter().product::<usize>() as f64).cbrt();
             let least = self.course.last().map_or(error, |(_, least)| least.min(error));
@@ -35,7 +35,7 @@ impl Forecast {
     }
 
     /// Whether the image tree is expected to cost less than the rest of the search, after `spent`
-    /// evaluations and with so many probes `missing`.
+    /// evaluations and with `missing` probes to be sampled.
     pub(super) fn prefers_tree(
         &mut self,
         interpolant: &Interpolant,
@@ -46,33 +46,34 @@ impl Forecast {
     ) -> bool {
         let Some(&(_, error)) = self.course.last() else { return false };
         if spent <= self.next
-            || (error > TUNING.lowrank.unknown && spent <= TUNING.lowrank.first_if_unknown)
+            || (error > TUNING.lowrank.unknown_error
+                && spent <= TUNING.lowrank.first_forecast_if_unknown)
         {
             return false;
         }
-        self.next = TUNING.lowrank.interval * spent;
-        let rest = (self.rest(interpolant) + missing as f64).min(MOST_EXPENSIVE);
-        // The interpolant is not good enough for the tolerance itself: it is rehearsed at one between
-        // that and the loosest.
-        let tolerance = self.goal / TUNING.engine.stop;
-        let rehearsed = (tolerance * TUNING.engine.loosest_tolerance).sqrt();
-        let cost_ratio = (rehearsed / tolerance).powf(TUNING.engine.cost_exponent);
-        let most = TUNING.lowrank.rehearsed * rest / cost_ratio;
-        let tree = evaluations_of_tree(interpolant, shape, rehearsed, most, deadline);
+        self.next = TUNING.lowrank.forecast_interval * spent;
+        let remaining = (self.remaining_cost(interpolant) + missing as f64).min(MOST_EXPENSIVE);
+        // The interpolant is not accurate enough for the tolerance itself: the tolerance of the
+        // trial run is between that and the loosest one.
+        let tolerance = self.goal / TUNING.engine.stopping_share;
+        let trial_tolerance = (tolerance * TUNING.engine.loosest_tolerance).sqrt();
+        let cost_ratio = (trial_tolerance / tolerance).powf(TUNING.engine.cost_exponent);
+        let most = TUNING.lowrank.trial_run_limit * remaining / cost_ratio;
+        let tree = evaluations_of_tree(interpolant, shape, trial_tolerance, most, deadline);
         let is_cheaper =
-            tree.is_some_and(|tree| tree * cost_ratio < TUNING.lowrank.safety_factor * rest);
+            tree.is_some_and(|tree| tree * cost_ratio < TUNING.lowrank.safety_factor * remaining);
         self.for_tree = if is_cheaper { self.for_tree + 1 } else { 0 };
         self.for_tree
-            >= if cost_ratio > TUNING.lowrank.extrapolated {
+            >= if cost_ratio > TUNING.lowrank.extrapolation_ratio {
                 TUNING.lowrank.forecasts_for_tree
             } else {
                 1
             }
     }
 
-    /// Evaluations from here to the goal, if the error goes on falling exponentially as it has since
-    /// half of the rank.
-    fn rest(&self, interpolant: &Interpolant) -> f64 {
+    /// The number of evaluations from here to the goal, if the error continues to decrease
+    /// exponentially as it has since half of the present rank.
+    fn remaining_cost(&self, interpolant: &Interpolant) -> f64 {
         let Some(&(rank, error)) = self.course.last() else { return 0.0 };
         let half = self.course.iter().rev().find(|(before, _)| *before <= 0.5 * rank);
         let &(before, larger) = half.unwrap_or(&self.course[0]);
@@ -92,34 +93,35 @@ mod tests {
     fn an_error_that_falls_exponentially_ends_at_the_rank_that_it_reaches_the_goal_with() {
         let mut forecast = Forecast::new(1e-3);
         for rank in 1..=6 {
-            forecast.note([rank; 3], 10.0_f64.powf(-0.25 * rank as f64));
+            forecast.record([rank; 3], 10.0_f64.powf(-0.25 * rank as f64));
         }
-        // One that has got worse for once does not count.
-        forecast.note([6, 6, 6], 1.0);
+        // A single larger error does not count.
+        forecast.record([6, 6, 6], 1.0);
         let interpolant = Interpolant::new(4);
-        let rest = 51.0 * 6.0 + 12.0_f64.powi(3) - 6.0_f64.powi(3);
-        assert!((forecast.rest(&interpolant) / rest - 1.0).abs() < 1e-9);
+        let remaining = 51.0 * 6.0 + 12.0_f64.powi(3) - 6.0_f64.powi(3);
+        assert!((forecast.remaining_cost(&interpolant) / remaining - 1.0).abs() < 1e-9);
     }
 
     #[test]
-    fn there_is_no_forecast_before_there_is_something_to_tell() {
+    fn there_is_no_forecast_before_the_first_error_estimates() {
         let mut forecast = Forecast::new(1e-3);
         let interpolant = Interpolant::new(4);
         assert!(!forecast.prefers_tree(&interpolant, 1e5, 0, [16, 16], None));
-        forecast.note([1, 1, 1], 5.0);
+        forecast.record([1, 1, 1], 5.0);
         assert!(!forecast.prefers_tree(
             &interpolant,
-            TUNING.lowrank.first_if_unknown,
+            TUNING.lowrank.first_forecast_if_unknown,
             0,
             [16, 16],
             None
         ));
-        // The interpolant is 0, and a tree finds that at once; the second forecast confirms it.
+        // An image tree of an interpolant that is 0 ends at once; the second forecast confirms it.
         let mut prefers_tree =
             |spent| forecast.prefers_tree(&interpolant, spent, 0, [16, 16], None);
-        assert!(!prefers_tree(TUNING.lowrank.first_if_unknown + 1.0));
+        assert!(!prefers_tree(TUNING.lowrank.first_forecast_if_unknown + 1.0));
         assert!(prefers_tree(
-            1.01 * TUNING.lowrank.interval * (TUNING.lowrank.first_if_unknown + 1.0)
+            1.01 * TUNING.lowrank.forecast_interval
+                * (TUNING.lowrank.first_forecast_if_unknown + 1.0)
         ));
     }
 }

@@ -1,10 +1,10 @@
-//! G on the whole cube from few fibers: a cross approximation in Tucker's form.
+//! G on the whole cube from few fibers: a cross approximation in Tucker form.
 //!
 //! G(x, y, z) = Σ aᵢ(x) bⱼ(y) cₖ(z) G(xᵢ, yⱼ, zₖ), where a, b, c are the cardinal functions of the
-//! fibers along each axis and (xᵢ, yⱼ, zₖ) the lattice of their pivots: G is kept on the cross and
-//! never on a grid (Oseledets, Savostianov and Tyrtyshnikov 2008, doi:10.1137/060655894). It is exact
-//! where the fibers' functions span those of G. Its integral along z is one sum for each pair of
-//! pivots, Σₖ G(xᵢ, yⱼ, zₖ) ∫ cₖ dz.
+//! fibers along each axis and (xᵢ, yⱼ, zₖ) the lattice of their pivots: G is stored on the crosses
+//! and never on a grid (Oseledets, Savostianov and Tyrtyshnikov 2008, doi:10.1137/060655894). It is
+//! exact where the functions of the fibers span those of G. Its integral along z is one sum for
+//! each pair of pivots, Σₖ G(xᵢ, yⱼ, zₖ) ∫ cₖ dz.
 
 use crate::parallel::prelude::*;
 use crate::vol::lowrank::chebyshev::{LANES, places};
@@ -12,7 +12,7 @@ use crate::vol::lowrank::fibers::Fibers;
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 
-/// Multiplications that are worth a thread of their own: a thread takes some ten microseconds to wake.
+/// The smallest number of multiplications for a thread, which takes some ten microseconds to start.
 const LEAST_WORK: usize = 100_000;
 
 /// A function of (x, y, z) by its values on crosses of fibers.
@@ -20,14 +20,14 @@ const LEAST_WORK: usize = 100_000;
 pub(super) struct Interpolant {
     /// The fibers along x, y and z.
     pub(super) axes: [Fibers; 3],
-    /// G at the pivots, the last axis fastest.
+    /// G at all triples of pivots, the last axis fastest.
     core: Vec<f64>,
-    /// The number of pivots on each axis that the core has.
+    /// The number of pivots on each axis that the core contains.
     filled: [usize; 3],
 }
 
 impl Interpolant {
-    /// 0, by no fibers, on the places of `level`.
+    /// The interpolant 0 without fibers, on the places of `level`.
     pub(super) fn new(level: u8) -> Self {
         Self { axes: [(); 3].map(|()| Fibers::new(level)), core: Vec::new(), filled: [0; 3] }
     }
@@ -42,12 +42,12 @@ impl Interpolant {
         self.axes.iter().map(|fibers| fibers.level).max().unwrap_or(0)
     }
 
-    /// The places of one fiber along each axis, together.
+    /// The number of places of three fibers, one along each axis.
     pub(super) fn places(&self) -> usize {
         self.axes.iter().map(|fibers| places(fibers.level)).sum()
     }
 
-    /// The pivots of all axes whose G the core does not have yet.
+    /// The triples of pivots at which the core has no value yet.
     pub(super) fn missing(&self) -> Vec<[f64; 3]> {
         let [x, y, z] = [0, 1, 2].map(|axis: usize| self.axes[axis].pivots());
         let mut missing = Vec::new();
@@ -67,7 +67,7 @@ impl Interpolant {
         at.iter().zip(self.filled).all(|(&at, rank)| at < rank)
     }
 
-    /// Takes up G at the pivots that were [missing](Self::missing).
+    /// Stores G at the triples of pivots that were [missing](Self::missing).
     pub(super) fn fill(&mut self, rates: &[f64]) {
         let ranks = self.ranks();
         let mut core = Vec::with_capacity(ranks.iter().product());
@@ -102,7 +102,7 @@ impl Interpolant {
         values
     }
 
-    /// Groups of points that are worth a thread of their own.
+    /// The smallest number of groups of points for a thread.
     fn groups_at_once(&self) -> usize {
         let of_axis = |fibers: &Fibers| places(fibers.level) * (fibers.rank() + 1);
         let work = self.axes.iter().map(of_axis).sum::<usize>() + self.core.len();
@@ -113,7 +113,7 @@ impl Interpolant {
         self.filled.map(|rank| vec![[0.0; LANES]; rank])
     }
 
-    /// The values at a group of points, and what there may be at the places of missing ones.
+    /// The values at a group of points; lanes without a point have arbitrary values.
     fn values_of_group(
         &self,
         functions: &mut [Vec<[f64; LANES]>; 3],
@@ -188,7 +188,7 @@ fn add_product(sums: &mut [f64; LANES], factor: f64, a: &[f64; LANES], b: &[f64;
     sums.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += factor * a * b);
 }
 
-/// The pixels of an image as a sum of products, a function of the column times one of the row each.
+/// The pixels of an image as a sum of products of a function of the column and one of the row.
 pub(super) struct Pixels {
     /// A column for each function, a row for each column of pixels.
     along_x: DMatrix<f64>,
@@ -218,7 +218,7 @@ mod tests {
     use super::*;
     use crate::image::Image;
 
-    /// Fibers through the given points, and the core.
+    /// An interpolant with crosses through the given points.
     fn through(points: &[[f64; 3]], g: impl Fn([f64; 3]) -> f64) -> Interpolant {
         let mut interpolant = Interpolant::new(5);
         for &[x, y, z] in points {
@@ -266,7 +266,7 @@ mod tests {
         image
     }
 
-    /// The integral along z by the trapezoid rule, with its ends corrected by Euler and Maclaurin.
+    /// The integral along z by the trapezoidal rule with the end correction of Euler and Maclaurin.
     fn line(g: impl Fn(f64) -> f64) -> f64 {
         let n = 2000;
         let h = 1.0 / f64::from(n);
@@ -280,12 +280,12 @@ mod tests {
         let interpolant = through(&[[0.31, 0.62, 0.45], [0.9, 0.95, 0.05]], two_products);
         let image = image_of(&interpolant, [300, 400]);
         for (row, column) in [(0, 0), (150, 77), (299, 399), (30, 300)] {
-            // A pixel is so small that its middle stands for it.
+            // The pixels are so small that their centres represent them.
             let (x, y) = ((column as f64 + 0.5) / 400.0, (row as f64 + 0.5) / 300.0);
             let middle = line(|z| two_products([x, y, z]));
             assert!((image[(row, column)] - middle).abs() < 2e-5, "{row} {column}");
         }
-        // And those of a coarse image are means of those of a fine one, exactly.
+        // The pixels of a coarse image are exactly the means of those of a fine one.
         let coarse = image_of(&interpolant, [3, 4]);
         let part = |row: usize, column: usize| -> f64 {
             let rows = row * 100..(row + 1) * 100;

@@ -1,17 +1,17 @@
-//! Separable structure: G as a sum of few products of functions of x, y and z, if it is one.
+//! The low-rank approximation: G as a sum of a few products of functions of x, y and z.
 //!
-//! A smooth G is often of low rank: what it does along an axis is a mixture of few functions, the same
-//! everywhere in the cube. Then a cross of fibers knows all of it, and the image costs hundreds of
-//! evaluations where a tree needs thousands. Whether it is so, the evaluations tell as they come; if it
-//! is not, the search ends early and the image tree begins.
+//! A smooth G often has a low rank: along each axis it is a combination of a few functions, the
+//! same everywhere in the cube. A few crosses of fibers then determine it, and an image costs
+//! hundreds of evaluations where an image tree needs thousands. The residuals at the samples show
+//! whether this is the case; if it is not, the search ends early and the image tree begins.
 //!
 //! * `chebyshev`: nested places on an axis and the polynomials through them;
 //! * `fibers`: G along one axis, and the functions that its fibers span;
 //! * `interpolant`: G on the cube and the image, from the fibers of all axes;
-//! * `probes`: scattered points that tell what is left, and the error of each pixel;
-//! * `jump`: discontinuities, which no sum of products follows;
-//! * `search`: fibers where most is left;
-//! * `forecast`, `rehearsal`: what the rest of the search would cost, and what the image tree would.
+//! * `probes`: residuals at scattered points, and the error of each pixel;
+//! * `jump`: detection of discontinuities;
+//! * `search`: new crosses at the largest residuals;
+//! * `forecast`, `trial_run`: the expected costs of the rest of the search and of the image tree.
 
 mod chebyshev;
 mod fibers;
@@ -19,7 +19,7 @@ mod forecast;
 mod interpolant;
 mod jump;
 mod probes;
-mod rehearsal;
+mod trial_run;
 mod search;
 
 use crate::cube::Cube;
@@ -33,20 +33,20 @@ use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::engine::{base_evaluations, finest_level};
-use crate::vol::lattice::points_to_see;
+use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::forecast::Forecast;
-use crate::vol::lowrank::probes::Left;
+use crate::vol::lowrank::probes::CellResiduals;
 use crate::vol::lowrank::search::{End, Search, WeightedView};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::scattered::{LayerSamples, fraction_of_view, size_seen};
+use crate::vol::view::scattered::{LayerSamples, fraction_of_view, size_detected};
 
-/// Standard deviations of Gaussians, in edges of the cube, that the probes have to see before the
-/// interpolant is believed, for tolerances from each of these on…
+/// For tolerances from the first number on, the standard deviation of the Gaussians, in edges of
+/// the cube, that the probes have to detect before the interpolant is accepted.
 const SMALLEST: [(f64, f64); 3] = [(0.2, 0.045), (0.03, 0.034), (0.0, 0.025)];
 
-/// Tries the image to the tolerance of `vol` from an interpolant of G.
+/// Computes the image to the tolerance of `vol` from an interpolant of G, if that is possible.
 pub(crate) async fn attempt(
     meter: &Meter,
     tiles: &[Tile<'_>],
@@ -72,14 +72,14 @@ pub(crate) async fn attempt(
         coarse_scale: radiance_per_density(tile.projection, coarse),
         coarse_largest: None,
         tolerance: vol.tolerance.min(TUNING.engine.loosest_tolerance),
-        most: TUNING.lowrank.most_of_budget * budget as f64,
+        most: TUNING.lowrank.most_budget_share * budget as f64,
         vol,
         wanted,
         smallest: None,
     };
     let found = match attempt.run().await {
         Ok(found) => Some(found),
-        // If the time may end before there is an image from lines, this one is better than none.
+        // If there is a time limit, this image is kept in case that lines give none before.
         Err(End::NotSeparable) if meter.deadline().is_some() => Some(attempt.unfinished()),
         Err(End::NotSeparable) => None,
         Err(End::Stopped(Stop::Budget)) => Some(attempt.unfinished()),
@@ -88,75 +88,82 @@ pub(crate) async fn attempt(
     Ok(Attempted { found, samples: attempt.search.samples() })
 }
 
-/// What a search has found.
+/// The result of a search.
 #[derive(Default)]
 pub(crate) struct Attempted {
-    /// The image to the tolerance, or the best one that a part of the budget allows; none if an image tree
-    /// is the better way, for all that is known.
+    /// The image to the tolerance, or the best one for a part of the budget; `None` if the image
+    /// tree is expected to cost less or G is not separable.
     pub(crate) found: Option<Made>,
-    /// Its scattered samples.
+    /// The scattered samples of the search.
     pub(crate) samples: LayerSamples,
 }
 
 struct Attempt<'a> {
     meter: &'a Meter,
     search: Search<'a>,
-    /// The image wanted…
+    /// The rows of the requested image.
     pixels: PixelRows<'a>,
-    /// …and of a coarser one, radiances over means of the irradiance density…
+    /// The ratio of the radiance to the mean of the irradiance density, for the pixels of a coarser
+    /// image.
     coarse_scale: Image,
-    /// …and the largest |pixel| of what the interpolant says now, once it has been asked.
+    /// The largest |pixel| of the coarser image of the present interpolant, once it has been
+    /// computed.
     coarse_largest: Option<f64>,
     tolerance: f64,
-    /// Evaluations that may be made.
+    /// The number of evaluations that the search may take.
     most: f64,
     vol: &'a VolOptions,
-    /// The feature that was asked for, as a fraction of the view's cube…
+    /// The size of the smallest feature that the options name, as a fraction of the view's cube.
     wanted: Option<f64>,
-    /// …and what is covered, once it is known.
+    /// The size of the smallest feature that is covered, once it has been determined.
     smallest: Option<f64>,
 }
 
 impl Attempt<'_> {
     async fn run(&mut self) -> Result<Made, End> {
         self.search.probe().await?;
-        let mut forecast = Forecast::new(TUNING.engine.stop * self.tolerance);
+        let mut forecast = Forecast::new(TUNING.engine.stopping_share * self.tolerance);
         loop {
             let mut assessment = self.search.assess();
-            self.show(&assessment.left);
+            self.show(&assessment.cell_residuals);
             let largest = *self.coarse_largest.get_or_insert_with(|| {
                 let pixels = self.search.interpolant.pixels(shape_of(&self.coarse_scale));
                 largest_of_rows(&self.coarse_scale, |row, values| pixels.row(row, values))
             });
             if !largest.is_finite() {
-                // A sum beyond all numbers: the tree finds the pixel.
+                // The sum overflows: the image tree finds the pixel for the message.
                 return Err(End::NotSeparable);
             }
-            let errors = assessment.left.errors(shape_of(&self.coarse_scale));
+            let errors = assessment.cell_residuals.errors(shape_of(&self.coarse_scale));
             let error = largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values));
             let error = error / largest;
-            if error <= TUNING.engine.stop * self.tolerance
+            if error <= TUNING.engine.stopping_share * self.tolerance
                 && self.search.probes() < self.probes_needed()
             {
                 self.search.probe().await?;
                 continue;
             }
-            if error <= TUNING.engine.stop * self.tolerance {
-                // The image of all pixels has to be as good.
-                let maps = self.maps(&assessment.left, self.pixels);
-                if maps.largest_error / maps.largest <= TUNING.engine.stop * self.tolerance {
-                    // Something small may have touched one of the samples only.
+            if error <= TUNING.engine.stopping_share * self.tolerance {
+                // The error has to be within the tolerance on the requested image, too.
+                let maps = self.maps(&assessment.cell_residuals, self.pixels);
+                if maps.largest_error / maps.largest
+                    <= TUNING.engine.stopping_share * self.tolerance
+                {
+                    // A small structure may have affected one of the samples only.
                     let of_rate = self.coarse_scale.largest() / (self.tolerance * largest);
                     let passes = of_rate * self.search.last_followed();
-                    self.smallest = Some(size_seen(
+                    self.smallest = Some(size_detected(
                         self.search.probes(),
-                        passes.max(TUNING.lowrank.least_pass),
+                        passes.max(TUNING.lowrank.least_detected_rate),
                     ));
                     assessment = self.search.ascend(&assessment).await?;
-                    // The errors with what ascents have found, which is more than what probes have.
-                    let maps = self.maps(&assessment.left, self.pixels);
-                    let is_good = maps.largest_error <= self.tolerance * maps.largest;
-                    if is_good && !assessment.hides_feature(of_rate, self.search.probes()) {
+                    // The errors including the residuals found by ascents, which are larger than
+                    // those of the probes.
+                    let maps = self.maps(&assessment.cell_residuals, self.pixels);
+                    let is_complete = maps.largest_error <= self.tolerance * maps.largest;
+                    if is_complete
+                        && !assessment.is_significant_feature(of_rate, self.search.probes())
+                    {
                         self.show_maps(&maps);
                         return Ok(self.found(maps, StopReason::Complete));
                     }
@@ -167,11 +174,11 @@ impl Attempt<'_> {
                 return Err(End::NotSeparable);
             }
             if self.spent() > self.most
-                || self.meter.share_of_time_left() < 1.0 - TUNING.lowrank.most_of_budget
+                || self.meter.share_of_time_left() < 1.0 - TUNING.lowrank.most_budget_share
             {
                 return Err(Stop::Budget.into());
             }
-            forecast.note(ranks, error);
+            forecast.record(ranks, error);
             let missing = self.probes_needed().saturating_sub(self.search.probes());
             let shape = shape_of(&self.coarse_scale);
             let deadline = self.meter.deadline();
@@ -192,27 +199,28 @@ impl Attempt<'_> {
         self.meter.evaluations() as f64
     }
 
-    /// The probes that have to agree before the interpolant is believed.
+    /// The number of probes that have to agree before the interpolant is accepted.
     fn probes_needed(&self) -> usize {
         let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
-        let least =
-            of_tolerance.map_or(0, |(_, size)| points_to_see(*size, TUNING.lowrank.noticed));
+        let least = of_tolerance
+            .map_or(0, |(_, size)| points_to_detect(*size, TUNING.lowrank.probe_detection_share));
         let beyond =
-            self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_level);
+            self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_fiber_level);
         let of_level = least << beyond;
-        // A base finer than usual was asked for because there is something small.
+        // A base lattice that is finer than the default is requested for small structure.
         let is_fine = self.vol.base_level > VolOptions::default().base_level;
         let of_base = if is_fine { base_evaluations(self.vol.base_level) } else { 0 };
-        let of_feature =
-            self.wanted.map_or(0, |size| points_to_see(size, TUNING.verification.seen_share));
+        let of_feature = self
+            .wanted
+            .map_or(0, |size| points_to_detect(size, TUNING.verification.detection_share));
         of_level.max(of_feature).max(usize::try_from(of_base).unwrap_or(usize::MAX))
     }
 
     /// Image and error at the pixels of `rows`.
-    fn maps(&self, left: &Left, rows: PixelRows<'_>) -> Maps {
+    fn maps(&self, cell_residuals: &CellResiduals, rows: PixelRows<'_>) -> Maps {
         let [height, width] = rows.shape;
         let (pixels, errors) =
-            (self.search.interpolant.pixels(rows.shape), left.errors(rows.shape));
+            (self.search.interpolant.pixels(rows.shape), cell_residuals.errors(rows.shape));
         let (mut image, mut error) = (Image::zeros(height, width), Image::zeros(height, width));
         let of_row =
             |scale: &mut Vec<f64>, (row, (image, error)): (usize, (&mut [f64], &mut [f64]))| {
@@ -236,10 +244,11 @@ impl Attempt<'_> {
         Maps { image, error, largest, largest_error }
     }
 
-    /// Shows the image so far, if somebody wants to see it and there is something to see.
-    fn show(&self, left: &Left) {
+    /// Passes the current image to the observer of the rendering, if there is one and the rank is
+    /// not 0.
+    fn show(&self, cell_residuals: &CellResiduals) {
         if self.meter.keeps_images() && !self.search.interpolant.ranks().contains(&0) {
-            self.show_maps(&self.maps(left, self.pixels));
+            self.show_maps(&self.maps(cell_residuals, self.pixels));
         }
     }
 
@@ -249,13 +258,13 @@ impl Attempt<'_> {
         }
     }
 
-    /// The image of a search that has ended before its goal.
+    /// The image of a search that ended before its goal.
     fn unfinished(&mut self) -> Made {
-        let left = self.search.assess().left;
-        self.found(self.maps(&left, self.pixels), StopReason::Budget)
+        let cell_residuals = self.search.assess().cell_residuals;
+        self.found(self.maps(&cell_residuals, self.pixels), StopReason::Budget)
     }
 
-    /// The image as it is.
+    /// The result with the present image.
     fn found(&self, Maps { image, error, .. }: Maps, ending: StopReason) -> Made {
         let [cube, error] = [image, error].map(|map| Cube::from_bands(vec![map]));
         let mut made = Made::new(cube, Some(error), ending);
@@ -265,7 +274,7 @@ impl Attempt<'_> {
     }
 }
 
-/// An image and its error, with the largest |pixel| of each; that is no number, or infinite, if a pixel
+/// An image and its error, with the largest |pixel| of each, which is infinite or NaN if a pixel
 /// is.
 struct Maps {
     image: Image,
@@ -298,7 +307,7 @@ fn scale_and_find_largest(values: &mut [f64], scale: &[f64]) -> f64 {
     largest
 }
 
-/// The larger of two numbers, or what is no number.
+/// The larger of two numbers; NaN if one is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if a < b || b.is_nan() { b } else { a }
 }

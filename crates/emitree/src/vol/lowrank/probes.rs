@@ -1,29 +1,29 @@
-//! Probes: scattered points at which an approximation is compared with G.
+//! Probes: scattered points at which an interpolant is compared with G.
 //!
-//! The error of a line of sight is the integral of what is left of G along it, which is no larger than
-//! the root of the mean square. So the image plane is divided into cells, and what the probes of a cell
-//! have left, squared and averaged, tells the error of its pixels.
+//! The error of a line of sight is the integral of the residual of G along it, which is at most the
+//! root mean square of the residual. The image plane is therefore divided into cells, and the root
+//! mean square residual of the probes in a cell is the error estimate of its pixels.
 
 use crate::vol::tuning::TUNING;
 use core::ops::Range;
 
-/// Cells along each axis of the image.
+/// The number of cells along each axis of the image.
 const CELLS: usize = 8;
 
-/// What is left in each cell of the image: the root of the mean square of the probes there.
+/// The root mean square residual of the probes in each cell of the image.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Left {
+pub(super) struct CellResiduals {
     cells: [[f64; CELLS]; CELLS],
 }
 
-impl Left {
-    /// From what is left at each of `points`.
-    pub(super) fn new(points: &[[f64; 3]], rest: &[f64]) -> Self {
+impl CellResiduals {
+    /// From the residual at each of the `points`.
+    pub(super) fn new(points: &[[f64; 3]], residual: &[f64]) -> Self {
         let mut squares = [[0.0; CELLS]; CELLS];
         let mut counts = [[0_u32; CELLS]; CELLS];
-        for (point, rest) in points.iter().zip(rest) {
+        for (point, residual) in points.iter().zip(residual) {
             let [column, row] = [cell_of(point[0]), cell_of(point[1])];
-            squares[row][column] += rest * rest;
+            squares[row][column] += residual * residual;
             counts[row][column] += 1;
         }
         let mut cells = squares;
@@ -35,9 +35,9 @@ impl Left {
         Self { cells }
     }
 
-    /// The error of each pixel of an image of `shape` = \[height, width\], as that of the mean of the
-    /// irradiance density, row by row: the mean of a function that is linear between the corners of
-    /// cells, and at each the largest of the cells around it.
+    /// The error of each pixel of an image of `shape` = \[height, width\], in the unit of the mean
+    /// irradiance density. It is the mean of a function that is bilinear between the corners of
+    /// cells, and at each corner the largest of the cells around it.
     pub(super) fn errors(&self, shape: [usize; 2]) -> Errors {
         Errors { corners: self.corners(), parts: shape.map(Parts::new) }
     }
@@ -61,10 +61,10 @@ fn cell_of(along: f64) -> usize {
     ((along * CELLS as f64) as usize).min(CELLS - 1)
 }
 
-/// The errors of pixels, made row by row.
+/// The errors of pixels, computed row by row.
 pub(super) struct Errors {
     corners: [[f64; CELLS + 1]; CELLS + 1],
-    /// Of rows and of columns.
+    /// Parts of rows and of columns.
     parts: [Parts; 2],
 }
 
@@ -84,12 +84,12 @@ impl Errors {
     }
 }
 
-/// Where pixels are between the corners along one axis: the middles of so many parts of each that none
-/// is longer than half a cell.
+/// The parts of pixels along one axis: each pixel has so many equal parts that none is longer than
+/// half a cell.
 struct Parts {
-    /// The parts of one pixel.
+    /// The number of parts of one pixel.
     of_pixel: usize,
-    /// How far each part, pixel after pixel, is on the way from one corner to the next.
+    /// For the centre of each part, its distance from the preceding corner, in cells.
     beyond: Vec<f64>,
     /// The parts that lie in each cell.
     of_cells: [Range<usize>; CELLS],
@@ -106,7 +106,7 @@ impl Parts {
         Self { of_pixel, beyond: along.iter().map(|along| along.fract()).collect(), of_cells }
     }
 
-    /// At each part, the value of the function that is linear between these at the corners.
+    /// The values at all parts of the function that is linear between its values at the corners.
     fn values(&self, at_corners: &[f64; CELLS + 1], values: &mut [f64]) {
         for (parts, ends) in self.of_cells.iter().zip(at_corners.windows(2)) {
             let values = values[parts.clone()].iter_mut().zip(&self.beyond[parts.clone()]);
@@ -114,21 +114,21 @@ impl Parts {
         }
     }
 
-    /// The mean over pixel `pixel` of several functions at once: all that are a row of corners.
+    /// The means over pixel `pixel` of several functions at once, given by a row of corners each.
     fn mean_of(&self, pixel: usize, corners: &[[f64; CELLS + 1]; CELLS + 1]) -> [f64; CELLS + 1] {
         let mut means = [0.0; CELLS + 1];
         for part in pixel * self.of_pixel..(pixel + 1) * self.of_pixel {
             let cell = self.of_cells.iter().position(|cell| cell.contains(&part)).unwrap_or(0);
             for (corner, mean) in means.iter_mut().enumerate() {
                 let ends = [corners[cell][corner], corners[cell + 1][corner]];
-                *mean += TUNING.lowrank.margin * between(ends[0], ends[1], self.beyond[part]);
+                *mean += TUNING.lowrank.error_margin * between(ends[0], ends[1], self.beyond[part]);
             }
         }
         means.map(|sum| sum / self.of_pixel as f64)
     }
 }
 
-/// What a linear function is `beyond` of the way from `a` to `b`.
+/// Linear interpolation: the value at `beyond` between `a` at 0 and `b` at 1.
 fn between(a: f64, b: f64, beyond: f64) -> f64 {
     (1.0 - beyond) * a + beyond * b
 }
@@ -139,23 +139,24 @@ mod tests {
     use crate::vol::lattice::point;
 
     #[test]
-    fn the_map_is_large_where_much_is_left() {
+    fn the_map_is_large_where_residuals_are() {
         let points: Vec<[f64; 3]> = (0..2048).map(point).collect();
-        let rest: Vec<f64> = points.iter().map(|p| if p[0] < 0.25 { 0.1 } else { 0.01 }).collect();
-        let left = Left::new(&points, &rest);
-        let errors = left.errors([4, 8]);
+        let residual: Vec<f64> =
+            points.iter().map(|p| if p[0] < 0.25 { 0.1 } else { 0.01 }).collect();
+        let cell_residuals = CellResiduals::new(&points, &residual);
+        let errors = cell_residuals.errors([4, 8]);
         for number in 0..4 {
             let mut row = [0.0; 8];
             errors.row(number, &mut row);
-            assert!((row[0] - 0.1 * TUNING.lowrank.margin).abs() < 1e-12);
-            assert!((row[7] - 0.01 * TUNING.lowrank.margin).abs() < 1e-12);
+            assert!((row[0] - 0.1 * TUNING.lowrank.error_margin).abs() < 1e-12);
+            assert!((row[7] - 0.01 * TUNING.lowrank.error_margin).abs() < 1e-12);
             assert!(row.windows(2).all(|two| two[1] <= two[0] + 1e-12));
         }
-        // A pixel has what is left in all of its cells, wherever its middle is: 0.1 up to the corner
-        // at a quarter, half of the next cell in between, 0.01 in the others.
+        // The error of a pixel includes all of its cells: 0.1 up to the corner at a quarter, half
+        // of the next cell in between, 0.01 in the others.
         let mut whole = [0.0];
-        left.errors([1, 1]).row(0, &mut whole);
+        cell_residuals.errors([1, 1]).row(0, &mut whole);
         let mean = (2.0 * 0.1 + 0.5 * (0.1 + 0.01) + 5.0 * 0.01) / 8.0;
-        assert!((whole[0] / TUNING.lowrank.margin / mean - 1.0).abs() < 1e-12, "{whole:?}");
+        assert!((whole[0] / TUNING.lowrank.error_margin / mean - 1.0).abs() < 1e-12, "{whole:?}");
     }
 }

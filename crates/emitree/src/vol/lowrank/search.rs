@@ -1,20 +1,21 @@
-//! The search for an interpolant: fibers where most is left, until little is left everywhere.
+//! The search for an interpolant: new crosses at the largest residuals, until the residuals are
+//! small everywhere.
 
 use crate::meter::Meter;
 use crate::projection::Layer;
 use crate::site::Site;
 use crate::vol::ascent::{self, Ascents};
-use crate::vol::lattice::{self, smallest_seen};
+use crate::vol::lattice::{self, smallest_detected};
 use crate::vol::lowrank::fibers::largest;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::jump::Steep;
-use crate::vol::lowrank::probes::Left;
+use crate::vol::lowrank::probes::CellResiduals;
 use crate::vol::sampling::{Stop, evaluate};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::{LayerSamples, WIDTH_OF_GAUSSIAN};
 use nalgebra::DVector;
 
-/// Through what G is seen.
+/// The view of G, weighted with the density of solid angle.
 pub(super) struct WeightedView<'a> {
     pub(super) meter: &'a Meter,
     pub(super) layer: &'a dyn Layer,
@@ -32,7 +33,7 @@ impl WeightedView<'_> {
         evaluate(self.meter, points.len(), &site).await
     }
 
-    /// The same at several groups of points.
+    /// The same for several groups of points, in one batch.
     async fn rates_of_groups(&self, groups: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<f64>>, Stop> {
         let mut rates = self.rates(&groups.concat()).await?.into_iter();
         Ok(groups.iter().map(|group| rates.by_ref().take(group.len()).collect()).collect())
@@ -44,44 +45,44 @@ impl WeightedView<'_> {
 struct Probes {
     points: Vec<[f64; 3]>,
     rates: Vec<f64>,
-    /// What the interpolant says at the first ones, if it has been asked.
+    /// The values of the present interpolant at the first points.
     values: Vec<f64>,
 }
 
-/// Where most is left, and how much.
+/// A point with its residual.
 type Worst = ([f64; 3], f64);
 
-fn worse(worst: Worst, (point, rest): Worst) -> Worst {
-    if rest.abs() > worst.1 { (point, rest.abs()) } else { worst }
+fn worse(worst: Worst, (point, residual): Worst) -> Worst {
+    if residual.abs() > worst.1 { (point, residual.abs()) } else { worst }
 }
 
-/// An interpolant on its way.
+/// The state of the search: the interpolant so far and its probes.
 pub(super) struct Search<'a> {
     view: WeightedView<'a>,
     pub(super) interpolant: Interpolant,
     probes: Probes,
-    /// The worst of the fibers, if the interpolant has been asked.
+    /// The largest residual on the fibers, once it has been computed for the present interpolant.
     of_fibers: Option<Worst>,
     finest_level: u8,
 }
 
-/// How good an interpolant is.
+/// The residuals of an interpolant.
 pub(super) struct Assessment {
-    pub(super) left: Left,
+    pub(super) cell_residuals: CellResiduals,
     worst: Worst,
 }
 
 impl Assessment {
-    /// Whether the worst that is left would, as the peak of the smallest feature that so many scattered
-    /// samples see, change a pixel by more than is left alone; `of_rate` is the error of a pixel for a rate
-    /// of 1 along a unit of depth, over the error allowed.
-    pub(super) fn hides_feature(&self, of_rate: f64, samples: usize) -> bool {
-        let size = smallest_seen(samples, TUNING.verification.seen_share);
-        self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > TUNING.verification.line_from
+    /// Whether the largest residual, as the peak of the smallest feature that this number of
+    /// samples detects, would change a pixel by a relevant share of the error allowed; `of_rate` is
+    /// the error of a pixel for a rate of 1 along a unit of depth, in units of the error allowed.
+    pub(super) fn is_significant_feature(&self, of_rate: f64, samples: usize) -> bool {
+        let size = smallest_detected(samples, TUNING.verification.detection_share);
+        self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > TUNING.verification.sample_line_from
     }
 }
 
-/// Why a search can't go on.
+/// Reasons for which a search ends without an image.
 pub(super) enum End {
     /// G has too much structure for an interpolant.
     NotSeparable,
@@ -96,48 +97,51 @@ impl From<Stop> for End {
 
 impl<'a> Search<'a> {
     pub(super) fn new(view: WeightedView<'a>, tolerance: f64) -> Self {
-        let finest_level = if tolerance >= TUNING.lowrank.moderate {
-            TUNING.lowrank.finest_level_if_moderate
+        let finest_level = if tolerance >= TUNING.lowrank.moderate_tolerance {
+            TUNING.lowrank.finest_fiber_level_if_moderate
         } else {
-            TUNING.lowrank.finest_level
+            TUNING.lowrank.finest_fiber_level
         };
-        let interpolant = Interpolant::new(TUNING.lowrank.first_level);
+        let interpolant = Interpolant::new(TUNING.lowrank.first_fiber_level);
         Self { view, interpolant, probes: Probes::default(), of_fibers: None, finest_level }
     }
 
-    /// The scattered points where most is left, the worst first: those that ascents begin at.
+    /// The scattered points with the largest residuals, in descending order, from which ascents
+    /// begin.
     fn followed(&self) -> Vec<Worst> {
         let Probes { points, rates, values } = &self.probes;
-        let rest = |i: usize| (rates[i] - values[i]).abs();
+        let residual = |i: usize| (rates[i] - values[i]).abs();
         let mut order: Vec<usize> = (0..values.len()).collect();
-        order.sort_by(|&a, &b| rest(b).total_cmp(&rest(a)).then(a.cmp(&b)));
+        order.sort_by(|&a, &b| residual(b).total_cmp(&residual(a)).then(a.cmp(&b)));
         order.truncate(ascent::number(points.len()));
-        order.into_iter().map(|i| (points[i], rest(i))).collect()
+        order.into_iter().map(|i| (points[i], residual(i))).collect()
     }
 
-    /// What is left at the last of the points that ascents begin at: less is not followed.
+    /// The smallest residual from which an ascent begins.
     pub(super) fn last_followed(&self) -> f64 {
         self.followed().last().map_or(0.0, |of| of.1)
     }
 
-    /// Looks for more that is left in ascents from the points where most is: what is left with the points
-    /// that they have found, and the worst of all.
+    /// Searches for larger residuals by ascents. Returns the residuals including the points found.
     pub(super) async fn ascend(&mut self, assessment: &Assessment) -> Result<Assessment, Stop> {
         let mut ascents = Ascents::new(self.followed(), self.probes());
         while let Some(points) = ascents.next(|_| true) {
             let rates = self.view.rates(&points).await?;
             let values = self.interpolant.values(&points);
             let both = rates.iter().zip(values.iter());
-            ascents.take(both.map(|(rate, value)| (rate - value).abs()).collect(), |rest| *rest);
+            ascents.update(both.map(|(rate, value)| (rate - value).abs()).collect(), |residual| {
+                *residual
+            });
         }
         let found = ascents.best();
         let Probes { points, rates, values } = &self.probes;
-        let rest = rates.iter().zip(values).map(|(rate, value)| rate - value);
-        let (mut points, mut rest): (Vec<[f64; 3]>, Vec<f64>) = (points.clone(), rest.collect());
+        let residual = rates.iter().zip(values).map(|(rate, value)| rate - value);
+        let (mut points, mut residual): (Vec<[f64; 3]>, Vec<f64>) =
+            (points.clone(), residual.collect());
         points.extend(found.iter().map(|(point, _)| *point));
-        rest.extend(found.iter().map(|(_, rest)| *rest));
+        residual.extend(found.iter().map(|(_, residual)| *residual));
         let worst = found.into_iter().fold(assessment.worst, worse);
-        Ok(Assessment { left: Left::new(&points, &rest), worst })
+        Ok(Assessment { cell_residuals: CellResiduals::new(&points, &residual), worst })
     }
 
     /// The number of scattered points.
@@ -145,7 +149,7 @@ impl<'a> Search<'a> {
         self.probes.points.len()
     }
 
-    /// The scattered samples, for what comes after the search.
+    /// The scattered samples, for the methods that follow.
     pub(super) fn samples(&self) -> LayerSamples {
         let Probes { points, rates, .. } = &self.probes;
         LayerSamples::of_probes(points, rates, |xy| self.view.layer.solid_angle_density(xy))
@@ -161,35 +165,37 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// What is left of G everywhere.
+    /// The residuals of the present interpolant at all probes and on all fibers.
     pub(super) fn assess(&mut self) -> Assessment {
         let Probes { points, rates, values } = &mut self.probes;
         values.extend(self.interpolant.values(&points[values.len()..]));
-        let rest: Vec<f64> = rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
-        let left = Left::new(&self.probes.points, &rest);
+        let residual: Vec<f64> =
+            rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
+        let cell_residuals = CellResiduals::new(&self.probes.points, &residual);
         let of_fibers = self.of_fibers.unwrap_or_else(|| {
             (0..3).flat_map(|axis| self.worst_of_fibers(axis)).fold(([0.0; 3], 0.0), worse)
         });
         self.of_fibers = Some(of_fibers);
-        let of_probes = self.probes.points.iter().copied().zip(rest);
+        let of_probes = self.probes.points.iter().copied().zip(residual);
         let worst = of_probes.chain([of_fibers]).fold(([0.0; 3], 0.0), worse);
-        Assessment { left, worst }
+        Assessment { cell_residuals, worst }
     }
 
-    /// Where most is left on each fiber along an axis, and what.
+    /// The largest residual on each fiber along an axis, with its point.
     fn worst_of_fibers(&self, axis: usize) -> Vec<Worst> {
         let fibers = &self.interpolant.axes[axis];
         let worst = |((&at, rates), values): ((&[f64; 2], &Vec<f64>), DVector<f64>)| {
-            let rest: Vec<f64> =
+            let residual: Vec<f64> =
                 rates.iter().zip(values.iter()).map(|(rate, value)| rate - value).collect();
-            let place = largest(&rest);
-            (point(axis, at, fibers.places()[place]), rest[place])
+            let place = largest(&residual);
+            (point(axis, at, fibers.places()[place]), residual[place])
         };
         let values = self.interpolant.along(axis, &fibers.at);
         fibers.at.iter().zip(&fibers.rates).zip(values).map(worst).collect()
     }
 
-    /// Takes up the fibers through the point where most is left.
+    /// Adds the fibers through the point of the largest residual, as far as they are not in the
+    /// span of others.
     pub(super) async fn grow(&mut self, assessment: &Assessment) -> Result<(), End> {
         let (point, most) = assessment.worst;
         self.probes.values.clear();
@@ -199,14 +205,17 @@ impl<'a> Search<'a> {
         if is_first {
             self.check_for_jumps(most).await?;
         }
-        let resolved =
-            if is_first { TUNING.lowrank.first_resolved } else { TUNING.lowrank.resolved };
+        let resolved = if is_first {
+            TUNING.lowrank.first_fiber_resolution
+        } else {
+            TUNING.lowrank.fiber_resolution
+        };
         let mut is_new = [true; 3];
         let mut allowed = most;
-        for _ in 0..TUNING.lowrank.most_closer {
+        for _ in 0..TUNING.lowrank.most_reductions {
             let mut has_grown = self.resolve(resolved * allowed).await?;
             for (fibers, is_new) in self.interpolant.axes.iter_mut().zip(&mut is_new) {
-                if *is_new && fibers.extend_basis(TUNING.lowrank.worthwhile * allowed) {
+                if *is_new && fibers.extend_basis(TUNING.lowrank.least_new_share * allowed) {
                     *is_new = false;
                     has_grown = true;
                 }
@@ -218,7 +227,7 @@ impl<'a> Search<'a> {
                 self.interpolant.fill(&rates);
                 return Ok(());
             }
-            allowed *= TUNING.lowrank.closer;
+            allowed *= TUNING.lowrank.threshold_reduction;
         }
         Err(End::NotSeparable)
     }
@@ -241,13 +250,13 @@ impl<'a> Search<'a> {
         let newest = |axis: usize| axes[axis].at.last().copied().unwrap_or_default();
         let mut steep: Vec<(usize, Steep)> =
             (0..3).filter_map(|axis| Some((axis, Steep::of_newest(&axes[axis], most)?))).collect();
-        for _ in 0..TUNING.lowrank.closer_steps {
+        for _ in 0..TUNING.lowrank.steep_steps {
             let wanted =
                 steep.iter().map(|(axis, steep)| along(*axis, newest(*axis), &steep.inside()));
             let rates = self.view.rates_of_groups(&wanted.collect::<Vec<_>>()).await?;
-            let closer = steep.iter().zip(rates);
-            steep = closer
-                .filter_map(|((axis, steep), rates)| Some((*axis, steep.closer(&rates)?)))
+            let steepest_part = steep.iter().zip(rates);
+            steep = steepest_part
+                .filter_map(|((axis, steep), rates)| Some((*axis, steep.steepest_part(&rates)?)))
                 .collect();
             if steep.is_empty() {
                 return Ok(());
@@ -256,7 +265,8 @@ impl<'a> Search<'a> {
         Err(End::NotSeparable)
     }
 
-    /// Refines the axes until all of their fibers are resolved to `allowed`; whether one had to be.
+    /// Refines the axes until all of their fibers are resolved to `allowed`. Returns whether one
+    /// was refined.
     async fn resolve(&mut self, allowed: f64) -> Result<bool, End> {
         let mut has_refined = false;
         loop {

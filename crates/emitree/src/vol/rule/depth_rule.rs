@@ -1,37 +1,37 @@
 //! Depth rules: a few depths with weights that integrate every line of a part of the image.
 //!
-//! Where G is numerically of low rank between the image plane and the depth, r depths zₖ with
-//! weights wₖ give ∫ G dz = Σ wₖ G(x, y, zₖ) for all (x, y): empirical interpolation (Barrault et
-//! al. 2004, doi:10.1016/j.crma.2004.08.006) and reduced quadrature. The rule is learned from lines
-//! that have been integrated: depths by QR with column pivoting, weights by least squares, and the
-//! error from the residuals of each line when it is left out.
+//! Where G has a low numerical rank between the image plane and the depth, r depths zₖ with weights
+//! wₖ give ∫ G dz = Σ wₖ G(x, y, zₖ) for all (x, y): empirical interpolation (Barrault et al. 2004,
+//! doi:10.1016/j.crma.2004.08.006) and reduced quadrature. A rule is fitted to lines that were
+//! integrated in full: depths by QR with column pivoting, weights by least squares, and the error
+//! from leave-one-out residuals.
 
 use crate::vol::line::profile::{DEPTHS, Profile, depth_of};
 use crate::vol::tuning::TUNING;
 use nalgebra::{DMatrix, DVector};
 
-/// A column that is a sum of others to this many digits adds nothing.
+/// A column adds nothing if its part orthogonal to the chosen columns is below this share of it.
 const INDEPENDENT: f64 = 1e-12;
 
-/// Depths and weights that stand for ∫ dz on some lines.
+/// Depths and weights that replace ∫ dz on some lines.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DepthRule {
     pub(crate) depths: Vec<u32>,
     weights: Vec<f64>,
-    /// The weights of the same depths without the last.
+    /// The weights of the least-squares fit without the last depth.
     shorter: Vec<f64>,
     /// The largest |error| on a line that was left out of the fit.
     pub(crate) error: f64,
-    /// How much the last depth changed at the most, on the lines it was learned from.
+    /// The largest change of an integral by the last depth, on the lines of the fit.
     usual_change: f64,
-    /// The range of G at each depth, on the lines it was learned from.
+    /// The range of G at each depth, on the lines of the fit.
     ranges: Vec<(f64, f64)>,
 }
 
 impl DepthRule {
-    /// The shortest rule that is right to `tolerance` on each of `lines` that is left out, with at
-    /// most `most_depths`; `None` if there is none.
-    pub(crate) fn learn(lines: &[&Profile], tolerance: f64, most_depths: usize) -> Option<Self> {
+    /// The rule with the fewest depths, at most `most_depths`, whose leave-one-out errors on
+    /// `lines` are within `tolerance`; `None` if there is none.
+    pub(crate) fn fit(lines: &[&Profile], tolerance: f64, most_depths: usize) -> Option<Self> {
         if lines.len() < TUNING.rule.least_lines || lines.iter().any(|line| line.has_jump) {
             return None;
         }
@@ -91,12 +91,12 @@ impl DepthRule {
         dot(&self.weights, rates)
     }
 
-    /// How much the last depth changes.
+    /// The |change| of the integral by the last depth.
     fn change(&self, rates: &[f64]) -> f64 {
         (self.integral(rates) - dot(&self.shorter, &rates[..self.shorter.len()])).abs()
     }
 
-    /// Whether a line with these `rates` is unlike those that the rule was learned from.
+    /// Whether a line with these `rates` is unlike the lines of the fit.
     pub(crate) fn is_outlier(&self, rates: &[f64], tolerance: f64) -> bool {
         if self.change(rates)
             > TUNING.rule.outlier_change * self.usual_change
@@ -113,44 +113,48 @@ impl DepthRule {
     }
 }
 
-/// The QR factors of some columns of a matrix, each the one of which those before leave most.
+/// The QR factors of some columns of a matrix, each the one with the largest remainder after
+/// projection on the former ones.
 ///
-/// One after the other, as a few are enough: nalgebra's `ColPivQR` takes all columns, and each by its
-/// largest entry.
+/// They are computed one by one, since few are needed: nalgebra's `ColPivQR` factors all columns
+/// and pivots by their largest entry.
 struct Factors<'a> {
     matrix: &'a DMatrix<f64>,
-    /// What the chosen columns leave of all.
-    rest: DMatrix<f64>,
+    /// The matrix less its projection on the chosen columns.
+    remainder: DMatrix<f64>,
     chosen: Vec<usize>,
-    /// The orthonormal columns, with room for more.
+    /// The orthonormal columns, with space for more.
     q: DMatrix<f64>,
 }
 
 impl<'a> Factors<'a> {
     fn new(matrix: &'a DMatrix<f64>, most: usize) -> Self {
         let q = DMatrix::zeros(matrix.nrows(), most);
-        Self { matrix, rest: matrix.clone(), chosen: Vec::new(), q }
+        Self { matrix, remainder: matrix.clone(), chosen: Vec::new(), q }
     }
 
-    /// Adds a column and returns its direction; `None` if all that are left depend on the chosen.
+    /// Adds a column and returns its direction; `None` if all other columns depend on the chosen
+    /// ones.
     fn push(&mut self) -> Option<DVector<f64>> {
-        let squares = self.rest.column_iter().map(|column| column.norm_squared());
-        let pivot = DVector::from_iterator(self.rest.ncols(), squares).argmax().0;
-        let mut direction = self.rest.column(pivot).into_owned();
-        // Once more: twice is enough for orthogonality to rounding (Giraud et al. 2005).
+        let squares = self.remainder.column_iter().map(|column| column.norm_squared());
+        let pivot = DVector::from_iterator(self.remainder.ncols(), squares).argmax().0;
+        let mut direction = self.remainder.column(pivot).into_owned();
+        // A second orthogonalisation: two suffice for orthogonality to rounding (Giraud et al.
+        // 2005).
         let q = self.q.columns(0, self.chosen.len());
         direction -= q * q.tr_mul(&direction);
         if direction.normalize_mut() <= INDEPENDENT * self.matrix.column(pivot).norm() {
             return None;
         }
-        let along = self.rest.tr_mul(&direction);
-        self.rest.ger(-1.0, &direction, &along, 1.0);
+        let along = self.remainder.tr_mul(&direction);
+        self.remainder.ger(-1.0, &direction, &along, 1.0);
         self.q.set_column(self.chosen.len(), &direction);
         self.chosen.push(pivot);
         Some(direction)
     }
 
-    /// The least-squares solution for a right-hand side, and that without the last column.
+    /// The least-squares solutions for a right-hand side with all columns, and without the last
+    /// one.
     fn solve(&self, values: &DVector<f64>) -> Option<[DVector<f64>; 2]> {
         let count = self.chosen.len();
         let q = self.q.columns(0, count);
@@ -194,7 +198,7 @@ mod tests {
         let mix = |i: i32| mixed(f64::from(i).sin(), f64::from(i).cos() + 0.2);
         let profiles: Vec<Profile> = (0..20).map(|i| profile(5, mix(i))).collect();
         let lines: Vec<&Profile> = profiles.iter().collect();
-        let rule = DepthRule::learn(&lines, 1e-9, 6).unwrap();
+        let rule = DepthRule::fit(&lines, 1e-9, 6).unwrap();
         assert_eq!(rule.depths.len(), 2);
         let exact = 0.4 * (1.0 - 3.0_f64.cos()) / 3.0 + 0.3 * (1.0 - (-1.0_f64).exp());
         let rates = at(&rule, mixed(0.4, 0.3));
@@ -207,11 +211,11 @@ mod tests {
         let profiles: Vec<Profile> =
             (1..=20).map(|i| profile(5, mixed(f64::from(i), 0.0))).collect();
         let lines: Vec<&Profile> = profiles.iter().collect();
-        let rule = DepthRule::learn(&lines, 1e-9, 6).unwrap();
+        let rule = DepthRule::fit(&lines, 1e-9, 6).unwrap();
         assert_eq!((rule.depths.len(), rule.shorter.len()), (1, 0));
         assert!((rule.integral(&at(&rule, mixed(1.0, 0.0))) - lines[0].integral).abs() < 1e-12);
-        // All other depths depend on the one.
-        assert!(DepthRule::learn(&lines, -1.0, 6).is_none());
+        // All other depths depend on this one.
+        assert!(DepthRule::fit(&lines, -1.0, 6).is_none());
     }
 
     #[test]
@@ -234,11 +238,11 @@ mod tests {
     }
 
     #[test]
-    fn a_line_unlike_the_others_is_odd() {
+    fn a_line_unlike_the_others_is_an_outlier() {
         let profiles: Vec<Profile> =
             (0..20).map(|i| profile(5, mixed(f64::from(i).sin(), f64::from(i).cos()))).collect();
         let lines: Vec<&Profile> = profiles.iter().collect();
-        let rule = DepthRule::learn(&lines, 1e-6, 6).unwrap();
+        let rule = DepthRule::fit(&lines, 1e-6, 6).unwrap();
         let knot =
             |z: f64| mixed(0.4, 0.3)(z) + 5.0 * (-(60.0 * (z - 0.5)).powi(2)).exp() + 4.0 * z;
         assert!(rule.is_outlier(&at(&rule, knot), 1e-6));
@@ -248,11 +252,11 @@ mod tests {
     fn there_is_no_rule_for_few_lines_or_lines_with_jumps() {
         let profiles: Vec<Profile> = (0..20).map(|i| profile(5, |z| z + f64::from(i))).collect();
         let lines: Vec<&Profile> = profiles.iter().collect();
-        assert!(DepthRule::learn(&lines, 1e-6, 6).is_some());
-        assert!(DepthRule::learn(&lines[..TUNING.rule.least_lines - 1], 1e-6, 6).is_none());
+        assert!(DepthRule::fit(&lines, 1e-6, 6).is_some());
+        assert!(DepthRule::fit(&lines[..TUNING.rule.least_lines - 1], 1e-6, 6).is_none());
         let mut with_jump = profiles.clone();
         with_jump[3].has_jump = true;
         let lines: Vec<&Profile> = with_jump.iter().collect();
-        assert!(DepthRule::learn(&lines, 1e-6, 6).is_none());
+        assert!(DepthRule::fit(&lines, 1e-6, 6).is_none());
     }
 }

@@ -1,10 +1,10 @@
-//! The plan of a round: which nodes a depth rule integrates, and which are integrated in full.
+//! The plan of a round: which nodes are integrated by a depth rule, and which in full.
 
 use crate::cell::whole;
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, around, spacing};
 use crate::vol::image::block::Block;
-use crate::vol::line::node_lines::LINES_KNOWN;
+use crate::vol::line::node_lines::LINES_CACHED;
 use crate::vol::line::profile::Profile;
 use crate::vol::rule::depth_rule::DepthRule;
 use crate::vol::rule::scan::Scan;
@@ -12,14 +12,14 @@ use crate::vol::tuning::TUNING;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
 
-/// A depth rule and where it holds.
+/// A depth rule and the block that it is fitted for.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockRule {
     pub(crate) block: Block,
     pub(crate) rule: DepthRule,
 }
 
-/// The full lines that rules are learned from: their numbers and places.
+/// The full lines that rules are fitted to: their numbers and places.
 pub(crate) struct TrainingLines {
     /// In the order of the nodes.
     pub(crate) lines: Vec<(usize, Place)>,
@@ -28,39 +28,39 @@ pub(crate) struct TrainingLines {
 }
 
 impl TrainingLines {
-    /// Whether lines in a block or a little around it have jumps: no rule can be learned there.
+    /// Whether lines in a block or in a margin around it have jumps: then no rule is fitted.
     fn have_jumps(&self, block: Block) -> bool {
         self.jumping.iter().any(|&place| block.contains(place, TUNING.rule.training_margin))
     }
 }
 
-/// What is to be done with some nodes.
+/// The integration of some nodes.
 #[derive(Debug, Default)]
 pub(crate) struct Plan {
     pub(crate) rules: Vec<BlockRule>,
-    /// Nodes that get a full line.
+    /// Nodes that are integrated in full.
     pub(crate) full: Vec<usize>,
-    /// Nodes that wait for what the full lines among them teach.
+    /// Nodes that are postponed until rules can be fitted to the full lines among them.
     pub(crate) postponed: Vec<usize>,
-    /// Nodes whose full line is compared with the rule of this number.
+    /// Nodes that are integrated in full and compared with the rule of this number.
     pub(crate) validated: Vec<(usize, usize)>,
-    /// Nodes that get their radiance from the rule of this number.
+    /// Nodes that are integrated by the rule of this number.
     pub(crate) ruled: BTreeMap<usize, usize>,
 }
 
 impl Scan<'_> {
-    /// What the full lines of all nodes may teach.
+    /// The full lines of all nodes, to which rules may be fitted.
     pub(crate) fn training(&self) -> TrainingLines {
         let full = (0..self.tree.len()).filter(|&i| self.node_lines.is_full(i));
         let lines: Vec<_> = full.map(|i| (i, self.tree.nodes()[i].place)).collect();
-        let known = lines.par_iter().with_min_len(LINES_KNOWN);
+        let known = lines.par_iter().with_min_len(LINES_CACHED);
         let jumping = known.filter(|(i, _)| self.node_lines.has_jump(*i));
         let jumping = jumping.map(|(_, place)| *place).collect();
         TrainingLines { lines, jumping }
     }
 
-    /// The rule of a block, learned from the full lines in it and a little around it.
-    pub(crate) fn learn(
+    /// The rule of a block, fitted to the full lines in it and in a margin around it.
+    pub(crate) fn fit_rule(
         &self,
         block: Block,
         training: &TrainingLines,
@@ -78,13 +78,14 @@ impl Scan<'_> {
         if near.len() < TUNING.rule.least_lines {
             return None;
         }
-        // Most blocks of an image with jumps have no rule: profiles are made where there is one.
+        // Most blocks of an image with jumps have no rule: profiles are computed only where one is
+        // fitted.
         let lines: Vec<&Profile> = near.par_iter().map(|&i| self.node_lines.profile(i)).collect();
-        let rule = DepthRule::learn(&lines, tolerance, most_depths)?;
+        let rule = DepthRule::fit(&lines, tolerance, most_depths)?;
         Some(BlockRule { block, rule })
     }
 
-    /// The rules of all blocks around some nodes that have one.
+    /// The rules of all blocks around some nodes for which one can be fitted.
     fn rules_around(
         &self,
         nodes: &[usize],
@@ -96,11 +97,12 @@ impl Scan<'_> {
         let mut met = FxHashSet::default();
         let around = nodes.iter().flat_map(|&i| blocks_around(self.tree.nodes()[i].place));
         let blocks: Vec<Block> = around.filter(|&block| met.insert(block)).collect();
-        let learn = |&block: &Block| self.learn(block, training, tolerance, most_depths);
-        blocks.par_iter().filter_map(learn).collect()
+        let fit = |&block: &Block| self.fit_rule(block, training, tolerance, most_depths);
+        blocks.par_iter().filter_map(fit).collect()
     }
 
-    /// Gives each of the `new` nodes to the shortest rule around it, or to a full line.
+    /// Assigns each of the `new` nodes to the rule around it with the fewest depths, or to full
+    /// integration.
     pub(crate) fn plan(
         &self,
         new: &[usize],
@@ -121,14 +123,14 @@ impl Scan<'_> {
         let mut of_rule: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for i in unseeded {
             let rules = blocks_around(place(i)).filter_map(|block| numbers.get(&block).copied());
-            // The first of the shortest: that of the largest block.
+            // The first one of equal length is that of the largest block.
             let shortest = rules.min_by_key(|&number| plan.rules[number].rule.depths.len());
             if let Some(number) = shortest {
                 of_rule.entry(number).or_default().push(i);
                 continue;
             }
-            // No rule will be learned where there are jumps.
-            let block = Block::around(place(i), TUNING.image.finest_blocks);
+            // No rule can be fitted where there are jumps.
+            let block = Block::around(place(i), TUNING.image.finest_block_level);
             let has_jumps = *jumping.entry(block).or_insert_with(|| training.have_jumps(block));
             let waits = postpone && !has_jumps && !self.is_third(i);
             if waits { plan.postponed.push(i) } else { plan.full.push(i) }
@@ -152,8 +154,8 @@ impl Scan<'_> {
         (a + b).is_multiple_of(3)
     }
 
-    /// Which of the nodes of a rule get a full line: half of them where the largest details are
-    /// near, half spread over the rest.
+    /// The nodes of a rule that are integrated in full: half of them where the largest guarded
+    /// details are near, half distributed over the rest.
     fn validated(&self, nodes: &[usize], first: usize, guarded: &[f64]) -> Vec<usize> {
         let nearby = |&i: &usize| {
             let node = &self.tree.nodes()[i];
@@ -163,8 +165,8 @@ impl Scan<'_> {
         };
         let mut ranked: Vec<(f64, usize)> = nodes.iter().map(|i| (nearby(i), *i)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let count =
-            whole((TUNING.rule.validated * (nodes.len() as f64).sqrt()).ceil()).min(nodes.len());
+        let count = whole((TUNING.rule.validation_factor * (nodes.len() as f64).sqrt()).ceil())
+            .min(nodes.len());
         let largest = count.div_ceil(2);
         let rest = &ranked[largest..];
         let stride = rest.len().checked_div(count - largest).unwrap_or(0).max(1);
@@ -175,10 +177,10 @@ impl Scan<'_> {
 
 /// The blocks around a place that may have a rule, the largest first.
 fn blocks_around(place: Place) -> impl Iterator<Item = Block> {
-    (0..=TUNING.image.finest_blocks).map(move |level| Block::around(place, level))
+    (0..=TUNING.image.finest_block_level).map(move |level| Block::around(place, level))
 }
 
-/// The most depths of a rule, when `lines` full lines have so many `samples` together.
+/// The most depths of a rule, if `lines` full lines have `samples` samples together.
 fn most_depths(samples: usize, lines: usize) -> usize {
-    whole(TUNING.rule.most_depths * samples as f64 / lines.max(1) as f64)
+    whole(TUNING.rule.most_depths_share * samples as f64 / lines.max(1) as f64)
 }

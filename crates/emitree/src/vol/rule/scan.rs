@@ -1,9 +1,9 @@
-//! One round: the radiances of some new nodes, by depth rules where they hold, by full lines
+//! One round: the radiances of some new nodes, by depth rules where these hold, by full lines
 //! elsewhere.
 //!
-//! Some nodes of each rule get a full line all the same: the rule has to be right on lines that it
-//! has not seen. Where it is not, the nodes of the quarter of its block get a better one, or full
-//! lines; so do single nodes whose values are unlike those that the rule was learned from.
+//! Some nodes of each rule are integrated in full to validate it on lines that were not in the fit.
+//! Where the rule fails, the nodes in that quarter of its block get a better rule, or full lines.
+//! Single nodes whose values are unlike the lines of the fit get full lines too.
 
 use crate::vol::dyadic::{Place, around, spacing, unit};
 use crate::vol::image::tree::{Around, ImageTree};
@@ -15,32 +15,34 @@ use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
 
-/// Between a closed node and its neighbours on its lattice, open places are looked for at this many
-/// steps: narrower parts of the image are found where they widen, or are no part of a pixel that counts.
+/// The number of steps between a closed node and its neighbours on its lattice at which open places
+/// are searched for. Narrower parts of the image are found where they are wider, or contribute
+/// little to a pixel.
 const BETWEEN: i8 = 4;
 
-/// The image tree, its lines, and where they are sampled.
+/// An image tree, its lines, and the view in which they are sampled.
 pub(crate) struct Scan<'a> {
     pub(crate) view: View<'a>,
     pub(crate) base_level: u8,
-    /// Every full line has all depths of the lattice of this level: that of the base, or a finer one after
-    /// an exam has found that lines step over something.
+    /// Every full line has all depths of the lattice of this level. It is the base level, or a
+    /// finer one after a verification has found structure between the depths.
     pub(crate) depth_level: u8,
     pub(crate) tree: ImageTree,
     pub(crate) node_lines: NodeLines,
-    /// Structures that were named: no rule has learned of them.
+    /// Structures that the options name: their nodes are integrated in full, since no rule has been
+    /// fitted to them.
     pub(crate) seeds: SeedTargets,
-    /// Whether nothing is evaluated at places that no pixel sees.
-    pub(crate) closes: bool,
+    /// Whether places outside the view are not evaluated.
+    pub(crate) skips_closed: bool,
 }
 
 impl Scan<'_> {
-    /// Adds nodes, without radiances.
+    /// Adds nodes without radiances.
     pub(crate) fn add(&mut self, places: &[Place]) {
         let first = self.tree.len();
         places.iter().for_each(|&place| self.tree.add(place));
         self.node_lines.grow(self.tree.len());
-        if self.closes {
+        if self.skips_closed {
             for (i, &place) in (first..).zip(places) {
                 if !self.view.layer.is_open(place.map(unit)) {
                     self.node_lines.sources[i] = LineSource::Closed;
@@ -51,7 +53,8 @@ impl Scan<'_> {
         }
     }
 
-    /// What is open around a closed place of a level: known from geometry, without an evaluation.
+    /// The open places around a closed place of a level, from the geometry of the view without an
+    /// evaluation.
     fn open_around(&self, place: Place, level: u8) -> Around {
         let is_open = |distance: u32, reach: i8| {
             let mut places = around(place, distance, reach);
@@ -65,7 +68,7 @@ impl Scan<'_> {
         if finer > 0 && is_open(finer, BETWEEN) { Around::Between } else { Around::Closed }
     }
 
-    /// Forgets all nodes but the first `len`.
+    /// Removes all nodes but the first `len`.
     pub(crate) fn truncate(&mut self, len: usize) {
         self.tree.truncate(len);
         self.node_lines.truncate(len);
@@ -76,13 +79,13 @@ impl Scan<'_> {
         self.node_lines.refine(&self.view, &self.tree, wanted, tolerance, self.depth_level).await
     }
 
-    /// Looks on neighbours for what the given full lines have found.
+    /// Samples structure found on the given full lines on their neighbours.
     pub(crate) async fn follow(&mut self, found: &[usize], tolerance: f64) -> Result<(), Stop> {
         self.node_lines.follow(&self.view, &self.tree, found, tolerance, self.depth_level).await
     }
 
-    /// Finds the radiances of the nodes from `first` on, each to `tolerance`; `guarded` are the
-    /// guarded details of those before.
+    /// Computes the radiances of the nodes from number `first` on, each to `tolerance`; `guarded`
+    /// are the guarded details of the former nodes.
     pub(crate) async fn scan(
         &mut self,
         first: usize,
@@ -91,7 +94,7 @@ impl Scan<'_> {
     ) -> Result<(), Stop> {
         let mut new: Vec<usize> = self.beyond_tolerance(first, tolerance).await?;
         new.extend((first..self.tree.len()).filter(|&i| !self.node_lines.is_closed(i)));
-        // Where there is no rule yet, a third of the lines may be enough to learn one.
+        // Where there is no rule yet, a third of the lines may suffice to fit one.
         let plan = self.plan(&new, first, guarded, tolerance, true);
         let rest = plan.postponed.clone();
         self.execute(plan, first, tolerance).await?;
@@ -99,7 +102,7 @@ impl Scan<'_> {
         self.execute(plan, first, tolerance).await
     }
 
-    /// Does what is planned, and what turns out to be needed besides.
+    /// Integrates the nodes of a plan, and those in full for which its rules fail.
     async fn execute(&mut self, mut plan: Plan, first: usize, tolerance: f64) -> Result<(), Stop> {
         self.scan_full(&plan, first, tolerance).await?;
         let mut again = self.replace_failed(&mut plan, tolerance);
@@ -107,25 +110,25 @@ impl Scan<'_> {
         self.scan_again(&again, first, tolerance).await
     }
 
-    /// Refines the older full lines that the tolerance has left behind, and returns the other nodes
-    /// that it has: it falls with the largest pixel.
+    /// Refines the older full lines whose error is above the tolerance, which follows the largest
+    /// pixel, and returns the other nodes with such errors.
     async fn beyond_tolerance(&mut self, first: usize, tolerance: f64) -> Result<Vec<usize>, Stop> {
-        let beyond =
-            (0..first).filter(|&i| self.node_lines.error(i) > TUNING.rule.again * tolerance);
+        let beyond = (0..first)
+            .filter(|&i| self.node_lines.error(i) > TUNING.rule.refinement_margin * tolerance);
         let (full, ruled): (Vec<usize>, Vec<usize>) =
             beyond.partition(|&i| self.node_lines.is_full(i));
         self.refine(full.into_iter().map(|i| (i, Vec::new())).collect(), tolerance).await?;
         Ok(ruled)
     }
 
-    /// Refines the full lines of the plan, and what they find on their neighbours.
+    /// Refines the full lines of the plan, and their neighbours where they have new structure.
     async fn scan_full(&mut self, plan: &Plan, first: usize, tolerance: f64) -> Result<(), Stop> {
         plan.full.iter().for_each(|&i| self.node_lines.sources[i] = LineSource::Full);
         let mut wanted = self.start(&plan.full, first, tolerance);
         let position: FxHashMap<usize, usize> =
             plan.full.iter().enumerate().map(|(k, &i)| (i, k)).collect();
         for (i, number) in &plan.validated {
-            // The depths of the rule too: it is compared with what it would have seen.
+            // The depths of the rule are sampled too, for the comparison with its integral.
             wanted[position[i]].1.extend(&plan.rules[*number].rule.depths);
         }
         self.refine(wanted, tolerance).await?;
@@ -142,8 +145,8 @@ impl Scan<'_> {
         wanted
     }
 
-    /// Gives the nodes of quarters in which a rule has failed to a better rule; returns those that
-    /// there is none for.
+    /// Assigns the nodes of quarters in which a rule has failed to a better rule. Returns the nodes
+    /// for which there is none.
     fn replace_failed(&self, plan: &mut Plan, tolerance: f64) -> BTreeSet<usize> {
         let mut failed = BTreeSet::new();
         for &(i, number) in &plan.validated {
@@ -151,7 +154,7 @@ impl Scan<'_> {
             let line = &self.node_lines.lines[i];
             let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
             let error = (rule.integral(&rates) - line.integral).abs();
-            if error > TUNING.rule.failure * tolerance {
+            if error > TUNING.rule.failure_tolerance * tolerance {
                 failed.insert((*block, block.quarter(self.tree.nodes()[i].place)));
             } else {
                 let rule = &mut plan.rules[number].rule;
@@ -167,7 +170,12 @@ impl Scan<'_> {
             let better = [quarter, block]
                 .into_iter()
                 .filter_map(|block| {
-                    self.learn(block, &training, tolerance, TUNING.rule.most_depths_again)
+                    self.fit_rule(
+                        block,
+                        &training,
+                        tolerance,
+                        TUNING.rule.most_depths_after_failure,
+                    )
                 })
                 .min_by_key(|better| better.rule.depths.len());
             let better = better.map(|better| {
@@ -181,7 +189,7 @@ impl Scan<'_> {
                     (None, LineSource::Full | LineSource::Unknown | LineSource::Closed) => false,
                 };
                 if !of_failed
-                    || !quarter.contains(self.tree.nodes()[i].place, TUNING.rule.failed_margin)
+                    || !quarter.contains(self.tree.nodes()[i].place, TUNING.rule.failure_margin)
                 {
                     continue;
                 }
@@ -199,7 +207,7 @@ impl Scan<'_> {
         without
     }
 
-    /// Samples the depths of the rules, in one batch, and returns the nodes that are odd.
+    /// Samples the depths of the rules in one batch, and returns the outliers.
     async fn apply(&mut self, plan: &Plan, tolerance: f64) -> Result<Vec<usize>, Stop> {
         let wanted =
             plan.ruled.iter().map(|(&i, &number)| (i, plan.rules[number].rule.depths.clone()));
@@ -218,7 +226,7 @@ impl Scan<'_> {
         Ok(outliers)
     }
 
-    /// Full lines for nodes whose rules do not hold.
+    /// Integrates nodes in full whose rules do not hold.
     async fn scan_again(
         &mut self,
         nodes: &BTreeSet<usize>,
@@ -231,8 +239,8 @@ impl Scan<'_> {
         self.refine(wanted, tolerance).await
     }
 
-    /// Samples every full line on a lattice of depths finer by some `levels`, and finds the radiances of all
-    /// other nodes anew from these lines; `guarded` are the guarded details of all nodes.
+    /// Samples every full line on a lattice of depths that is finer by `levels`, and computes the
+    /// radiances of all other nodes with new rules; `guarded` are the guarded details of all nodes.
     pub(crate) async fn refine_depths(
         &mut self,
         levels: u8,
@@ -251,7 +259,7 @@ impl Scan<'_> {
         self.execute(plan, first, tolerance).await
     }
 
-    /// Full lines for these nodes, sampled at the given depths besides; what they find is looked for on
+    /// Integrates nodes in full, with the given depths in addition, and samples new structure on
     /// their neighbours.
     pub(crate) async fn integrate_in_full(
         &mut self,

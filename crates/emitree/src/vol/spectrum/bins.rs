@@ -6,13 +6,13 @@ use crate::vol::sampling::EnergySample;
 use crate::vol::spectrum::{BinWeights, FINEST_LEVEL, Spectrum};
 use std::sync::OnceLock;
 
-/// The bins, as spectra see them.
+/// The bins of an energy axis, with the weights of means over them.
 #[derive(Clone, Debug)]
 pub(crate) struct Bins<'a> {
     pub(crate) axis: &'a EnergyAxis,
     /// For each bin, the mean per unit of energy over the mean per unit of the canonical axis.
     pub(crate) factors: Vec<f64>,
-    /// For spectra by their finest level, made when there is one.
+    /// The weights for spectra with each finest level, computed on first use.
     weights: Vec<OnceLock<BinWeights>>,
 }
 
@@ -24,7 +24,7 @@ impl<'a> Bins<'a> {
         Self { axis, factors, weights: vec![OnceLock::new(); usize::from(FINEST_LEVEL) + 1] }
     }
 
-    /// dE/du over its mean, at canonical coordinate `u`: what G is weighted with.
+    /// dE/du over its mean at the canonical coordinate `u`, the weight of G.
     pub(crate) fn density(&self, u: f64) -> f64 {
         self.axis.energy_per_canonical(u) / (self.axis.max() - self.axis.min())
     }

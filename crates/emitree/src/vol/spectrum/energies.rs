@@ -1,12 +1,11 @@
-//! Learned energies: a few energies at which lines are integrated, and the spectra that belong to
-//! each.
+//! Selected energies: a few energies at which lines are integrated, and the spectrum that belongs
+//! to each.
 //!
-//! Where G is numerically of low rank between the volume and the energy, r energies Eₖ are enough:
+//! Where G has a low numerical rank between the volume and the energy, r energies Eₖ suffice:
 //! G(r, E) = Σ qₖ(E) Sₖ(r), with Sₖ = G(r, Eₖ) − Σ_{j<k} qⱼ(Eₖ) Sⱼ(r). This is empirical
-//! interpolation (Barrault et al. 2004, doi:10.1016/j.crma.2004.08.006): each new energy is where
-//! the sampled spectrum that the former ones explain worst has its largest rest, and qₖ is that rest,
-//! 1 at Eₖ and 0 at all former energies. So the Sₖ, and what their images need, shrink with k, and
-//! energies can be added later without touching what is there.
+//! interpolation (Barrault et al. 2004, doi:10.1016/j.crma.2004.08.006): Eₖ is at the largest
+//! residual of the sampled spectrum that the former energies explain worst, and qₖ is that
+//! residual, normalised to 1 at Eₖ.
 
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::unit;
@@ -16,12 +15,12 @@ use crate::vol::spectrum::probes::SpectralProbe;
 use crate::vol::tuning::TUNING;
 use nalgebra::DMatrix;
 
-/// One energy and its share in the bins.
+/// One energy with its function and its weights in the bins.
 #[derive(Clone, Debug)]
 pub(crate) struct SelectedEnergy {
     /// The dyadic place on the energy axis.
     pub(crate) place: u32,
-    /// qⱼ(Eₖ) for each energy j that was learned before.
+    /// qⱼ(Eₖ) for each energy j that was selected before.
     pub(crate) of_earlier: Vec<f64>,
     /// The mean of qₖ over each bin, per unit of energy.
     pub(crate) weights: Vec<f64>,
@@ -29,23 +28,24 @@ pub(crate) struct SelectedEnergy {
     function: Spectrum,
 }
 
-/// The energies that have been learned, in that order.
+/// The selected energies, in the order of their selection. Since qₖ is 0 at all former energies, an
+/// energy is added without changes to these, and the Sₖ decrease with k.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Energies {
     pub(crate) selected: Vec<SelectedEnergy>,
 }
 
-/// What the learned energies leave of one sampled spectrum.
+/// The residual of one sampled spectrum after the selected energies.
 #[derive(Clone, Debug)]
-pub(crate) struct Rest {
+pub(crate) struct ResidualSpectrum {
     spectrum: Spectrum,
-    /// The effective path along the line of sight.
+    /// The effective path along the line of sight, as a fraction of the unit depth.
     path: f64,
-    /// Its mean over each bin, times the path: what may be wrong in a voxel.
+    /// The |mean| of the residual over each bin times the path: the error of a voxel.
     effects: Vec<f64>,
 }
 
-impl Rest {
+impl ResidualSpectrum {
     fn new(spectrum: Spectrum, path: f64, bins: &Bins<'_>) -> Self {
         let effects = bins.means(&spectrum).iter().map(|mean| mean.abs() * path).collect();
         Self { spectrum, path, effects }
@@ -56,14 +56,14 @@ impl Rest {
         self.effects.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The share of the rest at a place of the axis in a voxel.
+    /// The |residual| at a place of the axis, per unit of energy, times the path.
     pub(crate) fn effect_at(&self, place: u32, bins: &Bins<'_>) -> f64 {
         self.path * size_at(&self.spectrum, bins, place)
     }
 }
 
 impl Energies {
-    /// The one energy of an emission without an energy axis.
+    /// The only energy of an image without an energy axis.
     pub(crate) fn none() -> Self {
         let only = SelectedEnergy {
             place: 0,
@@ -74,8 +74,8 @@ impl Energies {
         Self { selected: vec![only] }
     }
 
-    /// One energy of an emission whose spectra have nothing to learn from there, with the same `weight`
-    /// in all bins: 0 where all spectra are dark, 1 as a guess where none has been sampled.
+    /// One energy without a sampled function, with the same `weight` in all bins: 0 where all
+    /// spectra are dark, 1 as a guess where none was sampled.
     pub(crate) fn unselected(place: u32, bins: usize, weight: f64) -> Self {
         let weights = vec![weight; bins];
         let only =
@@ -87,24 +87,26 @@ impl Energies {
         self.selected.len()
     }
 
-    /// What the energies leave of the spectrum of a scout, which has been sampled at all of them.
-    pub(crate) fn rest(&self, probe: &SpectralProbe, bins: &Bins<'_>) -> Rest {
-        let left = self.selected.iter().fold(probe.spectrum.clone(), |rest, one| {
-            rest.less(rest.rate(one.place), &one.function)
+    /// The residual of the spectrum of a spectral probe, which has been sampled at all selected
+    /// energies.
+    pub(crate) fn residual(&self, probe: &SpectralProbe, bins: &Bins<'_>) -> ResidualSpectrum {
+        let left = self.selected.iter().fold(probe.spectrum.clone(), |residual, one| {
+            residual.less(residual.rate(one.place), &one.function)
         });
-        Rest::new(left, probe.path, bins)
+        ResidualSpectrum::new(left, probe.path, bins)
     }
 
-    /// Adds an energy that explains one of the `rests` in full, at `place` or where it is largest, and
-    /// takes what it explains off all of them; `false` if there is nothing to learn from it.
-    pub(crate) fn learn(
+    /// Selects an energy whose function is one of the `residuals`, at `place` or where that is
+    /// largest, and subtracts its part from all of them. Returns `false` if the residual is too
+    /// small there.
+    pub(crate) fn select(
         &mut self,
-        rests: &mut [Rest],
+        residuals: &mut [ResidualSpectrum],
         from: usize,
         place: Option<u32>,
         bins: &Bins<'_>,
     ) -> bool {
-        let mut function = rests[from].spectrum.clone();
+        let mut function = residuals[from].spectrum.clone();
         let place = place.unwrap_or_else(|| largest_place(&function, bins));
         let pivot = function.rate(place);
         let least =
@@ -115,15 +117,15 @@ impl Energies {
         function.scale(1.0 / pivot);
         let of_earlier = self.selected.iter().map(|one| one.function.rate(place)).collect();
         let weights = bins.means(&function);
-        rests.par_iter_mut().for_each(|rest| {
-            let left = rest.spectrum.less(rest.spectrum.rate(place), &function);
-            *rest = Rest::new(left, rest.path, bins);
+        residuals.par_iter_mut().for_each(|residual| {
+            let left = residual.spectrum.less(residual.spectrum.rate(place), &function);
+            *residual = ResidualSpectrum::new(left, residual.path, bins);
         });
         self.selected.push(SelectedEnergy { place, of_earlier, weights, function });
         true
     }
 
-    /// G at a place of the axis, given G at each of the energies.
+    /// G at a place of the axis, given G at each of the selected energies.
     pub(crate) fn explained(&self, rates: impl Iterator<Item = f64>, place: u32) -> f64 {
         let mut parts: Vec<f64> = Vec::with_capacity(self.len());
         for (one, rate) in self.selected.iter().zip(rates) {
@@ -134,9 +136,9 @@ impl Energies {
         parts.iter().zip(functions).map(|(part, function)| part * function).sum()
     }
 
-    /// The weight of G at each energy in each bin, if the Sₖ are all known: bins, then energies.
+    /// The weights of G at each energy for each bin: a vector of energies for each bin.
     ///
-    /// With W the weights of the Sₖ and L that of the qⱼ(Eₖ), n L = W.
+    /// With W the weights of the Sₖ and L the matrix of the qⱼ(Eₖ), they are the n in n L = W.
     pub(crate) fn nodal_weights(&self) -> Vec<Vec<f64>> {
         let bins = self.selected.first().map_or(0, |one| one.weights.len());
         let weights = DMatrix::from_fn(self.len(), bins, |k, bin| self.selected[k].weights[bin]);
@@ -156,16 +158,19 @@ fn size_at(spectrum: &Spectrum, bins: &Bins<'_>, place: u32) -> f64 {
     spectrum.rate(place).abs() / bins.density(unit(place))
 }
 
-/// The largest error of a voxel in each bin, for any of the `rests`.
-pub(crate) fn unexplained(rests: &[Rest], bins: &Bins<'_>) -> Vec<f64> {
+/// The largest error of a voxel in each bin for any of the `residuals`.
+pub(crate) fn unexplained(residuals: &[ResidualSpectrum], bins: &Bins<'_>) -> Vec<f64> {
     let mut largest = vec![0.0; bins.factors.len()];
-    for rest in rests {
-        largest.iter_mut().zip(&rest.effects).for_each(|(most, effect)| *most = effect.max(*most));
+    for residual in residuals {
+        largest
+            .iter_mut()
+            .zip(&residual.effects)
+            .for_each(|(most, effect)| *most = effect.max(*most));
     }
     largest
 }
 
-/// Where a spectrum is largest per unit of energy, among its samples.
+/// The sampled place at which a spectrum is largest per unit of energy.
 fn largest_place(spectrum: &Spectrum, bins: &Bins<'_>) -> u32 {
     let larger = |best: (u32, f64), place: u32| {
         let size = size_at(spectrum, bins, place);

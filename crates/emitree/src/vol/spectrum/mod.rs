@@ -1,7 +1,7 @@
 //! A spectrum: G at one point of the volume, sampled at nested dyadic places of the energy axis.
 //!
-//! Between samples it is the function of the image tree, along one axis: a place of level l that has
-//! no sample has its prediction from the lattice of level l − 1.
+//! Between samples it is defined like the function of an image tree along one axis: a place of
+//! level l without a sample has its prediction from the lattice of level l − 1.
 
 pub(crate) mod bins;
 pub(crate) mod energies;
@@ -14,10 +14,10 @@ use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
-/// The lattice that every spectrum has all places of.
+/// The level of the lattice on which every spectrum is sampled.
 pub(crate) const BASE_LEVEL: u8 = 3;
-/// The finest lattice that a spectrum is refined to: narrower structures are beyond double precision
-/// in the bins of any camera.
+/// The finest level of a spectrum: narrower structure is below double precision in the means over
+/// bins.
 pub(crate) const FINEST_LEVEL: u8 = 16;
 /// The order of predictions.
 const ORDER: usize = 6;
@@ -50,19 +50,19 @@ impl Spectrum {
         self.samples.values_mut().for_each(|rate| *rate *= factor);
     }
 
-    /// This spectrum less `amount` of another one, at the samples of both.
+    /// This spectrum minus `amount` times another one, at the samples of both.
     pub(crate) fn less(&self, amount: f64, other: &Self) -> Self {
         let [mut of_self, mut of_other] = [FxHashMap::default(), FxHashMap::default()];
         let mut places: Vec<u32> = self.places().chain(other.places()).collect();
         places.sort_unstable();
         places.dedup();
-        let mut rest = |place: u32| {
+        let mut residual = |place: u32| {
             self.value(place, &mut of_self) - amount * other.value(place, &mut of_other)
         };
-        Self { samples: places.into_iter().map(|place| (place, rest(place))).collect() }
+        Self { samples: places.into_iter().map(|place| (place, residual(place))).collect() }
     }
 
-    /// G at a place: sampled, or predicted.
+    /// G at a place, sampled or predicted.
     pub(crate) fn rate(&self, place: u32) -> f64 {
         self.value(place, &mut FxHashMap::default())
     }
@@ -88,8 +88,7 @@ impl Spectrum {
         weights.iter().enumerate().map(|(k, weight)| weight * self.value(at(k), ghosts)).sum()
     }
 
-    /// The sampled places above the base, each with its detail: what it differs by from its
-    /// prediction.
+    /// The sampled places, each with its detail: the difference from its prediction.
     fn details(&self) -> Vec<(u32, f64)> {
         let mut ghosts = FxHashMap::default();
         let of_place =
@@ -97,13 +96,14 @@ impl Spectrum {
         self.samples.iter().map(of_place).collect()
     }
 
-    /// The places to be sampled next, so that the mean over every bin is right; `effect` is what a
-    /// detail of size 1 at a place changes, in units of what is allowed.
+    /// The places to be sampled next, for the mean over every bin; `effect` is the change of a mean
+    /// by a detail of 1 at a place, in units of the error allowed.
     pub(crate) fn wanted(&self, bins: usize, effect: impl Fn(u32) -> f64) -> Vec<u32> {
         let mut wanted: Vec<u32> = Vec::new();
         for (place, guarded) in self.guarded() {
             let remains = TUNING.spectra.decay * guarded * effect(place);
-            // As wide as what has not been looked at, in the mean over a bin that is wider.
+            // Structure as wide as the gap between samples changes the mean over a wider bin by
+            // this share.
             let share = |at: u32| (bins as f64 * unit(self.gap(at))).min(1.0);
             wanted.extend(self.missing_around(place).filter(|&at| remains * share(at) > 1.0));
         }
@@ -112,8 +112,8 @@ impl Spectrum {
         wanted
     }
 
-    /// The places that finer ones may be missing around, each with the detail that it has or that those
-    /// beside it let expect of it.
+    /// The places around which finer ones are missing, each with the larger of its own detail and a
+    /// share of those beside it.
     fn guarded(&self) -> Vec<(u32, f64)> {
         let details: BTreeMap<u32, f64> = self.details().into_iter().collect();
         let of_place = |&place: &u32| {
@@ -125,28 +125,28 @@ impl Spectrum {
             let around = around.iter().flat_map(|&distance| {
                 [false, true].map(|up| (distance, beside(place, distance, up)))
             });
-            // Coarser places tell of coarser structure.
+            // Details of coarser places belong to coarser structure.
             let on_level =
                 |&(_, at): &(u32, Option<u32>)| at.is_some_and(|at| level_of(at) == level);
             let size = |(distance, at): (u32, Option<u32>)| {
                 let detail = at.and_then(|at| details.get(&at)).map_or(0.0, |detail| detail.abs());
-                if distance == 0 { detail } else { TUNING.spectra.guard * detail }
+                if distance == 0 { detail } else { TUNING.spectra.neighbour_guard * detail }
             };
             Some((place, around.filter(on_level).map(size).fold(0.0, f64::max)))
         };
         details.keys().filter_map(of_place).collect()
     }
 
-    /// The distance between the samples on either side of a place that has none.
+    /// The distance between the samples on either side of a place without one.
     fn gap(&self, place: u32) -> u32 {
         let below = self.samples.range(..place).next_back().map_or(0, |(at, _)| *at);
         let above = self.samples.range(place + 1..).next().map_or(STEPS, |(at, _)| *at);
         above - below
     }
 
-    /// The places nearby that have not been sampled: half a spacing away for finer structure, a whole
-    /// one for what the place itself is predicted from, and two, which are predicted from it: their
-    /// predictions swing out.
+    /// The places around one place that have not been sampled: half a spacing away for finer
+    /// structure, one spacing for the values that predict it, and two for values that it predicts,
+    /// where predictions oscillate.
     fn missing_around(&self, place: u32) -> impl Iterator<Item = u32> + '_ {
         let level = level_of(place).max(BASE_LEVEL);
         let distances = [spacing(level + 1), spacing(level), 2 * spacing(level)];
@@ -172,12 +172,12 @@ impl Spectrum {
 #[derive(Clone, Debug)]
 pub(crate) struct BinWeights {
     bins: usize,
-    /// From the lattice of [`BASE_LEVEL`] on.
+    /// The weights on the lattices from [`BASE_LEVEL`] on.
     levels: Vec<AxisWeights>,
 }
 
 impl BinWeights {
-    /// For spectra whose finest samples are of level `finest`.
+    /// The weights for spectra whose finest samples are of level `finest`.
     pub(crate) fn new(finest: u8, bins: usize) -> Self {
         let mut levels = vec![AxisWeights::finest(finest.max(BASE_LEVEL), bins)];
         for _ in BASE_LEVEL..finest {
@@ -201,7 +201,7 @@ impl BinWeights {
 mod tests {
     use super::*;
 
-    /// A spectrum refined until nothing above `allowed` is expected to be missing in a bin.
+    /// A spectrum refined until no expected change of a mean over a bin is above `allowed`.
     fn refined(bins: usize, allowed: f64, f: impl Fn(f64) -> f64) -> Spectrum {
         let mut spectrum = Spectrum::default();
         let base = (0..=1_u32 << BASE_LEVEL).map(|k| k * spacing(BASE_LEVEL));

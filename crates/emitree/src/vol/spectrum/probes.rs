@@ -1,8 +1,9 @@
-//! Scouts: points of the volume at which whole spectra are sampled.
+//! Spectral probes: points of the volume at which whole spectra are sampled.
 //!
-//! They tell which energies are worth integrating, and whether those still explain what new lines
-//! have found. Some look into every bin; where a spectrum shows structure it is refined. Spot checks are
-//! single samples at many places and energies: where one is not explained a scout is sent.
+//! Energies are selected from their spectra, and new probes show whether these still explain the
+//! spectra on new lines. Some probes sample every bin; all spectra are refined where they have
+//! structure. Spot checks are single samples at many places and energies; one that is not explained
+//! becomes a spectral probe.
 
 use crate::cell::{self, whole};
 use crate::parallel::prelude::*;
@@ -13,10 +14,10 @@ use crate::vol::spectrum::{BASE_LEVEL, Spectrum};
 use crate::vol::tuning::TUNING;
 use std::collections::BTreeSet;
 
-/// The lattice that the energies of lines are rounded to.
+/// The level of the lattice to which the energies of emission lines are rounded.
 pub(crate) const LINE_LEVEL: u8 = 15;
 
-/// A point of a layer: where on the image plane, and at which depth.
+/// A point of a layer: a place in the image plane and a depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ProbePoint {
     /// The number of the layer.
@@ -29,19 +30,20 @@ pub(crate) struct ProbePoint {
 #[derive(Clone, Debug)]
 pub(crate) struct SpectralProbe {
     pub(crate) point: ProbePoint,
-    /// The part of the unit depth that G fills when it is everywhere as large as here.
+    /// The effective path: the part of the unit depth that would give the integral of the line with
+    /// the rate at this point.
     pub(crate) path: f64,
-    /// Whether it looks into every bin.
+    /// Whether every bin is sampled.
     full: bool,
-    /// How much more precise than others its spectrum has to be, 1 or less: an energy is learned from
-    /// it, and may be brighter elsewhere.
+    /// The factor on the error allowed in the spectrum, at most 1. It is smaller for a spectrum
+    /// that becomes a function, which may be multiplied by larger values elsewhere.
     precision: f64,
-    /// Where a spot check has found something.
+    /// Places at which spot checks were not explained.
     wanted: BTreeSet<u32>,
     pub(crate) spectrum: Spectrum,
 }
 
-/// One sample that is compared with what the energies make expect.
+/// A single sample that is compared with the selected energies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpotCheck {
     pub(crate) point: ProbePoint,
@@ -51,21 +53,21 @@ pub(crate) struct SpotCheck {
     pub(crate) expected: f64,
 }
 
-/// All scouts.
+/// All spectral probes.
 #[derive(Clone, Debug)]
 pub(crate) struct SpectralProbes<'a> {
     pub(crate) bins: Bins<'a>,
     pub(crate) probes: Vec<SpectralProbe>,
-    /// Where every spectrum is sampled, whatever it looks like.
-    everywhere: BTreeSet<u32>,
+    /// Places at which every spectrum is sampled, in addition to the lattice.
+    common_energies: BTreeSet<u32>,
 }
 
 impl<'a> SpectralProbes<'a> {
     pub(crate) fn new(bins: Bins<'a>) -> Self {
-        Self { bins, probes: Vec::new(), everywhere: BTreeSet::new() }
+        Self { bins, probes: Vec::new(), common_energies: BTreeSet::new() }
     }
 
-    /// Adds a scout at one sample of a line, unless there is one already.
+    /// Adds a spectral probe at one sample of a line, unless there is one already.
     pub(crate) fn add(&mut self, point: ProbePoint, path: f64, full: bool) {
         if self.probes.iter().all(|probe| probe.point != point) {
             self.probes.push(SpectralProbe {
@@ -79,9 +81,8 @@ impl<'a> SpectralProbes<'a> {
         }
     }
 
-    /// Sends scouts to the posts of the spot checks that the energies explain least, if they leave more
-    /// than `allowed`. Each is a post, a place of the energy axis, the path and what is
-    /// expected of it.
+    /// Evaluates spot checks. The points of those with the largest errors, if these are above
+    /// `allowed`, become spectral probes.
     pub(crate) async fn spot_check(
         &mut self,
         layers: &[View<'_>],
@@ -97,7 +98,7 @@ impl<'a> SpectralProbes<'a> {
         let mut found: Vec<(f64, SpotCheck)> = checks.iter().zip(rates).map(unexplained).collect();
         found.retain(|(wrong, _)| *wrong > allowed);
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, check) in found.into_iter().take(TUNING.spectra.most_followed) {
+        for (_, check) in found.into_iter().take(TUNING.spectra.most_followed_checks) {
             self.add(check.point, check.path, false);
             let probe = self.probes.iter_mut().find(|probe| probe.point == check.point);
             if let Some(probe) = probe {
@@ -107,7 +108,7 @@ impl<'a> SpectralProbes<'a> {
         Ok(())
     }
 
-    /// The lattice of the energies of spot checks.
+    /// The level of the lattice of the energies of spot checks.
     pub(crate) fn checked_level(&self) -> u8 {
         let level = self.level_of_bins();
         (level + TUNING.spectra.checked_levels).clamp(
@@ -116,36 +117,37 @@ impl<'a> SpectralProbes<'a> {
         )
     }
 
-    /// Has every spectrum sampled at these energies from now on, in the unit of the axis.
+    /// Adds energies, in the unit of the axis, at which every spectrum is sampled from now on.
     pub(crate) fn add_line_energies(&mut self, energies: &[f64]) {
         let cells = f64::from(1_u32 << LINE_LEVEL);
         for u in energies.iter().map(|&energy| self.bins.axis.canonical(energy)) {
             if (0.0..=1.0).contains(&u) {
-                self.sample_everywhere(
+                self.add_common_energy(
                     cell::to_u32(whole((u * cells).round())) * spacing(LINE_LEVEL),
                 );
             }
         }
     }
 
-    /// Where every spectrum is sampled, whatever it looks like, besides the lattice.
-    pub(crate) fn everywhere(&self) -> impl Iterator<Item = u32> + '_ {
-        self.everywhere.iter().copied()
+    /// The places at which every spectrum is sampled, in addition to the lattice.
+    pub(crate) fn common_energies(&self) -> impl Iterator<Item = u32> + '_ {
+        self.common_energies.iter().copied()
     }
 
-    /// Has every spectrum sampled at this place from now on.
-    pub(crate) fn sample_everywhere(&mut self, place: u32) {
-        self.everywhere.insert(place);
+    /// Adds a place at which every spectrum is sampled from now on.
+    pub(crate) fn add_common_energy(&mut self, place: u32) {
+        self.common_energies.insert(place);
     }
 
-    /// Asks for a more precise spectrum of scout `i`, so that it can be learned from: its `effect` in a
-    /// voxel may be as large as `largest` elsewhere.
-    pub(crate) fn sharpen(&mut self, i: usize, effect: f64, largest: f64) {
+    /// Reduces the error allowed in the spectrum of probe `i`, which becomes a function: its
+    /// `effect` in a voxel may be as large as `largest` elsewhere.
+    pub(crate) fn raise_precision(&mut self, i: usize, effect: f64, largest: f64) {
         let precision = &mut self.probes[i].precision;
         *precision = precision.min((effect / largest).max(TUNING.spectra.least_precision));
     }
 
-    /// Samples and refines all spectra until each is known to a share of `allowed` in every voxel.
+    /// Samples and refines all spectra until the error of each is within a share of `allowed` in
+    /// every voxel.
     pub(crate) async fn sample(&mut self, layers: &[View<'_>], allowed: f64) -> Result<(), Stop> {
         loop {
             let of_probe = |(i, probe): (usize, &SpectralProbe)| {
@@ -168,10 +170,10 @@ impl<'a> SpectralProbes<'a> {
         }
     }
 
-    /// The places where a spectrum has to be sampled, whatever it looks like.
+    /// The places without a sample at which a spectrum is sampled independently of its structure.
     fn missing(&self, probe: &SpectralProbe) -> Vec<u32> {
         let whole = lattice(if probe.full { self.level_of_bins() } else { BASE_LEVEL });
-        let found = self.everywhere.iter().chain(&probe.wanted).copied();
+        let found = self.common_energies.iter().chain(&probe.wanted).copied();
         let mut missing: Vec<u32> = whole.chain(found).collect();
         missing.retain(|&place| !probe.spectrum.has(place));
         missing.sort_unstable();
@@ -185,14 +187,14 @@ impl<'a> SpectralProbes<'a> {
         u8::try_from(level).unwrap_or(u8::MAX).clamp(BASE_LEVEL, TUNING.spectra.finest_full_level)
     }
 
-    /// The places at which structure of a spectrum is still to be looked at.
+    /// The places at which the structure of a spectrum has to be refined.
     fn structure(&self, probe: &SpectralProbe, allowed: f64) -> Vec<u32> {
         let allowed = TUNING.spectra.spectrum_share * probe.precision * allowed;
         let effect = |place: u32| probe.path / (allowed * self.bins.density(unit(place)));
         probe.spectrum.wanted(self.bins.factors.len(), effect)
     }
 
-    /// The largest voxel that is to be expected of what the scouts have seen.
+    /// The largest voxel that is expected from the spectra of the probes.
     pub(crate) fn largest(&self) -> f64 {
         let of_probe = |probe: &SpectralProbe| {
             let means = self.bins.means(&probe.spectrum);
@@ -202,7 +204,7 @@ impl<'a> SpectralProbes<'a> {
     }
 }
 
-/// Samples at points of the `layers`, each at its own place on the energy axis, in one batch.
+/// G at points of the `layers`, each at its own place on the energy axis, in one batch.
 pub(crate) async fn spectral_rates(
     layers: &[View<'_>],
     points: &[(ProbePoint, u32)],

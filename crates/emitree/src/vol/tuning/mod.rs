@@ -1,8 +1,8 @@
 //! The constants that decide accuracy and cost, in one table.
 //!
-//! Each has a reason, and a range: the values down to which and up to which its influence was measured,
-//! half and twice the value where nothing else makes sense. `cargo xtask ablate` repeats the measurement,
-//! [docs/results/tuning.md](https://docs.rs/emitree) has its result. Lengths in steps, orders of stencils
+//! Each has a reason and a range, the ends of which are the values at which its influence was
+//! measured: half and twice the value where these make sense. `cargo xtask ablate` repeats the
+//! measurement; its results are in `docs/results/tuning.md`. Lengths in steps, orders of stencils
 //! and guards against rounding are constants of their modules.
 
 mod values;
@@ -22,15 +22,15 @@ pub use variants::{End, select};
 #[cfg(feature = "ablate")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constant {
-    /// Its group and its name: `line.negligible`.
+    /// The names of its group and of the constant, as in `line.negligible`.
     pub name: String,
-    /// Its value, and the ends of the range in which its influence is measured.
+    /// The value.
     pub value: f64,
-    /// The lower end.
+    /// The lower end of the range in which its influence is measured.
     pub low: f64,
-    /// The upper end.
+    /// The upper end of that range.
     pub high: f64,
-    /// What it is, and why it has its value.
+    /// What the constant is, and why it has its value.
     pub reason: String,
 }
 
@@ -65,8 +65,8 @@ macro_rules! tuning {
                 $( $group: $of_group { $( $name: $value, )* }, )*
             };
 
-            /// The standard values, each of them replaced by the ends of its range in turn: two variants for
-            /// each constant, in the order of [`constants`].
+            /// For each constant two variants of the standard values, with the lower and the upper
+            /// end of its range, in the order of [`constants`].
             #[cfg(feature = "ablate")]
             pub(crate) fn variants() -> Vec<Self> {
                 let mut variants = Vec::new();
@@ -79,7 +79,7 @@ macro_rules! tuning {
             }
         }
 
-        /// All constants, in the order of their groups.
+        /// All constants, group by group.
         #[cfg(feature = "ablate")]
         pub fn constants() -> Vec<super::Constant> {
             #[expect(trivial_numeric_casts, reason = "constants are of several types")]

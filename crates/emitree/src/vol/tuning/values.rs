@@ -1,449 +1,637 @@
 //! The values, with their reasons and the ranges in which their influence was measured.
+//!
+//! T is the tolerance, relative to the largest |pixel|. Depths and widths of lines are fractions of the
+//! line, distances in the image plane fractions of its edge. Levels are those of dyadic lattices: one
+//! level finer halves the spacing.
 
 use super::tuning;
 
 tuning! {
     /// The loop: tolerances, levels and budgets.
     engine: Engine {
-        /// Looser requests are met at this tolerance: a looser search does not find the structure.
+        /// The loosest tolerance of a search. Looser requests are met at this one: with larger
+        /// tolerances narrow structure stays undetected; smaller ones make loose requests more
+        /// expensive.
         loosest_tolerance: f64 = 0.05, 0.025..=0.1;
-        /// The share of the tolerance that a line or a depth rule may take.
+        /// The error that a line or a depth rule may have, as a share of T. Smaller values take
+        /// more evaluations for each line; larger ones leave less of T for the interpolation
+        /// between lines.
         line_share: f64 = 0.2, 0.1..=0.4;
-        /// Lines are integrated as for this tolerance if a looser one is asked for: looser lines step over peaks,
-        /// and what some lines have and others have not looks like structure of the image, which is expensive. Of 60
-        /// anisotropic peaks 3 cost more than 1.15 times a tighter tolerance at 2 to 10 %, 4 with lines for 2 %,
-        /// and 10 without this; images to 10 % cost 8 % more for it.
-        loosest_of_lines: f64 = 0.01, 0.005..=0.02;
-        /// Nodes are no closer to each other than 2^−this of a pixel…
+        /// The loosest tolerance that lines are integrated for. Lines for looser ones step over
+        /// narrow peaks, and a peak that only some lines have is refined as structure of the image.
+        /// Of 60 anisotropic peaks 3 cost more than 1.15 times a tighter tolerance at 2 to 10 %, 4
+        /// with lines for 2 %, and 10 without this limit; images to 10 % cost 8 % more with it.
+        loosest_line_tolerance: f64 = 0.01, 0.005..=0.02;
+        /// The spacing of the finest nodes is the largest power of 1/2 that is no larger than a
+        /// pixel, divided by 2 to the power of this. More levels resolve edges within a pixel;
+        /// fewer end the refinement of an unbounded image earlier.
         below_pixel_levels: u32 = 4, 3..=5;
-        /// …but on an image of few pixels may be as close as this level.
+        /// The finest level of nodes is at least this, on images of few pixels too: a large pixel
+        /// may contain structure that is far smaller.
         fine_enough_level: u8 = 10, 9..=11;
-        /// A budget below this many times the first look may be short: then the tolerance is approached in
-        /// steps, so that the evaluations go into the whole image and not into the digits of its first lines.
+        /// A budget below this many initial samplings is spent in stages, the first at the loosest
+        /// tolerance. Without stages a budget that does not suffice is spent on the first lines
+        /// instead of the whole image; stages cost evaluations that a sufficient budget does not
+        /// need.
         short_budget: u64 = 300, 150..=600;
-        /// The largest estimate has to be within this share of the tolerance.
-        stop: f64 = 0.85, 0.425..=0.925;
-        /// If lines are all that is left to be improved, their share is halved this often.
+        /// Refinement stops when the largest estimated error is below this share of T. The rest is
+        /// a margin for errors that the estimate does not contain. Below `image.pixel_goal` no node
+        /// would be opened for the rest.
+        stopping_share: f64 = 0.85, 0.7..=0.925;
+        /// The number of times that the share of lines is halved when no node is left to be opened.
+        /// More halvings meet T where errors of lines dominate; fewer end a search that cannot
+        /// succeed earlier.
         most_halvings: u32 = 4, 2..=8;
-        /// A round may cost this much more for each node than the one before.
-        cost_margin: f64 = 1.3, 0.65..=2.6;
-        /// A round that the budget did not allow has cost this much more than was expected, at the least.
+        /// The cost of a node in the next round, relative to that in the last one, that the budget
+        /// has to suffice for. Larger values leave evaluations unused; smaller ones start rounds
+        /// that the budget does not allow.
+        cost_margin: f64 = 1.3, 1.0..=2.6;
+        /// The factor by which the expected cost of a node grows after a round that the budget did
+        /// not allow. Smaller values take several attempts; larger ones give up rounds that would
+        /// have been possible.
         overrun_factor: f64 = 3.0, 1.5..=6.0;
-        /// An image whose pixels cancel below this share of ∫ |G| dz on a line is good enough if it is good to
-        /// the tolerance of that.
-        cancelled: f64 = 1e-6, 5e-07..=2e-06;
-        /// A round of fewer nodes is not worth another one, when the budget is all but spent.
+        /// T is relative to the largest |pixel|, or to this share of the largest ∫ |G| dz of a line
+        /// if that is larger. The latter is the case only where positive and negative rates cancel
+        /// and rounding dominates relative errors.
+        cancellation_share: f64 = 1e-6, 5e-07..=2e-06;
+        /// The fewest nodes of a round when the budget is nearly spent. Smaller rounds cost an
+        /// assembly of the image and improve it little.
         least_round: usize = 8, 4..=16;
-        /// Evaluations grow like the tolerance to the power of −this, roughly: a tenfold precision costs two
-        /// to three times as many.
+        /// The exponent a in evaluations ∝ T^−a, from which stages and forecasts are extrapolated:
+        /// a tenfold precision costs two to three times as many evaluations on random scenes.
         cost_exponent: f64 = 0.4, 0.2..=0.8;
     }
     /// The final verification, and the scattered samples that take part in it.
     verification: Verification {
-        /// Scattered lines of one exam, at the least, shared among the sheets of a view…
+        /// The fewest scattered lines of one verification, shared among the sheets of a view. More
+        /// lines detect errors on smaller parts of the image.
         least_lines: usize = 12, 6..=24;
-        /// …and, with those of exams before, as many as this share of all evaluations so far pays for, if each costs
-        /// this many times as much as those that are integrated in full.
+        /// The share of all evaluations so far that scattered lines of all verifications may cost.
+        /// Smaller values verify expensive images with few lines; larger ones add to the cost of
+        /// every image.
         share_of_evaluations: f64 = 0.1, 0.05..=0.2;
-        /// …
+        /// The assumed cost of a line of the verification, in units of the mean cost of a full line
+        /// of the tree: it is integrated a second time from finer depths.
         cost_of_line: f64 = 2.0, 1.0..=4.0;
-        /// Lines where the estimated error is largest, as a share of the scattered ones.
+        /// The number of lines at the largest estimated errors, as a share of that of scattered
+        /// lines. It divides the cost between places where errors are expected and others.
         worst_share: f64 = 0.5, 0.25..=1.0;
-        /// Lines beside edges, where the image is continued from one side, as a share of the scattered ones.
+        /// The number of lines in pixels that an edge crosses, where the image is continued from
+        /// one side, as a share of that of scattered lines.
         edge_share: f64 = 0.5, 0.25..=1.0;
-        /// One ascent to larger differences for so many scattered lines…
+        /// The number of scattered lines for each ascent to larger differences. Smaller values
+        /// search beside more lines, at the cost of up to four lines for each step.
         lines_per_ascent: usize = 8, 4..=16;
-        /// …in so many steps.
-        steps_of_ascent: usize = 3, 1..=6;
-        /// After an exam that failed both numbers are doubled, up to this many times as many.
-        most_lines: usize = 4, 2..=8;
-        /// An ascent begins at a difference of more than this share of the error allowed.
-        ascent_from: f64 = 0.2, 0.1..=0.4;
-        /// A line fails if what it differs by is more than this share of the error allowed in a pixel.
-        failed: f64 = 0.55, 0.275..=1.1;
-        /// …and of the error estimated there, of which a line may have more than the mean over its pixel; but no
-        /// line may differ by more than the error allowed.
-        over_estimate: f64 = 1.5, 0.75..=3.0;
-        /// If that changes the integral by more than this share of the error allowed in a pixel, all lines of the
-        /// sheet are integrated more carefully (if two lines have to be changed, zodiacal light at 1 % is wrong by
-        /// 1.02 %):…
-        stepped_over: f64 = 0.4, 0.2..=0.8;
-        /// …first to a tolerance stricter by this, where they have samples that lead on; that costs less than depths
-        /// everywhere, which made a tolerance of 5 % up to 2.3 times as expensive as 2 %…
-        stricter: f64 = 0.25, 0.125..=0.5;
-        /// …then on a lattice of depths finer by so many levels at once, since the rules of all other nodes have to
-        /// be learned anew each time…
-        finer_at_once: u8 = 2, 1..=3;
-        /// …and finer than that of the base by so many levels at the most.
-        most_finer: u8 = 4, 3..=5;
-        /// These are at least this far from each other, as a share of the image's edge.
-        worst_apart: f64 = 0.08, 0.04..=0.16;
-        /// Places in a pixel that an edge crosses, of which the first that is in view is taken.
+        /// The number of steps of an ascent from a line. More steps reach maxima that are further
+        /// away.
+        line_ascent_steps: usize = 3, 1..=6;
+        /// The most by which the number of lines is multiplied: it is doubled after each failed
+        /// verification. Larger values are more certain and more expensive where verifications
+        /// fail.
+        most_line_factor: usize = 4, 2..=8;
+        /// The smallest difference that an ascent from a line begins at, as a share of the error
+        /// allowed. Smaller differences seldom belong to an error beyond it.
+        line_ascent_from: f64 = 0.2, 0.1..=0.4;
+        /// The largest difference of a line from the tree that passes in any case, as a share of
+        /// the error allowed in a pixel. Smaller values refine images that meet T; larger ones pass
+        /// images that do not.
+        failure_share: f64 = 0.55, 0.275..=1.0;
+        /// The largest difference of a line that passes, in units of the error estimated for its
+        /// pixel. A line may have more than the mean over its pixel, but never more than the error
+        /// allowed.
+        estimate_margin: f64 = 1.5, 1.0..=3.0;
+        /// The smallest change of an integral by finer depths that makes all lines of the sheet be
+        /// integrated more carefully, as a share of the error allowed in a pixel. If two lines have
+        /// to change, zodiacal light at 1 % is wrong by 1.02 %.
+        depth_change_share: f64 = 0.4, 0.2..=0.8;
+        /// The factor on the tolerance of all lines after the first verification in which finer
+        /// depths changed an integral. It costs less than finer depths on all lines, which made a
+        /// tolerance of 5 % up to 2.3 times as expensive as 2 %.
+        stricter_factor: f64 = 0.25, 0.125..=0.5;
+        /// The number of levels by which the lattice of depths of all lines becomes finer in each
+        /// later such verification. All depth rules are fitted again each time, so that few large
+        /// steps cost less than many small ones.
+        depth_levels_per_step: u8 = 2, 1..=3;
+        /// A lattice of depths that is finer than that of the base by this number of levels or more
+        /// is not refined again. More levels resolve narrower peaks on every line.
+        most_depth_levels: u8 = 4, 2..=6;
+        /// The least distance along x or y of the lines at the largest estimated errors, as a
+        /// fraction of the edge of the image. Smaller distances verify one maximum several times.
+        worst_line_distance: f64 = 0.08, 0.04..=0.16;
+        /// The number of places tried in a pixel that an edge crosses, of which the first one in
+        /// view is sampled. Fewer places miss narrow visible parts.
         places_in_pixel: usize = 16, 8..=32;
-        /// Once a line is integrated as a node would be, it is sampled at all depths of a lattice finer than
-        /// that of nodes by so many levels…
-        finer_depths: u8 = 1, 0..=2;
-        /// …and one in so many scattered lines by this many more levels: what all others step over, it sees.
-        dense_lines: usize = 3, 1..=6;
-        /// …
-        denser: u8 = 2, 1..=3;
-        /// Samples of a line that failed are given to nodes nearby if their significance is beyond this share of
-        /// the tolerance of a line.
+        /// The number of levels by which the depths of a line of the verification are finer than
+        /// those of nodes. With 0 it would have the same depths and could not detect what they step
+        /// over.
+        extra_depth_levels: u8 = 1, 0..=2;
+        /// One in this many scattered lines has the depths of `dense_extra_levels`. Smaller values
+        /// detect narrow peaks more often, at a higher cost.
+        dense_line_stride: usize = 3, 1..=6;
+        /// The number of further levels by which the depths of every scattered line that
+        /// `dense_line_stride` selects are finer. Such lines detect peaks that all other lines step
+        /// over.
+        dense_extra_levels: u8 = 2, 1..=3;
+        /// The least significance of a sample of a failed line whose depth is sampled on the nodes
+        /// nearby, as a share of the tolerance of a line. Smaller values sample depths that do not
+        /// matter there.
         shared_significance: f64 = 0.25, 0.125..=0.5;
-        /// Lines are put on a lattice finer than the finest nodes by so many levels, or on this one: values
-        /// between nodes are predicted level by level.
+        /// The number of levels by which the lattice of the lines of the verification is finer than
+        /// the finest node. Values between nodes are predicted level by level, so that a finer
+        /// lattice costs time.
         levels_below_nodes: u8 = 3, 2..=4;
-        /// …
-        coarsest_lattice: u8 = 10, 5..=20;
-        /// Scattered samples of a view, at the least: they see a Gaussian of 1/40 of the cube's edge.
+        /// The coarsest level of the lattice of the lines of the verification. Coarser lattices
+        /// would place them near nodes.
+        coarsest_line_level: u8 = 10, 9..=11;
+        /// The fewest scattered samples of a view. At 1024, 99 % of all Gaussians with a standard
+        /// deviation of 1/40 of the edge of the cube have a value above 0.1 % of their amplitude at
+        /// one of them.
         least_samples: usize = 1024, 512..=2048;
-        /// …and this share of all evaluations, so that expensive views are covered more finely.
-        samples_of_evaluations: f64 = 0.05, 0.025..=0.1;
-        /// Samples are doubled this often if a feature that was asked for is not covered.
+        /// The number of scattered samples as a share of all evaluations, so that expensive views
+        /// are covered more finely at the same relative cost.
+        sample_share: f64 = 0.05, 0.025..=0.1;
+        /// The number of times that scattered samples are doubled if they do not cover the smallest
+        /// feature that the options name. Each doubling doubles their cost and makes the size
+        /// covered 1.26 times smaller.
         most_doublings: u32 = 3, 1..=6;
-        /// No ascent begins below this share of the error allowed.
+        /// The smallest effect on a pixel that an ascent from a scattered sample begins at, as a
+        /// share of the error allowed. Smaller values follow rounding and errors of interpolation.
         sample_ascent_from: f64 = 0.02, 0.01..=0.04;
-        /// What an ascent has found gets a line of the exam, or goes into an interpolant, from this share of the
-        /// error allowed on.
-        line_from: f64 = 0.2, 0.1..=0.4;
-        /// A feature of which a sample has this share of its amplitude is seen, if the lines around agree among
-        /// themselves: what more samples are made for when a smaller feature is asked for.
-        seen_share: f64 = 4e-3, 0.002..=0.008;
-        /// Levels of depths around a sample on its line, down to a part of the feature.
+        /// The smallest effect on a pixel, as a share of the error allowed, from which the end of
+        /// an ascent gets a line of the verification, or makes an interpolant be refined.
+        sample_line_from: f64 = 0.2, 0.1..=0.4;
+        /// The share of the amplitude of the smallest feature above which a sample detects it, if
+        /// the lines around agree among themselves. It determines the number of samples for a
+        /// requested feature size.
+        detection_share: f64 = 4e-3, 0.002..=0.008;
+        /// The least ratio of the size that samples detect to the finest spacing of the depths
+        /// around a sample on its line. Larger values resolve the feature better, with more
+        /// samples.
         feature_parts: f64 = 2.0, 1.0..=4.0;
-        /// Samples near a place that may see a feature there.
-        near: usize = 16, 8..=32;
-        /// One ascent for so many scattered samples…
+        /// The number of nearest samples that may detect a Gaussian at a given place. Samples
+        /// further away detect it only if it is so large that a nearer one does too.
+        nearest_samples: usize = 16, 8..=32;
+        /// The number of scattered samples for each ascent. Smaller values follow more of the
+        /// largest differences, with up to 24 evaluations for each.
         samples_per_ascent: usize = 128, 64..=256;
-        /// …in so many steps, each along all three axes…
-        ascent_steps: usize = 4, 2..=8;
-        /// …the first of which have this share of the distance of the samples.
-        first_step: f64 = 0.4, 0.2..=0.8;
+        /// The number of steps of an ascent from a sample, each along all three axes. More steps
+        /// reach the maximum of a feature from further down its slope.
+        sample_ascent_steps: usize = 4, 2..=8;
+        /// The length of the first step of an ascent, in units of the mean distance N^(−1/3) of N
+        /// samples. Steps are halved when they find nothing larger.
+        sample_ascent_step: f64 = 0.4, 0.2..=0.8;
     }
     /// Energies of a cube.
     spectra: Spectra {
-        /// The share of the tolerance that the energies may leave unexplained.
+        /// The share of T that the selected energies may leave unexplained in a voxel. Smaller
+        /// values select more energies; larger ones leave less of T for the images.
         energy_share: f64 = 0.1, 0.05..=0.2;
-        /// New energies are learned until they leave this share of that: the next spectra differ a little.
-        selected_share: f64 = 0.5, 0.25..=1.0;
-        /// Spectra that nobody has sampled are worse explained than those that have been, by this much.
-        unseen_margin: f64 = 1.5, 0.75..=3.0;
-        /// Before anything is known G is sampled at so many points along each axis…
+        /// Once a spectrum exceeds `energy_share`, energies are selected until this share of it is
+        /// met, so that the next spectra, which differ a little, do not each add one.
+        selection_share: f64 = 0.5, 0.25..=1.0;
+        /// The assumed ratio of the largest residual of all spectra to that of the sampled ones,
+        /// which are explained best.
+        unsampled_margin: f64 = 1.5, 1.0..=3.0;
+        /// The number of points along each axis of a layer at which the first energy is searched
+        /// for. More points meet smaller sources; their cube times the number of energies is the
+        /// cost.
         initial_points: u32 = 4, 2..=8;
-        /// …or at so many of each layer, if there are more layers than this…
+        /// The same number where there are more than `many_layers` layers, which together have
+        /// enough points.
         initial_points_of_many: u32 = 2, 1..=4;
-        /// …
+        /// The most layers that `initial_points` is used for. It keeps the cost of the first energy
+        /// below that of the base lattice.
         many_layers: usize = 3, 1..=6;
-        /// …and on the energy axis on the lattice of this level.
+        /// The level of the lattice on the energy axis on which the first energy is searched for.
+        /// Finer lattices meet narrower spectra at a higher cost.
         initial_level: u8 = 2, 1..=3;
-        /// Scouts on the base lines of the first energy.
+        /// The number of spectral probes on the base lines at the first energy. Fewer may miss a
+        /// kind of spectrum; each costs 9 evaluations or more.
         first_probes: usize = 24, 12..=48;
-        /// Scouts on the base lines of each later one.
+        /// The number of spectral probes on the base lines for each later energy.
         later_probes: usize = 4, 2..=8;
-        /// Scouts on the new lines of each round.
+        /// The number of spectral probes on the new lines of each round. Fewer detect new kinds of
+        /// spectra later.
         round_probes: usize = 4, 2..=8;
-        /// One scout in so many looks into every bin.
-        full_probes: usize = 3, 1..=6;
-        /// A third of the scouts are where lines are brightest, a third on lines beyond this share of the
-        /// brightest one, and a third anywhere: at other energies they may be bright.
-        dim: f64 = 1e-2, 0.005..=0.02;
-        /// From line to line spot checks of dark lines go on by so many depths.
+        /// One in this many spectral probes samples every bin. Smaller values detect narrow lines
+        /// more often, at the cost of a sample for each bin.
+        full_probe_stride: usize = 3, 1..=6;
+        /// The share of the brightest line above which a third of the spectral probes is chosen; a
+        /// third is on the brightest lines and a third on any lines, since dark ones may be bright
+        /// at other energies.
+        dim_share: f64 = 1e-2, 0.005..=0.02;
+        /// The number of depths by which spot checks of dark lines move from line to line. It has
+        /// no common divisor with 9, the number of depths of the base, so that lines one after the
+        /// other use all depths.
         depth_stride: usize = 5, 2..=10;
-        /// Each line of the base is checked at one of so many energies.
+        /// Each base line has spot checks at one in this many energies of their lattice, other ones
+        /// than its neighbours. Smaller values cost more evaluations.
         checked_parts: u32 = 8, 4..=16;
-        /// The most energies: this many for each bin, and some more.
+        /// The most selected energies for each bin; `more_energies` are added. Smaller values may
+        /// leave spectra unexplained; each energy costs its base lines.
         energies_per_bin: usize = 2, 1..=4;
-        /// …
+        /// The most selected energies in addition to those for each bin, for cubes of few bins.
         more_energies: usize = 16, 8..=32;
-        /// An energy at which a spectrum has less than this share of its largest value is nothing to learn
-        /// from: the function would be as many times too large elsewhere, and its rounding with it.
+        /// The least value of a spectrum at the place of a new energy, as a share of its largest
+        /// value. With a smaller one the normalised function, and its rounding, would be large
+        /// elsewhere.
         least_pivot: f64 = 1e-3, 0.0005..=0.002;
-        /// Share of a detail that guards those beside it.
-        guard: f64 = 0.5, 0.25..=1.0;
-        /// What is expected of the details that have not been looked at, from those above them.
+        /// The share of a detail of a spectrum that is expected at the places one and two spacings
+        /// away. It prevents an accidentally small detail from ending the refinement.
+        neighbour_guard: f64 = 0.5, 0.25..=1.0;
+        /// The ratio of the details of the next level to those of this one that is expected where
+        /// they have not been sampled.
         decay: f64 = 0.5, 0.25..=1.0;
-        /// The finest lattice that looks into every bin; with more bins than that, into some of them.
+        /// The finest lattice of a spectrum that samples every bin; with more than 1024 bins only
+        /// some of them are sampled.
         finest_full_level: u8 = 10, 9..=11;
-        /// The lattice of spot checks, for few bins: a line is as narrow in a wide bin as in a narrow one…
+        /// The coarsest lattice of spot checks. Emission lines are as narrow in few wide bins as in
+        /// many narrow ones.
         least_checked_level: u8 = 7, 6..=8;
-        /// …is finer than the bins by so many levels…
+        /// The number of levels by which the lattice of spot checks is finer than one with a place
+        /// in each bin. More levels detect narrower lines at a higher cost.
         checked_levels: u8 = 2, 1..=3;
-        /// …up to this one.
+        /// The finest lattice of spot checks, unless the bins themselves need a finer one. It
+        /// limits the cost.
         finest_checked_level: u8 = 8, 7..=9;
-        /// The most scouts that spot checks may send.
-        most_followed: usize = 16, 8..=32;
-        /// No spectrum has to be more precise than others by more than this.
+        /// The most spectral probes that unexplained spot checks add. Several of them usually
+        /// belong to one kind of spectrum.
+        most_followed_checks: usize = 16, 8..=32;
+        /// The least factor on the allowed error of a spectrum that becomes a function, whose
+        /// errors are amplified where the volume is brighter. Smaller values refine spectra of
+        /// faint points further.
         least_precision: f64 = 1e-4, 5e-05..=0.0002;
-        /// What the refinement of a spectrum may leave, as a share of what its energies may.
+        /// The error that the refinement of a spectrum may leave, as a share of what the selected
+        /// energies may leave unexplained. Larger values add errors of spectra to the residuals.
         spectrum_share: f64 = 0.1, 0.05..=0.2;
     }
     /// The image tree: remaining errors and the choice of nodes.
     image: Image {
-        /// Every pixel is to be expected below this share of the tolerance.
-        goal: f64 = 0.7, 0.35..=0.85;
-        /// What opening a node takes away of its contribution.
+        /// Nodes are opened until the expected error of every pixel is below this share of T. It is
+        /// below `stopping_share`, which allows for gains that are smaller than expected.
+        pixel_goal: f64 = 0.7, 0.35..=0.85;
+        /// The share of its contribution to the error map that opening a node is expected to
+        /// remove. Smaller values open more nodes in a round, larger ones need more rounds.
         expected_gain: f64 = 0.95, 0.475..=0.975;
-        /// A contribution below this share of the tolerance is left alone.
+        /// The smallest contribution of a node to a pixel, as a share of T, for which it is opened.
+        /// It saves time on nodes that do not matter.
         least_contribution: f64 = 1e-3, 0.0005..=0.002;
-        /// Share of the details one spacing away that guards a node's own.
-        next_guard: f64 = 0.5, 0.25..=1.0;
-        /// Share of the details two spacings away: the side lobes of an unresolved peak lie there.
-        second_guard: f64 = 0.3, 0.15..=0.6;
-        /// What remains is at least this share of a guarded detail on the first level with any decay…
+        /// The share of a detail one spacing away that the guarded detail of a node has at least.
+        /// Smaller values end the refinement at accidentally small details; larger ones refine
+        /// around structure.
+        first_neighbour_guard: f64 = 0.5, 0.25..=1.0;
+        /// The share of a detail two spacings away, where the side lobes of an unresolved peak lie,
+        /// that the guarded detail of a node has at least.
+        second_neighbour_guard: f64 = 0.3, 0.15..=0.6;
+        /// The least share of a guarded detail that remains on the first level below the required
+        /// ones. Smaller values rely more on the ratio to the guarded details of the required
+        /// levels.
         first_least_decay: f64 = 0.4, 0.2..=0.8;
-        /// …and this below it…
+        /// The least share of a guarded detail that remains on all further levels. Smaller values
+        /// rely more on the observed decay.
         least_decay: f64 = 0.15, 0.075..=0.3;
-        /// …and else this times the decay from the coarser neighbours.
+        /// The ratio of the share that remains to the observed ratio of guarded details to those of
+        /// the coarser neighbours. It covers a decay that slows down.
         decay_margin: f64 = 3.0, 1.5..=6.0;
-        /// A missing child differs by this share of the details beside it, on its own level: they may have
-        /// found the next part of a kink, of which coarser nodes chanced to see nothing…
+        /// The detail expected of a missing child, as a share of the largest detail beside it on
+        /// its own level. Those may belong to a kink that is not in the details of coarser nodes.
         sibling_share: f64 = 0.25, 0.125..=0.5;
-        /// …and by this share where g jumps, and kinks are expected.
+        /// The same share where g jumps, and kinks of the image are expected.
         sibling_share_of_kinks: f64 = 0.5, 0.25..=1.0;
-        /// Kinks leave this much more than their details tell: those do not shrink evenly with the level.
-        kink_margin: f64 = 1.2, 0.6..=2.4;
-        /// Beside an edge the image is extrapolated, which is so much worse than interpolation.
+        /// The factor on remaining errors where kinks are expected: their details do not decrease
+        /// evenly with the level.
+        kink_margin: f64 = 1.2, 1.0..=2.4;
+        /// The factor on remaining errors beside an edge, where the image is extrapolated and not
+        /// interpolated.
         edge_margin: f64 = 3.0, 1.5..=6.0;
-        /// Once the diagonal children are there, what remains is their largest guarded detail, or this share
-        /// of what remained before.
+        /// The least share of the remaining error of a node that remains once its diagonal children
+        /// exist; otherwise their largest guarded detail does. Smaller values rely more on these
+        /// four children.
         after_diagonals: f64 = 0.1, 0.05..=0.2;
-        /// The finest blocks that are tried: smaller ones have too few lines to learn from.
-        finest_blocks: u8 = 3, 2..=4;
+        /// The finest level of the blocks for which depth rules are fitted. Smaller blocks have
+        /// lower ranks but too few lines for a fit.
+        finest_block_level: u8 = 3, 2..=4;
     }
-    /// Errors of lines, and what neighbours share.
+    /// Errors of lines, and depths taken from neighbouring lines.
     line: Line {
-        /// A jump is this much steeper than both neighbours together.
+        /// The least ratio of the slope of an interval with a jump to the sum of the slopes of both
+        /// neighbours. Smaller values take steep smooth slopes for jumps; larger ones miss jumps
+        /// and interpolate across them.
         jump_steepness: f64 = 4.0, 2.0..=8.0;
-        /// |error| of an interval with a jump, in units of its length times the jump: the jump may be at
-        /// either end, and then the trapezoid is wrong by half of this; the rest is for the image tree, to
-        /// which what is left of jumps looks like roughness.
+        /// The |error| of an interval with a jump, in units of its length times the jump. The
+        /// trapezoid is wrong by at most 0.5 of these; the rest is for the image tree, in which
+        /// errors of jumps appear as roughness.
         jump_error: f64 = 1.0, 0.5..=2.0;
-        /// A jump that is smaller than this share of the tolerance, times its interval, is none…
+        /// The smallest product of a jump and its interval, as a share of the tolerance of the
+        /// line, that counts as a jump. Smaller steps do not matter as jumps.
         least_jump: f64 = 0.02, 0.01..=0.04;
-        /// …unless the interval is shorter than this: there a jump has been closed in on, and no polynomial
-        /// may run through it…
-        narrow: f64 = 0.002, 0.001..=0.004;
-        /// Jumps are bisected until the error is expected to be this share of the tolerance…
-        bisected: f64 = 0.9, 0.45..=0.95;
-        /// …with this share of their own error gone for each bisection.
+        /// The length below which an interval with a small step is tested for a jump all the same:
+        /// a jump has been bisected there, and no polynomial may cross it.
+        always_tested_length: f64 = 0.002, 0.001..=0.004;
+        /// Jumps are bisected until the expected error of the line is below this share of its
+        /// tolerance. Smaller values take more bisections at once, larger ones more steps.
+        bisection_goal: f64 = 0.9, 0.45..=0.95;
+        /// The share of the error of a jump that one bisection is expected to remove: the interval
+        /// becomes half as long.
         bisection_gain: f64 = 0.5, 0.25..=1.0;
-        /// A segment of two ends is sampled inside if more than this share of the tolerance is on it.
+        /// The smallest product of the length and the larger end of a segment with two samples, as
+        /// a share of the tolerance, for which a sample inside is taken.
         short_segment: f64 = 0.25, 0.125..=0.5;
-        /// Share of the intervals beside a sample next to the end of a segment that its detail can change:
-        /// half of each, and half as much again.
+        /// The share of the intervals beside a sample next to the end of a segment over which its
+        /// detail changes the integral: half of each, and half as much for the extrapolation.
         effect_at_end: f64 = 0.75, 0.375..=0.875;
-        /// Share of the |effects| that is added to what is left of them when neighbours cancel: an
-        /// accidental zero is not trusted.
+        /// The share of the sum of |effects| that is added to the |sum| of effects of neighbouring
+        /// samples, where they may cancel by accident.
         cancellation_guard: f64 = 0.1, 0.05..=0.2;
-        /// What remains is at least this share of a significance…
+        /// The least share of a significance that remains beside a sample. Smaller values rely more
+        /// on the observed decay.
         least_decay: f64 = 0.125, 0.0625..=0.25;
-        /// …and else this times the decay from the coarser neighbours.
+        /// The ratio of the share that remains to the observed ratio of significances to those of
+        /// the coarser neighbours. It covers a decay that slows down.
         decay_margin: f64 = 3.0, 1.5..=6.0;
-        /// Of what remains, the largest are looked at together, down to this share of the largest…
-        together: f64 = 0.5, 0.25..=1.0;
-        /// …or to this share of the tolerance, if that is less.
+        /// Places with a remaining error above this share of the largest one are sampled in the
+        /// same step. Smaller values take more samples than needed; larger ones take more steps.
+        /// With 1 none would be above it.
+        batch_share: f64 = 0.5, 0.25..=0.75;
+        /// Places with a remaining error above this share of the tolerance are sampled in any step,
+        /// so that lines end after few steps.
         negligible: f64 = 0.125, 0.0625..=0.25;
-        /// Segments of fewer steps are not divided.
+        /// The length of the shortest segment of two samples that is sampled inside, in steps of
+        /// 2^−24. Shorter ones cannot be divided on a lattice.
         least_length: u32 = 16, 8..=32;
-        /// Coarser neighbours that predict a sample on each side; more would only be further away.
-        predictors: usize = 3, 2..=4;
-        /// A jump in a longer interval may turn out to be a steep slope, and its ends are no ends then.
-        closed_in: f64 = 0.03, 0.015..=0.06;
-        /// Depths of a line beyond this level, if jumps are near, are its own: neighbours jump elsewhere.
+        /// The most coarser samples on each side that predict a sample. More would be further away,
+        /// and the polynomial has room for six.
+        predictors: usize = 3, 2..=3;
+        /// The length of the longest interval with a jump whose ends count as ends of segments. A
+        /// jump in a longer one may turn out to be a steep slope.
+        resolved_interval: f64 = 0.03, 0.015..=0.06;
+        /// The finest level of the depths near jumps that neighbouring lines are sampled at too.
+        /// Finer ones follow the jump of this line; those of its neighbours are elsewhere.
         shared_jump_level: u8 = 6, 5..=7;
-        /// A sample is looked for on neighbouring lines if its significance is beyond this many tolerances.
+        /// The least significance of a sample, in tolerances of a line, whose depth is sampled on
+        /// neighbouring lines too. Smaller values cost samples on each neighbour; larger ones end
+        /// the tracking of narrow structure.
         shared_significance: f64 = 2.0, 1.0..=4.0;
-        /// Neighbours that are coarser than this there, in units of the sample's own spacing.
-        coarser: u32 = 4, 2..=8;
-        /// Steps from line to line that something found is followed in one round.
+        /// The least ratio of the interval of a neighbouring line around a depth to the spacing of
+        /// the sample there for which the neighbour counts as coarse and is sampled.
+        coarse_ratio: u32 = 4, 2..=8;
+        /// The most steps from line to line in which structure is followed within one round. The
+        /// next round continues.
         most_hops: usize = 6, 3..=12;
-        /// Lines whose depths a new line starts with.
-        nearest: usize = 4, 2..=8;
-        /// If one of those has a jump, depths beyond this level are not taken from them…
+        /// The number of nearest full lines whose depths a new line starts with. More lines give
+        /// depths that it may not need.
+        starting_lines: usize = 4, 2..=8;
+        /// The finest level of the depths that a new line takes from lines with jumps. Finer ones
+        /// belong to their jumps.
         starting_level: u8 = 7, 6..=8;
-        /// …nor samples with a significance below this share of the tolerance: they were made to close in on
-        /// jumps, or to look whether there is more.
+        /// The least significance, as a share of the tolerance, of the samples whose depths a new
+        /// line takes from lines with jumps. Less significant ones were sampled to bisect jumps or
+        /// to verify a decay.
         starting_significance: f64 = 0.25, 0.125..=0.5;
-        /// A jump within an interval as short as the spacing of this level has been resolved: lines with one
-        /// have no rule, it would fit where the jumps happen to be.
+        /// The level whose spacing is the longest interval of a resolved jump. No depth rule is
+        /// fitted to lines with one: its weights would fit the places of the jumps.
         resolved_jump_level: u8 = 7, 6..=8;
     }
     /// Jumps of lines, and their extrapolation from line to line.
     jumps: Jumps {
-        /// Jumps farther apart than this are not taken for the same, even if they are each other's nearest.
+        /// The largest distance of two jumps that are matched with each other. Larger ones match
+        /// jumps of different surfaces.
         farthest_match: f64 = 0.25, 0.125..=0.5;
-        /// A jump has no partner on a line that has fewer of its sign within this distance…
-        partners: f64 = 0.15, 0.075..=0.3;
-        /// …than its own line has within this one, which is smaller as surfaces are slanted.
-        own: f64 = 0.1, 0.05..=0.2;
-        /// A sample this near to a jump was made because of it.
-        caused: f64 = 0.1, 0.05..=0.2;
-        /// The part of the gap of a pair on which a line without the pair should have a sample.
-        probed_gap: f64 = 0.6, 0.3..=1.2;
-        /// Full lines around a new one that are asked.
-        neighbours: usize = 24, 12..=48;
-        /// The line with the most jumps among as many of the nearest is the one that others are matched to.
-        references: usize = 4, 2..=8;
-        /// Half of a bracket, in units of the expected error of its middle. It is the error of the worst of
-        /// the values: most are better, and a miss costs one sample or two.
-        bracket: f64 = 0.5, 0.25..=1.0;
-        /// Share of the width of the jumps on the neighbours that is added to the error: their middle is
-        /// known no better.
-        known_within: f64 = 0.5, 0.25..=1.0;
-        /// Neighbours whose widths count.
-        widths: usize = 6, 3..=12;
-        /// Half brackets wider than this narrow nothing down: the jump is probed at its place and left to
-        /// bisection.
-        widest: f64 = 0.06, 0.03..=0.12;
-        /// Probes of such a jump are made this near to its place.
-        probed: f64 = 0.03, 0.015..=0.06;
-        /// The half width of the probe between two jumps that may have met, at the least.
-        closed: f64 = 0.01, 0.005..=0.02;
-        /// A pair takes over from a jump's own fit only if that is worse than this share of the error of
-        /// the middle.
-        own_fit: f64 = 0.1, 0.05..=0.2;
-        /// A sample may be farther from the jump than the end of the bracket by this share of half of it:
-        /// coarse depths are those that other lines have too.
+        /// A jump has no partner on a neighbouring line that has fewer jumps of its sign within
+        /// this distance than its own line within `own_distance`.
+        partner_distance: f64 = 0.15, 0.1..=0.3;
+        /// The distance within which jumps of the same line are counted for `partner_distance`. It
+        /// is smaller, since surfaces are slanted.
+        own_distance: f64 = 0.1, 0.05..=0.15;
+        /// The largest distance of a jump from a sample that is taken to result from it.
+        cause_distance: f64 = 0.1, 0.05..=0.2;
+        /// The share of the gap between the two jumps of a pair on which a neighbouring line
+        /// without the pair has to have a sample.
+        probed_gap: f64 = 0.6, 0.3..=1.0;
+        /// The number of full lines around a new one from which its jumps are predicted. The local
+        /// fit uses at most 14 of them for each jump.
+        most_neighbours: usize = 24, 12..=48;
+        /// The number of nearest lines among which the one with the most jumps is the reference
+        /// that others are matched to.
+        reference_lines: usize = 4, 2..=8;
+        /// Half of the width of a bracket, in units of the expected error of its middle. That is
+        /// the error of the worst value: most are smaller, and a miss costs one sample or two.
+        bracket_scale: f64 = 0.5, 0.25..=1.0;
+        /// The share of the width of the jumps on neighbouring lines that is added to the expected
+        /// error: their depths are uncertain by that.
+        width_share: f64 = 0.5, 0.25..=1.0;
+        /// The number of nearest lines whose jumps determine the width.
+        width_lines: usize = 6, 3..=12;
+        /// Half of the width of the widest bracket. Wider ones save no bisection: the jump is then
+        /// sampled on both sides of its expected depth and bisected.
+        widest_bracket: f64 = 0.06, 0.03..=0.12;
+        /// The distance from the expected depth at which a jump without a bracket is sampled on
+        /// both sides.
+        probe_distance: f64 = 0.03, 0.015..=0.06;
+        /// The probe between two jumps that may have met is at the coarsest depth that is less than
+        /// `slack` times this, or times the error of their middle if that is larger, below the
+        /// middle.
+        pair_probe_width: f64 = 0.01, 0.005..=0.02;
+        /// A probe replaces the brackets of a pair that may have vanished only if the error of its
+        /// first jump is above this share of the error of the middle of the pair.
+        own_fit_share: f64 = 0.1, 0.05..=0.2;
+        /// The distance by which an end of a bracket may be moved outwards to a coarser depth, as a
+        /// share of half of its width. Coarse depths are sampled on other lines too.
         slack: f64 = 0.5, 0.25..=1.0;
-        /// After a miss, the search goes on this many brackets to the side on which the jump must be.
-        stride: u32 = 3, 1..=6;
-        /// Misses after which the jump is left to bisection.
+        /// The length of the interval that is searched after a miss, on the side on which the jump
+        /// must be, in lengths of the former one. Larger values take fewer misses and leave longer
+        /// intervals.
+        search_stride: u32 = 3, 1..=6;
+        /// The number of misses after which a jump is left to bisection from the depths of the
+        /// base.
         most_misses: u8 = 3, 1..=6;
     }
     /// Depth rules.
     rule: Rule {
-        /// Lines to learn from, at the least.
+        /// The fewest lines that a depth rule is fitted to. Rules of fewer lines fail more often.
         least_lines: usize = 12, 6..=24;
-        /// Lines for each depth, at the least: fewer would be fitted rather than understood.
-        lines_per_depth: usize = 3, 1..=6;
-        /// Σ |w|: larger weights amplify what a rule gets wrong.
+        /// The fewest lines for each depth of a rule. With fewer the weights reproduce the lines of
+        /// the fit but no others.
+        lines_per_depth: usize = 3, 2..=6;
+        /// The largest Σ |w| of the weights of a rule. Larger weights amplify rates that the rule
+        /// does not represent.
         largest_weights: f64 = 20.0, 10.0..=40.0;
-        /// 1 − leverage, at the least: a line that a depth is all about can't be left out.
+        /// The least value that is used for 1 − the leverage of a line. A line that determines a
+        /// weight alone has no residual when it is left out.
         least_independence: f64 = 1e-3, 0.0005..=0.002;
-        /// A node's values are odd if the last depth changes more than this times what is usual…
-        outlier_change: f64 = 1.25, 0.625..=2.5;
-        /// …plus this share of the tolerance…
+        /// The largest change of the integral of a node by the last depth, in units of the largest
+        /// one on the lines of the fit, beyond which the node is an outlier and is integrated in
+        /// full.
+        outlier_change: f64 = 1.25, 1.0..=2.5;
+        /// The share of the tolerance that is added to that limit, and that a rate outside the
+        /// range of the fit has to change the integral by. Smaller values integrate more nodes in
+        /// full.
         outlier_tolerance: f64 = 0.5, 0.25..=1.0;
-        /// …or if a value lies outside the range by this share of it, and that matters.
+        /// The largest distance of a rate from the range of the rates of the fit, as a share of
+        /// that range, for which a node is no outlier.
         outlier_range: f64 = 0.25, 0.125..=0.5;
-        /// Lines around a block that are learned from too, as a share of its edge.
+        /// The margin around a block from which lines are used for its rule, as a share of its
+        /// edge. Larger margins give more lines, and rules that have to hold on a larger part of
+        /// the image.
         training_margin: f64 = 0.26, 0.13..=0.52;
-        /// A rule of more depths than this share of a full line's samples saves too little.
-        most_depths: f64 = 0.7, 0.35..=0.85;
-        /// Of n nodes of a rule, this many times √n get a full line.
-        validated: f64 = 0.4, 0.2..=0.8;
-        /// Nodes around a quarter in which a rule has failed that get what the quarter gets.
-        failed_margin: f64 = 0.05, 0.025..=0.1;
-        /// The most depths of a rule for a quarter in which another one has failed.
-        most_depths_again: usize = 40, 20..=80;
-        /// A rule has failed where it is wrong by this many tolerances.
-        failure: f64 = 1.0, 0.5..=2.0;
-        /// Lines are refined again if they are beyond the tolerance by more than this.
-        again: f64 = 1.02, 0.51..=2.04;
+        /// The most depths of a rule, as a share of the mean number of samples of a full line.
+        /// Longer rules save too little.
+        most_depths_share: f64 = 0.7, 0.35..=0.85;
+        /// Of n nodes of a rule, this many times √n are integrated in full to validate it. More
+        /// cost more; fewer detect failures later.
+        validation_factor: f64 = 0.4, 0.2..=0.8;
+        /// The margin around a quarter of a block in which a rule has failed, as a share of the
+        /// edge of the quarter, whose nodes are integrated anew with it.
+        failure_margin: f64 = 0.05, 0.025..=0.1;
+        /// The most depths of a rule for a quarter in which another one has failed. Longer rules
+        /// than usual still cost less than full lines.
+        most_depths_after_failure: usize = 40, 20..=80;
+        /// The smallest error on a validation line, in tolerances of a line, by which a rule fails.
+        failure_tolerance: f64 = 1.0, 0.5..=2.0;
+        /// Older lines are refined again if their error exceeds the tolerance by this factor. The
+        /// tolerance changes a little in each round, with the largest pixel.
+        refinement_margin: f64 = 1.02, 1.0..=2.04;
     }
     /// Sheets, continued values and coverage fractions.
     view: View {
-        /// If this share of the base lines has a jump, surfaces are tracked from line to line, and the image
-        /// has kinks where they turn away…
+        /// The least share of the base lines with a jump from which jumps are tracked from line to
+        /// line, and kinks of the image are expected where surfaces turn away.
         rough_share: f64 = 0.03, 0.015..=0.06;
-        /// …and predictions of this order, which reach less far across them, are the better ones.
-        rough_order: usize = 4, 3..=5;
-        /// A jump within an interval as short as the spacing of this level is one; a loose tolerance leaves
-        /// it no shorter.
+        /// The order of the predictions of such an image tree. Shorter stencils reach less far
+        /// across kinks. Only even orders have symmetric stencils, and 6 is the order of smooth
+        /// images.
+        rough_order: usize = 4, 2..=6;
+        /// The level whose spacing is the longest interval with a jump that counts for
+        /// `rough_share`. A loose tolerance bisects jumps no further.
         rough_jump_level: u8 = 5, 4..=6;
-        /// With fewer open nodes on the base lattice than this, there is nothing to continue from: all are
-        /// looked at.
+        /// The fewest open nodes of the base lattice for which closed nodes are not evaluated.
+        /// Fewer determine no continuation.
         least_open: usize = 6, 3..=12;
-        /// Of two degrees whose expected errors differ by less than this, the higher one: a smooth function is
-        /// smooth beyond the values too. With 1, 4 % more evaluations in views with bodies and a limb along rows
-        /// wrong by 1.4 times the tolerance; with 4, two of 160 views wrong at 0.1 %.
-        higher_degree: f64 = 2.0, 1.0..=4.0;
-        /// The square of the distance at which weights have fallen to a quarter, for a nearest value at 1.
+        /// A higher degree of the continuation is used if its expected error is below this many
+        /// times that of the best lower one: a smooth function is smooth beyond the values too.
+        /// With 1, views with bodies took 4 % more evaluations and a limb along rows was wrong by
+        /// 1.4 times T; with 4, two of 160 views were wrong at 0.1 %.
+        degree_preference: f64 = 2.0, 1.0..=4.0;
+        /// The square of the distance at which the weight of a value of the continuation is a
+        /// quarter, in units of the square of the nearest distance. Larger values use farther
+        /// values more.
         quarter_weight: f64 = 8.0, 4.0..=16.0;
-        /// 1 − leverage, at the least: a value that a coefficient is all about can't be left out.
+        /// The least value that is used for 1 − the leverage of a value of the continuation. A
+        /// value that determines a coefficient alone has no residual when it is left out.
         least_independence: f64 = 0.1, 0.05..=0.2;
-        /// The square of the distance at which weights have fallen to a quarter.
+        /// The square of the distance at which the weight of a value of a local fit is a quarter,
+        /// in units of the square of the nearest distance.
         fit_quarter_weight: f64 = 2.0, 1.0..=4.0;
-        /// 1 − leverage, at the least: a value that a coefficient is all about can't be left out.
+        /// The least value that is used for 1 − the leverage of a value of a local fit. A value
+        /// that determines a coefficient alone has no residual when it is left out.
         fit_least_independence: f64 = 0.1, 0.05..=0.2;
-        /// The origin is no better known than this, relative to the values: they are checked, it is not.
+        /// The least ratio of the expected error at the origin of a local fit to the largest
+        /// residual. The values are compared with the fit, the origin is not.
         fit_least_leverage: f64 = 0.5, 0.25..=1.0;
     }
-    /// The low-rank approximation, its forecast and rehearsal.
+    /// The low-rank approximation, its forecast and trial run.
     lowrank: Lowrank {
-        /// The first forecast is made after so many evaluations…
+        /// The number of evaluations after which the first forecast is made. Earlier ones are based
+        /// on too few ranks; later ones waste evaluations where the image tree is better.
         first_forecast: f64 = 600.0, 300.0..=1200.0;
-        /// …or, as long as the error is more than this times the image…
-        unknown: f64 = 1.5, 0.75..=3.0;
-        /// …after so many: there is nothing to tell from before.
-        first_if_unknown: f64 = 2000.0, 1000.0..=4000.0;
-        /// And the next ones each time that the evaluations have grown by this.
-        interval: f64 = 1.3, 0.65..=2.6;
-        /// If the tree is expected to cost more than this many times what is rehearsed, which is at tolerances below
-        /// 1 %…
-        extrapolated: f64 = 1.4, 0.7..=2.8;
-        /// …so many forecasts in a row have to be for it: the first ones know little of how the error falls. One
-        /// made the random family 8 % more expensive at 0.1 %, and 13 % at 1e-4; two at 1 % cost nearly twice as much
-        /// as the tree alone on one scene.
+        /// The estimated error, in units of the largest pixel, above which no forecast is made
+        /// before `first_forecast_if_unknown` evaluations: it does not show a decrease yet.
+        unknown_error: f64 = 1.5, 0.75..=3.0;
+        /// The number of evaluations after which the first forecast is made if the error is above
+        /// `unknown_error`.
+        first_forecast_if_unknown: f64 = 2000.0, 1000.0..=4000.0;
+        /// The factor by which evaluations grow from one forecast to the next. Smaller values take
+        /// more time for trial runs; larger ones find later that the image tree is cheaper.
+        forecast_interval: f64 = 1.3, 1.15..=2.6;
+        /// The largest ratio of the expected cost of the image tree to that of its trial run for
+        /// which one forecast decides. It is exceeded at tolerances below 1 %.
+        extrapolation_ratio: f64 = 1.4, 1.0..=2.8;
+        /// The number of forecasts in a row that have to prefer the image tree beyond that ratio.
+        /// One made the random family 8 % more expensive at 0.1 %, and 13 % at 1e-4; two at 1 %
+        /// cost nearly twice as much as the tree alone on one scene.
         forecasts_for_tree: u32 = 2, 1..=4;
-        /// The rest of a search costs so much more than its course so far lets expect.
-        safety_factor: f64 = 1.5, 0.75..=3.0;
-        /// ln(error) falls by this for each rank, at the least.
+        /// The ratio of the cost of the rest of a search to its extrapolation. Larger values prefer
+        /// the image tree earlier.
+        safety_factor: f64 = 1.5, 1.0..=3.0;
+        /// The least decrease of ln(error) for each rank that a forecast assumes. It bounds the
+        /// extrapolated rank.
         least_slope: f64 = 0.02, 0.01..=0.04;
-        /// A tree is not rehearsed beyond so many times what the search would cost.
-        rehearsed: f64 = 2.0, 1.0..=4.0;
-        /// Changes below this share of the most that is left don't matter.
-        of_interest: f64 = 0.3, 0.15..=0.6;
-        /// The steepest stretch of a fiber is divided into so many parts…
+        /// The most evaluations of a trial run, scaled to T, in units of the extrapolated cost of
+        /// the rest of the search. A tree that costs more than `safety_factor` times the rest is
+        /// not preferred in any case, so that larger values only take time.
+        trial_run_limit: f64 = 2.0, 1.5..=4.0;
+        /// The smallest change along an interval of a fiber, as a share of the largest residual,
+        /// that is tested for a jump.
+        least_steep_share: f64 = 0.3, 0.15..=0.6;
+        /// The number of equal parts that the steepest interval of a fiber is divided into. On a
+        /// smooth function each part soon has an equal share of the change.
         steep_parts: usize = 4, 2..=8;
-        /// …this often…
-        closer_steps: usize = 3, 1..=6;
-        /// …and a jump keeps this share of the change in one part.
-        steep_kept: f64 = 0.7, 0.35..=0.85;
-        /// A budget below so many first looks of the image tree is left to the tree…
+        /// The number of times that the steepest part is divided. More steps distinguish steeper
+        /// slopes from jumps.
+        steep_steps: usize = 3, 1..=6;
+        /// The least share of the change of an interval that one part has if there is a jump.
+        jump_share: f64 = 0.7, 0.35..=0.85;
+        /// The smallest budget for which a low-rank approximation is tried, in initial samplings of
+        /// the image tree. Smaller budgets are left to the tree.
         least_budget: u64 = 4, 2..=8;
-        /// …and no search takes more than this share of a budget, or of the time.
-        most_of_budget: f64 = 0.25, 0.125..=0.5;
-        /// While the search goes on, the image has no more pixels than this along a side.
+        /// The largest share of the budget, and of the time, that the search takes. The rest has to
+        /// suffice for the image tree.
+        most_budget_share: f64 = 0.25, 0.125..=0.5;
+        /// The most pixels along a side of the image on which the error is estimated during the
+        /// search. It limits the time for each rank.
         coarse_pixels: usize = 64, 32..=128;
-        /// A rate at a scattered sample of less than this share of the error allowed along a unit of depth is not
-        /// told from rounding and from what is left of the interpolant.
-        least_pass: f64 = 0.02, 0.01..=0.04;
-        /// More functions along an axis than this, and the tree is better.
+        /// The smallest rate at a scattered sample that counts as detected, in units of the rate
+        /// along a unit of depth that is the error allowed. Smaller ones are not distinguished from
+        /// rounding and residuals.
+        least_detected_rate: f64 = 0.02, 0.01..=0.04;
+        /// The most functions along an axis. The cost grows with the cube of the rank, and the
+        /// image tree is cheaper.
         most_functions: usize = 60, 30..=120;
-        /// …by this share of their amplitude: a probe that differs by more is noticed if the Gaussian matters. One
-        /// whose column is 20 T times the largest pixel has an amplitude of 320 T of these at the last size, and
-        /// the error of a part of the image with 16 probes is T if one of them differs by 0.4 % of that.
-        noticed: f64 = 1e-3, 0.0005..=0.002;
-        /// Twice as many for each level beyond this that fibers need: there may be more of what is so small.
-        usual_level: u8 = 6, 5..=7;
-        /// The error of a pixel over the root of the mean square that is left around it, at the most:
-        /// somewhere in a cell more is left than on the average.
-        margin: f64 = 3.0, 1.5..=6.0;
-        /// The level of the places that fibers begin with.
-        first_level: u8 = 4, 3..=5;
-        /// The finest level for tolerances from this one on: with the other one the β model of a narrow field costs
-        /// 40 % more at 1 %…
-        moderate: f64 = 5e-3, 0.0025..=0.01;
-        /// …
-        finest_level_if_moderate: u8 = 7, 6..=8;
-        /// …and for others.
-        finest_level: u8 = 8, 7..=9;
-        /// Probes to begin with.
+        /// The share of the amplitude of a Gaussian that a probe has to have for its detection. A
+        /// Gaussian whose column is 20 T times the largest pixel has an amplitude of 320 T of these
+        /// at the smallest size that is required, and the error of a cell of the image with 16
+        /// probes is T if one of them differs by 0.4 % of that.
+        probe_detection_share: f64 = 1e-3, 0.0005..=0.002;
+        /// The level of fibers beyond which the number of probes is doubled for each level: where G
+        /// needs finer fibers, there may be more structure of that size.
+        usual_fiber_level: u8 = 6, 5..=7;
+        /// The ratio of the error of a pixel to the root mean square residual of its cell. The
+        /// largest residual in a cell is larger than the mean.
+        error_margin: f64 = 3.0, 1.5..=6.0;
+        /// The level of the first places of fibers. With a finer one smooth fibers cost more; with
+        /// a coarser one narrow peaks are missed.
+        first_fiber_level: u8 = 4, 3..=5;
+        /// The tolerance from which `finest_fiber_level_if_moderate` is used. With the finer level
+        /// the β model of a narrow field costs 40 % more at 1 %.
+        moderate_tolerance: f64 = 5e-3, 0.0025..=0.01;
+        /// The finest level of fibers for tolerances from `moderate_tolerance` on. G that needs
+        /// finer fibers is left to the image tree.
+        finest_fiber_level_if_moderate: u8 = 7, 6..=8;
+        /// The finest level of fibers for tolerances below `moderate_tolerance`.
+        finest_fiber_level: u8 = 8, 7..=9;
+        /// The number of probes at the beginning. It doubles when the error is within the
+        /// tolerance.
         first_probes: usize = 128, 64..=256;
-        /// Fibers are resolved to this share of the most that is left…
-        resolved: f64 = 0.2, 0.1..=0.4;
-        /// …and the first ones to this: they tell how fine the structure is.
-        first_resolved: f64 = 0.05, 0.025..=0.1;
-        /// A fiber of which at least this share of the most that is left is not explained adds a function.
-        worthwhile: f64 = 0.1, 0.05..=0.2;
-        /// If nothing is found to add, both are made smaller by this factor…
-        closer: f64 = 0.3, 0.15..=0.6;
-        /// …this often.
-        most_closer: u32 = 4, 2..=8;
-        /// The share of the highest coefficients that tells whether there should be more of them.
-        tail: usize = 6, 3..=12;
-        /// And their number, at the least: an even function has no odd ones.
-        least_tail: usize = 3, 1..=6;
+        /// Fibers are refined until the sum of their highest coefficients is below this share of
+        /// the largest residual. Smaller values take more samples on each fiber.
+        fiber_resolution: f64 = 0.2, 0.1..=0.4;
+        /// The same share for the first fibers, which show how fine the structure is.
+        first_fiber_resolution: f64 = 0.05, 0.025..=0.1;
+        /// The least residual of a fiber, as a share of the largest residual, that adds a function.
+        /// Smaller values add functions that reduce the error little.
+        least_new_share: f64 = 0.1, 0.05..=0.2;
+        /// The factor on the resolution and on the least residual of fibers when no fiber is
+        /// refined and no function is added.
+        threshold_reduction: f64 = 0.3, 0.15..=0.6;
+        /// The number of thresholds that are tried for one cross, each reduced by
+        /// `threshold_reduction`. If no fiber is refined and no function is added with the last
+        /// one, G is not separable.
+        most_reductions: u32 = 4, 2..=8;
+        /// One in this many coefficients of a fiber, the highest ones, shows whether it is
+        /// resolved.
+        tail_divisor: usize = 6, 3..=12;
+        /// The fewest highest coefficients that show whether a fiber is resolved. Every second one
+        /// of an even function is 0.
+        least_tail_length: usize = 3, 1..=6;
     }
 }

@@ -5,12 +5,12 @@ use core::ops::Deref;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The standard values, and the two variants of each constant.
+/// The standard values, then two variants for each constant.
 static VARIANTS: LazyLock<Vec<Tuning>> = LazyLock::new(|| {
     let standard = [Tuning::STANDARD];
     standard.into_iter().chain(Tuning::variants()).collect()
 });
-/// Which of them is in use.
+/// The number of the variant in use.
 static SELECTED: AtomicUsize = AtomicUsize::new(0);
 
 /// The constants in use.
@@ -28,17 +28,17 @@ impl Deref for Selected {
     }
 }
 
-/// One of the ends of the range of a constant.
+/// An end of the range of a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The lower one.
+    /// The lower end.
     Low,
-    /// The upper one.
+    /// The upper end.
     High,
 }
 
-/// Replaces a constant, given by its number among [`constants`](super::constants), by an end of its range in
-/// all renderings from now on; `None` restores the standard values.
+/// Sets a constant, given by its number among [`constants`](super::constants), to an end of its
+/// range in all renderings from now on; `None` restores the standard values.
 pub fn select(variant: Option<(usize, End)>) {
     let number = variant.map_or(0, |(constant, end)| {
         let ends = 2 * constant;

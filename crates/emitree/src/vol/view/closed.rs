@@ -1,20 +1,20 @@
-//! Closed nodes: places of a layer that no pixel sees, where nothing is evaluated.
+//! Closed nodes: nodes of a layer outside the view, at which nothing is evaluated.
 //!
-//! Beside an edge the stencils of the image tree reach across it. What they find there is continued
-//! from the nodes on this side, by local least squares, so that the tree's function is smooth across
-//! the edge whatever lies behind it. The degree of the polynomial is the one with the smallest expected
-//! error, which is kept: the part of the image beside the edge is interpolated from these values.
+//! Beside an edge the stencils of the image tree extend across it. The values that they need there
+//! are continued from the open nodes by local least squares, so that the tree's function is smooth
+//! across the edge. The expected error of the continuation is stored, since the image beside the
+//! edge is interpolated from these values.
 
 use crate::parallel::prelude::*;
 use crate::vol::image::nearest::Nearest;
 use crate::vol::image::tree::ImageTree;
 use crate::vol::tuning::TUNING;
 
-/// Gives all nodes that are `closed` values continued from the others, and how wrong they may be.
+/// Sets the values of all `closed` nodes, continued from the others, with their expected errors.
 ///
-/// A node of one level is continued from nodes of its own lattice, or that of level `whole`, which is
-/// there on all of the image: from finer ones nearby, a long way would be extrapolated from a short
-/// one.
+/// A node is continued from nodes of its own lattice or of that of level `whole`, which exists on
+/// all of the image. With finer nodes nearby, values far away would be extrapolated from a short
+/// distance.
 pub(crate) fn continue_values(tree: &mut ImageTree, closed: &[bool], whole: u8) {
     for level in 0..=tree.finest_level() {
         let of_level = |i: &usize| closed[*i] && tree.nodes()[*i].level == level;
@@ -34,14 +34,14 @@ pub(crate) fn continue_values(tree: &mut ImageTree, closed: &[bool], whole: u8) 
     }
 }
 
-/// A value expected where none is seen, and how wrong it may be.
+/// A continued value, with its expected |error|.
 #[derive(Clone, Copy, Debug)]
 struct Continued {
     value: f64,
     error: f64,
 }
 
-/// The value expected at node `i` from the open nodes nearest to it.
+/// The value at node `i`, continued from the open nodes nearest to it.
 fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> Continued {
     let place = tree.nodes()[i].place;
     let nearest = open.find(place, MOST_VALUES);
@@ -49,48 +49,48 @@ fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> Continued {
         return Continued { value: 0.0, error: 0.0 };
     };
     let unit = (farthest as f64).sqrt();
-    let known: Vec<Known> = nearest
+    let known: Vec<DataPoint> = nearest
         .iter()
         .map(|&(squared, k)| {
             let node = &tree.nodes()[k];
             let along = |axis: usize| (f64::from(node.place[axis]) - f64::from(place[axis])) / unit;
             let weight =
                 (1.0 + squared as f64 / (TUNING.view.quarter_weight * square as f64)).powi(-2);
-            Known { place: [along(0), along(1)], value: node.value, weight }
+            DataPoint { place: [along(0), along(1)], value: node.value, weight }
         })
         .collect();
     fitted(&known)
 }
 
-/// Values that a continuation is made from.
+/// The most values of a continuation.
 const MOST_VALUES: usize = 30;
-/// Values for a polynomial, at the least, and the number of its terms: twice as many as those, from the
-/// constant to degree 4.
+/// For each degree from 0 to 4, the fewest values for a polynomial and the number of its terms:
+/// there are twice as many values as terms, except for the constant.
 const DEGREES: [(usize, usize); 5] = [(1, 1), (6, 3), (12, 6), (20, 10), (30, 15)];
-/// The terms of the last, in the order of their degrees.
+/// The number of terms of the last degree.
 const MOST_TERMS: usize = 15;
-/// A column whose part across the columns before is below this share of it is a sum of those: the
-/// places leave the polynomial open.
+/// A column whose part orthogonal to the former columns is below this share of it depends on those:
+/// the places do not determine the polynomial.
 const LEAST_INDEPENDENT_PART: f64 = 1e-9;
 
-/// A value near the place where one is wanted, which is the origin.
-struct Known {
+/// A value near the place of the continuation, which is the origin.
+struct DataPoint {
     place: [f64; 2],
     value: f64,
     weight: f64,
 }
 
-/// What the polynomial says at the origin whose error is expected to be the smallest.
+/// The value at the origin of the polynomial with the smallest expected error.
 ///
-/// The value at the origin is a weighted sum of those known, with weights of both signs: an error in
-/// them, or what the polynomial can't follow, is amplified by the sum of their sizes. Far away from few
-/// values close together that is millions for degree 4 and 1 for a constant. So the expected error of
-/// a degree is the largest residual of a value that is left out of the fit, less for values far away,
-/// times the amplification; and the degree is that for which it is smallest, or a higher one for which it is
-/// not much larger. Places that leave the next
-/// degree open (two rows of nodes say nothing of the curvature across them) do not show in residuals: then
-/// the error is no less than what the last degree has changed.
-fn fitted(known: &[Known]) -> Continued {
+/// The value at the origin is a weighted sum of the given values, with weights of both signs.
+/// Errors of these values, and their deviations from a polynomial, are amplified by the sum of the
+/// |weights|. Far away from a few values that are close to each other this is of the order of
+/// millions for degree 4, and 1 for a constant. The expected error of a degree is therefore the
+/// largest leave-one-out residual, less for values far away, times the amplification. The degree is
+/// the one with the smallest expected error, or a higher one with an error that is not much larger.
+/// Where the places do not determine the next degree (two rows of nodes contain no curvature across
+/// them), residuals do not show this, and the error is at least the change due to the last degree.
+fn fitted(known: &[DataPoint]) -> Continued {
     let mut fit = Fit::new(known);
     let mut best = Continued { value: 0.0, error: f64::INFINITY };
     let (mut last, mut change) = (0.0, f64::INFINITY);
@@ -101,45 +101,46 @@ fn fitted(known: &[Known]) -> Continued {
         }
         let found = fit.at_origin();
         (last, change) = (found.value, (found.value - last).abs());
-        if found.error <= TUNING.view.higher_degree * best.error {
+        if found.error <= TUNING.view.degree_preference * best.error {
             best = found;
         }
     }
     best
 }
 
-/// Weighted least squares, term by term: the columns of the design are made orthonormal by
-/// Gram and Schmidt, twice, so that no digits are lost to the squares of normal equations.
+/// Weighted least squares, term by term. The columns of the design matrix are orthonormalised by
+/// two passes of Gram–Schmidt, which avoids the loss of digits in normal equations.
 struct Fit<'a> {
-    known: &'a [Known],
+    known: &'a [DataPoint],
     /// Roots of the weights, the largest of which is 1.
     roots: Vec<f64>,
     /// Orthonormal columns, and the value of each at the origin.
     columns: Vec<(Vec<f64>, f64)>,
-    /// What the columns leave of the values, times the roots of the weights.
-    rest: Vec<f64>,
+    /// The residuals of the values, times the roots of the weights.
+    residual: Vec<f64>,
     /// 1 − the leverage of each value.
     independence: Vec<f64>,
 }
 
 impl<'a> Fit<'a> {
-    fn new(known: &'a [Known]) -> Self {
+    fn new(known: &'a [DataPoint]) -> Self {
         let largest = known.iter().map(|one| one.weight).fold(f64::MIN_POSITIVE, f64::max);
         let roots: Vec<f64> = known.iter().map(|one| (one.weight / largest).sqrt()).collect();
-        let rest = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
+        let residual = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
         let independence = vec![1.0; known.len()];
-        Self { known, roots, columns: Vec::with_capacity(MOST_TERMS), rest, independence }
+        Self { known, roots, columns: Vec::with_capacity(MOST_TERMS), residual, independence }
     }
 
-    /// Adds powers until there are so many; whether the places tell them all from each other.
+    /// Adds terms until there are `terms`. Returns whether the places determine all of them.
     fn add_terms(&mut self, terms: usize) -> bool {
         (self.columns.len()..terms).all(|_| self.add_term())
     }
 
-    /// Adds the next power; whether it is one that the places tell from the others.
+    /// Adds the next term. Returns whether the places determine it.
     fn add_term(&mut self) -> bool {
         let (i, j) = POWERS[self.columns.len()];
-        let of = |(one, root): (&Known, &f64)| root * one.place[0].powi(i) * one.place[1].powi(j);
+        let of =
+            |(one, root): (&DataPoint, &f64)| root * one.place[0].powi(i) * one.place[1].powi(j);
         let mut column: Vec<f64> = self.known.iter().zip(&self.roots).map(of).collect();
         let mut at_origin = if i + j == 0 { 1.0 } else { 0.0 };
         let size = norm(&column);
@@ -155,11 +156,11 @@ impl<'a> Fit<'a> {
             return false;
         }
         column.iter_mut().for_each(|entry| *entry /= across);
-        let common = dot(&self.rest, &column);
-        for ((rest, independence), entry) in
-            self.rest.iter_mut().zip(&mut self.independence).zip(&column)
+        let common = dot(&self.residual, &column);
+        for ((residual, independence), entry) in
+            self.residual.iter_mut().zip(&mut self.independence).zip(&column)
         {
-            *rest -= common * entry;
+            *residual -= common * entry;
             *independence -= entry * entry;
         }
         self.columns.push((column, at_origin / across));
@@ -176,14 +177,14 @@ impl<'a> Fit<'a> {
             .collect();
         let value = weights.iter().zip(self.known).map(|(weight, one)| weight * one.value).sum();
         let amplification: f64 = weights.iter().map(|weight| weight.abs()).sum();
-        let left_out = self.rest.iter().zip(&self.independence);
-        let residual =
-            left_out.map(|(rest, part)| rest.abs() / part.max(TUNING.view.least_independence));
+        let left_out = self.residual.iter().zip(&self.independence);
+        let residual = left_out
+            .map(|(residual, part)| residual.abs() / part.max(TUNING.view.least_independence));
         Continued { value, error: amplification * residual.fold(0.0, f64::max) }
     }
 }
 
-/// The powers of x and y of all terms, the constant first.
+/// The powers of x and y in all terms, the constant first.
 const POWERS: [(i32, i32); MOST_TERMS] = [
     (0, 0),
     (1, 0),
@@ -234,7 +235,7 @@ mod tests {
                 tree.set(tree.len() - 1, quartic(x, y));
             }
         }
-        // A disc in the middle is closed, and what stood there forgotten.
+        // A disc in the middle is closed, and its values are removed.
         let in_disc = |[x, y]: [f64; 2]| (x - 0.5).hypot(y - 0.4) < 0.2;
         let closed: Vec<bool> = tree.nodes().iter().map(|node| in_disc(xy(node.place))).collect();
         for i in (0..tree.len()).filter(|&i| closed[i]) {
@@ -245,15 +246,15 @@ mod tests {
             let [x, y] = xy(node.place);
             assert_eq!(node.is_continued, closed);
             assert!((node.value - quartic(x, y)).abs() < 1e-9, "{node:?}");
-            assert!(node.unknown < 1e-9, "{node:?}");
+            assert!(node.continuation_error < 1e-9, "{node:?}");
         }
     }
 
-    /// A few nodes in a corner, on which the image falls by orders of magnitude: the polynomials through
-    /// them rise without end on the other side of the square.
+    /// A few open nodes in a corner, in which the image falls by orders of magnitude: polynomials
+    /// through them diverge on the other side of the square.
     #[test]
     fn values_far_from_few_open_nodes_are_of_their_size() {
-        // Not the same along diagonals: five of those would be a quartic.
+        // The function varies along diagonals: otherwise five of them would determine a quartic.
         let falling = |x: f64, y: f64| (-18.0 * x - 22.0 * y).exp();
         let mut tree = ImageTree::default();
         let along = || (0..=16_u32).map(|k| k * spacing(4));
@@ -270,7 +271,7 @@ mod tests {
             let [x, y] = xy(node.place);
             let wrong = (node.value - falling(x, y)).abs();
             assert!(node.value.abs() < 2.0, "{node:?}");
-            assert!(!closed || wrong <= node.unknown.max(1e-3), "{wrong:.1e}: {node:?}");
+            assert!(!closed || wrong <= node.continuation_error.max(1e-3), "{wrong:.1e}: {node:?}");
         }
     }
 

@@ -1,30 +1,30 @@
-//! Shares: what of a layer's radiance each pixel has, where the image has edges that geometry knows.
+//! Coverage fractions: the part of a layer's radiance in each pixel of an image with edges.
 //!
-//! An edge (a limb, the rim of a disc) parts a pixel into regions, and the share of a
-//! [layer](crate::projection::Layer) is smooth on each. A pixel that an edge crosses takes the layer's function
-//! for a quadratic polynomial with the means of the pixels around it, the conservative
-//! reconstruction of the paper, and integrates its product with the share. Small images are divided
-//! into finer pixels for that. No evaluation is made for an edge.
+//! An edge (a limb, the rim of a disc) divides a pixel into regions, on each of which the coverage
+//! fraction of a [layer](crate::projection::Layer) is smooth. In a pixel that an edge crosses, the
+//! layer is approximated by the quadratic polynomial with the means of the pixels around it, and
+//! its product with the coverage fraction is integrated. Edges need no evaluation.
 
 use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::projection::{Layer, Projection, Region};
 use bilby::GaussLegendre;
 
-/// The longer side of an image is divided into this many pixels at the least, where there are edges…
+/// The fewest parts along the longer side of an image with edges.
 const LEAST_PIXELS: usize = 512;
-/// …but each of its pixels into no more than this many along a side.
+/// The most parts along each side of a pixel.
 const MOST_PARTS: usize = 16;
-/// Rows of nodes in a pixel that an edge crosses, in panels of so many nodes.
+/// The numbers of panels of rows, and of rows in each panel, of the quadrature over a part that an
+/// edge crosses.
 const ROW_PANELS: usize = 4;
 const ROW_NODES: usize = 4;
-/// Places along a row at which regions are compared.
+/// The number of places along a row at which regions are compared.
 const PROBES: usize = 9;
-/// Halvings of the distance between two probes of different regions.
+/// The number of bisections between two places with different regions.
 const BISECTIONS: usize = 20;
 
-/// A node of the quadrature over a pixel: its place from the middle in pixels, its weight, where all
-/// add up to 1, and what is seen there.
+/// A node of the quadrature over a part: its place relative to the centre in parts, its weight,
+/// where the weights add up to 1, and the region there.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     place: [f64; 2],
@@ -32,20 +32,20 @@ struct Node {
     region: Region,
 }
 
-/// What the pixels of a panel see: one region, or several.
+/// The regions in all parts of the pixels of an image.
 #[derive(Debug)]
 pub(crate) struct Regions {
-    /// Height and width in parts of pixels.
+    /// Height and width of the image in parts of pixels.
     shape: [usize; 2],
     parts_per_side: usize,
     /// The region of each part that has only one.
     whole: Vec<Option<Region>>,
-    /// Parts with edges, in their order.
+    /// The parts with several regions, in order, with their quadrature.
     crossed: Vec<(usize, Vec<Node>)>,
 }
 
 impl Regions {
-    /// The regions of a projection's image; none if there are no edges in it.
+    /// The regions of the image of a projection; `None` if it has no edges.
     pub(crate) fn of(projection: &dyn Projection, [height, width]: [usize; 2]) -> Option<Self> {
         if !projection.has_regions() {
             return None;
@@ -63,15 +63,16 @@ impl Regions {
 }
 
 impl Regions {
-    /// The number of the pixel that a part is in.
+    /// The number of the pixel that contains a part.
     fn pixel(&self, part: usize) -> usize {
         let ([_, columns], parts) = (self.shape, self.parts_per_side);
         part / columns / parts * (columns / parts) + part % columns / parts
     }
 
-    /// For each pixel, the radiance over the mean of the irradiance density on it, from `scale`, where that
-    /// is from closed forms. On a pixel of which the image has but a corner, mean and solid angle have to be
-    /// of the same nodes: a small error of that area would be a large one of their quotient.
+    /// For each pixel, the ratio of the radiance to the mean of the irradiance density, from
+    /// `scale`, which contains closed forms. For pixels that are partly outside the image it is
+    /// computed anew: mean and solid angle must be sums over the same nodes, since a small relative
+    /// error of their area would be a large one of their quotient.
     pub(crate) fn scale(&self, projection: &dyn Projection, scale: &Image) -> Image {
         let [rows, columns] = self.shape;
         let parts = self.parts_per_side;
@@ -111,7 +112,8 @@ impl Regions {
     }
 }
 
-/// The region of each part that has the same one at its corners and its middle as all parts around.
+/// The region of each part without an edge: corners and centre have the same region, and so have
+/// all parts around.
 fn whole_parts(projection: &dyn Projection, [rows, columns]: [usize; 2]) -> Vec<Option<Region>> {
     let at = |twice: usize, parts: usize| twice as f64 / (2 * parts) as f64;
     let corners: Vec<Region> = (0..(rows + 1) * (columns + 1))
@@ -136,7 +138,7 @@ fn whole_parts(projection: &dyn Projection, [rows, columns]: [usize; 2]) -> Vec<
             whole[part_at(xy, [rows, columns])] = None;
         }
     }
-    // An edge may reach into a part between its corners.
+    // An edge may extend into a part between its corners.
     let beside = |part: usize| {
         let (row, column) = (part / columns, part % columns);
         let around = |k: usize, parts: usize| k.saturating_sub(1)..(k + 2).min(parts);
@@ -146,15 +148,16 @@ fn whole_parts(projection: &dyn Projection, [rows, columns]: [usize; 2]) -> Vec<
     whole.into_iter().zip(kept).map(|(region, kept)| region.filter(|_| kept)).collect()
 }
 
-/// The part that (x, y) lies in.
+/// The part that contains (x, y).
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the parts")]
 fn part_at(xy: [f64; 2], [rows, columns]: [usize; 2]) -> usize {
     let index = |along: f64, parts: usize| ((along * parts as f64) as usize).min(parts - 1);
     index(xy[1], rows) * columns + index(xy[0], columns)
 }
 
-/// Nodes of a part with edges: Gauss–Legendre between the edges along each row. The rows themselves
-/// are parted where an edge crosses the middle column: it may run along them.
+/// Quadrature nodes of a part with edges: Gauss–Legendre rules between the edges along each row. The
+/// rows are distributed between the edges in the middle column, since an edge may be parallel to
+/// them.
 fn nodes(projection: &dyn Projection, [rows, columns]: [usize; 2], part: usize) -> Vec<Node> {
     let (row, column) = (part / columns, part % columns);
     let Ok(rule) = GaussLegendre::new(ROW_NODES) else { return Vec::new() };
@@ -182,42 +185,42 @@ fn nodes(projection: &dyn Projection, [rows, columns]: [usize; 2], part: usize) 
     nodes
 }
 
-/// The parts of a row, or column, from −½ to ½ with one region each.
+/// The intervals of a row or a column, from −½ to ½, with one region each.
 fn pieces(region: impl Fn(f64) -> Region) -> Vec<(f64, f64, Region)> {
     let probe = |k: usize| k as f64 / (PROBES - 1) as f64 - 0.5;
     let mut pieces = Vec::new();
-    let (mut from, mut seen) = (-0.5, region(-0.5));
+    let (mut from, mut current) = (-0.5, region(-0.5));
     for k in 1..PROBES {
         let next = region(probe(k));
-        if next != seen {
+        if next != current {
             let (mut low, mut high) = (probe(k - 1), probe(k));
             for _ in 0..BISECTIONS {
                 let middle = 0.5 * (low + high);
-                if region(middle) == seen { low = middle } else { high = middle }
+                if region(middle) == current { low = middle } else { high = middle }
             }
-            pieces.push((from, high, seen));
-            (from, seen) = (high, next);
+            pieces.push((from, high, current));
+            (from, current) = (high, next);
         }
     }
-    pieces.push((from, 0.5, seen));
+    pieces.push((from, 0.5, current));
     pieces
 }
 
-/// ∫ share · {1, x, y, x², xy, y²} over a part, x and y from its middle in parts.
+/// ∫ fraction · {1, x, y, x², xy, y²} over a part, with x and y relative to its centre in parts.
 type Moments = [f64; 6];
 
-/// The shares of one layer.
+/// The coverage fractions of one layer.
 #[derive(Debug)]
 pub(crate) struct CoverageFractions {
     shape: [usize; 2],
     parts_per_side: usize,
-    /// The share on all of a part; 0 where it varies.
+    /// The coverage fraction of each part on which it is constant; 0 where it varies.
     constant: Vec<f64>,
-    /// Moments where it varies, by the number of the part.
+    /// The moments of the parts on which it varies, with their numbers.
     varying: Vec<(usize, Moments)>,
-    /// The mean of |share| over each pixel.
+    /// The mean of |coverage fraction| over each pixel.
     pub(crate) reach: Image,
-    /// Whether an edge of the layer crosses a pixel.
+    /// Whether an edge of the layer crosses each pixel.
     pub(crate) is_crossed: Vec<bool>,
 }
 
@@ -259,8 +262,9 @@ impl CoverageFractions {
         let reach = Image::zeros(rows / parts_per_side, columns / parts_per_side);
         let mut is_crossed = vec![false; reach.pixels().len()];
         for (part, nodes) in &regions.crossed {
-            let is_seen = |node: &Node| layer.share(place(*part, node.place), node.region) != 0.0;
-            is_crossed[regions.pixel(*part)] |= nodes.iter().any(is_seen);
+            let is_visible =
+                |node: &Node| layer.share(place(*part, node.place), node.region) != 0.0;
+            is_crossed[regions.pixel(*part)] |= nodes.iter().any(is_visible);
         }
         let shape = [rows, columns];
         let mut fractions = Self { shape, parts_per_side, constant, varying, reach, is_crossed };
@@ -269,7 +273,7 @@ impl CoverageFractions {
         fractions
     }
 
-    /// The shape of the parts that means are wanted of.
+    /// The shape in parts, whose means are needed.
     pub(crate) fn shape(&self) -> [usize; 2] {
         self.shape
     }
@@ -303,8 +307,8 @@ impl CoverageFractions {
         image
     }
 
-    /// The mean of the layer's function times its share over each pixel, from the function's means
-    /// over all parts; and an estimate of how wrong that is because only means are known.
+    /// The mean of the layer's function times its coverage fraction over each pixel, from the means
+    /// of the function over all parts, and an estimate of its error due to the polynomials.
     pub(crate) fn apply(&self, means: &[f64]) -> [Image; 2] {
         let [rows, columns] = self.shape;
         let polynomial = |part: usize| self.polynomial(means, part / columns, part % columns);
@@ -315,7 +319,7 @@ impl CoverageFractions {
             |part| self.constant[part] * means[part],
             |(part, moments)| product(&polynomial(*part), moments),
         );
-        // What the next order would add: the curvature's change from part to part.
+        // The contribution of the next order: the change of the curvature from part to part.
         let change = |part: usize| {
             let own = polynomial(part);
             let (row, column) = (part / columns, part % columns);
@@ -330,7 +334,7 @@ impl CoverageFractions {
                 core::array::from_fn(|k| largest[k].max((other[k + 3] - own[k + 3]).abs()))
             })
         };
-        let unknown = self.sum(
+        let means_error = self.sum(
             |_| 0.0,
             |(part, moments)| {
                 let [xx, xy, yy] = change(*part);
@@ -338,11 +342,11 @@ impl CoverageFractions {
                 xx * around_mean(moments[3]) + xy * moments[4].abs() + yy * around_mean(moments[5])
             },
         );
-        [image, unknown]
+        [image, means_error]
     }
 
-    /// The quadratic polynomial around the middle of a part with the means of those around it, as
-    /// coefficients of {1, x, y, x², xy, y²}; linear or constant where one is missing.
+    /// The quadratic polynomial around the centre of a part with the means of the parts around it,
+    /// as coefficients of {1, x, y, x², xy, y²}; linear or constant at the border of the image.
     fn polynomial(&self, means: &[f64], row: usize, column: usize) -> [f64; 6] {
         let [rows, columns] = self.shape;
         let at = |r: usize, c: usize| means[r * columns + c];
@@ -363,12 +367,12 @@ impl CoverageFractions {
             }
             _ => 0.0,
         };
-        // The squares have means of 1/12.
+        // x² and y² have means of 1/12 over the part.
         [middle - (xx + yy) / 12.0, x, y, xx, xy, yy]
     }
 }
 
-/// Nodes over a part of one region.
+/// Quadrature nodes of a part with one region.
 fn square(region: Region) -> Vec<Node> {
     let Ok(rule) = GaussLegendre::new(3) else { return Vec::new() };
     let pairs = || rule.nodes().iter().zip(rule.weights()).map(|(t, w)| (0.5 * t, 0.5 * w));
@@ -399,7 +403,8 @@ mod tests {
             let pixels = (shape[0] * shape[1]) as f64;
             let area = fractions.reach.pixels().iter().sum::<f64>() / pixels;
             assert!((area - core::f64::consts::FRAC_PI_4).abs() < 3e-6, "{shape:?}: {area}");
-            // The middle is in the disc, the corner is not: up to the seventh of the small image.
+            // The middle is in the disc, the corner is not, except for a seventh of the pixel of
+            // the small image.
             assert!((fractions.reach[(shape[0] / 2, shape[1] / 2)] - 1.0).abs() < 1e-14);
             assert!(fractions.reach[(0, 0)] < 0.2, "{shape:?}");
         }
@@ -420,13 +425,13 @@ mod tests {
         let means: Vec<f64> = (0..rows * columns)
             .map(|part| mean(part % columns, columns) + 1.0 + (part / columns) as f64 / rows as f64)
             .collect();
-        let [image, unknown] = fractions.apply(&means);
+        let [image, means_error] = fractions.apply(&means);
         let sum = image.pixels().iter().sum::<f64>() / 1600.0;
         let row_mean = 0.5 - 0.5 / rows as f64;
         let exact = core::f64::consts::PI * (1.0 / 64.0 + (1.0 + row_mean) / 4.0);
         assert!((sum - exact).abs() < 1e-6, "{sum} {exact}");
-        // Quadratics are known from their means, but for the border of the image.
-        let largest = unknown.largest();
+        // Quadratic functions follow from their means, except at the border of the image.
+        let largest = means_error.largest();
         assert!(largest < 1e-8, "{largest}");
     }
 }

@@ -1,4 +1,4 @@
-//! The layers of a view: what each pixel has of them, and the image tree of each.
+//! The layers of a view: their coverage fractions in each pixel, and the image tree of each.
 
 pub(crate) mod closed;
 pub(crate) mod verification_lines;

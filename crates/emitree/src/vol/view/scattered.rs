@@ -8,19 +8,20 @@ use crate::projection::Projection;
 use crate::tile::Tile;
 use crate::vol::dyadic::{Place, from_unit, spacing};
 use crate::vol::image::nearest::Nearest;
-use crate::vol::least_squares::{Known, MOST_VALUES, expected};
+use crate::vol::least_squares::{DataPoint, MOST_VALUES, estimate};
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification_lines::FIRST_LINE;
 use crate::vol::{FEATURE_CONTRAST, FeatureSize, lattice};
 
-/// Places and sizes that the size covered is found from: each size is this much larger than the former.
+/// The number of places, and the sizes, for which coverage is computed: each size is larger than
+/// the former one by the ratio.
 const PLACES: usize = 512;
 const SMALLEST: f64 = 1e-3;
 const SIZE_RATIO: f64 = 1.05;
 const SIZES: i32 = 130;
-/// The probability with which a feature is seen.
+/// The probability with which a feature of the size covered is detected.
 const PROBABILITY: f64 = 0.99;
 /// √(2π): the integral of a Gaussian over its amplitude and standard deviation.
 pub(crate) const WIDTH_OF_GAUSSIAN: f64 = 2.506_628_274_631_000_5;
@@ -28,26 +29,26 @@ pub(crate) const WIDTH_OF_GAUSSIAN: f64 = 2.506_628_274_631_000_5;
 /// The scattered samples of one layer.
 #[derive(Debug, Default)]
 pub(crate) struct LayerSamples {
-    /// Points of the lattice that have been looked at, in view or not.
+    /// The number of points of the lattice that have been used, in view or not.
     pub(crate) number: usize,
     pub(crate) points: Vec<[f64; 3]>,
     /// G = g · ds/dz at the points.
     pub(crate) rates: Vec<f64>,
 }
 
-/// A sample beside what the lines around it let expect.
+/// The difference of a sample from the fit to the lines around it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Deviation {
-    /// What the sample differs by, less the error of what was expected; in units of G.
+    /// The |difference| less the expected error of the fit, in units of G.
     excess: f64,
-    /// That error.
+    /// The expected error of the fit.
     error: f64,
-    /// The error of a pixel for a rate of 1 along a unit of depth, over the error allowed.
+    /// The error of a pixel for a rate of 1 along a unit of depth, in units of the error allowed.
     effect: f64,
 }
 
 impl LayerSamples {
-    /// The scattered samples that a search for an interpolant has made, G times `density`.
+    /// The scattered samples of a search for an interpolant, which are G times `density`.
     pub(crate) fn of_probes(
         points: &[[f64; 3]],
         rates: &[f64],
@@ -81,7 +82,7 @@ pub(crate) fn fraction_of_view(size: FeatureSize, tiles: &[Tile<'_>]) -> Result<
     }
 }
 
-/// The volume in view, by differences at scattered points.
+/// The volume in view, from difference quotients at scattered points.
 fn volume_of_view(projection: &dyn Projection) -> f64 {
     const POINTS: usize = 512;
     const STEP: f64 = 1e-4;
@@ -105,25 +106,26 @@ fn volume_of_view(projection: &dyn Projection) -> f64 {
     (0..POINTS).map(volume).sum::<f64>() / POINTS as f64
 }
 
-/// The size, as a fraction of the view's cube, of the smallest Gaussian that so many scattered samples see
-/// with a probability of 99 %, if its peak in the image is [`FEATURE_CONTRAST`] times the error allowed and
-/// a rate of `passes` at a sample passes: a rate of 1 along a unit of depth is that error.
-pub(crate) fn size_seen(samples: usize, passes: f64) -> f64 {
-    // The amplitude falls with the size: some rounds find the size that fits.
+/// The size, as a fraction of the view's cube, of the smallest Gaussian that this number of samples
+/// detects with a probability of 99 %. Its peak in the image is [`FEATURE_CONTRAST`] times the
+/// error allowed, and a sample passes up to a rate of `passes`, in units of the rate along a unit
+/// of depth that is the error allowed.
+pub(crate) fn size_detected(samples: usize, passes: f64) -> f64 {
+    // The amplitude decreases with the size: a fixed-point iteration finds the size.
     const ROUNDS: usize = 30;
     (0..ROUNDS).fold(0.1, |size, _| {
         let share = passes * WIDTH_OF_GAUSSIAN * size / FEATURE_CONTRAST;
-        lattice::smallest_seen(samples, share.clamp(f64::MIN_POSITIVE, 0.99))
+        lattice::smallest_detected(samples, share.clamp(f64::MIN_POSITIVE, 0.99))
     })
 }
 
 impl Sheet<'_> {
     /// Whether a point is in view.
     pub(crate) fn is_open(&self, point: &[f64; 3]) -> bool {
-        !self.scan.closes || self.scan.view.layer.is_open([point[0], point[1]])
+        !self.scan.skips_closed || self.scan.view.layer.is_open([point[0], point[1]])
     }
 
-    /// Adds samples until so many points of the lattice have been looked at, those in view sampled.
+    /// Adds samples until `number` points of the lattice have been used; those in view are sampled.
     pub(crate) async fn sample_scattered(
         &self,
         samples: &mut LayerSamples,
@@ -139,16 +141,16 @@ impl Sheet<'_> {
     }
 }
 
-/// The line and the depth of a point.
+/// The place of the line and the depth of a point.
 pub(crate) fn steps(point: &[f64; 3]) -> (Place, u32) {
     let [x, y, depth] = point.map(from_unit);
     ([x, y], depth)
 }
 
-/// A sheet whose scattered samples are looked at.
+/// A sheet with its lines, for the comparison with scattered samples.
 pub(crate) struct ScatteredSheet<'a, 'b> {
     pub(crate) sheet: &'a Sheet<'b>,
-    /// Its full lines.
+    /// The full lines, for searches by place.
     pub(crate) lines: Nearest,
     /// The error allowed, in the unit of the image.
     pub(crate) target: f64,
@@ -157,7 +159,7 @@ pub(crate) struct ScatteredSheet<'a, 'b> {
 }
 
 impl ScatteredSheet<'_, '_> {
-    /// The rates at points beside those of the lines around them.
+    /// The differences of the rates at points from the fits to the lines around them.
     pub(crate) fn deviations(&self, points: &[[f64; 3]], rates: &[f64]) -> Vec<Deviation> {
         let both = points.par_iter().zip(rates);
         both.map(|(point, rate)| self.deviation(point, *rate)).collect()
@@ -171,28 +173,29 @@ impl ScatteredSheet<'_, '_> {
         let known = |&(_, i): &(u64, usize)| {
             let from = scan.tree.nodes()[i].place;
             let along = |axis: usize| (f64::from(from[axis]) - f64::from(place[axis])) / nearest;
-            Known { place: [along(0), along(1)], value: scan.node_lines.lines[i].rate(depth) }
+            DataPoint { place: [along(0), along(1)], value: scan.node_lines.lines[i].rate(depth) }
         };
-        let known: Vec<Known> = near.iter().map(known).collect();
-        let (value, error) = expected(&known).map_or((0.0, 0.0), |of| (of.value, of.error));
+        let known: Vec<DataPoint> = near.iter().map(known).collect();
+        let (value, error) = estimate(&known).map_or((0.0, 0.0), |of| (of.value, of.error));
         let density = scan.view.layer.solid_angle_density([point[0], point[1]]);
         let [row, column] = self.sheet.pixel(place);
         let effect = density * self.sheet.scale[(row, column)] / self.target;
         Deviation { excess: (rate - value).abs() - error, error, effect }
     }
 
-    /// What a feature as small as can be seen, with an amplitude of the excess, changes in a pixel, over
-    /// the error allowed.
+    /// The change of a pixel by a feature of the smallest size that is detected, with the excess as
+    /// its amplitude, in units of the error allowed.
     pub(crate) fn effect(&self, of: &Deviation) -> f64 {
         of.excess.max(0.0) * of.effect * WIDTH_OF_GAUSSIAN * self.size()
     }
 
-    /// The size that the samples are made for.
+    /// The size that the samples detect.
     fn size(&self) -> f64 {
-        lattice::smallest_seen(self.number, TUNING.verification.seen_share)
+        lattice::smallest_detected(self.number, TUNING.verification.detection_share)
     }
 
-    /// The line through a point, with depths around the point down to a part of a feature.
+    /// The line through a point, with depths around the point down to a fraction of the size that
+    /// is detected.
     pub(crate) fn line_through(&self, point: [f64; 3]) -> (Place, Vec<u32>) {
         let (place, depth) = steps(&point);
         let finest =
@@ -207,9 +210,9 @@ impl ScatteredSheet<'_, '_> {
         (place, levels.flat_map(around).collect())
     }
 
-    /// The standard deviation of the smallest Gaussian that is seen at 99 % of all places, if its peak in
-    /// the image is [`FEATURE_CONTRAST`] times the error allowed: at one of the samples it is more than
-    /// what passes there.
+    /// The standard deviation of the smallest Gaussian that is detected at 99 % of all places, with
+    /// a peak in the image of [`FEATURE_CONTRAST`] times the error allowed: at one of the samples
+    /// it is above the limit that passes there.
     pub(crate) fn size_covered(
         &self,
         points: &[[f64; 3]],
@@ -217,7 +220,7 @@ impl ScatteredSheet<'_, '_> {
         passed: f64,
     ) -> f64 {
         let of_pass = passed / (WIDTH_OF_GAUSSIAN * self.size());
-        // What passes at a sample, in amplitudes of a Gaussian of size 1.
+        // The limit at a sample, in units of the amplitude of a Gaussian of size 1.
         let passes = |of: &Deviation| {
             (of.error * of.effect + of_pass) * WIDTH_OF_GAUSSIAN / FEATURE_CONTRAST
         };
@@ -225,24 +228,24 @@ impl ScatteredSheet<'_, '_> {
         let places = (0..PLACES).map(|k| lattice::point(2 * FIRST_LINE + k));
         let places: Vec<[f64; 3]> = places.filter(|at| self.sheet.is_open(at)).collect();
         let size = |number: i32| SMALLEST * SIZE_RATIO.powi(number);
-        let seen_from = |place: &[f64; 3]| {
+        let detected_size = |place: &[f64; 3]| {
             let squares = points.iter().zip(&passes).map(|(point, passes)| {
                 ((0..3).map(|k| (point[k] - place[k]).powi(2)).sum::<f64>(), *passes)
             });
             let mut near: Vec<(f64, f64)> = squares.collect();
-            let kept = TUNING.verification.near.min(near.len());
+            let kept = TUNING.verification.nearest_samples.min(near.len());
             if kept < near.len() {
                 near.select_nth_unstable_by(kept, |a, b| a.0.total_cmp(&b.0));
             }
-            let is_seen = |number: &i32| {
+            let is_detected = |number: &i32| {
                 let size = size(*number);
                 near[..kept]
                     .iter()
                     .any(|(square, passes)| (-0.5 * square / (size * size)).exp() >= passes * size)
             };
-            (0..SIZES).find(is_seen).unwrap_or(SIZES)
+            (0..SIZES).find(is_detected).unwrap_or(SIZES)
         };
-        let mut sizes: Vec<i32> = places.par_iter().map(seen_from).collect();
+        let mut sizes: Vec<i32> = places.par_iter().map(detected_size).collect();
         sizes.sort_unstable();
         let last = whole((PROBABILITY * sizes.len() as f64).ceil()).max(1) - 1;
         sizes.get(last).map_or(f64::INFINITY, |&number| size(number))

@@ -1,4 +1,5 @@
-//! A sheet: the image tree of one layer of one tile at one energy, and its part in the image.
+//! A sheet: the image tree of one layer of one tile at one energy, and its contribution to the
+//! image.
 
 use crate::cell::whole;
 use crate::image::Image;
@@ -19,7 +20,7 @@ use crate::vol::view::verification_lines::Verification;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// Which of the sheets of a view it is.
+/// The layer and the energy of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SheetId {
     /// The number of its layer among the visible layers of all tiles.
@@ -34,37 +35,38 @@ pub(crate) struct Sheet<'a> {
     pub(crate) scan: Scan<'a>,
     /// The number of its tile.
     pub(crate) tile: usize,
-    /// The layers of its tile: the errors of their lines add up.
+    /// The number of layers of its tile: the errors of their lines add up.
     pub(crate) layers_of_tile: usize,
-    /// What of the layer each pixel has; all of it if there is none.
+    /// The coverage fractions of the layer; `None` if it covers all pixels.
     pub(crate) fractions: Option<Arc<CoverageFractions>>,
-    /// For each pixel, its radiance over the mean of the irradiance density on it, times the part
-    /// of it that the layer reaches.
+    /// For each pixel, the ratio of its radiance to the mean of the irradiance density, times the
+    /// mean coverage fraction.
     pub(crate) scale: Arc<Image>,
-    /// Lines that take no part in the image, to examine it.
+    /// Lines that are not part of the image, for its verification.
     pub(crate) verification: Verification,
 }
 
-/// The image of a sheet, and what is not known of it.
+/// The image of a sheet, with its estimated errors.
 pub(crate) struct SheetImage {
     pub(crate) image: Image,
-    /// What remains unseen between the lines.
+    /// The remaining errors around nodes, and those of coverage.
     pub(crate) error: Image,
-    /// The error of the lines.
+    /// The errors of the lines.
     pub(crate) of_lines: Image,
 }
 
-/// What a sheet has seen, for the choice of what is to be looked at next.
+/// The state of a sheet, for the choice of the next nodes.
 pub(crate) struct SheetState {
     pub(crate) guarded: Vec<f64>,
     remaining: Vec<Remaining>,
     footprints: Vec<Option<Footprint>>,
-    /// Whether all nodes of the levels that are always looked at are there.
+    /// Whether all nodes of the required levels exist.
     pub(crate) has_required: bool,
 }
 
 impl<'a> Sheet<'a> {
-    /// The tolerance of a line of this sheet, given that of all lines through a pixel at each energy.
+    /// The tolerance of a line of this sheet, from that of all lines through a pixel at each
+    /// energy.
     pub(crate) fn line_tolerance(&self, of_energies: &[f64]) -> f64 {
         of_energies[self.id.energy] / self.layers_of_tile as f64
     }
@@ -80,7 +82,7 @@ impl<'a> Sheet<'a> {
             .collect();
         let layer = self.scan.view.layer;
         let open = places.iter().filter(|place| layer.is_open(place.map(unit))).count();
-        self.scan.closes = (TUNING.view.least_open..places.len()).contains(&open);
+        self.scan.skips_closed = (TUNING.view.least_open..places.len()).contains(&open);
         self.scan.add(&places);
         let depths = base_depths(level);
         let open: Vec<usize> =
@@ -89,7 +91,7 @@ impl<'a> Sheet<'a> {
         open.into_iter().map(|i| (i, depths.clone())).collect()
     }
 
-    /// The depths that seeds want on the lines of the base.
+    /// The depths on the base lines that seeds require.
     pub(crate) fn seeded(&self) -> Wanted {
         let nodes = self.scan.tree.nodes().iter().enumerate();
         nodes
@@ -99,7 +101,7 @@ impl<'a> Sheet<'a> {
             .collect()
     }
 
-    /// Chooses how jumps are treated, once the base has been looked at.
+    /// Chooses the order of predictions and the tracking of jumps, after the base has been sampled.
     pub(crate) fn choose_order(&mut self) {
         if self.has_many_jumps() {
             self.scan.node_lines.tracks_jumps = true;
@@ -121,8 +123,8 @@ impl<'a> Sheet<'a> {
         self.scan.node_lines.lines.iter().map(|line| line.integral.abs()).fold(0.0, f64::max)
     }
 
-    /// The radiances of nodes at new `places`, each to `tolerance`; whether the budget allowed it. If
-    /// not, the nodes are left out again. Their values are to be set.
+    /// Samples nodes at new `places`, each to `tolerance`. If the budget does not suffice, the
+    /// nodes are removed again. Their values have to be set afterwards.
     pub(crate) async fn sample_nodes(
         &mut self,
         places: &[Place],
@@ -140,8 +142,8 @@ impl<'a> Sheet<'a> {
         sampled
     }
 
-    /// The irradiance density of all nodes, from their radiances, less `of_earlier` times what each
-    /// of the `earlier` sheets of the layer has there.
+    /// Sets the values of all nodes: the irradiance density from the radiance, less `of_earlier`
+    /// times the value of each of the `earlier` sheets of the layer there.
     pub(crate) fn set_values(&mut self, earlier: &[&Self], of_earlier: &[f64]) {
         let value = |ghosts: &mut Vec<FxHashMap<u64, f64>>, i: usize| {
             let place = self.scan.tree.nodes()[i].place;
@@ -160,8 +162,8 @@ impl<'a> Sheet<'a> {
         tree.update_details();
     }
 
-    /// The irradiance density at a place from the radiance there, less `of_earlier` times what each of the
-    /// `earlier` sheets has, of which `ghosts` are predictions made before.
+    /// The irradiance density at a place from the radiance there, less `of_earlier` times the value
+    /// of each of the `earlier` sheets; `ghosts` are cached predictions of these.
     pub(crate) fn value_of(
         &self,
         place: Place,
@@ -177,19 +179,20 @@ impl<'a> Sheet<'a> {
         })
     }
 
-    /// Row and column of the pixel that a place is in.
+    /// Row and column of the pixel that contains a place.
     pub(crate) fn pixel(&self, place: Place) -> [usize; 2] {
         let at = |along: u32, pixels: usize| whole(unit(along) * pixels as f64).min(pixels - 1);
         [at(place[1], self.scale.height()), at(place[0], self.scale.width())]
     }
 
-    /// The places of seeds that no node is at yet.
+    /// The places of seeds without a node.
     pub(crate) fn missing_seed_places(&self) -> Vec<Place> {
-        let unseen = |place: &&Place| self.scan.tree.find(**place).is_none();
-        self.scan.seeds.places.iter().filter(unseen).copied().collect()
+        let missing = |place: &&Place| self.scan.tree.find(**place).is_none();
+        self.scan.seeds.places.iter().filter(missing).copied().collect()
     }
 
-    /// The sheet's image and what is not known of it; `scale` is that of the tile.
+    /// The image of the sheet with its errors, and the state for the choice of nodes; `scale` is
+    /// that of the tile.
     pub(crate) fn assemble(&self, scale: &Image, required_level: u8) -> (SheetImage, SheetState) {
         let Scan { tree, node_lines, .. } = &self.scan;
         let shape = [scale.height(), scale.width()];
@@ -202,9 +205,10 @@ impl<'a> Sheet<'a> {
                 of_lines.pixels_mut().fill(of_a_line);
             }
             Some(fractions) => {
-                let [seen, unknown] = fractions.apply(&pixel_means(tree, fractions.shape()));
-                add(&mut image, seen.pixels(), scale);
-                add(&mut error, unknown.pixels(), scale);
+                let [layer_image, means_error] =
+                    fractions.apply(&pixel_means(tree, fractions.shape()));
+                add(&mut image, layer_image.pixels(), scale);
+                add(&mut error, means_error.pixels(), scale);
                 of_lines.add_scaled(&fractions.reach, of_a_line);
             }
         }
@@ -222,40 +226,41 @@ impl<'a> Sheet<'a> {
         let has_required = nodes
             .filter(|(node, _)| node.level < required_level)
             .all(|(_, remaining)| remaining.children == Children::All);
-        let seen = SheetState { guarded, remaining, footprints, has_required };
-        (SheetImage { image, error, of_lines }, seen)
+        let state = SheetState { guarded, remaining, footprints, has_required };
+        (SheetImage { image, error, of_lines }, state)
     }
 
-    /// What the choice of nodes is made from; `weights` are those of the sheet in each bin.
+    /// The input of the choice of nodes; `weights` are those of the sheet in each bin.
     pub(crate) fn choice<'s>(
         &'s self,
-        seen: &'s SheetState,
+        state: &'s SheetState,
         weights: &'s [f64],
         limits: &ChoiceLimits,
     ) -> Choice<'s> {
         Choice {
             tree: &self.scan.tree,
-            remaining: &seen.remaining,
-            footprints: &seen.footprints,
+            remaining: &state.remaining,
+            footprints: &state.footprints,
             weights,
             scale: &self.scale,
             limits: *limits,
         }
     }
 
-    /// The places to be looked at next, the most worthwhile first, given the worthwhile nodes.
+    /// The places of the next nodes, those of seeds first, then by contribution, given the `nodes`
+    /// to be opened.
     pub(crate) fn places(
         &self,
-        seen: &SheetState,
+        state: &SheetState,
         choice: &Choice<'_>,
         mut nodes: Vec<usize>,
     ) -> Vec<Place> {
-        if !seen.has_required {
-            let unseen = |&i: &usize| {
+        if !state.has_required {
+            let missing = |&i: &usize| {
                 self.scan.tree.nodes()[i].level < choice.limits.required_level
-                    && seen.remaining[i].children != Children::All
+                    && state.remaining[i].children != Children::All
             };
-            nodes.extend((0..self.scan.tree.len()).filter(unseen));
+            nodes.extend((0..self.scan.tree.len()).filter(missing));
         }
         let mut places = self.missing_seed_places();
         places.extend(choice.places(&nodes));

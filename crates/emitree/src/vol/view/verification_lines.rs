@@ -1,4 +1,4 @@
-//! Lines of a sheet that are no nodes of its tree: the tree is compared with them.
+//! The lines of sight with which the image tree of a sheet is verified.
 
 use crate::cell::whole;
 use crate::image::Image;
@@ -13,46 +13,52 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use rustc_hash::FxHashMap;
 
-/// Lines that are compared by one thread at a time, at the least: those nearby need the same predictions.
+/// The smallest number of lines that one thread compares: lines near each other need the same
+/// predictions.
 const LINES_PER_TASK: usize = 64;
-/// The number of the first scattered line in the lattice of scattered points: far beyond the samples.
+/// The number of the first scattered line in the sequence of scattered points, far beyond those of
+/// the samples.
 pub(crate) const FIRST_LINE: usize = 1 << 24;
 
-/// Places of lines, and the depths that each begins with.
+/// Places of lines, with the depths that each starts with.
 pub(crate) type Lines = Vec<(Place, Vec<u32>)>;
 
 /// Lines of a sheet that are no nodes of its tree.
 #[derive(Debug, Default)]
 pub(crate) struct Verification {
-    /// Their places; there are no values.
+    /// The places of the lines, without values.
     pub(crate) places: ImageTree,
     node_lines: NodeLines,
-    /// What the finer depths have changed in the integral of each line.
+    /// The |change| of the integral of each line by the finer depths.
     changes: Vec<f64>,
-    /// Scattered places that have been used, and those beside edges.
+    /// The numbers of scattered places, and of places beside edges, that have been used.
     scattered: usize,
     at_edges: usize,
 }
 
 impl Sheet<'_> {
-    /// Scattered places that no exam has had, of those where the sheet is in view.
+    /// Scattered lines that no verification has had before.
     pub(crate) fn scattered_lines(&mut self, count: usize) -> Lines {
         let base = self.scan.depth_level;
         let first = self.verification.scattered;
         self.verification.scattered += count;
         let place = |k: usize| {
             let [x, y, _] = lattice::point(FIRST_LINE + k);
-            let finer = if k.is_multiple_of(TUNING.verification.dense_lines) {
-                TUNING.verification.denser
+            let finer = if k.is_multiple_of(TUNING.verification.dense_line_stride) {
+                TUNING.verification.dense_extra_levels
             } else {
                 0
             };
-            ([x, y].map(from_unit), base_depths(base + TUNING.verification.finer_depths + finer))
+            (
+                [x, y].map(from_unit),
+                base_depths(base + TUNING.verification.extra_depth_levels + finer),
+            )
         };
         (first..first + count).map(place).collect()
     }
 
-    /// The middles of the pixels with the largest of the estimated `errors`, far from each other.
+    /// Lines through the centres of the pixels with the largest estimated `errors`, at a distance
+    /// from each other.
     pub(crate) fn worst_lines(&self, errors: Vec<&Image>, count: usize) -> Lines {
         let [height, width] = [self.scale.height(), self.scale.width()];
         let largest =
@@ -69,18 +75,18 @@ impl Sheet<'_> {
                 .map(|(at, pixels)| (at as f64 + 0.5) / pixels as f64);
             let near = |other: &[f64; 2]| {
                 (0..2).all(|axis| {
-                    (other[axis] - middle[axis]).abs() < TUNING.verification.worst_apart
+                    (other[axis] - middle[axis]).abs() < TUNING.verification.worst_line_distance
                 })
             };
             if !worst.iter().any(near) {
                 worst.push(middle);
             }
         }
-        let depths = base_depths(self.scan.depth_level + TUNING.verification.finer_depths);
+        let depths = base_depths(self.scan.depth_level + TUNING.verification.extra_depth_levels);
         worst.into_iter().map(|middle| (middle.map(from_unit), depths.clone())).collect()
     }
 
-    /// Lines in some of the pixels that an edge crosses, others in each exam.
+    /// Lines in some of the pixels that an edge crosses, different ones in each verification.
     pub(crate) fn edge_lines(&mut self, count: usize) -> Lines {
         let Some(fractions) = &self.fractions else { return Vec::new() };
         let [height, width] = [self.scale.height(), self.scale.width()];
@@ -88,7 +94,7 @@ impl Sheet<'_> {
             (0..height * width).filter(|&pixel| fractions.is_crossed[pixel]).collect();
         let first = self.verification.at_edges;
         self.verification.at_edges += count;
-        let depths = base_depths(self.scan.depth_level + TUNING.verification.finer_depths);
+        let depths = base_depths(self.scan.depth_level + TUNING.verification.extra_depth_levels);
         let in_pixel = |k: usize| {
             let [number, ..] = lattice::point(FIRST_LINE + k);
             let pixel = *crossed.get(whole(number * crossed.len() as f64))?;
@@ -104,18 +110,18 @@ impl Sheet<'_> {
         (first..first + count).filter_map(in_pixel).collect()
     }
 
-    /// The places around a line of the exam at half the distance of the nodes there.
+    /// Lines around a line of the verification, at half the distance of the nodes there.
     pub(crate) fn beside(&self, line: usize) -> Lines {
         let place = self.verification.places.nodes()[line].place;
         let distance = spacing(self.level_around(place) + 1);
-        let depths = base_depths(self.scan.depth_level + TUNING.verification.finer_depths);
+        let depths = base_depths(self.scan.depth_level + TUNING.verification.extra_depth_levels);
         around(place, distance, 1)
             .filter(|(x, y, _)| *x == 0 || *y == 0)
             .map(|(_, _, place)| (place, depths.clone()))
             .collect()
     }
 
-    /// The finest level of which all nodes of the cell around a place are there.
+    /// The finest level on which all four nodes of the cell around a place exist.
     pub(crate) fn level_around(&self, place: Place) -> u8 {
         let has_cell = |level: &u8| {
             let corner = place.map(|along| {
@@ -131,22 +137,22 @@ impl Sheet<'_> {
         finer.last().unwrap_or(base)
     }
 
-    /// Integrates lines at places that are new, from the given depths and those of the lines nearby, each
-    /// to `tolerance`.
+    /// Integrates lines at new places to `tolerance`, from the given depths and those of the nodes
+    /// nearby.
     pub(crate) async fn verify_lines(&mut self, places: Lines, tolerance: f64) -> Result<(), Stop> {
         let Self {
-            scan: Scan { view, tree, node_lines, depth_level, closes, .. },
+            scan: Scan { view, tree, node_lines, depth_level, skips_closed, .. },
             verification,
             ..
         } = self;
         let first = verification.places.len();
         let mut own = Vec::new();
         let level = (tree.finest_level() + TUNING.verification.levels_below_nodes)
-            .max(TUNING.verification.coarsest_lattice);
+            .max(TUNING.verification.coarsest_line_level);
         for (place, depths) in places {
             let place = place.map(|along| nearest_of_level(along, level));
             let is_new = tree.find(place).is_none() && verification.places.find(place).is_none();
-            if is_new && (!*closes || view.layer.is_open(place.map(unit))) {
+            if is_new && (!*skips_closed || view.layer.is_open(place.map(unit))) {
                 verification.places.add(place);
                 own.push(depths);
             }
@@ -171,8 +177,8 @@ impl Sheet<'_> {
         sampled
     }
 
-    /// Whether a line of this exam, which are those from `first` on, changes a pixel by more than `most` by its
-    /// finer depths, in the unit of the image.
+    /// Whether the finer depths have changed a pixel by more than `most`, in the unit of the image,
+    /// on a line of this verification, one from number `first` on.
     pub(crate) fn is_changed_by_depths(&self, first: usize, most: f64) -> bool {
         let mut nodes = self.verification.places.nodes()[first..]
             .iter()
@@ -185,8 +191,8 @@ impl Sheet<'_> {
         nodes.any(has_changed)
     }
 
-    /// What each line of the exams from `first` on differs by from the tree, as an error of a pixel, in the unit of the
-    /// image; `earlier` and `of_earlier` as in [`set_values`](Self::set_values).
+    /// The differences of the lines from number `first` on from the tree, as errors of a pixel in
+    /// the unit of the image; `earlier` and `of_earlier` as in [`set_values`](Self::set_values).
     pub(crate) fn differences(
         &self,
         first: usize,
@@ -201,7 +207,7 @@ impl Sheet<'_> {
             let integral = self.verification.node_lines.lines[i].integral;
             let value = self.value_of(place, integral, earlier, of_earlier, of_others);
             let size = (value - self.scan.tree.value(place, own)).abs();
-            // What is smaller than a pixel is a part of it.
+            // A difference on a cell below the size of a pixel changes the pixel by its share.
             let distance = unit(spacing(self.level_around(place)));
             let share = (distance * width as f64).min(1.0) * (distance * height as f64).min(1.0);
             let [row, column] = self.pixel(place);
@@ -216,7 +222,8 @@ impl Sheet<'_> {
 type Ghosts = FxHashMap<u64, f64>;
 
 impl Verification {
-    /// Integrates lines from the depths that nodes would begin with, then with their own besides.
+    /// Integrates lines first from the depths that nodes would start with, then with the finer
+    /// depths added.
     async fn integrate(
         &mut self,
         view: &View<'_>,
@@ -235,7 +242,7 @@ impl Verification {
         Ok(())
     }
 
-    /// The depths at which a line has found something.
+    /// The depths at which the samples of a line are significant.
     pub(crate) fn significant_depths(&self, line: usize, tolerance: f64) -> Vec<u32> {
         let samples = self.node_lines.lines[line].samples.iter();
         let significant = samples.filter(|of| {
@@ -246,8 +253,8 @@ impl Verification {
 }
 
 impl Scan<'_> {
-    /// Has the nodes within a spacing of `level` sampled at the given depths and integrated in full, each
-    /// to `tolerance`.
+    /// Integrates the nodes within one spacing of `level` in full, with the given depths in
+    /// addition, each to `tolerance`.
     pub(crate) async fn sample_around(
         &mut self,
         place: Place,
@@ -268,7 +275,7 @@ impl Scan<'_> {
     }
 }
 
-/// The place of a lattice that is nearest to another.
+/// The place of the lattice of `level` nearest to another place.
 fn nearest_of_level(along: u32, level: u8) -> u32 {
     let step = spacing(level.min(DEEPEST_LEVEL));
     (along + step / 2) / step * step

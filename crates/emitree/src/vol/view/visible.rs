@@ -1,4 +1,4 @@
-//! The layers of a view that some pixels have a share of.
+//! The layers of a view that are visible in some pixels.
 
 use crate::image::Image;
 use crate::projection::Layer;
@@ -6,23 +6,23 @@ use crate::tile::Tile;
 use crate::vol::view::fractions::{CoverageFractions, Regions};
 use std::sync::Arc;
 
-/// A layer that some pixels have a share of.
+/// A layer that is visible in some pixels.
 pub(crate) struct Visible<'a> {
     /// The number of its tile.
     pub(crate) tile: usize,
     pub(crate) layer: &'a dyn Layer,
-    /// The layers of its tile.
+    /// The number of visible layers of its tile.
     pub(crate) layers_of_tile: usize,
     pub(crate) fractions: Option<Arc<CoverageFractions>>,
-    /// For each pixel, its radiance over the mean of the irradiance density on it, times the part
-    /// of it that the layer reaches.
+    /// For each pixel, the ratio of its radiance to the mean of the irradiance density, times the
+    /// mean coverage fraction.
     pub(crate) scale: Arc<Image>,
 }
 
-/// The layers of all tiles, those of the first tile first, without what no pixel sees: the far side
-/// of a body that fills the view, or the shadow of one that is on another tile. `scales` are the
-/// tiles' radiances over means of the irradiance density; those of pixels that a rim crosses are made
-/// anew.
+/// The visible layers of all tiles, in the order of the tiles. Layers without a visible pixel are
+/// left out: the far side of a body that fills the view, or the shadow of one on another tile.
+/// `scales` are the ratios of the radiance to the mean of the irradiance density; those of pixels
+/// that a rim crosses are computed anew.
 pub(crate) fn visible_layers<'a>(
     tiles: &[Tile<'_>],
     layers: &'a [Vec<Box<dyn Layer + 'a>>],

@@ -1,4 +1,4 @@
-//! The rehearsal: what the image tree would cost, found on the interpolant instead of on G.
+//! The trial run: the cost of the image tree, measured on the interpolant instead of on G.
 
 use crate::calls::Calls;
 use crate::emission::{Emission, Samples};
@@ -26,8 +26,8 @@ impl Emission for InterpolantEmission<'_> {
     }
 }
 
-/// Evaluations that an image tree takes for the interpolant's image of `shape` to `tolerance`; `None`
-/// if they are more than `most`.
+/// The number of evaluations of an image tree for the interpolant's image of `shape` to
+/// `tolerance`; `None` if they are more than `most` or the deadline passes.
 pub(super) fn evaluations_of_tree(
     interpolant: &Interpolant,
     shape: [usize; 2],
@@ -35,15 +35,15 @@ pub(super) fn evaluations_of_tree(
     most: f64,
     deadline: Option<Deadline>,
 ) -> Option<f64> {
-    let stage = InterpolantEmission(interpolant);
-    // A limit would make the tree go another way, so it is stopped from outside.
+    let emission = InterpolantEmission(interpolant);
+    // A budget would change the refinement, so that the run is interrupted from outside.
     let (max_evaluations, batch_size, whole_batches) = (u64::MAX, u64::MAX, false);
     let limits = Limits { max_evaluations, batch_size, whole_batches, deadline };
     let meter = Meter::new([0, 0], limits, None, false);
     let vol = VolOptions { tolerance, ..VolOptions::default() };
     let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
     let mut tree = pin!(by_tree(&meter, &tiles, None, &vol, LayerSamples::default()));
-    let calls = Calls::new(&stage, &meter, None);
+    let calls = Calls::new(&emission, &meter, None);
     let is_too_expensive = || meter.evaluations() as f64 > most;
     let ended = drive(meter.exchange(), tree.as_mut(), |batch| match is_too_expensive() {
         true => Err(RenderError::Interrupted),
@@ -57,10 +57,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_costs_two_looks_and_a_limit_ends_the_rehearsal() {
-        let nothing = Interpolant::new(4);
-        let found = evaluations_of_tree(&nothing, [16, 16], 0.01, 1e6, None).unwrap();
+    fn a_zero_interpolant_costs_two_levels_and_a_limit_ends_the_trial_run() {
+        let zero = Interpolant::new(4);
+        let found = evaluations_of_tree(&zero, [16, 16], 0.01, 1e6, None).unwrap();
         assert!((729.0..5000.0).contains(&found), "{found}");
-        assert_eq!(evaluations_of_tree(&nothing, [16, 16], 0.01, 100.0, None), None);
+        assert_eq!(evaluations_of_tree(&zero, [16, 16], 0.01, 100.0, None), None);
     }
 }
