@@ -76,7 +76,7 @@ impl Map {
     }
 
     /// The image of the whole energy band of a cube.
-    fn whole_band(&self, scene: &Scene) -> Option<Self> {
+    pub(super) fn whole_band(&self, scene: &Scene) -> Option<Self> {
         Some(scene.band_image(&self.bands).filter(|_| self.is_cube())?.into())
     }
 }
