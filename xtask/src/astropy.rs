@@ -1,7 +1,7 @@
 //! The tests under `tests/astropy`, in a virtual environment of their own.
 
 use crate::environment::{empty_folder, interpreter};
-use crate::step::Outcome;
+use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 
 pub(crate) fn run(workspace: &Workspace) -> Outcome {

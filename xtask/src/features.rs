@@ -2,7 +2,7 @@
 //!
 //! Everything together is what the step `lint` checks.
 
-use crate::step::Outcome;
+use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 
 /// Libraries with features, and their features.

@@ -16,6 +16,7 @@ mod features;
 mod fuzz;
 mod gallery;
 mod package;
+mod outcome;
 mod peers;
 mod performance;
 mod python;
@@ -25,9 +26,10 @@ mod unit;
 mod words;
 mod workspace;
 
+use outcome::Outcome;
 use std::io::{self, Write};
 use std::process::ExitCode;
-use step::{Outcome, STEPS, Step};
+use step::{STEPS, Step};
 use workspace::Workspace;
 
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.

@@ -1,7 +1,7 @@
 //! What a registry wants of each crate that is published: what its manifest says, and the files that
 //! it brings.
 
-use crate::step::Outcome;
+use crate::outcome::Outcome;
 use crate::workspace::Workspace;
 use serde_json::Value;
 use std::fs;

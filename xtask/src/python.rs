@@ -2,7 +2,7 @@
 //! tested there.
 
 use crate::environment::{INSTALL, empty_folder, interpreter};
-use crate::step::Outcome;
+use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
 use std::fs;

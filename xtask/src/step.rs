@@ -1,6 +1,6 @@
 //! The steps of `cargo xtask test`, in their order: quick ones first, the tests last.
 
-use crate::total::Total;
+use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use crate::{astropy, features, package, python, unit, words};
 
@@ -9,20 +9,6 @@ pub(crate) struct Step {
     pub(crate) name: &'static str,
     pub(crate) about: &'static str,
     pub(crate) run: fn(&Workspace) -> Outcome,
-}
-
-/// How a step ended.
-pub(crate) struct Outcome {
-    /// What went wrong, if anything did.
-    pub(crate) result: Result<(), String>,
-    /// The tests that it ran, if it counts them.
-    pub(crate) total: Option<Total>,
-}
-
-impl From<Result<(), String>> for Outcome {
-    fn from(result: Result<(), String>) -> Self {
-        Self { result, total: None }
-    }
 }
 
 pub(crate) const STEPS: [Step; 9] = [

@@ -1,6 +1,6 @@
 //! `cargo test`, its output streamed, and the total of its binaries and doctests.
 
-use crate::step::Outcome;
+use crate::outcome::Outcome;
 use crate::total::Total;
 use crate::workspace::{Workspace, spelled};
 use std::io::{self, BufRead, BufReader, Write};

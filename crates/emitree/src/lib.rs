@@ -75,6 +75,7 @@ mod cube;
 mod memory;
 pub mod radiance;
 mod tile;
+mod output;
 mod method;
 mod paper;
 pub mod progress;

@@ -1,68 +1,12 @@
 //! The methods behind one function: from a view to values and their errors.
 
-use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
-use crate::image::Image;
 use crate::meter::Meter;
 use crate::options::Method;
-use crate::rendering::RenderedTree;
+use crate::output::MethodOutput;
 use crate::tile::Tile;
-use crate::tree::StopReason;
 use crate::{los, paper, vol};
-
-/// The result of a method.
-#[derive(Clone, Debug)]
-pub(crate) struct Made {
-    /// One band for each energy bin, or one altogether.
-    pub(crate) cube: Cube,
-    /// The estimated |error|, if the method has one.
-    pub(crate) error: Option<Cube>,
-    pub(crate) ending: StopReason,
-    pub(crate) base_level: Option<u8>,
-    /// The energies at which lines were integrated, in the unit of the axis.
-    pub(crate) energies: Vec<f64>,
-    /// The smallest feature that would have been detected, as a fraction of the view's cube.
-    pub(crate) smallest_feature: Option<f64>,
-    /// The tree that was built, if there is one, and one only.
-    pub(crate) tree: Option<RenderedTree>,
-}
-
-impl Made {
-    pub(crate) fn new(cube: Cube, error: Option<Cube>, ending: StopReason) -> Self {
-        let (energies, tree) = (Vec::new(), None);
-        Self { cube, error, ending, base_level: None, energies, smallest_feature: None, tree }
-    }
-
-    /// The largest estimated error over the largest |value|; 0 without an estimate.
-    pub(crate) fn estimated_error(&self) -> f64 {
-        self.error.as_ref().map_or(0.0, |error| error.largest() / self.cube.largest())
-    }
-
-    /// One of those of all tiles, the lowest first.
-    pub(crate) fn stacked(mut of_tiles: Vec<Self>) -> Self {
-        if of_tiles.len() == 1 {
-            return of_tiles.remove(0);
-        }
-        let cube = stacked(of_tiles.iter().map(|made| &made.cube).collect());
-        let errors: Option<Vec<&Cube>> = of_tiles.iter().map(|made| made.error.as_ref()).collect();
-        let endings = of_tiles.iter().map(|made| made.ending);
-        let ending = endings.reduce(|a, b| if a == StopReason::Complete { b } else { a });
-        let mut made = Self::new(cube, errors.map(stacked), ending.unwrap_or(StopReason::Complete));
-        if let Some(first) = of_tiles.first_mut() {
-            made.base_level = first.base_level;
-            made.energies = core::mem::take(&mut first.energies);
-        }
-        made
-    }
-}
-
-/// Cubes of equal width and bins one above the other, the lowest first.
-fn stacked(cubes: Vec<&Cube>) -> Cube {
-    let bins = cubes.first().map_or(0, |cube| cube.bands().len());
-    let band = |bin: usize| Image::stacked(cubes.iter().map(|cube| &cube.bands()[bin]));
-    Cube::from_bands((0..bins).map(band).collect())
-}
 
 /// The image of a camera, or the cube in the bins of `axis`, by a method.
 pub(crate) async fn run(
@@ -70,7 +14,7 @@ pub(crate) async fn run(
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
     method: &Method,
-) -> Result<Made, MethodError> {
+) -> Result<MethodOutput, MethodError> {
     match method {
         Method::Vol(vol) => vol::render(meter, tiles, axis, vol).await,
         Method::Paper(paper) => paper::render(meter, tiles, axis, paper).await,

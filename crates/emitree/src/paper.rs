@@ -9,7 +9,7 @@ use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::{CanonicalIntegrand, Meter, SpectralIntegrand};
-use crate::method::Made;
+use crate::output::MethodOutput;
 use crate::radiance::{image_of_tree, solid_angles, to_radiance};
 use crate::refinement::Threshold;
 use crate::rendering::RenderedTree;
@@ -22,7 +22,7 @@ pub(crate) async fn render(
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
     options: &BuildOptions,
-) -> Result<Made, MethodError> {
+) -> Result<MethodOutput, MethodError> {
     let mut of_tiles = Vec::with_capacity(tiles.len());
     for tile in tiles {
         let mut made = match axis {
@@ -33,7 +33,7 @@ pub(crate) async fn render(
         made.cube.bands().iter().try_for_each(|band| tile.check_finite(band))?;
         of_tiles.push(made);
     }
-    Ok(Made::stacked(of_tiles))
+    Ok(MethodOutput::stacked(of_tiles))
 }
 
 /// The weight of g in the middle of the view, which stands for all of it: an absolute threshold is in the
@@ -57,7 +57,7 @@ async fn image(
     meter: &Meter,
     tile: &Tile<'_>,
     options: &BuildOptions,
-) -> Result<Made, MethodError> {
+) -> Result<MethodOutput, MethodError> {
     let &Tile { projection, shape, place } = tile;
     let weight = weight_in_the_middle(tile);
     let integrand = CanonicalIntegrand { meter, projection, tile: place };
@@ -67,7 +67,7 @@ async fn image(
     let before = image_of_tree(&built.previous.project(2), projection, shape);
     let [cube, before] = [image, before].map(|image| Cube::from_bands(vec![image]));
     let error = changes(before, &cube);
-    let mut made = Made::new(cube, Some(error), built.ending);
+    let mut made = MethodOutput::new(cube, Some(error), built.ending);
     made.tree = Some(RenderedTree { tree: built.tree, threshold: built.threshold / weight });
     Ok(made)
 }
@@ -78,7 +78,7 @@ async fn cube(
     tile: &Tile<'_>,
     axis: &EnergyAxis,
     options: &BuildOptions,
-) -> Result<Made, MethodError> {
+) -> Result<MethodOutput, MethodError> {
     let &Tile { projection, shape, place } = tile;
     let options = weighted(options, weight_in_the_middle(tile) * axis.energy_per_canonical(0.5));
     let canonical = CanonicalIntegrand { meter, projection, tile: place };
@@ -88,7 +88,7 @@ async fn cube(
     let solid_angles = solid_angles(projection, shape);
     let cube = cube_of_tree(&built.tree.project(2), &solid_angles, axis);
     let error = changes(cube_of_tree(&built.previous.project(2), &solid_angles, axis), &cube);
-    Ok(Made::new(cube, Some(error), built.ending))
+    Ok(MethodOutput::new(cube, Some(error), built.ending))
 }
 
 /// What each voxel has changed by.

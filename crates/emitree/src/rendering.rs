@@ -14,7 +14,7 @@ pub trait Values: Clone + Debug + Send + sealed::FromCube {
 }
 
 mod sealed {
-    /// Made of the bands that a method has made, of which an image has one.
+    /// MethodOutput of the bands that a method has made, of which an image has one.
     pub trait FromCube {
         #[doc(hidden)]
         fn from_cube(cube: crate::Cube) -> Self;

@@ -12,8 +12,9 @@ use crate::exchange::{Batch, MethodError};
 use crate::image::Image;
 use crate::known::KnownRates;
 use crate::meter::{Meter, Shown};
-use crate::method::{self, Made};
+use crate::method;
 use crate::options::{Method, RenderOptions};
+use crate::output::MethodOutput;
 use crate::polling::advance;
 use crate::progress::{Frame, FrameCallback, Progress};
 use crate::projection::Projection;
@@ -31,7 +32,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// A method in progress, which waits for rates.
-type Running<'a> = Pin<Box<dyn Future<Output = Result<Made, MethodError>> + Send + 'a>>;
+type Running<'a> = Pin<Box<dyn Future<Output = Result<MethodOutput, MethodError>> + Send + 'a>>;
 
 /// What starts a method in the view of a session.
 type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + Sync + 'a;
@@ -146,7 +147,7 @@ impl<'a> Course<'a> {
 enum State {
     /// It waits for the rates at these points.
     Waiting(Batch),
-    Ended(Made),
+    Ended(MethodOutput),
     Failed(MethodError),
 }
 
@@ -332,7 +333,7 @@ impl<'a, V: Values> Session<'a, V> {
             State::Ended(made) => Some(self.finished(made.clone())),
             State::Waiting(_) | State::Failed(_) => {
                 let [cube, error] = self.course.shown.last()?.maps.clone();
-                Some(self.finished(Made::new(cube, Some(error), StopReason::Unfinished)))
+                Some(self.finished(MethodOutput::new(cube, Some(error), StopReason::Unfinished)))
             }
         }
     }
@@ -374,7 +375,7 @@ impl<'a, V: Values> Session<'a, V> {
         }
     }
 
-    fn finished(&self, made: Made) -> Rendering<V> {
+    fn finished(&self, made: MethodOutput) -> Rendering<V> {
         let Before { evaluations, batches, emission_time, total_time } = self.so_far();
         let stats = RenderStats {
             evaluations,

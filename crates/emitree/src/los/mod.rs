@@ -13,7 +13,7 @@ use crate::error::OptionError;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::method::Made;
+use crate::output::MethodOutput;
 use crate::projection::Projection;
 use crate::radiance::PixelRows;
 use crate::tile::Tile;
@@ -66,7 +66,7 @@ pub(crate) async fn render(
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
     options: &LosOptions,
-) -> Result<Made, MethodError> {
+) -> Result<MethodOutput, MethodError> {
     check(options)?;
     // The energies of each bin and their weights.
     let bins: Vec<Vec<(Option<f64>, f64)>> = match axis {
@@ -98,11 +98,11 @@ pub(crate) async fn render(
         }
         let has_error = matches!(options.steps, Steps::Adaptive(_));
         let error = has_error.then(|| Cube::from_bands(errors));
-        let mut made = Made::new(Cube::from_bands(bands), error, ending);
+        let mut made = MethodOutput::new(Cube::from_bands(bands), error, ending);
         made.energies = bins.iter().flatten().filter_map(|(energy, _)| *energy).collect();
         of_tiles.push(made);
     }
-    Ok(Made::stacked(of_tiles))
+    Ok(MethodOutput::stacked(of_tiles))
 }
 
 /// An image at one energy.

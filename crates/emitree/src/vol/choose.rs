@@ -4,7 +4,7 @@ use crate::energy::EnergyAxis;
 use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::meter::Meter;
-use crate::method::Made;
+use crate::output::MethodOutput;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::engine::by_tree;
@@ -18,14 +18,14 @@ pub(crate) async fn render(
     tiles: &[Tile<'_>],
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
-) -> Result<Made, MethodError> {
+) -> Result<MethodOutput, MethodError> {
     check(vol)?;
     check_seeds(&vol.seeds)?;
     let Attempted { found: products, samples } = match axis {
         None => lowrank::attempt(meter, tiles, vol).await?,
         Some(_) => Attempted::default(),
     };
-    let is_complete = |found: &Made| found.ending == StopReason::Complete;
+    let is_complete = |found: &MethodOutput| found.ending == StopReason::Complete;
     let products = match products {
         Some(products) if is_complete(&products) => return Ok(products),
         products => products,
@@ -36,7 +36,8 @@ pub(crate) async fn render(
         (products, tree) => {
             let tree = tree?;
             // If a limit ended both, the one with the smaller estimated error is used.
-            let is_better = |products: &Made| products.estimated_error() < tree.estimated_error();
+            let is_better =
+                |products: &MethodOutput| products.estimated_error() < tree.estimated_error();
             Ok(products.filter(|p| !is_complete(&tree) && is_better(p)).unwrap_or(tree))
         }
     }

@@ -13,7 +13,7 @@ use crate::vol::lattice;
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::{Deviation, LayerSamples, ScatteredSheet, steps};
-use crate::vol::view::verification_lines::Lines;
+use crate::vol::view::verification::Lines;
 
 /// The scattered samples of all layers of a view.
 #[derive(Debug)]

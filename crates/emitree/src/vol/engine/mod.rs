@@ -12,7 +12,7 @@ use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::method::Made;
+use crate::output::MethodOutput;
 use crate::projection::Layer;
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
@@ -38,7 +38,7 @@ pub(crate) async fn by_tree(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     known: LayerSamples,
-) -> Result<Made, MethodError> {
+) -> Result<MethodOutput, MethodError> {
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
     let layers: Vec<Vec<Box<dyn Layer + '_>>> =
         tiles.iter().map(|tile| tile.projection.layers()).collect();
@@ -80,7 +80,7 @@ pub(crate) async fn by_tree(
     // A base lattice that is coarser than requested does not meet the request.
     let ending = if base_level < wanted_level { StopReason::Budget } else { ending };
     let [cube, error] = engine.finished(&current);
-    let mut made = Made::new(cube, Some(error), ending);
+    let mut made = MethodOutput::new(cube, Some(error), ending);
     made.base_level = Some(base_level);
     made.energies = engine.energies_used();
     made.smallest_feature = engine.coverage.smallest;

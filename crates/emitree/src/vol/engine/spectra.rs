@@ -19,7 +19,7 @@ use crate::vol::spectrum::probes::{
 };
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::{Sheet, SheetId};
-use crate::vol::view::verification_lines::Verification;
+use crate::vol::view::verification::Verification;
 use std::collections::BTreeSet;
 
 /// The sampled spectra, and the error that the selected energies leave.

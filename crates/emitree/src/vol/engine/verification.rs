@@ -13,7 +13,7 @@ use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
-use crate::vol::view::verification_lines::Lines;
+use crate::vol::view::verification::Lines;
 
 /// The outcome of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

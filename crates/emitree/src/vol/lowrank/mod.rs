@@ -26,7 +26,7 @@ use crate::cube::Cube;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::method::Made;
+use crate::output::MethodOutput;
 use crate::parallel::prelude::*;
 use crate::radiance::{PixelRows, radiance_per_density};
 use crate::tile::Tile;
@@ -93,7 +93,7 @@ pub(crate) async fn attempt(
 pub(crate) struct Attempted {
     /// The image to the tolerance, or the best one for a part of the budget; `None` if the image
     /// tree is expected to cost less or G is not separable.
-    pub(crate) found: Option<Made>,
+    pub(crate) found: Option<MethodOutput>,
     /// The scattered samples of the search.
     pub(crate) samples: LayerSamples,
 }
@@ -120,7 +120,7 @@ struct Attempt<'a> {
 }
 
 impl Attempt<'_> {
-    async fn run(&mut self) -> Result<Made, End> {
+    async fn run(&mut self) -> Result<MethodOutput, End> {
         self.search.probe().await?;
         let mut forecast = Forecast::new(TUNING.engine.stopping_share * self.tolerance);
         loop {
@@ -259,15 +259,15 @@ impl Attempt<'_> {
     }
 
     /// The image of a search that ended before its goal.
-    fn unfinished(&mut self) -> Made {
+    fn unfinished(&mut self) -> MethodOutput {
         let cell_residuals = self.search.assess().cell_residuals;
         self.found(self.maps(&cell_residuals, self.pixels), StopReason::Budget)
     }
 
     /// The result with the present image.
-    fn found(&self, Maps { image, error, .. }: Maps, ending: StopReason) -> Made {
+    fn found(&self, Maps { image, error, .. }: Maps, ending: StopReason) -> MethodOutput {
         let [cube, error] = [image, error].map(|map| Cube::from_bands(vec![map]));
-        let mut made = Made::new(cube, Some(error), ending);
+        let mut made = MethodOutput::new(cube, Some(error), ending);
         made.base_level = Some(self.vol.base_level);
         made.smallest_feature = self.smallest;
         made

@@ -2,4 +2,5 @@
 
 pub(crate) mod depth_rule;
 pub(crate) mod plan;
+mod round;
 pub(crate) mod scan;

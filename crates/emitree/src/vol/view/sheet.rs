@@ -16,7 +16,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::closed::continue_values;
 use crate::vol::view::fractions::CoverageFractions;
-use crate::vol::view::verification_lines::Verification;
+use crate::vol::view::verification::Verification;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 

@@ -4,13 +4,14 @@ use crate::cell::whole;
 use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{DEEPEST_LEVEL, Place, STEPS, around, from_unit, spacing, unit};
-use crate::vol::image::tree::{ImageTree, Node};
+use crate::vol::image::tree::Node;
 use crate::vol::lattice;
-use crate::vol::line::node_lines::{LineSource, NodeLines, Wanted, base_depths};
+use crate::vol::line::node_lines::{LineSource, Wanted, base_depths};
 use crate::vol::rule::scan::Scan;
-use crate::vol::sampling::{Stop, View};
+use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
+use crate::vol::view::verification::Lines;
 use rustc_hash::FxHashMap;
 
 /// The smallest number of lines that one thread compares: lines near each other need the same
@@ -19,22 +20,6 @@ const LINES_PER_TASK: usize = 64;
 /// The number of the first scattered line in the sequence of scattered points, far beyond those of
 /// the samples.
 pub(crate) const FIRST_LINE: usize = 1 << 24;
-
-/// Places of lines, with the depths that each starts with.
-pub(crate) type Lines = Vec<(Place, Vec<u32>)>;
-
-/// Lines of a sheet that are no nodes of its tree.
-#[derive(Debug, Default)]
-pub(crate) struct Verification {
-    /// The places of the lines, without values.
-    pub(crate) places: ImageTree,
-    node_lines: NodeLines,
-    /// The |change| of the integral of each line by the finer depths.
-    changes: Vec<f64>,
-    /// The numbers of scattered places, and of places beside edges, that have been used.
-    scattered: usize,
-    at_edges: usize,
-}
 
 impl Sheet<'_> {
     /// Scattered lines that no verification has had before.
@@ -220,37 +205,6 @@ impl Sheet<'_> {
 }
 
 type Ghosts = FxHashMap<u64, f64>;
-
-impl Verification {
-    /// Integrates lines first from the depths that nodes would start with, then with the finer
-    /// depths added.
-    async fn integrate(
-        &mut self,
-        view: &View<'_>,
-        [usual, finer]: [Wanted; 2],
-        tolerance: f64,
-        depth_level: u8,
-    ) -> Result<(), Stop> {
-        self.node_lines.refine(view, &self.places, usual, tolerance, depth_level).await?;
-        let before: Vec<f64> =
-            finer.iter().map(|(i, _)| self.node_lines.lines[*i].integral).collect();
-        let numbers: Vec<usize> = finer.iter().map(|(i, _)| *i).collect();
-        self.node_lines.refine(view, &self.places, finer, tolerance, depth_level).await?;
-        let changes = numbers.into_iter().zip(before);
-        self.changes
-            .extend(changes.map(|(i, before)| (self.node_lines.lines[i].integral - before).abs()));
-        Ok(())
-    }
-
-    /// The depths at which the samples of a line are significant.
-    pub(crate) fn significant_depths(&self, line: usize, tolerance: f64) -> Vec<u32> {
-        let samples = self.node_lines.lines[line].samples.iter();
-        let significant = samples.filter(|of| {
-            of.opened || of.significance > TUNING.verification.shared_significance * tolerance
-        });
-        significant.map(|sample| sample.depth).collect()
-    }
-}
 
 impl Scan<'_> {
     /// Integrates the nodes within one spacing of `level` in full, with the given depths in
