@@ -2,7 +2,6 @@
 //! around it.
 
 use crate::vol::tuning::TUNING;
-use nalgebra::{SMatrix, SVector};
 
 /// A value at a place around the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,15 +24,17 @@ const FOR_CONSTANT: usize = 2;
 const FOR_PLANE: usize = 5;
 /// The fewest values for a paraboloid: three more than it has coefficients.
 const FOR_PARABOLOID: usize = 9;
-/// The most values of a fit: those further away would smooth it.
+/// The most values of an estimate: those further away would smooth it.
 pub(crate) const MOST_VALUES: usize = 14;
-/// The value added to the diagonal, relative to the sum of the weights: places on a straight line
-/// do not determine a plane.
-const REGULARIZATION: f64 = 1e-9;
 /// The numbers of coefficients of a constant, a plane and a paraboloid.
 const CONSTANT: usize = 1;
 const PLANE: usize = 3;
 const PARABOLOID: usize = 6;
+/// The most terms: those of a quartic.
+const MOST_TERMS: usize = 15;
+/// A column whose part orthogonal to the former columns is below this share of it depends on those:
+/// the places do not determine the polynomial.
+const LEAST_INDEPENDENT_PART: f64 = 1e-9;
 
 /// The value at the origin of the constant, plane or paraboloid, depending on the number of values,
 /// that fits the nearest values by weighted least squares; `None` if there are too few.
@@ -42,45 +43,154 @@ const PARABOLOID: usize = 6;
 /// the uncertainty at the origin to that of the values.
 pub(crate) fn estimate(known: &[DataPoint]) -> Option<Estimate> {
     let known = &known[..known.len().min(MOST_VALUES)];
-    match known.len() {
-        ..FOR_CONSTANT => None,
-        FOR_CONSTANT..FOR_PLANE => fitted::<CONSTANT>(known),
-        FOR_PLANE..FOR_PARABOLOID => fitted::<PLANE>(known),
-        FOR_PARABOLOID.. => fitted::<PARABOLOID>(known),
+    let terms = match known.len() {
+        ..FOR_CONSTANT => return None,
+        FOR_CONSTANT..FOR_PLANE => CONSTANT,
+        FOR_PLANE..FOR_PARABOLOID => PLANE,
+        FOR_PARABOLOID.. => PARABOLOID,
+    };
+    let weights = known.iter().map(|one| weight(one.place)).collect();
+    let mut fit = Fit::new(known.to_vec(), weights);
+    // Places on a straight line do not determine a plane: terms across the line are left out.
+    for _ in 0..terms {
+        fit.add_term();
     }
-}
-
-/// The value at the origin, and its error, of a polynomial with `TERMS` terms.
-fn fitted<const TERMS: usize>(known: &[DataPoint]) -> Option<Estimate> {
-    let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
-    let mut right = SVector::<f64, TERMS>::zeros();
-    for one in known {
-        let (weight, basis) = (weight(one.place), basis::<TERMS>(one.place));
-        normal.ger(weight, &basis, &basis, 1.0);
-        right.axpy(weight * one.value, &basis, 1.0);
-    }
-    normal += SMatrix::from_diagonal_element(REGULARIZATION * normal[0]);
-    let inverse = normal.cholesky()?.inverse();
-    let coefficients = inverse * right;
-    let largest_weight = known.iter().map(|one| weight(one.place)).fold(0.0, f64::max);
-    let left_out = known.iter().map(|one| {
-        let (weight, basis) = (weight(one.place), basis::<TERMS>(one.place));
-        let leverage = weight * basis.dot(&(inverse * basis));
-        let independence = (1.0 - leverage).max(TUNING.view.fit_least_independence);
-        let residual = one.value - basis.dot(&coefficients);
-        residual.abs() / independence * (weight / largest_weight).sqrt()
-    });
-    let leverage = (largest_weight * inverse[0]).sqrt().max(TUNING.view.fit_least_leverage);
-    Some(Estimate { value: coefficients[0], error: left_out.fold(0.0, f64::max) * leverage })
+    let uncertainty = fit.uncertainty().max(TUNING.view.fit_least_leverage);
+    let error = fit.largest_residual(TUNING.view.fit_least_independence) * uncertainty;
+    Some(Estimate { value: fit.at_origin(), error })
 }
 
 fn weight([x, y]: [f64; 2]) -> f64 {
     1.0 / (1.0 + (x * x + y * y) / TUNING.view.fit_quarter_weight).powi(2)
 }
 
-/// The first terms of a quadratic polynomial, the constant first.
-fn basis<const TERMS: usize>([x, y]: [f64; 2]) -> SVector<f64, TERMS> {
-    SVector::from_column_slice(&[1.0, x, y, x * x, x * y, y * y][..TERMS])
+/// Weighted least squares, term by term. The columns of the design matrix are orthonormalised by
+/// two passes of Gram–Schmidt, which avoids the loss of digits in normal equations.
+pub(crate) struct Fit {
+    known: Vec<DataPoint>,
+    /// Roots of the weights, the largest of which is 1.
+    roots: Vec<f64>,
+    /// The number of terms so far, with those that the places do not determine.
+    terms: usize,
+    /// Orthonormal columns, and the value of each at the origin.
+    columns: Vec<(Vec<f64>, f64)>,
+    /// The residuals of the values, times the roots of the weights.
+    residual: Vec<f64>,
+    /// 1 − the leverage of each value.
+    independence: Vec<f64>,
+}
+
+impl Fit {
+    /// A fit of no terms to values with these weights.
+    pub(crate) fn new(known: Vec<DataPoint>, weights: Vec<f64>) -> Self {
+        let largest = weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let roots: Vec<f64> = weights.iter().map(|weight| (weight / largest).sqrt()).collect();
+        let residual = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
+        let independence = vec![1.0; known.len()];
+        let columns = Vec::with_capacity(MOST_TERMS);
+        Self { known, roots, terms: 0, columns, residual, independence }
+    }
+
+    /// The number of values.
+    pub(crate) fn len(&self) -> usize {
+        self.known.len()
+    }
+
+    /// Adds terms until there are `terms`. Returns whether the places determine all of them.
+    pub(crate) fn add_terms(&mut self, terms: usize) -> bool {
+        (self.terms..terms).all(|_| self.add_term())
+    }
+
+    /// Adds the next term. Returns whether the places determine it.
+    fn add_term(&mut self) -> bool {
+        let (i, j) = POWERS[self.terms];
+        self.terms += 1;
+        let of =
+            |(one, root): (&DataPoint, &f64)| root * one.place[0].powi(i) * one.place[1].powi(j);
+        let mut column: Vec<f64> = self.known.iter().zip(&self.roots).map(of).collect();
+        let mut at_origin = if i + j == 0 { 1.0 } else { 0.0 };
+        let size = norm(&column);
+        for _ in 0..2 {
+            for (other, of_other) in &self.columns {
+                let common = dot(&column, other);
+                column.iter_mut().zip(other).for_each(|(a, b)| *a -= common * b);
+                at_origin -= common * of_other;
+            }
+        }
+        let across = norm(&column);
+        if across <= LEAST_INDEPENDENT_PART * size {
+            return false;
+        }
+        column.iter_mut().for_each(|entry| *entry /= across);
+        let common = dot(&self.residual, &column);
+        for ((residual, independence), entry) in
+            self.residual.iter_mut().zip(&mut self.independence).zip(&column)
+        {
+            *residual -= common * entry;
+            *independence -= entry * entry;
+        }
+        self.columns.push((column, at_origin / across));
+        true
+    }
+
+    /// The value at the origin.
+    pub(crate) fn at_origin(&self) -> f64 {
+        self.weights().zip(&self.known).map(|(weight, one)| weight * one.value).sum()
+    }
+
+    /// The sum of the |weights| of the values in the value at the origin: the amplification of their errors.
+    pub(crate) fn amplification(&self) -> f64 {
+        self.weights().map(f64::abs).sum()
+    }
+
+    /// The standard error of the value at the origin over that of the value with the largest weight.
+    fn uncertainty(&self) -> f64 {
+        self.columns.iter().map(|(_, at_origin)| at_origin * at_origin).sum::<f64>().sqrt()
+    }
+
+    /// The largest leave-one-out residual, less for values with small weights; 1 − the leverage of a
+    /// value counts as `least_independence` at least.
+    pub(crate) fn largest_residual(&self, least_independence: f64) -> f64 {
+        let left_out = self.residual.iter().zip(&self.independence);
+        let left_out =
+            left_out.map(|(residual, part)| residual.abs() / part.max(least_independence));
+        left_out.fold(0.0, f64::max)
+    }
+
+    /// The weight of each value in the value at the origin.
+    fn weights(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.known.len()).map(|k| {
+            let of_columns = self.columns.iter().map(|(column, at)| column[k] * at);
+            self.roots[k] * of_columns.sum::<f64>()
+        })
+    }
+}
+
+/// The powers of x and y in all terms, the constant first.
+const POWERS: [(i32, i32); MOST_TERMS] = [
+    (0, 0),
+    (1, 0),
+    (0, 1),
+    (2, 0),
+    (1, 1),
+    (0, 2),
+    (3, 0),
+    (2, 1),
+    (1, 2),
+    (0, 3),
+    (4, 0),
+    (3, 1),
+    (2, 2),
+    (1, 3),
+    (0, 4),
+];
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
 }
 
 #[cfg(test)]

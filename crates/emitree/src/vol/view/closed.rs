@@ -8,6 +8,7 @@
 use crate::parallel::prelude::*;
 use crate::vol::image::nearest::Nearest;
 use crate::vol::image::tree::ImageTree;
+use crate::vol::least_squares::{DataPoint, Fit};
 use crate::vol::tuning::TUNING;
 
 /// Sets the values of all `closed` nodes, continued from the others, with their expected errors.
@@ -49,17 +50,17 @@ fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> Continued {
         return Continued { value: 0.0, error: 0.0 };
     };
     let unit = (farthest as f64).sqrt();
-    let known: Vec<DataPoint> = nearest
+    let (known, weights) = nearest
         .iter()
         .map(|&(squared, k)| {
             let node = &tree.nodes()[k];
             let along = |axis: usize| (f64::from(node.place[axis]) - f64::from(place[axis])) / unit;
             let weight =
                 (1.0 + squared as f64 / (TUNING.view.quarter_weight * square as f64)).powi(-2);
-            DataPoint { place: [along(0), along(1)], value: node.value, weight }
+            (DataPoint { place: [along(0), along(1)], value: node.value }, weight)
         })
-        .collect();
-    fitted(&known)
+        .unzip();
+    fitted(Fit::new(known, weights))
 }
 
 /// The most values of a continuation.
@@ -67,19 +68,6 @@ const MOST_VALUES: usize = 30;
 /// For each degree from 0 to 4, the fewest values for a polynomial and the number of its terms:
 /// there are twice as many values as terms, except for the constant.
 const DEGREES: [(usize, usize); 5] = [(1, 1), (6, 3), (12, 6), (20, 10), (30, 15)];
-/// The number of terms of the last degree.
-const MOST_TERMS: usize = 15;
-/// A column whose part orthogonal to the former columns is below this share of it depends on those:
-/// the places do not determine the polynomial.
-const LEAST_INDEPENDENT_PART: f64 = 1e-9;
-
-/// A value near the place of the continuation, which is the origin.
-struct DataPoint {
-    place: [f64; 2],
-    value: f64,
-    weight: f64,
-}
-
 /// The value at the origin of the polynomial with the smallest expected error.
 ///
 /// The value at the origin is a weighted sum of the given values, with weights of both signs.
@@ -90,125 +78,23 @@ struct DataPoint {
 /// the one with the smallest expected error, or a higher one with an error that is not much larger.
 /// Where the places do not determine the next degree (two rows of nodes contain no curvature across
 /// them), residuals do not show this, and the error is at least the change due to the last degree.
-fn fitted(known: &[DataPoint]) -> Continued {
-    let mut fit = Fit::new(known);
+fn fitted(mut fit: Fit) -> Continued {
     let mut best = Continued { value: 0.0, error: f64::INFINITY };
     let (mut last, mut change) = (0.0, f64::INFINITY);
     for (values, terms) in DEGREES {
-        let is_open = known.len() < values || !fit.add_terms(terms);
+        let is_open = fit.len() < values || !fit.add_terms(terms);
         if is_open {
             return Continued { error: best.error.max(change), ..best };
         }
-        let found = fit.at_origin();
+        let value = fit.at_origin();
+        let residual = fit.largest_residual(TUNING.view.least_independence);
+        let found = Continued { value, error: fit.amplification() * residual };
         (last, change) = (found.value, (found.value - last).abs());
         if found.error <= TUNING.view.degree_preference * best.error {
             best = found;
         }
     }
     best
-}
-
-/// Weighted least squares, term by term. The columns of the design matrix are orthonormalised by
-/// two passes of Gram–Schmidt, which avoids the loss of digits in normal equations.
-struct Fit<'a> {
-    known: &'a [DataPoint],
-    /// Roots of the weights, the largest of which is 1.
-    roots: Vec<f64>,
-    /// Orthonormal columns, and the value of each at the origin.
-    columns: Vec<(Vec<f64>, f64)>,
-    /// The residuals of the values, times the roots of the weights.
-    residual: Vec<f64>,
-    /// 1 − the leverage of each value.
-    independence: Vec<f64>,
-}
-
-impl<'a> Fit<'a> {
-    fn new(known: &'a [DataPoint]) -> Self {
-        let largest = known.iter().map(|one| one.weight).fold(f64::MIN_POSITIVE, f64::max);
-        let roots: Vec<f64> = known.iter().map(|one| (one.weight / largest).sqrt()).collect();
-        let residual = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
-        let independence = vec![1.0; known.len()];
-        Self { known, roots, columns: Vec::with_capacity(MOST_TERMS), residual, independence }
-    }
-
-    /// Adds terms until there are `terms`. Returns whether the places determine all of them.
-    fn add_terms(&mut self, terms: usize) -> bool {
-        (self.columns.len()..terms).all(|_| self.add_term())
-    }
-
-    /// Adds the next term. Returns whether the places determine it.
-    fn add_term(&mut self) -> bool {
-        let (i, j) = POWERS[self.columns.len()];
-        let of =
-            |(one, root): (&DataPoint, &f64)| root * one.place[0].powi(i) * one.place[1].powi(j);
-        let mut column: Vec<f64> = self.known.iter().zip(&self.roots).map(of).collect();
-        let mut at_origin = if i + j == 0 { 1.0 } else { 0.0 };
-        let size = norm(&column);
-        for _ in 0..2 {
-            for (other, of_other) in &self.columns {
-                let common = dot(&column, other);
-                column.iter_mut().zip(other).for_each(|(a, b)| *a -= common * b);
-                at_origin -= common * of_other;
-            }
-        }
-        let across = norm(&column);
-        if across <= LEAST_INDEPENDENT_PART * size {
-            return false;
-        }
-        column.iter_mut().for_each(|entry| *entry /= across);
-        let common = dot(&self.residual, &column);
-        for ((residual, independence), entry) in
-            self.residual.iter_mut().zip(&mut self.independence).zip(&column)
-        {
-            *residual -= common * entry;
-            *independence -= entry * entry;
-        }
-        self.columns.push((column, at_origin / across));
-        true
-    }
-
-    /// The value at the origin, and its expected error.
-    fn at_origin(&self) -> Continued {
-        let weights: Vec<f64> = (0..self.known.len())
-            .map(|k| {
-                let of_columns = self.columns.iter().map(|(column, at)| column[k] * at);
-                self.roots[k] * of_columns.sum::<f64>()
-            })
-            .collect();
-        let value = weights.iter().zip(self.known).map(|(weight, one)| weight * one.value).sum();
-        let amplification: f64 = weights.iter().map(|weight| weight.abs()).sum();
-        let left_out = self.residual.iter().zip(&self.independence);
-        let residual = left_out
-            .map(|(residual, part)| residual.abs() / part.max(TUNING.view.least_independence));
-        Continued { value, error: amplification * residual.fold(0.0, f64::max) }
-    }
-}
-
-/// The powers of x and y in all terms, the constant first.
-const POWERS: [(i32, i32); MOST_TERMS] = [
-    (0, 0),
-    (1, 0),
-    (0, 1),
-    (2, 0),
-    (1, 1),
-    (0, 2),
-    (3, 0),
-    (2, 1),
-    (1, 2),
-    (0, 3),
-    (4, 0),
-    (3, 1),
-    (2, 2),
-    (1, 3),
-    (0, 4),
-];
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
 }
 
 #[cfg(test)]
