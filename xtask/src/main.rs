@@ -11,6 +11,7 @@
 
 mod ablate;
 mod astropy;
+mod circles;
 mod environment;
 mod features;
 mod fuzz;

@@ -2,7 +2,7 @@
 
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
-use crate::{astropy, features, package, python, unit, words};
+use crate::{astropy, circles, features, package, python, unit, words};
 
 /// One check, and the subcommand that runs it alone.
 pub(crate) struct Step {
@@ -11,9 +11,14 @@ pub(crate) struct Step {
     pub(crate) run: fn(&Workspace) -> Outcome,
 }
 
-pub(crate) const STEPS: [Step; 9] = [
+pub(crate) const STEPS: [Step; 10] = [
     Step { name: "fmt", about: "formatting", run: fmt },
     Step { name: "words", about: "texts use the terms of docs/glossary.md", run: terms },
+    Step {
+        name: "circles",
+        about: "no modules that use each other in a circle",
+        run: import_circles,
+    },
     Step { name: "lint", about: "clippy, warnings are errors", run: lint },
     Step { name: "features", about: "clippy on each feature alone", run: features::run },
     Step {
@@ -37,6 +42,10 @@ fn fmt(workspace: &Workspace) -> Outcome {
 
 fn terms(workspace: &Workspace) -> Outcome {
     words::run(workspace).into()
+}
+
+fn import_circles(workspace: &Workspace) -> Outcome {
+    circles::run(workspace).into()
 }
 
 fn lint(workspace: &Workspace) -> Outcome {
