@@ -101,10 +101,6 @@ struct Exception {
 }
 
 const EXCEPTIONS: &[Exception] = &[
-    Exception { file: "docs/glossary.md", word: "scout", reason: "names the word in the code" },
-    Exception { file: "docs/glossary.md", word: "parting", reason: "names the word in the code" },
-    Exception { file: "ARCHITECTURE.md", word: "scouts", reason: "the name of a file" },
-    Exception { file: "docs/engine.md", word: "scouts", reason: "the name of a file" },
     Exception { file: "CHANGELOG.md", word: "sum of few", reason: "history" },
     Exception { file: "CHANGELOG.md", word: "evaluations of pixels", reason: "history" },
     Exception { file: "CHANGELOG.md", word: "deepestlevel", reason: "history" },
