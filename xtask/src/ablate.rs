@@ -28,6 +28,7 @@ pub(crate) fn run(workspace: &Workspace, groups: &[&str]) -> Result<(), String> 
     let document = workspace.path(DOCUMENT);
     let in_document = |error| format!("{}: {error}", document.display());
     let text = fs::read_to_string(&document).map_err(in_document)?;
-    let (before, _) = text.split_once(MARK).ok_or_else(|| format!("{DOCUMENT}: expected {MARK}"))?;
+    let (before, _) =
+        text.split_once(MARK).ok_or_else(|| format!("{DOCUMENT}: expected {MARK}"))?;
     fs::write(&document, format!("{before}{MARK}\n{table}")).map_err(in_document)
 }

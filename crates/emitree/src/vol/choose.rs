@@ -53,3 +53,6 @@ fn check(vol: &VolOptions) -> Result<(), MethodError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

@@ -46,6 +46,8 @@ pub mod tuning;
 mod view;
 
 #[cfg(test)]
+mod testing;
+#[cfg(test)]
 mod tests;
 
 pub(crate) use choose::render;

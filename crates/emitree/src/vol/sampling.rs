@@ -75,3 +75,6 @@ pub(crate) async fn evaluate(
         Ok(()) => Ok(rates),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,3 +3,6 @@
 pub(crate) mod depth_rule;
 pub(crate) mod plan;
 pub(crate) mod scan;
+
+#[cfg(test)]
+mod tests;
