@@ -66,6 +66,21 @@ fn a_guarded_detail_remains_in_full_on_the_levels_always_looked_at() {
     }
 }
 
+#[test]
+fn no_decay_is_believed_on_the_last_level_always_looked_at() {
+    let mut tree = tree_of(&lattice(2), |_, _| 0.0);
+    with_detail(&mut tree, at(2, 1, 1), 1.0);
+    for place in lattice(3) {
+        if tree.find(place).is_none() {
+            with_detail(&mut tree, place, 0.0);
+        }
+    }
+    let i = with_detail(&mut tree, at(3, 3, 3), 0.1);
+    assert_close(rests(&tree, 3)[i].size, 0.1, 1e-14);
+    let believed = (TUNING.image.decay_margin * 0.1).max(TUNING.image.first_least_decay);
+    assert_close(rests(&tree, 2)[i].size, 0.1 * believed, 1e-14);
+}
+
 /// The places of the diagonal children of the spike, and of the four beside it.
 const DIAGONAL: [(u32, u32); 4] = [(5, 5), (5, 7), (7, 5), (7, 7)];
 const BESIDE: [(u32, u32); 4] = [(5, 6), (6, 5), (6, 7), (7, 6)];

@@ -298,7 +298,7 @@ fn where_a_rule_fails_its_quarter_gets_a_better_one_or_full_lines() {
 
 #[test]
 fn lines_beyond_a_new_tolerance_are_done_again() {
-    let (meter, loose) = (meter(100_000), 1e-2);
+    let (meter, loose) = (meter(100_000), 5e-6);
     let wave = |[x, y, z]: [f64; 3]| (1.0 + x) * (14.0 * z).sin() + y * (9.0 * z).cos();
     let exact =
         |[x, y]: [f64; 2]| (1.0 + x) * (1.0 - 14.0_f64.cos()) / 14.0 + y * 9.0_f64.sin() / 9.0;
