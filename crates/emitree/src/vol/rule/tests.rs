@@ -297,6 +297,26 @@ fn where_a_rule_fails_its_quarter_gets_a_better_one_or_full_lines() {
 }
 
 #[test]
+fn a_rule_is_as_wrong_as_on_the_lines_that_check_it() {
+    // A third function of 0.01 between the lines that the rule is learned from.
+    let third = |[x, y, z]: [f64; 3]| {
+        mixed([x, y, z]) + 0.01 * (8.0 * core::f64::consts::PI * x).sin().powi(2) * z.powi(4)
+    };
+    let meter = meter(100_000);
+    let mut scan = scan(&meter, &PANE, 3);
+    let first = begin(&mut scan, third);
+    let guarded = vec![0.0; first];
+    answered(&meter, |at, _| third(at), scan.scan(first, &guarded, 0.01)).unwrap();
+    let ruled: Vec<usize> =
+        (first..scan.tree.len()).filter(|&i| !scan.node_lines.is_full(i)).collect();
+    assert!(ruled.len() > (scan.tree.len() - first) * 8 / 10);
+    // Its weight of z² at the end of the line is 1/3, where z⁴ has an integral of 1/5.
+    for i in ruled {
+        assert_close(scan.node_lines.error(i), 0.01 * (1.0 / 3.0 - 1.0 / 5.0), 1e-6);
+    }
+}
+
+#[test]
 fn lines_beyond_a_new_tolerance_are_done_again() {
     let (meter, loose) = (meter(100_000), 5e-6);
     let wave = |[x, y, z]: [f64; 3]| (1.0 + x) * (14.0 * z).sin() + y * (9.0 * z).cos();

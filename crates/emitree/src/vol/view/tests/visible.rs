@@ -1,10 +1,14 @@
 //! Which layers are in view, with a ball in the unit cube.
 
 use crate::image::Image;
+use crate::meter::Meter;
 use crate::projection::{Canonical, Ellipsoid, Layer, Orthographic, Projection};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
-use crate::vol::testing::{assert_close, uniform};
+use crate::vol::dyadic::unit;
+use crate::vol::line::node_lines::base_depths;
+use crate::vol::testing::{assert_close, meter, sheet, uniform};
+use crate::vol::view::sheet::Sheet;
 use crate::vol::view::visible::{Visible, visible_layers};
 use core::f64::consts::PI;
 
@@ -68,6 +72,56 @@ fn layers_that_no_pixel_sees_are_left_out() {
     see(&[&with_ball([0.5; 3], 3.0)], |visible, _| {
         assert!(visible.iter().all(|layer| layer.layers_of_tile == visible.len()));
         assert!(visible.len() < 3);
+    });
+}
+
+/// A sheet of a layer in view, of which nothing is seen yet.
+fn sheet_of<'a>(meter: &'a Meter, visible: &'a Visible<'a>) -> Sheet<'a> {
+    let mut sheet = sheet(meter, visible.layer, 3, SHAPE);
+    (sheet.fractions, sheet.scale) = (visible.fractions.clone(), visible.scale.clone());
+    sheet
+}
+
+#[test]
+fn lines_at_an_edge_are_in_the_pixels_that_it_crosses() {
+    let meter = meter(0);
+    see(&[&with_ball([0.5, 0.4, 0.5], 0.3)], |visible, _| {
+        for layer in &visible[..2] {
+            let mut sheet = sheet_of(&meter, layer);
+            let [first, second] = [(); 2].map(|()| sheet.edge_lines(20));
+            assert!(first.len() > 10 && first.len() <= 20 && first != second);
+            for (place, depths) in first.iter().chain(&second) {
+                assert!(layer.layer.is_open(place.map(unit)));
+                let [x, y] = place.map(unit);
+                // No farther from the circle than a pixel is long, or at the landmark in its middle.
+                let from_middle = (x - 0.5).hypot(y - 0.4);
+                let is_near = |distance: f64| distance < 2.0_f64.sqrt() / 16.0;
+                assert!(is_near((from_middle - 0.3).abs()) || is_near(from_middle));
+                assert_eq!(*depths, base_depths(4));
+            }
+            sheet.fractions = None;
+            assert!(sheet.edge_lines(20).is_empty());
+        }
+    });
+}
+
+#[test]
+fn the_image_of_a_layer_is_its_part_of_each_pixel() {
+    let meter = meter(0);
+    see(&[&with_ball([0.5, 0.4, 0.5], 0.3)], |visible, scales| {
+        let mut sheet = sheet_of(&meter, &visible[0]);
+        let wanted = sheet.add_base();
+        assert!(sheet.scan.closes && wanted.len() < 81);
+        for (i, _) in wanted {
+            let line = &mut sheet.scan.node_lines.lines[i];
+            (line.integral, line.error) = (2.0, 0.5);
+        }
+        sheet.set_values(&[], &[]);
+        let (part, _) = sheet.assemble(&scales[0], 3);
+        for (pixel, reach) in visible[0].scale.pixels().iter().enumerate() {
+            assert_close(part.image.pixels()[pixel], 2.0 * reach, 1e-9);
+            assert_close(part.of_lines.pixels()[pixel], 0.5 * reach, 1e-9);
+        }
     });
 }
 
