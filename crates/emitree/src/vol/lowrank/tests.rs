@@ -68,12 +68,16 @@ fn largest_left(assessment: &Assessment) -> f64 {
 
 #[test]
 fn one_cross_has_all_of_a_product() {
-    let meter = meter(100_000);
-    let mut search = search(&meter, &PANE);
-    let assessment = grown(&mut search, &meter, product, 1).ok().unwrap();
-    assert_eq!(search.interpolant.ranks(), [1; 3]);
-    assert!(worst(&search, product) < 1e-6);
-    assert!(largest_left(&assessment) < 1e-6);
+    for sign in [1.0, -1.0] {
+        let meter = meter(100_000);
+        let mut search = search(&meter, &PANE);
+        // Above 0 everywhere, or below.
+        let rate = |[x, y, z]: [f64; 3]| sign * (1.0 + x) * (-2.0 * y).exp() * z.cos();
+        let assessment = grown(&mut search, &meter, rate, 1).ok().unwrap();
+        assert_eq!(search.interpolant.ranks(), [1; 3]);
+        assert!(worst(&search, rate) < 1e-6);
+        assert!(largest_left(&assessment) < 1e-6);
+    }
 }
 
 #[test]

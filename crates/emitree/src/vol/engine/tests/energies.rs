@@ -121,6 +121,7 @@ fn a_cube_that_is_dark_has_one_energy_without_weight() {
     let mut engine = engine(&meter, &TILES, 3, Some(&axis));
     assert_eq!(answered(&meter, |_, _| 0.0, engine.sample_initially()), Ok(true));
     assert_eq!(engine.energies_used(), [0.5]);
+    assert_eq!(engine.energies.selected[0].weights, [0.0; 4]);
     let current = engine.assemble().unwrap();
     assert_eq!(current.maps[0].len(), 4);
     assert_eq!((current.largest_pixel().to_bits(), current.largest_error().to_bits()), (0, 0));

@@ -133,7 +133,7 @@ fn an_exact_image_passes_and_the_next_verification_has_more_lines() {
 fn column([x, y, z]: [f64; 3], _energy: f64) -> f64 {
     let centre = point(100);
     let square = (x - centre[0]).powi(2) + (y - centre[1]).powi(2);
-    plane([x, y, z], 0.0) + 2.0 * (-square / 2e-4).exp()
+    plane([x, y, z], 0.0) + 0.3 * (-square / 2e-4).exp()
 }
 
 #[test]
