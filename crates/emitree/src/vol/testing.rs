@@ -61,7 +61,6 @@ pub(crate) fn meter(max_evaluations: u64) -> Meter {
 }
 
 /// The result of a task whose samples are those of `rate`, of a position and an energy.
-#[expect(clippy::unwrap_used, reason = "the emission has no error")]
 pub(crate) fn answered<T>(
     meter: &Meter,
     rate: impl Fn([f64; 3], f64) -> f64 + Sync,

@@ -10,7 +10,6 @@ use crate::vol::spectrum::probes::{LINE_LEVEL, ProbePoint, SpectralProbes, SpotC
 use crate::vol::testing::{PANE, answered, assert_close, at, meter, view};
 use crate::vol::tuning::TUNING;
 
-#[expect(clippy::unwrap_used, reason = "the energies are in order")]
 fn axis(min: f64, max: f64, bins: usize, scale: EnergyScale) -> EnergyAxis {
     EnergyAxis::new(min, max, bins, scale).unwrap()
 }

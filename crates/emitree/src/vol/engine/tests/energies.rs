@@ -6,7 +6,6 @@ use crate::vol::dyadic::{STEPS, unit};
 use crate::vol::engine::spectra::Spectra;
 use crate::vol::testing::{answered, assert_close, meter};
 
-#[expect(clippy::unwrap_used, reason = "the energies are in order")]
 fn axis() -> EnergyAxis {
     EnergyAxis::new(0.0, 1.0, 4, EnergyScale::Linear).unwrap()
 }

@@ -14,7 +14,6 @@ use core::f64::consts::PI;
 
 const SHAPE: [usize; 2] = [16, 16];
 
-#[expect(clippy::unwrap_used, reason = "the ball has a radius")]
 fn with_ball(centre: [f64; 3], radius: f64) -> Orthographic {
     let ball = Ellipsoid::sphere(centre, radius).unwrap();
     Orthographic::of_unit_cube().with_occulters(vec![ball]).unwrap()
