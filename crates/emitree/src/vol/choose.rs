@@ -54,3 +54,6 @@ fn check(vol: &VolOptions) -> Result<(), MethodError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

@@ -47,6 +47,8 @@ pub mod tuning;
 mod view;
 
 #[cfg(test)]
+mod testing;
+#[cfg(test)]
 mod tests;
 
 pub(crate) use choose::render;

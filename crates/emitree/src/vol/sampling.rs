@@ -77,3 +77,6 @@ pub(crate) async fn evaluate(
         Ok(()) => Ok(rates),
     }
 }
+
+#[cfg(test)]
+mod tests;

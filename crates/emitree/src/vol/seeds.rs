@@ -169,3 +169,6 @@ fn places([x, y, _]: [f64; 3], level: u8) -> impl Iterator<Item = Place> {
         core::iter::once(corner).chain(beside)
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -188,3 +188,6 @@ pub(crate) fn within_budget(result: Result<(), Stop>) -> Result<bool, MethodErro
         Err(Stop::Failed(error)) => Err(error),
     }
 }
+
+#[cfg(test)]
+mod tests;

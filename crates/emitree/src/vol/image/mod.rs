@@ -7,3 +7,6 @@ pub(crate) mod opening;
 pub(crate) mod pixels;
 pub(crate) mod remaining;
 pub(crate) mod tree;
+
+#[cfg(test)]
+mod tests;

@@ -245,6 +245,9 @@ impl Points {
 }
 
 #[cfg(test)]
+mod tests_of_nodes;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::vol::dyadic::{STEPS, spacing};

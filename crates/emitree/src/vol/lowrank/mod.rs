@@ -311,3 +311,6 @@ fn scale_and_find_largest(values: &mut [f64], scale: &[f64]) -> f64 {
 fn larger(a: f64, b: f64) -> f64 {
     if a < b || b.is_nan() { b } else { a }
 }
+
+#[cfg(test)]
+mod tests;

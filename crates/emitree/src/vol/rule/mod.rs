@@ -4,3 +4,6 @@ pub(crate) mod depth_rule;
 pub(crate) mod plan;
 mod round;
 pub(crate) mod scan;
+
+#[cfg(test)]
+mod tests;

@@ -198,6 +198,9 @@ impl BinWeights {
 }
 
 #[cfg(test)]
+mod tests_of_energies;
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

@@ -7,3 +7,6 @@ pub(crate) mod fractions;
 pub(crate) mod scattered;
 pub(crate) mod sheet;
 pub(crate) mod visible;
+
+#[cfg(test)]
+mod tests;

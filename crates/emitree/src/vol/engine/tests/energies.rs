@@ -1,0 +1,165 @@
+//! The energies of a cube, for emissions whose spectra are known.
+
+use super::{TILES, engine};
+use crate::energy::{EnergyAxis, EnergyScale};
+use crate::vol::dyadic::{STEPS, unit};
+use crate::vol::engine::spectra::Spectra;
+use crate::vol::testing::{answered, assert_close, meter};
+
+fn axis() -> EnergyAxis {
+    EnergyAxis::new(0.0, 1.0, 4, EnergyScale::Linear).unwrap()
+}
+
+#[test]
+fn the_first_look_at_energies_has_64_points_at_five_and_named_ones() {
+    let (axis, meter) = (axis(), meter(0));
+    assert_eq!(engine(&meter, &TILES, 3, None).cost_of_first_energy(), 0);
+    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    assert_eq!(engine.cost_of_first_energy(), 64 * 5);
+    // One of them is on the lattice.
+    engine.spectra = Some(Spectra::new(&axis, &[0.25, 0.3]));
+    assert_eq!(engine.cost_of_first_energy(), 64 * 6);
+}
+
+#[test]
+fn the_brightest_of_five_energies_is_the_first() {
+    let axis = axis();
+    for (middle, expected) in [(0.2, STEPS / 4), (0.99, STEPS), (0.55, STEPS / 2)] {
+        let meter = meter(1000);
+        let engine = engine(&meter, &TILES, 3, Some(&axis));
+        let rate = |_: [f64; 3], energy: f64| -(-((energy - middle) / 0.1_f64).powi(2)).exp();
+        let found = answered(&meter, rate, engine.brightest_energy()).unwrap();
+        assert_eq!(found, Some(expected));
+        assert_eq!(meter.evaluations(), 320);
+    }
+}
+
+#[test]
+fn a_spectrum_between_the_five_energies_is_found_and_a_dark_one_is_not() {
+    let (axis, meter) = (axis(), meter(10_000));
+    let engine = engine(&meter, &TILES, 3, Some(&axis));
+    let band = |_: [f64; 3], energy: f64| {
+        if (0.3..0.33).contains(&energy) { 1.0 } else { 0.0 }
+    };
+    let found = answered(&meter, band, engine.brightest_energy()).unwrap().unwrap();
+    assert!((0.3..0.33).contains(&unit(found)));
+    let dark = answered(&meter, |_, _| 0.0, engine.brightest_energy()).unwrap();
+    assert_eq!(dark, Some(STEPS / 2));
+}
+
+#[test]
+fn without_an_energy_axis_there_is_no_energy() {
+    let meter = meter(0);
+    let engine = engine(&meter, &TILES, 3, None);
+    assert_eq!(answered(&meter, |_, _| 1.0, engine.brightest_energy()).unwrap(), None);
+    assert!(engine.energies_used().is_empty());
+}
+
+/// A mixture of two spectra, in parts that differ from place to place.
+fn mixed([x, y, z]: [f64; 3], energy: f64) -> f64 {
+    (1.0 + x) * (1.0 + energy) + (y + z) * energy * energy
+}
+
+/// Its mean over a pixel and over a bin from `low` to `high`.
+fn of_mixed([row, column]: [usize; 2], [low, high]: [f64; 2]) -> f64 {
+    let [x, y] = [column, row].map(|k| (k as f64 + 0.5) / 16.0);
+    let mean = |power: i32| {
+        (high.powi(power + 1) - low.powi(power + 1)) / (f64::from(power + 1) * (high - low))
+    };
+    (1.0 + x) * (1.0 + mean(1)) + (y + 0.5) * mean(2)
+}
+
+#[test]
+fn two_spectra_need_two_energies() {
+    let (axis, meter) = (axis(), meter(100_000));
+    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    assert_eq!(answered(&meter, mixed, engine.sample_initially()), Ok(true));
+    assert_eq!((engine.energies.len(), engine.sheets.len()), (2, 2));
+    assert_eq!(engine.sheets[1].id.energy, 1);
+    let used = engine.energies_used();
+    assert!(used.len() == 2 && used[0] < used[1]);
+    let current = engine.assemble().unwrap();
+    for bin in 0..4 {
+        let edges = [bin, bin + 1].map(|edge| edge as f64 / 4.0);
+        for pixel in [[0, 0], [3, 12], [15, 15]] {
+            let found = current.maps[0][bin][0][(pixel[0], pixel[1])];
+            assert_close(found, of_mixed(pixel, edges), 1e-10);
+        }
+    }
+    assert!(current.largest_error() < 1e-10);
+    // All that new lines show is explained.
+    assert_eq!(answered(&meter, mixed, engine.sample_spectra(1.0)), Ok(true));
+    assert_eq!(engine.energies.len(), 2);
+}
+
+#[test]
+fn lines_at_several_energies_share_the_tolerance_of_a_bin() {
+    let (axis, meter) = (axis(), meter(100_000));
+    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    answered(&meter, mixed, engine.sample_initially()).unwrap();
+    let tolerances = engine.line_tolerances(0.5);
+    let of_bin = |weights: &Vec<f64>| -> f64 {
+        weights.iter().zip(&tolerances).map(|(weight, tolerance)| weight.abs() * tolerance).sum()
+    };
+    let most = engine.energies.nodal_weights().iter().map(of_bin).fold(0.0, f64::max);
+    assert_close(most, 0.2 * 0.5, 1e-13);
+}
+
+#[test]
+fn the_second_energy_of_one_spectrum_is_not_needed() {
+    let (axis, meter) = (axis(), meter(100_000));
+    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    let rate = |[x, ..]: [f64; 3], energy: f64| (1.0 + x) * (2.0 - energy);
+    assert_eq!(answered(&meter, rate, engine.sample_initially()), Ok(true));
+    assert_eq!(engine.energies_used(), [0.0]);
+}
+
+#[test]
+fn a_cube_that_is_dark_has_one_energy_without_weight() {
+    let (axis, meter) = (axis(), meter(100_000));
+    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    assert_eq!(answered(&meter, |_, _| 0.0, engine.sample_initially()), Ok(true));
+    assert_eq!(engine.energies_used(), [0.5]);
+    assert_eq!(engine.energies.selected[0].weights, [0.0; 4]);
+    let current = engine.assemble().unwrap();
+    assert_eq!(current.maps[0].len(), 4);
+    assert_eq!((current.largest_pixel().to_bits(), current.largest_error().to_bits()), (0, 0));
+}
+
+#[test]
+fn spectra_that_are_not_sampled_may_be_anything() {
+    let (axis, meter) = (axis(), meter(320 + 729 + 10));
+    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    assert_eq!(answered(&meter, mixed, engine.sample_initially()), Ok(false));
+    let current = engine.assemble().unwrap();
+    let brightest = engine.brightest();
+    assert!(brightest > 0.0);
+    assert!(current.errors(0).iter().all(|error| error.min_max().0 >= brightest));
+}
+
+#[test]
+fn what_energies_leave_is_in_the_error_of_each_bin() {
+    let (axis, meter) = (axis(), meter(100_000));
+    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    answered(&meter, mixed, engine.sample_initially()).unwrap();
+    if let Some(spectra) = &mut engine.spectra {
+        spectra.unexplained = vec![0.0, 0.5, 0.0, 2.0];
+    }
+    let current = engine.assemble().unwrap();
+    for (error, expected) in current.errors(0).into_iter().zip([0.0, 0.5, 0.0, 2.0]) {
+        assert_close(error[(7, 7)], expected, 1e-10);
+    }
+}
+
+#[test]
+fn a_sheet_has_its_layer_its_energy_and_the_base() {
+    let (axis, meter) = (axis(), meter(0));
+    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    engine.add_sheets(Some(STEPS / 4));
+    engine.add_sheets(Some(STEPS));
+    let ids: Vec<_> = engine.sheets.iter().map(|sheet| (sheet.id.layer, sheet.id.energy)).collect();
+    assert_eq!(ids, [(0, 0), (0, 1)]);
+    let energies = engine.sheets.iter().map(|sheet| sheet.scan.view.energy.map(|of| of.energy));
+    assert_eq!(energies.collect::<Vec<_>>(), [Some(0.25), Some(1.0)]);
+    assert!(engine.sheets.iter().all(|sheet| sheet.scan.depth_level == 3));
+}

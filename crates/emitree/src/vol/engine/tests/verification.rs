@@ -1,0 +1,195 @@
+//! The final verification, of images that are right or wrong at a known place.
+
+use super::{TILES, TOLERANCE, engine, plane};
+use crate::meter::Meter;
+use crate::vol::dyadic::{from_unit, unit};
+use crate::vol::engine::Engine;
+use crate::vol::engine::coverage::Coverage;
+use crate::vol::engine::verification::Verdict;
+use crate::vol::lattice::{point, points_to_see, smallest_seen};
+use crate::vol::testing::{answered, assert_close, meter};
+use crate::vol::tuning::TUNING;
+use crate::vol::view::scattered::LayerSamples;
+
+/// The error allowed.
+const TARGET: f64 = 0.035;
+
+/// An engine that has seen a plane, with all levels that are always looked at.
+fn prepared<'a>(meter: &'a Meter) -> Engine<'a> {
+    let mut engine = engine(meter, &TILES, 3, None);
+    assert_eq!(answered(meter, plane, engine.sample_initially()), Ok(true));
+    engine
+}
+
+fn verdict(
+    engine: &mut Engine<'_>,
+    meter: &Meter,
+    rate: impl Fn([f64; 3], f64) -> f64 + Sync,
+) -> Verdict {
+    let current = engine.assemble().ok();
+    let verify = async {
+        match &current {
+            Some(current) => engine.verify(current, TARGET).await.ok(),
+            None => None,
+        }
+    };
+    answered(meter, rate, verify).unwrap_or(Verdict::Unaffordable)
+}
+
+#[test]
+fn a_wanted_feature_has_to_be_covered() {
+    for (wanted, smallest, expected) in [
+        (None, None, true),
+        (None, Some(0.5), true),
+        (Some(0.1), None, true),
+        (Some(0.1), Some(0.1), true),
+        (Some(0.1), Some(0.11), false),
+    ] {
+        let mut coverage = Coverage::new(wanted, LayerSamples::default());
+        coverage.smallest = smallest;
+        assert_eq!(coverage.is_sufficient(), expected, "{wanted:?} {smallest:?}");
+    }
+}
+
+#[test]
+fn samples_that_agree_ask_for_no_lines_and_are_reused() {
+    let meter = meter(100_000);
+    let mut engine = prepared(&meter);
+    let least = TUNING.verification.least_samples as u64;
+    for _ in 0..2 {
+        let lines = answered(&meter, plane, engine.verify_samples(TARGET)).unwrap();
+        assert!(lines.iter().all(Vec::is_empty));
+        assert_eq!(meter.evaluations(), 729 + least);
+    }
+    let size = engine.coverage.smallest.unwrap();
+    // No smaller than the distance of the samples allows, and no larger than what is usual.
+    assert!(size > 0.2 / 1024.0_f64.cbrt() && size < 2.0 * smallest_seen(1024, 0.1), "{size}");
+}
+
+#[test]
+fn samples_of_a_search_are_not_made_again() {
+    let meter = meter(100_000);
+    let mut engine = prepared(&meter);
+    let points: Vec<[f64; 3]> = (0..1000).map(point).collect();
+    let rates: Vec<f64> = points.iter().map(|at| plane(*at, 0.0)).collect();
+    engine.coverage = Coverage::new(None, LayerSamples::of_probes(&points, &rates, |_| 1.0));
+    answered(&meter, plane, engine.verify_samples(TARGET)).unwrap();
+    assert_eq!(meter.evaluations(), 729 + 24);
+}
+
+#[test]
+fn a_feature_that_was_asked_for_decides_the_number_of_samples() {
+    let meter = meter(1_000_000);
+    let mut engine = prepared(&meter);
+    let size = 0.016;
+    let needed = points_to_see(size, TUNING.verification.seen_share) as u64;
+    assert!(needed > 1024);
+    engine.coverage = Coverage::new(Some(size), LayerSamples::default());
+    answered(&meter, plane, engine.verify_samples(TARGET)).unwrap();
+    assert!(meter.evaluations() >= 729 + needed);
+    assert!(engine.coverage.is_sufficient());
+}
+
+/// A plane with a knot around a scattered sample, between all lines.
+fn knot(at: [f64; 3], _energy: f64) -> f64 {
+    let centre = point(100);
+    let square: f64 = (0..3).map(|k| (at[k] - centre[k]).powi(2)).sum();
+    plane(at, 0.0) + 20.0 * (-square / 2e-4).exp()
+}
+
+#[test]
+fn a_sample_in_a_knot_asks_for_a_line_through_it() {
+    let meter = meter(100_000);
+    let mut engine = prepared(&meter);
+    let lines = answered(&meter, knot, engine.verify_samples(TARGET)).unwrap();
+    let centre = point(100);
+    assert!(!lines[0].is_empty());
+    for (place, depths) in &lines[0] {
+        for axis in 0..2 {
+            assert_close(unit(place[axis]), centre[axis], 0.03);
+        }
+        let depth = from_unit(centre[2]);
+        assert!(depths.iter().any(|found| unit(found.abs_diff(depth)) < 0.03));
+    }
+}
+
+#[test]
+fn an_exact_image_passes_and_the_next_verification_has_more_lines() {
+    let meter = meter(100_000);
+    let mut engine = prepared(&meter);
+    let mut lines = Vec::new();
+    for expected in [2, 4, 4] {
+        assert_eq!(verdict(&mut engine, &meter, plane), Verdict::Passed);
+        assert_eq!(engine.verification_lines, expected);
+        lines.push(engine.sheets[0].verification.places.len());
+    }
+    // 12 scattered lines and 6 at the largest errors, and then as many again each time.
+    let least = TUNING.verification.least_lines;
+    assert!(lines[0] > least && lines[0] <= 2 * least, "{lines:?}");
+    assert!(lines[1] - lines[0] > least && lines[2] - lines[1] > least, "{lines:?}");
+}
+
+/// A plane with a column around a scattered sample: depths have nothing to do with it.
+fn column([x, y, z]: [f64; 3], _energy: f64) -> f64 {
+    let centre = point(100);
+    let square = (x - centre[0]).powi(2) + (y - centre[1]).powi(2);
+    plane([x, y, z], 0.0) + 0.3 * (-square / 2e-4).exp()
+}
+
+#[test]
+fn a_column_between_lines_fails_and_asks_for_nodes_around_it() {
+    let meter = meter(100_000);
+    let mut engine = prepared(&meter);
+    assert_eq!(verdict(&mut engine, &meter, column), Verdict::Failed);
+    let [x, y, _] = point(100);
+    let missing = engine.sheets[0].missing_seed_places();
+    let is_near =
+        |place: &[u32; 2]| (unit(place[0]) - x).abs() < 0.07 && (unit(place[1]) - y).abs() < 0.07;
+    assert!(missing.iter().any(is_near));
+    assert!(!engine.is_strict);
+    assert_close(engine.line_share, 0.2, 1e-16);
+}
+
+#[test]
+fn a_column_between_nodes_of_the_finest_level_can_only_be_told() {
+    let meter = meter(100_000);
+    let mut engine = prepared(&meter);
+    engine.finest_level = 3;
+    assert_eq!(verdict(&mut engine, &meter, column), Verdict::AtFinestLevel);
+    assert!(engine.sheets[0].missing_seed_places().is_empty());
+}
+
+#[test]
+fn a_verification_beyond_the_budget_says_so() {
+    // Not enough for the samples, and not for the lines.
+    for more in [1000, 1030] {
+        let meter = meter(729 + more);
+        let mut engine = prepared(&meter);
+        assert_eq!(verdict(&mut engine, &meter, plane), Verdict::Unaffordable);
+    }
+}
+
+/// A plane with a thin sheet of glow, midway between the depths of the base.
+fn thin([x, y, z]: [f64; 3], _energy: f64) -> f64 {
+    plane([x, y, z], 0.0) + 10.0 * (-((z - 0.4375) / 0.015).powi(2)).exp()
+}
+
+#[test]
+fn what_all_lines_step_over_makes_them_stricter() {
+    let meter = meter(1_000_000);
+    let mut engine = prepared(&meter);
+    assert_eq!(verdict(&mut engine, &meter, thin), Verdict::Failed);
+    assert!(engine.is_strict);
+    assert_close(engine.line_share, 0.2 * TUNING.verification.stricter, 1e-16);
+    // If that does not help, depths are finer.
+    assert_eq!(engine.sheets[0].scan.depth_level, 3);
+    if verdict(&mut engine, &meter, thin) == Verdict::Failed {
+        assert_eq!(engine.sheets[0].scan.depth_level, 3 + TUNING.verification.finer_at_once);
+        let integral = 10.0 * 0.015 * core::f64::consts::PI.sqrt();
+        for (i, node) in engine.sheets[0].scan.tree.nodes().iter().enumerate() {
+            let [x, y] = node.place.map(unit);
+            let line = &engine.sheets[0].scan.node_lines.lines[i];
+            assert_close(line.integral, 1.5 + 2.0 * x - y + integral, TOLERANCE * 3.5);
+        }
+    }
+}
