@@ -75,7 +75,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {
     for (name, folder) in sources {
         let mut files = BTreeMap::new();
         read(&workspace.path(&folder), &Module::new(), &mut files)?;
-        found.extend(circles(&files).into_iter().map(|(folder, modules)| {
+        found.extend(circles(&without_tests(files)).into_iter().map(|(folder, modules)| {
             let folder: Vec<String> = [vec![name.clone()], folder].concat();
             (folder.join("/"), modules)
         }));
@@ -107,9 +107,6 @@ fn read(
     for entry in fs::read_dir(folder).map_err(in_folder)? {
         let path = entry.map_err(in_folder)?.path();
         let name = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default().to_owned();
-        if name == "tests" {
-            continue;
-        }
         let inner: Module = match name.as_str() {
             "mod" | "lib" | "main" => module.clone(),
             _ => [module.clone(), vec![name]].concat(),
@@ -118,10 +115,26 @@ fn read(
             read(&path, &inner, files)?;
         } else if path.extension().is_some_and(|extension| extension == "rs") {
             let text = fs::read_to_string(&path).map_err(in_folder)?;
-            files.insert(inner, code(&text));
+            files.insert(inner, text);
         }
     }
     Ok(())
+}
+
+/// The code of the modules that are not for tests alone.
+fn without_tests(texts: BTreeMap<Module, String>) -> BTreeMap<Module, String> {
+    const FOR_TESTS: &str = "#[cfg(test)]\nmod ";
+    let declared = |(module, text): (&Module, &String)| {
+        let names = text.split(FOR_TESTS).skip(1).filter_map(|rest| {
+            let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_')?;
+            Some([module.clone(), vec![rest[..end].to_owned()]].concat())
+        });
+        names.collect::<Vec<_>>()
+    };
+    let for_tests: Vec<Module> = texts.iter().flat_map(declared).collect();
+    let is_for_tests = |module: &Module| for_tests.iter().any(|test| module.starts_with(test));
+    let kept = texts.into_iter().filter(|(module, _)| !is_for_tests(module));
+    kept.map(|(module, text)| (module, code(&text))).collect()
 }
 
 /// A file without its tests and comments.
@@ -305,7 +318,7 @@ mod tests {
     fn files(texts: &[(&str, &str)]) -> BTreeMap<Module, String> {
         let module =
             |path: &str| path.split('/').filter(|p| !p.is_empty()).map(str::to_owned).collect();
-        texts.iter().map(|(path, text)| (module(path), code(text))).collect()
+        without_tests(texts.iter().map(|(path, text)| (module(path), (*text).to_owned())).collect())
     }
 
     fn names(texts: &[(&str, &str)]) -> Vec<String> {

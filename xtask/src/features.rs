@@ -7,7 +7,7 @@ use crate::workspace::{Workspace, succeed};
 
 /// Libraries with features, and their features.
 const FEATURES: [(&str, &[&str]); 2] =
-    [("emitree", &["healpix", "rayon"]), ("emitree-io", &["figure", "hdf5"])];
+    [("emitree", &["ablate", "healpix", "rayon"]), ("emitree-io", &["figure", "hdf5"])];
 
 pub(crate) fn run(workspace: &Workspace) -> Outcome {
     check(workspace).into()

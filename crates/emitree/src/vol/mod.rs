@@ -42,7 +42,9 @@ mod seeds;
 mod spectrum;
 #[cfg(not(feature = "ablate"))]
 mod tuning;
+// For measurements alone.
 #[cfg(feature = "ablate")]
+#[doc(hidden)]
 pub mod tuning;
 mod view;
 

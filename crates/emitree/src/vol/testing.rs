@@ -14,7 +14,7 @@ use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::View;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::view::sheet::{Sheet, SheetId};
-use crate::vol::view::verification_lines::Verification;
+use crate::vol::view::verification::Verification;
 use core::future::Future;
 use core::pin::pin;
 use std::sync::Arc;
@@ -139,7 +139,7 @@ pub(crate) fn scan<'a>(meter: &'a Meter, layer: &'a dyn Layer, base_level: u8) -
         tree: ImageTree::default(),
         node_lines: NodeLines::default(),
         seeds: SeedTargets::default(),
-        closes: false,
+        skips_closed: false,
     }
 }
 

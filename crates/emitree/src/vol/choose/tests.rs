@@ -17,7 +17,7 @@ fn made(
     allowed: u64,
     rate: impl Fn([f64; 3]) -> f64 + Sync,
     vol: &VolOptions,
-) -> (Result<Made, MethodError>, u64) {
+) -> (Result<MethodOutput, MethodError>, u64) {
     let meter = meter(allowed);
     let tiles = [Tile { projection: &Canonical, shape: [16, 16], place: (0, 1) }];
     let made = answered(&meter, |at, _| rate(at), render(&meter, &tiles, None, vol));
@@ -27,7 +27,7 @@ fn made(
 fn refused(vol: &VolOptions) -> Option<&'static str> {
     match check(vol) {
         Ok(()) => None,
-        Err(RenderError::Option { name, .. }) => Some(name),
+        Err(RenderError::Option(option)) => Some(option.name()),
         Err(error) => panic!("{error}"),
     }
 }
@@ -59,7 +59,7 @@ fn a_base_level_is_between_2_and_7() {
 fn a_seed_without_a_size_ends_a_rendering_before_it_begins() {
     let seeds = vec![Seed { position: [0.5; 3], radius: 0.0 }];
     let (made, evaluations) = made(1_000_000, blob, &VolOptions { seeds, ..VolOptions::default() });
-    assert!(matches!(made, Err(RenderError::Option { name: "seed.radius", .. })));
+    assert!(matches!(made, Err(RenderError::Option(OptionError::SeedRadius { .. }))));
     assert_eq!(evaluations, 0);
 }
 
@@ -67,8 +67,8 @@ fn a_seed_without_a_size_ends_a_rendering_before_it_begins() {
 fn a_product_needs_no_image_tree() {
     let (made, evaluations) = made(1_000_000, blob, &VolOptions::default());
     let made = made.unwrap();
-    assert_eq!(made.ending, Ending::Complete);
-    // One function along each axis, and the samples that confirm it: the first look of a tree, and what
+    assert_eq!(made.ending, StopReason::Complete);
+    // One function along each axis, and the samples that confirm it: the initial sampling of a tree, and what
     // comes after it, would be at least 17³.
     assert!(evaluations < 17_u64.pow(3), "{evaluations}");
     let image = &made.cube.bands()[0];
@@ -86,14 +86,14 @@ fn what_jumps_comes_from_the_image_tree() {
     let vol = VolOptions { tolerance: 0.1, ..VolOptions::default() };
     let (made, _) = made(1_000_000, ball, &vol);
     let made = made.unwrap();
-    assert_eq!(made.ending, Ending::Complete);
+    assert_eq!(made.ending, StopReason::Complete);
     let sum: f64 = made.cube.bands()[0].pixels().iter().sum::<f64>() / 256.0;
     let volume = 4.0 / 3.0 * PI * 0.027;
     assert!((sum / volume - 1.0).abs() < 0.05, "{sum} {volume}");
 }
 
 #[test]
-fn a_budget_for_no_first_look_is_an_error() {
+fn a_budget_for_no_initial_sampling_is_an_error() {
     let (made, evaluations) = made(26, blob, &VolOptions::default());
     assert!(matches!(made, Err(RenderError::Budget { needed: 27, allowed: 26, .. })));
     assert_eq!(evaluations, 0);

@@ -45,7 +45,7 @@ fn engine<'a>(
         base_level,
         required_level: base_level + 1,
         finest_level: 10,
-        made_before: 0,
+        evaluations_before: 0,
         verification_lines: 1,
         coverage: Coverage::new(None, LayerSamples::default()),
     }
@@ -137,7 +137,7 @@ fn made(
     rate: impl Fn([f64; 3], f64) -> f64 + Sync,
     allowed: u64,
     vol: &VolOptions,
-) -> (Result<Made, MethodError>, u64) {
+) -> (Result<MethodOutput, MethodError>, u64) {
     let meter = meter(allowed);
     let tree = by_tree(&meter, &TILES, None, vol, LayerSamples::default());
     (answered(&meter, rate, tree), meter.evaluations())
@@ -147,7 +147,7 @@ fn made(
 fn an_image_of_a_plane_is_exact_and_complete() {
     let (made, evaluations) = made(plane, 1_000_000, &VolOptions::default());
     let made = made.unwrap();
-    assert_eq!((made.ending, made.base_level), (Ending::Complete, Some(3)));
+    assert_eq!((made.ending, made.base_level), (StopReason::Complete, Some(3)));
     assert_plane(&made.cube.bands()[0], 1e-12);
     // The base, and 1024 scattered samples.
     assert!(evaluations > 729 + 1024 && made.smallest_feature.is_some());
@@ -157,7 +157,7 @@ fn an_image_of_a_plane_is_exact_and_complete() {
 fn a_base_coarser_than_the_one_asked_for_is_not_complete() {
     let (made, evaluations) = made(plane, 700, &VolOptions::default());
     let made = made.unwrap();
-    assert_eq!((made.ending, made.base_level), (Ending::Budget, Some(2)));
+    assert_eq!((made.ending, made.base_level), (StopReason::Budget, Some(2)));
     assert!((125..=700).contains(&evaluations));
     assert_plane(&made.cube.bands()[0], 1e-9);
 }
@@ -165,13 +165,13 @@ fn a_base_coarser_than_the_one_asked_for_is_not_complete() {
 #[test]
 fn a_feature_that_was_asked_for_is_covered_or_the_image_is_not_complete() {
     for (size, allowed, ending) in
-        [(0.02, 1_000_000, Ending::Complete), (0.002, 20_000, Ending::Budget)]
+        [(0.02, 1_000_000, StopReason::Complete), (0.002, 20_000, StopReason::Budget)]
     {
         let smallest_feature = Some(crate::vol::FeatureSize::Fraction(size));
         let vol = VolOptions { smallest_feature, ..VolOptions::default() };
         let made = made(plane, allowed, &vol).0.unwrap();
         assert_eq!(made.ending, ending);
         let is_covered = made.smallest_feature.is_some_and(|smallest| smallest <= size);
-        assert_eq!(is_covered, ending == Ending::Complete);
+        assert_eq!(is_covered, ending == StopReason::Complete);
     }
 }

@@ -35,8 +35,8 @@ fn a_spike_guards_the_nodes_of_its_level_up_to_two_spacings_away() {
         let distance = x.abs_diff(SPIKE.0).max(y.abs_diff(SPIKE.1));
         let expected = match (node.level, distance) {
             (3, 0) => 1.0,
-            (3, 1) => TUNING.image.next_guard,
-            (3, 2) => TUNING.image.second_guard,
+            (3, 1) => TUNING.image.first_neighbour_guard,
+            (3, 2) => TUNING.image.second_neighbour_guard,
             _ => 0.0,
         };
         assert_close(guarded, expected, 1e-15);
@@ -59,7 +59,7 @@ fn a_guarded_detail_remains_in_full_on_the_levels_always_looked_at() {
     let rests = rests(&tree, 3);
     assert_eq!(rests[spike].children, Children::None);
     assert_close(rests[spike].size, 1.0, 1e-15);
-    assert_close(rests[number(&tree, at(3, 4, 3))].size, TUNING.image.next_guard, 1e-15);
+    assert_close(rests[number(&tree, at(3, 4, 3))].size, TUNING.image.first_neighbour_guard, 1e-15);
     for (node, rest) in tree.nodes().iter().zip(&rests).filter(|(node, _)| node.level < 3) {
         assert_eq!(rest.children, Children::All, "{node:?}");
         assert_eq!(rest.size.to_bits(), 0, "{node:?}");
@@ -150,7 +150,7 @@ fn beside_a_continued_node_more_remains() {
     tree.set_continued(beside, 0.0, 0.0);
     let rests = rests(&tree, 3);
     assert_close(rests[spike].size, TUNING.image.edge_margin, 1e-14);
-    assert_close(rests[beside].size, TUNING.image.next_guard, 1e-14);
+    assert_close(rests[beside].size, TUNING.image.first_neighbour_guard, 1e-14);
 }
 
 #[test]
@@ -234,7 +234,7 @@ const PEAK: f64 = 0.75 * 0.75;
 #[test]
 fn the_largest_are_opened_first_until_every_pixel_is_good_enough() {
     let (large, small) = (at(3, 3, 3), at(3, 7, 7));
-    let goal = TUNING.image.goal;
+    let goal = TUNING.image.pixel_goal;
     let opened =
         |tolerance: f64| Opening::new(SHAPE, tolerance, &[(small, 0.5), (large, 1.0)]).opened(None);
     assert_eq!(opened(1.001 * PEAK / goal), [] as [Place; 0]);
@@ -251,7 +251,7 @@ fn a_node_beside_a_bad_pixel_is_left_alone_if_a_larger_one_mends_it() {
     // The rest of the large one, and all of the other, on the pixels that both reach.
     let left = (1.0 - TUNING.image.expected_gain + 0.3) * PEAK;
     let opening =
-        Opening::new(SHAPE, 0.4 * left / TUNING.image.goal, &[(large, 1.0), (beside, 0.3)]);
+        Opening::new(SHAPE, 0.4 * left / TUNING.image.pixel_goal, &[(large, 1.0), (beside, 0.3)]);
     assert_eq!(opening.opened(None), [large, beside]);
 }
 
@@ -301,7 +301,7 @@ fn what_no_pixel_counts_is_not_opened() {
 #[test]
 fn two_trees_compete_for_one_error() {
     let place = at(3, 3, 3);
-    let tolerance = 2.0 * PEAK / TUNING.image.goal;
+    let tolerance = 2.0 * PEAK / TUNING.image.pixel_goal;
     let openings = [1.0, 2.0].map(|size| Opening::new(SHAPE, tolerance, &[(place, size)]));
     let footprints = openings.each_ref().map(Opening::footprints);
     let choices = [openings[0].choice(&footprints[0]), openings[1].choice(&footprints[1])];

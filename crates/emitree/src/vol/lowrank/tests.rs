@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::projection::Canonical;
-use crate::vol::lattice::{point, smallest_seen};
+use crate::vol::lattice::{point, smallest_detected};
 use crate::vol::lowrank::search::Assessment;
 use crate::vol::seeds::Seed;
 use crate::vol::testing::{PANE, Pane, answered, assert_close, meter};
@@ -58,7 +58,7 @@ fn grown(
 }
 
 fn largest_left(assessment: &Assessment) -> f64 {
-    let errors = assessment.left.errors([8, 8]);
+    let errors = assessment.cell_residuals.errors([8, 8]);
     let mut row = [0.0; 8];
     (0..8).fold(0.0, |largest, k| {
         errors.row(k, &mut row);
@@ -154,12 +154,13 @@ fn the_worst_of_the_scattered_samples_is_followed_to_a_larger_difference() {
     let ascended = answered(&meter, |at, _| knotty(at), with_knot.ascend(&assessment));
     let ascended = ascended.ok().unwrap();
     // What is left hides a feature if its effect in a pixel is beyond a share of the error allowed.
-    let size = smallest_seen(1024, TUNING.verification.seen_share);
-    let least = |rest: f64| TUNING.verification.line_from / (rest * WIDTH_OF_GAUSSIAN * size);
-    assert!(assessment.hides_feature(1.001 * least(of_probe), 1024));
-    assert!(!assessment.hides_feature(0.999 * least(of_probe), 1024));
-    assert!(ascended.hides_feature(0.9 * least(of_probe), 1024));
-    assert!(!ascended.hides_feature(0.999 * least(0.5), 1024));
+    let size = smallest_detected(1024, TUNING.verification.detection_share);
+    let least =
+        |rest: f64| TUNING.verification.sample_line_from / (rest * WIDTH_OF_GAUSSIAN * size);
+    assert!(assessment.is_significant_feature(1.001 * least(of_probe), 1024));
+    assert!(!assessment.is_significant_feature(0.999 * least(of_probe), 1024));
+    assert!(ascended.is_significant_feature(0.9 * least(of_probe), 1024));
+    assert!(!ascended.is_significant_feature(0.999 * least(0.5), 1024));
 }
 
 fn attempted(
@@ -180,9 +181,9 @@ fn a_product_is_an_image_and_its_samples_are_kept() {
     let (Attempted { found, samples }, evaluations) =
         attempted(1_000_000, product, &VolOptions::default(), 1);
     let found = found.unwrap();
-    assert_eq!((found.ending, found.base_level), (Ending::Complete, Some(3)));
+    assert_eq!((found.ending, found.base_level), (StopReason::Complete, Some(3)));
     // As many probes as see a Gaussian of a fortieth of the cube.
-    assert_eq!(samples.number, points_to_see(0.025, TUNING.lowrank.noticed));
+    assert_eq!(samples.number, points_to_detect(0.025, TUNING.lowrank.probe_detection_share));
     assert!(evaluations > samples.number as u64 && found.smallest_feature.is_some());
     let image = &found.cube.bands()[0];
     let [of_x, of_y, of_z]: [fn(f64) -> f64; 3] =
@@ -229,7 +230,7 @@ fn a_search_takes_a_quarter_of_the_budget_and_tells_what_it_has() {
     let allowed = 4 * 729;
     let (attempted, evaluations) = attempted(allowed, sheet, &VolOptions::default(), 1);
     let ending = attempted.found.map(|made| made.ending);
-    assert!(ending.is_none_or(|ending| ending == Ending::Budget));
+    assert!(ending.is_none_or(|ending| ending == StopReason::Budget));
     assert!(evaluations <= allowed);
 }
 
@@ -262,7 +263,7 @@ fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
         let expected = if base_level > 3 { base_evaluations(base_level) } else { 256 };
         assert_eq!(needed(&vol, None) as u64, expected);
     }
-    let of_feature = points_to_see(0.01, TUNING.verification.seen_share);
+    let of_feature = points_to_detect(0.01, TUNING.verification.detection_share);
     assert!(of_feature > 1024);
     assert_eq!(needed(&of(0.01), Some(0.01)), of_feature);
 }

@@ -81,7 +81,7 @@ fn a_mixture_of_two_functions_has_a_rule_of_two_depths() {
     let meter = meter(0);
     let mut scan = scan(&meter, &PANE, 3);
     begin(&mut scan, mixed);
-    let learn = |block, most| scan.learn(block, &scan.training(), 1e-9, most);
+    let learn = |block, most| scan.fit_rule(block, &scan.training(), 1e-9, most);
     let found = learn(corner(1), 6).unwrap();
     assert_eq!((found.block, found.rule.depths.len()), (corner(1), 2));
     assert!(learn(corner(1), 1).is_none());
@@ -97,7 +97,7 @@ fn beside_a_line_with_a_jump_there_is_no_rule() {
     // An eighth of the image beyond a half of it, and two eighths beyond the other.
     let i = scan.tree.find(at(3, 5, 2)).unwrap();
     scan.node_lines.lines[i] = stepped();
-    let learn = |block| scan.learn(block, &scan.training(), 1e-9, 6);
+    let learn = |block| scan.fit_rule(block, &scan.training(), 1e-9, 6);
     assert!(learn(corner(0)).is_none() && learn(corner(1)).is_none());
     assert!(learn(Block::around(at(3, 0, 8), 1)).is_some());
 }
@@ -112,7 +112,7 @@ fn the_nodes_of_a_rule_follow_it_but_for_a_few() {
     // The rule of the whole image is as short as any.
     let whole = plan.rules.iter().position(|of| of.block == corner(0)).unwrap();
     assert!(plan.ruled.values().all(|rule| *rule == whole));
-    let of_root = TUNING.rule.validated * (new as f64).sqrt();
+    let of_root = TUNING.rule.validation_factor * (new as f64).sqrt();
     assert_close(plan.full.len() as f64, of_root.ceil(), 0.0);
     assert_eq!(plan.ruled.len(), new - plan.full.len());
     let mut validated: Vec<usize> = plan.validated.iter().map(|(i, _)| *i).collect();
@@ -207,7 +207,7 @@ fn nodes_out_of_view_are_closed_and_know_what_is_open_around_them() {
         (STRIPE, 3, Around::Closed),
     ] {
         let mut scan = scan(&meter, &pane, 3);
-        scan.closes = true;
+        scan.skips_closed = true;
         scan.add(&[at(3, 3, 3), at(3, column, 3)]);
         let node = scan.tree.nodes()[1];
         assert!(scan.node_lines.is_closed(1), "{column}");
@@ -330,7 +330,7 @@ fn lines_beyond_a_new_tolerance_are_done_again() {
     let guarded = vec![0.0; number];
     answered(&meter, |at, _| wave(at), scan.scan(number, &guarded, 1e-6)).unwrap();
     for (i, node) in scan.tree.nodes().iter().enumerate() {
-        assert!(scan.node_lines.error(i) <= TUNING.rule.again * 1e-6);
+        assert!(scan.node_lines.error(i) <= TUNING.rule.refinement_margin * 1e-6);
         assert_close(scan.node_lines.lines[i].integral, exact(node.place.map(unit)), 1e-5);
     }
 }

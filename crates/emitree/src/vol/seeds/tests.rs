@@ -100,7 +100,7 @@ fn places_and_depths_of_an_exam_are_added_around_its_line() {
 fn a_seed_without_a_place_or_a_size_is_refused() {
     let name = |seed: Seed| match check_seeds(&[self::seed([0.0; 3], 1.0), seed]) {
         Ok(()) => None,
-        Err(RenderError::Option { name, .. }) => Some(name),
+        Err(RenderError::Option(option)) => Some(option.name()),
         Err::<(), MethodError>(error) => panic!("{error}"),
     };
     assert_eq!(name(seed([0.0; 3], 1e-9)), None);

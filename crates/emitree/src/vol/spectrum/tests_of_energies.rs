@@ -1,11 +1,12 @@
 //! Bins, learned energies and spectral probes, on families of known rank.
 
-use crate::energy::{EnergyAxis, EnergyScale};
+use crate::EnergyScale;
+use crate::energy::EnergyAxis;
 use crate::vol::dyadic::{STEPS, spacing, unit};
 use crate::vol::sampling::View;
 use crate::vol::spectrum::Spectrum;
 use crate::vol::spectrum::bins::Bins;
-use crate::vol::spectrum::energies::{Energies, Rest, unexplained};
+use crate::vol::spectrum::energies::{Energies, ResidualSpectrum, unexplained};
 use crate::vol::spectrum::probes::{LINE_LEVEL, ProbePoint, SpectralProbes, SpotCheck};
 use crate::vol::testing::{PANE, answered, assert_close, at, meter, view};
 use crate::vol::tuning::TUNING;
@@ -80,7 +81,7 @@ fn second(u: f64) -> f64 {
 
 const MIXTURES: [(f64, f64); 4] = [(1.0, 0.0), (0.2, 1.0), (-0.5, 0.7), (2.0, 0.1)];
 
-/// Scouts with the spectra of a family.
+/// Spectral probes with the spectra of a family.
 fn family<'a>(axis: &'a EnergyAxis, mixtures: &[(f64, f64)]) -> SpectralProbes<'a> {
     let mut probes = SpectralProbes::new(Bins::new(axis));
     for (k, (a, b)) in (0..).zip(mixtures) {
@@ -91,8 +92,8 @@ fn family<'a>(axis: &'a EnergyAxis, mixtures: &[(f64, f64)]) -> SpectralProbes<'
     probes
 }
 
-fn rests(energies: &Energies, probes: &SpectralProbes<'_>) -> Vec<Rest> {
-    probes.probes.iter().map(|probe| energies.rest(probe, &probes.bins)).collect()
+fn rests(energies: &Energies, probes: &SpectralProbes<'_>) -> Vec<ResidualSpectrum> {
+    probes.probes.iter().map(|probe| energies.residual(probe, &probes.bins)).collect()
 }
 
 #[test]
@@ -101,9 +102,9 @@ fn two_energies_explain_a_family_of_rank_2() {
     let probes = family(&axis, &MIXTURES);
     let mut energies = Energies::default();
     let mut rests = rests(&energies, &probes);
-    assert!(energies.learn(&mut rests, 1, None, &probes.bins));
+    assert!(energies.select(&mut rests, 1, None, &probes.bins));
     assert!(rests[2].largest() > 0.1);
-    assert!(energies.learn(&mut rests, 2, None, &probes.bins));
+    assert!(energies.select(&mut rests, 2, None, &probes.bins));
     assert_eq!(energies.len(), 2);
     for rest in rests.iter().chain(&self::rests(&energies, &probes)) {
         assert!(rest.largest() < 1e-14);
@@ -118,9 +119,9 @@ fn what_energies_explain_is_the_spectrum_at_all_others() {
     let mut energies = Energies::default();
     let mut rests = rests(&energies, &probes);
     for from in [1, 0] {
-        assert!(energies.learn(&mut rests, from, None, &probes.bins));
+        assert!(energies.select(&mut rests, from, None, &probes.bins));
     }
-    // A mixture that no scout has seen.
+    // A mixture that no spectral probe has seen.
     let mixed = |u: f64| 0.9 * first(u) - 1.3 * second(u);
     let at_selected: Vec<f64> =
         energies.selected.iter().map(|one| mixed(unit(one.place))).collect();
@@ -143,8 +144,8 @@ fn an_energy_is_where_the_rest_is_largest_and_refers_to_those_before() {
     let probes = family(&axis, &[(1.0, 0.0), (0.0, 1.0)]);
     let mut energies = Energies::default();
     let mut rests = rests(&energies, &probes);
-    assert!(energies.learn(&mut rests, 0, None, &probes.bins));
-    assert!(energies.learn(&mut rests, 1, None, &probes.bins));
+    assert!(energies.select(&mut rests, 0, None, &probes.bins));
+    assert!(energies.select(&mut rests, 1, None, &probes.bins));
     // The first function is largest at the end, and falls to a quarter.
     let [one, other] = [&energies.selected[0], &energies.selected[1]];
     assert_eq!((one.place, one.of_earlier.len()), (STEPS, 0));
@@ -167,10 +168,10 @@ fn nothing_is_learned_where_a_spectrum_is_dark() {
     let probes = family(&axis, &[(0.0, 1.0), (0.0, 0.0)]);
     let mut energies = Energies::default();
     let mut rests = rests(&energies, &probes);
-    assert!(!energies.learn(&mut rests, 0, Some(STEPS), &probes.bins));
-    assert!(!energies.learn(&mut rests, 1, None, &probes.bins));
+    assert!(!energies.select(&mut rests, 0, Some(STEPS), &probes.bins));
+    assert!(!energies.select(&mut rests, 1, None, &probes.bins));
     assert_eq!(energies.len(), 0);
-    assert!(energies.learn(&mut rests, 0, Some(STEPS / 2), &probes.bins));
+    assert!(energies.select(&mut rests, 0, Some(STEPS / 2), &probes.bins));
     assert_eq!(energies.selected[0].place, STEPS / 2);
 }
 
@@ -208,7 +209,7 @@ fn one_energy_is_all_where_there_is_nothing_to_learn() {
     assert_eq!((unselected.len(), unselected.selected[0].place), (1, STEPS / 2));
 }
 
-/// Scouts at some places of the diagonal of the image; every second one looks into every bin.
+/// Spectral probes at some places of the diagonal of the image; every second one looks into every bin.
 fn probes(axis: &EnergyAxis, count: u32) -> SpectralProbes<'_> {
     let mut probes = SpectralProbes::new(Bins::new(axis));
     for k in 0..count {
@@ -236,7 +237,7 @@ fn a_smooth_spectrum_is_sampled_on_the_base_and_a_full_one_in_every_bin() {
 }
 
 #[test]
-fn a_scout_is_added_once_and_samples_are_made_once() {
+fn a_probe_is_added_once_and_samples_are_made_once() {
     let (axis, meter) = (linear(), meter(10_000));
     let mut probes = probes(&axis, 2);
     let point = probes.probes[1].point;
@@ -247,7 +248,7 @@ fn a_scout_is_added_once_and_samples_are_made_once() {
         answered(&meter, |_, energy| energy, probes.sample(&views, 1e-3)).unwrap();
         assert_eq!(meter.evaluations(), expected);
     }
-    probes.sample_everywhere(spacing(5));
+    probes.add_common_energy(spacing(5));
     answered(&meter, |_, energy| energy, probes.sample(&views, 1e-3)).unwrap();
     assert_eq!(meter.evaluations(), 20);
 }
@@ -259,7 +260,7 @@ fn a_named_line_is_looked_at_in_every_spectrum() {
     let line = 2.0 + 4.0 * 12_345.0 / f64::from(1_u32 << LINE_LEVEL);
     let beyond = [1.99, 6.01];
     probes.add_line_energies(&[line + 1e-5, beyond[0], beyond[1], 6.0]);
-    let everywhere: Vec<u32> = probes.everywhere().collect();
+    let everywhere: Vec<u32> = probes.common_energies().collect();
     assert_eq!(everywhere, [12_345 * spacing(LINE_LEVEL), STEPS]);
 }
 
@@ -279,7 +280,7 @@ fn check(row: u32, expected: f64) -> SpotCheck {
 }
 
 #[test]
-fn a_sample_that_is_not_explained_sends_a_scout_that_looks_there() {
+fn a_sample_that_is_not_explained_sends_a_probe_that_looks_there() {
     let (axis, meter) = (logarithmic(), meter(10_000));
     let mut probes = SpectralProbes::new(Bins::new(&axis));
     let views = [view(&meter, &PANE)];
@@ -304,7 +305,7 @@ fn the_worst_spot_checks_are_followed() {
     let views = [view(&meter, &PANE)];
     let checks: Vec<SpotCheck> = (0..100).map(|k| check(k, f64::from(k))).collect();
     answered(&meter, |_, _| 0.0, probes.spot_check(&views, &checks, 1e-3)).unwrap();
-    let most = TUNING.spectra.most_followed;
+    let most = TUNING.spectra.most_followed_checks;
     assert_eq!(probes.probes.len(), most);
     for (probe, check) in probes.probes.iter().zip(checks.iter().rev()) {
         assert_eq!(probe.point, check.point);
@@ -318,7 +319,7 @@ fn a_spectrum_to_be_learned_from_is_more_precise() {
         let meter = meter(10_000);
         let mut probes = probes(&axis, 1);
         if let Some(effect) = effect {
-            probes.sharpen(0, effect, 1.0);
+            probes.raise_precision(0, effect, 1.0);
         }
         let views: [View<'_>; 1] = [view(&meter, &PANE)];
         let rate = |_: [f64; 3], energy: f64| (-(energy - 3.7).powi(2) / 0.02).exp();

@@ -82,7 +82,7 @@ pub(crate) fn fraction_of_view(size: FeatureSize, tiles: &[Tile<'_>]) -> Result<
     }
 }
 
-/// The volume in view, from difference quotients at scattered points.
+/// The volume in view, from difference quotients at scattered points; infinite if a line of sight is.
 fn volume_of_view(projection: &dyn Projection) -> f64 {
     const POINTS: usize = 512;
     const STEP: f64 = 1e-4;
@@ -90,6 +90,10 @@ fn volume_of_view(projection: &dyn Projection) -> f64 {
         let u = lattice::point(k);
         if projection.world_from_canonical(u).path_per_depth == 0.0 {
             return 0.0;
+        }
+        let ends = [0.0, 1.0].map(|depth| projection.world_from_canonical([u[0], u[1], depth]));
+        if ends.iter().flat_map(|end| end.position).any(|coordinate| !coordinate.is_finite()) {
+            return f64::INFINITY;
         }
         let along = |axis: usize| {
             let [low, high] = [-STEP, STEP].map(|step| {

@@ -1,7 +1,8 @@
 //! The energies of a cube, for emissions whose spectra are known.
 
 use super::{TILES, engine};
-use crate::energy::{EnergyAxis, EnergyScale};
+use crate::EnergyScale;
+use crate::energy::EnergyAxis;
 use crate::vol::dyadic::{STEPS, unit};
 use crate::vol::engine::spectra::Spectra;
 use crate::vol::testing::{answered, assert_close, meter};
@@ -11,7 +12,7 @@ fn axis() -> EnergyAxis {
 }
 
 #[test]
-fn the_first_look_at_energies_has_64_points_at_five_and_named_ones() {
+fn the_initial_sampling_at_energies_has_64_points_at_five_and_named_ones() {
     let (axis, meter) = (axis(), meter(0));
     assert_eq!(engine(&meter, &TILES, 3, None).cost_of_first_energy(), 0);
     let mut engine = engine(&meter, &TILES, 3, Some(&axis));

@@ -1,8 +1,8 @@
-//! The first look, the image so far, and the rounds.
+//! The initial sampling, the image so far, and the rounds.
 
 use super::{SHAPE, TILES, TOLERANCE, assert_plane, engine, plane};
 use crate::cube::Cube;
-use crate::tree::Ending;
+use crate::tree::StopReason;
 use crate::vol::dyadic::{Place, STEPS, unit};
 use crate::vol::line::node_lines::base_depths;
 use crate::vol::seeds::Seed;
@@ -10,7 +10,7 @@ use crate::vol::testing::{answered, assert_close, meter};
 use core::f64::consts::PI;
 
 #[test]
-fn the_first_look_is_the_base_where_lines_are_polynomials() {
+fn the_initial_sampling_is_the_base_where_lines_are_polynomials() {
     let meter = meter(10_000);
     let mut engine = engine(&meter, &TILES, 3, None);
     assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(true));
@@ -25,7 +25,7 @@ fn the_first_look_is_the_base_where_lines_are_polynomials() {
 }
 
 #[test]
-fn a_first_look_beyond_the_budget_makes_no_evaluation() {
+fn a_initial_sampling_beyond_the_budget_makes_no_evaluation() {
     let meter = meter(728);
     let mut engine = engine(&meter, &TILES, 3, None);
     assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(false));
@@ -155,7 +155,7 @@ fn rounds_go_on_until_the_image_is_good_enough() {
     let meter = meter(1_000_000);
     let mut engine = engine(&meter, &TILES, 3, None);
     let (current, ending) = answered(&meter, column, engine.run()).unwrap();
-    assert_eq!(ending, Ending::Complete);
+    assert_eq!(ending, StopReason::Complete);
     assert!(current.largest_error() <= TOLERANCE * current.largest_pixel());
     let sum: f64 = current.maps[0][0][0].pixels().iter().sum();
     assert_close(sum / sum_of_column(), 1.0, TOLERANCE);
@@ -167,7 +167,7 @@ fn rounds_end_with_the_budget_and_keep_what_they_have() {
     let meter = meter(1500);
     let mut engine = engine(&meter, &TILES, 3, None);
     let (current, ending) = answered(&meter, column, engine.run()).unwrap();
-    assert_eq!(ending, Ending::Budget);
+    assert_eq!(ending, StopReason::Budget);
     assert!(meter.evaluations() <= 1500);
     let sum: f64 = current.maps[0][0][0].pixels().iter().sum();
     assert_close(sum / sum_of_column(), 1.0, 0.3);
@@ -179,7 +179,7 @@ fn rounds_end_at_the_finest_level() {
     let mut engine = engine(&meter, &TILES, 2, None);
     engine.finest_level = 3;
     let (_, ending) = answered(&meter, column, engine.run()).unwrap();
-    assert_eq!(ending, Ending::DeepestLevel);
+    assert_eq!(ending, StopReason::MaxLevel);
     assert!(engine.sheets[0].scan.tree.finest_level() <= 3);
 }
 
@@ -189,7 +189,7 @@ fn the_first_tolerance_is_met_before_the_last_one() {
     let mut engine = engine(&meter, &TILES, 3, None);
     engine.tolerance = 0.05;
     let (current, ending) = answered(&meter, column, engine.run()).unwrap();
-    assert_eq!(ending, Ending::Complete);
+    assert_eq!(ending, StopReason::Complete);
     assert!(engine.tolerance < 0.05 && engine.tolerance >= TOLERANCE);
     assert!(current.largest_error() <= TOLERANCE * current.largest_pixel());
     assert_eq!(SHAPE, [current.maps[0][0][0].height(), current.maps[0][0][0].width()]);

@@ -6,7 +6,7 @@ use crate::vol::dyadic::{from_unit, unit};
 use crate::vol::engine::Engine;
 use crate::vol::engine::coverage::Coverage;
 use crate::vol::engine::verification::Verdict;
-use crate::vol::lattice::{point, points_to_see, smallest_seen};
+use crate::vol::lattice::{point, points_to_detect, smallest_detected};
 use crate::vol::testing::{answered, assert_close, meter};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::LayerSamples;
@@ -63,7 +63,7 @@ fn samples_that_agree_ask_for_no_lines_and_are_reused() {
     }
     let size = engine.coverage.smallest.unwrap();
     // No smaller than the distance of the samples allows, and no larger than what is usual.
-    assert!(size > 0.2 / 1024.0_f64.cbrt() && size < 2.0 * smallest_seen(1024, 0.1), "{size}");
+    assert!(size > 0.2 / 1024.0_f64.cbrt() && size < 2.0 * smallest_detected(1024, 0.1), "{size}");
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn a_feature_that_was_asked_for_decides_the_number_of_samples() {
     let meter = meter(1_000_000);
     let mut engine = prepared(&meter);
     let size = 0.016;
-    let needed = points_to_see(size, TUNING.verification.seen_share) as u64;
+    let needed = points_to_detect(size, TUNING.verification.detection_share) as u64;
     assert!(needed > 1024);
     engine.coverage = Coverage::new(Some(size), LayerSamples::default());
     answered(&meter, plane, engine.verify_samples(TARGET)).unwrap();
@@ -180,11 +180,14 @@ fn what_all_lines_step_over_makes_them_stricter() {
     let mut engine = prepared(&meter);
     assert_eq!(verdict(&mut engine, &meter, thin), Verdict::Failed);
     assert!(engine.is_strict);
-    assert_close(engine.line_share, 0.2 * TUNING.verification.stricter, 1e-16);
+    assert_close(engine.line_share, 0.2 * TUNING.verification.stricter_factor, 1e-16);
     // If that does not help, depths are finer.
     assert_eq!(engine.sheets[0].scan.depth_level, 3);
     if verdict(&mut engine, &meter, thin) == Verdict::Failed {
-        assert_eq!(engine.sheets[0].scan.depth_level, 3 + TUNING.verification.finer_at_once);
+        assert_eq!(
+            engine.sheets[0].scan.depth_level,
+            3 + TUNING.verification.depth_levels_per_step
+        );
         let integral = 10.0 * 0.015 * core::f64::consts::PI.sqrt();
         for (i, node) in engine.sheets[0].scan.tree.nodes().iter().enumerate() {
             let [x, y] = node.place.map(unit);

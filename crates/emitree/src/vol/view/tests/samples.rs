@@ -1,22 +1,23 @@
 //! Scattered samples, and the sizes of features that follow from them.
 
-use crate::error::RenderError;
-use crate::projection::{Orthographic, Perspective, Projection, Viewpoint};
+use crate::error::{OptionError, RenderError};
+use crate::projection::Projection;
 use crate::tile::Tile;
 use crate::vol::FEATURE_CONTRAST;
 use crate::vol::FeatureSize::{self, Fraction, Length};
 use crate::vol::dyadic::{spacing, unit};
-use crate::vol::lattice::{point, smallest_seen};
+use crate::vol::lattice::{point, smallest_detected};
 use crate::vol::sampling::Stop;
 use crate::vol::testing::{
     PANE, Pane, answered, assert_close, fill, lattice, meter, sheet, uniform,
 };
 use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::{
-    LayerSamples, ScatteredSheet, WIDTH_OF_GAUSSIAN, fraction_of_view, size_seen, steps,
+    LayerSamples, ScatteredSheet, WIDTH_OF_GAUSSIAN, fraction_of_view, size_detected, steps,
 };
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification_lines::FIRST_LINE;
+use crate::{Orthographic, Perspective, Viewpoint};
 use std::sync::Arc;
 
 const SHAPE: [usize; 2] = [16, 16];
@@ -34,13 +35,13 @@ fn fraction(
     size: FeatureSize,
     projection: &dyn Projection,
     tiles: usize,
-) -> Result<f64, &'static str> {
+) -> Result<f64, OptionError> {
     let tile = |number| Tile { projection, shape: [8, 8], place: (number, tiles) };
     let tiles: Vec<Tile<'_>> = (0..tiles).map(tile).collect();
     fraction_of_view(size, &tiles).map_err(|error| match error {
-        RenderError::Option { name, expected, .. } => {
-            assert_eq!(name, "smallest_feature");
-            expected
+        RenderError::Option(option) => {
+            assert_eq!(option.name(), "smallest_feature");
+            option
         }
         error => panic!("{error}"),
     })
@@ -71,18 +72,20 @@ fn sizes_that_are_none_are_refused() {
     for size in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(fraction(Length(size), &view, 1).is_err(), "{size}");
     }
+    let refused = OptionError::FeatureLengthOfInfiniteView(0.5);
+    assert_eq!(fraction(Length(0.5), &infinite, 1), Err(refused));
 }
 
 #[test]
 fn the_size_seen_is_that_of_a_gaussian_that_just_does_not_pass() {
     for (samples, passes) in [(1024, 0.2), (4096, 0.2), (1024, 2.0)] {
-        let size = size_seen(samples, passes);
+        let size = size_detected(samples, passes);
         // Its column is 20 errors, and so its amplitude 20 / (√(2π) size).
         let share = passes / (FEATURE_CONTRAST / (WIDTH_OF_GAUSSIAN * size));
-        assert_close(smallest_seen(samples, share) / size, 1.0, 1e-9);
+        assert_close(smallest_detected(samples, share) / size, 1.0, 1e-9);
     }
-    assert!(size_seen(4096, 0.2) < size_seen(1024, 0.2));
-    assert!(size_seen(1024, 0.2) < size_seen(1024, 2.0));
+    assert!(size_detected(4096, 0.2) < size_detected(1024, 0.2));
+    assert!(size_detected(1024, 0.2) < size_detected(1024, 2.0));
 }
 
 #[test]
@@ -98,7 +101,7 @@ fn points_in_view_are_sampled_once() {
     let meter = meter(1000);
     let left = Pane { is_open: |[x, _]| x < 0.5, ..PANE };
     let mut sheet = sheet(&meter, &left, 3, SHAPE);
-    sheet.scan.closes = true;
+    sheet.scan.skips_closed = true;
     let mut samples = LayerSamples::default();
     // The first N = 2^m points have N different abscissas, one in each N-th of the edge.
     for (number, in_view) in [(64, 32), (128, 64), (100, 64)] {
@@ -138,7 +141,7 @@ fn a_sample_deviates_by_what_the_lines_around_do_not_explain() {
     for effect in of_target(0.5, 1024, 0.0) {
         assert_close(effect, 0.0, 1e-6);
     }
-    let size = smallest_seen(1024, TUNING.verification.seen_share);
+    let size = smallest_detected(1024, TUNING.verification.detection_share);
     for effect in of_target(0.5, 1024, -0.25) {
         assert_close(effect, 0.25 * 2.0 * 3.0 / 0.5 * WIDTH_OF_GAUSSIAN * size, 1e-5);
     }
@@ -153,7 +156,7 @@ fn a_line_through_a_point_has_depths_around_it_down_to_a_part_of_a_feature() {
     let verified = scattered(&sheet, 1.0, 1024);
     let (place, depths) = verified.line_through(at);
     assert_eq!((place, depths.len() % 2), (steps(&at).0, 0));
-    let size = smallest_seen(1024, TUNING.verification.seen_share);
+    let size = smallest_detected(1024, TUNING.verification.detection_share);
     let finest = size / TUNING.verification.feature_parts;
     for (level, ends) in (3..).zip(depths.chunks(2)) {
         assert_eq!(ends[1] - ends[0], spacing(level));
@@ -187,7 +190,7 @@ fn the_size_covered_is_that_seen_from_the_nearest_sample_at_nearly_all_places() 
     squares.sort_by(f64::total_cmp);
     // All but 1 % of the places, which is five of them.
     let farthest = squares[512 - 6];
-    let usual = smallest_seen(number, TUNING.verification.seen_share);
+    let usual = smallest_detected(number, TUNING.verification.detection_share);
     for passed in [0.02, 0.2] {
         let size = verified.size_covered(&points, &deviations, passed);
         // What passes there, over the amplitude of the feature.

@@ -22,7 +22,7 @@ fn the_base_has_all_depths_of_its_lattice_on_each_line() {
     let wanted = sheet.add_base();
     let expected: Vec<_> = (0..25).map(|i| (i, base_depths(2))).collect();
     assert_eq!(wanted, expected);
-    assert!(!sheet.scan.closes);
+    assert!(!sheet.scan.skips_closed);
     let mut places: Vec<Place> = sheet.scan.tree.nodes().iter().map(|node| node.place).collect();
     places.sort_unstable();
     assert_eq!(places, lattice(2));
@@ -38,7 +38,7 @@ fn lines_out_of_view_are_closed_unless_there_are_few_others() {
     for (pane, lines) in [(few, 25), (some, 10)] {
         let mut sheet = sheet(&meter, &pane, 2, SHAPE);
         assert_eq!(sheet.add_base().len(), lines);
-        assert_eq!(sheet.scan.closes, lines < 25);
+        assert_eq!(sheet.scan.skips_closed, lines < 25);
         for (i, node) in sheet.scan.tree.nodes().iter().enumerate() {
             let is_closed = lines < 25 && !(pane.is_open)(node.place.map(unit));
             assert_eq!(sheet.scan.node_lines.is_closed(i), is_closed);
@@ -76,7 +76,7 @@ fn closed_nodes_are_continued() {
     let meter = meter(0);
     let pane = Pane { is_open: |[x, _]| x < 0.6, ..PANE };
     let mut sheet = sheet(&meter, &pane, 3, SHAPE);
-    sheet.scan.closes = true;
+    sheet.scan.skips_closed = true;
     sheet.scan.add(&lattice(3));
     for (i, node) in sheet.scan.tree.nodes().iter().enumerate() {
         let [x, y] = node.place.map(unit);
@@ -149,7 +149,7 @@ fn a_detail_is_in_the_error_map_around_its_node() {
     let (part, seen) = sheet.assemble(&uniform([16, 16], 1.0), 3);
     assert_close(seen.guarded[i], 1.0, 1e-15);
     // The hats of the node and of the eight around it, which have a half of it, and the next ones.
-    let [next, second] = [TUNING.image.next_guard, TUNING.image.second_guard];
+    let [next, second] = [TUNING.image.first_neighbour_guard, TUNING.image.second_neighbour_guard];
     let (row, column) = (10, 6);
     let hats = [0.75, 0.25];
     let sizes = |i: usize, j: usize| match (i, j) {

@@ -29,11 +29,11 @@ fn scattered_lines_are_others_each_time_and_every_third_is_dense() {
     let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
     let mut lines = sheet.scattered_lines(4);
     lines.extend(sheet.scattered_lines(5));
-    let usual = 3 + TUNING.verification.finer_depths;
+    let usual = 3 + TUNING.verification.extra_depth_levels;
     for (k, (place, depths)) in lines.iter().enumerate() {
         let [x, y, _] = point(FIRST_LINE + k);
         assert_eq!(*place, [x, y].map(from_unit));
-        let dense = if k % 3 == 0 { TUNING.verification.denser } else { 0 };
+        let dense = if k % 3 == 0 { TUNING.verification.dense_extra_levels } else { 0 };
         assert_eq!(*depths, base_depths(usual + dense));
     }
 }
@@ -167,7 +167,7 @@ fn lines_out_of_view_are_not_compared() {
     let meter = meter(100_000);
     let pane = Pane { is_open: |[x, _]| x < 0.51, ..PANE };
     let mut sheet = sheet(&meter, &pane, 3, SHAPE);
-    sheet.scan.closes = true;
+    sheet.scan.skips_closed = true;
     sheet.scan.add(&lattice(3));
     sheet.set_values(&[], &[]);
     let lines = [at(6, 11, 7), at(6, 50, 9)].map(|place| (place, vec![]));

@@ -1,8 +1,9 @@
 //! Which layers are in view, with a ball in the unit cube.
 
+use crate::Orthographic;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::projection::{Canonical, Ellipsoid, Layer, Orthographic, Projection};
+use crate::projection::{Canonical, Ellipsoid, Layer, Projection};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
 use crate::vol::dyadic::unit;
@@ -110,7 +111,7 @@ fn the_image_of_a_layer_is_its_part_of_each_pixel() {
     see(&[&with_ball([0.5, 0.4, 0.5], 0.3)], |visible, scales| {
         let mut sheet = sheet_of(&meter, &visible[0]);
         let wanted = sheet.add_base();
-        assert!(sheet.scan.closes && wanted.len() < 81);
+        assert!(sheet.scan.skips_closed && wanted.len() < 81);
         for (i, _) in wanted {
             let line = &mut sheet.scan.node_lines.lines[i];
             (line.integral, line.error) = (2.0, 0.5);
