@@ -64,7 +64,7 @@ type Reexports = BTreeMap<(Module, String), Vec<String>>;
 /// Finds circles in the folders of all crates.
 pub(crate) fn run(workspace: &Workspace) -> Result<(), String> {
     let crates = fs::read_dir(workspace.path("crates")).map_err(|error| error.to_string())?;
-    let crates = crates.filter_map(|entry| Some(entry.ok()?.file_name().into_string().ok()?));
+    let crates = crates.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     let mut sources: Vec<(String, String)> =
         crates.map(|name| (name.clone(), format!("crates/{name}/src"))).collect();
     for folder in ["python", "xtask"] {

@@ -21,6 +21,7 @@ mod outcome;
 mod peers;
 mod performance;
 mod python;
+mod quick;
 mod step;
 mod total;
 mod unit;
@@ -36,12 +37,13 @@ use workspace::Workspace;
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
 type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
 
-const TOOLS: [(&str, Tool); 5] = [
+const TOOLS: [(&str, Tool); 6] = [
     ("ablate", ablate::run),
     ("compare-peers", peers::run),
     ("fuzz", fuzz::run),
     ("gallery", gallery::run),
     ("performance", performance::run),
+    ("quick", quick::run),
 ];
 
 fn main() -> ExitCode {
@@ -120,7 +122,9 @@ fn help() -> String {
          what they cost there\n\n\
          cargo xtask performance [SECTION ...]\n\n  \
          measures what emitree costs beside the emission, or only the sections named, and writes\n  \
-         docs/performance.md\n",
+         docs/performance.md\n\n\
+         cargo xtask quick\n\n  \
+         formatting, lints and the short unit tests of the core, for the time between two changes\n",
     );
     help
 }

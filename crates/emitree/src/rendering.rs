@@ -14,7 +14,7 @@ pub trait Values: Clone + Debug + Send + sealed::FromCube {
 }
 
 mod sealed {
-    /// MethodOutput of the bands that a method has made, of which an image has one.
+    /// Values from the bands of a method, of which an image has one.
     pub trait FromCube {
         #[doc(hidden)]
         fn from_cube(cube: crate::Cube) -> Self;

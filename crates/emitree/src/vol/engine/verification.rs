@@ -80,10 +80,10 @@ impl Engine<'_> {
         let first: Vec<usize> =
             self.sheets.iter().map(|sheet| sheet.verification.places.len()).collect();
         for step in 0..=TUNING.verification.line_ascent_steps {
-            for i in 0..self.sheets.len() {
-                let tolerance = self.sheets[i].line_tolerance(&tolerances);
-                let of_sheet = core::mem::take(&mut places[i]);
-                if !within_budget(self.sheets[i].verify_lines(of_sheet, tolerance).await)? {
+            for (sheet, of_sheet) in self.sheets.iter_mut().zip(&mut places) {
+                let tolerance = sheet.line_tolerance(&tolerances);
+                let of_sheet = core::mem::take(of_sheet);
+                if !within_budget(sheet.verify_lines(of_sheet, tolerance).await)? {
                     return Ok(Verdict::Unaffordable);
                 }
             }
