@@ -91,8 +91,7 @@ fn volume_of_view(projection: &dyn Projection) -> f64 {
         if projection.world_from_canonical(u).path_per_depth == 0.0 {
             return 0.0;
         }
-        let ends = [0.0, 1.0].map(|depth| projection.world_from_canonical([u[0], u[1], depth]));
-        if ends.iter().flat_map(|end| end.position).any(|coordinate| !coordinate.is_finite()) {
+        if is_infinite(projection, [u[0], u[1]]) {
             return f64::INFINITY;
         }
         let along = |axis: usize| {
@@ -108,6 +107,17 @@ fn volume_of_view(projection: &dyn Projection) -> f64 {
         (a[0] * cross(1, 2) + a[1] * cross(2, 0) + a[2] * cross(0, 1)).abs()
     };
     (0..POINTS).map(volume).sum::<f64>() / POINTS as f64
+}
+
+/// Whether the line of sight at (x, y) is infinite: ds/dz is 0 at an infinite end, and grows without bound
+/// towards it.
+fn is_infinite(projection: &dyn Projection, [x, y]: [f64; 2]) -> bool {
+    const BESIDE_END: f64 = 1e-3;
+    const GROWTH: f64 = 1e3;
+    let path = |z: f64| projection.world_from_canonical([x, y, z]).path_per_depth;
+    let in_the_middle = path(0.5);
+    let is_end = |end: f64, beside: f64| path(end) == 0.0 && path(beside) > GROWTH * in_the_middle;
+    is_end(0.0, BESIDE_END) || is_end(1.0, 1.0 - BESIDE_END)
 }
 
 /// The size, as a fraction of the view's cube, of the smallest Gaussian that this number of samples
