@@ -1,4 +1,4 @@
-//! The combinations of features: lints of each library with none, and with each alone.
+//! `cargo xtask features`: combinations of features: lints of each library with none, and with each alone.
 //!
 //! Everything together is what the step `lint` checks.
 

@@ -1,5 +1,5 @@
-//! What a registry wants of each crate that is published: what its manifest says, and the files that
-//! it brings.
+//! `cargo xtask package`: what a registry requires of each crate to be published, in its manifest and in
+//! its files.
 
 use crate::outcome::Outcome;
 use crate::workspace::Workspace;

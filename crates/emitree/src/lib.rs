@@ -23,13 +23,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What these examples need is at the root. All else is in the modules, in the order in which data pass
-//! through them:
+//! The names that these examples need are at the root; all others are in the modules, in the order in
+//! which data pass through them:
 //!
 //! * [`projection`]: a camera maps the world to the canonical cube, z along the line of sight: image
 //!   planes of seven kinds, depths finite or not, bounds, opaque bodies, the sky in `HEALPix` faces;
-//! * [`vol`]: the engine: a tree of the image plane whose nodes are lines of sight, refined until the
-//!   tolerance is met; one tree for each layer between and inside opaque bodies;
+//! * [`vol`]: the engine: a low-rank approximation or, where there is none, a tree of the image plane whose
+//!   nodes are lines of sight, refined until the tolerance is met; one tree for each layer between and
+//!   inside opaque bodies;
 //! * [`cell`], [`quadrature`], [`prediction`], [`refinement`]: dyadic cells, their averages, the
 //!   prediction of a cell's children, and which cells are split;
 //! * [`tree`]: the paper's sparse tree of cell averages: built, projected along z by one sum for each
@@ -40,16 +41,17 @@
 //! * [`energy`]: the energy axis, with which there is an image for each of its bins ([`render_cube()`]);
 //! * [`progress`]: callbacks while a rendering is made;
 //! * [`result`]: the parts of a [`Rendering`];
-//! * [`error`]: the options that a [`RenderError`] names.
+//! * [`error`]: [`RenderError`], and the options that it names.
+//!
+//! The crate starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
+//! Subdivision* ("the paper").
 //!
 //! # Features
 //!
 //! * `rayon` (default): work is divided among threads. Without it everything is done in the thread that
 //!   calls, with the same bits.
 //! * `healpix` (default): `Healpix` and `projection::healpix`, the sky in pixels of equal area.
-//!
-//! It starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
-//! Subdivision* ("the paper").
+//! * `ablate`: for `cargo xtask ablate` alone, which replaces constants of the engine at run time.
 
 mod parallel;
 mod emission;

@@ -9,10 +9,10 @@ use crate::vol::VolOptions;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Method {
-    /// The image to a tolerance: a tree in the image plane whose nodes are lines of
-    /// sight.
+    /// The image to a tolerance: a low-rank approximation of g or, where there is none, a tree of the
+    /// image plane whose nodes are lines of sight.
     Vol(VolOptions),
-    /// The paper's: a sparse tree of cell averages, built by conservative subdivision, projected.
+    /// The paper's method: a sparse tree of cell averages, built by conservative subdivision, projected.
     ///
     /// An absolute threshold is in the unit of g. The tree's function is g times a weight of the
     /// view, ds/dz · dΩ/(dx dy), which is taken as its value for a line through the middle.
@@ -73,10 +73,11 @@ pub struct RenderOptions<'a> {
     /// The largest number of evaluations of g.
     pub max_evaluations: u64,
     /// The longest time that the rendering may take \[s\], above 0; infinite for no limit. It ends with
-    /// the best image so far and [`StopReason::Time`](crate::StopReason::Time). A call of g that has begun is waited for.
+    /// the best image so far and [`StopReason::Time`](crate::StopReason::Time), after a call of g that has
+    /// begun.
     pub max_seconds: f64,
-    /// The memory that the image and the coarsest grid may take \[bytes\]; more is an error before anything is
-    /// allocated.
+    /// The memory that the image and the coarsest grid may take \[bytes\]; more is an error before
+    /// anything is allocated.
     pub max_memory_bytes: u64,
     /// The largest number of evaluations in one batch: a larger one is made in parts.
     pub batch_size: u64,
@@ -118,42 +119,42 @@ impl<'a> RenderOptions<'a> {
         }
     }
 
-    /// The same with a largest number of evaluations of g.
+    /// Sets the largest number of evaluations of g.
     #[must_use]
     pub fn with_max_evaluations(mut self, max_evaluations: u64) -> Self {
         self.max_evaluations = max_evaluations;
         self
     }
 
-    /// The same with a limit on the time \[s\], above 0; infinite for no limit.
+    /// Sets the longest time that the rendering may take \[s\], above 0; infinite for no limit.
     #[must_use]
     pub fn with_max_seconds(mut self, max_seconds: f64) -> Self {
         self.max_seconds = max_seconds;
         self
     }
 
-    /// The same with a limit on the memory \[bytes\].
+    /// Sets the memory that the image and the coarsest grid may take \[bytes\].
     #[must_use]
     pub fn with_max_memory_bytes(mut self, max_memory_bytes: u64) -> Self {
         self.max_memory_bytes = max_memory_bytes;
         self
     }
 
-    /// The same with a largest number of evaluations in one batch, 1 or more.
+    /// Sets the largest number of evaluations in one batch, 1 or more.
     #[must_use]
     pub fn with_batch_size(mut self, batch_size: u64) -> Self {
         self.batch_size = batch_size;
         self
     }
 
-    /// The same with a callback after each call of g.
+    /// Sets the callback after each call of g.
     #[must_use]
     pub fn with_progress(mut self, progress: &'a Progress<'a>) -> Self {
         self.progress = Some(progress);
         self
     }
 
-    /// The same with a callback for each image on the way; of [`Method::Vol`] only.
+    /// Sets the callback for each intermediate image; only [`Method::Vol`] has any.
     #[must_use]
     pub fn with_frame(mut self, frame: &'a FrameCallback<'a>) -> Self {
         self.frame = Some(frame);

@@ -73,7 +73,7 @@ pub struct RenderStats {
     /// How many samples are on the lines of sight of each pixel, at all energies: those of the values
     /// that were returned.
     pub evaluations_per_pixel: EvaluationCounts,
-    /// The number of batches in which that was done: one for each refinement step.
+    /// The number of batches of evaluations: one for each refinement step.
     pub batches: u64,
     /// Why the rendering ended.
     pub ending: StopReason,

@@ -46,6 +46,8 @@ type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + 
 /// tolerance would have returned at once. The time limit counts from [`new`](Self::new) or
 /// [`resume`](Self::resume), with the time that the caller takes.
 ///
+/// V is [`Image`] or, of a session [with energies](Session::with_energies), [`Cube`].
+///
 /// ```
 /// use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Session, VolOptions};
 ///

@@ -52,7 +52,7 @@ class Camera(_Table):
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        # A class of a user has no row: it has what the class has that it was made from.
+        # A subclass made by a user has no row: it inherits that of its base class.
         if cls.__module__ == __name__:
             row = _ROWS[cls.__name__]
             cls._type, cls._is_sky = row["name"], row["is_sky"]

@@ -81,7 +81,7 @@ pub enum OptionError {
     /// Energies of spectral lines without an energy axis.
     #[error("`line_energies` are given without an energy axis: expected none, or an energy axis")]
     LineEnergies,
-    /// A callback for images on the way, and a method that has none, by its name.
+    /// A callback for intermediate images, and a method that has none, by its name.
     #[error(
         "`frame` is given, and method `{0}` has no images on the way: expected none, or method `vol`"
     )]

@@ -5,7 +5,7 @@
 //! the geometry: the trees and the renderers work on functions on the unit cube.
 //!
 //! A [`Camera`] is an [image plane](ImagePlane) (which line of sight belongs to which pixel) at a
-//! [`Viewpoint`](crate::Viewpoint), with a range of depths, [`Bounds`] of what can glow, and opaque bodies.
+//! [`Viewpoint`](crate::Viewpoint), with a range of depths, [`Bounds`] of the emission, and opaque bodies.
 
 #[cfg(feature = "healpix")]
 pub(crate) mod all_sky;

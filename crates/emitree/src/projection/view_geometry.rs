@@ -1,7 +1,7 @@
-//! What the methods ask of a view beyond its map: edges, layers, tiles, and many points in one call.
+//! What the methods need of a view beyond its map: edges, layers, tiles, and many points in one call.
 //!
-//! [`Projection`] is the part of a user, [`ViewGeometry`] that of cameras with bodies, discs and skies. The
-//! methods see any projection through the functions of `dyn Projection` here, which have answers for
+//! Users implement [`Projection`]; cameras with bodies, discs and skies implement [`ViewGeometry`] too. The
+//! methods use any projection through the functions of `dyn Projection` here, which have defaults for
 //! projections without a [`ViewGeometry`].
 
 use super::layer::{Layer, Region, Whole};
@@ -71,7 +71,7 @@ pub trait ViewGeometry: Projection {
     }
 }
 
-/// What the methods ask of any projection.
+/// What the methods need of any projection.
 impl dyn Projection + '_ {
     /// As [`ViewGeometry::region`].
     pub(crate) fn region(&self, xy: [f64; 2]) -> Region {

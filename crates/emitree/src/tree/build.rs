@@ -94,7 +94,7 @@ pub enum BuildError<E> {
         /// The deepest base level that this dimension can have.
         deepest: u8,
     },
-    /// The finest level is not below the base level.
+    /// The finest level is not finer than the base level, or finer than the deepest one.
     #[error("`finest_level` is {level}: expected {} to {deepest}", .base_level + 1)]
     FinestLevel {
         /// The level given.
@@ -128,14 +128,14 @@ impl BuildOptions {
         Self { threshold, ..Self::default() }
     }
 
-    /// The same with predictions of an order p: 1, 3, 5, 7 or 9.
+    /// Sets the order p of the predictions: 1, 3, 5, 7 or 9.
     #[must_use]
     pub fn with_order(mut self, order: usize) -> Self {
         self.order = order;
         self
     }
 
-    /// The same with a base grid of 2^`base_level` cells along each axis, 1 to
+    /// Sets the level of the base grid, which has 2^`base_level` cells along each axis; 1 to
     /// [`deepest_base_level`](Self::deepest_base_level).
     #[must_use]
     pub fn with_base_level(mut self, base_level: u8) -> Self {
@@ -143,14 +143,14 @@ impl BuildOptions {
         self
     }
 
-    /// The same with another rule for the averages of cells.
+    /// Sets the rule for the averages of cells.
     #[must_use]
     pub fn with_rule(mut self, rule: CellRule) -> Self {
         self.rule = rule;
         self
     }
 
-    /// The same with a level, above the base level, whose cells are not split; `None` for no such level.
+    /// Sets the level, above the base level, whose cells are not split; `None` for no such level.
     #[must_use]
     pub fn with_finest_level(mut self, level: impl Into<Option<u8>>) -> Self {
         self.finest_level = level.into();

@@ -49,7 +49,7 @@ fn ratios(seeds: core::ops::Range<u64>, tolerance: f64) -> (f64, f64) {
     (largest, (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / count as f64).exp())
 }
 
-/// The choice needs no option and costs at most a known factor.
+/// The choice needs no option and costs at most a fixed factor.
 #[test]
 fn the_choice_costs_little_at_one_percent() {
     let (largest, mean) = ratios(0..48, 0.01);

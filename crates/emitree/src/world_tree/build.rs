@@ -41,7 +41,7 @@ pub struct WorldTreeOptions<'a> {
     pub max_evaluations: u64,
     /// The largest number of evaluations in one batch: a larger one is made in parts.
     pub batch_size: u64,
-    /// What the tree may take while it is built \[bytes\].
+    /// The memory that the tree may take while it is built \[bytes\].
     pub max_memory_bytes: u64,
     /// Called after each call of g, from any thread, with the evaluations so far; may break.
     pub progress: Option<&'a Progress<'a>>,
@@ -70,49 +70,50 @@ impl<'a> WorldTreeOptions<'a> {
         Self { tolerance, ..Self::default() }
     }
 
-    /// The same with predictions of an order p: 3, 5 or 7.
+    /// Sets the order p of the predictions: 3, 5 or 7.
     #[must_use]
     pub fn with_order(mut self, order: usize) -> Self {
         self.order = order;
         self
     }
 
-    /// The same with a base grid of 2^`base_level` cells along each edge of the box, 3 to 10.
+    /// Sets the level of the base grid, which has 2^`base_level` cells along each edge of the box; 3
+    /// to 10.
     #[must_use]
     pub fn with_base_level(mut self, base_level: u8) -> Self {
         self.base_level = base_level;
         self
     }
 
-    /// The same with a level, above the base level, whose cells are not split; `None` for no such level.
+    /// Sets the level, above the base level, whose cells are not split; `None` for no such level.
     #[must_use]
     pub fn with_finest_level(mut self, level: impl Into<Option<u8>>) -> Self {
         self.finest_level = level.into();
         self
     }
 
-    /// The same with a largest number of evaluations.
+    /// Sets the largest number of evaluations.
     #[must_use]
     pub fn with_max_evaluations(mut self, max_evaluations: u64) -> Self {
         self.max_evaluations = max_evaluations;
         self
     }
 
-    /// The same with a largest number of evaluations in one batch, 1 or more.
+    /// Sets the largest number of evaluations in one batch, 1 or more.
     #[must_use]
     pub fn with_batch_size(mut self, batch_size: u64) -> Self {
         self.batch_size = batch_size;
         self
     }
 
-    /// The same with a limit on the memory \[bytes\].
+    /// Sets the memory that the tree may take while it is built \[bytes\].
     #[must_use]
     pub fn with_max_memory_bytes(mut self, max_memory_bytes: u64) -> Self {
         self.max_memory_bytes = max_memory_bytes;
         self
     }
 
-    /// The same with a callback after each call of g.
+    /// Sets the callback after each call of g.
     #[must_use]
     pub fn with_progress(mut self, progress: &'a Progress<'a>) -> Self {
         self.progress = Some(progress);

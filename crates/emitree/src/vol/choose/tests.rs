@@ -1,4 +1,4 @@
-//! Options out of range, and which of the two ways an image comes from.
+//! Options out of range, and the choice between the low-rank approximation and the image tree.
 
 use super::*;
 use crate::projection::Canonical;
@@ -78,7 +78,7 @@ fn a_product_needs_no_image_tree() {
 }
 
 #[test]
-fn what_jumps_comes_from_the_image_tree() {
+fn emissions_with_jumps_are_left_to_the_image_tree() {
     let ball = |at: [f64; 3]| {
         let square: f64 = at.iter().map(|x| (x - 0.5).powi(2)).sum();
         if square < 0.09 { 1.0 } else { 0.0 }

@@ -122,7 +122,7 @@ fn a_budget_that_ends_is_no_failure() {
 }
 
 #[test]
-fn lines_have_a_share_of_the_tolerance_by_their_weight() {
+fn the_tolerance_of_lines_depends_on_their_weight() {
     let meter = meter(0);
     let mut engine = engine(&meter, &TILES, 3, None);
     assert_close(engine.line_tolerances(0.5)[0], 0.2 * 0.5, 1e-16);
@@ -154,7 +154,7 @@ fn an_image_of_a_plane_is_exact_and_complete() {
 }
 
 #[test]
-fn a_base_coarser_than_the_one_asked_for_is_not_complete() {
+fn an_image_from_a_base_coarser_than_requested_is_not_complete() {
     let (made, evaluations) = made(plane, 700, &VolOptions::default());
     let made = made.unwrap();
     assert_eq!((made.ending, made.base_level), (StopReason::Budget, Some(2)));
@@ -163,7 +163,7 @@ fn a_base_coarser_than_the_one_asked_for_is_not_complete() {
 }
 
 #[test]
-fn a_feature_that_was_asked_for_is_covered_or_the_image_is_not_complete() {
+fn a_requested_feature_size_is_covered_or_the_image_is_not_complete() {
     for (size, allowed, ending) in
         [(0.02, 1_000_000, StopReason::Complete), (0.002, 20_000, StopReason::Budget)]
     {

@@ -54,7 +54,7 @@ fn a_detail_guards_no_finer_node_and_none_that_was_continued_guards_any() {
 }
 
 #[test]
-fn a_guarded_detail_remains_in_full_on_the_levels_always_looked_at() {
+fn a_guarded_detail_remains_in_full_on_the_required_levels() {
     let (tree, spike) = spike();
     let rests = rests(&tree, 3);
     assert_eq!(rests[spike].children, Children::None);
@@ -67,7 +67,7 @@ fn a_guarded_detail_remains_in_full_on_the_levels_always_looked_at() {
 }
 
 #[test]
-fn no_decay_is_believed_on_the_last_level_always_looked_at() {
+fn no_decay_is_assumed_on_the_last_required_level() {
     let mut tree = tree_of(&lattice(2), |_, _| 0.0);
     with_detail(&mut tree, at(2, 1, 1), 1.0);
     for place in lattice(3) {
@@ -77,8 +77,8 @@ fn no_decay_is_believed_on_the_last_level_always_looked_at() {
     }
     let i = with_detail(&mut tree, at(3, 3, 3), 0.1);
     assert_close(rests(&tree, 3)[i].size, 0.1, 1e-14);
-    let believed = (TUNING.image.decay_margin * 0.1).max(TUNING.image.first_least_decay);
-    assert_close(rests(&tree, 2)[i].size, 0.1 * believed, 1e-14);
+    let decay = (TUNING.image.decay_margin * 0.1).max(TUNING.image.first_least_decay);
+    assert_close(rests(&tree, 2)[i].size, 0.1 * decay, 1e-14);
 }
 
 /// The places of the diagonal children of the spike, and of the four beside it.
@@ -86,7 +86,7 @@ const DIAGONAL: [(u32, u32); 4] = [(5, 5), (5, 7), (7, 5), (7, 7)];
 const BESIDE: [(u32, u32); 4] = [(5, 6), (6, 5), (6, 7), (7, 6)];
 
 #[test]
-fn once_the_diagonal_children_are_there_they_tell_what_remains() {
+fn the_diagonal_children_determine_the_remaining_error() {
     let least = TUNING.image.after_diagonals;
     for (of_child, expected) in [(0.4, 0.4), (0.1 * least, least)] {
         let (mut tree, spike) = spike();
@@ -108,7 +108,7 @@ fn once_the_diagonal_children_are_there_they_tell_what_remains() {
 }
 
 #[test]
-fn a_child_on_one_side_is_expected_of_its_siblings() {
+fn the_detail_of_a_missing_child_is_estimated_from_its_siblings() {
     let of_order = [
         (6, TUNING.image.sibling_share),
         (4, TUNING.image.sibling_share_of_kinks * TUNING.image.kink_margin),
@@ -128,7 +128,7 @@ fn a_child_on_one_side_is_expected_of_its_siblings() {
 }
 
 #[test]
-fn below_the_levels_always_looked_at_the_decay_from_coarser_nodes_counts() {
+fn below_the_required_levels_the_observed_decay_is_used() {
     let (margin, first) = (TUNING.image.decay_margin, TUNING.image.first_least_decay);
     for (detail, decay) in [(0.2, margin * 0.2), (0.05, first), (0.9, 1.0)] {
         let (mut tree, _) = spike();
@@ -144,7 +144,7 @@ fn below_the_levels_always_looked_at_the_decay_from_coarser_nodes_counts() {
 }
 
 #[test]
-fn beside_a_continued_node_more_remains() {
+fn the_remaining_error_is_larger_beside_a_continued_node() {
     let (mut tree, spike) = spike();
     let beside = number(&tree, at(3, 4, 3));
     tree.set_continued(beside, 0.0, 0.0);
@@ -154,7 +154,7 @@ fn beside_a_continued_node_more_remains() {
 }
 
 #[test]
-fn a_continued_node_may_be_wrong_as_long_as_an_edge_is_near() {
+fn the_error_of_a_continued_value_remains_while_an_edge_is_near() {
     let margin = TUNING.image.edge_margin;
     let cases = [
         (Around::Closed, 0.1, 0.0),
@@ -175,7 +175,7 @@ fn a_continued_node_may_be_wrong_as_long_as_an_edge_is_near() {
     }
 }
 
-/// A tree without values of which a few nodes have something left, on an image of `shape`.
+/// A tree with values of 0 and remaining errors at a few nodes, on an image of `shape`.
 struct Opening {
     tree: ImageTree,
     remaining: Vec<Remaining>,
@@ -232,7 +232,7 @@ const SHAPE: [usize; 2] = [16, 16];
 const PEAK: f64 = 0.75 * 0.75;
 
 #[test]
-fn the_largest_are_opened_first_until_every_pixel_is_good_enough() {
+fn the_largest_are_opened_first_until_every_pixel_is_within_the_goal() {
     let (large, small) = (at(3, 3, 3), at(3, 7, 7));
     let goal = TUNING.image.pixel_goal;
     let opened =
@@ -244,7 +244,7 @@ fn the_largest_are_opened_first_until_every_pixel_is_good_enough() {
 }
 
 #[test]
-fn a_node_beside_a_bad_pixel_is_left_alone_if_a_larger_one_mends_it() {
+fn a_node_is_not_opened_if_a_larger_one_reduces_the_error_enough() {
     let (large, beside) = (at(3, 3, 3), at(3, 4, 3));
     let opening = Opening::new(SHAPE, 0.5, &[(large, 1.0), (beside, 0.3)]);
     assert_eq!(opening.opened(None), [large]);
@@ -256,7 +256,7 @@ fn a_node_beside_a_bad_pixel_is_left_alone_if_a_larger_one_mends_it() {
 }
 
 #[test]
-fn what_is_too_small_or_too_fine_is_not_opened() {
+fn nodes_with_small_contributions_or_of_the_finest_level_are_not_opened() {
     let bad = uniform(SHAPE, 10.0);
     let least = TUNING.image.least_contribution;
     let sizes = [(at(3, 3, 3), 0.99 * least), (at(3, 7, 7), 1.01 * least)];
@@ -267,7 +267,7 @@ fn what_is_too_small_or_too_fine_is_not_opened() {
 }
 
 #[test]
-fn what_is_narrower_than_a_pixel_is_a_part_of_it() {
+fn a_footprint_narrower_than_a_pixel_counts_by_its_share() {
     let (coarse, fine) = (at(3, 2, 2), at(3, 5, 5));
     let bad = |shape| uniform(shape, 10.0);
     // A spacing is half of a pixel along one axis of the first two images.
@@ -278,7 +278,7 @@ fn what_is_narrower_than_a_pixel_is_a_part_of_it() {
 }
 
 #[test]
-fn only_bins_with_a_weight_ask_for_nodes() {
+fn only_bins_with_a_weight_require_nodes() {
     let place = at(3, 3, 3);
     let [good, bad] = [uniform(SHAPE, 0.0), uniform(SHAPE, 10.0)];
     let mut opening = Opening::new(SHAPE, 1.0, &[(place, 1.0)]);
@@ -289,7 +289,7 @@ fn only_bins_with_a_weight_ask_for_nodes() {
 }
 
 #[test]
-fn what_no_pixel_counts_is_not_opened() {
+fn nodes_without_effect_on_a_pixel_are_not_opened() {
     let (dark, bright) = (at(3, 1, 4), at(3, 7, 4));
     let mut opening = Opening::new(SHAPE, 1.0, &[(dark, 2.0), (bright, 1.0)]);
     for (i, pixel) in opening.scale.pixels_mut().iter_mut().enumerate() {

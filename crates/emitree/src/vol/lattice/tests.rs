@@ -49,7 +49,7 @@ fn circumradius(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> f64 {
 }
 
 #[test]
-fn the_covering_radius_of_a_body_centred_lattice_is_known() {
+fn the_covering_radius_of_a_body_centred_lattice_is_exact() {
     // (1, 1, 1) / 2 is body-centred: √5 / 4 edges, with two points for each cube.
     let body_centred = covering_radius(1, [1, 1, 1]);
     assert!((body_centred - 5.0_f64.sqrt() / 4.0 * 2.0_f64.cbrt()).abs() < 1e-12);

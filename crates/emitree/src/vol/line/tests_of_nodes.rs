@@ -1,4 +1,4 @@
-//! The lines of nodes, and what neighbours take from each other, on lines with known integrals.
+//! The lines of nodes, and the depths taken from neighbours, with known integrals.
 
 use crate::meter::Meter;
 use crate::vol::dyadic::{Place, STEPS, spacing, unit};
@@ -58,7 +58,7 @@ fn a_batch_beyond_the_budget_changes_nothing() {
 #[test]
 fn lines_are_refined_to_the_tolerance_each_by_itself() {
     let (meter, tree, mut node_lines) = (meter(10_000), tree(&lattice(0)), lines(4));
-    // The width, and with it the integral, is another one on each line.
+    // The width, and with it the integral, differs from line to line.
     let width = |x: f64, y: f64| 0.03 + 0.02 * x + 0.05 * y;
     let rate = |[x, y, z]: [f64; 3], _| gaussian(z, 0.5, width(x, y));
     let wanted = (0..4).map(|i| (i, base_depths(3))).collect();
@@ -86,7 +86,7 @@ fn the_error_of_a_line_depends_on_its_source() {
 }
 
 #[test]
-fn a_snapshot_gives_lines_their_rules_back() {
+fn a_snapshot_restores_the_rules_of_lines() {
     let mut node_lines = lines(3);
     let rule = LineSource::Rule { block: Block::around([0, 0], 1), error: 0.25 };
     node_lines.sources = vec![LineSource::Full, rule, LineSource::Unknown];
@@ -101,14 +101,14 @@ fn a_snapshot_gives_lines_their_rules_back() {
 }
 
 #[test]
-fn the_brightest_is_a_full_line_as_it_is_now() {
+fn the_brightest_line_is_computed_from_the_present_samples() {
     let tree = tree(&lattice(0));
     let mut node_lines = lines_of(&tree, 1, |[x, y, _]| -1.0 - 2.0 * x - y);
     assert_close(node_lines.brightest(), 4.0, 1e-15);
     let i = tree.find([STEPS, STEPS]).unwrap();
     node_lines.sources[i] = LineSource::Closed;
     assert_close(node_lines.brightest(), 3.0, 1e-15);
-    // New samples count at once.
+    // New samples change the result without an update.
     let meter = meter(100);
     let (view, wanted) = (view(&meter, &PANE), vec![(0, vec![STEPS / 4])]);
     answered(&meter, |_, _| 19.0, node_lines.sample(&view, &tree, &wanted)).unwrap();
@@ -129,7 +129,7 @@ fn own_depth(i: usize) -> u32 {
 }
 
 #[test]
-fn a_new_line_starts_with_what_the_nearest_have_opened() {
+fn a_new_line_starts_with_the_depths_refined_on_the_nearest_lines() {
     let tree = in_a_row();
     let mut node_lines = lines_of(&tree, 2, |_| 1.0);
     for (i, line) in node_lines.lines.iter_mut().enumerate() {
@@ -168,7 +168,7 @@ fn the_nearest_full_lines_are_those_before_a_node() {
     assert_eq!(numbers(3), [0, 2]);
 }
 
-/// Lines that have closed in on a jump at a depth of 0.3 + 0.2 x.
+/// Lines with a bracketed jump at a depth of 0.3 + 0.2 x.
 fn stepped(tree: &ImageTree) -> NodeLines {
     let (meter, mut node_lines) = (meter(100_000), lines(tree.len()));
     let rate = |[x, _, z]: [f64; 3], _| if z < 0.3 + 0.2 * x { 0.0 } else { 1.0 };
@@ -192,7 +192,7 @@ fn a_jump_on_a_plane_is_expected_where_the_plane_is() {
     let [low, high] = [brackets[0].low, brackets[0].high];
     assert!(unit(low) <= depth && depth <= unit(high) && unit(high - low) < 1e-2);
     assert!([low, high].iter().all(|end| depths.contains(end)));
-    // Those that neighbours have closed in with are their own.
+    // The depths that bracket the jumps of neighbours are not taken over.
     assert_eq!(depths.len(), base_depths(3).len() + 2);
     node_lines.tracks_jumps = false;
     assert!(node_lines.starts(&tree, &[place], tree.len(), 1e-4, 3)[0].1.is_empty());
@@ -215,14 +215,14 @@ fn two_samples_beside_the_expected_jump_are_enough() {
     assert_close(node_lines.lines[first].integral, 0.7 - 0.2 * 7.0 / 16.0, 1e-2);
 }
 
-/// A sheet of glow at a depth of 0.3, between all depths of the base.
+/// A thin emitting sheet at a depth of 0.3, between all depths of the base.
 const THIN: f64 = 0.005;
 
 fn thin([_, _, z]: [f64; 3], _energy: f64) -> f64 {
     gaussian(z, 0.3, THIN)
 }
 
-/// Looks elsewhere for what the line `first` has found.
+/// Samples the structure of the line `first` on the lines around it.
 fn follow(
     node_lines: &mut NodeLines,
     meter: &Meter,
@@ -237,7 +237,7 @@ fn follow(
 }
 
 #[test]
-fn what_one_line_has_found_is_followed_from_line_to_line() {
+fn structure_found_on_one_line_is_sampled_on_adjacent_ones_in_turn() {
     let tree = tree(&lattice(2));
     let mut node_lines = lines_of(&tree, 2, |at| thin(at, 0.0));
     let (first, closed) = (tree.find(at(2, 1, 1)).unwrap(), tree.find(at(2, 4, 0)).unwrap());
@@ -253,21 +253,21 @@ fn what_one_line_has_found_is_followed_from_line_to_line() {
         let expected = if i == closed { 0.0 } else { THIN * PI.sqrt() };
         assert_close(line.integral, expected, 2.0 * tolerance);
     }
-    // Now all know it.
+    // All lines have these samples now.
     let before = meter.evaluations();
     follow(&mut node_lines, &meter, &tree, first, tolerance, thin);
     assert_eq!(meter.evaluations(), before);
 }
 
 #[test]
-fn what_has_been_found_is_looked_for_at_the_next_lines_only() {
+fn structure_is_searched_for_on_the_adjacent_lines_only() {
     let tree = tree(&lattice(2));
     let mut node_lines = lines_of(&tree, 2, |_| 0.0);
     let first = tree.find(at(2, 1, 1)).unwrap();
     node_lines.lines[first] = line_of(7, |z| thin([0.0, 0.0, z], 0.0));
     node_lines.lines[first].assess(1e-5, 2);
     let meter = meter(100_000);
-    // They are dark where it was found.
+    // The other lines are dark at that depth.
     follow(&mut node_lines, &meter, &tree, first, 1e-5, |_, _| 0.0);
     let base = base_depths(2).len();
     for (i, (node, line)) in tree.nodes().iter().zip(&node_lines.lines).enumerate() {
@@ -277,7 +277,7 @@ fn what_has_been_found_is_looked_for_at_the_next_lines_only() {
 }
 
 #[test]
-fn a_small_effect_is_not_looked_for_elsewhere() {
+fn structure_of_small_effect_is_not_searched_for_elsewhere() {
     let tree = tree(&lattice(2));
     let first = tree.find(at(2, 1, 1)).unwrap();
     let found = THIN * PI.sqrt();

@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_expected_from_lines_without_jumps() {
+    fn no_jumps_are_expected_beside_lines_without_jumps() {
         assert_eq!(predict(&neighbours(|_, _| vec![]), TOLERANCE), Predicted::default());
         assert_eq!(predict(&[], TOLERANCE), Predicted::default());
     }

@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tail_tells_whether_a_function_is_resolved() {
+    fn the_tail_shows_whether_a_function_is_resolved() {
         let bell = |x: f64| (-60.0 * (x - 0.4).powi(2)).exp();
         let tail = |level: u8, f: &dyn Fn(f64) -> f64| {
             Analysis::new(level).tail(sampled(level, f).into_iter())

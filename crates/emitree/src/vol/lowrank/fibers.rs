@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn the_next_tail_is_known_beforehand() {
+    fn the_tail_of_the_next_level_is_extrapolated() {
         let core = |x: f64| 1.0 / (1.0 + ((x - 0.43) / 0.1).powi(2));
         let tail_at = |level: u8| {
             let mut fibers = Fibers::new(level);

@@ -1,4 +1,4 @@
-//! The search for an interpolant and what it decides, on products and on what is none.
+//! The search for an interpolant and what it decides, on products and on functions that are not separable.
 
 use super::*;
 use crate::projection::Canonical;
@@ -19,7 +19,7 @@ fn products([x, y, z]: [f64; 3]) -> f64 {
     product([x, y, z]) + (1.0 - x * x) * y * (1.0 + z)
 }
 
-/// A step that no sum of products follows.
+/// A step, which has no low-rank approximation.
 fn step([x, y, z]: [f64; 3]) -> f64 {
     if x + 0.6 * y + 0.3 * z < 1.0 { 1.0 } else { 0.2 }
 }
@@ -28,7 +28,7 @@ fn search<'a>(meter: &'a Meter, layer: &'a Pane) -> Search<'a> {
     Search::new(WeightedView { meter, layer }, 0.01)
 }
 
-/// The largest |rate − interpolant| at points that the search has not had.
+/// The largest |rate − interpolant| at points that the search has not sampled.
 fn worst(search: &Search<'_>, rate: impl Fn([f64; 3]) -> f64) -> f64 {
     let points: Vec<[f64; 3]> = (5000..5200).map(point).collect();
     let values = search.interpolant.values(&points);
@@ -67,7 +67,7 @@ fn largest_left(assessment: &Assessment) -> f64 {
 }
 
 #[test]
-fn one_cross_has_all_of_a_product() {
+fn one_cross_represents_a_product() {
     for sign in [1.0, -1.0] {
         let meter = meter(100_000);
         let mut search = search(&meter, &PANE);
@@ -81,7 +81,7 @@ fn one_cross_has_all_of_a_product() {
 }
 
 #[test]
-fn two_crosses_have_all_of_two_products() {
+fn a_second_cross_reduces_the_residual_of_two_products() {
     let meter = meter(100_000);
     let mut search = search(&meter, &PANE);
     let assessment = grown(&mut search, &meter, products, 1).ok().unwrap();
@@ -134,7 +134,7 @@ fn samples_are_rates_without_the_solid_angle() {
 }
 
 #[test]
-fn the_worst_of_the_scattered_samples_is_followed_to_a_larger_difference() {
+fn an_ascent_from_the_largest_residual_finds_a_larger_one() {
     // A product with a knot beside a scattered point.
     let centre = point(57).map(|along| along + 0.03);
     let knotty = |at: [f64; 3]| {
@@ -144,7 +144,7 @@ fn the_worst_of_the_scattered_samples_is_followed_to_a_larger_difference() {
     let meter = meter(100_000);
     let mut search = search(&meter, &PANE);
     assert!(grown(&mut search, &meter, product, 1).is_ok());
-    // The probes of another search know of the knot, its interpolant does not.
+    // The probes of another search contain the knot, its interpolant does not.
     let mut with_knot = self::search(&meter, &PANE);
     assert!(answered(&meter, |at, _| knotty(at), with_knot.probe()).is_ok());
     with_knot.interpolant = search.interpolant.clone();
@@ -182,7 +182,7 @@ fn a_product_is_an_image_and_its_samples_are_kept() {
         attempted(1_000_000, product, &VolOptions::default(), 1);
     let found = found.unwrap();
     assert_eq!((found.ending, found.base_level), (StopReason::Complete, Some(3)));
-    // As many probes as see a Gaussian of a fortieth of the cube.
+    // As many probes as detect a Gaussian of a fortieth of the cube.
     assert_eq!(samples.number, points_to_detect(0.025, TUNING.lowrank.probe_detection_share));
     assert!(evaluations > samples.number as u64 && found.smallest_feature.is_some());
     let image = &found.cube.bands()[0];
@@ -210,7 +210,7 @@ fn there_is_no_attempt_with_seeds_or_tiles_or_a_short_budget() {
         assert!(attempted.found.is_none() && evaluations == 0);
     }
     assert!(attempted(least, product, &usual, 1).1 > 0);
-    // A seed as large as the cells of the base is none.
+    // A seed as large as the cells of the base has no effect.
     let seeds = vec![Seed { position: [0.5; 3], radius: 0.2 }];
     let vol = VolOptions { seeds, ..usual };
     assert!(attempted(1_000_000, product, &vol, 1).0.found.is_some());
@@ -224,7 +224,7 @@ fn a_step_leaves_the_image_to_the_tree() {
 }
 
 #[test]
-fn a_search_takes_a_quarter_of_the_budget_and_tells_what_it_has() {
+fn a_search_takes_a_quarter_of_the_budget_and_returns_its_image() {
     // A tilted sheet has a high rank.
     let sheet = |[x, y, z]: [f64; 3]| (-((x + 0.8 * y + 0.6 * z - 1.2) / 0.1).powi(2)).exp();
     let allowed = 4 * 729;
@@ -269,7 +269,7 @@ fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
 }
 
 #[test]
-fn a_wanted_feature_that_is_none_is_refused() {
+fn a_feature_size_of_0_is_refused() {
     let meter = meter(1_000_000);
     let tiles = [Tile { projection: &Canonical, shape: [16, 16], place: (0, 1) }];
     let smallest_feature = Some(FeatureSize::Fraction(0.0));
@@ -278,7 +278,7 @@ fn a_wanted_feature_that_is_none_is_refused() {
 }
 
 #[test]
-fn the_larger_of_two_numbers_may_be_none() {
+fn the_larger_of_two_numbers_is_nan_if_one_is() {
     for larger in [larger(1.0, 2.0), larger(2.0, 1.0)] {
         assert_close(larger, 2.0, 0.0);
     }

@@ -24,7 +24,7 @@ fn of_mixed(place: Place) -> f64 {
     0.5 * (1.0 + x * x) + (0.2 + y) / 3.0
 }
 
-/// No two lines have anything in common.
+/// Lines of high rank: no depth rule integrates all of them.
 fn rough([x, y, z]: [f64; 3]) -> f64 {
     1.0 + (40.0 * x * y + 30.0 * x + 50.0 * y + (9.0 + 20.0 * x - 15.0 * y) * z).sin()
 }
@@ -48,7 +48,7 @@ fn plan(scan: &Scan<'_>, first: usize, tolerance: f64, postpone: bool) -> Plan {
     scan.plan(&new, first, &vec![0.0; first], tolerance, postpone)
 }
 
-/// A line with a jump that has been closed in on.
+/// A line with a bracketed jump.
 fn stepped() -> Line {
     let mut line = line_of(8, |z| if z < 0.4 { 0.0 } else { 1.0 });
     line.assess(1e-3, 3);
@@ -61,7 +61,7 @@ fn corner(level: u8) -> Block {
 }
 
 #[test]
-fn the_full_lines_teach_and_those_with_jumps_are_known() {
+fn rules_are_fitted_to_full_lines_and_lines_with_jumps_are_listed() {
     let meter = meter(0);
     let mut scan = scan(&meter, &PANE, 3);
     let first = begin(&mut scan, mixed);
@@ -81,12 +81,12 @@ fn a_mixture_of_two_functions_has_a_rule_of_two_depths() {
     let meter = meter(0);
     let mut scan = scan(&meter, &PANE, 3);
     begin(&mut scan, mixed);
-    let learn = |block, most| scan.fit_rule(block, &scan.training(), 1e-9, most);
-    let found = learn(corner(1), 6).unwrap();
+    let fit = |block, most| scan.fit_rule(block, &scan.training(), 1e-9, most);
+    let found = fit(corner(1), 6).unwrap();
     assert_eq!((found.block, found.rule.depths.len()), (corner(1), 2));
-    assert!(learn(corner(1), 1).is_none());
+    assert!(fit(corner(1), 1).is_none());
     // A block of level 2 has 3 × 3 lines.
-    assert!(learn(corner(2), 6).is_none());
+    assert!(fit(corner(2), 6).is_none());
 }
 
 #[test]
@@ -97,13 +97,13 @@ fn beside_a_line_with_a_jump_there_is_no_rule() {
     // An eighth of the image beyond a half of it, and two eighths beyond the other.
     let i = scan.tree.find(at(3, 5, 2)).unwrap();
     scan.node_lines.lines[i] = stepped();
-    let learn = |block| scan.fit_rule(block, &scan.training(), 1e-9, 6);
-    assert!(learn(corner(0)).is_none() && learn(corner(1)).is_none());
-    assert!(learn(Block::around(at(3, 0, 8), 1)).is_some());
+    let fit = |block| scan.fit_rule(block, &scan.training(), 1e-9, 6);
+    assert!(fit(corner(0)).is_none() && fit(corner(1)).is_none());
+    assert!(fit(Block::around(at(3, 0, 8), 1)).is_some());
 }
 
 #[test]
-fn the_nodes_of_a_rule_follow_it_but_for_a_few() {
+fn most_nodes_are_integrated_by_the_rule_and_a_few_in_full() {
     let meter = meter(0);
     let mut scan = scan(&meter, &PANE, 3);
     let first = begin(&mut scan, mixed);
@@ -123,7 +123,7 @@ fn the_nodes_of_a_rule_follow_it_but_for_a_few() {
 }
 
 #[test]
-fn half_of_the_lines_that_check_a_rule_are_where_details_are_largest() {
+fn half_of_the_validation_lines_are_where_details_are_largest() {
     let meter = meter(0);
     let mut scan = scan(&meter, &PANE, 3);
     let first = begin(&mut scan, mixed);
@@ -177,7 +177,7 @@ fn a_node_at_a_seed_gets_a_full_line() {
 }
 
 #[test]
-fn rules_that_need_nearly_all_depths_of_a_line_are_none() {
+fn rules_with_nearly_all_depths_of_a_line_are_not_used() {
     let meter = meter(0);
     // 0.7 of the 9 depths of a line are 6.
     for (terms, has_rule) in [(6, true), (7, false)] {
@@ -197,7 +197,7 @@ const LEFT: Pane = Pane { is_open: |[x, _]| x < 0.51, ..PANE };
 const STRIPE: Pane = Pane { is_open: |[x, _]| x > 0.55 && x < 0.57, ..PANE };
 
 #[test]
-fn nodes_out_of_view_are_closed_and_know_what_is_open_around_them() {
+fn nodes_outside_the_view_are_closed_with_the_open_places_around_them() {
     let meter = meter(0);
     for (pane, column, expected) in [
         (LEFT, 5, Around::Beside),
@@ -224,7 +224,7 @@ fn nodes_out_of_view_are_closed_and_know_what_is_open_around_them() {
 }
 
 #[test]
-fn a_round_finds_all_radiances_at_few_depths() {
+fn a_round_integrates_all_nodes_at_few_depths() {
     let meter = meter(100_000);
     let mut scan = scan(&meter, &PANE, 3);
     let first = begin(&mut scan, mixed);
@@ -255,7 +255,7 @@ fn a_round_beyond_the_budget_ends() {
 }
 
 #[test]
-fn a_node_unlike_all_others_gets_a_line_of_its_own() {
+fn an_outlier_is_integrated_in_full() {
     let (meter, odd) = (meter(100_000), at(4, 5, 11));
     let [x_odd, y_odd] = odd.map(unit);
     let column = |[x, y, z]: [f64; 3]| {
@@ -285,7 +285,7 @@ fn where_a_rule_fails_its_quarter_gets_a_better_one_or_full_lines() {
     let mut scan = scan(&meter, &PANE, 3);
     let first = begin(&mut scan, third);
     let mut guarded = vec![0.0; first];
-    // The lines that check the rule are sent there.
+    // Half of the validation lines are there.
     for (i, node) in scan.tree.nodes()[..first].iter().enumerate() {
         guarded[i] = if corner(1).contains(node.place, 0.0) { 1.0 } else { 0.0 };
     }
@@ -298,8 +298,8 @@ fn where_a_rule_fails_its_quarter_gets_a_better_one_or_full_lines() {
 }
 
 #[test]
-fn a_rule_is_as_wrong_as_on_the_lines_that_check_it() {
-    // A third function of 0.01 between the lines that the rule is learned from.
+fn the_error_of_a_rule_is_that_on_its_validation_lines() {
+    // A third function of 0.01 between the lines that the rule is fitted to.
     let third = |[x, y, z]: [f64; 3]| {
         mixed([x, y, z]) + 0.01 * (8.0 * core::f64::consts::PI * x).sin().powi(2) * z.powi(4)
     };
@@ -318,7 +318,7 @@ fn a_rule_is_as_wrong_as_on_the_lines_that_check_it() {
 }
 
 #[test]
-fn lines_beyond_a_new_tolerance_are_done_again() {
+fn lines_with_errors_above_a_new_tolerance_are_refined_again() {
     let (meter, loose) = (meter(100_000), 5e-6);
     let wave = |[x, y, z]: [f64; 3]| (1.0 + x) * (14.0 * z).sin() + y * (9.0 * z).cos();
     let exact =
@@ -354,7 +354,7 @@ fn depths_finer_by_two_levels_are_on_every_full_line() {
 }
 
 #[test]
-fn a_line_integrated_in_full_has_the_depths_asked_for() {
+fn a_line_integrated_in_full_has_the_given_depths() {
     let meter = meter(100_000);
     let mut scan = scan(&meter, &PANE, 3);
     let first = begin(&mut scan, mixed);

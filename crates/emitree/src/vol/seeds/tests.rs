@@ -1,4 +1,4 @@
-//! Where seeds have nodes and depths, in the unit cube.
+//! The nodes and depths that seeds require, in the unit cube.
 
 use super::*;
 use crate::exchange::MethodError;
@@ -52,7 +52,7 @@ fn the_radius_decides_how_fine_nodes_are_up_to_the_finest_level() {
 }
 
 #[test]
-fn depths_around_a_seed_are_looked_at_on_the_lines_near_it() {
+fn depths_around_a_seed_are_sampled_on_the_lines_near_it() {
     let targets = targets(&[seed([0.5, 0.5, 0.3], 1.0 / 32.0)]);
     let mut expected: Vec<u32> = (0..=5)
         .flat_map(|level| {
@@ -71,7 +71,7 @@ fn depths_around_a_seed_are_looked_at_on_the_lines_near_it() {
 }
 
 #[test]
-fn seeds_out_of_view_ask_for_nothing() {
+fn seeds_outside_the_view_require_nothing() {
     let outside = [[1.2, 0.5, 0.5], [0.5, -0.2, 0.5], [0.5, 0.5, 1.2]];
     for position in outside {
         assert!(targets(&[seed(position, 0.1)]).are_none(), "{position:?}");
@@ -82,7 +82,7 @@ fn seeds_out_of_view_ask_for_nothing() {
 }
 
 #[test]
-fn places_and_depths_of_an_exam_are_added_around_its_line() {
+fn a_failed_line_of_a_verification_adds_places_and_depths_around_it() {
     let mut targets = SeedTargets::default();
     let place = at(5, 9, 9);
     targets.add_depths_around(place, 5, &[3, 7]);

@@ -1,4 +1,4 @@
-//! Bins, learned energies and spectral probes, on families of known rank.
+//! Bins, selected energies and spectral probes, on families of known rank.
 
 use crate::EnergyScale;
 use crate::energy::EnergyAxis;
@@ -113,7 +113,7 @@ fn two_energies_explain_a_family_of_rank_2() {
 }
 
 #[test]
-fn what_energies_explain_is_the_spectrum_at_all_others() {
+fn the_selected_energies_determine_a_spectrum_at_all_others() {
     let axis = linear();
     let probes = family(&axis, &MIXTURES);
     let mut energies = Energies::default();
@@ -121,7 +121,7 @@ fn what_energies_explain_is_the_spectrum_at_all_others() {
     for from in [1, 0] {
         assert!(energies.select(&mut rests, from, None, &probes.bins));
     }
-    // A mixture that no spectral probe has seen.
+    // A mixture that is not among the spectral probes.
     let mixed = |u: f64| 0.9 * first(u) - 1.3 * second(u);
     let at_selected: Vec<f64> =
         energies.selected.iter().map(|one| mixed(unit(one.place))).collect();
@@ -130,7 +130,7 @@ fn what_energies_explain_is_the_spectrum_at_all_others() {
         let found = energies.explained(at_selected.iter().copied(), place);
         assert_close(found, mixed(unit(place)), 1e-13);
     }
-    // …and so in the means over bins.
+    // The same holds for the means over bins.
     let means = probes.bins.means(&spectrum(3, mixed));
     for (of_bin, mean) in energies.nodal_weights().iter().zip(means) {
         let sum: f64 = of_bin.iter().zip(&at_selected).map(|(weight, rate)| weight * rate).sum();
@@ -139,7 +139,7 @@ fn what_energies_explain_is_the_spectrum_at_all_others() {
 }
 
 #[test]
-fn an_energy_is_where_the_rest_is_largest_and_refers_to_those_before() {
+fn an_energy_is_at_the_largest_residual_after_those_before() {
     let axis = linear();
     let probes = family(&axis, &[(1.0, 0.0), (0.0, 1.0)]);
     let mut energies = Energies::default();
@@ -149,7 +149,7 @@ fn an_energy_is_where_the_rest_is_largest_and_refers_to_those_before() {
     // The first function is largest at the end, and falls to a quarter.
     let [one, other] = [&energies.selected[0], &energies.selected[1]];
     assert_eq!((one.place, one.of_earlier.len()), (STEPS, 0));
-    // The other one is 0 there, so that nothing is taken off.
+    // The other one is 0 there, so that nothing is subtracted.
     assert_eq!(other.place, 0);
     assert_close(other.of_earlier[0], 0.25, 1e-14);
     let mean =
@@ -163,7 +163,7 @@ fn an_energy_is_where_the_rest_is_largest_and_refers_to_those_before() {
 }
 
 #[test]
-fn nothing_is_learned_where_a_spectrum_is_dark() {
+fn no_energy_is_selected_where_a_spectrum_is_dark() {
     let axis = linear();
     let probes = family(&axis, &[(0.0, 1.0), (0.0, 0.0)]);
     let mut energies = Energies::default();
@@ -176,7 +176,7 @@ fn nothing_is_learned_where_a_spectrum_is_dark() {
 }
 
 #[test]
-fn what_is_unexplained_is_the_worst_voxel_of_each_bin() {
+fn the_unexplained_error_is_the_largest_of_a_voxel_in_each_bin() {
     let axis = logarithmic();
     let mut probes = SpectralProbes::new(Bins::new(&axis));
     for (k, path) in [0.5, 0.25].into_iter().enumerate() {
@@ -201,7 +201,7 @@ fn what_is_unexplained_is_the_worst_voxel_of_each_bin() {
 }
 
 #[test]
-fn one_energy_is_all_where_there_is_nothing_to_learn() {
+fn without_spectra_there_is_one_energy() {
     let none = Energies::none();
     assert_eq!(none.nodal_weights(), [[1.0]]);
     let unselected = Energies::unselected(STEPS / 2, 3, 0.5);
@@ -209,7 +209,7 @@ fn one_energy_is_all_where_there_is_nothing_to_learn() {
     assert_eq!((unselected.len(), unselected.selected[0].place), (1, STEPS / 2));
 }
 
-/// Spectral probes at some places of the diagonal of the image; every second one looks into every bin.
+/// Spectral probes at some places of the diagonal of the image; every second one samples every bin.
 fn probes(axis: &EnergyAxis, count: u32) -> SpectralProbes<'_> {
     let mut probes = SpectralProbes::new(Bins::new(axis));
     for k in 0..count {
@@ -254,7 +254,7 @@ fn a_probe_is_added_once_and_samples_are_made_once() {
 }
 
 #[test]
-fn a_named_line_is_looked_at_in_every_spectrum() {
+fn the_energy_of_a_named_line_is_sampled_in_every_spectrum() {
     let axis = linear();
     let mut probes = probes(&axis, 2);
     let line = 2.0 + 4.0 * 12_345.0 / f64::from(1_u32 << LINE_LEVEL);
@@ -280,7 +280,7 @@ fn check(row: u32, expected: f64) -> SpotCheck {
 }
 
 #[test]
-fn a_sample_that_is_not_explained_sends_a_probe_that_looks_there() {
+fn an_unexplained_spot_check_becomes_a_spectral_probe() {
     let (axis, meter) = (logarithmic(), meter(10_000));
     let mut probes = SpectralProbes::new(Bins::new(&axis));
     let views = [view(&meter, &PANE)];
@@ -299,7 +299,7 @@ fn a_sample_that_is_not_explained_sends_a_probe_that_looks_there() {
 }
 
 #[test]
-fn the_worst_spot_checks_are_followed() {
+fn the_largest_residuals_of_spot_checks_become_probes() {
     let (axis, meter) = (linear(), meter(10_000));
     let mut probes = SpectralProbes::new(Bins::new(&axis));
     let views = [view(&meter, &PANE)];
@@ -313,7 +313,7 @@ fn the_worst_spot_checks_are_followed() {
 }
 
 #[test]
-fn a_spectrum_to_be_learned_from_is_more_precise() {
+fn a_spectrum_that_becomes_a_function_is_sampled_more_precisely() {
     let axis = linear();
     let samples = |effect: Option<f64>| {
         let meter = meter(10_000);

@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn without_open_nodes_there_is_nothing() {
+    fn without_open_nodes_there_is_no_continuation() {
         let mut tree = ImageTree::default();
         tree.add([0, 0]);
         continue_values(&mut tree, &[true], 4);

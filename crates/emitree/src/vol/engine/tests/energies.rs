@@ -49,7 +49,7 @@ fn a_spectrum_between_the_five_energies_is_found_and_a_dark_one_is_not() {
 }
 
 #[test]
-fn without_an_energy_axis_there_is_no_energy() {
+fn without_an_energy_axis_no_energy_is_selected() {
     let meter = meter(0);
     let engine = engine(&meter, &TILES, 3, None);
     assert_eq!(answered(&meter, |_, _| 1.0, engine.brightest_energy()).unwrap(), None);
@@ -128,7 +128,7 @@ fn a_cube_that_is_dark_has_one_energy_without_weight() {
 }
 
 #[test]
-fn spectra_that_are_not_sampled_may_be_anything() {
+fn the_error_of_unsampled_spectra_is_at_least_the_brightest_line() {
     let (axis, meter) = (axis(), meter(320 + 729 + 10));
     let mut engine = engine(&meter, &TILES, 3, Some(&axis));
     assert_eq!(answered(&meter, mixed, engine.sample_initially()), Ok(false));
@@ -139,7 +139,7 @@ fn spectra_that_are_not_sampled_may_be_anything() {
 }
 
 #[test]
-fn what_energies_leave_is_in_the_error_of_each_bin() {
+fn the_residual_of_the_energies_is_in_the_error_of_each_bin() {
     let (axis, meter) = (axis(), meter(100_000));
     let mut engine = engine(&meter, &TILES, 3, Some(&axis));
     answered(&meter, mixed, engine.sample_initially()).unwrap();

@@ -25,14 +25,14 @@ fn the_initial_sampling_is_the_base_where_lines_are_polynomials() {
 }
 
 #[test]
-fn a_initial_sampling_beyond_the_budget_makes_no_evaluation() {
+fn an_initial_sampling_beyond_the_budget_makes_no_evaluation() {
     let meter = meter(728);
     let mut engine = engine(&meter, &TILES, 3, None);
     assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(false));
     assert_eq!(meter.evaluations(), 0);
 }
 
-/// A sheet of glow, brighter to the right.
+/// A thin emitting sheet, brighter at larger x.
 fn peak([x, _, z]: [f64; 3], _energy: f64) -> f64 {
     (1.0 + x) * (-((z - 0.45) / 0.04).powi(2)).exp()
 }
@@ -72,7 +72,7 @@ fn later_energies_have_tolerances_of_their_own() {
 }
 
 #[test]
-fn a_seed_is_looked_at_on_the_lines_of_the_base() {
+fn depths_around_a_seed_are_sampled_on_the_lines_of_the_base() {
     let meter = meter(100_000);
     let mut engine = engine(&meter, &TILES, 3, None);
     let seeds = [Seed { position: [0.5, 0.5, 0.3], radius: 0.01 }];
@@ -125,7 +125,7 @@ fn a_pixel_below_0_is_wrong_by_as_much_if_no_sample_is() {
 }
 
 #[test]
-fn a_pixel_out_of_the_image_is_no_number() {
+fn a_pixel_outside_the_image_is_nan() {
     let meter = meter(10_000);
     let mut engine = engine(&meter, &TILES, 3, None);
     answered(&meter, plane, engine.sample_initially()).unwrap();
@@ -151,7 +151,7 @@ fn sum_of_column() -> f64 {
 }
 
 #[test]
-fn rounds_go_on_until_the_image_is_good_enough() {
+fn rounds_continue_until_the_tolerance_is_met() {
     let meter = meter(1_000_000);
     let mut engine = engine(&meter, &TILES, 3, None);
     let (current, ending) = answered(&meter, column, engine.run()).unwrap();

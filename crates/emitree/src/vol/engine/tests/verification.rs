@@ -1,4 +1,4 @@
-//! The final verification, of images that are right or wrong at a known place.
+//! The final verification, of images that are exact, or wrong at a given place.
 
 use super::{TILES, TOLERANCE, engine, plane};
 use crate::meter::Meter;
@@ -14,7 +14,7 @@ use crate::vol::view::scattered::LayerSamples;
 /// The error allowed.
 const TARGET: f64 = 0.035;
 
-/// An engine that has seen a plane, with all levels that are always looked at.
+/// An engine with the nodes of all required levels, sampled on a plane.
 fn prepared<'a>(meter: &'a Meter) -> Engine<'a> {
     let mut engine = engine(meter, &TILES, 3, None);
     assert_eq!(answered(meter, plane, engine.sample_initially()), Ok(true));
@@ -37,7 +37,7 @@ fn verdict(
 }
 
 #[test]
-fn a_wanted_feature_has_to_be_covered() {
+fn a_requested_feature_size_has_to_be_covered() {
     for (wanted, smallest, expected) in [
         (None, None, true),
         (None, Some(0.5), true),
@@ -52,7 +52,7 @@ fn a_wanted_feature_has_to_be_covered() {
 }
 
 #[test]
-fn samples_that_agree_ask_for_no_lines_and_are_reused() {
+fn samples_that_agree_require_no_lines_and_are_reused() {
     let meter = meter(100_000);
     let mut engine = prepared(&meter);
     let least = TUNING.verification.least_samples as u64;
@@ -67,7 +67,7 @@ fn samples_that_agree_ask_for_no_lines_and_are_reused() {
 }
 
 #[test]
-fn samples_of_a_search_are_not_made_again() {
+fn samples_of_a_search_are_not_evaluated_again() {
     let meter = meter(100_000);
     let mut engine = prepared(&meter);
     let points: Vec<[f64; 3]> = (0..1000).map(point).collect();
@@ -78,7 +78,7 @@ fn samples_of_a_search_are_not_made_again() {
 }
 
 #[test]
-fn a_feature_that_was_asked_for_decides_the_number_of_samples() {
+fn a_requested_feature_size_determines_the_number_of_samples() {
     let meter = meter(1_000_000);
     let mut engine = prepared(&meter);
     let size = 0.016;
@@ -98,7 +98,7 @@ fn knot(at: [f64; 3], _energy: f64) -> f64 {
 }
 
 #[test]
-fn a_sample_in_a_knot_asks_for_a_line_through_it() {
+fn a_sample_in_a_knot_requires_a_line_through_it() {
     let meter = meter(100_000);
     let mut engine = prepared(&meter);
     let lines = answered(&meter, knot, engine.verify_samples(TARGET)).unwrap();
@@ -129,7 +129,7 @@ fn an_exact_image_passes_and_the_next_verification_has_more_lines() {
     assert!(lines[1] - lines[0] > least && lines[2] - lines[1] > least, "{lines:?}");
 }
 
-/// A plane with a column around a scattered sample: depths have nothing to do with it.
+/// A plane with a column around a scattered sample, the same at all depths.
 fn column([x, y, z]: [f64; 3], _energy: f64) -> f64 {
     let centre = point(100);
     let square = (x - centre[0]).powi(2) + (y - centre[1]).powi(2);
@@ -137,7 +137,7 @@ fn column([x, y, z]: [f64; 3], _energy: f64) -> f64 {
 }
 
 #[test]
-fn a_column_between_lines_fails_and_asks_for_nodes_around_it() {
+fn a_column_between_lines_fails_and_requires_nodes_around_it() {
     let meter = meter(100_000);
     let mut engine = prepared(&meter);
     assert_eq!(verdict(&mut engine, &meter, column), Verdict::Failed);
@@ -151,7 +151,7 @@ fn a_column_between_lines_fails_and_asks_for_nodes_around_it() {
 }
 
 #[test]
-fn a_column_between_nodes_of_the_finest_level_can_only_be_told() {
+fn a_column_between_nodes_of_the_finest_level_is_reported_without_new_nodes() {
     let meter = meter(100_000);
     let mut engine = prepared(&meter);
     engine.finest_level = 3;
@@ -160,7 +160,7 @@ fn a_column_between_nodes_of_the_finest_level_can_only_be_told() {
 }
 
 #[test]
-fn a_verification_beyond_the_budget_says_so() {
+fn a_verification_beyond_the_budget_is_unaffordable() {
     // Not enough for the samples, and not for the lines.
     for more in [1000, 1030] {
         let meter = meter(729 + more);
@@ -169,13 +169,13 @@ fn a_verification_beyond_the_budget_says_so() {
     }
 }
 
-/// A plane with a thin sheet of glow, midway between the depths of the base.
+/// A plane with a thin emitting sheet, midway between the depths of the base.
 fn thin([x, y, z]: [f64; 3], _energy: f64) -> f64 {
     plane([x, y, z], 0.0) + 10.0 * (-((z - 0.4375) / 0.015).powi(2)).exp()
 }
 
 #[test]
-fn what_all_lines_step_over_makes_them_stricter() {
+fn structure_that_all_lines_step_over_reduces_their_tolerance() {
     let meter = meter(1_000_000);
     let mut engine = prepared(&meter);
     assert_eq!(verdict(&mut engine, &meter, thin), Verdict::Failed);

@@ -30,7 +30,7 @@ fn viewpoint() -> Viewpoint {
     Viewpoint { position: [0.0; 3], target: [0.0, 0.0, 1.0], up: [0.0, 1.0, 0.0] }
 }
 
-/// The fraction of a view of so many tiles, or what was refused.
+/// The size as a fraction of the edge of a view of `tiles` tiles, or the refused option.
 fn fraction(
     size: FeatureSize,
     projection: &dyn Projection,
@@ -61,7 +61,7 @@ fn a_length_is_a_fraction_of_the_cube_root_of_the_volume_in_view() {
 }
 
 #[test]
-fn sizes_that_are_none_are_refused() {
+fn sizes_out_of_range_are_refused() {
     let view = Orthographic::new(viewpoint(), [2.0, 8.0], [1.0, 5.0]).unwrap();
     let infinite = Orthographic::new(viewpoint(), [2.0, 8.0], [1.0, f64::INFINITY]).unwrap();
     for size in [0.0, -1.0, f64::NAN, 1.0 + 1e-9] {
@@ -77,7 +77,7 @@ fn sizes_that_are_none_are_refused() {
 }
 
 #[test]
-fn the_size_seen_is_that_of_a_gaussian_that_just_does_not_pass() {
+fn the_size_detected_is_that_of_the_smallest_gaussian_that_does_not_pass() {
     for (samples, passes) in [(1024, 0.2), (4096, 0.2), (1024, 2.0)] {
         let size = size_detected(samples, passes);
         // Its column is 20 errors, and so its amplitude 20 / (√(2π) size).
@@ -125,7 +125,7 @@ fn scattered<'a, 'b>(sheet: &'a Sheet<'b>, target: f64, number: usize) -> Scatte
 }
 
 #[test]
-fn a_sample_deviates_by_what_the_lines_around_do_not_explain() {
+fn the_difference_of_a_sample_is_that_from_the_fit_to_the_lines_around() {
     let meter = meter(0);
     let pane = Pane { density: |_| 2.0, ..PANE };
     let mut sheet = sheet(&meter, &pane, 3, SHAPE);
@@ -171,7 +171,7 @@ fn a_line_through_a_point_has_depths_around_it_down_to_a_part_of_a_feature() {
 }
 
 #[test]
-fn the_size_covered_is_that_seen_from_the_nearest_sample_at_nearly_all_places() {
+fn the_size_covered_is_detected_by_the_nearest_sample_at_99_percent_of_places() {
     let meter = meter(0);
     let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
     fill(&mut sheet, &lattice(3), plane);
@@ -194,11 +194,11 @@ fn the_size_covered_is_that_seen_from_the_nearest_sample_at_nearly_all_places() 
     for passed in [0.02, 0.2] {
         let size = verified.size_covered(&points, &deviations, passed);
         // What passes there, over the amplitude of the feature.
-        let is_seen = |size: f64| {
+        let is_detected = |size: f64| {
             let amplitude = FEATURE_CONTRAST / (WIDTH_OF_GAUSSIAN * size);
             let passes = passed / (WIDTH_OF_GAUSSIAN * usual);
             amplitude * (-0.5 * farthest / (size * size)).exp() >= 1.001 * passes
         };
-        assert!(is_seen(1.001 * size) && !is_seen(size / 1.1), "{passed}: {size}");
+        assert!(is_detected(1.001 * size) && !is_detected(size / 1.1), "{passed}: {size}");
     }
 }

@@ -120,7 +120,7 @@ fn the_image_has_the_means_of_polynomials_times_the_scale() {
 }
 
 #[test]
-fn all_levels_that_are_always_looked_at_have_to_be_there() {
+fn a_sheet_needs_the_nodes_of_all_required_levels() {
     let meter = meter(0);
     let mut sheet = sheet(&meter, &PANE, 2, SHAPE);
     fill(&mut sheet, &lattice(2), |_| 1.0);
@@ -171,7 +171,7 @@ fn a_detail_is_in_the_error_map_around_its_node() {
 }
 
 #[test]
-fn jumps_on_three_of_a_hundred_lines_change_how_they_are_treated() {
+fn jumps_on_three_of_a_hundred_lines_are_tracked_with_shorter_stencils() {
     let meter = meter(0);
     for (jumping, is_rough) in [(2, false), (3, true)] {
         let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
@@ -187,11 +187,11 @@ fn jumps_on_three_of_a_hundred_lines_change_how_they_are_treated() {
 }
 
 #[test]
-fn nodes_beyond_the_budget_are_left_out_again() {
+fn nodes_beyond_the_budget_are_removed() {
     let meter = meter(1);
     let mut sheet = sheet(&meter, &PANE, 2, SHAPE);
     fill(&mut sheet, &lattice(2), |_| 1.0);
-    // An older node whose rule is not good enough any more is done again with new ones.
+    // An older node whose rule exceeds the tolerance is integrated again with the new ones.
     let old = LineSource::Rule { block: Block::around([0, 0], 0), error: 1.0 };
     let node_lines = &mut sheet.scan.node_lines;
     (node_lines.sources[3], node_lines.lines[3].integral) = (old, 7.0);
@@ -202,7 +202,7 @@ fn nodes_beyond_the_budget_are_left_out_again() {
     assert_eq!(sheet.scan.tree.find(places[0]), None);
     assert_eq!(sheet.scan.node_lines.sources[3], old);
     assert_close(sheet.scan.node_lines.lines[3].integral, 7.0, 1e-15);
-    // All lines are alike: one depth is enough for the new one.
+    // All lines have the same rates: one depth is enough for the new one.
     let sampled = answered(&meter, |_, _| 1.0, sheet.sample_nodes(&places[..1], &[0.0; 25], 1e-3));
     assert!(sampled.is_ok());
     assert!(matches!(sheet.scan.node_lines.sources[25], LineSource::Rule { .. }));

@@ -1,4 +1,4 @@
-//! Lines that are compared with a tree that is exact, or wrong at a known place.
+//! Lines that are compared with a tree that is exact, or wrong at a given place.
 
 use crate::vol::dyadic::{Place, STEPS, from_unit, spacing, unit};
 use crate::vol::image::tree::level_of_place;
@@ -24,7 +24,7 @@ fn of_plane(place: Place) -> f64 {
 }
 
 #[test]
-fn scattered_lines_are_others_each_time_and_every_third_is_dense() {
+fn scattered_lines_differ_each_time_and_every_third_is_dense() {
     let meter = meter(0);
     let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
     let mut lines = sheet.scattered_lines(4);
@@ -57,7 +57,7 @@ fn the_worst_lines_are_in_the_worst_pixels_far_from_each_other() {
 }
 
 #[test]
-fn a_cell_counts_where_all_its_corners_are_nodes() {
+fn the_level_around_a_place_is_of_the_finest_cell_with_nodes_at_all_corners() {
     let meter = meter(0);
     let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
     fill(&mut sheet, &lattice(3), plane);
@@ -130,7 +130,7 @@ fn what_earlier_energies_explain_is_no_difference() {
     assert_close(last.differences(0, &[], &[])[0], 0.5 * 77.0 / 4096.0, 1e-13);
 }
 
-/// A sheet of glow between the depths of the base, of which finer depths see a part.
+/// A thin emitting sheet between the depths of the base, which finer depths detect in part.
 fn thin([_, _, z]: [f64; 3]) -> f64 {
     (-((z - 0.4375) / 0.02).powi(2)).exp()
 }
@@ -146,13 +146,13 @@ fn depths_that_nodes_step_over_are_found() {
     assert_close(sheet.differences(0, &[], &[])[0], integral, 1e-4);
     assert!(sheet.is_changed_by_depths(0, 0.9 * integral));
     assert!(!sheet.is_changed_by_depths(0, 1.1 * integral));
-    assert!(!sheet.is_changed_by_depths(1, 0.9 * integral), "it was in an earlier exam");
+    assert!(!sheet.is_changed_by_depths(1, 0.9 * integral), "it was in an earlier verification");
     let depths = sheet.verification.significant_depths(0, 1e-3);
     assert!(depths.contains(&from_unit(0.4375)) && !depths.contains(&0));
 }
 
 #[test]
-fn lines_beyond_the_budget_are_forgotten() {
+fn lines_beyond_the_budget_are_removed() {
     let meter = meter(16);
     let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
     fill(&mut sheet, &lattice(3), plane);
@@ -195,7 +195,7 @@ fn beside_a_line_are_four_at_half_the_distance_of_the_nodes() {
 }
 
 #[test]
-fn the_nodes_within_a_spacing_are_sampled_at_what_was_found() {
+fn the_nodes_within_a_spacing_are_sampled_at_the_given_depths() {
     let meter = meter(100_000);
     let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
     fill(&mut sheet, &lattice(3), plane);

@@ -66,7 +66,7 @@ fn an_opaque_ball_has_two_layers_that_reach_its_disc() {
 }
 
 #[test]
-fn layers_that_no_pixel_sees_are_left_out() {
+fn layers_without_a_visible_pixel_are_left_out() {
     // A ball beside the view, and one that fills it.
     see(&[&with_ball([3.0, 0.5, 0.5], 0.3)], |visible, _| assert_eq!(visible.len(), 1));
     see(&[&with_ball([0.5; 3], 3.0)], |visible, _| {
@@ -75,7 +75,7 @@ fn layers_that_no_pixel_sees_are_left_out() {
     });
 }
 
-/// A sheet of a layer in view, of which nothing is seen yet.
+/// A sheet of a visible layer, without samples.
 fn sheet_of<'a>(meter: &'a Meter, visible: &'a Visible<'a>) -> Sheet<'a> {
     let mut sheet = sheet(meter, visible.layer, 3, SHAPE);
     (sheet.fractions, sheet.scale) = (visible.fractions.clone(), visible.scale.clone());
@@ -106,7 +106,7 @@ fn lines_at_an_edge_are_in_the_pixels_that_it_crosses() {
 }
 
 #[test]
-fn the_image_of_a_layer_is_its_part_of_each_pixel() {
+fn the_image_of_a_layer_is_its_radiance_times_the_coverage_fraction() {
     let meter = meter(0);
     see(&[&with_ball([0.5, 0.4, 0.5], 0.3)], |visible, scales| {
         let mut sheet = sheet_of(&meter, &visible[0]);
