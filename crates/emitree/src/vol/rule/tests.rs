@@ -211,9 +211,7 @@ fn nodes_outside_the_view_are_closed_with_the_open_places_around_them() {
         scan.add(&[at(3, 3, 3), at(3, column, 3)]);
         let node = scan.tree.nodes()[1];
         assert!(scan.node_lines.is_closed(1), "{column}");
-        // A node of level 2 has neighbours twice as far away.
-        let expected = if node.level < 3 { scan.tree.nodes()[1].around } else { expected };
-        assert_eq!(node.around, expected, "{column}");
+        assert_eq!((node.level, node.around), (3, expected), "{column}");
         assert_eq!(scan.node_lines.is_closed(0), !(pane.is_open)([0.375, 0.375]));
     }
     let mut scan = scan(&meter, &LEFT, 3);

@@ -143,9 +143,7 @@ fn the_residual_of_the_energies_is_in_the_error_of_each_bin() {
     let (axis, meter) = (axis(), meter(100_000));
     let mut engine = engine(&meter, &TILES, 3, Some(&axis));
     answered(&meter, mixed, engine.sample_initially()).unwrap();
-    if let Some(spectra) = &mut engine.spectra {
-        spectra.unexplained = vec![0.0, 0.5, 0.0, 2.0];
-    }
+    engine.spectra.as_mut().unwrap().unexplained = vec![0.0, 0.5, 0.0, 2.0];
     let current = engine.assemble().unwrap();
     for (error, expected) in current.errors(0).into_iter().zip([0.0, 0.5, 0.0, 2.0]) {
         assert_close(error[(7, 7)], expected, 1e-10);

@@ -183,16 +183,13 @@ fn structure_that_all_lines_step_over_reduces_their_tolerance() {
     assert_close(engine.line_share, 0.2 * TUNING.verification.stricter_factor, 1e-16);
     // If that does not help, depths are finer.
     assert_eq!(engine.sheets[0].scan.depth_level, 3);
-    if verdict(&mut engine, &meter, thin) == Verdict::Failed {
-        assert_eq!(
-            engine.sheets[0].scan.depth_level,
-            3 + TUNING.verification.depth_levels_per_step
-        );
-        let integral = 10.0 * 0.015 * core::f64::consts::PI.sqrt();
-        for (i, node) in engine.sheets[0].scan.tree.nodes().iter().enumerate() {
-            let [x, y] = node.place.map(unit);
-            let line = &engine.sheets[0].scan.node_lines.lines[i];
-            assert_close(line.integral, 1.5 + 2.0 * x - y + integral, TOLERANCE * 3.5);
-        }
+    assert_eq!(verdict(&mut engine, &meter, thin), Verdict::Failed);
+    let depth_level = engine.sheets[0].scan.depth_level;
+    assert_eq!(depth_level, 3 + TUNING.verification.depth_levels_per_step);
+    let integral = 10.0 * 0.015 * core::f64::consts::PI.sqrt();
+    for (i, node) in engine.sheets[0].scan.tree.nodes().iter().enumerate() {
+        let [x, y] = node.place.map(unit);
+        let line = &engine.sheets[0].scan.node_lines.lines[i];
+        assert_close(line.integral, 1.5 + 2.0 * x - y + integral, TOLERANCE * 3.5);
     }
 }
