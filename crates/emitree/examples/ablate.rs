@@ -37,13 +37,14 @@ struct Scene {
 }
 
 /// Evaluations of one rendering, and whether it has met its tolerance.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Outcome {
     evaluations: u64,
     is_met: bool,
 }
 
 /// The outcomes of all scenes.
+#[derive(PartialEq)]
 struct Summary {
     outcomes: Vec<Option<Outcome>>,
 }
@@ -61,13 +62,6 @@ impl Summary {
             .map(|(one, other)| (one.evaluations as f64 / other.evaluations as f64).ln())
             .collect();
         (logs.iter().sum::<f64>() / logs.len() as f64).exp()
-    }
-
-    fn is_as(&self, standard: &Self) -> bool {
-        let counts = |of: &Self| -> Vec<_> {
-            of.outcomes.iter().map(|o| o.map(|o| (o.evaluations, o.is_met))).collect()
-        };
-        counts(self) == counts(standard)
     }
 }
 
@@ -103,7 +97,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             ratios.join(" / "),
             met.join(" / "),
         );
-        if ends.iter().all(|end| end.is_as(&standard)) {
+        if ends.iter().all(|end| *end == standard) {
             without.push(name.clone());
         }
     }

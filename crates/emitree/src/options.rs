@@ -93,7 +93,7 @@ pub struct RenderOptions<'a> {
 pub(crate) const DEFAULT_MAX_EVALUATIONS: u64 = 50_000_000;
 
 /// The memory of a usual workstation.
-const DEFAULT_MAX_MEMORY_BYTES: u64 = 8 << 30;
+pub(crate) const DEFAULT_MAX_MEMORY_BYTES: u64 = 8 << 30;
 
 impl<'a> RenderOptions<'a> {
     /// The largest number of evaluations of a rendering, if no other is given.

@@ -6,7 +6,7 @@ use crate::emission::Emission;
 use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::meter::{Limits, Meter};
-use crate::options::DEFAULT_MAX_EVALUATIONS;
+use crate::options::{DEFAULT_MAX_EVALUATIONS, DEFAULT_MAX_MEMORY_BYTES};
 use crate::progress::Progress;
 use crate::projection::MappedPoint;
 use crate::quadrature::{AsyncIntegrand, Points};
@@ -57,7 +57,7 @@ impl Default for WorldTreeOptions<'_> {
             finest_level: None,
             max_evaluations: DEFAULT_MAX_EVALUATIONS,
             batch_size: u64::MAX,
-            max_memory_bytes: 8 << 30,
+            max_memory_bytes: DEFAULT_MAX_MEMORY_BYTES,
             progress: None,
         }
     }

@@ -4,19 +4,123 @@
 //! measured: half and twice the value where these make sense. `cargo xtask ablate` repeats the
 //! measurement; its results are in `docs/results/tuning.md`. Lengths in steps, orders of stencils
 //! and guards against rounding are constants of their modules.
+//!
+//! T is the tolerance, relative to the largest |pixel|. Depths and widths of lines are fractions of the
+//! line, distances in the image plane fractions of its edge. Levels are those of dyadic lattices: one
+//! level finer halves the spacing.
 
-mod values;
+/// Declares a group of constants: its type, the standard values, and what measurements need.
+macro_rules! group {
+    (
+        $(#[doc = $about:literal])*
+        $group:ident {
+            $(
+                $(#[doc = $reason:literal])*
+                $name:ident: $number:ty = $value:literal, $low:literal..=$high:literal;
+            )*
+        }
+    ) => {
+        $(#[doc = $about])*
+        #[derive(Clone, Debug)]
+        pub(crate) struct $group {
+            $( $(#[doc = $reason])* pub(crate) $name: $number, )*
+        }
 
-/// The constants of this build.
-#[cfg(not(feature = "ablate"))]
-pub(crate) const TUNING: values::Tuning = values::Tuning::STANDARD;
+        impl $group {
+            /// The values of every rendering.
+            pub(crate) const STANDARD: Self = Self { $( $name: $value, )* };
 
+            /// For each constant the standard values with the lower and with the upper end of its range.
+            #[cfg(feature = "ablate")]
+            pub(crate) fn variants() -> Vec<Self> {
+                let variants = [ $( [
+                    Self { $name: $low, ..Self::STANDARD },
+                    Self { $name: $high, ..Self::STANDARD },
+                ], )* ];
+                variants.into_iter().flatten().collect()
+            }
+
+            /// The constants, in the order of the variants.
+            #[cfg(feature = "ablate")]
+            pub(crate) fn constants(group: &str) -> Vec<super::Constant> {
+                #[expect(trivial_numeric_casts, reason = "constants are of several types")]
+                let constants = vec![ $( super::Constant {
+                    name: format!("{group}.{}", stringify!($name)),
+                    value: $value as f64,
+                    low: $low as f64,
+                    high: $high as f64,
+                    reason: concat!($($reason),*).trim().to_owned(),
+                }, )* ];
+                constants
+            }
+        }
+    };
+}
+
+/// Declares the table: its groups, each of which is a module.
+macro_rules! tuning {
+    ($($group:ident: $of_group:ident,)*) => {
+        /// All constants that decide accuracy and cost.
+        #[derive(Clone, Debug)]
+        pub(crate) struct Tuning {
+            $( pub(crate) $group: $group::$of_group, )*
+        }
+
+        impl Tuning {
+            /// The values of every rendering.
+            pub(crate) const STANDARD: Self = Self { $( $group: $group::$of_group::STANDARD, )* };
+
+            /// Two variants for each constant, in the order of [`constants`].
+            #[cfg(feature = "ablate")]
+            fn variants() -> Vec<Self> {
+                let mut variants = Vec::new();
+                $( variants.extend(
+                    $group::$of_group::variants().into_iter().map(|$group| Self { $group, ..Self::STANDARD }),
+                ); )*
+                variants
+            }
+        }
+
+        /// All constants, group by group.
+        #[cfg(feature = "ablate")]
+        pub fn constants() -> Vec<Constant> {
+            [ $( $group::$of_group::constants(stringify!($group)), )* ].concat()
+        }
+    };
+}
+
+mod engine;
+mod verification;
+mod spectra;
+mod image;
+mod line;
+mod jumps;
+mod rule;
+mod view;
+mod lowrank;
 #[cfg(feature = "ablate")]
 mod variants;
+
 #[cfg(feature = "ablate")]
 pub(crate) use variants::TUNING;
 #[cfg(feature = "ablate")]
 pub use variants::{End, select};
+
+tuning! {
+    engine: Engine,
+    verification: Verification,
+    spectra: Spectra,
+    image: Image,
+    line: Line,
+    jumps: Jumps,
+    rule: Rule,
+    view: View,
+    lowrank: Lowrank,
+}
+
+/// The constants of this build.
+#[cfg(not(feature = "ablate"))]
+pub(crate) const TUNING: Tuning = Tuning::STANDARD;
 
 /// One constant of the engine, for measurements of its influence.
 #[cfg(feature = "ablate")]
@@ -33,68 +137,3 @@ pub struct Constant {
     /// What the constant is, and why it has its value.
     pub reason: String,
 }
-
-/// Declares the groups of constants, their standard values, and the list of all of them.
-macro_rules! tuning {
-    ($(
-        $(#[doc = $about:literal])*
-        $group:ident: $of_group:ident {
-            $(
-                $(#[doc = $reason:literal])*
-                $name:ident: $number:ty = $value:literal, $low:literal..=$high:literal;
-            )*
-        }
-    )*) => {
-        /// All constants that decide accuracy and cost.
-        #[derive(Clone, Debug)]
-        pub(crate) struct Tuning {
-            $( $(#[doc = $about])* pub(crate) $group: $of_group, )*
-        }
-
-        $(
-            $(#[doc = $about])*
-            #[derive(Clone, Debug)]
-            pub(crate) struct $of_group {
-                $( $(#[doc = $reason])* pub(crate) $name: $number, )*
-            }
-        )*
-
-        impl Tuning {
-            /// The values of every rendering.
-            pub(crate) const STANDARD: Self = Self {
-                $( $group: $of_group { $( $name: $value, )* }, )*
-            };
-
-            /// For each constant two variants of the standard values, with the lower and the upper
-            /// end of its range, in the order of [`constants`].
-            #[cfg(feature = "ablate")]
-            pub(crate) fn variants() -> Vec<Self> {
-                let mut variants = Vec::new();
-                $( $( for end in [$low, $high] {
-                    let mut variant = Self::STANDARD;
-                    variant.$group.$name = end;
-                    variants.push(variant);
-                } )* )*
-                variants
-            }
-        }
-
-        /// All constants, group by group.
-        #[cfg(feature = "ablate")]
-        pub fn constants() -> Vec<super::Constant> {
-            #[expect(trivial_numeric_casts, reason = "constants are of several types")]
-            let constants = vec![ $( $( super::Constant {
-                name: concat!(stringify!($group), ".", stringify!($name)).to_owned(),
-                value: $value as f64,
-                low: $low as f64,
-                high: $high as f64,
-                reason: concat!($($reason),*).trim().to_owned(),
-            }, )* )* ];
-            constants
-        }
-    };
-}
-
-use tuning;
-#[cfg(feature = "ablate")]
-pub use values::constants;

@@ -1,6 +1,6 @@
 //! Constants that can be replaced while a program runs, for measurements of their influence.
 
-use super::values::Tuning;
+use super::Tuning;
 use core::ops::Deref;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};

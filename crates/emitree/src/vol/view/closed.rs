@@ -8,7 +8,7 @@
 use crate::parallel::prelude::*;
 use crate::vol::image::nearest::Nearest;
 use crate::vol::image::tree::ImageTree;
-use crate::vol::least_squares::{DataPoint, Fit};
+use crate::vol::least_squares::{DataPoint, Estimate, Fit};
 use crate::vol::tuning::TUNING;
 
 /// Sets the values of all `closed` nodes, continued from the others, with their expected errors.
@@ -28,26 +28,19 @@ pub(crate) fn continue_values(tree: &mut ImageTree, closed: &[bool], whole: u8) 
         let open: Vec<_> = open.map(|i| (tree.nodes()[i].place, i)).collect();
         let open = Nearest::new(open.into_iter());
         let continued = |&i: &usize| continued(tree, &open, i);
-        let values: Vec<Continued> = wanted.par_iter().map(continued).collect();
-        for (i, Continued { value, error }) in wanted.into_iter().zip(values) {
+        let values: Vec<Estimate> = wanted.par_iter().map(continued).collect();
+        for (i, Estimate { value, error }) in wanted.into_iter().zip(values) {
             tree.set_continued(i, value, error);
         }
     }
 }
 
-/// A continued value, with its expected |error|.
-#[derive(Clone, Copy, Debug)]
-struct Continued {
-    value: f64,
-    error: f64,
-}
-
 /// The value at node `i`, continued from the open nodes nearest to it.
-fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> Continued {
+fn continued(tree: &ImageTree, open: &Nearest, i: usize) -> Estimate {
     let place = tree.nodes()[i].place;
     let nearest = open.find(place, MOST_VALUES);
     let (Some(&(square, _)), Some(&(farthest, _))) = (nearest.first(), nearest.last()) else {
-        return Continued { value: 0.0, error: 0.0 };
+        return Estimate { value: 0.0, error: 0.0 };
     };
     let unit = (farthest as f64).sqrt();
     let (known, weights) = nearest
@@ -78,17 +71,17 @@ const DEGREES: [(usize, usize); 5] = [(1, 1), (6, 3), (12, 6), (20, 10), (30, 15
 /// the one with the smallest expected error, or a higher one with an error that is not much larger.
 /// Where the places do not determine the next degree (two rows of nodes contain no curvature across
 /// them), residuals do not show this, and the error is at least the change due to the last degree.
-fn fitted(mut fit: Fit) -> Continued {
-    let mut best = Continued { value: 0.0, error: f64::INFINITY };
+fn fitted(mut fit: Fit) -> Estimate {
+    let mut best = Estimate { value: 0.0, error: f64::INFINITY };
     let (mut last, mut change) = (0.0, f64::INFINITY);
     for (values, terms) in DEGREES {
         let is_open = fit.len() < values || !fit.add_terms(terms);
         if is_open {
-            return Continued { error: best.error.max(change), ..best };
+            return Estimate { error: best.error.max(change), ..best };
         }
         let value = fit.at_origin();
         let residual = fit.largest_residual(TUNING.view.least_independence);
-        let found = Continued { value, error: fit.amplification() * residual };
+        let found = Estimate { value, error: fit.amplification() * residual };
         (last, change) = (found.value, (found.value - last).abs());
         if found.error <= TUNING.view.degree_preference * best.error {
             best = found;

@@ -1,0 +1,109 @@
+//! The low-rank approximation, its forecast and trial run.
+
+group! {
+    /// The low-rank approximation, its forecast and trial run.
+    Lowrank {
+        /// The number of evaluations after which the first forecast is made. Earlier ones are based
+        /// on too few ranks; later ones waste evaluations where the image tree is better.
+        first_forecast: f64 = 600.0, 300.0..=1200.0;
+        /// The estimated error, in units of the largest pixel, above which no forecast is made
+        /// before `first_forecast_if_unknown` evaluations: it does not show a decrease yet.
+        unknown_error: f64 = 1.5, 0.75..=3.0;
+        /// The number of evaluations after which the first forecast is made if the error is above
+        /// `unknown_error`.
+        first_forecast_if_unknown: f64 = 2000.0, 1000.0..=4000.0;
+        /// The factor by which evaluations grow from one forecast to the next. Smaller values take
+        /// more time for trial runs; larger ones find later that the image tree is cheaper.
+        forecast_interval: f64 = 1.3, 1.15..=2.6;
+        /// The largest ratio of the expected cost of the image tree to that of its trial run for
+        /// which one forecast decides. It is exceeded at tolerances below 1 %.
+        extrapolation_ratio: f64 = 1.4, 1.0..=2.8;
+        /// The number of forecasts in a row that have to prefer the image tree beyond that ratio.
+        /// One made the random family 8 % more expensive at 0.1 %, and 13 % at 1e-4; two at 1 %
+        /// cost nearly twice as much as the tree alone on one scene.
+        forecasts_for_tree: u32 = 2, 1..=4;
+        /// The ratio of the cost of the rest of a search to its extrapolation. Larger values prefer
+        /// the image tree earlier.
+        safety_factor: f64 = 1.5, 1.0..=3.0;
+        /// The least decrease of ln(error) for each rank that a forecast assumes. It bounds the
+        /// extrapolated rank.
+        least_slope: f64 = 0.02, 0.01..=0.04;
+        /// The most evaluations of a trial run, scaled to T, in units of the extrapolated cost of
+        /// the rest of the search. A tree that costs more than `safety_factor` times the rest is
+        /// not preferred in any case, so that larger values only take time.
+        trial_run_limit: f64 = 2.0, 1.5..=4.0;
+        /// The smallest change along an interval of a fiber, as a share of the largest residual,
+        /// that is tested for a jump.
+        least_steep_share: f64 = 0.3, 0.15..=0.6;
+        /// The number of equal parts that the steepest interval of a fiber is divided into. On a
+        /// smooth function each part soon has an equal share of the change.
+        steep_parts: usize = 4, 2..=8;
+        /// The number of times that the steepest part is divided. More steps distinguish steeper
+        /// slopes from jumps.
+        steep_steps: usize = 3, 1..=6;
+        /// The least share of the change of an interval that one part has if there is a jump.
+        jump_share: f64 = 0.7, 0.35..=0.85;
+        /// The smallest budget for which a low-rank approximation is tried, in initial samplings of
+        /// the image tree. Smaller budgets are left to the tree.
+        least_budget: u64 = 4, 2..=8;
+        /// The largest share of the budget, and of the time, that the search takes. The rest has to
+        /// suffice for the image tree.
+        most_budget_share: f64 = 0.25, 0.125..=0.5;
+        /// The most pixels along a side of the image on which the error is estimated during the
+        /// search. It limits the time for each rank.
+        coarse_pixels: usize = 64, 32..=128;
+        /// The smallest rate at a scattered sample that counts as detected, in units of the rate
+        /// along a unit of depth that is the error allowed. Smaller ones are not distinguished from
+        /// rounding and residuals.
+        least_detected_rate: f64 = 0.02, 0.01..=0.04;
+        /// The most functions along an axis. The cost grows with the cube of the rank, and the
+        /// image tree is cheaper.
+        most_functions: usize = 60, 30..=120;
+        /// The share of the amplitude of a Gaussian that a probe has to have for its detection. A
+        /// Gaussian whose column is 20 T times the largest pixel has an amplitude of 320 T of these
+        /// at the smallest size that is required, and the error of a cell of the image with 16
+        /// probes is T if one of them differs by 0.4 % of that.
+        probe_detection_share: f64 = 1e-3, 0.0005..=0.002;
+        /// The level of fibers beyond which the number of probes is doubled for each level: where G
+        /// needs finer fibers, there may be more structure of that size.
+        usual_fiber_level: u8 = 6, 5..=7;
+        /// The ratio of the error of a pixel to the root mean square residual of its cell. The
+        /// largest residual in a cell is larger than the mean.
+        error_margin: f64 = 3.0, 1.5..=6.0;
+        /// The level of the first places of fibers. With a finer one smooth fibers cost more; with
+        /// a coarser one narrow peaks are missed.
+        first_fiber_level: u8 = 4, 3..=5;
+        /// The tolerance from which `finest_fiber_level_if_moderate` is used. With the finer level
+        /// the β model of a narrow field costs 40 % more at 1 %.
+        moderate_tolerance: f64 = 5e-3, 0.0025..=0.01;
+        /// The finest level of fibers for tolerances from `moderate_tolerance` on. G that needs
+        /// finer fibers is left to the image tree.
+        finest_fiber_level_if_moderate: u8 = 7, 6..=8;
+        /// The finest level of fibers for tolerances below `moderate_tolerance`.
+        finest_fiber_level: u8 = 8, 7..=9;
+        /// The number of probes at the beginning. It doubles when the error is within the
+        /// tolerance.
+        first_probes: usize = 128, 64..=256;
+        /// Fibers are refined until the sum of their highest coefficients is below this share of
+        /// the largest residual. Smaller values take more samples on each fiber.
+        fiber_resolution: f64 = 0.2, 0.1..=0.4;
+        /// The same share for the first fibers, which show how fine the structure is.
+        first_fiber_resolution: f64 = 0.05, 0.025..=0.1;
+        /// The least residual of a fiber, as a share of the largest residual, that adds a function.
+        /// Smaller values add functions that reduce the error little.
+        least_new_share: f64 = 0.1, 0.05..=0.2;
+        /// The factor on the resolution and on the least residual of fibers when no fiber is
+        /// refined and no function is added.
+        threshold_reduction: f64 = 0.3, 0.15..=0.6;
+        /// The number of thresholds that are tried for one cross, each reduced by
+        /// `threshold_reduction`. If no fiber is refined and no function is added with the last
+        /// one, G is not separable.
+        most_reductions: u32 = 4, 2..=8;
+        /// One in this many coefficients of a fiber, the highest ones, shows whether it is
+        /// resolved.
+        tail_divisor: usize = 6, 3..=12;
+        /// The fewest highest coefficients that show whether a fiber is resolved. Every second one
+        /// of an even function is 0.
+        least_tail_length: usize = 3, 1..=6;
+    }
+}
