@@ -229,7 +229,7 @@ INTERRUPTED = {
         emitree.render("sin(50*x) * exp(-r)", emitree.Canonical(), (4096, 4096), method="los",
                        steps=4000)
     """,
-    "images on the way": """
+    "intermediate images": """
         def work(position, direction):
             print("working", flush=True)
             time.sleep(0.1)
@@ -242,7 +242,7 @@ INTERRUPTED = {
     + """
         emitree.render(peak, emitree.Canonical(), (8, 8), executor=Stalled())
     """,
-    "a stalled worker and images on the way": STALLED
+    "a stalled worker and intermediate images": STALLED
     + """
         list(emitree.progressive(peak, emitree.Canonical(), (8, 8), executor=Stalled()))
     """,

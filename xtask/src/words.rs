@@ -67,6 +67,7 @@ const WORDS: &[Word] = &[
     word("of one's own", "custom", ARCHAIC),
     word("idle pessimism", "needlessly conservative", METAPHOR),
     word("own time", "overhead", COINED),
+    word("images on the way", "intermediate images", COINED),
     word("equal steps", "uniform steps", COINED),
     word("right to the right", "x to the right", "unclear"),
     word("up up", "y up", "unclear"),

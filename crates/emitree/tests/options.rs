@@ -16,10 +16,10 @@ fn refused(options: &RenderOptions<'_>) -> String {
 }
 
 #[test]
-fn images_on_the_way_are_of_vol() {
+fn intermediate_images_are_of_vol() {
     let frame = |_: &Frame<'_>| ControlFlow::Continue(());
     let los = RenderOptions::new(LosOptions::default()).with_frame(&frame);
-    let text = "`frame` is given, and method `los` has no images on the way: expected none, or \
+    let text = "`frame` is given, and method `los` has no intermediate images: expected none, or \
                 method `vol`";
     assert_eq!(refused(&los), text);
     let paper = RenderOptions::new(BuildOptions::default()).with_frame(&frame);

@@ -254,8 +254,8 @@ def _rendered(
     threads = _options.threads(threads)
     if frame is not None and scene.method != "vol":
         raise _native.SceneError(
-            f"`frame` or `progressive` is used, and method `{scene.method}` has no images on the "
-            "way: expected neither, or method `vol`"
+            f"`frame` or `progressive` is used, and method `{scene.method}` has no intermediate "
+            "images: expected neither, or method `vol`"
         )
     with ExitStack() as stack:
         evaluate, opened = _evaluator(stack, scene, function, executor, cache)

@@ -83,7 +83,7 @@ pub enum OptionError {
     LineEnergies,
     /// A callback for intermediate images, and a method that has none, by its name.
     #[error(
-        "`frame` is given, and method `{0}` has no images on the way: expected none, or method `vol`"
+        "`frame` is given, and method `{0}` has no intermediate images: expected none, or method `vol`"
     )]
     Frame(&'static str),
     /// A callback, by its name, and a session, which calls none.
