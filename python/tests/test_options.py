@@ -31,7 +31,7 @@ def test_options_that_a_method_does_not_use(options, name):
 
 
 @pytest.mark.parametrize("method", ["paper", "los"])
-def test_images_on_the_way_are_of_vol(method):
+def test_intermediate_images_are_of_vol(method):
     message = f"`frame` or `progressive` is used, and method `{method}` has no intermediate images"
     with pytest.raises(emitree.SceneError, match=message):
         emitree.render(peak, CUBE, (4, 4), method=method, frame=print)

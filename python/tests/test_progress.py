@@ -38,7 +38,7 @@ def test_exceptions_of_the_progress_end_the_rendering():
         emitree.render(slow, CUBE, (64, 64), tolerance=1e-4, progress=stop)
 
 
-def test_images_on_the_way():
+def test_intermediate_images():
     plain = emitree.render(peak, CUBE, (32, 32), tolerance=1e-3)
     *frames, last = emitree.progressive(peak, CUBE, (32, 32), tolerance=1e-3)
     assert np.array_equal(last.image, plain.image) and last.evaluations == plain.evaluations
@@ -51,7 +51,7 @@ def test_images_on_the_way():
     assert np.abs(frames[-1].image - plain.image).max() < 1e-2 * plain.image.max()
 
 
-def test_images_on_the_way_have_the_unit_of_the_last():
+def test_intermediate_images_have_the_unit_of_the_last():
     camera = emitree.Perspective(
         position=(3, 0, 0), target=(0, 0, 0), field_of_view=(40, 40), far=6, length_unit="km"
     )

@@ -71,7 +71,7 @@ def test_a_cube_with_units():
     assert np.array_equal(rendering.image, at_once.image) and rendering.unit == at_once.unit
 
 
-def test_images_on_the_way():
+def test_intermediate_images():
     session = emitree.Session(CUBE, (16, 16), tolerance=1e-4)
     assert session.rendering() is None
     early = None

@@ -282,7 +282,7 @@ fn a_small_bright_knot_that_one_sample_meets_is_followed_down() {
 }
 
 #[test]
-fn the_images_on_the_way_get_better_and_end_at_the_last() {
+fn the_intermediate_images_get_better_and_end_at_the_last() {
     let problem = problem("gaussians").unwrap();
     let exact = problem.exact_image(SHAPE);
     let frames: Mutex<Vec<(u64, u64, Image)>> = Mutex::default();
