@@ -1,5 +1,7 @@
 """Images against closed forms, for every kind of emission and camera, and what is refused."""
 
+import tomllib
+
 import numpy as np
 import pytest
 from models import exact_peak, peak, spectral
@@ -97,6 +99,31 @@ def test_bounds_bodies_and_seeds():
     assert hidden.image[middle] == pytest.approx(1.5, abs=0.03)
 
 
+EDGES = [
+    emitree.Sphere(center=(0, 0, 0), radius=1),
+    emitree.Ellipsoid(center=(0, 0, 1), semi_axes=(1, 2, 3), pole=(0, 1, 0)),
+    emitree.Plane(position=(0, 0, 1), normal=(0, 0, 2)),
+]
+
+
+@pytest.mark.parametrize(("camera", "shape"), [
+    (CUBE, (4, 4)),
+    (emitree.Perspective(position=(9, 0, 0), target=(0, 0, 0), field_of_view=(20, 20), far=9),
+     (4, 4)),
+    (emitree.Healpix(**SKY), 2),
+])  # fmt: skip
+def test_edges_are_tables_of_the_scene(camera, shape):
+    edged = emitree.render("exp(-r^2)", camera, shape, edges=EDGES)
+    assert tomllib.loads(edged.scene)["edge"] == [
+        {"type": "sphere", "center": [0, 0, 0], "radius": 1},
+        {"type": "ellipsoid", "center": [0, 0, 1], "semi_axes": [1, 2, 3], "pole": [0, 1, 0]},
+        {"type": "plane", "position": [0, 0, 1], "normal": [0, 0, 2]},
+    ]
+    plain = emitree.render("exp(-r^2)", camera, shape)
+    assert "edge" not in tomllib.loads(plain.scene)
+    np.testing.assert_allclose(edged.image, plain.image, rtol=0, atol=0.02 * plain.image.max())
+
+
 def test_energies_make_a_cube():
     energy = {"min": 0.5, "max": 2.5, "bins": 4, "unit": "keV"}
     ours = emitree.render(spectral, CUBE, (8, 8), energy=energy, tolerance=1e-3)
@@ -181,6 +208,12 @@ def test_a_budget_is_no_error():
     (dict(unit="ph cm-3 s-1"), "needs a length unit"),
     (dict(batch_size=0), "`batch_size` is 0"),
     (dict(energy={"min": 1, "max": 2}), "`energy.bins` is missing"),
+    (dict(edges=[emitree.Plane(position=(0, 0, 0), normal=(0, 0, 0))]),
+     r"`normal` is \[0.0, 0.0, 0.0\]: expected a finite vector that is not zero"),
+    (dict(edges=[emitree.Box(min=(0, 0, 0), max=(1, 1, 1))]),
+     "unknown edge `box`: expected `sphere`, `ellipsoid` or `plane`"),
+    (dict(occulters=[emitree.Plane(position=(0, 0, 0), normal=(0, 0, 1))]),
+     "unknown body `plane`: expected `sphere` or `ellipsoid`"),
 ])  # fmt: skip
 def test_what_is_wrong_is_named(arguments, message):
     arguments = {"emission": peak, "camera": CUBE, "shape": (4, 4)} | arguments
@@ -199,5 +232,7 @@ def test_what_does_not_go_together_is_refused():
         emitree.render("x", CUBE, (4, 4), cache="folder")
     with pytest.raises(TypeError, match="`unit` is for a camera: the scene file has its own"):
         emitree.render("scene.toml", unit="R")
+    with pytest.raises(TypeError, match="`edges` is for a camera: the scene file has its own"):
+        emitree.render("scene.toml", edges=EDGES)
     with pytest.raises(TypeError, match="`changes` are for scene files"):
         emitree.render("x", CUBE, (4, 4), changes={})

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import tomllib
 
 import numpy as np
 import pytest
@@ -47,6 +48,16 @@ def test_the_first_length_gives_the_unit():
     assert np.array_equal(
         emitree.render(ball, camera, (8, 8)).image, emitree.render(ball, IN_KM, (8, 8)).image
     )
+
+
+def test_lengths_of_edges_are_converted():
+    plane = emitree.Plane(position=[1, 2, 3] * u.Mm, normal=(0, 0, 1))
+    rendering = emitree.render("0", IN_KM, (2, 2), edges=[plane])
+    assert tomllib.loads(rendering.scene)["edge"][0]["position"] == [1000.0, 2000.0, 3000.0]
+    # As of bounds, the first length gives the unit if the camera has none.
+    camera = emitree.Canonical()
+    unit = tomllib.loads(emitree.render("0", camera, (2, 2), edges=[plane]).scene)["projection"]
+    assert unit["length_unit"] == "Mm"
 
 
 def test_images_are_quantities_on_request():

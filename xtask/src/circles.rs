@@ -21,13 +21,8 @@ struct Accepted {
 const ACCEPTED: &[Accepted] = &[
     Accepted {
         folder: "emitree/projection",
-        modules: &["layer", "map", "view_geometry"],
-        reason: "a projection returns the geometry of its view, which is a projection too",
-    },
-    Accepted {
-        folder: "emitree/projection",
-        modules: &["camera", "section"],
-        reason: "the layers of a camera are views of it",
+        modules: &["charts", "map", "view_geometry"],
+        reason: "a projection is a chart or has several, of the geometry of its view",
     },
     Accepted {
         folder: "emitree-io/fits",

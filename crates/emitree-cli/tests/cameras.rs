@@ -398,16 +398,16 @@ fn errors_are_reported_and_nothing_is_written() {
 fn a_budget_for_bodies_names_what_is_needed() {
     let image = "width = 12\nheight = 12";
     let folder = Folder::with_scene(&scene(EXOSPHERE, EXOSPHERE_CAMERA, image, PLANET));
-    // Before the planet, behind it, and what it hides: three layers of 27 evaluations each.
-    let run = folder.emitree("render scene.toml -o a.npy --max-evaluations 80");
+    // The planet and the sky: two charts of 27 evaluations each.
+    let run = folder.emitree("render scene.toml -o a.npy --max-evaluations 53");
     run.fails_with(2);
-    let text = "`max_evaluations` allows 80 evaluations, but the initial sampling of 3 x 3 lines in 3 \
-                depths needs 81";
+    let text = "`max_evaluations` allows 53 evaluations, but the initial sampling of 3 x 3 lines in 3 \
+                depths needs 54";
     assert!(run.stderr.contains(text), "{}", run.stderr);
     folder.holds(&["scene.toml"]);
-    let run = folder.emitree("render scene.toml -o a.npy --report r.json --max-evaluations 81");
+    let run = folder.emitree("render scene.toml -o a.npy --report r.json --max-evaluations 54");
     run.fails_with(4);
     let report = folder.json("r.json");
     assert_eq!(report["converged"], Value::Bool(false));
-    assert!(report["evaluations"].as_u64().unwrap() <= 81);
+    assert!(report["evaluations"].as_u64().unwrap() <= 54);
 }

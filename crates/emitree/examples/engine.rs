@@ -198,6 +198,11 @@ fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
             let options = RenderOptions::new(vol).with_max_evaluations(3_000_000);
             let rendering = render(&emission, view.camera(), view.shape(), &options)?;
             let outcome = Outcome::of(&rendering, reference);
+            if std::env::var("DBG").is_ok() {
+                println!("{view:?}");
+                println!("{:?}", rendering.values.row(outcome.worst.0));
+                println!("{:?}", reference.image.row(outcome.worst.0));
+            }
             let converged = rendering.converged();
             let is_within = outcome.error <= tolerance + reference.error;
             let is_broken = converged && outcome.error > 3.0 * tolerance + reference.error;

@@ -39,17 +39,6 @@ impl Image {
         Self { height, width, pixels }
     }
 
-    /// Images of equal width one above the other, the lowest first.
-    pub(crate) fn stacked<'a>(images: impl Iterator<Item = &'a Self>) -> Self {
-        let mut stack = Self::zeros(0, 0);
-        for image in images {
-            stack.width = image.width;
-            stack.height += image.height;
-            stack.pixels.extend_from_slice(&image.pixels);
-        }
-        stack
-    }
-
     /// The number of rows.
     pub fn height(&self) -> usize {
         self.height
@@ -94,6 +83,23 @@ impl Image {
         for (pixel, other) in self.pixels.iter_mut().zip(&other.pixels) {
             *pixel += factor * other;
         }
+    }
+
+    /// Images of equal width one above the other, the lowest first.
+    pub(crate) fn stacked<'a>(images: impl Iterator<Item = &'a Self>) -> Self {
+        let mut stack = Self::zeros(0, 0);
+        for image in images {
+            stack.width = image.width;
+            stack.height += image.height;
+            stack.pixels.extend_from_slice(&image.pixels);
+        }
+        stack
+    }
+
+    /// Adds `factor` times an image of the same width to the rows from `first` on.
+    pub(crate) fn add_rows(&mut self, first: usize, other: &Self, factor: f64) {
+        let pixels = self.pixels[first * self.width..].iter_mut();
+        pixels.zip(&other.pixels).for_each(|(pixel, other)| *pixel += factor * other);
     }
 
     /// The largest |pixel|, pixels that are not numbers left out.

@@ -29,8 +29,8 @@
 //! * [`projection`]: a camera maps the world to the canonical cube, z along the line of sight: image
 //!   planes of seven kinds, depths finite or not, bounds, opaque bodies, the sky in `HEALPix` faces;
 //! * [`vol`]: the engine: a low-rank approximation or, where there is none, a tree of the image plane whose
-//!   nodes are lines of sight, refined until the tolerance is met; one tree for each layer between and
-//!   inside opaque bodies;
+//!   nodes are lines of sight, refined until the tolerance is met; charts, in which views with opaque
+//!   bodies are smooth up to limbs;
 //! * [`cell`], [`quadrature`], [`prediction`], [`refinement`]: dyadic cells, their averages, the
 //!   prediction of a cell's children, and which cells are split;
 //! * [`tree`]: the paper's sparse tree of cell averages: built, projected along z by one sum for each

@@ -30,7 +30,7 @@ pub(crate) async fn render(
             Some(axis) => cube(meter, tile, axis, options).await?,
         };
         made.base_level = Some(options.base_level);
-        made.cube.bands().iter().try_for_each(|band| tile.check_finite(band))?;
+        made.cube.bands().iter().try_for_each(|band| tile.check_finite(band, 0))?;
         of_tiles.push(made);
     }
     Ok(MethodOutput::stacked(of_tiles))

@@ -31,23 +31,23 @@ impl PixelRows<'_> {
         }
     }
 
-    /// Rows that one thread makes at a time, at the least.
-    pub(crate) fn rows_at_once(&self) -> usize {
-        PIXELS_AT_ONCE.div_ceil(self.shape[1].max(1))
-    }
-
     /// The map that `fill` makes row by row, given the number of the row.
     pub(crate) fn map(&self, fill: impl Fn(usize, &mut [f64]) + Sync) -> Image {
         let [height, width] = self.shape;
         let mut map = Image::zeros(height, width);
         let rows = map.pixels_mut().par_chunks_mut(width.max(1)).enumerate();
-        rows.with_min_len(self.rows_at_once()).for_each(|(row, pixels)| fill(row, pixels));
+        rows.with_min_len(rows_at_once(width)).for_each(|(row, pixels)| fill(row, pixels));
         map
     }
 }
 
 /// The smallest number of pixels for which another thread is worthwhile.
 const PIXELS_AT_ONCE: usize = 1 << 14;
+
+/// Rows of so many pixels that one thread makes at a time, at the least.
+pub(crate) fn rows_at_once(width: usize) -> usize {
+    PIXELS_AT_ONCE.div_ceil(width.max(1))
+}
 
 /// For each pixel, its radiance over the mean of the irradiance density on it; 0 where the projection
 /// has no image.

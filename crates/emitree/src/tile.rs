@@ -41,15 +41,20 @@ impl<'a> Tile<'a> {
         Ok(tiles.into_iter().enumerate().map(tile).collect())
     }
 
-    /// Finds a pixel whose sum is not finite, although the rates are.
-    pub(crate) fn check_finite<E>(&self, image: &Image) -> Result<(), RenderError<E>> {
+    /// Finds a pixel of the tile whose sum is not finite, although the rates are, in an image in which
+    /// the tile begins at a row.
+    pub(crate) fn check_finite<E>(
+        &self,
+        image: &Image,
+        first_row: usize,
+    ) -> Result<(), RenderError<E>> {
         let [height, width] = self.shape;
-        for row in 0..height {
-            for (column, &value) in image.row(row).iter().enumerate() {
-                let middle = [(column, width), (row, height)];
+        for row_of_tile in 0..height {
+            let row = row_of_tile + self.place.0 * height;
+            for (column, &value) in image.row(first_row + row_of_tile).iter().enumerate() {
+                let middle = [(column, width), (row_of_tile, height)];
                 let middle = middle.map(|(at, pixels)| (at as f64 + 0.5) / pixels as f64);
                 if !value.is_finite() && self.projection.region(middle) != Region::Outside {
-                    let row = row + self.place.0 * height;
                     return Err(RenderError::ImageNotFinite { row, column, value });
                 }
             }

@@ -44,14 +44,14 @@ macro_rules! tolerances_met {
 }
 
 tolerances_met! {
-    a_hundredth_seeds_0: 0..12, 1e-2, 104_707;
-    a_hundredth_seeds_12: 12..24, 1e-2, 174_503;
-    a_hundredth_seeds_24: 24..36, 1e-2, 174_310;
-    a_hundredth_seeds_160: 160..172, 1e-2, 76_602;
-    a_hundredth_seeds_172: 172..184, 1e-2, 269_780;
-    a_hundredth_seeds_184: 184..196, 1e-2, 207_133;
-    a_thousandth_seeds_0: 0..12, 1e-3, 290_735;
-    a_thousandth_seeds_12: 12..24, 1e-3, 501_315;
-    a_thousandth_seeds_160: 160..172, 1e-3, 108_736;
-    a_thousandth_seeds_172: 172..184, 1e-3, 184_458;
+    a_hundredth_seeds_0: 0..12, 1e-2, 41_521;
+    a_hundredth_seeds_12: 12..24, 1e-2, 128_954;
+    a_hundredth_seeds_24: 24..36, 1e-2, 198_268;
+    a_hundredth_seeds_160: 160..172, 1e-2, 81_810;
+    a_hundredth_seeds_172: 172..184, 1e-2, 78_155;
+    a_hundredth_seeds_184: 184..196, 1e-2, 165_616;
+    a_thousandth_seeds_0: 0..12, 1e-3, 155_467;
+    a_thousandth_seeds_12: 12..24, 1e-3, 305_278;
+    a_thousandth_seeds_160: 160..172, 1e-3, 422_962;
+    a_thousandth_seeds_172: 172..184, 1e-3, 289_583;
 }

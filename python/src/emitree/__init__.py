@@ -29,6 +29,7 @@ from emitree._cameras import (
     Healpix,
     Orthographic,
     Perspective,
+    Plane,
     Polar,
     Sphere,
 )
@@ -60,6 +61,7 @@ __all__ = [
     "Model",
     "Orthographic",
     "Perspective",
+    "Plane",
     "Points",
     "Polar",
     "RenderError",

@@ -1,4 +1,4 @@
-"""Cameras and shapes: the tables `[projection]`, `[bounds]` and `[[occulter]]` of a scene.
+"""Cameras and shapes: `[projection]`, `[bounds]`, `[[occulter]]` and `[[edge]]` of a scene.
 
 Keywords are the keys of the scene file. Lengths are in `length_unit`, angles in degrees; astropy
 quantities are converted to these. What a scene calls a camera, and which of its keys are lengths or
@@ -164,7 +164,10 @@ class Healpix(Camera):
 
 @dataclass(frozen=True, kw_only=True)
 class Sphere(_Table):
-    """A sphere, as bounds of the emission or as an opaque body: center (3,) and radius, lengths."""
+    """A sphere, as bounds or an edge of the emission, or as an opaque body.
+
+    center: (3,), lengths; radius: a length.
+    """
 
     center: Vector
     radius: float
@@ -174,7 +177,7 @@ class Sphere(_Table):
 
 @dataclass(frozen=True, kw_only=True)
 class Ellipsoid(_Table):
-    """An ellipsoid, as bounds or as an opaque body.
+    """An ellipsoid, as bounds or an edge of the emission, or as an opaque body.
 
     center, semi_axes: (3,), lengths; pole, meridian: (3,), directions of the third and of the first
         axis, z and x by default.
@@ -196,3 +199,21 @@ class Box(_Table):
     max: Vector
     _type = "box"
     _lengths = ("min", "max")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plane(_Table):
+    """A plane, as an edge of the emission: a surface on which it jumps or has a kink.
+
+    position: (3,), a point of the plane, lengths; normal: (3,), a vector of any length that is
+        perpendicular to the plane.
+
+    >>> import emitree
+    >>> emitree.Plane(position=(0, 0, 0.5), normal=(0, 0, 1))
+    Plane(position=(0, 0, 0.5), normal=(0, 0, 1))
+    """
+
+    position: Vector
+    normal: Vector
+    _type = "plane"
+    _lengths = ("position",)

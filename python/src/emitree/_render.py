@@ -41,6 +41,7 @@ def render(
     quantity: str | None = None,
     bounds: Any = None,
     occulters: Sequence[Any] = (),
+    edges: Sequence[Any] = (),
     seeds: Sequence[tuple[Any, Any]] = (),
     instrument: Any = None,
     base_level: int | None = None,
@@ -88,6 +89,8 @@ def render(
     quantity: "radiance" (the default) or "irradiance".
     bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which the emission is 0.
     occulters: opaque `Sphere`s and `Ellipsoid`s.
+    edges: `Sphere`s, `Ellipsoid`s and `Plane`s: surfaces on which the emission jumps or has a kink.
+        They describe the emission and do not change it.
     seeds: pairs (position (3,), radius) of structures too small for the base lattice.
     instrument: a camera that counts photons: an `Instrument`, or a dictionary with the same keys;
         needs `energy`.
@@ -138,6 +141,7 @@ def render(
         "quantity": quantity,
         "bounds": bounds,
         "occulters": occulters,
+        "edges": edges,
         "seeds": seeds,
         "instrument": instrument,
     }
@@ -164,7 +168,17 @@ def render(
 
 #: Keywords of `render` that belong to the camera; all others are of the table `[render]`.
 OF_VIEW = frozenset(
-    ["energy", "unit", "image_unit", "quantity", "bounds", "occulters", "seeds", "instrument"]
+    [
+        "energy",
+        "unit",
+        "image_unit",
+        "quantity",
+        "bounds",
+        "occulters",
+        "edges",
+        "seeds",
+        "instrument",
+    ]
 )
 
 

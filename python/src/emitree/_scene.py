@@ -117,13 +117,14 @@ def compose(
     energy: Any = None,
     bounds: Any = None,
     occulters: Any = (),
+    edges: Any = (),
     seeds: Any = (),
     instrument: Any = None,
     render: Mapping[str, Any],
     build: Mapping[str, Any] | None = None,
 ) -> _native.Scene:
     """The scene of these keywords, read and checked."""
-    shapes = [*([bounds] if bounds is not None else []), *occulters]
+    shapes = [*([bounds] if bounds is not None else []), *occulters, *edges]
     length_unit = length_unit_of(camera, shapes)
     projection = camera.table(length_unit)
     if length_unit is not None:
@@ -142,6 +143,7 @@ def compose(
             "instrument": instrument_table(instrument),
             "bounds": bounds.table(length_unit) if bounds is not None else None,
             "occulter": [body.table(length_unit) for body in occulters],
+            "edge": [edge.table(length_unit) for edge in edges],
             "seed": [seed_table(seed, length_unit) for seed in seeds],
             "render": render,
             "build": build,

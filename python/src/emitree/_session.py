@@ -57,8 +57,8 @@ class Session:
 
     camera, shape: as of `render`.
     options: keywords of `render` that define the rendering: tolerance, method, max_evaluations,
-        max_seconds, smallest_feature, energy, unit, image_unit, quantity, bounds, occulters, seeds,
-        instrument, and the options of the methods.
+        max_seconds, smallest_feature, energy, unit, image_unit, quantity, bounds, occulters, edges,
+        seeds, instrument, and the options of the methods.
 
     >>> import emitree, numpy as np
     >>> session = emitree.Session(emitree.Canonical(), (16, 16), tolerance=0.01)

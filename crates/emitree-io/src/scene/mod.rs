@@ -32,6 +32,7 @@ pub use tree::BuildSettings;
 
 use crate::energies::Energies;
 use crate::memory::available_memory_bytes;
+use camera::ShapeTables;
 use document::Node;
 use emitree::radiance::irradiance_of;
 use emitree::{
@@ -311,7 +312,9 @@ impl Scene {
         let projection = table.table("projection")?;
         let occulters = table.tables("occulter", "tables `[[occulter]]`, each with a `type`")?;
         let bounds = table.table("bounds")?;
-        let (camera, length_unit) = camera::read(projection, bounds, occulters, &start)?;
+        let edges = table.tables("edge", "tables `[[edge]]`, each with a `type`")?;
+        let shapes = ShapeTables { bounds, occulters, edges };
+        let (camera, length_unit) = camera::read(projection, shapes, &start)?;
         let layout = camera.description().pixels;
         let (shape, of_image) = read_image(table.table("image")?, layout, &start)?;
         let seeds = table.tables("seed", "tables `[[seed]]`, each with `position` and `radius`")?;

@@ -16,8 +16,8 @@ const EMISSIONS: [&str; 7] = [
 const METHODS: [&str; 6] = ["vol", "vol", "vol", "vol", "paper", "los"];
 
 impl Mutator {
-    /// A scene of a random emission and a random camera, with or without bounds, bodies, seeds and
-    /// energies. Its image has a few pixels, and its budget is a few thousand evaluations at most.
+    /// A scene of a random emission and a random camera, with or without bounds, bodies, edges, seeds
+    /// and energies. Its image has a few pixels, and its budget is a few thousand evaluations at most.
     pub fn view(&mut self) -> String {
         let mut scene = String::new();
         let emission = self.choice(&EMISSIONS).copied().unwrap_or_default();
@@ -29,6 +29,9 @@ impl Mutator {
         }
         while self.one_in(2) {
             let _ = writeln!(scene, "[[occulter]]\n{}", self.shape(false));
+        }
+        while self.one_in(4) {
+            let _ = writeln!(scene, "[[edge]]\n{}", self.edge());
         }
         if self.one_in(5) {
             let place = self.place(3.0);
@@ -113,6 +116,15 @@ impl Mutator {
                 format!("type = \"ellipsoid\"\ncenter = {center}\nradii = {radii:?}\n")
             }
         }
+    }
+
+    /// The keys of an edge.
+    fn edge(&mut self) -> String {
+        if self.one_in(2) {
+            return self.shape(false);
+        }
+        let [position, normal] = [3.0, 1.0].map(|most| self.place(most));
+        format!("type = \"plane\"\nposition = {position}\nnormal = {normal}\n")
     }
 
     /// A point at most so far away along each axis; often on an axis, sometimes the origin.

@@ -84,7 +84,7 @@ pub(crate) async fn render(
             let mut mean = [Image::zeros(height, width), Image::zeros(height, width)];
             for &(energy, weight) in energies {
                 let found = at_energy(meter, tile, options, energy).await?;
-                tile.check_finite(&found.image)?;
+                tile.check_finite(&found.image, 0)?;
                 if !found.converged {
                     ending = StopReason::Budget;
                 }

@@ -2,11 +2,12 @@
 
 use super::bounds::Bounds;
 use super::camera::Camera;
+use super::edge::Edge;
 use super::ellipsoid::Ellipsoid;
 use super::frame::GeometryError;
 use super::healpix::{FACES, face_of_direction, face_pixel};
-use super::layer::Region;
 use super::plane::FacePlane;
+use super::region::Region;
 use super::vector::difference;
 use super::{MappedPoint, Projection, ViewGeometry};
 use crate::image::Image;
@@ -63,6 +64,13 @@ impl Healpix {
     pub fn with_occulters(self, bodies: Vec<Ellipsoid>) -> Result<Self, GeometryError> {
         let faces = self.faces.into_iter().map(|face| face.with_occulters(bodies.clone()));
         Ok(Self { faces: faces.collect::<Result<_, _>>()?, ..self })
+    }
+
+    /// As [`Camera::with_edges`].
+    #[must_use]
+    pub fn with_edges(self, edges: Vec<Edge>) -> Self {
+        let faces = self.faces.into_iter().map(|face| face.with_edges(edges.clone())).collect();
+        Self { faces, ..self }
     }
 
     /// Height and width of the image with `nside` pixels along the edge of a face.
@@ -142,5 +150,22 @@ impl ViewGeometry for Healpix {
 
     fn tiles(&self) -> Vec<&dyn Projection> {
         self.faces.iter().map(|face| face as &dyn Projection).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_face_has_the_edges() {
+        let edges = vec![Edge::plane([0.0; 3], [0.0, 0.0, 1.0]).unwrap()];
+        let sky = Healpix::new([0.0; 3], [0.0, 2.0]).unwrap().with_edges(edges.clone());
+        assert_eq!(sky.faces.len(), 12);
+        assert!(
+            sky.faces
+                .iter()
+                .all(|face| face.surroundings().is_some_and(|around| around.edges == edges))
+        );
     }
 }

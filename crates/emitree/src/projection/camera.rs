@@ -1,21 +1,19 @@
-//! Cameras: an image plane at a viewpoint, with depths, bounds and opaque bodies.
+//! Cameras: an image plane at a viewpoint, with depths, bounds, edges and opaque bodies.
 
 use super::bounds::Bounds;
+use super::charts::chart::Chart;
+use super::edge::Edge;
 use super::ellipsoid::Ellipsoid;
 use super::frame::{Frame, GeometryError, Viewpoint};
-use super::layer::{Layer, Region};
 use super::plane::{
     DiscMapping, DiscPlane, EquirectangularPlane, ImagePlane, ParallelPlane, PolarPlane,
     TangentPlane,
 };
-use super::section::{Piece, Section};
-use super::span::{Depth, Span};
+use super::region::Region;
+use super::span::Depth;
+use super::surroundings::{Observer, SightLine, Surroundings};
 use super::vector::{along, difference, dot, norm};
 use super::{MappedPoint, Projection, ViewGeometry};
-
-/// Lines are clipped this part of their length inside of the bounds: a model that ends there is
-/// evaluated inside, whatever rounding does.
-const INSIDE_BOUNDS: f64 = 1e-9;
 
 /// A camera with the image plane `P`.
 ///
@@ -26,9 +24,7 @@ const INSIDE_BOUNDS: f64 = 1e-9;
 pub struct Camera<P> {
     frame: Frame,
     plane: P,
-    depth: Depth,
-    bounds: Option<Bounds>,
-    bodies: Vec<Ellipsoid>,
+    surroundings: Surroundings,
 }
 
 /// Parallel lines of sight in any direction. FITS: linear axes.
@@ -125,13 +121,8 @@ impl Orthographic {
     /// The view of [`Canonical`](super::Canonical), the unit cube along +z, as a camera that can have
     /// bounds and opaque bodies.
     pub fn of_unit_cube() -> Self {
-        Self {
-            frame: Frame::of_world([0.0; 3]),
-            plane: ParallelPlane::unit_square(),
-            depth: Depth::of_unit_cube(),
-            bounds: None,
-            bodies: Vec::new(),
-        }
+        let plane = ParallelPlane::unit_square();
+        Self::of_frame(Frame::of_world([0.0; 3]), plane, Depth::of_unit_cube())
     }
 }
 
@@ -207,7 +198,16 @@ impl<P: ImagePlane> Camera<P> {
         let frame = Frame::new(viewpoint)?;
         let scale = norm(difference(viewpoint.target, viewpoint.position));
         let depth = Depth::new(depth, scale, plane.is_parallel())?;
-        Ok(Self { frame, plane, depth, bounds: None, bodies: Vec::new() })
+        Ok(Self::of_frame(frame, plane, depth))
+    }
+
+    fn of_frame(frame: Frame, plane: P, depth: Depth) -> Self {
+        let forward = frame.world_from_camera([0.0, 0.0, 1.0]);
+        let observer = match plane.is_parallel() {
+            true => Observer::Parallel { plane_point: frame.origin, direction: forward },
+            false => Observer::Point(frame.origin),
+        };
+        Self { frame, plane, surroundings: Surroundings::new(observer, depth) }
     }
 
     /// A camera of an image plane whose (right, up, forward) are the world's (x, y, z); an infinite
@@ -221,14 +221,13 @@ impl<P: ImagePlane> Camera<P> {
         let distance = norm(position);
         let scale = if distance > 0.0 { distance } else { 1.0 };
         let depth = Depth::new(depth, scale, plane.is_parallel())?;
-        let frame = Frame::of_world(position);
-        Ok(Self { frame, plane, depth, bounds: None, bodies: Vec::new() })
+        Ok(Self::of_frame(Frame::of_world(position), plane, depth))
     }
 
     /// The same camera for an emission inside of `bounds` only: each line of sight is clipped to them.
     #[must_use]
     pub fn with_bounds(mut self, bounds: Bounds) -> Self {
-        self.bounds = Some(bounds);
+        self.surroundings.bounds = Some(bounds);
         self
     }
 
@@ -244,105 +243,41 @@ impl<P: ImagePlane> Camera<P> {
         {
             return Err(GeometryError::InsideOcculter { number: inside + 1, position });
         }
-        self.bodies = bodies;
+        self.surroundings.bodies = bodies;
         Ok(self)
     }
 
-    pub(super) fn plane(&self) -> &P {
-        &self.plane
-    }
-
-    pub(super) fn bodies(&self) -> &[Ellipsoid] {
-        &self.bodies
+    /// The same camera with the surfaces on which the emission jumps or has a kink.
+    ///
+    /// ```
+    /// use emitree::Orthographic;
+    /// use emitree::projection::{Edge, Ellipsoid};
+    ///
+    /// let shell = Edge::Ellipsoid(Ellipsoid::sphere([0.5; 3], 0.2)?);
+    /// let wall = Edge::plane([0.5; 3], [1.0, 0.0, 1.0])?;
+    /// let camera = Orthographic::of_unit_cube().with_edges(vec![shell, wall]);
+    /// # Ok::<(), emitree::projection::GeometryError>(())
+    /// ```
+    #[must_use]
+    pub fn with_edges(mut self, edges: Vec<Edge>) -> Self {
+        self.surroundings.edges = edges;
+        self
     }
 
     /// The line of sight at (x, y) in the world, and the part of it inside the bounds.
-    pub(super) fn line(&self, xy: [f64; 2]) -> Line {
+    fn line(&self, xy: [f64; 2]) -> SightLine {
         let sight = self.plane.sight(xy);
         let offset = self.frame.world_from_camera(sight.origin);
         let origin = along(self.frame.origin, 1.0, offset);
-        let direction = self.frame.world_from_camera(sight.direction);
-        let [near, far] = self.depth.ends();
-        let ends = match self.bounds.map(|bounds| bounds.crossing(origin, direction)) {
-            None => [near, far],
-            Some(None) => [near.max(0.0); 2],
-            Some(Some([enter, leave])) => {
-                let inside = INSIDE_BOUNDS * (leave - enter);
-                let from = near.max(enter + inside);
-                [from, far.min(leave - inside).max(from)]
-            }
-        };
-        Line { origin, direction, ends }
-    }
-
-    /// The region of a line, and the distance at which it ends.
-    pub(super) fn end_of(&self, line: &Line) -> (Region, f64) {
-        let [from, to] = line.ends;
-        let mut seen = (Region::Sky, to);
-        for (number, body) in self.bodies.iter().enumerate() {
-            if let Some([enter, leave]) = body.crossing(line.origin, line.direction)
-                && leave > from
-                && enter < seen.1
-            {
-                seen = (Region::Body(number), enter.max(from));
-            }
-        }
-        seen
-    }
-
-    /// The split distance of a body: inside of it if the line meets it, and at its limb if the line
-    /// touches it.
-    pub(super) fn split_distance(&self, line: &Line, body: &Ellipsoid) -> f64 {
-        if self.plane.is_parallel() {
-            body.closest_distance(line.origin, line.direction)
-        } else {
-            body.limb_distance(line.origin, line.direction)
-        }
-    }
-
-    /// The point of a body's near side that stands for one of a line inside of it.
-    pub(super) fn on_near_surface(
-        &self,
-        body: &Ellipsoid,
-        line: &Line,
-        position: [f64; 3],
-    ) -> [f64; 3] {
-        let is_parallel = self.plane.is_parallel();
-        let towards = difference(body.centre(), self.frame.origin);
-        body.on_near_surface(position, if is_parallel { line.direction } else { towards })
-    }
-
-    pub(super) fn span(&self, from: f64, to: f64) -> Span {
-        self.depth.span(from, to)
+        self.surroundings.line(origin, self.frame.world_from_camera(sight.direction))
     }
 
     /// The image plane's coordinates of a world point, and its line.
-    pub(super) fn line_to(&self, position: [f64; 3]) -> Option<([f64; 2], Line, f64)> {
+    fn line_to(&self, position: [f64; 3]) -> Option<([f64; 2], SightLine, f64)> {
         let xy = self.plane.xy_of(self.frame.camera_from_world(position))?;
         let line = self.line(xy);
         let distance = dot(difference(position, line.origin), line.direction);
         Some((xy, line, distance))
-    }
-}
-
-/// A line of sight in the world.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
-    pub(super) origin: [f64; 3],
-    pub(super) direction: [f64; 3],
-    /// The distances between which the emission may be above 0.
-    pub(super) ends: [f64; 2],
-}
-
-impl Line {
-    /// The point at `z` of a part of the line.
-    pub(super) fn point(&self, span: &Span, z: f64) -> MappedPoint {
-        let (distance, path_per_depth) = span.at(z);
-        MappedPoint {
-            position: along(self.origin, distance, self.direction),
-            direction: self.direction.map(|component| -component),
-            path_per_depth,
-        }
     }
 }
 
@@ -355,8 +290,8 @@ impl<P: ImagePlane> Projection for Camera<P> {
 
     fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
         let ([x, y], line, distance) = self.line_to(position)?;
-        let (_, end) = self.end_of(&line);
-        Some([x, y, self.span(line.ends[0], end).z_of(distance)])
+        let (_, end) = self.surroundings.end_of(&line);
+        Some([x, y, self.surroundings.span(line.ends[0], end).z_of(distance)])
     }
 
     fn solid_angle_density(&self, xy: [f64; 2]) -> f64 {
@@ -379,14 +314,12 @@ impl<P: ImagePlane> Projection for Camera<P> {
 impl<P: ImagePlane> ViewGeometry for Camera<P> {
     fn points_of_line(&self, xy: [f64; 2], depths: &[f64], points: &mut [MappedPoint]) {
         let line = self.line(xy);
-        let (_, end) = self.end_of(&line);
-        let span = self.span(line.ends[0], end);
+        let (_, end) = self.surroundings.end_of(&line);
+        let span = self.surroundings.span(line.ends[0], end);
         let is_in_image = self.plane.contains(xy);
         for (point, &z) in points.iter_mut().zip(depths) {
             *point = line.point(&span, z);
-            for body in &self.bodies {
-                point.position = body.outside(point.position);
-            }
+            point.position = self.surroundings.outside(point.position);
             if !is_in_image {
                 point.path_per_depth = 0.0;
             }
@@ -394,23 +327,67 @@ impl<P: ImagePlane> ViewGeometry for Camera<P> {
     }
 
     fn region(&self, xy: [f64; 2]) -> Region {
-        if self.plane.contains(xy) { self.end_of(&self.line(xy)).0 } else { Region::Outside }
+        if !self.plane.contains(xy) {
+            return Region::Outside;
+        }
+        self.surroundings.end_of(&self.line(xy)).0
     }
 
-    fn has_regions(&self) -> bool {
-        !(self.plane.is_whole() && self.bodies.is_empty())
+    fn has_rim(&self) -> bool {
+        !self.plane.is_whole()
     }
 
-    fn landmarks(&self) -> Vec<[f64; 2]> {
-        let centre =
-            |body: &Ellipsoid| self.plane.xy_of(self.frame.camera_from_world(body.centre()));
-        self.bodies.iter().filter_map(centre).collect()
+    fn surroundings(&self) -> Option<&Surroundings> {
+        Some(&self.surroundings)
     }
 
-    fn layers(&self) -> Vec<Box<dyn Layer + '_>> {
-        let of_body = |number| [Piece::Front(number), Piece::Hidden(number)];
-        let pieces = core::iter::once(Piece::Sky).chain((0..self.bodies.len()).flat_map(of_body));
-        pieces.map(|piece| Box::new(Section::new(self, piece)) as Box<dyn Layer>).collect()
+    fn line(&self, xy: [f64; 2]) -> Option<SightLine> {
+        Some(Self::line(self, xy))
+    }
+
+    fn place_of_line(&self, line: &SightLine) -> Option<[f64; 2]> {
+        let distance = match self.surroundings.observer {
+            Observer::Point(position) => 1.0 + norm(position),
+            Observer::Parallel { .. } => 0.0,
+        };
+        self.plane.xy_of(self.frame.camera_from_world(line.at(distance)))
+    }
+
+    fn chart(&self, tile: usize) -> Box<dyn Chart + '_> {
+        Box::new(PlaneChart { camera: self, tile })
+    }
+}
+
+/// The image plane itself as a chart of whole lines of sight: it continues beyond the rim of a disc,
+/// and behind opaque bodies.
+#[derive(Debug)]
+struct PlaneChart<'a, P> {
+    camera: &'a Camera<P>,
+    tile: usize,
+}
+
+impl<P: ImagePlane> Chart for PlaneChart<'_, P> {
+    fn world_from_chart(&self, [x, y, z]: [f64; 3]) -> MappedPoint {
+        let line = self.camera.line([x, y]);
+        let surroundings = &self.camera.surroundings;
+        let [from, to] = line.ends;
+        let mut point = line.point(&surroundings.span(from, to), z);
+        point.position = surroundings.outside(point.position);
+        point
+    }
+
+    fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
+        let ([x, y], line, distance) = self.camera.line_to(position)?;
+        let [from, to] = line.ends;
+        Some([x, y, self.camera.surroundings.span(from, to).z_of(distance)])
+    }
+
+    fn density(&self, uv: [f64; 2]) -> f64 {
+        self.camera.plane.solid_angle_density(uv)
+    }
+
+    fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
+        (self.tile, uv)
     }
 }
 

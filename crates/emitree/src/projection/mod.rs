@@ -5,21 +5,23 @@
 //! the geometry: the trees and the renderers work on functions on the unit cube.
 //!
 //! A [`Camera`] is an [image plane](ImagePlane) (which line of sight belongs to which pixel) at a
-//! [`Viewpoint`](crate::Viewpoint), with a range of depths, [`Bounds`] of the emission, and opaque bodies.
+//! [`Viewpoint`](crate::Viewpoint), with a range of depths, [`Bounds`] and [`Edge`]s of the emission, and opaque bodies.
 
 #[cfg(feature = "healpix")]
 pub(crate) mod all_sky;
 mod bounds;
 pub(crate) mod camera;
 pub(crate) mod canonical;
+mod edge;
 mod ellipsoid;
 pub(crate) mod frame;
 #[cfg(feature = "healpix")]
 pub mod healpix;
-mod layer;
+pub(crate) mod charts;
+mod region;
+mod surroundings;
 pub(crate) mod map;
 mod plane;
-mod section;
 mod span;
 mod vector;
 mod view_geometry;
@@ -27,9 +29,10 @@ mod view_geometry;
 pub use bounds::{Bounds, Cuboid};
 pub use camera::Camera;
 pub(crate) use canonical::Canonical;
+pub use charts::chart::Chart;
+pub use edge::Edge;
 pub use ellipsoid::Ellipsoid;
 pub use frame::GeometryError;
-pub use layer::{Layer, Region};
 pub(crate) use map::Projection;
 #[cfg(feature = "healpix")]
 pub use plane::FacePlane;
@@ -37,6 +40,8 @@ pub use plane::{
     DiscMapping, DiscPlane, EquirectangularPlane, ImagePlane, ParallelPlane, PolarPlane, Sight,
     TangentPlane,
 };
+pub use region::Region;
+pub use surroundings::{SightLine, Surroundings};
 pub use view_geometry::ViewGeometry;
 
 /// The world point of a point of the canonical cube.

@@ -4,7 +4,9 @@
 //! methods use any projection through the functions of `dyn Projection` here, which have defaults for
 //! projections without a [`ViewGeometry`].
 
-use super::layer::{Layer, Region, Whole};
+use super::charts::chart::{Chart, Whole};
+use super::region::Region;
+use super::surroundings::{SightLine, Surroundings};
 use super::{MappedPoint, Projection};
 
 /// The edges, layers and tiles of a view, and the points of a line or the solid angles of a row in one
@@ -22,8 +24,7 @@ use super::{MappedPoint, Projection};
 /// let geometry = projection.view_geometry().ok_or("smooth")?;
 /// assert_eq!(geometry.region([0.5, 0.5]), Region::Body(0));
 /// assert_eq!(geometry.region([0.1, 0.1]), Region::Sky);
-/// // The sky, and the parts before and inside of the ball.
-/// assert_eq!(geometry.layers().len(), 3);
+/// assert!(geometry.line([0.5, 0.5]).is_some());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait ViewGeometry: Projection {
@@ -34,17 +35,35 @@ pub trait ViewGeometry: Projection {
 
     /// Whether [`region`](Self::region) may be anything but [`Region::Sky`].
     fn has_regions(&self) -> bool {
+        self.has_rim() || self.surroundings().is_some_and(|around| !around.bodies.is_empty())
+    }
+
+    /// Whether some points of the image plane belong to no image, as the corners around a disc.
+    fn has_rim(&self) -> bool {
         false
     }
 
-    /// Places (x, y) on the image plane where a region may be that is smaller than a pixel.
-    fn landmarks(&self) -> Vec<[f64; 2]> {
-        Vec::new()
+    /// What the lines of sight meet, from which charts are made; `None` if all lines belong to the
+    /// [chart](Self::chart) of the image plane.
+    fn surroundings(&self) -> Option<&Surroundings> {
+        None
     }
 
-    /// The layers that the image is the sum of, each smooth across the edges of regions.
-    fn layers(&self) -> Vec<Box<dyn Layer + '_>> {
-        vec![Box::new(Whole(self))]
+    /// The line of sight at (x, y), beyond the rim of a disc too; `None` if there are no
+    /// [surroundings](Self::surroundings).
+    fn line(&self, _xy: [f64; 2]) -> Option<SightLine> {
+        None
+    }
+
+    /// The canonical (x, y) at which a line of sight is seen, beyond the square if it is not in view;
+    /// `None` if it is nowhere on the image plane.
+    fn place_of_line(&self, _line: &SightLine) -> Option<[f64; 2]> {
+        None
+    }
+
+    /// The image plane as a chart of whole lines of sight, as number `tile` of the tiles of an image.
+    fn chart(&self, tile: usize) -> Box<dyn Chart + '_> {
+        Box::new(Whole { projection: self, tile })
     }
 
     /// The parts of an image that is several squares, from the lowest rows up, all of one shape;
@@ -78,21 +97,11 @@ impl dyn Projection + '_ {
         self.view_geometry().map_or(Region::Sky, |geometry| geometry.region(xy))
     }
 
-    /// As [`ViewGeometry::has_regions`].
-    pub(crate) fn has_regions(&self) -> bool {
-        self.view_geometry().is_some_and(ViewGeometry::has_regions)
-    }
-
-    /// As [`ViewGeometry::landmarks`].
-    pub(crate) fn landmarks(&self) -> Vec<[f64; 2]> {
-        self.view_geometry().map_or_else(Vec::new, ViewGeometry::landmarks)
-    }
-
-    /// As [`ViewGeometry::layers`].
-    pub(crate) fn layers(&self) -> Vec<Box<dyn Layer + '_>> {
+    /// As [`ViewGeometry::chart`].
+    pub(crate) fn chart(&self, tile: usize) -> Box<dyn Chart + '_> {
         match self.view_geometry() {
-            Some(geometry) => geometry.layers(),
-            None => vec![Box::new(Whole(self))],
+            Some(geometry) => geometry.chart(tile),
+            None => Box::new(Whole { projection: self, tile }),
         }
     }
 

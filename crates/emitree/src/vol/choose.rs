@@ -5,11 +5,16 @@ use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
+use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::engine::by_tree;
 use crate::vol::lowrank::{self, Attempted};
+use crate::vol::sampling::Stop;
 use crate::vol::seeds::check_seeds;
+use crate::vol::tuning::TUNING;
+use crate::vol::view::edges::{cost_of_edges, find_edges};
+use crate::vol::view::part::{Parts, atlas, parts};
 use crate::vol::{BASE_LEVELS, VolOptions};
 
 /// Renders an image, or a cube in the bins of `axis`, to the tolerance of `vol`.
@@ -21,16 +26,43 @@ pub(crate) async fn render(
 ) -> Result<MethodOutput, MethodError> {
     check(vol)?;
     check_seeds(&vol.seeds)?;
-    let Attempted { found: products, samples } = match axis {
-        None => lowrank::attempt(meter, tiles, vol).await?,
-        Some(_) => Attempted::default(),
-    };
+    let found = edges(meter, tiles, axis, vol).await?;
+    let mut cuts: Vec<FoundCut> = Vec::new();
+    loop {
+        let atlas = atlas(tiles, &found).map(|atlas| atlas.with_cuts(&cuts));
+        let parts = parts(tiles, atlas.as_ref());
+        meter.check_time()?;
+        let attempted = match axis {
+            None => lowrank::attempt(meter, tiles, &parts, vol).await?,
+            Some(_) => Attempted::none(&parts),
+        };
+        // Charts that end at the kinks found replace the first ones; once, which bounds the cost.
+        if let Some(atlas) = atlas.as_ref().filter(|_| cuts.is_empty()) {
+            let kinks = attempted.kinks.iter();
+            cuts = kinks.map(|kink| atlas.cut(kink.chart, &kink.window, kink.v)).collect();
+            if !cuts.is_empty() {
+                continue;
+            }
+        }
+        return finish(meter, tiles, &parts, axis, vol, attempted).await;
+    }
+}
+
+/// The image of products, or of trees of the parts that have none.
+async fn finish(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    parts: &Parts<'_>,
+    axis: Option<&EnergyAxis>,
+    vol: &VolOptions,
+    mut attempted: Attempted,
+) -> Result<MethodOutput, MethodError> {
     let is_complete = |found: &MethodOutput| found.ending == StopReason::Complete;
-    let products = match products {
+    let products = match attempted.found.take() {
         Some(products) if is_complete(&products) => return Ok(products),
         products => products,
     };
-    match (products, by_tree(meter, tiles, axis, vol, samples).await) {
+    match (products, by_tree(meter, tiles, parts, axis, vol, attempted.known).await) {
         // The time limit was reached before lines gave an image.
         (Some(products), Err(RenderError::Time { .. })) => Ok(products),
         (products, tree) => {
@@ -40,6 +72,32 @@ pub(crate) async fn render(
                 |products: &MethodOutput| products.estimated_error() < tree.estimated_error();
             Ok(products.filter(|p| !is_complete(&tree) && is_better(p)).unwrap_or(tree))
         }
+    }
+}
+
+/// The places of the energy axis at which edges are searched for: some of them have emission.
+const EDGE_ENERGIES: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
+
+/// The edges of the emission around the bodies in view; none if the budget is small.
+async fn edges(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    axis: Option<&EnergyAxis>,
+    vol: &VolOptions,
+) -> Result<Vec<FoundEdge>, MethodError> {
+    let Some(atlas) = atlas(tiles, &[]) else { return Ok(Vec::new()) };
+    let energies: Vec<Option<f64>> = match axis {
+        None => vec![None],
+        Some(axis) => EDGE_ENERGIES.iter().map(|u| Some(axis.energy(*u))).collect(),
+    };
+    let most = energies.len() as u64 * cost_of_edges();
+    if meter.evaluations_left() / TUNING.edges.least_budget < most {
+        return Ok(Vec::new());
+    }
+    match find_edges(meter, &atlas, vol.tolerance, &energies).await {
+        Ok(found) => Ok(found),
+        Err(Stop::Budget) => Ok(Vec::new()),
+        Err(Stop::Failed(error)) => Err(error),
     }
 }
 

@@ -30,8 +30,6 @@ pub(crate) const MOST_VALUES: usize = 14;
 const CONSTANT: usize = 1;
 const PLANE: usize = 3;
 const PARABOLOID: usize = 6;
-/// The most terms: those of a quartic.
-const MOST_TERMS: usize = 15;
 /// A column whose part orthogonal to the former columns is below this share of it depends on those:
 /// the places do not determine the polynomial.
 const LEAST_INDEPENDENT_PART: f64 = 1e-9;
@@ -66,7 +64,7 @@ fn weight([x, y]: [f64; 2]) -> f64 {
 
 /// Weighted least squares, term by term. The columns of the design matrix are orthonormalised by
 /// two passes of Gram–Schmidt, which avoids the loss of digits in normal equations.
-pub(crate) struct Fit {
+struct Fit {
     known: Vec<DataPoint>,
     /// Roots of the weights, the largest of which is 1.
     roots: Vec<f64>,
@@ -82,27 +80,17 @@ pub(crate) struct Fit {
 
 impl Fit {
     /// A fit of no terms to values with these weights.
-    pub(crate) fn new(known: Vec<DataPoint>, weights: Vec<f64>) -> Self {
+    fn new(known: Vec<DataPoint>, weights: Vec<f64>) -> Self {
         let largest = weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let roots: Vec<f64> = weights.iter().map(|weight| (weight / largest).sqrt()).collect();
         let residual = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
         let independence = vec![1.0; known.len()];
-        let columns = Vec::with_capacity(MOST_TERMS);
+        let columns = Vec::with_capacity(PARABOLOID);
         Self { known, roots, terms: 0, columns, residual, independence }
     }
 
-    /// The number of values.
-    pub(crate) fn len(&self) -> usize {
-        self.known.len()
-    }
-
-    /// Adds terms until there are `terms`. Returns whether the places determine all of them.
-    pub(crate) fn add_terms(&mut self, terms: usize) -> bool {
-        (self.terms..terms).all(|_| self.add_term())
-    }
-
-    /// Adds the next term. Returns whether the places determine it.
-    fn add_term(&mut self) -> bool {
+    /// Adds the next term, if the places determine it.
+    fn add_term(&mut self) {
         let (i, j) = POWERS[self.terms];
         self.terms += 1;
         let of =
@@ -119,7 +107,7 @@ impl Fit {
         }
         let across = norm(&column);
         if across <= LEAST_INDEPENDENT_PART * size {
-            return false;
+            return;
         }
         column.iter_mut().for_each(|entry| *entry /= across);
         let common = dot(&self.residual, &column);
@@ -130,17 +118,11 @@ impl Fit {
             *independence -= entry * entry;
         }
         self.columns.push((column, at_origin / across));
-        true
     }
 
     /// The value at the origin.
-    pub(crate) fn at_origin(&self) -> f64 {
+    fn at_origin(&self) -> f64 {
         self.weights().zip(&self.known).map(|(weight, one)| weight * one.value).sum()
-    }
-
-    /// The sum of the |weights| of the values in the value at the origin: the amplification of their errors.
-    pub(crate) fn amplification(&self) -> f64 {
-        self.weights().map(f64::abs).sum()
     }
 
     /// The standard error of the value at the origin over that of the value with the largest weight.
@@ -150,7 +132,7 @@ impl Fit {
 
     /// The largest leave-one-out residual, less for values with small weights; 1 − the leverage of a
     /// value counts as `least_independence` at least.
-    pub(crate) fn largest_residual(&self, least_independence: f64) -> f64 {
+    fn largest_residual(&self, least_independence: f64) -> f64 {
         let left_out = self.residual.iter().zip(&self.independence);
         let left_out =
             left_out.map(|(residual, part)| residual.abs() / part.max(least_independence));
@@ -167,23 +149,7 @@ impl Fit {
 }
 
 /// The powers of x and y in all terms, the constant first.
-const POWERS: [(i32, i32); MOST_TERMS] = [
-    (0, 0),
-    (1, 0),
-    (0, 1),
-    (2, 0),
-    (1, 1),
-    (0, 2),
-    (3, 0),
-    (2, 1),
-    (1, 2),
-    (0, 3),
-    (4, 0),
-    (3, 1),
-    (2, 2),
-    (1, 3),
-    (0, 4),
-];
+const POWERS: [(i32, i32); PARABOLOID] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()

@@ -18,10 +18,11 @@
 //! * `seeds`: nodes and depths at structures that the options name;
 //! * `rule`: a few depths that integrate all lines of a block; the radiances of new nodes;
 //! * `spectrum`: spectra at single points, and the energies selected from them;
-//! * `view`: the [layers](crate::projection::Layer) of a view and their coverage fractions; a
-//!   sheet, the image tree of one layer at one energy; lines and samples that verify a sheet;
+//! * `view`: the parts of a view, each with a [chart](crate::projection::Chart); edges of the emission
+//!   around bodies; the quadrature of pixels in charts; a sheet, the image tree of one part at one
+//!   energy; lines and samples that verify a sheet;
 //! * `engine`: the loop over all sheets, and the final verification;
-//! * `lowrank`: the low-rank approximation, with forecasts of its cost and that of the tree;
+//! * `lowrank`: the low-rank approximation of each part, with forecasts of its cost and that of the tree;
 //! * `choose`: the low-rank approximation first, then the tree.
 //!
 //! The constants are in `tuning`. [`VolOptions::tolerance`] states what is not guaranteed.

@@ -3,7 +3,7 @@
 use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::meter::Meter;
-use crate::projection::Layer;
+use crate::projection::Chart;
 use crate::site::{Site, Sites};
 use crate::vol::dyadic::{Place, unit};
 
@@ -19,9 +19,9 @@ pub(crate) enum Stop {
 /// The view in which G is sampled.
 pub(crate) struct View<'a> {
     pub(crate) meter: &'a Meter,
-    pub(crate) layer: &'a dyn Layer,
-    /// The number of the tile of the image, and the number of tiles.
-    pub(crate) tile: (usize, usize),
+    pub(crate) chart: &'a dyn Chart,
+    /// The number of tiles of the image.
+    pub(crate) tiles: usize,
     /// The energy of all samples, if there is an energy axis.
     pub(crate) energy: Option<EnergySample>,
 }
@@ -39,22 +39,63 @@ impl View<'_> {
     /// One sample of the radiance per depth, G = g · ds/dz · dE/du.
     pub(crate) fn site(&self, [x, y, depth]: [u32; 3], energy: Option<EnergySample>) -> Site {
         let u = [unit(x), unit(y), unit(depth)];
-        let mut point = self.layer.world_from_canonical(u);
+        let mut point = self.chart.world_from_chart(u);
         if let Some(energy) = energy {
             point.path_per_depth *= energy.density;
         }
         let energy = energy.map(|sample| sample.energy);
-        Site { xy: [u[0], u[1]], point, energy, tile: self.tile }
+        let (tile, xy) = self.chart.image_place([u[0], u[1]]);
+        Site { xy, point, energy, tile: (tile, self.tiles) }
     }
 
     /// G at the energy of the view, in one batch.
     pub(crate) async fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop> {
+        let at = |i: usize| {
+            let ([x, y], depth) = points[i];
+            [x, y, depth].map(unit)
+        };
         let site = |i: usize| {
             let ([x, y], depth) = points[i];
             self.site([x, y, depth], self.energy)
         };
-        evaluate(self.meter, points.len(), &site).await
+        evaluate_across_gaps(self.meter, self.chart, points.len(), &at, &site).await
     }
+}
+
+/// The values at points of a chart, given their coordinates and their sites: a point inside an opaque
+/// body has the sum of the values at those around the body that replace it.
+pub(crate) async fn evaluate_across_gaps(
+    meter: &Meter,
+    chart: &dyn Chart,
+    count: usize,
+    at: &(dyn Fn(usize) -> [f64; 3] + Sync),
+    site: &Sites<'_>,
+) -> Result<Vec<f64>, Stop> {
+    if !chart.has_gaps() {
+        return evaluate(meter, count, site).await;
+    }
+    let mut sites: Vec<Site> = Vec::with_capacity(count);
+    // The first site of each point, and the end.
+    let mut first = Vec::with_capacity(count + 1);
+    for i in 0..count {
+        first.push(sites.len());
+        let own = site(i);
+        match chart.across_gap(at(i)) {
+            None => sites.push(own),
+            Some(around) => {
+                // What an energy axis adds to the path.
+                let plain = chart.world_from_chart(at(i)).path_per_depth;
+                let density = if plain == 0.0 { 0.0 } else { own.point.path_per_depth / plain };
+                sites.extend(around.map(|mut point| {
+                    point.path_per_depth *= density;
+                    Site { point, ..own }
+                }));
+            }
+        }
+    }
+    first.push(sites.len());
+    let rates = evaluate(meter, sites.len(), &|k: usize| sites[k]).await?;
+    Ok(first.windows(2).map(|ends| rates[ends[0]..ends[1]].iter().sum()).collect())
 }
 
 /// Evaluates one batch if the budget suffices for all of it.

@@ -1,7 +1,7 @@
 //! Seeds: the nodes and depths that are sampled at structures which the options name.
 
 use crate::error::{OptionError, RenderError};
-use crate::projection::Layer;
+use crate::projection::Chart;
 use crate::vol::dyadic::{Place, around, spacing, unit};
 
 /// A known place of small structure that a coarse lattice would miss. Method
@@ -67,16 +67,16 @@ const FINEST_LEVEL: u8 = 20;
 
 impl SeedTargets {
     /// The nodes and depths for the seeds that are in view.
-    pub(crate) fn at(seeds: &[Seed], layer: &dyn Layer, base_level: u8, finest_level: u8) -> Self {
+    pub(crate) fn at(seeds: &[Seed], chart: &dyn Chart, base_level: u8, finest_level: u8) -> Self {
         let mut targets = Self::default();
         for seed in seeds {
-            let Some(centre) = layer.canonical_from_world(seed.position) else { continue };
+            let Some(centre) = chart.chart_from_world(seed.position) else { continue };
             let mut half = [0.0; 3];
             for axis in 0..3 {
                 for sign in [-1.0, 1.0] {
                     let mut position = seed.position;
                     position[axis] += sign * seed.radius;
-                    if let Some(u) = layer.canonical_from_world(position) {
+                    if let Some(u) = chart.chart_from_world(position) {
                         half =
                             core::array::from_fn(|i| f64::max(half[i], (u[i] - centre[i]).abs()));
                     }

@@ -5,7 +5,7 @@ use crate::emission::FromSpectralFn;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::{Limits, Meter};
-use crate::projection::{Layer, MappedPoint, Region};
+use crate::projection::{Chart, MappedPoint};
 use crate::vol::dyadic::{Place, spacing, unit};
 use crate::vol::image::tree::ImageTree;
 use crate::vol::line::Line;
@@ -13,13 +13,14 @@ use crate::vol::line::node_lines::{LineSource, NodeLines};
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::View;
 use crate::vol::seeds::SeedTargets;
+use crate::vol::view::part::Footing;
 use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::verification::Verification;
 use core::future::Future;
 use core::pin::pin;
 use std::sync::Arc;
 
-/// A layer of the unit cube along z, of which a part is in view.
+/// A chart of the unit cube along z, of which a part is in view.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pane {
     pub(crate) is_open: fn([f64; 2]) -> bool,
@@ -31,26 +32,22 @@ pub(crate) struct Pane {
 /// All of the cube in view, with lengths and areas of 1.
 pub(crate) const PANE: Pane = Pane { is_open: |_| true, density: |_| 1.0, path: 1.0 };
 
-impl Layer for Pane {
-    fn world_from_canonical(&self, u: [f64; 3]) -> MappedPoint {
-        let path_per_depth = if self.is_open([u[0], u[1]]) { self.path } else { 0.0 };
+impl Chart for Pane {
+    fn world_from_chart(&self, u: [f64; 3]) -> MappedPoint {
+        let path_per_depth = if (self.is_open)([u[0], u[1]]) { self.path } else { 0.0 };
         MappedPoint { position: u, direction: [0.0, 0.0, -1.0], path_per_depth }
     }
 
-    fn canonical_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
+    fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
         Some(position)
     }
 
-    fn solid_angle_density(&self, xy: [f64; 2]) -> f64 {
+    fn density(&self, xy: [f64; 2]) -> f64 {
         (self.density)(xy)
     }
 
-    fn is_open(&self, xy: [f64; 2]) -> bool {
-        (self.is_open)(xy)
-    }
-
-    fn share(&self, _xy: [f64; 2], _region: Region) -> f64 {
-        1.0
+    fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
+        (0, uv)
     }
 }
 
@@ -71,8 +68,8 @@ pub(crate) fn answered<T>(
     Calls::new(&emission, meter, None).drive(task).unwrap()
 }
 
-pub(crate) fn view<'a>(meter: &'a Meter, layer: &'a dyn Layer) -> View<'a> {
-    View { meter, layer, tile: (0, 1), energy: None }
+pub(crate) fn view<'a>(meter: &'a Meter, chart: &'a dyn Chart) -> View<'a> {
+    View { meter, chart, tiles: 1, energy: None }
 }
 
 /// All places of the lattice of `level`, column by column.
@@ -131,31 +128,29 @@ pub(crate) fn lines_of(tree: &ImageTree, level: u8, rate: impl Fn([f64; 3]) -> f
     node_lines
 }
 
-pub(crate) fn scan<'a>(meter: &'a Meter, layer: &'a dyn Layer, base_level: u8) -> Scan<'a> {
+pub(crate) fn scan<'a>(meter: &'a Meter, chart: &'a dyn Chart, base_level: u8) -> Scan<'a> {
     Scan {
-        view: view(meter, layer),
+        view: view(meter, chart),
         base_level,
         depth_level: base_level,
         tree: ImageTree::default(),
         node_lines: NodeLines::default(),
         seeds: SeedTargets::default(),
-        skips_closed: false,
     }
 }
 
 /// The only sheet of a view, whose pixels have the radiances of the means.
 pub(crate) fn sheet<'a>(
     meter: &'a Meter,
-    layer: &'a dyn Layer,
+    chart: &'a dyn Chart,
     base_level: u8,
     [height, width]: [usize; 2],
 ) -> Sheet<'a> {
     Sheet {
-        id: SheetId { layer: 0, energy: 0 },
-        scan: scan(meter, layer, base_level),
-        tile: 0,
-        layers_of_tile: 1,
-        fractions: None,
+        id: SheetId { part: 0, energy: 0 },
+        scan: scan(meter, chart, base_level),
+        pieces_of_line: 1,
+        footing: Arc::new(Footing::Pixels { first_row: 0, rim: None }),
         scale: Arc::new(uniform([height, width], 1.0)),
         verification: Verification::default(),
     }

@@ -10,7 +10,8 @@ use crate::tile::Tile;
 use crate::vol::VolOptions;
 use crate::vol::choose::render;
 use crate::vol::engine::by_tree;
-use crate::vol::view::scattered::LayerSamples;
+use crate::vol::view::part::parts;
+use crate::vol::view::scattered::KnownParts;
 use core::f64::consts::TAU;
 use core::pin::pin;
 use emitree_problems::family::random_scene;
@@ -31,7 +32,8 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let meters = [(); 2].map(|()| Meter::new(SHAPE, limits, None, false));
     let engine = render(&meters[0], &tiles, None, &vol);
     Calls::new(&emission, &meters[0], None).drive(pin!(engine)).unwrap();
-    let tree = by_tree(&meters[1], &tiles, None, &vol, LayerSamples::default());
+    let parts = parts(&tiles, None);
+    let tree = by_tree(&meters[1], &tiles, &parts, None, &vol, KnownParts::none(1));
     Calls::new(&emission, &meters[1], None).drive(pin!(tree)).unwrap();
     meters.map(|meter| meter.evaluations())
 }

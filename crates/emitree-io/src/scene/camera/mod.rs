@@ -10,6 +10,7 @@ pub use description::{
     PlotFrame, PlotScale,
 };
 pub use kinds::cameras;
+pub(super) use shapes::ShapeTables;
 
 use super::error::SceneError;
 use super::source::Place;
@@ -56,8 +57,7 @@ impl Camera {
 /// The camera, and the length unit with its place.
 pub(super) fn read(
     projection: Option<Table>,
-    bounds: Option<Table>,
-    occulters: Vec<Table>,
+    shapes: ShapeTables,
     whole: &Place,
 ) -> Result<(Camera, Option<(String, Place)>), SceneError> {
     let names = || alternatives(cameras().iter().map(|camera| format!("`{}`", camera.name)));
@@ -65,7 +65,7 @@ pub(super) fn read(
         return Err(SceneError::at(whole, "the scene has no `[projection]`")
             .label(format!("expected a table `[projection]` with `type` = {}", names())));
     };
-    let shapes = shapes::read(bounds, occulters)?;
+    let shapes = shapes::read(shapes)?;
     let (name, place) = table.require("type", &names())?.text()?;
     let length_unit = table.text(LENGTH_UNIT.name)?;
     let Some(description) = cameras().iter().find(|camera| camera.name == name) else {

@@ -1,10 +1,18 @@
-//! `[bounds]` and `[[occulter]]`: what lines of sight are clipped to, and what they end at.
+//! `[bounds]`, `[[occulter]]` and `[[edge]]`: what lines of sight are clipped to, what they end at, and where
+//! the emission jumps or has a kink.
 
 use super::super::document::Node;
 use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
-use emitree::projection::{Bounds, Ellipsoid, GeometryError};
+use emitree::projection::{Bounds, Edge, Ellipsoid, GeometryError};
+
+/// The tables of shapes of a scene.
+pub(in crate::scene) struct ShapeTables {
+    pub(in crate::scene) bounds: Option<Table>,
+    pub(in crate::scene) occulters: Vec<Table>,
+    pub(in crate::scene) edges: Vec<Table>,
+}
 
 /// The shapes of a scene.
 pub(super) struct Shapes {
@@ -12,20 +20,26 @@ pub(super) struct Shapes {
     pub(super) bodies: Vec<Ellipsoid>,
     /// Where each body was written.
     pub(super) places: Vec<Place>,
+    pub(super) edges: Vec<Edge>,
+}
+
+impl Shapes {
+    pub(super) fn is_empty(&self) -> bool {
+        self.bounds.is_none() && self.bodies.is_empty() && self.edges.is_empty()
+    }
 }
 
 const POINT: &str = "three numbers [x, y, z] in `length_unit`";
 const DIRECTION: &str = "three numbers [x, y, z]";
 const LENGTH: &str = "a length in `length_unit`";
 
-pub(super) fn read(bounds: Option<Table>, occulters: Vec<Table>) -> Result<Shapes, SceneError> {
-    let mut shapes = Shapes { bounds: None, bodies: Vec::new(), places: Vec::new() };
-    for table in occulters {
-        shapes.places.push(table.place().clone());
-        shapes.bodies.push(read_body(table)?);
-    }
-    shapes.bounds = bounds.map(read_bounds).transpose()?;
-    Ok(shapes)
+pub(super) fn read(tables: ShapeTables) -> Result<Shapes, SceneError> {
+    let ShapeTables { bounds, occulters, edges } = tables;
+    let places = occulters.iter().map(|table| table.place().clone()).collect();
+    let bodies = occulters.into_iter().map(read_body).collect::<Result<_, _>>()?;
+    let bounds = bounds.map(read_bounds).transpose()?;
+    let edges = edges.into_iter().map(read_edge).collect::<Result<_, _>>()?;
+    Ok(Shapes { bounds, bodies, places, edges })
 }
 
 fn read_body(mut table: Table) -> Result<Ellipsoid, SceneError> {
@@ -51,6 +65,19 @@ fn read_bounds(mut table: Table) -> Result<Bounds, SceneError> {
     };
     table.finish()?;
     Ok(bounds)
+}
+
+fn read_edge(mut table: Table) -> Result<Edge, SceneError> {
+    const KINDS: &str = "`sphere`, `ellipsoid` or `plane`";
+    let (kind, place) = table.require("type", KINDS)?.text()?;
+    let edge = match kind.as_str() {
+        "sphere" => Edge::Ellipsoid(sphere(&mut table)?),
+        "ellipsoid" => Edge::Ellipsoid(ellipsoid(&mut table)?),
+        "plane" => plane(&mut table)?,
+        _ => return Err(unknown("edge", &kind, &place, KINDS)),
+    };
+    table.finish()?;
+    Ok(edge)
 }
 
 fn unknown(what: &str, kind: &str, place: &Place, kinds: &str) -> SceneError {
@@ -86,6 +113,13 @@ fn cuboid(table: &mut Table) -> Result<Bounds, SceneError> {
     let (min, max) = (table.require("min", POINT)?, table.require("max", POINT)?);
     let cuboid = Bounds::cuboid(min.vector(POINT)?, max.vector(POINT)?);
     cuboid.map_err(|error| refuse(&error, &min, &[("max", &max)]))
+}
+
+fn plane(table: &mut Table) -> Result<Edge, SceneError> {
+    let position = table.require("position", POINT)?;
+    let normal = table.require("normal", DIRECTION)?;
+    let plane = Edge::plane(position.vector(POINT)?, normal.vector(DIRECTION)?);
+    plane.map_err(|error| refuse(&error, &position, &[("normal", &normal)]))
 }
 
 /// The error of a shape, at the key among `others` that it names, or else at `first`.

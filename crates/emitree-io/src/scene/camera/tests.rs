@@ -5,7 +5,8 @@ use crate::fits::{Wcs, WcsAxis};
 use crate::scene::{Scene, SceneError};
 use crate::units::Unit;
 use crate::words::alternatives;
-use emitree::projection::Region;
+use emitree::projection::{Edge, Ellipsoid, Region};
+use emitree::{Perspective, Viewpoint};
 
 /// A scene with the given lines in `[projection]`, and tables after it.
 fn scene(projection: &str, tables: &str) -> Result<Scene, SceneError> {
@@ -121,6 +122,30 @@ fn bodies_hide_what_lies_behind() {
     assert_eq!(cube.camera.description().name, "canonical");
 }
 
+#[test]
+fn edges_of_the_scene_are_those_of_the_camera() {
+    let keys = format!("{LOOKING}type = \"perspective\"\nfield_of_view = [60, 60]\nfar = 30");
+    let edges = "[[edge]]\ntype = \"sphere\"\ncenter = [9, 0, 1]\nradius = 2\n\
+                 [[edge]]\ntype = \"ellipsoid\"\ncenter = [5, 0, 2]\nsemi_axes = [1, 2, 0.5]\n\
+                 pole = [0, 1, 0]\n\
+                 [[edge]]\ntype = \"plane\"\nposition = [1, 2, 3]\nnormal = [0, 0, -2]";
+    let edged = scene(&keys, edges).unwrap();
+    let [position, target, up] = [[10.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]];
+    let viewpoint = Viewpoint { position, target, up };
+    let camera = Perspective::new(viewpoint, [60_f64.to_radians(); 2], [0.0, 30.0]).unwrap();
+    let ellipsoid = Ellipsoid::new([5.0, 0.0, 2.0], [1.0, 2.0, 0.5]).unwrap();
+    let expected = camera.with_edges(vec![
+        // Around the observer.
+        Edge::Ellipsoid(Ellipsoid::sphere([9.0, 0.0, 1.0], 2.0).unwrap()),
+        Edge::Ellipsoid(ellipsoid.oriented([0.0, 1.0, 0.0], [1.0, 0.0, 0.0]).unwrap()),
+        Edge::plane([1.0, 2.0, 3.0], [0.0, 0.0, -1.0]).unwrap(),
+    ]);
+    // What is behind `dyn Projection` is compared by its fields.
+    assert_eq!(format!("{:?}", edged.camera.projection()), format!("{expected:?}"));
+    let bare = scene(&keys, "").unwrap();
+    assert_ne!(format!("{:?}", bare.camera.projection()), format!("{expected:?}"));
+}
+
 fn scene_of_cube(tables: &str) -> Scene {
     scene("type = \"canonical\"", tables).unwrap()
 }
@@ -181,6 +206,68 @@ fn shapes_are_checked_where_they_stand() {
     is(of_shape(bounds), 2, "unknown shape `cylinder`", "expected `sphere`, `ellipsoid` or `box`");
     let (_, message, _) = of_shape("[[occulter]]\ntype = \"sphere\"\nradius = 2");
     assert_eq!(message, "`occulter[0].center` is missing");
+}
+
+#[test]
+fn edges_are_checked_where_they_stand() {
+    let camera = format!("type = \"perspective\"\n{LOOKING}field_of_view = [20, 20]\nfar = 30");
+    for (lines, line, message, expected) in [
+        ("type = \"box\"", 2, "unknown edge `box`", "expected `sphere`, `ellipsoid` or `plane`"),
+        (
+            "center = [0, 0, 0]",
+            1,
+            "`edge[0].type` is missing",
+            "expected `type` here: `sphere`, `ellipsoid` or `plane`",
+        ),
+        (
+            "type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 0",
+            4,
+            "`radius` is 0: expected a finite length above 0",
+            "",
+        ),
+        (
+            "type = \"plane\"\nnormal = [0, 0, 1]",
+            1,
+            "`edge[0].position` is missing",
+            "expected `position` here: three numbers [x, y, z] in `length_unit`",
+        ),
+        (
+            "type = \"plane\"\nposition = [0, 0, 0]",
+            1,
+            "`edge[0].normal` is missing",
+            "expected `normal` here: three numbers [x, y, z]",
+        ),
+        (
+            "type = \"plane\"\nposition = [0, 0, 0]\nnormal = [0, 0, 0]",
+            4,
+            "`normal` is [0.0, 0.0, 0.0]: expected a finite vector that is not zero",
+            "",
+        ),
+        (
+            "type = \"plane\"\nposition = [0, 0, 0]\nnormal = [0, 1]",
+            4,
+            "`edge[0].normal` is an array of 2",
+            "expected three numbers [x, y, z]",
+        ),
+        (
+            "type = \"plane\"\nposition = 3\nnormal = [0, 0, 1]",
+            3,
+            "`edge[0].position` is an integer",
+            "expected three numbers [x, y, z] in `length_unit`",
+        ),
+        (
+            "type = \"plane\"\nposition = [0, 0, 0]\nnormal = [0, 0, 1]\nradius = 1",
+            5,
+            "unknown key `edge[0].radius`",
+            "expected one of `type`, `position`, `normal`",
+        ),
+    ] {
+        let (found, text, label) = error(&camera, &format!("[[edge]]\n{lines}"));
+        assert_eq!((found - 5, text, label), (line, message.to_owned(), expected.to_owned()));
+    }
+    let (_, message, expected) = error(&camera, "[edge]\ntype = \"plane\"");
+    assert_eq!(message, "`edge` is a table");
+    assert_eq!(expected, "expected tables `[[edge]]`, each with a `type`");
 }
 
 #[test]

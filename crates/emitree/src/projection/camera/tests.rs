@@ -1,4 +1,4 @@
-//! Cameras: points are found again, solid angles add up, layers add up to the whole line.
+//! Cameras: points are found again, solid angles add up, lines end at bodies.
 
 use super::*;
 use crate::projection::plane::Sight;
@@ -157,70 +157,58 @@ fn bodies() -> Vec<Ellipsoid> {
     vec![planet.oriented([0.2, 0.1, 1.0], [1.0, 0.0, 0.3]).unwrap(), moon]
 }
 
-/// ∫ g ds along the line at (x, y) of a map, by many midpoints.
-fn radiance(map: impl Fn([f64; 3]) -> MappedPoint, [x, y]: [f64; 2]) -> f64 {
-    let g = |[a, b, c]: [f64; 3]| 1.0 / (1.0 + (a - 6.0).powi(2) + b * b + c * c) + 0.01 * a;
-    let steps = 4000;
-    let sum: f64 = (0..steps)
-        .map(|k| map([x, y, (f64::from(k) + 0.5) / f64::from(steps)]))
-        .map(|point| g(point.position) * point.path_per_depth)
-        .sum();
-    sum / f64::from(steps)
+/// The region of a line and where it ends, from the crossings of all bodies.
+fn seen_on(camera: &Perspective, xy: [f64; 2]) -> (Region, f64) {
+    let forward = camera.world_from_canonical([xy[0], xy[1], 0.5]).direction.map(|along| -along);
+    let crossing = |body: &Ellipsoid| body.crossing(VIEWPOINT.position, forward);
+    let hits = bodies().into_iter().enumerate().filter_map(|(number, body)| {
+        crossing(&body).map(|[enter, _]| (Region::Body(number), enter))
+    });
+    hits.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Region::Sky, DEPTH[1]))
 }
 
 #[test]
-fn layers_times_shares_add_up_to_the_line_that_ends_at_a_body() {
-    let perspective = Perspective::new(VIEWPOINT, [0.3, 0.3], DEPTH).unwrap();
-    let wide = Equirectangular::new(VIEWPOINT, [TAU, PI], DEPTH).unwrap();
-    let parallel = Orthographic::new(VIEWPOINT, [8.0, 8.0], DEPTH).unwrap();
-    check_layers(&perspective.with_occulters(bodies()).unwrap(), [0.25, 0.75]);
-    check_layers(&wide.with_occulters(bodies()).unwrap(), [0.47, 0.53]);
-    check_layers(&parallel.with_occulters(bodies()).unwrap(), [0.2, 0.8]);
-}
-
-fn check_layers<P: ImagePlane>(camera: &Camera<P>, [low, high]: [f64; 2]) {
-    let layers = camera.layers();
-    assert_eq!(layers.len(), 5);
-    let mut seen = [0; 3];
-    for k in 0..144 {
-        let at = |i: i32| low + (high - low) * (f64::from(i) + 0.37) / 12.0;
-        let xy = [at(k % 12), at(k / 12)];
-        let region = camera.region(xy);
-        match region {
-            Region::Body(body) => seen[body] += 1,
-            _ => seen[2] += 1,
-        }
-        let whole = radiance(|u| camera.world_from_canonical(u), xy);
-        let sum: f64 = layers
-            .iter()
-            .map(|layer| layer.share(xy, region) * radiance(|u| layer.world_from_canonical(u), xy))
-            .sum();
-        assert!((sum - whole).abs() < 2e-5 * whole.abs(), "{xy:?} {region:?}: {sum} {whole}");
-    }
-    assert!(seen.iter().all(|&count| count > 3), "{seen:?}");
-}
-
-#[test]
-fn layers_have_no_edge_at_the_limb() {
+fn lines_end_at_the_first_body() {
     let camera = Perspective::new(VIEWPOINT, [0.3, 0.3], DEPTH).unwrap();
     let camera = camera.with_occulters(bodies()).unwrap();
-    // Two lines on both sides of the planet's limb, as close as bisection gets them.
-    let (mut inside, mut outside) = ([0.5, 0.5], [0.9, 0.45]);
-    for _ in 0..45 {
-        let middle = core::array::from_fn(|i| 0.5 * (inside[i] + outside[i]));
-        if camera.region(middle) == Region::Sky { outside = middle } else { inside = middle }
+    let mut seen = [0; 3];
+    for k in 0..400 {
+        let xy = [k % 20, k / 20].map(|i| 0.25 + 0.5 * (f64::from(i) + 0.37) / 20.0);
+        let (region, end) = seen_on(&camera, xy);
+        assert_eq!(camera.region(xy), region);
+        seen[if let Region::Body(body) = region { body } else { 2 }] += 1;
+        for z in [0.0, 0.3, 1.0] {
+            let point = camera.world_from_canonical([xy[0], xy[1], z]);
+            let distance = norm(difference(point.position, VIEWPOINT.position));
+            assert!((distance - (DEPTH[0] + z * (end - DEPTH[0]))).abs() < 1e-8 * end);
+            assert!((point.path_per_depth - (end - DEPTH[0])).abs() < 1e-8 * end);
+            assert!(bodies().iter().all(|body| !body.contains(point.position)));
+        }
     }
-    assert_eq!(camera.region(inside), Region::Body(0));
-    for layer in camera.layers() {
-        let [a, b] = [inside, outside].map(|xy| radiance(|u| layer.world_from_canonical(u), xy));
-        assert!((a - b).abs() < 1e-5 * a.abs(), "{layer:?}: {a} {b}");
+    assert!(seen.iter().all(|&count| count > 10), "{seen:?}");
+}
+
+#[test]
+fn the_chart_of_the_image_plane_goes_on_where_there_is_no_image() {
+    let camera = Fisheye::new(VIEWPOINT, 0.5, DiscMapping::EqualArea, DEPTH).unwrap();
+    let chart = ViewGeometry::chart(&camera, 3);
+    let corner = [0.02, 0.97];
+    assert_eq!(camera.region(corner), Region::Outside);
+    assert!(camera.world_from_canonical([corner[0], corner[1], 0.4]).path_per_depth.abs() < 1e-300);
+    assert!(camera.solid_angle_density(corner).abs() < 1e-300);
+    let point = chart.world_from_chart([corner[0], corner[1], 0.4]);
+    assert!((point.path_per_depth - (DEPTH[1] - DEPTH[0])).abs() < 1e-12);
+    // The density of equal areas is the same everywhere.
+    assert!((chart.density(corner) / camera.solid_angle_density([0.5; 2]) - 1.0).abs() < 1e-12);
+    let back = chart.chart_from_world(point.position).unwrap();
+    for (found, expected) in back.into_iter().zip([corner[0], corner[1], 0.4]) {
+        assert!((found - expected).abs() < 1e-10, "{back:?}");
     }
-    let open = |xy| camera.layers().iter().map(|layer| layer.is_open(xy)).collect::<Vec<_>>();
-    assert_eq!(open(outside), [true, false, false, false, false]);
-    assert_eq!(open(inside), [false, true, true, false, false]);
-    // The image itself jumps.
-    let [a, b] = [inside, outside].map(|xy| radiance(|u| camera.world_from_canonical(u), xy));
-    assert!(b > 1.1 * a, "{a} {b}");
+    assert_eq!(chart.image_place(corner), (3, corner));
+    // A line that is seen at a place is the line of that place.
+    let line = ViewGeometry::line(&camera, corner).unwrap();
+    let place = camera.place_of_line(&line).unwrap();
+    assert!((0..2).all(|i| (place[i] - corner[i]).abs() < 1e-12), "{place:?}");
 }
 
 #[test]
@@ -289,4 +277,22 @@ fn fields_of_view_that_no_camera_has_are_refused() {
     assert!(message(error).starts_with("`field_of_view` is 0"));
     let error = Orthographic::new(VIEWPOINT, [1.0, -2.0], DEPTH).unwrap_err();
     assert_eq!(message(error), "`extent` is -2: expected a finite width and height above 0");
+}
+
+#[test]
+fn edges_are_kept_and_change_no_line_of_sight() {
+    let camera = Perspective::new(VIEWPOINT, [0.5, 0.4], DEPTH).unwrap();
+    // One of them around the observer, which no opaque body may be.
+    let around = Edge::Ellipsoid(Ellipsoid::sphere(VIEWPOINT.position, 20.0).unwrap());
+    let edges = vec![around, Edge::plane(VIEWPOINT.target, [1.0, 0.0, 2.0]).unwrap()];
+    let edged = camera.clone().with_edges(edges.clone());
+    assert_eq!((&camera.surroundings.edges[..], &edged.surroundings.edges), (&[][..], &edges));
+    for u in [[0.5, 0.5, 0.5], [0.1, 0.9, 0.3]] {
+        assert_eq!(edged.world_from_canonical(u), camera.world_from_canonical(u));
+    }
+    assert!(!edged.has_regions());
+    let body = Ellipsoid::sphere([6.0, 0.0, 0.0], 1.0).unwrap();
+    let bodied = edged.with_occulters(vec![body]).unwrap();
+    assert_eq!(bodied.surroundings.edges, edges);
+    assert_eq!(bodied.surroundings.bodies, [body]);
 }

@@ -2,7 +2,7 @@
 
 use crate::exchange::MethodError;
 use crate::vol::dyadic::STEPS;
-use crate::vol::engine::{Engine, base_evaluations, within_budget};
+use crate::vol::engine::{Engine, base_evaluations_of, within_budget};
 use crate::vol::line::node_lines::Wanted;
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::Stop;
@@ -13,7 +13,7 @@ impl Engine<'_> {
     /// Samples the lines of the base lattice at the first energy, and at all further energies that
     /// the spectra require. Returns whether the budget sufficed.
     pub(crate) async fn sample_initially(&mut self) -> Result<bool, MethodError> {
-        let base = self.layers.len() as u64 * base_evaluations(self.base_level);
+        let base = base_evaluations_of(self.parts, self.base_level);
         let energy = if base + self.cost_of_first_energy() > self.meter.evaluations_left() {
             self.spectra.as_ref().map(|_| STEPS / 2)
         } else {
@@ -63,13 +63,14 @@ impl Engine<'_> {
                 node_lines.sample(view, tree, wanted).await?;
                 node_lines.assess(wanted.iter().map(|(i, _)| *i), *tolerance, *depth_level);
             }
-            let largest = self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max);
+            let largest =
+                self.sheets.iter().map(Sheet::largest_line).fold(self.largest_done, f64::max);
             let largest = largest.max(TUNING.engine.cancellation_share * self.brightest());
             let following = self.line_share * self.tolerance * largest;
             for (sheet, tolerance) in self.sheets.iter().zip(&mut tolerances) {
                 *tolerance = match fixed {
                     Some(fixed) => sheet.line_tolerance(fixed),
-                    None => following / sheet.layers_of_tile as f64,
+                    None => following / sheet.pieces_of_line as f64,
                 };
             }
             let assess = |(sheet, tolerance): (&mut Sheet<'_>, &f64)| {

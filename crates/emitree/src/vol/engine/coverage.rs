@@ -1,6 +1,6 @@
 //! Coverage: scattered samples, and the size of the smallest structure that they detect.
 //!
-//! A compact structure may lie between all lines of a lattice. Each layer is therefore sampled at
+//! A compact structure may lie between all lines of a lattice. Each part of a view is therefore sampled at
 //! scattered points too, and each sample is compared with a local fit to the lines around it.
 //! Ascents from the largest differences find the lines of the final verification; the size of the
 //! smallest Gaussian that would be detected follows from the differences that pass.
@@ -12,24 +12,30 @@ use crate::vol::engine::Engine;
 use crate::vol::lattice;
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::scattered::{Deviation, LayerSamples, ScatteredSheet, steps};
+use crate::vol::view::scattered::{Deviation, PartSamples, ScatteredSheet, steps};
 use crate::vol::view::verification::Lines;
 
-/// The scattered samples of all layers of a view.
+/// The scattered samples of all parts of a view.
 #[derive(Debug)]
 pub(crate) struct Coverage {
     /// The size of the smallest feature that the options name, as a fraction of the view's cube.
     wanted: Option<f64>,
-    layers: Vec<LayerSamples>,
+    /// The size of the smallest feature that is covered on parts without a tree.
+    of_others: Option<f64>,
+    parts: Vec<PartSamples>,
     /// The size of the smallest feature that is covered, once it has been determined.
     pub(crate) smallest: Option<f64>,
 }
 
 impl Coverage {
-    /// Coverage of features of the size `wanted`, with the samples of the first layer that are
-    /// `known`.
-    pub(crate) fn new(wanted: Option<f64>, known: LayerSamples) -> Self {
-        Self { wanted, layers: vec![known], smallest: None }
+    /// Coverage of features of the size `wanted`, with the samples of parts that are `known`;
+    /// features of the size `of_others` are covered on parts without a tree.
+    pub(crate) fn new(
+        wanted: Option<f64>,
+        of_others: Option<f64>,
+        known: Vec<PartSamples>,
+    ) -> Self {
+        Self { wanted, of_others, parts: known, smallest: None }
     }
 
     /// Whether the requested feature size is covered.
@@ -42,31 +48,33 @@ impl Coverage {
 }
 
 impl Engine<'_> {
-    /// Samples each layer at scattered points. Returns for each sheet the lines, with depths, where
+    /// Samples each part at scattered points. Returns for each sheet the lines, with depths, where
     /// the samples differ from the fits; `target` is the error allowed, in the unit of the image.
     pub(crate) async fn verify_samples(&mut self, target: f64) -> Result<Vec<Lines>, Stop> {
-        let layers = self.layers.len();
-        self.coverage.layers.resize_with(layers, LayerSamples::default);
+        let parts = self.parts.len();
+        // Those of the first energy.
+        let sheets = self.sheets.partition_point(|sheet| sheet.id.energy == 0);
         let of_evaluations = TUNING.verification.sample_share * self.meter.evaluations() as f64;
         let of_feature = self
             .coverage
             .wanted
             .map_or(0, |size| lattice::points_to_detect(size, TUNING.verification.detection_share));
         let number = TUNING.verification.least_samples.max(whole(of_evaluations)).max(of_feature);
-        let mut number = (number / self.tiles.len()).next_power_of_two();
+        // Without a line in view there is no part.
+        let mut number = (number / parts.max(1)).next_power_of_two();
         for _ in 0..=TUNING.verification.most_doublings {
             let mut lines = Vec::with_capacity(self.sheets.len());
-            let mut smallest: Option<f64> = None;
-            for layer in 0..layers {
-                let (of_layer, size) = self.verify_layer(layer, number, target).await?;
-                lines.push(of_layer);
+            let mut smallest = self.coverage.of_others;
+            for sheet in 0..sheets {
+                let (of_part, size) = self.verify_part(sheet, number, target).await?;
+                lines.push(of_part);
                 if let Some(size) = size {
                     smallest = Some(smallest.map_or(size, |of_others| of_others.max(size)));
                 }
             }
             lines.resize_with(self.sheets.len(), Vec::new);
             self.coverage.smallest = smallest;
-            if self.coverage.is_sufficient() || lines.iter().any(|of_layer| !of_layer.is_empty()) {
+            if self.coverage.is_sufficient() || lines.iter().any(|of_part| !of_part.is_empty()) {
                 return Ok(lines);
             }
             number *= 2;
@@ -74,16 +82,16 @@ impl Engine<'_> {
         Ok(vec![Vec::new(); self.sheets.len()])
     }
 
-    /// The lines to be verified on one layer after `number` scattered samples, and the feature size
+    /// The lines to be verified on one part after `number` scattered samples, and the feature size
     /// that these cover; `None` if no sample is in view.
-    async fn verify_layer(
+    async fn verify_part(
         &mut self,
-        layer: usize,
+        sheet: usize,
         number: usize,
         target: f64,
     ) -> Result<(Lines, Option<f64>), Stop> {
-        let sheet = &self.sheets[layer];
-        let samples = &mut self.coverage.layers[layer];
+        let sheet = &self.sheets[sheet];
+        let samples = &mut self.coverage.parts[sheet.id.part];
         sheet.sample_scattered(samples, number).await?;
         if samples.points.is_empty() {
             return Ok((Vec::new(), None));
@@ -107,10 +115,9 @@ impl Engine<'_> {
             .map_or(0.0, |&i| effect(i))
             .max(TUNING.verification.sample_ascent_from);
         let starts = starts.into_iter().map(|i| (samples.points[i], deviations[i])).collect();
-        let is_open = |at: &[f64; 3]| sheet.is_open(at);
         let size = |of: &Deviation| verified.effect(of);
         let mut ascents = Ascents::new(starts, samples.number);
-        while let Some(points) = ascents.next(is_open) {
+        while let Some(points) = ascents.next() {
             let at: Vec<(Place, u32)> = points.iter().map(steps).collect();
             let rates = sheet.scan.view.rates(&at).await?;
             ascents.update(verified.deviations(&points, &rates), size);

@@ -1,16 +1,17 @@
-//! The current image: the sum of the sheets of all layers and energies, with its estimated error.
+//! The current image: the sum of the sheets of all parts and energies, with its estimated error.
 
 use crate::cube::Cube;
 use crate::exchange::MethodError;
 use crate::image::Image;
-use crate::tile::Tile;
 use crate::vol::engine::Engine;
+use crate::vol::view::part::Part;
 use crate::vol::view::sheet::SheetState;
+use std::borrow::Cow;
 
 /// The current image with its estimated error.
 pub(crate) struct CurrentImage {
-    /// Image and error of each energy bin, for each tile.
-    pub(crate) maps: Vec<Vec<[Image; 2]>>,
+    /// Image and error of each energy bin.
+    pub(crate) maps: Vec<[Image; 2]>,
     /// The state of each sheet.
     pub(crate) states: Vec<SheetState>,
 }
@@ -24,9 +25,9 @@ impl CurrentImage {
         self.largest(1)
     }
 
-    /// The error of each energy bin of a tile.
-    pub(crate) fn errors(&self, tile: usize) -> Vec<&Image> {
-        self.maps[tile].iter().map(|[_, error]| error).collect()
+    /// The error of each energy bin on the raster of a part.
+    pub(crate) fn errors(&self, part: &Part<'_>) -> Vec<Cow<'_, Image>> {
+        self.maps.iter().map(|[_, error]| part.on_raster(error)).collect()
     }
 
     /// The guarded details of the nodes of a sheet.
@@ -35,7 +36,7 @@ impl CurrentImage {
     }
 
     fn largest(&self, kind: usize) -> f64 {
-        self.maps.iter().flatten().map(|maps| maps[kind].largest()).fold(0.0, f64::max)
+        self.maps.iter().map(|maps| maps[kind].largest()).fold(0.0, f64::max)
     }
 }
 
@@ -47,43 +48,48 @@ impl Engine<'_> {
         // The values of spectra that have not been sampled are not bounded by the sampled ones.
         let is_explained = self.spectra.as_ref().is_none_or(|spectra| spectra.are_explained);
         let least = if is_explained { 0.0 } else { self.brightest() };
-        let empty = |tile: &Tile<'_>| {
-            let [height, width] = tile.shape;
-            let of_bin = |&error: &f64| {
-                let error = f64::max(error, least);
-                let constant = Image::from_pixels(height, width, vec![error; height * width]);
-                [Image::zeros(height, width), constant]
-            };
-            unexplained.iter().map(of_bin).collect()
+        let [height, width] = self.shape();
+        let empty = |&error: &f64| {
+            let error = f64::max(error, least);
+            let constant = Image::from_pixels(height, width, vec![error; height * width]);
+            [Image::zeros(height, width), constant]
         };
-        let mut maps: Vec<Vec<[Image; 2]>> = self.tiles.iter().map(empty).collect();
+        let mut maps: Vec<[Image; 2]> = unexplained.iter().map(empty).collect();
+        // Products are made for images alone, which have one bin.
+        if let (Some(done), [maps]) = (&self.done, &mut maps[..]) {
+            maps.iter_mut().zip(done).for_each(|(map, done)| map.add_scaled(done, 1.0));
+        }
+        if let Some(of_quadrature) = &self.quadrature_error {
+            maps.iter_mut().for_each(|[_, error]| error.add_scaled(of_quadrature, 1.0));
+        }
         let mut states = Vec::with_capacity(self.sheets.len());
         for sheet in &self.sheets {
-            let (part, of_sheet) = sheet.assemble(&self.scales[sheet.tile], self.required_level);
-            states.push(of_sheet);
+            let (of_sheet, state) = sheet.assemble();
+            states.push(state);
+            let first = of_sheet.first_row;
             let number = sheet.id.energy;
             let weights = &self.energies.selected[number].weights;
-            let bins = maps[sheet.tile].iter_mut().zip(weights).zip(&nodal);
-            for (([image, error], &weight), nodal) in bins {
+            for (([image, error], &weight), nodal) in maps.iter_mut().zip(weights).zip(&nodal) {
                 // Later energies may be combined with this one in bins where its own weight is 0.
                 if nodal[number] != 0.0 {
-                    error.add_scaled(&part.of_lines, nodal[number].abs());
+                    error.add_rows(first, &of_sheet.of_lines, nodal[number].abs());
                 }
                 if weight != 0.0 {
-                    image.add_scaled(&part.image, weight);
-                    error.add_scaled(&part.error, weight.abs());
+                    image.add_rows(first, &of_sheet.image, weight);
+                    error.add_rows(first, &of_sheet.error, weight.abs());
                 }
             }
         }
         // If no sample is negative, a negative pixel has at least the error of its size.
         if self.sheets.iter().all(|sheet| sheet.scan.node_lines.are_nowhere_negative()) {
-            for [image, error] in maps.iter_mut().flatten() {
+            for [image, error] in &mut maps {
                 let pixels = error.pixels_mut().iter_mut().zip(image.pixels());
                 pixels.for_each(|(error, pixel)| *error = error.max(-pixel));
             }
         }
-        for (tile, maps) in self.tiles.iter().zip(&maps) {
-            maps.iter().try_for_each(|[image, _]| tile.check_finite(image))?;
+        for tile in self.tiles {
+            let first_row = tile.place.0 * tile.shape[0];
+            maps.iter().try_for_each(|[image, _]| tile.check_finite(image, first_row))?;
         }
         Ok(CurrentImage { maps, states })
     }
@@ -92,17 +98,12 @@ impl Engine<'_> {
     /// image.
     pub(crate) fn finished(&self, current: &CurrentImage) -> [Cube; 2] {
         let of_bin = |bin: usize, kind: usize| {
-            let mut map = Image::stacked(current.maps.iter().map(|maps| &maps[bin][kind]));
-            let scales = self.scales.iter().flat_map(Image::pixels);
-            for (pixel, scale) in map.pixels_mut().iter_mut().zip(scales) {
-                if *scale == 0.0 {
-                    *pixel = f64::NAN;
-                }
-            }
+            let mut map = current.maps[bin][kind].clone();
+            self.view.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
             map
         };
-        let bins = current.maps.first().map_or(0, Vec::len);
-        [0, 1].map(|kind| Cube::from_bands((0..bins).map(|bin| of_bin(bin, kind)).collect()))
+        let bins = 0..current.maps.len();
+        [0, 1].map(|kind| Cube::from_bands(bins.clone().map(|bin| of_bin(bin, kind)).collect()))
     }
 
     /// Passes the current image to the observer of the rendering, if there is one.

@@ -1,4 +1,4 @@
-//! The engine: image trees of all layers and energies, refined until the tolerance is met.
+//! The engine: image trees of all parts and energies, refined until the tolerance is met.
 
 mod current_image;
 mod base;
@@ -13,72 +13,72 @@ use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
-use crate::projection::Layer;
-use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::engine::coverage::Coverage;
+use crate::vol::engine::current_image::CurrentImage;
 use crate::vol::engine::spectra::Spectra;
+use crate::vol::image::pixels::pixel_means;
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::Seed;
 use crate::vol::spectrum::energies::Energies;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::scattered::{LayerSamples, fraction_of_view};
+use crate::vol::view::part::{Footing, Part, Parts, ProductImage, add};
+use crate::vol::view::scattered::{KnownParts, fraction_of_view};
 use crate::vol::view::sheet::{Sheet, SheetId};
-use crate::vol::view::visible::{Visible, visible_layers};
+use std::sync::Arc;
 
 /// The finest level of nodes: two levels are left for children and their neighbours.
 const FINEST_LEVEL: u8 = 22;
 
-/// Renders an image or a cube by image trees alone; `known` are samples of the first layer.
+/// Renders an image or a cube by image trees alone; `known` is what
+/// products have found.
 pub(crate) async fn by_tree(
     meter: &Meter,
     tiles: &[Tile<'_>],
+    view: &Parts<'_>,
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
-    known: LayerSamples,
+    known: KnownParts,
 ) -> Result<MethodOutput, MethodError> {
+    let parts = &view.parts[..];
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
-    let layers: Vec<Vec<Box<dyn Layer + '_>>> =
-        tiles.iter().map(|tile| tile.projection.layers()).collect();
-    let mut scales: Vec<Image> =
-        tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape)).collect();
-    let layers = visible_layers(tiles, &layers, &mut scales);
     meter.check_time()?;
-    let sheets = layers.len() as u64;
-    // Each of several tiles is a small part of the view, so that its base lattice is finer in the
-    // view.
-    let wanted_level = vol.base_level.saturating_sub(u8::from(tiles.len() > 1)).max(1);
-    let base_level = affordable_base_level(wanted_level, sheets, meter.evaluations_left())?;
+    let base_level = affordable_base_level(parts, vol.base_level, meter.evaluations_left())?;
     let goal = vol.tolerance.min(TUNING.engine.loosest_tolerance);
     let short = meter.evaluations_left()
-        < TUNING.engine.short_budget * sheets * base_evaluations(base_level);
+        < TUNING.engine.short_budget * base_evaluations_of(parts, base_level);
     let mut engine = Engine {
         meter,
         tiles,
-        layers,
+        view,
+        parts,
+        footings: parts.iter().map(|part| part.footing.clone()).collect(),
+        quadrature_error: None,
         seeds: &vol.seeds,
         sheets: Vec::new(),
         energies: Energies::none(),
         spectra: axis.map(|axis| Spectra::new(axis, &vol.line_energies)),
-        scales,
         requested: vol.tolerance,
         goal,
         evaluations_before: meter.evaluations(),
         verification_lines: 1,
-        coverage: Coverage::new(wanted, known),
+        coverage: Coverage::new(wanted, known.smallest, known.samples),
+        products: known.products,
+        done: None,
+        largest_done: known.largest,
         tolerance: if short { TUNING.engine.loosest_tolerance } else { goal },
         line_share: TUNING.engine.line_share
             * (TUNING.engine.loosest_line_tolerance / goal).min(1.0),
         is_strict: false,
         base_level,
-        required_level: base_level + 1,
         finest_level: finest_level(tiles[0].shape, base_level),
     };
+    engine.add_products();
     let (current, ending) = engine.run().await?;
     // A base lattice that is coarser than requested does not meet the request.
-    let ending = if base_level < wanted_level { StopReason::Budget } else { ending };
+    let ending = if base_level < vol.base_level { StopReason::Budget } else { ending };
     let [cube, error] = engine.finished(&current);
     let mut made = MethodOutput::new(cube, Some(error), ending);
     made.base_level = Some(base_level);
@@ -88,12 +88,17 @@ pub(crate) async fn by_tree(
 }
 
 /// The requested base level, or the finest one whose initial sampling the budget allows.
-fn affordable_base_level(wanted: u8, sheets: u64, allowed: u64) -> Result<u8, MethodError> {
-    let needed = |level| sheets * base_evaluations(level);
+fn affordable_base_level(parts: &[Part<'_>], wanted: u8, allowed: u64) -> Result<u8, MethodError> {
+    let needed = |level| base_evaluations_of(parts, level);
     (1..=wanted).rev().find(|&level| needed(level) <= allowed).ok_or_else(|| {
         let what = "the initial sampling of 3 x 3 lines in 3 depths".to_owned();
         RenderError::Budget { what, needed: needed(1), allowed }
     })
+}
+
+/// The number of evaluations on the base lattices of all parts.
+pub(crate) fn base_evaluations_of(parts: &[Part<'_>], base_level: u8) -> u64 {
+    parts.iter().map(|part| base_evaluations(part.base_level(base_level))).sum()
 }
 
 /// The number of evaluations on the base lattice.
@@ -112,17 +117,20 @@ pub(crate) fn finest_level([height, width]: [usize; 2], base_level: u8) -> u8 {
 pub(crate) struct Engine<'b> {
     pub(crate) meter: &'b Meter,
     pub(crate) tiles: &'b [Tile<'b>],
-    /// The layers of all tiles, in the order of the tiles.
-    pub(crate) layers: Vec<Visible<'b>>,
+    view: &'b Parts<'b>,
+    /// The parts of the view.
+    pub(crate) parts: &'b [Part<'b>],
+    /// Where the parts are in the image, with the present quadrature of pixels.
+    footings: Vec<Arc<Footing>>,
+    /// The error of that quadrature, once it has been compared with a finer one.
+    pub(crate) quadrature_error: Option<Image>,
     pub(crate) seeds: &'b [Seed],
-    /// The image trees: all layers at the first energy, then all at the second, and so on.
+    /// The image trees: all parts at the first energy, then all at the second, and so on.
     pub(crate) sheets: Vec<Sheet<'b>>,
     /// The energies of the sheets, and their weights in the bins.
     pub(crate) energies: Energies,
     /// The spectra from which energies are selected, if there is an energy axis.
     pub(crate) spectra: Option<Spectra<'b>>,
-    /// For each tile and pixel, the ratio of its radiance to the mean of the irradiance density.
-    pub(crate) scales: Vec<Image>,
     /// The requested tolerance, relative to the largest pixel.
     requested: f64,
     /// The tolerance at which refinement ends, which may be smaller than the requested one.
@@ -133,21 +141,79 @@ pub(crate) struct Engine<'b> {
     /// Whether a verification has reduced the tolerance of lines.
     pub(crate) is_strict: bool,
     pub(crate) base_level: u8,
-    /// The finest level whose nodes every rendering samples.
-    pub(crate) required_level: u8,
     pub(crate) finest_level: u8,
     /// The number of evaluations before, by the search for a low-rank approximation.
     pub(crate) evaluations_before: u64,
     /// The factor on the usual number of lines in the next verification.
     pub(crate) verification_lines: usize,
+    /// The image of each part by products: it has no tree.
+    pub(crate) products: Vec<Option<ProductImage>>,
+    /// The sum of the images of these parts, and of their errors.
+    done: Option<[Image; 2]>,
+    /// The largest |pixel| of one of them.
+    pub(crate) largest_done: f64,
     /// The scattered samples, and the size of the structure that they detect.
     pub(crate) coverage: Coverage,
 }
 
 impl Engine<'_> {
+    /// Height and width of the image.
+    pub(crate) fn shape(&self) -> [usize; 2] {
+        let [height, width] = self.tiles[0].shape;
+        [height * self.tiles.len(), width]
+    }
+
+    /// Makes the image of the parts that have products.
+    fn add_products(&mut self) {
+        let mut done = None;
+        for ((footing, product), part) in self.footings.iter().zip(&self.products).zip(self.parts) {
+            if let Some(product) = product {
+                add(&mut done, footing.maps_of_product(product, &part.scale));
+            }
+        }
+        self.done = done;
+    }
+
+    /// Compares the quadrature of pixels with a finer one, and replaces it where they differ by more
+    /// than a small share of `target`. Returns whether that has changed anything.
+    pub(crate) fn settle_quadrature(&mut self, current: &CurrentImage, target: f64) -> bool {
+        if self.quadrature_error.is_some() {
+            return false;
+        }
+        let brightness = |bin: &usize| current.maps[*bin][0].largest();
+        let bins = 0..current.maps.len();
+        let brightest = bins.max_by(|a, b| brightness(a).total_cmp(&brightness(b))).unwrap_or(0);
+        let means = |number: usize| {
+            let part = &self.parts[number];
+            let raster = [part.scale.height(), part.scale.width()];
+            let shape @ [rows, columns] = self.footings[number].values_shape(raster);
+            if let Some(product) = &self.products[number] {
+                return product.means.clone();
+            }
+            let mut sum = vec![0.0; rows * columns];
+            for sheet in self.sheets.iter().filter(|sheet| sheet.id.part == number) {
+                let weight = self.energies.selected[sheet.id.energy].weights[brightest];
+                let means = pixel_means(&sheet.scan.tree, shape);
+                sum.iter_mut().zip(means).for_each(|(sum, mean)| *sum += weight * mean);
+            }
+            sum
+        };
+        let all: Vec<Vec<f64>> = (0..self.parts.len()).map(means).collect();
+        let allowed = TUNING.view.quadrature_share * target;
+        let Some((footings, error)) = self.view.settle(&all, allowed) else { return false };
+        for sheet in &mut self.sheets {
+            sheet.footing = footings[sheet.id.part].clone();
+        }
+        self.footings = footings;
+        self.quadrature_error = Some(error);
+        self.add_products();
+        true
+    }
+
     /// The largest ∫ |G| dz of a line.
     pub(crate) fn brightest(&self) -> f64 {
-        self.sheets.iter().map(|sheet| sheet.scan.node_lines.brightest()).fold(0.0, f64::max)
+        let of_sheets = self.sheets.iter().map(|sheet| sheet.scan.node_lines.brightest());
+        of_sheets.fold(self.largest_done, f64::max)
     }
 
     /// The tolerance of a line at each energy for an error of `target` in a pixel. All energies
@@ -171,11 +237,11 @@ impl Engine<'_> {
         for i in first..self.sheets.len() {
             let (earlier, rest) = self.sheets.split_at_mut(i);
             let sheet = &mut rest[0];
-            let SheetId { layer, energy } = sheet.id;
-            let of_layer: Vec<&Sheet<'_>> =
-                earlier.iter().filter(|earlier| earlier.id.layer == layer).collect();
+            let SheetId { part, energy } = sheet.id;
+            let of_part: Vec<&Sheet<'_>> =
+                earlier.iter().filter(|earlier| earlier.id.part == part).collect();
             let amounts = self.energies.selected.get(energy).map(|one| &one.of_earlier[..]);
-            sheet.set_values(&of_layer, amounts.unwrap_or_default());
+            sheet.set_values(&of_part, amounts.unwrap_or_default());
         }
     }
 }

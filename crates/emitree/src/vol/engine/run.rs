@@ -11,6 +11,7 @@ use crate::vol::engine::verification::Verdict;
 use crate::vol::engine::{Engine, within_budget};
 use crate::vol::image::opening::{Choice, ChoiceLimits, worthwhile};
 use crate::vol::tuning::TUNING;
+use std::borrow::Cow;
 
 impl Engine<'_> {
     pub(crate) async fn run(&mut self) -> Result<(CurrentImage, StopReason), MethodError> {
@@ -32,6 +33,10 @@ impl Engine<'_> {
                     && current.largest_error() <= TUNING.engine.stopping_share * tolerance * largest
             };
             let [meets_goal, meets_tolerance] = [self.goal, self.tolerance].map(met);
+            if meets_goal && self.settle_quadrature(&current, self.requested * largest) {
+                current = self.assemble()?;
+                continue;
+            }
             if meets_goal {
                 match self.verify(&current, self.requested * largest).await? {
                     Verdict::Passed => {
@@ -140,22 +145,24 @@ impl Engine<'_> {
     }
 
     /// The places of the next nodes on each sheet, the largest contributions first. The sheets of a
-    /// tile compete for its error.
+    /// part compete for its error.
     fn choose(&self, current: &CurrentImage, target: f64) -> Vec<Vec<Place>> {
-        let Self { finest_level, required_level, .. } = *self;
-        let limits = ChoiceLimits { tolerance: target, finest_level, required_level };
+        let finest_level = self.finest_level;
         let mut places = vec![Vec::new(); self.sheets.len()];
-        for (tile, maps) in current.maps.iter().enumerate() {
-            let of_tile = (0..self.sheets.len()).filter(|&i| self.sheets[i].tile == tile);
-            let of_tile: Vec<usize> = of_tile.collect();
+        for (number, part) in self.parts.iter().enumerate() {
+            let of_part: Vec<usize> =
+                (0..self.sheets.len()).filter(|&i| self.sheets[i].id.part == number).collect();
             let choice = |&i: &usize| {
                 let weights = &self.energies.selected[self.sheets[i].id.energy].weights;
+                let required_level = self.sheets[i].required_level();
+                let limits = ChoiceLimits { tolerance: target, finest_level, required_level };
                 self.sheets[i].choice(&current.states[i], weights, &limits)
             };
-            let choices: Vec<Choice<'_>> = of_tile.iter().map(choice).collect();
-            let errors: Vec<&Image> = maps.iter().map(|[_, error]| error).collect();
+            let choices: Vec<Choice<'_>> = of_part.iter().map(choice).collect();
+            let errors = current.errors(part);
+            let errors: Vec<&Image> = errors.iter().map(Cow::as_ref).collect();
             let nodes = worthwhile(&choices, &errors);
-            for ((&i, choice), nodes) in of_tile.iter().zip(&choices).zip(nodes) {
+            for ((&i, choice), nodes) in of_part.iter().zip(&choices).zip(nodes) {
                 places[i] = self.sheets[i].places(&current.states[i], choice, nodes);
             }
         }

@@ -18,6 +18,7 @@ use crate::vol::spectrum::probes::{
     LINE_LEVEL, ProbePoint, SpectralProbes, SpotCheck, spectral_rates,
 };
 use crate::vol::tuning::TUNING;
+use crate::vol::view::part::Part;
 use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::verification::Verification;
 use std::collections::BTreeSet;
@@ -79,44 +80,42 @@ impl<'b> Engine<'b> {
         energies
     }
 
-    /// Adds a sheet for each layer, at a place of the energy axis if there is one.
+    /// Adds a sheet for each part, at a place of the energy axis if there is one.
     pub(crate) fn add_sheets(&mut self, energy: Option<u32>) {
         let spectra = self.spectra.as_ref();
         let energy = spectra.zip(energy).map(|(s, place)| s.probes.bins.sample_at(place));
         let number = self.sheets.last().map_or(0, |last| last.id.energy + 1);
-        for (layer_number, visible) in self.layers.iter().enumerate() {
-            let layer = visible.layer;
-            let view =
-                View { meter: self.meter, layer, tile: (visible.tile, self.tiles.len()), energy };
+        let parts =
+            self.parts.iter().enumerate().filter(|(number, _)| self.products[*number].is_none());
+        for (part_number, part) in parts {
+            let chart = &*part.chart;
+            let base_level = part.base_level(self.base_level);
             let scan = Scan {
-                view,
-                base_level: self.base_level,
-                depth_level: self.base_level,
+                view: View { energy, ..self.view(part) },
+                base_level,
+                depth_level: base_level,
                 tree: ImageTree::default(),
                 node_lines: NodeLines::default(),
-                seeds: SeedTargets::at(self.seeds, layer, self.base_level, self.finest_level),
-                skips_closed: false,
+                seeds: SeedTargets::at(self.seeds, chart, base_level, self.finest_level),
             };
             self.sheets.push(Sheet {
-                id: SheetId { layer: layer_number, energy: number },
+                id: SheetId { part: part_number, energy: number },
                 scan,
-                tile: visible.tile,
-                layers_of_tile: visible.layers_of_tile,
-                fractions: visible.fractions.clone(),
-                scale: visible.scale.clone(),
+                pieces_of_line: part.pieces_of_line,
+                footing: self.footings[part_number].clone(),
+                scale: part.scale.clone(),
                 verification: Verification::default(),
             });
         }
     }
 
+    /// The view in which a part is sampled.
+    fn view(&self, part: &'b Part<'b>) -> View<'b> {
+        View { meter: self.meter, chart: &*part.chart, tiles: self.tiles.len(), energy: None }
+    }
+
     fn views(&self) -> Vec<View<'b>> {
-        let view = |visible: &crate::vol::view::visible::Visible<'b>| View {
-            meter: self.meter,
-            layer: visible.layer,
-            tile: (visible.tile, self.tiles.len()),
-            energy: None,
-        };
-        self.layers.iter().map(view).collect()
+        self.parts.iter().map(|part| self.view(part)).collect()
     }
 
     /// The number of evaluations of the search for the first energy.
@@ -166,21 +165,21 @@ impl<'b> Engine<'b> {
         Ok(Some(if is_dark { STEPS / 2 } else { points[brightest].1 }))
     }
 
-    /// The points of the search for the first energy: the centres of equal parts of each layer.
+    /// The points of the search for the first energy: the centres of equal cells of each part of the view.
     fn first_points(&self) -> Vec<ProbePoint> {
-        let per_axis = if self.layers.len() > TUNING.spectra.many_layers {
+        let per_axis = if self.parts.len() > TUNING.spectra.many_parts {
             TUNING.spectra.initial_points_of_many
         } else {
             TUNING.spectra.initial_points
         };
         let along = |k: u32| (2 * k + 1) * (STEPS / (2 * per_axis));
-        let of_layer = |layer: usize| {
+        let of_part = |part: usize| {
             (0..per_axis.pow(3)).map(move |k| {
                 let [i, j, k] = [k % per_axis, k / per_axis % per_axis, k / per_axis / per_axis];
-                ProbePoint { layer, place: [along(i), along(j)], depth: along(k) }
+                ProbePoint { part, place: [along(i), along(j)], depth: along(k) }
             })
         };
-        (0..self.layers.len()).flat_map(of_layer).collect()
+        (0..self.parts.len()).flat_map(of_part).collect()
     }
 
     /// Selects the energies that the spectra on the base lines of the first one require, and
@@ -302,8 +301,7 @@ impl<'b> Engine<'b> {
         let mut lines: Vec<(f64, usize, usize)> = Vec::new();
         for (i, sheet) in self.sheets.iter().enumerate() {
             let node_lines = &sheet.scan.node_lines;
-            let new =
-                (spectra.probed[i]..node_lines.lines.len()).filter(|&k| !node_lines.is_closed(k));
+            let new = spectra.probed[i]..node_lines.lines.len();
             lines.extend(new.map(|k| (node_lines.lines[k].brightness(), i, k)));
             spectra.probed[i] = node_lines.lines.len();
         }
@@ -340,8 +338,7 @@ impl<'b> Engine<'b> {
             let sample = &line.samples[sample];
             if sample.rate != 0.0 {
                 let place = scan.tree.nodes()[k].place;
-                let point =
-                    ProbePoint { layer: self.sheets[i].id.layer, place, depth: sample.depth };
+                let point = ProbePoint { part: self.sheets[i].id.part, place, depth: sample.depth };
                 let path = path_of(line, sample.rate);
                 spectra.probes.add(
                     point,
@@ -357,15 +354,13 @@ impl<'b> Engine<'b> {
     /// sufficed.
     async fn spot_check(&mut self, largest: f64) -> Result<bool, MethodError> {
         let views = self.views();
-        let layers = self.layers.len();
+        let parts = self.parts.len();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
         let step = spacing(spectra.probes.checked_level());
         let mut checks = Vec::new();
-        for (layer, sheet) in self.sheets[..layers].iter().enumerate() {
+        for (part, sheet) in self.sheets[..parts].iter().enumerate() {
             let Scan { node_lines, tree, base_level, .. } = &sheet.scan;
-            for (i, line) in
-                node_lines.lines.iter().enumerate().filter(|(i, _)| !node_lines.is_closed(*i))
-            {
+            for (i, line) in node_lines.lines.iter().enumerate() {
                 let brighter = |best: usize, k: usize| {
                     let [a, b] = [best, k].map(|k| line.samples[k].rate.abs());
                     if b > a { k } else { best }
@@ -376,13 +371,13 @@ impl<'b> Engine<'b> {
                 let brightest = &line.samples[samples.fold(any, brighter)];
                 let path = path_of(line, brightest.rate);
                 let point =
-                    ProbePoint { layer, place: tree.nodes()[i].place, depth: brightest.depth };
+                    ProbePoint { part, place: tree.nodes()[i].place, depth: brightest.depth };
                 // Neighbouring lines are sampled at different energies.
                 let [x, y] = point.place.map(|along| along / spacing(*base_level));
                 let first = (3 * x + y) % TUNING.spectra.checked_parts;
                 let rates = || {
-                    let of_layer = self.sheets.iter().filter(|sheet| sheet.id.layer == layer);
-                    of_layer.map(|sheet| sheet.scan.node_lines.lines[i].rate(point.depth))
+                    let of_part = self.sheets.iter().filter(|sheet| sheet.id.part == part);
+                    of_part.map(|sheet| sheet.scan.node_lines.lines[i].rate(point.depth))
                 };
                 let energies =
                     (first..=STEPS / step).step_by(TUNING.spectra.checked_parts as usize);

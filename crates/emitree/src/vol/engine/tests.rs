@@ -7,47 +7,55 @@ mod verification;
 use super::*;
 use crate::projection::Canonical;
 use crate::vol::testing::{PANE, answered, assert_close, meter, uniform};
+use crate::vol::view::part::parts;
+use crate::vol::view::scattered::{KnownParts, PartSamples};
 use std::sync::Arc;
 
 const SHAPE: [usize; 2] = [16, 16];
 const TILES: [Tile<'static>; 1] = [Tile { projection: &Canonical, shape: SHAPE, place: (0, 1) }];
 const TOLERANCE: f64 = 0.01;
 
+/// The unit cube as the only part of a view, with so many pieces of a line.
+fn whole_view(pieces_of_line: usize) -> Parts<'static> {
+    let mut view = parts(&TILES, None);
+    let scale = Arc::new(uniform(SHAPE, 1.0));
+    let part = view.parts.remove(0);
+    view.parts.push(Part { chart: Box::new(PANE), scale, pieces_of_line, ..part });
+    view
+}
+
 /// An engine for the unit cube, with lines that may take a fifth of 1 %.
 fn engine<'a>(
     meter: &'a Meter,
     tiles: &'a [Tile<'a>],
+    view: &'a Parts<'a>,
     base_level: u8,
     axis: Option<&'a EnergyAxis>,
 ) -> Engine<'a> {
-    let scale = uniform(SHAPE, 1.0);
-    let layer = Visible {
-        tile: 0,
-        layer: &PANE,
-        layers_of_tile: 1,
-        fractions: None,
-        scale: Arc::new(scale.clone()),
-    };
     Engine {
         meter,
         tiles,
-        layers: vec![layer],
+        view,
+        parts: &view.parts,
+        footings: view.parts.iter().map(|part| part.footing.clone()).collect(),
+        quadrature_error: None,
         seeds: &[],
         sheets: Vec::new(),
         energies: Energies::none(),
         spectra: axis.map(|axis| Spectra::new(axis, &[])),
-        scales: vec![scale],
         requested: TOLERANCE,
         goal: TOLERANCE,
         tolerance: TOLERANCE,
         line_share: 0.2,
         is_strict: false,
         base_level,
-        required_level: base_level + 1,
         finest_level: 10,
         evaluations_before: 0,
         verification_lines: 1,
-        coverage: Coverage::new(None, LayerSamples::default()),
+        coverage: Coverage::new(None, None, vec![PartSamples::default()]),
+        products: vec![None],
+        done: None,
+        largest_done: 0.0,
     }
 }
 
@@ -88,7 +96,8 @@ fn the_base_is_the_finest_one_that_the_budget_allows() {
         (2, 1457, Some(2)),
         (5, 134, None),
     ] {
-        match affordable_base_level(3, sheets, allowed) {
+        let parts: Vec<Part<'_>> = (0..sheets).flat_map(|_| whole_view(1).parts).collect();
+        match affordable_base_level(&parts, 3, allowed) {
             Ok(level) => assert_eq!(Some(level), expected, "{sheets} {allowed}"),
             Err(RenderError::Budget { needed, allowed: told, .. }) => {
                 assert_eq!((expected, needed, told), (None, 27 * sheets, allowed));
@@ -124,7 +133,8 @@ fn a_budget_that_ends_is_no_failure() {
 #[test]
 fn the_tolerance_of_lines_depends_on_their_weight() {
     let meter = meter(0);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     assert_close(engine.line_tolerances(0.5)[0], 0.2 * 0.5, 1e-16);
     for (weight, expected) in [(0.5, 0.2), (4.0, 0.025), (0.0, 0.1)] {
         engine.energies = Energies::unselected(0, 3, weight);
@@ -139,7 +149,8 @@ fn made(
     vol: &VolOptions,
 ) -> (Result<MethodOutput, MethodError>, u64) {
     let meter = meter(allowed);
-    let tree = by_tree(&meter, &TILES, None, vol, LayerSamples::default());
+    let parts = whole_view(1);
+    let tree = by_tree(&meter, &TILES, &parts, None, vol, KnownParts::none(1));
     (answered(&meter, rate, tree), meter.evaluations())
 }
 

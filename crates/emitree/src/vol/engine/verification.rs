@@ -7,6 +7,7 @@
 
 use crate::cell::whole;
 use crate::exchange::MethodError;
+use crate::image::Image;
 use crate::vol::engine::current_image::CurrentImage;
 use crate::vol::engine::{Engine, within_budget};
 use crate::vol::rule::scan::Scan;
@@ -14,6 +15,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification::Lines;
+use std::borrow::Cow;
 
 /// The outcome of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,16 +63,11 @@ impl Engine<'_> {
             .saturating_sub(verified)
             .max(TUNING.verification.least_lines * times);
         let ascents = lines.div_ceil(TUNING.verification.lines_per_ascent);
-        // Each place is in view on some of the layers of its tile only.
-        let energies = self.sheets.len() / self.layers.len();
-        let lines = lines.div_ceil(energies * self.tiles.len());
+        let lines = lines.div_ceil(self.sheets.len().max(1));
         for (i, sheet) in self.sheets.iter_mut().enumerate() {
             let mut of_sheet = sheet.scattered_lines(lines);
             let worst = whole((TUNING.verification.worst_share * lines as f64).ceil());
-            of_sheet.extend(sheet.worst_lines(current.errors(sheet.tile), worst));
-            of_sheet.extend(
-                sheet.edge_lines(whole((TUNING.verification.edge_share * lines as f64).ceil())),
-            );
+            of_sheet.extend(sheet.worst_lines(&current.errors(&self.parts[sheet.id.part]), worst));
             of_sheet.extend(from_samples[i].iter().cloned());
             places.push(of_sheet);
         }
@@ -102,7 +99,9 @@ impl Engine<'_> {
         if verdict != Verdict::Passed {
             return Ok(verdict);
         }
-        differences.retain(|of| self.has_failed(of, current, target));
+        let errors: Vec<Vec<Cow<'_, Image>>> =
+            self.parts.iter().map(|part| current.errors(part)).collect();
+        differences.retain(|of| self.has_failed(of, &errors, target));
         match self.refine_around(&differences, &tolerances).await? {
             Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
             verdict => {
@@ -114,11 +113,11 @@ impl Engine<'_> {
     }
 
     /// Whether a line differs by more than the error estimated there allows.
-    fn has_failed(&self, of: &Difference, current: &CurrentImage, target: f64) -> bool {
+    fn has_failed(&self, of: &Difference, errors: &[Vec<Cow<'_, Image>>], target: f64) -> bool {
         let sheet = &self.sheets[of.sheet];
         let [row, column] = sheet.pixel(sheet.verification.places.nodes()[of.line].place);
-        let errors = current.errors(sheet.tile);
-        let estimate = errors.iter().map(|error| error[(row, column)]).fold(0.0, f64::max);
+        let estimate =
+            errors[sheet.id.part].iter().map(|error| error[(row, column)]).fold(0.0, f64::max);
         of.size > TUNING.verification.failure_share
             && of.size > (TUNING.verification.estimate_margin * estimate / target).min(1.0)
     }
@@ -208,7 +207,7 @@ impl Engine<'_> {
         for (i, sheet) in self.sheets.iter().enumerate() {
             let earlier: Vec<&Sheet<'_>> = self.sheets[..i]
                 .iter()
-                .filter(|earlier| earlier.id.layer == sheet.id.layer)
+                .filter(|earlier| earlier.id.part == sheet.id.part)
                 .collect();
             let selected = &self.energies.selected[sheet.id.energy];
             let weight = self.largest_weight(i);

@@ -7,7 +7,7 @@
 
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, STENCIL, around, beside, spacing};
-use crate::vol::image::tree::{Around, ImageTree, Node};
+use crate::vol::image::tree::{ImageTree, Node};
 use crate::vol::tuning::TUNING;
 
 /// The smallest number of nodes that is given to a thread.
@@ -43,26 +43,21 @@ pub(crate) fn guarded_details(tree: &ImageTree) -> Vec<f64> {
             } else {
                 TUNING.image.second_neighbour_guard
             };
-            (neighbour.level == level).then_some(share * neighbour.detail_size())
+            (neighbour.level == level).then_some(share * neighbour.detail.abs())
         });
         neighbours.fold(detail, f64::max)
     };
     let nodes = nodes.par_iter().with_min_len(NODES_AT_ONCE);
-    nodes.map(|node| guarded(node.place, node.level, node.detail_size())).collect()
+    nodes.map(|node| guarded(node.place, node.level, node.detail.abs())).collect()
 }
 
 /// The remaining error around each node, given the `guarded` details; `required_level` is the
 /// finest level whose nodes every rendering samples.
-///
-/// A closed node has a value that is continued from others. The error of that value remains as long
-/// as an edge passes between the node and its neighbours and some of its children are missing: the
-/// image on the open side is interpolated from it.
 pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -> Vec<Remaining> {
     let has_kinks = tree.order() < STENCIL;
     let margin = if has_kinks { TUNING.image.kink_margin } else { 1.0 };
     let sibling_share =
         if has_kinks { TUNING.image.sibling_share_of_kinks } else { TUNING.image.sibling_share };
-    let largest = tree.largest_value();
     let of_node = |i: usize| {
         let node = tree.nodes()[i];
         if node.level + 1 < required_level {
@@ -82,15 +77,7 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -
             _ => before,
         };
         let of_siblings = sibling_share * near.largest_sibling();
-        let of_edge = if near.is_beside_edge() { TUNING.image.edge_margin } else { 1.0 };
-        let size = margin * of_edge * size.max(of_siblings);
-        let continuation_error = match node.around {
-            Around::Closed => 0.0,
-            // No neighbour bounds it: it may be as large as any other value.
-            Around::Between => largest,
-            Around::Beside => (TUNING.image.edge_margin * node.continuation_error).min(largest),
-        };
-        Remaining { children, size: size.max(continuation_error) }
+        Remaining { children, size: margin * size.max(of_siblings) }
     };
     let nodes = (0..tree.len()).into_par_iter().with_min_len(NODES_AT_ONCE);
     nodes.map(of_node).collect()
@@ -158,11 +145,6 @@ impl<'a> Near<'a> {
         self.tree.nodes()[self.centre].level
     }
 
-    /// Whether the node is beside a closed one.
-    fn is_beside_edge(&self) -> bool {
-        self.nodes(BESIDE.into_iter()).any(|(_, node)| node.is_continued)
-    }
-
     /// The largest |detail| beside a missing child, on the level of the child.
     fn largest_sibling(&self) -> f64 {
         let level = self.level() + 1;
@@ -171,7 +153,7 @@ impl<'a> Near<'a> {
             (i - 1..=i + 1).flat_map(move |a| (j - 1..=j + 1).map(move |b| (a, b)))
         });
         let details = self.nodes(siblings).filter(|(_, node)| node.level == level);
-        details.map(|(_, node)| node.detail_size()).fold(0.0, f64::max)
+        details.map(|(_, node)| node.detail.abs()).fold(0.0, f64::max)
     }
 
     /// Which children exist, and the largest guarded detail of the diagonal ones.

@@ -5,7 +5,7 @@ use crate::vol::dyadic::Place;
 use crate::vol::image::error_map::Footprint;
 use crate::vol::image::opening::{Choice, ChoiceLimits, worthwhile};
 use crate::vol::image::remaining::{Children, Remaining, guarded_details, remaining};
-use crate::vol::image::tree::{Around, ImageTree};
+use crate::vol::image::tree::ImageTree;
 use crate::vol::testing::{assert_close, at, lattice, tree_of, uniform, with_detail};
 use crate::vol::tuning::TUNING;
 
@@ -44,13 +44,10 @@ fn a_spike_guards_the_nodes_of_its_level_up_to_two_spacings_away() {
 }
 
 #[test]
-fn a_detail_guards_no_finer_node_and_none_that_was_continued_guards_any() {
-    let (mut tree, spike) = spike();
+fn a_detail_guards_no_finer_node() {
+    let (mut tree, _) = spike();
     let finer = with_detail(&mut tree, at(4, 7, 7), 0.0);
     assert_close(guarded_details(&tree)[finer], 0.0, 1e-15);
-    let value = tree.nodes()[spike].value;
-    tree.set_continued(spike, value, 0.0);
-    assert_close(guarded_details(&tree)[number(&tree, at(3, 4, 3))], 0.0, 1e-15);
 }
 
 #[test]
@@ -140,38 +137,6 @@ fn below_the_required_levels_the_observed_decay_is_used() {
     for (detail, decay) in [(0.04, margin * 0.04 / 0.2), (1e-3, TUNING.image.least_decay)] {
         let grandchild = with_detail(&mut tree, at(5, 13, 13), detail);
         assert_close(rests(&tree, 3)[grandchild].size, decay * detail, 1e-14);
-    }
-}
-
-#[test]
-fn the_remaining_error_is_larger_beside_a_continued_node() {
-    let (mut tree, spike) = spike();
-    let beside = number(&tree, at(3, 4, 3));
-    tree.set_continued(beside, 0.0, 0.0);
-    let rests = rests(&tree, 3);
-    assert_close(rests[spike].size, TUNING.image.edge_margin, 1e-14);
-    assert_close(rests[beside].size, TUNING.image.first_neighbour_guard, 1e-14);
-}
-
-#[test]
-fn the_error_of_a_continued_value_remains_while_an_edge_is_near() {
-    let margin = TUNING.image.edge_margin;
-    let cases = [
-        (Around::Closed, 0.1, 0.0),
-        (Around::Beside, 0.1, margin * 0.1),
-        (Around::Beside, 5.0, 2.0),
-        (Around::Between, 0.1, 2.0),
-    ];
-    for (around, unknown, expected) in cases {
-        let mut tree = tree_of(&lattice(3), |_, _| 2.0);
-        let i = number(&tree, at(3, 3, 3));
-        tree.set_continued(i, 2.0, unknown);
-        tree.set_around(i, around);
-        assert_close(rests(&tree, 3)[i].size, expected, 1e-14);
-        for (x, y) in DIAGONAL.into_iter().chain(BESIDE) {
-            with_detail(&mut tree, at(4, x, y), 0.0);
-        }
-        assert_close(rests(&tree, 3)[i].size, 0.0, 1e-14);
     }
 }
 

@@ -12,17 +12,6 @@ use crate::vol::dyadic::{
 };
 use rustc_hash::FxHashMap;
 
-/// The open places around a closed node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Around {
-    /// No open place was found: the value does not matter.
-    Closed,
-    /// A neighbour on the node's own lattice is open: an edge passes between them.
-    Beside,
-    /// Only places between the neighbours are open: no neighbour determines the values there.
-    Between,
-}
-
 /// A node of the image plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Node {
@@ -32,19 +21,6 @@ pub(crate) struct Node {
     pub(crate) value: f64,
     /// The value minus its prediction from the next coarser lattice.
     pub(crate) detail: f64,
-    /// Whether the node is closed, and its value is continued from other nodes.
-    pub(crate) is_continued: bool,
-    /// The expected |error| of a continued value.
-    pub(crate) continuation_error: f64,
-    /// The open places around the node, if its value is continued.
-    pub(crate) around: Around,
-}
-
-impl Node {
-    /// The |detail|, or 0 for a continued value.
-    pub(crate) fn detail_size(&self) -> f64 {
-        if self.is_continued { 0.0 } else { self.detail.abs() }
-    }
 }
 
 /// Nodes of the image plane, in the order in which they were added.
@@ -93,37 +69,11 @@ impl ImageTree {
     pub(crate) fn add(&mut self, place: Place) {
         let level = level_of_place(place);
         self.index.insert(key(place), cell::to_u32(self.nodes.len()));
-        self.nodes.push(Node {
-            place,
-            level,
-            value: 0.0,
-            detail: 0.0,
-            is_continued: false,
-            continuation_error: 0.0,
-            around: Around::Closed,
-        });
+        self.nodes.push(Node { place, level, value: 0.0, detail: 0.0 });
     }
 
     pub(crate) fn set(&mut self, node: usize, value: f64) {
         self.nodes[node].value = value;
-    }
-
-    /// Sets a value that is continued from other nodes, with its expected error.
-    pub(crate) fn set_continued(&mut self, node: usize, value: f64, continuation_error: f64) {
-        let node = &mut self.nodes[node];
-        (node.value, node.continuation_error) = (value, continuation_error);
-        node.is_continued = true;
-    }
-
-    /// Sets which places around a closed node are open.
-    pub(crate) fn set_around(&mut self, node: usize, around: Around) {
-        self.nodes[node].around = around;
-    }
-
-    /// The largest |value| of a node that is not continued.
-    pub(crate) fn largest_value(&self) -> f64 {
-        let values = self.nodes.iter().filter(|node| !node.is_continued);
-        values.map(|node| node.value.abs()).fold(0.0, f64::max)
     }
 
     /// Removes all nodes but the first `len`.

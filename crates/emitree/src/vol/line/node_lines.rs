@@ -27,8 +27,6 @@ pub(crate) type Wanted = Vec<(usize, Vec<u32>)>;
 pub(crate) enum LineSource {
     /// There is no integral yet.
     Unknown,
-    /// No integral is needed: the line is not in view.
-    Closed,
     /// The line was refined individually.
     Full,
     /// The depth rule of a block, with the largest |error| on the lines that it was fitted to.
@@ -95,10 +93,6 @@ impl NodeLines {
         }
     }
 
-    pub(crate) fn is_closed(&self, i: usize) -> bool {
-        self.sources[i] == LineSource::Closed
-    }
-
     pub(crate) fn is_full(&self, i: usize) -> bool {
         self.sources[i] == LineSource::Full
     }
@@ -138,7 +132,6 @@ impl NodeLines {
             LineSource::Full => self.lines[i].error,
             LineSource::Rule { error, .. } => error,
             LineSource::Unknown => f64::INFINITY,
-            LineSource::Closed => 0.0,
         }
     }
 

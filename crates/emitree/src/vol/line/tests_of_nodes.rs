@@ -75,14 +75,13 @@ fn lines_are_refined_to_the_tolerance_each_by_itself() {
 
 #[test]
 fn the_error_of_a_line_depends_on_its_source() {
-    let mut node_lines = lines(4);
+    let mut node_lines = lines(3);
     let rule = LineSource::Rule { block: Block::around([0, 0], 1), error: 0.25 };
-    node_lines.sources = vec![LineSource::Full, rule, LineSource::Unknown, LineSource::Closed];
+    node_lines.sources = vec![LineSource::Full, rule, LineSource::Unknown];
     node_lines.lines.iter_mut().for_each(|line| line.error = 0.5);
-    let errors: Vec<f64> = (0..4).map(|i| node_lines.error(i)).collect();
-    assert_eq!(errors, [0.5, 0.25, f64::INFINITY, 0.0]);
-    assert_eq!((0..4).filter(|&i| node_lines.is_closed(i)).collect::<Vec<_>>(), [3]);
-    assert_eq!((0..4).filter(|&i| node_lines.is_full(i)).collect::<Vec<_>>(), [0]);
+    let errors: Vec<f64> = (0..3).map(|i| node_lines.error(i)).collect();
+    assert_eq!(errors, [0.5, 0.25, f64::INFINITY]);
+    assert_eq!((0..3).filter(|&i| node_lines.is_full(i)).collect::<Vec<_>>(), [0]);
 }
 
 #[test]
@@ -106,7 +105,7 @@ fn the_brightest_line_is_computed_from_the_present_samples() {
     let mut node_lines = lines_of(&tree, 1, |[x, y, _]| -1.0 - 2.0 * x - y);
     assert_close(node_lines.brightest(), 4.0, 1e-15);
     let i = tree.find([STEPS, STEPS]).unwrap();
-    node_lines.sources[i] = LineSource::Closed;
+    node_lines.sources[i] = LineSource::Unknown;
     assert_close(node_lines.brightest(), 3.0, 1e-15);
     // New samples change the result without an update.
     let meter = meter(100);
@@ -151,7 +150,7 @@ fn a_new_line_starts_with_the_depths_refined_on_the_nearest_lines() {
     assert_eq!(starts(&node_lines, 5), with(&[0, 1, 2]));
     assert_eq!(starts(&node_lines, 2), with(&[0, 1]));
     assert_eq!(starts(&node_lines, 0), with(&[]));
-    node_lines.sources[0] = LineSource::Closed;
+    node_lines.sources[0] = LineSource::Unknown;
     assert_eq!(starts(&node_lines, 5), with(&[1, 2]));
 }
 
@@ -241,7 +240,7 @@ fn structure_found_on_one_line_is_sampled_on_adjacent_ones_in_turn() {
     let tree = tree(&lattice(2));
     let mut node_lines = lines_of(&tree, 2, |at| thin(at, 0.0));
     let (first, closed) = (tree.find(at(2, 1, 1)).unwrap(), tree.find(at(2, 4, 0)).unwrap());
-    node_lines.sources[closed] = LineSource::Closed;
+    node_lines.sources[closed] = LineSource::Unknown;
     let (meter, tolerance) = (meter(100_000), 1e-5);
     let view = view(&meter, &PANE);
     let wanted = vec![(first, base_depths(7))];

@@ -169,6 +169,15 @@ impl Interpolant {
         (0..at.len()).map(of_lane).collect()
     }
 
+    /// The same means, row by row in one vector.
+    pub(super) fn means(&self, shape @ [height, width]: [usize; 2]) -> Vec<f64> {
+        let pixels = self.pixels(shape);
+        let mut means = vec![0.0; height * width];
+        let rows = means.par_chunks_mut(width.max(1)).enumerate();
+        rows.for_each(|(row, means)| pixels.row(row, means));
+        means
+    }
+
     /// The means of ∫ dz over the pixels of an image of `shape` = \[height, width\], row by row.
     pub(super) fn pixels(&self, [height, width]: [usize; 2]) -> Pixels {
         let [x, y, z] = [(0, width), (1, height), (2, 1)];

@@ -10,6 +10,7 @@
 //! * `interpolant`: G on the cube and the image, from the fibers of all axes;
 //! * `probes`: residuals at scattered points, and the error of each pixel;
 //! * `jump`: detection of discontinuities;
+//! * `kinks`: kinks and jumps at an azimuth of a chart;
 //! * `search`: new crosses at the largest residuals;
 //! * `forecast`, `trial_run`: the expected costs of the rest of the search and of the image tree.
 
@@ -18,6 +19,7 @@ mod fibers;
 mod forecast;
 mod interpolant;
 mod jump;
+mod kinks;
 mod probes;
 mod trial_run;
 mod search;
@@ -28,87 +30,211 @@ use crate::image::Image;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::parallel::prelude::*;
-use crate::radiance::{PixelRows, radiance_per_density};
+use crate::projection::charts::chart::Window;
+use crate::radiance::rows_at_once;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
-use crate::vol::engine::{base_evaluations, finest_level};
+use crate::vol::engine::{base_evaluations, base_evaluations_of, finest_level};
 use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::forecast::Forecast;
+use crate::vol::lowrank::kinks::Fiber;
 use crate::vol::lowrank::probes::CellResiduals;
 use crate::vol::lowrank::search::{End, Search, WeightedView};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::scattered::{LayerSamples, fraction_of_view, size_detected};
+use crate::vol::view::part::{Footing, Part, Parts, ProductImage};
+use crate::vol::view::scattered::{KnownParts, fraction_of_view, size_detected};
 
 /// For tolerances from the first number on, the standard deviation of the Gaussians, in edges of
 /// the cube, that the probes have to detect before the interpolant is accepted.
 const SMALLEST: [(f64, f64); 3] = [(0.2, 0.045), (0.03, 0.034), (0.0, 0.025)];
 
-/// Computes the image to the tolerance of `vol` from an interpolant of G, if that is possible.
+/// Computes the image of each part of the view to the tolerance of `vol` from an interpolant of G, if
+/// that is possible.
 pub(crate) async fn attempt(
     meter: &Meter,
     tiles: &[Tile<'_>],
+    parts: &Parts<'_>,
     vol: &VolOptions,
 ) -> Result<Attempted, MethodError> {
-    let nothing = Attempted::default();
-    let &[tile] = tiles else { return Ok(nothing) };
-    let layers = tile.projection.layers();
-    let [layer] = &layers[..] else { return Ok(nothing) };
+    let mut attempted = Attempted::none(parts);
     let budget = meter.evaluations_left();
-    let is_small = budget / TUNING.lowrank.least_budget < base_evaluations(vol.base_level);
-    let finest_level = finest_level(tile.shape, vol.base_level);
-    let targets = SeedTargets::at(&vol.seeds, &**layer, vol.base_level, finest_level);
-    if is_small || tile.projection.has_regions() || !targets.are_none() {
-        return Ok(nothing);
+    let is_small =
+        budget / TUNING.lowrank.least_budget < base_evaluations_of(&parts.parts, vol.base_level);
+    let is_divided = parts.parts.iter().any(Part::is_tile_of_several);
+    if is_small || is_divided {
+        return Ok(attempted);
     }
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
-    let coarse = tile.shape.map(|pixels| pixels.min(TUNING.lowrank.coarse_pixels));
-    let mut attempt = Attempt {
-        meter,
-        search: Search::new(WeightedView { meter, layer: &**layer }, vol.tolerance),
-        pixels: PixelRows { projection: tile.projection, shape: tile.shape },
-        coarse_scale: radiance_per_density(tile.projection, coarse),
-        coarse_largest: None,
-        tolerance: vol.tolerance.min(TUNING.engine.loosest_tolerance),
-        most: TUNING.lowrank.most_budget_share * budget as f64,
-        vol,
-        wanted,
-        smallest: None,
+    let finest_level = finest_level(tiles[0].shape, vol.base_level);
+    let is_possible = |part: &Part<'_>| {
+        let chart = &*part.chart;
+        let targets = SeedTargets::at(&vol.seeds, chart, vol.base_level, finest_level);
+        targets.are_none()
     };
-    let found = match attempt.run().await {
-        Ok(found) => Some(found),
-        // If there is a time limit, this image is kept in case that lines give none before.
-        Err(End::NotSeparable) if meter.deadline().is_some() => Some(attempt.unfinished()),
-        Err(End::NotSeparable) => None,
-        Err(End::Stopped(Stop::Budget)) => Some(attempt.unfinished()),
-        Err(End::Stopped(Stop::Failed(error))) => return Err(error),
-    };
-    Ok(Attempted { found, samples: attempt.search.samples() })
+    let possible = parts.parts.iter().enumerate().filter(|(_, part)| is_possible(part));
+    let mut attempts: Vec<(usize, Attempt<'_>)> = possible
+        .map(|(number, part)| {
+            let attempt = Attempt {
+                meter,
+                search: Search::new(
+                    WeightedView { meter, chart: &*part.chart, tiles: tiles.len() },
+                    vol.tolerance,
+                ),
+                part,
+                parts: parts.parts.len(),
+                coarse_scale: coarse_scale(part),
+                coarse_largest: None,
+                pixel_share: 1.0,
+                largest_of_others: 0.0,
+                outside: &parts.outside,
+                tolerance: vol.tolerance.min(TUNING.engine.loosest_tolerance),
+                most: TUNING.lowrank.most_budget_share * budget as f64,
+                vol,
+                wanted,
+                smallest: None,
+                failed: None,
+            };
+            (number, attempt)
+        })
+        .collect();
+    // All parts are probed first: the brightest one determines the error allowed in all.
+    for (_, attempt) in &mut attempts {
+        match attempt.search.probe().await {
+            Ok(()) => {}
+            Err(Stop::Budget) => return Ok(attempted),
+            Err(Stop::Failed(error)) => return Err(error),
+        }
+    }
+    attempts.sort_by(|a, b| b.1.brightness().total_cmp(&a.1.brightness()));
+    let mut largest: f64 = 0.0;
+    let is_only = parts.parts.len() == 1;
+    for (number, mut attempt) in attempts {
+        attempt.largest_of_others = largest;
+        let found = match attempt.run().await {
+            Ok(found) => Some(found),
+            // If there is a time limit, this image is kept in case that lines give none before.
+            Err(End::NotSeparable) if is_only && meter.deadline().is_some() => {
+                Some(attempt.unfinished())
+            }
+            Err(End::NotSeparable) => {
+                attempted.kinks = attempt.kinks().await?;
+                if !attempted.kinks.is_empty() {
+                    return Ok(attempted);
+                }
+                None
+            }
+            Err(End::Stopped(Stop::Budget)) if is_only => Some(attempt.unfinished()),
+            Err(End::Stopped(Stop::Budget)) => None,
+            Err(End::Stopped(Stop::Failed(error))) => return Err(error),
+        };
+        attempted.known.samples[number] = attempt.search.samples();
+        let Some((maps, ending)) = found else { continue };
+        largest = largest.max(maps.largest);
+        attempted.add(number, &attempt, maps, ending, parts);
+    }
+    Ok(attempted)
 }
 
-/// The result of a search.
-#[derive(Default)]
+/// The result of the searches.
 pub(crate) struct Attempted {
     /// The image to the tolerance, or the best one for a part of the budget; `None` if the image
     /// tree is expected to cost less or G is not separable.
     pub(crate) found: Option<MethodOutput>,
-    /// The scattered samples of the search.
-    pub(crate) samples: LayerSamples,
+    /// What is known of the parts.
+    pub(crate) known: KnownParts,
+    /// Where a chart had better end, in which case the search has stopped.
+    pub(crate) kinks: Vec<Kink>,
+}
+
+/// An azimuth at which G has a kink or a jump in a chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Kink {
+    /// The number of the chart in the atlas, and what is in view of it.
+    pub(crate) chart: usize,
+    pub(crate) window: Window,
+    /// The place along the azimuth of the window.
+    pub(crate) v: f64,
+}
+
+impl Attempted {
+    /// Nothing is known.
+    pub(crate) fn none(parts: &Parts<'_>) -> Self {
+        Self { found: None, known: KnownParts::none(parts.parts.len()), kinks: Vec::new() }
+    }
+
+    /// Adds the image of a part, and makes the output when all parts have one.
+    fn add(
+        &mut self,
+        number: usize,
+        attempt: &Attempt<'_>,
+        maps: Maps,
+        ending: StopReason,
+        parts: &Parts<'_>,
+    ) {
+        let known = &mut self.known;
+        known.largest = known.largest.max(maps.largest);
+        known.smallest = match (known.smallest, attempt.smallest) {
+            (Some(a), Some(b)) => Some(f64::max(a, b)),
+            (a, b) => a.or(b),
+        };
+        let Maps { image, error, .. } = maps;
+        let footing = &attempt.part.footing;
+        let maps = if footing.is_of_pixels() {
+            let means = |shape| attempt.search.interpolant.means(shape);
+            let has_rim = !footing.is_raster_of_pixels();
+            let image = if has_rim { footing.image(means, &attempt.part.scale).1 } else { image };
+            [image, error]
+        } else {
+            let shape = footing.values_shape(shape_of(&attempt.part.scale));
+            let means = attempt.search.interpolant.means(shape);
+            known.products[number] = Some(ProductImage { means, errors: error });
+            let products: Option<Vec<ProductImage>> = known.products.iter().cloned().collect();
+            let Some(products) = products else { return };
+            let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance * known.largest;
+            parts.image_of_products(&products, allowed)
+        };
+        let [cube, error] = maps.map(|mut map| {
+            parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
+            Cube::from_bands(vec![map])
+        });
+        if attempt.meter.keeps_images() && !attempt.part.footing.is_of_pixels() {
+            // The last frame is the image.
+            attempt.meter.show([cube.clone(), error.clone()]);
+        }
+        let mut made = MethodOutput::new(cube, Some(error), ending);
+        made.base_level = Some(attempt.vol.base_level);
+        made.smallest_feature = known.smallest;
+        self.found = Some(made);
+    }
+}
+
+/// The scale of a part on a raster that is not finer than needed for its largest pixel.
+fn coarse_scale(part: &Part<'_>) -> Image {
+    let shape = [part.scale.height(), part.scale.width()];
+    part.scale_on(shape.map(|pixels| pixels.min(TUNING.lowrank.coarse_pixels)))
 }
 
 struct Attempt<'a> {
     meter: &'a Meter,
     search: Search<'a>,
-    /// The rows of the requested image.
-    pixels: PixelRows<'a>,
-    /// The ratio of the radiance to the mean of the irradiance density, for the pixels of a coarser
-    /// image.
+    part: &'a Part<'a>,
+    /// The number of parts of the view.
+    parts: usize,
+    /// The scale of the part on a coarser raster.
     coarse_scale: Image,
     /// The largest |pixel| of the coarser image of the present interpolant, once it has been
     /// computed.
     coarse_largest: Option<f64>,
+    /// The largest |pixel| of the image over the largest mean over a cell of the raster, once the
+    /// image has been computed: a pixel may consist of many cells.
+    pixel_share: f64,
+    /// The numbers of the pixels that belong to no image.
+    outside: &'a [usize],
+    /// The largest |pixel| of other parts, as far as they are known.
+    largest_of_others: f64,
     tolerance: f64,
     /// The number of evaluations that the search may take.
     most: f64,
@@ -117,12 +243,13 @@ struct Attempt<'a> {
     wanted: Option<f64>,
     /// The size of the smallest feature that is covered, once it has been determined.
     smallest: Option<f64>,
+    /// The newest fiber along the azimuth when the search failed.
+    failed: Option<Fiber>,
 }
 
 impl Attempt<'_> {
-    async fn run(&mut self) -> Result<MethodOutput, End> {
-        self.search.probe().await?;
-        let mut forecast = Forecast::new(TUNING.engine.stopping_share * self.tolerance);
+    async fn run(&mut self) -> Result<(Maps, StopReason), End> {
+        let mut forecast = Forecast::new(TUNING.engine.stopping_share * self.tolerance());
         loop {
             let mut assessment = self.search.assess();
             self.show(&assessment.cell_residuals);
@@ -134,23 +261,26 @@ impl Attempt<'_> {
                 // The sum overflows: the image tree finds the pixel for the message.
                 return Err(End::NotSeparable);
             }
+            let largest = (self.pixel_share * largest).max(self.largest_of_others);
             let errors = assessment.cell_residuals.errors(shape_of(&self.coarse_scale));
             let error = largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values));
-            let error = error / largest;
-            if error <= TUNING.engine.stopping_share * self.tolerance
+            // A dark part has no error, and no largest pixel.
+            let error = if error > 0.0 { error / largest } else { 0.0 };
+            if error <= TUNING.engine.stopping_share * self.tolerance()
                 && self.search.probes() < self.probes_needed()
             {
                 self.search.probe().await?;
                 continue;
             }
-            if error <= TUNING.engine.stopping_share * self.tolerance {
+            if error <= TUNING.engine.stopping_share * self.tolerance() {
                 // The error has to be within the tolerance on the requested image, too.
-                let maps = self.maps(&assessment.cell_residuals, self.pixels);
-                if maps.largest_error / maps.largest
-                    <= TUNING.engine.stopping_share * self.tolerance
+                let mut maps = self.maps(&assessment.cell_residuals);
+                self.find_pixel_share(&mut maps);
+                let of_image = maps.largest.max(self.largest_of_others);
+                if maps.largest_error <= TUNING.engine.stopping_share * self.tolerance() * of_image
                 {
                     // A small structure may have affected one of the samples only.
-                    let of_rate = self.coarse_scale.largest() / (self.tolerance * largest);
+                    let of_rate = self.effect_of_rate(largest);
                     let passes = of_rate * self.search.last_followed();
                     self.smallest = Some(size_detected(
                         self.search.probes(),
@@ -159,13 +289,15 @@ impl Attempt<'_> {
                     assessment = self.search.ascend(&assessment).await?;
                     // The errors including the residuals found by ascents, which are larger than
                     // those of the probes.
-                    let maps = self.maps(&assessment.cell_residuals, self.pixels);
-                    let is_complete = maps.largest_error <= self.tolerance * maps.largest;
+                    let mut maps = self.maps(&assessment.cell_residuals);
+                    maps.largest *= self.pixel_share;
+                    let is_complete =
+                        maps.largest_error <= self.accepted_share() * self.tolerance() * of_image;
                     if is_complete
                         && !assessment.is_significant_feature(of_rate, self.search.probes())
                     {
                         self.show_maps(&maps);
-                        return Ok(self.found(maps, StopReason::Complete));
+                        return Ok((maps, StopReason::Complete));
                     }
                 }
             }
@@ -189,10 +321,60 @@ impl Attempt<'_> {
             self.coarse_largest = None;
             let before = self.search.interpolant.clone();
             if let Err(end) = self.search.grow(&assessment).await {
+                self.failed = self.search.azimuth_fiber();
                 self.search.interpolant = before;
                 return Err(end);
             }
         }
+    }
+
+    /// The azimuths at which a chart has a kink or a jump, after a search that failed.
+    async fn kinks(&mut self) -> Result<Vec<Kink>, MethodError> {
+        let Footing::Nodes { chart, window, .. } = &*self.part.footing else {
+            return Ok(Vec::new());
+        };
+        let fiber = self.failed.take().or_else(|| self.search.azimuth_fiber());
+        let Some(fiber) = fiber else { return Ok(Vec::new()) };
+        match self.search.kinks(&fiber).await {
+            Ok(found) => {
+                let kink = |v| Kink { chart: *chart, window: *window, v };
+                Ok(found.into_iter().map(kink).collect())
+            }
+            Err(Stop::Budget) => Ok(Vec::new()),
+            Err(Stop::Failed(error)) => Err(error),
+        }
+    }
+
+    /// The share of the tolerance that the error may have in the end. Beside other parts, some of
+    /// the rest is that of their trees, and of the quadrature of pixels.
+    fn accepted_share(&self) -> f64 {
+        if self.parts == 1 { 1.0 } else { TUNING.lowrank.share_beside_parts }
+    }
+
+    /// Computes the image for the largest of its pixels, which replaces that of the raster.
+    fn find_pixel_share(&mut self, maps: &mut Maps) {
+        let footing = &self.part.footing;
+        if !footing.is_raster_of_pixels() && maps.largest > 0.0 {
+            let means = |shape| self.search.interpolant.means(shape);
+            let (_, image) = footing.image(means, &self.part.scale);
+            self.pixel_share = (image.largest() / maps.largest).min(1.0);
+            maps.largest *= self.pixel_share;
+        }
+    }
+
+    /// The tolerance of the part: the errors of all parts on a line of sight add up.
+    fn tolerance(&self) -> f64 {
+        self.tolerance / self.part.pieces_of_line as f64
+    }
+
+    /// The error of a pixel for a rate of 1 along a unit of depth, in units of the error allowed.
+    fn effect_of_rate(&self, largest: f64) -> f64 {
+        if largest > 0.0 { self.coarse_scale.largest() / (self.tolerance() * largest) } else { 0.0 }
+    }
+
+    /// The mean |G| of the probes, as a measure of the brightness of the part.
+    fn brightness(&self) -> f64 {
+        self.coarse_scale.largest() * self.search.mean_rate()
     }
 
     fn spent(&self) -> f64 {
@@ -204,6 +386,8 @@ impl Attempt<'_> {
         let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
         let least = of_tolerance
             .map_or(0, |(_, size)| points_to_detect(*size, TUNING.lowrank.probe_detection_share));
+        // Each part is a part of the view only.
+        let least = least / self.parts;
         let beyond =
             self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_fiber_level);
         let of_level = least << beyond;
@@ -216,61 +400,61 @@ impl Attempt<'_> {
         of_level.max(of_feature).max(usize::try_from(of_base).unwrap_or(usize::MAX))
     }
 
-    /// Image and error at the pixels of `rows`.
-    fn maps(&self, cell_residuals: &CellResiduals, rows: PixelRows<'_>) -> Maps {
-        let [height, width] = rows.shape;
+    /// Image and error on the raster of the part.
+    fn maps(&self, cell_residuals: &CellResiduals) -> Maps {
+        let shape @ [height, width] = shape_of(&self.part.scale);
         let (pixels, errors) =
-            (self.search.interpolant.pixels(rows.shape), cell_residuals.errors(rows.shape));
+            (self.search.interpolant.pixels(shape), cell_residuals.errors(shape));
         let (mut image, mut error) = (Image::zeros(height, width), Image::zeros(height, width));
-        let of_row =
-            |scale: &mut Vec<f64>, (row, (image, error)): (usize, (&mut [f64], &mut [f64]))| {
-                scale.resize(width, 0.0);
-                rows.radiances_per_density(row, scale);
-                pixels.row(row, image);
-                errors.row(row, error);
-                let mut largest = [0.0; 2];
-                for (largest, values) in largest.iter_mut().zip([image, error]) {
-                    *largest = scale_and_find_largest(values, scale);
-                }
-                largest
-            };
+        let of_row = |(row, (image, error)): (usize, (&mut [f64], &mut [f64]))| {
+            let scale = self.part.scale.row(row);
+            pixels.row(row, image);
+            errors.row(row, error);
+            [image, error].map(|values| scale_and_find_largest(values, scale))
+        };
         let image_rows = image.pixels_mut().par_chunks_mut(width);
         let [largest, largest_error] = image_rows
             .zip(error.pixels_mut().par_chunks_mut(width))
             .enumerate()
-            .with_min_len(rows.rows_at_once())
-            .map_init(Vec::new, of_row)
+            .with_min_len(rows_at_once(width))
+            .map(of_row)
             .reduce(|| [0.0; 2], |a, b| [larger(a[0], b[0]), larger(a[1], b[1])]);
         Maps { image, error, largest, largest_error }
     }
 
-    /// Passes the current image to the observer of the rendering, if there is one and the rank is
-    /// not 0.
+    /// Passes the current image to the observer of the rendering, if there is one, the rank is not
+    /// 0 and the image is that of the only part.
     fn show(&self, cell_residuals: &CellResiduals) {
         if self.meter.keeps_images() && !self.search.interpolant.ranks().contains(&0) {
-            self.show_maps(&self.maps(cell_residuals, self.pixels));
+            self.show_maps(&self.maps(cell_residuals));
         }
     }
 
-    fn show_maps(&self, Maps { image, error, .. }: &Maps) {
-        if self.meter.keeps_images() {
-            self.meter.show([image, error].map(|map| Cube::from_bands(vec![map.clone()])));
+    fn show_maps(&self, maps: &Maps) {
+        if self.meter.keeps_images() && self.parts == 1 {
+            self.meter.show(self.cubes(maps));
         }
+    }
+
+    /// Image and error of the only part, as those of the view.
+    fn cubes(&self, Maps { image, error, .. }: &Maps) -> [Cube; 2] {
+        let footing = &self.part.footing;
+        let [image, error] = if footing.is_raster_of_pixels() {
+            [image.clone(), error.clone()]
+        } else {
+            let means = |shape| self.search.interpolant.means(shape);
+            [footing.image(means, &self.part.scale).1, footing.errors(error.clone())]
+        };
+        [image, error].map(|mut map| {
+            self.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
+            Cube::from_bands(vec![map])
+        })
     }
 
     /// The image of a search that ended before its goal.
-    fn unfinished(&mut self) -> MethodOutput {
+    fn unfinished(&mut self) -> (Maps, StopReason) {
         let cell_residuals = self.search.assess().cell_residuals;
-        self.found(self.maps(&cell_residuals, self.pixels), StopReason::Budget)
-    }
-
-    /// The result with the present image.
-    fn found(&self, Maps { image, error, .. }: Maps, ending: StopReason) -> MethodOutput {
-        let [cube, error] = [image, error].map(|map| Cube::from_bands(vec![map]));
-        let mut made = MethodOutput::new(cube, Some(error), ending);
-        made.base_level = Some(self.vol.base_level);
-        made.smallest_feature = self.smallest;
-        made
+        (self.maps(&cell_residuals), StopReason::Budget)
     }
 }
 

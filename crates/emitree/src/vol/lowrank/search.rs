@@ -2,7 +2,7 @@
 //! small everywhere.
 
 use crate::meter::Meter;
-use crate::projection::Layer;
+use crate::projection::Chart;
 use crate::site::Site;
 use crate::vol::ascent::{self, Ascents};
 use crate::vol::lattice::{self, smallest_detected};
@@ -10,31 +10,37 @@ use crate::vol::lowrank::fibers::largest;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::jump::Steep;
 use crate::vol::lowrank::probes::CellResiduals;
-use crate::vol::sampling::{Stop, evaluate};
+use crate::vol::sampling::{Stop, evaluate_across_gaps};
 use crate::vol::tuning::TUNING;
-use crate::vol::view::scattered::{LayerSamples, WIDTH_OF_GAUSSIAN};
+use crate::vol::view::scattered::{PartSamples, WIDTH_OF_GAUSSIAN};
 use nalgebra::DVector;
 
 /// The view of G, weighted with the density of solid angle.
 pub(super) struct WeightedView<'a> {
     pub(super) meter: &'a Meter,
-    pub(super) layer: &'a dyn Layer,
+    pub(super) chart: &'a dyn Chart,
+    /// The number of tiles of the image.
+    pub(super) tiles: usize,
 }
 
 impl WeightedView<'_> {
     /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
-    async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
+    pub(super) async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
         let site = |i: usize| {
             let u = points[i];
-            let mut point = self.layer.world_from_canonical(u);
-            point.path_per_depth *= self.layer.solid_angle_density([u[0], u[1]]);
-            Site { xy: [u[0], u[1]], point, energy: None, tile: (0, 1) }
+            let mut point = self.chart.world_from_chart(u);
+            point.path_per_depth *= self.chart.density([u[0], u[1]]);
+            let (tile, xy) = self.chart.image_place([u[0], u[1]]);
+            Site { xy, point, energy: None, tile: (tile, self.tiles) }
         };
-        evaluate(self.meter, points.len(), &site).await
+        evaluate_across_gaps(self.meter, self.chart, points.len(), &|i| points[i], &site).await
     }
 
     /// The same for several groups of points, in one batch.
-    async fn rates_of_groups(&self, groups: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<f64>>, Stop> {
+    pub(super) async fn rates_of_groups(
+        &self,
+        groups: &[Vec<[f64; 3]>],
+    ) -> Result<Vec<Vec<f64>>, Stop> {
         let mut rates = self.rates(&groups.concat()).await?.into_iter();
         Ok(groups.iter().map(|group| rates.by_ref().take(group.len()).collect()).collect())
     }
@@ -58,7 +64,7 @@ fn worse(worst: Worst, (point, residual): Worst) -> Worst {
 
 /// The state of the search: the interpolant so far and its probes.
 pub(super) struct Search<'a> {
-    view: WeightedView<'a>,
+    pub(super) view: WeightedView<'a>,
     pub(super) interpolant: Interpolant,
     probes: Probes,
     /// The largest residual on the fibers, once it has been computed for the present interpolant.
@@ -125,7 +131,7 @@ impl<'a> Search<'a> {
     /// Searches for larger residuals by ascents. Returns the residuals including the points found.
     pub(super) async fn ascend(&mut self, assessment: &Assessment) -> Result<Assessment, Stop> {
         let mut ascents = Ascents::new(self.followed(), self.probes());
-        while let Some(points) = ascents.next(|_| true) {
+        while let Some(points) = ascents.next() {
             let rates = self.view.rates(&points).await?;
             let values = self.interpolant.values(&points);
             let both = rates.iter().zip(values.iter());
@@ -144,15 +150,21 @@ impl<'a> Search<'a> {
         Ok(Assessment { cell_residuals: CellResiduals::new(&points, &residual), worst })
     }
 
+    /// The mean |rate| of the probes.
+    pub(super) fn mean_rate(&self) -> f64 {
+        let rates = self.probes.rates.iter();
+        rates.map(|rate| rate.abs()).sum::<f64>() / self.probes.rates.len().max(1) as f64
+    }
+
     /// The number of scattered points.
     pub(super) fn probes(&self) -> usize {
         self.probes.points.len()
     }
 
     /// The scattered samples, for the methods that follow.
-    pub(super) fn samples(&self) -> LayerSamples {
+    pub(super) fn samples(&self) -> PartSamples {
         let Probes { points, rates, .. } = &self.probes;
-        LayerSamples::of_probes(points, rates, |xy| self.view.layer.solid_angle_density(xy))
+        PartSamples::of_probes(points, rates, |xy| self.view.chart.density(xy))
     }
 
     /// Doubles the scattered points.
@@ -305,7 +317,7 @@ fn others(axis: usize, [x, y, z]: [f64; 3]) -> [f64; 2] {
 }
 
 /// The points of a fiber at the given places.
-fn along(axis: usize, at: [f64; 2], places: &[f64]) -> Vec<[f64; 3]> {
+pub(super) fn along(axis: usize, at: [f64; 2], places: &[f64]) -> Vec<[f64; 3]> {
     places.iter().map(|&place| point(axis, at, place)).collect()
 }
 

@@ -6,6 +6,7 @@ use crate::vol::lattice::{point, smallest_detected};
 use crate::vol::lowrank::search::Assessment;
 use crate::vol::seeds::Seed;
 use crate::vol::testing::{PANE, Pane, answered, assert_close, meter};
+use crate::vol::view::part::parts;
 use crate::vol::view::scattered::WIDTH_OF_GAUSSIAN;
 use crate::vol::{BASE_LEVELS, FeatureSize};
 
@@ -24,8 +25,8 @@ fn step([x, y, z]: [f64; 3]) -> f64 {
     if x + 0.6 * y + 0.3 * z < 1.0 { 1.0 } else { 0.2 }
 }
 
-fn search<'a>(meter: &'a Meter, layer: &'a Pane) -> Search<'a> {
-    Search::new(WeightedView { meter, layer }, 0.01)
+fn search<'a>(meter: &'a Meter, chart: &'a Pane) -> Search<'a> {
+    Search::new(WeightedView { meter, chart, tiles: 1 }, 0.01)
 }
 
 /// The largest |rate − interpolant| at points that the search has not sampled.
@@ -172,15 +173,16 @@ fn attempted(
     let meter = meter(allowed);
     let tile = |number| Tile { projection: &Canonical, shape: [16, 16], place: (number, tiles) };
     let tiles: Vec<Tile<'_>> = (0..tiles).map(tile).collect();
-    let attempted = answered(&meter, |at, _| rate(at), attempt(&meter, &tiles, vol));
-    (attempted.unwrap_or_default(), meter.evaluations())
+    let parts = parts(&tiles, None);
+    let attempted = answered(&meter, |at, _| rate(at), attempt(&meter, &tiles, &parts, vol));
+    (attempted.unwrap_or_else(|_| Attempted::none(&parts)), meter.evaluations())
 }
 
 #[test]
 fn a_product_is_an_image_and_its_samples_are_kept() {
-    let (Attempted { found, samples }, evaluations) =
+    let (Attempted { found, known, .. }, evaluations) =
         attempted(1_000_000, product, &VolOptions::default(), 1);
-    let found = found.unwrap();
+    let (found, samples) = (found.unwrap(), &known.samples[0]);
     assert_eq!((found.ending, found.base_level), (StopReason::Complete, Some(3)));
     // As many probes as detect a Gaussian of a fortieth of the cube.
     assert_eq!(samples.number, points_to_detect(0.025, TUNING.lowrank.probe_detection_share));
@@ -220,7 +222,7 @@ fn there_is_no_attempt_with_seeds_or_tiles_or_a_short_budget() {
 fn a_step_leaves_the_image_to_the_tree() {
     let (attempted, evaluations) = attempted(1_000_000, step, &VolOptions::default(), 1);
     assert!(attempted.found.is_none() && evaluations < 729);
-    assert_eq!(attempted.samples.number, TUNING.lowrank.first_probes);
+    assert_eq!(attempted.known.samples[0].number, TUNING.lowrank.first_probes);
 }
 
 #[test]
@@ -237,14 +239,20 @@ fn a_search_takes_a_quarter_of_the_budget_and_returns_its_image() {
 #[test]
 fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
     let (meter, pane) = (meter(0), PANE);
+    let tiles = [Tile { projection: &Canonical, shape: [16, 16], place: (0, 1) }];
+    let parts = parts(&tiles, None);
     let needed = |vol: &VolOptions, wanted: Option<f64>| {
-        let pixels = PixelRows { projection: &Canonical, shape: [16, 16] };
         let attempt = Attempt {
+            failed: None,
             meter: &meter,
             search: search(&meter, &pane),
-            pixels,
+            part: &parts.parts[0],
+            parts: 1,
             coarse_scale: Image::zeros(1, 1),
             coarse_largest: None,
+            largest_of_others: 0.0,
+            outside: &[],
+            pixel_share: 1.0,
             tolerance: vol.tolerance,
             most: 0.0,
             vol,
@@ -274,7 +282,8 @@ fn a_feature_size_of_0_is_refused() {
     let tiles = [Tile { projection: &Canonical, shape: [16, 16], place: (0, 1) }];
     let smallest_feature = Some(FeatureSize::Fraction(0.0));
     let vol = VolOptions { smallest_feature, ..VolOptions::default() };
-    assert!(answered(&meter, |_, _| 1.0, attempt(&meter, &tiles, &vol)).is_err());
+    let parts = parts(&tiles, None);
+    assert!(answered(&meter, |_, _| 1.0, attempt(&meter, &tiles, &parts, &vol)).is_err());
 }
 
 #[test]

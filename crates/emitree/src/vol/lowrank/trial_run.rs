@@ -10,7 +10,8 @@ use crate::tile::Tile;
 use crate::vol::VolOptions;
 use crate::vol::engine::by_tree;
 use crate::vol::lowrank::interpolant::Interpolant;
-use crate::vol::view::scattered::LayerSamples;
+use crate::vol::view::part::parts;
+use crate::vol::view::scattered::KnownParts;
 use core::convert::Infallible;
 use core::pin::pin;
 
@@ -42,7 +43,8 @@ pub(super) fn evaluations_of_tree(
     let meter = Meter::new([0, 0], limits, None, false);
     let vol = VolOptions { tolerance, ..VolOptions::default() };
     let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
-    let mut tree = pin!(by_tree(&meter, &tiles, None, &vol, LayerSamples::default()));
+    let parts = parts(&tiles, None);
+    let mut tree = pin!(by_tree(&meter, &tiles, &parts, None, &vol, KnownParts::none(1)));
     let calls = Calls::new(&emission, &meter, None);
     let is_too_expensive = || meter.evaluations() as f64 > most;
     let ended = drive(meter.exchange(), tree.as_mut(), |batch| match is_too_expensive() {

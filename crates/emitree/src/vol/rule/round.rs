@@ -22,7 +22,7 @@ impl Scan<'_> {
         tolerance: f64,
     ) -> Result<(), Stop> {
         let mut new: Vec<usize> = self.beyond_tolerance(first, tolerance).await?;
-        new.extend((first..self.tree.len()).filter(|&i| !self.node_lines.is_closed(i)));
+        new.extend(first..self.tree.len());
         // Where there is no rule yet, a third of the lines may suffice to fit one.
         let plan = self.plan(&new, first, guarded, tolerance, true);
         let rest = plan.postponed.clone();
@@ -115,7 +115,7 @@ impl Scan<'_> {
                 let of_failed = match (plan.ruled.get(&i), self.node_lines.sources[i]) {
                     (Some(&number), _) => plan.rules[number].block == block,
                     (None, LineSource::Rule { block: of_node, .. }) => of_node == block,
-                    (None, LineSource::Full | LineSource::Unknown | LineSource::Closed) => false,
+                    (None, LineSource::Full | LineSource::Unknown) => false,
                 };
                 if !of_failed
                     || !quarter.contains(self.tree.nodes()[i].place, TUNING.rule.failure_margin)
@@ -178,7 +178,7 @@ impl Scan<'_> {
     ) -> Result<(), Stop> {
         self.depth_level += levels;
         let depths = base_depths(self.depth_level);
-        let in_view = (0..self.tree.len()).filter(|&i| !self.node_lines.is_closed(i));
+        let in_view = 0..self.tree.len();
         let (full, ruled): (Vec<usize>, Vec<usize>) =
             in_view.partition(|&i| self.node_lines.is_full(i));
         self.refine(full.iter().map(|&i| (i, depths.clone())).collect(), tolerance).await?;

@@ -2,14 +2,14 @@
 
 use crate::vol::dyadic::{Place, unit};
 use crate::vol::image::block::Block;
-use crate::vol::image::tree::{Around, level_of_place};
+use crate::vol::image::tree::level_of_place;
 use crate::vol::line::Line;
 use crate::vol::line::node_lines::{LineSource, base_depths};
 use crate::vol::rule::plan::{Plan, TrainingLines};
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::Stop;
 use crate::vol::testing::{
-    PANE, Pane, answered, assert_close, at, lattice, line_of, lines_of, meter, scan,
+    PANE, answered, assert_close, at, lattice, line_of, lines_of, meter, scan,
 };
 use crate::vol::tuning::TUNING;
 
@@ -191,30 +191,10 @@ fn rules_with_nearly_all_depths_of_a_line_are_not_used() {
     }
 }
 
-/// Only the left part of the image is in view.
-const LEFT: Pane = Pane { is_open: |[x, _]| x < 0.51, ..PANE };
-/// A stripe between the columns of level 3.
-const STRIPE: Pane = Pane { is_open: |[x, _]| x > 0.55 && x < 0.57, ..PANE };
-
 #[test]
-fn nodes_outside_the_view_are_closed_with_the_open_places_around_them() {
+fn new_nodes_have_no_line_until_they_are_scanned() {
     let meter = meter(0);
-    for (pane, column, expected) in [
-        (LEFT, 5, Around::Beside),
-        (LEFT, 6, Around::Closed),
-        (STRIPE, 4, Around::Between),
-        (STRIPE, 5, Around::Between),
-        (STRIPE, 3, Around::Closed),
-    ] {
-        let mut scan = scan(&meter, &pane, 3);
-        scan.skips_closed = true;
-        scan.add(&[at(3, 3, 3), at(3, column, 3)]);
-        let node = scan.tree.nodes()[1];
-        assert!(scan.node_lines.is_closed(1), "{column}");
-        assert_eq!((node.level, node.around), (3, expected), "{column}");
-        assert_eq!(scan.node_lines.is_closed(0), !(pane.is_open)([0.375, 0.375]));
-    }
-    let mut scan = scan(&meter, &LEFT, 3);
+    let mut scan = scan(&meter, &PANE, 3);
     scan.add(&[at(3, 7, 3)]);
     assert_eq!(scan.node_lines.sources, [LineSource::Unknown]);
     scan.truncate(0);

@@ -1,6 +1,7 @@
 //! Batches, and what a short budget does to them.
 
 use super::*;
+use crate::projection::MappedPoint;
 use crate::vol::testing::{PANE, Pane, answered, assert_close, at, meter, view};
 
 /// The left half of the image is in view, on paths of 3.
@@ -70,4 +71,61 @@ fn a_rate_that_is_no_number_fails() {
     let rate = |[x, ..]: [f64; 3], _| if x > 0.2 { f64::NAN } else { 1.0 };
     let result = answered(&meter, rate, view.rates(&points(&[0, 2])));
     assert!(matches!(result, Err(Stop::Failed(RenderError::NotFinite { .. }))));
+}
+
+/// A pane with a body between the depths 0.4 and 0.6, on paths of 3.
+#[derive(Debug)]
+struct WithBody;
+
+impl Chart for WithBody {
+    fn world_from_chart(&self, u: [f64; 3]) -> MappedPoint {
+        MappedPoint { position: u, direction: [0.0, 0.0, -1.0], path_per_depth: 3.0 }
+    }
+
+    fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
+        Some(position)
+    }
+
+    fn density(&self, _xy: [f64; 2]) -> f64 {
+        1.0
+    }
+
+    fn has_gaps(&self) -> bool {
+        true
+    }
+
+    fn across_gap(&self, [x, y, z]: [f64; 3]) -> Option<[MappedPoint; 6]> {
+        // A straight line through the two points on the surface.
+        let share = (z - 0.4) / 0.2;
+        let beside = |(z, weight): (f64, f64)| {
+            let point = self.world_from_chart([x, y, z]);
+            MappedPoint { path_per_depth: weight * point.path_per_depth, ..point }
+        };
+        (share > 0.0 && share < 1.0).then(|| {
+            [(0.4, 1.0 - share), (0.6, share), (0.1, 0.0), (0.2, 0.0), (0.8, 0.0), (0.9, 0.0)]
+                .map(beside)
+        })
+    }
+
+    fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
+        (0, uv)
+    }
+}
+
+#[test]
+fn points_inside_a_body_have_the_sum_of_those_around_it() {
+    let meter = meter(100);
+    let energy = Some(EnergySample { energy: 7.0, density: 0.25 });
+    let view = View { energy, ..view(&meter, &WithBody) };
+    let rate = |[x, _, z]: [f64; 3], _| {
+        assert!(!(z > 0.4 && z < 0.6), "{z}");
+        1.0 + x + 2.0 * z
+    };
+    let points: Vec<(Place, u32)> = (1..8).map(|k| (at(3, 2, 5), at(3, k, 0)[0])).collect();
+    let rates = answered(&meter, rate, view.rates(&points)).unwrap();
+    for (k, rate) in (1..8).zip(rates) {
+        assert_close(rate, 3.0 * 0.25 * (1.25 + 0.25 * f64::from(k)), 1e-12);
+    }
+    // Two points with a weight instead of the one at 0.5.
+    assert_eq!((meter.evaluations(), meter.batches()), (6 + 2, 1));
 }

@@ -17,11 +17,11 @@ use std::collections::BTreeSet;
 /// The level of the lattice to which the energies of emission lines are rounded.
 pub(crate) const LINE_LEVEL: u8 = 15;
 
-/// A point of a layer: a place in the image plane and a depth.
+/// A point of a part: a place in the image plane and a depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ProbePoint {
-    /// The number of the layer.
-    pub(crate) layer: usize,
+    /// The number of the part.
+    pub(crate) part: usize,
     pub(crate) place: Place,
     pub(crate) depth: u32,
 }
@@ -85,12 +85,12 @@ impl<'a> SpectralProbes<'a> {
     /// `allowed`, become spectral probes.
     pub(crate) async fn spot_check(
         &mut self,
-        layers: &[View<'_>],
+        parts: &[View<'_>],
         checks: &[SpotCheck],
         allowed: f64,
     ) -> Result<(), Stop> {
         let points: Vec<_> = checks.iter().map(|check| (check.point, check.energy)).collect();
-        let rates = spectral_rates(layers, &points, &self.bins).await?;
+        let rates = spectral_rates(parts, &points, &self.bins).await?;
         let unexplained = |(check, rate): (&SpotCheck, f64)| {
             let wrong = (rate - check.expected).abs() / self.bins.density(unit(check.energy));
             (wrong * check.path, *check)
@@ -148,7 +148,7 @@ impl<'a> SpectralProbes<'a> {
 
     /// Samples and refines all spectra until the error of each is within a share of `allowed` in
     /// every voxel.
-    pub(crate) async fn sample(&mut self, layers: &[View<'_>], allowed: f64) -> Result<(), Stop> {
+    pub(crate) async fn sample(&mut self, parts: &[View<'_>], allowed: f64) -> Result<(), Stop> {
         loop {
             let of_probe = |(i, probe): (usize, &SpectralProbe)| {
                 let missing = self.missing(probe);
@@ -163,7 +163,7 @@ impl<'a> SpectralProbes<'a> {
             }
             let point = |&(i, energy): &(usize, u32)| (self.probes[i].point, energy);
             let points: Vec<_> = wanted.iter().map(point).collect();
-            let rates = spectral_rates(layers, &points, &self.bins).await?;
+            let rates = spectral_rates(parts, &points, &self.bins).await?;
             for ((i, place), rate) in wanted.into_iter().zip(rates) {
                 self.probes[i].spectrum.add(place, rate);
             }
@@ -204,16 +204,16 @@ impl<'a> SpectralProbes<'a> {
     }
 }
 
-/// G at points of the `layers`, each at its own place on the energy axis, in one batch.
+/// G at points of the `parts`, each at its own place on the energy axis, in one batch.
 pub(crate) async fn spectral_rates(
-    layers: &[View<'_>],
+    parts: &[View<'_>],
     points: &[(ProbePoint, u32)],
     bins: &Bins<'_>,
 ) -> Result<Vec<f64>, Stop> {
-    let Some(first) = layers.first() else { return Ok(Vec::new()) };
+    let Some(first) = parts.first() else { return Ok(Vec::new()) };
     let site = |i: usize| {
-        let (ProbePoint { layer, place: [x, y], depth }, energy) = points[i];
-        layers[layer].site([x, y, depth], Some(bins.sample_at(energy)))
+        let (ProbePoint { part, place: [x, y], depth }, energy) = points[i];
+        parts[part].site([x, y, depth], Some(bins.sample_at(energy)))
     };
     evaluate(first.meter, points.len(), &site).await
 }

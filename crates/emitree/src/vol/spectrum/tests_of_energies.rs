@@ -85,7 +85,7 @@ const MIXTURES: [(f64, f64); 4] = [(1.0, 0.0), (0.2, 1.0), (-0.5, 0.7), (2.0, 0.
 fn family<'a>(axis: &'a EnergyAxis, mixtures: &[(f64, f64)]) -> SpectralProbes<'a> {
     let mut probes = SpectralProbes::new(Bins::new(axis));
     for (k, (a, b)) in (0..).zip(mixtures) {
-        probes.add(ProbePoint { layer: 0, place: [0, k], depth: 0 }, 0.5, false);
+        probes.add(ProbePoint { part: 0, place: [0, k], depth: 0 }, 0.5, false);
         let own = &mut probes.probes[k as usize].spectrum;
         *own = spectrum(3, |u| a * first(u) + b * second(u));
     }
@@ -181,7 +181,7 @@ fn the_unexplained_error_is_the_largest_of_a_voxel_in_each_bin() {
     let mut probes = SpectralProbes::new(Bins::new(&axis));
     for (k, path) in [0.5, 0.25].into_iter().enumerate() {
         let place = [0, u32::try_from(k).unwrap()];
-        probes.add(ProbePoint { layer: 0, place, depth: 0 }, path, false);
+        probes.add(ProbePoint { part: 0, place, depth: 0 }, path, false);
     }
     // Per unit of energy −2, and as much as the energy.
     let density = |u: f64| probes.bins.density(u);
@@ -213,7 +213,7 @@ fn without_spectra_there_is_one_energy() {
 fn probes(axis: &EnergyAxis, count: u32) -> SpectralProbes<'_> {
     let mut probes = SpectralProbes::new(Bins::new(axis));
     for k in 0..count {
-        let point = ProbePoint { layer: 0, place: at(4, k, k), depth: at(4, 8, 0)[0] };
+        let point = ProbePoint { part: 0, place: at(4, k, k), depth: at(4, 8, 0)[0] };
         probes.add(point, 1.0, k % 2 == 1);
     }
     probes
@@ -275,7 +275,7 @@ fn spot_checks_are_on_a_lattice_that_depends_on_the_bins() {
 }
 
 fn check(row: u32, expected: f64) -> SpotCheck {
-    let point = ProbePoint { layer: 0, place: at(7, 3, row), depth: 0 };
+    let point = ProbePoint { part: 0, place: at(7, 3, row), depth: 0 };
     SpotCheck { point, energy: 3 * spacing(7), path: 0.5, expected }
 }
 

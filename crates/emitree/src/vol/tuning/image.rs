@@ -37,9 +37,6 @@ group! {
         /// The factor on remaining errors where kinks are expected: their details do not decrease
         /// evenly with the level.
         kink_margin: f64 = 1.2, 1.0..=2.4;
-        /// The factor on remaining errors beside an edge, where the image is extrapolated and not
-        /// interpolated.
-        edge_margin: f64 = 3.0, 1.5..=6.0;
         /// The least share of the remaining error of a node that remains once its diagonal children
         /// exist; otherwise their largest guarded detail does. Smaller values rely more on these
         /// four children.

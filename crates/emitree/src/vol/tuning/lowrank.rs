@@ -3,6 +3,10 @@
 group! {
     /// The low-rank approximation, its forecast and trial run.
     Lowrank {
+        /// The error of products that is accepted beside other parts of the view, as a share of T.
+        /// It is below `engine.stopping_share`, which errors of trees and of the quadrature of pixels
+        /// have to reach with it.
+        share_beside_parts: f64 = 0.8, 0.7..=0.83;
         /// The number of evaluations after which the first forecast is made. Earlier ones are based
         /// on too few ranks; later ones waste evaluations where the image tree is better.
         first_forecast: f64 = 600.0, 300.0..=1200.0;
@@ -43,6 +47,25 @@ group! {
         steep_steps: usize = 3, 1..=6;
         /// The least share of the change of an interval that one part has if there is a jump.
         jump_share: f64 = 0.7, 0.35..=0.85;
+        /// The most places of a fiber along the azimuth that are tested for a kink or a jump when a
+        /// search fails.
+        most_bends: usize = 4, 2..=6;
+        /// The least change of the slope at such a place, as a share of the largest one on the fiber.
+        least_bend_share: f64 = 0.2, 0.1..=0.4;
+        /// The number of times that an interval with a possible kink is halved: places to 1e-9, since a
+        /// chart that ends beside a kink is not smooth.
+        kink_halvings: usize = 24, 20..=28;
+        /// The least share of the change of the slope in an interval that is at one place if there
+        /// is a kink. A constant second derivative has at most half of it there, a cusp with a
+        /// square root three quarters.
+        kink_share: f64 = 0.65, 0.55..=0.72;
+        /// The least change of the slope over the whole azimuth at a kink, as a share of the rate.
+        least_kink: f64 = 0.01, 0.005..=0.02;
+        /// The distance of the places beside a kink at which other fibers along the azimuth are
+        /// compared. Larger ones confuse narrow bends with kinks.
+        same_kink: f64 = 1e-6, 1e-7..=1e-5;
+        /// The number of other fibers that have to have a kink at the same place, of three.
+        kink_fibers: usize = 2, 1..=3;
         /// The smallest budget for which a low-rank approximation is tried, in initial samplings of
         /// the image tree. Smaller budgets are left to the tree.
         least_budget: u64 = 4, 2..=8;

@@ -97,6 +97,7 @@ mod line;
 mod jumps;
 mod rule;
 mod view;
+mod edges;
 mod lowrank;
 #[cfg(feature = "ablate")]
 mod variants;
@@ -115,6 +116,7 @@ tuning! {
     jumps: Jumps,
     rule: Rule,
     view: View,
+    edges: Edges,
     lowrank: Lowrank,
 }
 

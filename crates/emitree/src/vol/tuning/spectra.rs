@@ -16,12 +16,12 @@ group! {
         /// for. More points meet smaller sources; their cube times the number of energies is the
         /// cost.
         initial_points: u32 = 4, 2..=8;
-        /// The same number where there are more than `many_layers` layers, which together have
+        /// The same number where there are more than `many_parts` layers, which together have
         /// enough points.
         initial_points_of_many: u32 = 2, 1..=4;
         /// The most layers that `initial_points` is used for. It keeps the cost of the first energy
         /// below that of the base lattice.
-        many_layers: usize = 3, 1..=6;
+        many_parts: usize = 3, 1..=6;
         /// The level of the lattice on the energy axis on which the first energy is searched for.
         /// Finer lattices meet narrower spectra at a higher cost.
         initial_level: u8 = 2, 1..=3;

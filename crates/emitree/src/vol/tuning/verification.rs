@@ -16,9 +16,6 @@ group! {
         /// The number of lines at the largest estimated errors, as a share of that of scattered
         /// lines. It divides the cost between places where errors are expected and others.
         worst_share: f64 = 0.5, 0.25..=1.0;
-        /// The number of lines in pixels that an edge crosses, where the image is continued from
-        /// one side, as a share of that of scattered lines.
-        edge_share: f64 = 0.5, 0.25..=1.0;
         /// The number of scattered lines for each ascent to larger differences. Smaller values
         /// search beside more lines, at the cost of up to four lines for each step.
         lines_per_ascent: usize = 8, 4..=16;
@@ -58,9 +55,6 @@ group! {
         /// The least distance along x or y of the lines at the largest estimated errors, as a
         /// fraction of the edge of the image. Smaller distances verify one maximum several times.
         worst_line_distance: f64 = 0.08, 0.04..=0.16;
-        /// The number of places tried in a pixel that an edge crosses, of which the first one in
-        /// view is sampled. Fewer places miss narrow visible parts.
-        places_in_pixel: usize = 16, 8..=32;
         /// The number of levels by which the depths of a line of the verification are finer than
         /// those of nodes. With 0 it would have the same depths and could not detect what they step
         /// over.

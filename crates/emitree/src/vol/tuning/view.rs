@@ -13,21 +13,11 @@ group! {
         /// The level whose spacing is the longest interval with a jump that counts for
         /// `rough_share`. A loose tolerance bisects jumps no further.
         rough_jump_level: u8 = 5, 4..=6;
-        /// The fewest open nodes of the base lattice for which closed nodes are not evaluated.
-        /// Fewer determine no continuation.
-        least_open: usize = 6, 3..=12;
-        /// A higher degree of the continuation is used if its expected error is below this many
-        /// times that of the best lower one: a smooth function is smooth beyond the values too.
-        /// With 1, views with bodies took 4 % more evaluations and a limb along rows was wrong by
-        /// 1.4 times T; with 4, two of 160 views were wrong at 0.1 %.
-        degree_preference: f64 = 2.0, 1.0..=4.0;
-        /// The square of the distance at which the weight of a value of the continuation is a
-        /// quarter, in units of the square of the nearest distance. Larger values use farther
-        /// values more.
-        quarter_weight: f64 = 8.0, 4.0..=16.0;
-        /// The least value that is used for 1 − the leverage of a value of the continuation. A
-        /// value that determines a coefficient alone has no residual when it is left out.
-        least_independence: f64 = 0.1, 0.05..=0.2;
+        /// The error of the quadrature of a pixel that is allowed, as a share of T. It takes no
+        /// evaluations, but time.
+        quadrature_share: f64 = 0.02, 0.01..=0.04;
+        /// A chart with less than this share of the pixels has a coarser base lattice, by one level.
+        small_share: f64 = 0.0625, 0.03125..=0.125;
         /// The square of the distance at which the weight of a value of a local fit is a quarter,
         /// in units of the square of the nearest distance.
         fit_quarter_weight: f64 = 2.0, 1.0..=4.0;

@@ -1,12 +1,14 @@
-//! The layers of a view: their coverage fractions in each pixel, and the image tree of each.
+//! The parts of a view, the quadrature of pixels in their charts, and the image tree of each.
 
-pub(crate) mod closed;
-pub(crate) mod verification;
-mod verification_lines;
-pub(crate) mod fractions;
+mod chart_nodes;
+pub(crate) mod edges;
+pub(crate) mod part;
+mod pixel_rule;
+mod raster;
 pub(crate) mod scattered;
 pub(crate) mod sheet;
-pub(crate) mod visible;
+pub(crate) mod verification;
+mod verification_lines;
 
 #[cfg(test)]
 mod tests;

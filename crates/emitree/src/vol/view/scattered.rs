@@ -1,4 +1,4 @@
-//! Scattered samples of a layer, the size of the structure that they detect, and lines through them.
+//! Scattered samples of a part of a view, the size of the structure that they detect, and lines through them.
 
 use crate::cell::whole;
 use crate::error::OptionError;
@@ -11,6 +11,7 @@ use crate::vol::image::nearest::Nearest;
 use crate::vol::least_squares::{DataPoint, MOST_VALUES, estimate};
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
+use crate::vol::view::part::ProductImage;
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification_lines::FIRST_LINE;
 use crate::vol::{FEATURE_CONTRAST, FeatureSize, lattice};
@@ -26,9 +27,9 @@ const PROBABILITY: f64 = 0.99;
 /// √(2π): the integral of a Gaussian over its amplitude and standard deviation.
 pub(crate) const WIDTH_OF_GAUSSIAN: f64 = 2.506_628_274_631_000_5;
 
-/// The scattered samples of one layer.
+/// The scattered samples of one part of a view.
 #[derive(Debug, Default)]
-pub(crate) struct LayerSamples {
+pub(crate) struct PartSamples {
     /// The number of points of the lattice that have been used, in view or not.
     pub(crate) number: usize,
     pub(crate) points: Vec<[f64; 3]>,
@@ -47,7 +48,7 @@ pub(crate) struct Deviation {
     effect: f64,
 }
 
-impl LayerSamples {
+impl PartSamples {
     /// The scattered samples of a search for an interpolant, which are G times `density`.
     pub(crate) fn of_probes(
         points: &[[f64; 3]],
@@ -134,24 +135,42 @@ pub(crate) fn size_detected(samples: usize, passes: f64) -> f64 {
 }
 
 impl Sheet<'_> {
-    /// Whether a point is in view.
-    pub(crate) fn is_open(&self, point: &[f64; 3]) -> bool {
-        !self.scan.skips_closed || self.scan.view.layer.is_open([point[0], point[1]])
-    }
-
-    /// Adds samples until `number` points of the lattice have been used; those in view are sampled.
+    /// Adds samples until `number` points of the lattice have been used.
     pub(crate) async fn sample_scattered(
         &self,
-        samples: &mut LayerSamples,
+        samples: &mut PartSamples,
         number: usize,
     ) -> Result<(), Stop> {
-        let points = (samples.number..number).map(lattice::point);
-        let new: Vec<[f64; 3]> = points.filter(|point| self.is_open(point)).collect();
+        let new: Vec<[f64; 3]> = (samples.number..number).map(lattice::point).collect();
         let rates = self.scan.view.rates(&new.iter().map(steps).collect::<Vec<_>>()).await?;
         samples.number = samples.number.max(number);
         samples.points.extend(new);
         samples.rates.extend(rates);
         Ok(())
+    }
+}
+
+/// What is known of the parts of a view before their trees begin.
+pub(crate) struct KnownParts {
+    /// Scattered samples of each part.
+    pub(crate) samples: Vec<PartSamples>,
+    /// The image of each part by products, if there is one.
+    pub(crate) products: Vec<Option<ProductImage>>,
+    /// The largest |pixel| of one of them.
+    pub(crate) largest: f64,
+    /// The size of the smallest feature that is covered in them.
+    pub(crate) smallest: Option<f64>,
+}
+
+impl KnownParts {
+    /// Nothing is known of so many parts.
+    pub(crate) fn none(parts: usize) -> Self {
+        Self {
+            samples: (0..parts).map(|_| PartSamples::default()).collect(),
+            products: vec![None; parts],
+            largest: 0.0,
+            smallest: None,
+        }
     }
 }
 
@@ -191,7 +210,7 @@ impl ScatteredSheet<'_, '_> {
         };
         let known: Vec<DataPoint> = near.iter().map(known).collect();
         let (value, error) = estimate(&known).map_or((0.0, 0.0), |of| (of.value, of.error));
-        let density = scan.view.layer.solid_angle_density([point[0], point[1]]);
+        let density = scan.view.chart.density([point[0], point[1]]);
         let [row, column] = self.sheet.pixel(place);
         let effect = density * self.sheet.scale[(row, column)] / self.target;
         Deviation { excess: (rate - value).abs() - error, error, effect }
@@ -240,7 +259,7 @@ impl ScatteredSheet<'_, '_> {
         };
         let passes: Vec<f64> = deviations.iter().map(passes).collect();
         let places = (0..PLACES).map(|k| lattice::point(2 * FIRST_LINE + k));
-        let places: Vec<[f64; 3]> = places.filter(|at| self.sheet.is_open(at)).collect();
+        let places: Vec<[f64; 3]> = places.collect();
         let size = |number: i32| SMALLEST * SIZE_RATIO.powi(number);
         let detected_size = |place: &[f64; 3]| {
             let squares = points.iter().zip(&passes).map(|(point, passes)| {

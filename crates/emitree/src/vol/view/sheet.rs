@@ -1,5 +1,4 @@
-//! A sheet: the image tree of one layer of one tile at one energy, and its contribution to the
-//! image.
+//! A sheet: the image tree of one part of the view at one energy, and its contribution to the image.
 
 use crate::cell::whole;
 use crate::image::Image;
@@ -14,42 +13,41 @@ use crate::vol::line::node_lines::{LineSource, Wanted, base_depths};
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::closed::continue_values;
-use crate::vol::view::fractions::CoverageFractions;
+use crate::vol::view::part::Footing;
 use crate::vol::view::verification::Verification;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// The layer and the energy of a sheet.
+/// The part of the view and the energy of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SheetId {
-    /// The number of its layer among the visible layers of all tiles.
-    pub(crate) layer: usize,
+    /// The number of its part of the view.
+    pub(crate) part: usize,
     /// The number of its energy among those selected.
     pub(crate) energy: usize,
 }
 
-/// One layer of one tile at one energy, as a tree of lines.
+/// One part of the view at one energy, as a tree of lines.
 pub(crate) struct Sheet<'a> {
     pub(crate) id: SheetId,
     pub(crate) scan: Scan<'a>,
-    /// The number of its tile.
-    pub(crate) tile: usize,
-    /// The number of layers of its tile: the errors of their lines add up.
-    pub(crate) layers_of_tile: usize,
-    /// The coverage fractions of the layer; `None` if it covers all pixels.
-    pub(crate) fractions: Option<Arc<CoverageFractions>>,
-    /// For each pixel, the ratio of its radiance to the mean of the irradiance density, times the
-    /// mean coverage fraction.
+    /// The largest number of parts in which a line of sight is: the errors of their lines add up.
+    pub(crate) pieces_of_line: usize,
+    /// Where its function is in the image.
+    pub(crate) footing: Arc<Footing>,
+    /// For each cell of its raster, the ratio of a pixel to the mean of the function there; 0 in
+    /// cells that no pixel is in.
     pub(crate) scale: Arc<Image>,
     /// Lines that are not part of the image, for its verification.
     pub(crate) verification: Verification,
 }
 
-/// The image of a sheet, with its estimated errors.
+/// The image of a sheet on the rows of the image that it is in, with its estimated errors.
 pub(crate) struct SheetImage {
+    /// The first of the rows.
+    pub(crate) first_row: usize,
     pub(crate) image: Image,
-    /// The remaining errors around nodes, and those of coverage.
+    /// The remaining errors around nodes.
     pub(crate) error: Image,
     /// The errors of the lines.
     pub(crate) of_lines: Image,
@@ -68,7 +66,12 @@ impl<'a> Sheet<'a> {
     /// The tolerance of a line of this sheet, from that of all lines through a pixel at each
     /// energy.
     pub(crate) fn line_tolerance(&self, of_energies: &[f64]) -> f64 {
-        of_energies[self.id.energy] / self.layers_of_tile as f64
+        of_energies[self.id.energy] / self.pieces_of_line as f64
+    }
+
+    /// The finest level whose nodes every rendering samples.
+    pub(crate) fn required_level(&self) -> u8 {
+        self.scan.base_level + 1
     }
 
     /// Adds the nodes of the base lattice, and returns the depths that they start with.
@@ -80,22 +83,17 @@ impl<'a> Sheet<'a> {
             .clone()
             .flat_map(|i| lattice.clone().map(move |j| [along(i), along(j)]))
             .collect();
-        let layer = self.scan.view.layer;
-        let open = places.iter().filter(|place| layer.is_open(place.map(unit))).count();
-        self.scan.skips_closed = (TUNING.view.least_open..places.len()).contains(&open);
         self.scan.add(&places);
         let depths = base_depths(level);
-        let open: Vec<usize> =
-            (0..places.len()).filter(|&i| !self.scan.node_lines.is_closed(i)).collect();
-        open.iter().for_each(|&i| self.scan.node_lines.sources[i] = LineSource::Full);
-        open.into_iter().map(|i| (i, depths.clone())).collect()
+        let nodes = 0..places.len();
+        nodes.clone().for_each(|i| self.scan.node_lines.sources[i] = LineSource::Full);
+        nodes.map(|i| (i, depths.clone())).collect()
     }
 
     /// The depths on the base lines that seeds require.
     pub(crate) fn seeded(&self) -> Wanted {
         let nodes = self.scan.tree.nodes().iter().enumerate();
         nodes
-            .filter(|(i, _)| !self.scan.node_lines.is_closed(*i))
             .map(|(i, node)| (i, self.scan.seeds.depths(node.place)))
             .filter(|(_, depths)| !depths.is_empty())
             .collect()
@@ -114,8 +112,7 @@ impl<'a> Sheet<'a> {
         let lines = &self.scan.node_lines.lines;
         let of_interest = spacing(TUNING.view.rough_jump_level);
         let jumping = lines.iter().filter(|line| line.has_jump_within(of_interest));
-        let open = (0..lines.len()).filter(|&i| !self.scan.node_lines.is_closed(i));
-        jumping.count() as f64 >= TUNING.view.rough_share * open.count() as f64
+        jumping.count() as f64 >= TUNING.view.rough_share * lines.len() as f64
     }
 
     /// The largest |radiance| of a line so far.
@@ -153,12 +150,10 @@ impl<'a> Sheet<'a> {
         let ghosts = || vec![FxHashMap::default(); earlier.len()];
         let nodes = (0..self.scan.tree.len()).into_par_iter().with_min_len(NODES_PER_TASK);
         let values: Vec<f64> = nodes.map_init(ghosts, value).collect();
-        let Scan { tree, node_lines, base_level, .. } = &mut self.scan;
+        let tree = &mut self.scan.tree;
         for (i, value) in values.into_iter().enumerate() {
             tree.set(i, value);
         }
-        let closed: Vec<bool> = (0..tree.len()).map(|i| node_lines.is_closed(i)).collect();
-        continue_values(tree, &closed, *base_level + 1);
         tree.update_details();
     }
 
@@ -172,14 +167,14 @@ impl<'a> Sheet<'a> {
         of_earlier: &[f64],
         ghosts: &mut [FxHashMap<u64, f64>],
     ) -> f64 {
-        let density = self.scan.view.layer.solid_angle_density(place.map(unit));
+        let density = self.scan.view.chart.density(place.map(unit));
         let sheets = earlier.iter().zip(of_earlier).zip(ghosts);
         sheets.fold(density * radiance, |value, ((sheet, amount), ghosts)| {
             value - amount * sheet.scan.tree.value(place, ghosts)
         })
     }
 
-    /// Row and column of the pixel that contains a place.
+    /// Row and column of the cell of the raster that contains a place.
     pub(crate) fn pixel(&self, place: Place) -> [usize; 2] {
         let at = |along: u32, pixels: usize| whole(unit(along) * pixels as f64).min(pixels - 1);
         [at(place[1], self.scale.height()), at(place[0], self.scale.width())]
@@ -191,27 +186,16 @@ impl<'a> Sheet<'a> {
         self.scan.seeds.places.iter().filter(missing).copied().collect()
     }
 
-    /// The image of the sheet with its errors, and the state for the choice of nodes; `scale` is
-    /// that of the tile.
-    pub(crate) fn assemble(&self, scale: &Image, required_level: u8) -> (SheetImage, SheetState) {
+    /// The image of the sheet with its errors, and the state for the choice of nodes.
+    pub(crate) fn assemble(&self) -> (SheetImage, SheetState) {
+        let required_level = self.required_level();
         let Scan { tree, node_lines, .. } = &self.scan;
-        let shape = [scale.height(), scale.width()];
-        let empty = || Image::zeros(scale.height(), scale.width());
-        let [mut image, mut error, mut of_lines] = [empty(), empty(), empty()];
+        let shape @ [rows, columns] = [self.scale.height(), self.scale.width()];
+        let (first_row, image) = self.footing.image(|shape| pixel_means(tree, shape), &self.scale);
         let of_a_line = (0..tree.len()).map(|i| node_lines.error(i)).fold(0.0, f64::max);
-        match &self.fractions {
-            None => {
-                add(&mut image, &pixel_means(tree, shape), scale);
-                of_lines.pixels_mut().fill(of_a_line);
-            }
-            Some(fractions) => {
-                let [layer_image, means_error] =
-                    fractions.apply(&pixel_means(tree, fractions.shape()));
-                add(&mut image, layer_image.pixels(), scale);
-                add(&mut error, means_error.pixels(), scale);
-                of_lines.add_scaled(&fractions.reach, of_a_line);
-            }
-        }
+        let of_lines = Image::from_pixels(rows, columns, vec![of_a_line; rows * columns]);
+        let of_lines = self.footing.errors(of_lines);
+        let mut error = Image::zeros(rows, columns);
         let guarded = guarded_details(tree);
         let remaining = remaining(tree, &guarded, required_level);
         let footprint = |(node, remaining): (_, &Remaining)| {
@@ -227,7 +211,8 @@ impl<'a> Sheet<'a> {
             .filter(|(node, _)| node.level < required_level)
             .all(|(_, remaining)| remaining.children == Children::All);
         let state = SheetState { guarded, remaining, footprints, has_required };
-        (SheetImage { image, error, of_lines }, state)
+        let error = self.footing.errors(error);
+        (SheetImage { first_row, image, error, of_lines }, state)
     }
 
     /// The input of the choice of nodes; `weights` are those of the sheet in each bin.
@@ -265,12 +250,5 @@ impl<'a> Sheet<'a> {
         let mut places = self.missing_seed_places();
         places.extend(choice.places(&nodes));
         places
-    }
-}
-
-/// Adds `values` times `scale` to a map.
-fn add(map: &mut Image, values: &[f64], scale: &Image) {
-    for ((pixel, value), scale) in map.pixels_mut().iter_mut().zip(values).zip(scale.pixels()) {
-        *pixel += value * scale;
     }
 }

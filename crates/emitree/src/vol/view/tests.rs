@@ -1,6 +1,6 @@
-//! Sheets, layers in view, verification lines and scattered samples of synthetic views.
+//! Parts of views, sheets, verification lines and scattered samples of synthetic views.
 
+mod parts;
 mod samples;
 mod sheets;
 mod verification;
-mod visible;

@@ -16,9 +16,8 @@ pub(crate) struct Verification {
     pub(crate) node_lines: NodeLines,
     /// The |change| of the integral of each line by the finer depths.
     pub(crate) changes: Vec<f64>,
-    /// The numbers of scattered places, and of places beside edges, that have been used.
+    /// The number of scattered places that have been used.
     pub(crate) scattered: usize,
-    pub(crate) at_edges: usize,
 }
 
 impl Verification {

@@ -1,6 +1,5 @@
 //! The lines of sight with which the image tree of a sheet is verified.
 
-use crate::cell::whole;
 use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{DEEPEST_LEVEL, Place, STEPS, around, from_unit, spacing, unit};
@@ -13,6 +12,7 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification::Lines;
 use rustc_hash::FxHashMap;
+use std::borrow::Cow;
 
 /// The smallest number of lines that one thread compares: lines near each other need the same
 /// predictions.
@@ -44,7 +44,7 @@ impl Sheet<'_> {
 
     /// Lines through the centres of the pixels with the largest estimated `errors`, at a distance
     /// from each other.
-    pub(crate) fn worst_lines(&self, errors: Vec<&Image>, count: usize) -> Lines {
+    pub(crate) fn worst_lines(&self, errors: &[Cow<'_, Image>], count: usize) -> Lines {
         let [height, width] = [self.scale.height(), self.scale.width()];
         let largest =
             |pixel: usize| errors.iter().map(|error| error.pixels()[pixel]).fold(0.0, f64::max);
@@ -69,30 +69,6 @@ impl Sheet<'_> {
         }
         let depths = base_depths(self.scan.depth_level + TUNING.verification.extra_depth_levels);
         worst.into_iter().map(|middle| (middle.map(from_unit), depths.clone())).collect()
-    }
-
-    /// Lines in some of the pixels that an edge crosses, different ones in each verification.
-    pub(crate) fn edge_lines(&mut self, count: usize) -> Lines {
-        let Some(fractions) = &self.fractions else { return Vec::new() };
-        let [height, width] = [self.scale.height(), self.scale.width()];
-        let crossed: Vec<usize> =
-            (0..height * width).filter(|&pixel| fractions.is_crossed[pixel]).collect();
-        let first = self.verification.at_edges;
-        self.verification.at_edges += count;
-        let depths = base_depths(self.scan.depth_level + TUNING.verification.extra_depth_levels);
-        let in_pixel = |k: usize| {
-            let [number, ..] = lattice::point(FIRST_LINE + k);
-            let pixel = *crossed.get(whole(number * crossed.len() as f64))?;
-            let places = (0..TUNING.verification.places_in_pixel).map(|part| {
-                let [_, x, y] =
-                    lattice::point(FIRST_LINE + TUNING.verification.places_in_pixel * k + part);
-                let [column, row] = [pixel % width, pixel / width];
-                [(column as f64 + x) / width as f64, (row as f64 + y) / height as f64]
-            });
-            let place = places.into_iter().find(|place| self.scan.view.layer.is_open(*place))?;
-            Some((place.map(from_unit), depths.clone()))
-        };
-        (first..first + count).filter_map(in_pixel).collect()
     }
 
     /// Lines around a line of the verification, at half the distance of the nodes there.
@@ -125,11 +101,8 @@ impl Sheet<'_> {
     /// Integrates lines at new places to `tolerance`, from the given depths and those of the nodes
     /// nearby.
     pub(crate) async fn verify_lines(&mut self, places: Lines, tolerance: f64) -> Result<(), Stop> {
-        let Self {
-            scan: Scan { view, tree, node_lines, depth_level, skips_closed, .. },
-            verification,
-            ..
-        } = self;
+        let Self { scan: Scan { view, tree, node_lines, depth_level, .. }, verification, .. } =
+            self;
         let first = verification.places.len();
         let mut own = Vec::new();
         let level = (tree.finest_level() + TUNING.verification.levels_below_nodes)
@@ -137,7 +110,7 @@ impl Sheet<'_> {
         for (place, depths) in places {
             let place = place.map(|along| nearest_of_level(along, level));
             let is_new = tree.find(place).is_none() && verification.places.find(place).is_none();
-            if is_new && (!*skips_closed || view.layer.is_open(place.map(unit))) {
+            if is_new {
                 verification.places.add(place);
                 own.push(depths);
             }
@@ -169,7 +142,7 @@ impl Sheet<'_> {
             .iter()
             .zip(&self.verification.changes[first..]);
         let has_changed = |(node, change): (&Node, &f64)| {
-            let density = self.scan.view.layer.solid_angle_density(node.place.map(unit));
+            let density = self.scan.view.chart.density(node.place.map(unit));
             let [row, column] = self.pixel(node.place);
             density * change * self.scale[(row, column)] > most
         };
@@ -218,7 +191,7 @@ impl Scan<'_> {
     ) -> Result<(), Stop> {
         let is_near = |at: Place| (0..2).all(|k| at[k].abs_diff(place[k]) <= spacing(level));
         let nodes = self.tree.nodes().iter().enumerate();
-        let near = nodes.filter(|(i, node)| is_near(node.place) && !self.node_lines.is_closed(*i));
+        let near = nodes.filter(|(_, node)| is_near(node.place));
         let near: Vec<usize> = near.map(|(i, _)| i).collect();
         let snapshot = self.node_lines.snapshot();
         let integrated = self.integrate_in_full(&near, depths, tolerance).await;

@@ -27,12 +27,11 @@ pub(super) const CANONICAL: CameraDescription = CameraDescription {
 };
 
 fn read(_: &mut Table, shapes: Shapes, place: &Place) -> Result<Optics, SceneError> {
-    let projection: Arc<dyn Projection + Send> =
-        if shapes.bounds.is_none() && shapes.bodies.is_empty() {
-            Arc::new(Canonical)
-        } else {
-            Arc::new(with_shapes(Orthographic::of_unit_cube(), shapes, place)?)
-        };
+    let projection: Arc<dyn Projection + Send> = if shapes.is_empty() {
+        Arc::new(Canonical)
+    } else {
+        Arc::new(with_shapes(Orthographic::of_unit_cube(), shapes, place)?)
+    };
     Ok(Optics { coordinates: Arc::new(Cube), projection })
 }
 

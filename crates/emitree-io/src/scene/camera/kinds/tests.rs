@@ -71,6 +71,21 @@ fn names_are_words_and_differ() {
 }
 
 #[test]
+fn every_camera_has_the_edges_of_its_scene() {
+    let edge = "[[edge]]\ntype = \"plane\"\nposition = [0, 0, 0]\nnormal = [0, 0, 2]\n";
+    let fields = "Plane { position: [0.0, 0.0, 0.0], normal: [0.0, 0.0, 1.0] }";
+    for camera in cameras() {
+        let count = |tables: &str| {
+            let scene = read(&camera.example_scene(tables)).unwrap();
+            format!("{:?}", scene.camera.projection()).matches(fields).count()
+        };
+        // Each face of a sky is a camera.
+        let cameras = if camera.is_sky() { 12 } else { 1 };
+        assert_eq!([count(""), count(edge)], [0, cameras], "{}", camera.name);
+    }
+}
+
+#[test]
 fn the_keys_of_a_row_are_those_that_are_read() {
     for camera in cameras() {
         let asked =

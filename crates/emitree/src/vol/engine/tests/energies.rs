@@ -1,6 +1,6 @@
 //! The energies of a cube, for emissions whose spectra are known.
 
-use super::{TILES, engine};
+use super::{TILES, engine, whole_view};
 use crate::EnergyScale;
 use crate::energy::EnergyAxis;
 use crate::vol::dyadic::{STEPS, unit};
@@ -14,8 +14,9 @@ fn axis() -> EnergyAxis {
 #[test]
 fn the_initial_sampling_at_energies_has_64_points_at_five_and_named_ones() {
     let (axis, meter) = (axis(), meter(0));
-    assert_eq!(engine(&meter, &TILES, 3, None).cost_of_first_energy(), 0);
-    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    let parts = whole_view(1);
+    assert_eq!(engine(&meter, &TILES, &parts, 3, None).cost_of_first_energy(), 0);
+    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     assert_eq!(engine.cost_of_first_energy(), 64 * 5);
     // One of them is on the lattice.
     engine.spectra = Some(Spectra::new(&axis, &[0.25, 0.3]));
@@ -27,7 +28,8 @@ fn the_brightest_of_five_energies_is_the_first() {
     let axis = axis();
     for (middle, expected) in [(0.2, STEPS / 4), (0.99, STEPS), (0.55, STEPS / 2)] {
         let meter = meter(1000);
-        let engine = engine(&meter, &TILES, 3, Some(&axis));
+        let parts = whole_view(1);
+        let engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
         let rate = |_: [f64; 3], energy: f64| -(-((energy - middle) / 0.1_f64).powi(2)).exp();
         let found = answered(&meter, rate, engine.brightest_energy()).unwrap();
         assert_eq!(found, Some(expected));
@@ -38,7 +40,8 @@ fn the_brightest_of_five_energies_is_the_first() {
 #[test]
 fn a_spectrum_between_the_five_energies_is_found_and_a_dark_one_is_not() {
     let (axis, meter) = (axis(), meter(10_000));
-    let engine = engine(&meter, &TILES, 3, Some(&axis));
+    let parts = whole_view(1);
+    let engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     let band = |_: [f64; 3], energy: f64| {
         if (0.3..0.33).contains(&energy) { 1.0 } else { 0.0 }
     };
@@ -51,7 +54,8 @@ fn a_spectrum_between_the_five_energies_is_found_and_a_dark_one_is_not() {
 #[test]
 fn without_an_energy_axis_no_energy_is_selected() {
     let meter = meter(0);
-    let engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let engine = engine(&meter, &TILES, &parts, 3, None);
     assert_eq!(answered(&meter, |_, _| 1.0, engine.brightest_energy()).unwrap(), None);
     assert!(engine.energies_used().is_empty());
 }
@@ -73,7 +77,8 @@ fn of_mixed([row, column]: [usize; 2], [low, high]: [f64; 2]) -> f64 {
 #[test]
 fn two_spectra_need_two_energies() {
     let (axis, meter) = (axis(), meter(100_000));
-    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     assert_eq!(answered(&meter, mixed, engine.sample_initially()), Ok(true));
     assert_eq!((engine.energies.len(), engine.sheets.len()), (2, 2));
     assert_eq!(engine.sheets[1].id.energy, 1);
@@ -83,7 +88,7 @@ fn two_spectra_need_two_energies() {
     for bin in 0..4 {
         let edges = [bin, bin + 1].map(|edge| edge as f64 / 4.0);
         for pixel in [[0, 0], [3, 12], [15, 15]] {
-            let found = current.maps[0][bin][0][(pixel[0], pixel[1])];
+            let found = current.maps[bin][0][(pixel[0], pixel[1])];
             assert_close(found, of_mixed(pixel, edges), 1e-10);
         }
     }
@@ -96,7 +101,8 @@ fn two_spectra_need_two_energies() {
 #[test]
 fn lines_at_several_energies_share_the_tolerance_of_a_bin() {
     let (axis, meter) = (axis(), meter(100_000));
-    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     answered(&meter, mixed, engine.sample_initially()).unwrap();
     let tolerances = engine.line_tolerances(0.5);
     let of_bin = |weights: &Vec<f64>| -> f64 {
@@ -109,7 +115,8 @@ fn lines_at_several_energies_share_the_tolerance_of_a_bin() {
 #[test]
 fn the_second_energy_of_one_spectrum_is_not_needed() {
     let (axis, meter) = (axis(), meter(100_000));
-    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     let rate = |[x, ..]: [f64; 3], energy: f64| (1.0 + x) * (2.0 - energy);
     assert_eq!(answered(&meter, rate, engine.sample_initially()), Ok(true));
     assert_eq!(engine.energies_used(), [0.0]);
@@ -118,45 +125,49 @@ fn the_second_energy_of_one_spectrum_is_not_needed() {
 #[test]
 fn a_cube_that_is_dark_has_one_energy_without_weight() {
     let (axis, meter) = (axis(), meter(100_000));
-    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     assert_eq!(answered(&meter, |_, _| 0.0, engine.sample_initially()), Ok(true));
     assert_eq!(engine.energies_used(), [0.5]);
     assert_eq!(engine.energies.selected[0].weights, [0.0; 4]);
     let current = engine.assemble().unwrap();
-    assert_eq!(current.maps[0].len(), 4);
+    assert_eq!(current.maps.len(), 4);
     assert_eq!((current.largest_pixel().to_bits(), current.largest_error().to_bits()), (0, 0));
 }
 
 #[test]
 fn the_error_of_unsampled_spectra_is_at_least_the_brightest_line() {
     let (axis, meter) = (axis(), meter(320 + 729 + 10));
-    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     assert_eq!(answered(&meter, mixed, engine.sample_initially()), Ok(false));
     let current = engine.assemble().unwrap();
     let brightest = engine.brightest();
     assert!(brightest > 0.0);
-    assert!(current.errors(0).iter().all(|error| error.min_max().0 >= brightest));
+    assert!(current.errors(&parts.parts[0]).iter().all(|error| error.min_max().0 >= brightest));
 }
 
 #[test]
 fn the_residual_of_the_energies_is_in_the_error_of_each_bin() {
     let (axis, meter) = (axis(), meter(100_000));
-    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     answered(&meter, mixed, engine.sample_initially()).unwrap();
     engine.spectra.as_mut().unwrap().unexplained = vec![0.0, 0.5, 0.0, 2.0];
     let current = engine.assemble().unwrap();
-    for (error, expected) in current.errors(0).into_iter().zip([0.0, 0.5, 0.0, 2.0]) {
+    for (error, expected) in current.errors(&parts.parts[0]).into_iter().zip([0.0, 0.5, 0.0, 2.0]) {
         assert_close(error[(7, 7)], expected, 1e-10);
     }
 }
 
 #[test]
-fn a_sheet_has_its_layer_its_energy_and_the_base() {
+fn a_sheet_has_its_part_its_energy_and_the_base() {
     let (axis, meter) = (axis(), meter(0));
-    let mut engine = engine(&meter, &TILES, 3, Some(&axis));
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     engine.add_sheets(Some(STEPS / 4));
     engine.add_sheets(Some(STEPS));
-    let ids: Vec<_> = engine.sheets.iter().map(|sheet| (sheet.id.layer, sheet.id.energy)).collect();
+    let ids: Vec<_> = engine.sheets.iter().map(|sheet| (sheet.id.part, sheet.id.energy)).collect();
     assert_eq!(ids, [(0, 0), (0, 1)]);
     let energies = engine.sheets.iter().map(|sheet| sheet.scan.view.energy.map(|of| of.energy));
     assert_eq!(energies.collect::<Vec<_>>(), [Some(0.25), Some(1.0)]);

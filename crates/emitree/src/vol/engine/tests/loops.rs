@@ -1,6 +1,6 @@
 //! The initial sampling, the image so far, and the rounds.
 
-use super::{SHAPE, TILES, TOLERANCE, assert_plane, engine, plane};
+use super::{SHAPE, TILES, TOLERANCE, assert_plane, engine, plane, whole_view};
 use crate::cube::Cube;
 use crate::tree::StopReason;
 use crate::vol::dyadic::{Place, STEPS, unit};
@@ -12,7 +12,8 @@ use core::f64::consts::PI;
 #[test]
 fn the_initial_sampling_is_the_base_where_lines_are_polynomials() {
     let meter = meter(10_000);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(true));
     assert_eq!((meter.evaluations(), engine.sheets.len()), (729, 1));
     let scan = &engine.sheets[0].scan;
@@ -27,7 +28,8 @@ fn the_initial_sampling_is_the_base_where_lines_are_polynomials() {
 #[test]
 fn an_initial_sampling_beyond_the_budget_makes_no_evaluation() {
     let meter = meter(728);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(false));
     assert_eq!(meter.evaluations(), 0);
 }
@@ -44,7 +46,8 @@ fn of_peak(place: Place) -> f64 {
 #[test]
 fn lines_of_the_base_are_refined_to_their_share_of_the_largest() {
     let meter = meter(100_000);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     assert_eq!(answered(&meter, peak, engine.sample_initially()), Ok(true));
     let allowed = 0.2 * TOLERANCE * of_peak([STEPS, 0]);
     for (i, node) in engine.sheets[0].scan.tree.nodes().iter().enumerate() {
@@ -56,14 +59,14 @@ fn lines_of_the_base_are_refined_to_their_share_of_the_largest() {
 
 #[test]
 fn later_energies_have_tolerances_of_their_own() {
-    let samples = |tolerance: f64, layers: usize| {
+    let samples = |tolerance: f64, pieces: usize| {
         let meter = meter(100_000);
-        let mut engine = engine(&meter, &TILES, 3, None);
-        engine.layers[0].layers_of_tile = layers;
+        let parts = whole_view(pieces);
+        let mut engine = engine(&meter, &TILES, &parts, 3, None);
         engine.add_sheets(None);
         assert_eq!(answered(&meter, peak, engine.sample_base(0, Some(&[tolerance]))), Ok(true));
         let lines = &engine.sheets[0].scan.node_lines.lines;
-        assert!(lines.iter().all(|line| line.error <= tolerance / layers as f64));
+        assert!(lines.iter().all(|line| line.error <= tolerance / pieces as f64));
         meter.evaluations()
     };
     let [loose, strict, shared] = [(1e-3, 1), (1e-6, 1), (1e-3, 1000)].map(|(t, n)| samples(t, n));
@@ -74,7 +77,8 @@ fn later_energies_have_tolerances_of_their_own() {
 #[test]
 fn depths_around_a_seed_are_sampled_on_the_lines_of_the_base() {
     let meter = meter(100_000);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     let seeds = [Seed { position: [0.5, 0.5, 0.3], radius: 0.01 }];
     engine.seeds = &seeds;
     assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(true));
@@ -89,22 +93,24 @@ fn depths_around_a_seed_are_sampled_on_the_lines_of_the_base() {
 #[test]
 fn the_image_so_far_has_no_error_where_a_tree_is_exact() {
     let meter = meter(10_000);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     answered(&meter, plane, engine.sample_initially()).unwrap();
     let current = engine.assemble().unwrap();
-    assert_plane(&current.maps[0][0][0], 1e-12);
+    assert_plane(&current.maps[0][0], 1e-12);
     assert!(current.largest_error() < 1e-12);
     assert_close(current.largest_pixel(), 1.5 + 2.0 * 31.0 / 32.0 - 1.0 / 32.0, 1e-12);
-    assert_eq!((current.errors(0).len(), current.guarded(0).len()), (1, 81));
+    assert_eq!((current.errors(&parts.parts[0]).len(), current.guarded(0).len()), (1, 81));
 }
 
 #[test]
 fn the_error_of_the_worst_line_is_in_every_pixel() {
     let meter = meter(10_000);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     answered(&meter, plane, engine.sample_initially()).unwrap();
     engine.sheets[0].scan.node_lines.lines[17].error = 0.25;
-    let error = engine.assemble().unwrap().maps[0][0][1].clone();
+    let error = engine.assemble().unwrap().maps[0][1].clone();
     assert!(error.pixels().iter().all(|error| (error - 0.25).abs() < 1e-12));
 }
 
@@ -112,14 +118,15 @@ fn the_error_of_the_worst_line_is_in_every_pixel() {
 fn a_pixel_below_0_is_wrong_by_as_much_if_no_sample_is() {
     for (sample, expected) in [(0.0, 2.0), (-1e-9, 0.0)] {
         let meter = meter(10_000);
-        let mut engine = engine(&meter, &TILES, 3, None);
+        let parts = whole_view(1);
+        let mut engine = engine(&meter, &TILES, &parts, 3, None);
         answered(&meter, |_, _| 0.0, engine.sample_initially()).unwrap();
         let node_lines = &mut engine.sheets[0].scan.node_lines;
         node_lines.lines[5].add([(77, sample)]);
         node_lines.lines.iter_mut().for_each(|line| line.integral = -2.0);
         engine.set_values(0);
         let current = engine.assemble().unwrap();
-        assert_close(current.maps[0][0][0][(3, 4)], -2.0, 1e-12);
+        assert_close(current.maps[0][0][(3, 4)], -2.0, 1e-12);
         assert_close(current.largest_error(), expected, 1e-11);
     }
 }
@@ -127,9 +134,10 @@ fn a_pixel_below_0_is_wrong_by_as_much_if_no_sample_is() {
 #[test]
 fn a_pixel_outside_the_image_is_nan() {
     let meter = meter(10_000);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let mut parts = whole_view(1);
+    parts.outside = vec![2 * 16 + 3];
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     answered(&meter, plane, engine.sample_initially()).unwrap();
-    engine.scales[0][(2, 3)] = 0.0;
     let current = engine.assemble().unwrap();
     let [image, error]: [Cube; 2] = engine.finished(&current);
     for (map, is_error) in [(&image, false), (&error, true)] {
@@ -153,11 +161,12 @@ fn sum_of_column() -> f64 {
 #[test]
 fn rounds_continue_until_the_tolerance_is_met() {
     let meter = meter(1_000_000);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     let (current, ending) = answered(&meter, column, engine.run()).unwrap();
     assert_eq!(ending, StopReason::Complete);
     assert!(current.largest_error() <= TOLERANCE * current.largest_pixel());
-    let sum: f64 = current.maps[0][0][0].pixels().iter().sum();
+    let sum: f64 = current.maps[0][0].pixels().iter().sum();
     assert_close(sum / sum_of_column(), 1.0, TOLERANCE);
     assert!(engine.sheets[0].scan.tree.len() > 289);
 }
@@ -165,18 +174,20 @@ fn rounds_continue_until_the_tolerance_is_met() {
 #[test]
 fn rounds_end_with_the_budget_and_keep_what_they_have() {
     let meter = meter(1500);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     let (current, ending) = answered(&meter, column, engine.run()).unwrap();
     assert_eq!(ending, StopReason::Budget);
     assert!(meter.evaluations() <= 1500);
-    let sum: f64 = current.maps[0][0][0].pixels().iter().sum();
+    let sum: f64 = current.maps[0][0].pixels().iter().sum();
     assert_close(sum / sum_of_column(), 1.0, 0.3);
 }
 
 #[test]
 fn rounds_end_at_the_finest_level() {
     let meter = meter(1_000_000);
-    let mut engine = engine(&meter, &TILES, 2, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 2, None);
     engine.finest_level = 3;
     let (_, ending) = answered(&meter, column, engine.run()).unwrap();
     assert_eq!(ending, StopReason::MaxLevel);
@@ -186,11 +197,12 @@ fn rounds_end_at_the_finest_level() {
 #[test]
 fn the_first_tolerance_is_met_before_the_last_one() {
     let meter = meter(1_000_000);
-    let mut engine = engine(&meter, &TILES, 3, None);
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     engine.tolerance = 0.05;
     let (current, ending) = answered(&meter, column, engine.run()).unwrap();
     assert_eq!(ending, StopReason::Complete);
     assert!(engine.tolerance < 0.05 && engine.tolerance >= TOLERANCE);
     assert!(current.largest_error() <= TOLERANCE * current.largest_pixel());
-    assert_eq!(SHAPE, [current.maps[0][0][0].height(), current.maps[0][0][0].width()]);
+    assert_eq!(SHAPE, [current.maps[0][0].height(), current.maps[0][0].width()]);
 }

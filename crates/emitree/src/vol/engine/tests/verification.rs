@@ -1,6 +1,6 @@
 //! The final verification, of images that are exact, or wrong at a given place.
 
-use super::{TILES, TOLERANCE, engine, plane};
+use super::{TILES, TOLERANCE, engine, plane, whole_view};
 use crate::meter::Meter;
 use crate::vol::dyadic::{from_unit, unit};
 use crate::vol::engine::Engine;
@@ -9,14 +9,15 @@ use crate::vol::engine::verification::Verdict;
 use crate::vol::lattice::{point, points_to_detect, smallest_detected};
 use crate::vol::testing::{answered, assert_close, meter};
 use crate::vol::tuning::TUNING;
-use crate::vol::view::scattered::LayerSamples;
+use crate::vol::view::part::Parts;
+use crate::vol::view::scattered::PartSamples;
 
 /// The error allowed.
 const TARGET: f64 = 0.035;
 
 /// An engine with the nodes of all required levels, sampled on a plane.
-fn prepared<'a>(meter: &'a Meter) -> Engine<'a> {
-    let mut engine = engine(meter, &TILES, 3, None);
+fn prepared<'a>(meter: &'a Meter, view: &'a Parts<'a>) -> Engine<'a> {
+    let mut engine = engine(meter, &TILES, view, 3, None);
     assert_eq!(answered(meter, plane, engine.sample_initially()), Ok(true));
     engine
 }
@@ -45,7 +46,7 @@ fn a_requested_feature_size_has_to_be_covered() {
         (Some(0.1), Some(0.1), true),
         (Some(0.1), Some(0.11), false),
     ] {
-        let mut coverage = Coverage::new(wanted, LayerSamples::default());
+        let mut coverage = Coverage::new(wanted, None, vec![PartSamples::default()]);
         coverage.smallest = smallest;
         assert_eq!(coverage.is_sufficient(), expected, "{wanted:?} {smallest:?}");
     }
@@ -54,7 +55,8 @@ fn a_requested_feature_size_has_to_be_covered() {
 #[test]
 fn samples_that_agree_require_no_lines_and_are_reused() {
     let meter = meter(100_000);
-    let mut engine = prepared(&meter);
+    let parts = whole_view(1);
+    let mut engine = prepared(&meter, &parts);
     let least = TUNING.verification.least_samples as u64;
     for _ in 0..2 {
         let lines = answered(&meter, plane, engine.verify_samples(TARGET)).unwrap();
@@ -69,10 +71,12 @@ fn samples_that_agree_require_no_lines_and_are_reused() {
 #[test]
 fn samples_of_a_search_are_not_evaluated_again() {
     let meter = meter(100_000);
-    let mut engine = prepared(&meter);
+    let parts = whole_view(1);
+    let mut engine = prepared(&meter, &parts);
     let points: Vec<[f64; 3]> = (0..1000).map(point).collect();
     let rates: Vec<f64> = points.iter().map(|at| plane(*at, 0.0)).collect();
-    engine.coverage = Coverage::new(None, LayerSamples::of_probes(&points, &rates, |_| 1.0));
+    engine.coverage =
+        Coverage::new(None, None, vec![PartSamples::of_probes(&points, &rates, |_| 1.0)]);
     answered(&meter, plane, engine.verify_samples(TARGET)).unwrap();
     assert_eq!(meter.evaluations(), 729 + 24);
 }
@@ -80,11 +84,12 @@ fn samples_of_a_search_are_not_evaluated_again() {
 #[test]
 fn a_requested_feature_size_determines_the_number_of_samples() {
     let meter = meter(1_000_000);
-    let mut engine = prepared(&meter);
+    let parts = whole_view(1);
+    let mut engine = prepared(&meter, &parts);
     let size = 0.016;
     let needed = points_to_detect(size, TUNING.verification.detection_share) as u64;
     assert!(needed > 1024);
-    engine.coverage = Coverage::new(Some(size), LayerSamples::default());
+    engine.coverage = Coverage::new(Some(size), None, vec![PartSamples::default()]);
     answered(&meter, plane, engine.verify_samples(TARGET)).unwrap();
     assert!(meter.evaluations() >= 729 + needed);
     assert!(engine.coverage.is_sufficient());
@@ -100,7 +105,8 @@ fn knot(at: [f64; 3], _energy: f64) -> f64 {
 #[test]
 fn a_sample_in_a_knot_requires_a_line_through_it() {
     let meter = meter(100_000);
-    let mut engine = prepared(&meter);
+    let parts = whole_view(1);
+    let mut engine = prepared(&meter, &parts);
     let lines = answered(&meter, knot, engine.verify_samples(TARGET)).unwrap();
     let centre = point(100);
     assert!(!lines[0].is_empty());
@@ -116,7 +122,8 @@ fn a_sample_in_a_knot_requires_a_line_through_it() {
 #[test]
 fn an_exact_image_passes_and_the_next_verification_has_more_lines() {
     let meter = meter(100_000);
-    let mut engine = prepared(&meter);
+    let parts = whole_view(1);
+    let mut engine = prepared(&meter, &parts);
     let mut lines = Vec::new();
     for expected in [2, 4, 4] {
         assert_eq!(verdict(&mut engine, &meter, plane), Verdict::Passed);
@@ -139,7 +146,8 @@ fn column([x, y, z]: [f64; 3], _energy: f64) -> f64 {
 #[test]
 fn a_column_between_lines_fails_and_requires_nodes_around_it() {
     let meter = meter(100_000);
-    let mut engine = prepared(&meter);
+    let parts = whole_view(1);
+    let mut engine = prepared(&meter, &parts);
     assert_eq!(verdict(&mut engine, &meter, column), Verdict::Failed);
     let [x, y, _] = point(100);
     let missing = engine.sheets[0].missing_seed_places();
@@ -153,7 +161,8 @@ fn a_column_between_lines_fails_and_requires_nodes_around_it() {
 #[test]
 fn a_column_between_nodes_of_the_finest_level_is_reported_without_new_nodes() {
     let meter = meter(100_000);
-    let mut engine = prepared(&meter);
+    let parts = whole_view(1);
+    let mut engine = prepared(&meter, &parts);
     engine.finest_level = 3;
     assert_eq!(verdict(&mut engine, &meter, column), Verdict::AtFinestLevel);
     assert!(engine.sheets[0].missing_seed_places().is_empty());
@@ -164,7 +173,8 @@ fn a_verification_beyond_the_budget_is_unaffordable() {
     // Not enough for the samples, and not for the lines.
     for more in [1000, 1030] {
         let meter = meter(729 + more);
-        let mut engine = prepared(&meter);
+        let parts = whole_view(1);
+        let mut engine = prepared(&meter, &parts);
         assert_eq!(verdict(&mut engine, &meter, plane), Verdict::Unaffordable);
     }
 }
@@ -177,7 +187,8 @@ fn thin([x, y, z]: [f64; 3], _energy: f64) -> f64 {
 #[test]
 fn structure_that_all_lines_step_over_reduces_their_tolerance() {
     let meter = meter(1_000_000);
-    let mut engine = prepared(&meter);
+    let parts = whole_view(1);
+    let mut engine = prepared(&meter, &parts);
     assert_eq!(verdict(&mut engine, &meter, thin), Verdict::Failed);
     assert!(engine.is_strict);
     assert_close(engine.line_share, 0.2 * TUNING.verification.stricter_factor, 1e-16);

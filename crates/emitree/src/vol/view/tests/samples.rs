@@ -13,7 +13,7 @@ use crate::vol::testing::{
 };
 use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::{
-    LayerSamples, ScatteredSheet, WIDTH_OF_GAUSSIAN, fraction_of_view, size_detected, steps,
+    PartSamples, ScatteredSheet, WIDTH_OF_GAUSSIAN, fraction_of_view, size_detected, steps,
 };
 use crate::vol::view::sheet::Sheet;
 use crate::vol::view::verification_lines::FIRST_LINE;
@@ -91,32 +91,32 @@ fn the_size_detected_is_that_of_the_smallest_gaussian_that_does_not_pass() {
 #[test]
 fn samples_of_a_search_are_rates_without_the_density() {
     let points = [[0.5, 0.1, 0.2], [0.0, 0.3, 0.9], [0.25, 0.7, 0.1]];
-    let samples = LayerSamples::of_probes(&points, &[3.0, 7.0, 5.0], |[x, _]| 2.0 * x);
+    let samples = PartSamples::of_probes(&points, &[3.0, 7.0, 5.0], |[x, _]| 2.0 * x);
     assert_eq!((samples.number, &samples.points[..]), (3, &points[..]));
     assert_eq!(samples.rates, [3.0, 0.0, 10.0]);
 }
 
 #[test]
-fn points_in_view_are_sampled_once() {
+fn points_are_sampled_once_and_those_out_of_view_are_dark() {
     let meter = meter(1000);
     let left = Pane { is_open: |[x, _]| x < 0.5, ..PANE };
-    let mut sheet = sheet(&meter, &left, 3, SHAPE);
-    sheet.scan.skips_closed = true;
-    let mut samples = LayerSamples::default();
+    let sheet = sheet(&meter, &left, 3, SHAPE);
+    let mut samples = PartSamples::default();
     // The first N = 2^m points have N different abscissas, one in each N-th of the edge.
     for (number, in_view) in [(64, 32), (128, 64), (100, 64)] {
         let task = sheet.sample_scattered(&mut samples, number);
         answered(&meter, |at, _| plane(at), task).unwrap();
         assert_eq!(samples.number, number.max(samples.number));
-        assert_eq!((samples.points.len(), meter.evaluations()), (in_view, in_view as u64));
+        let seen = samples.rates.iter().filter(|rate| **rate != 0.0).count();
+        assert_eq!((seen, meter.evaluations()), (in_view, in_view as u64));
+        assert_eq!((samples.points.len(), samples.rates.len()), (samples.number, samples.number));
     }
     for (at, rate) in samples.points.iter().zip(&samples.rates) {
-        assert!(at[0] < 0.5);
-        assert_close(*rate, plane(*at), 1e-6);
+        assert_close(*rate, if at[0] < 0.5 { plane(*at) } else { 0.0 }, 1e-6);
     }
     let task = sheet.sample_scattered(&mut samples, 1 << 16);
     assert!(matches!(answered(&meter, |_, _| 1.0, task), Err(Stop::Budget)));
-    assert_eq!((samples.number, samples.points.len()), (128, 64));
+    assert_eq!((samples.number, samples.points.len()), (128, 128));
 }
 
 fn scattered<'a, 'b>(sheet: &'a Sheet<'b>, target: f64, number: usize) -> ScatteredSheet<'a, 'b> {

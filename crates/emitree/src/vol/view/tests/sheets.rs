@@ -22,7 +22,6 @@ fn the_base_has_all_depths_of_its_lattice_on_each_line() {
     let wanted = sheet.add_base();
     let expected: Vec<_> = (0..25).map(|i| (i, base_depths(2))).collect();
     assert_eq!(wanted, expected);
-    assert!(!sheet.scan.skips_closed);
     let mut places: Vec<Place> = sheet.scan.tree.nodes().iter().map(|node| node.place).collect();
     places.sort_unstable();
     assert_eq!(places, lattice(2));
@@ -30,27 +29,10 @@ fn the_base_has_all_depths_of_its_lattice_on_each_line() {
 }
 
 #[test]
-fn lines_out_of_view_are_closed_unless_there_are_few_others() {
-    let meter = meter(0);
-    // A row of 5 and, for the other one, 10 of 25 nodes are in view.
-    let few = Pane { is_open: |[x, _]| x < 0.1, ..PANE };
-    let some = Pane { is_open: |[x, _]| x < 0.3, ..PANE };
-    for (pane, lines) in [(few, 25), (some, 10)] {
-        let mut sheet = sheet(&meter, &pane, 2, SHAPE);
-        assert_eq!(sheet.add_base().len(), lines);
-        assert_eq!(sheet.scan.skips_closed, lines < 25);
-        for (i, node) in sheet.scan.tree.nodes().iter().enumerate() {
-            let is_closed = lines < 25 && !(pane.is_open)(node.place.map(unit));
-            assert_eq!(sheet.scan.node_lines.is_closed(i), is_closed);
-        }
-    }
-}
-
-#[test]
-fn the_layers_of_a_tile_share_its_tolerance() {
+fn the_pieces_of_a_line_share_its_tolerance() {
     let meter = meter(0);
     let mut sheet = sheet(&meter, &PANE, 2, SHAPE);
-    (sheet.layers_of_tile, sheet.id.energy) = (4, 1);
+    (sheet.pieces_of_line, sheet.id.energy) = (4, 1);
     assert_close(sheet.line_tolerance(&[1.0, 0.2, 3.0]), 0.05, 1e-16);
 }
 
@@ -72,25 +54,6 @@ fn values_are_radiances_times_the_density_less_what_earlier_energies_explain() {
 }
 
 #[test]
-fn closed_nodes_are_continued() {
-    let meter = meter(0);
-    let pane = Pane { is_open: |[x, _]| x < 0.6, ..PANE };
-    let mut sheet = sheet(&meter, &pane, 3, SHAPE);
-    sheet.scan.skips_closed = true;
-    sheet.scan.add(&lattice(3));
-    for (i, node) in sheet.scan.tree.nodes().iter().enumerate() {
-        let [x, y] = node.place.map(unit);
-        sheet.scan.node_lines.lines[i].integral = if (pane.is_open)([x, y]) { x - y } else { 9.0 };
-    }
-    sheet.set_values(&[], &[]);
-    for node in sheet.scan.tree.nodes() {
-        let [x, y] = node.place.map(unit);
-        assert_eq!(node.is_continued, x >= 0.6);
-        assert_close(node.value, x - y, 1e-9);
-    }
-}
-
-#[test]
 fn a_pixel_is_that_of_its_row_and_column() {
     let meter = meter(0);
     let sheet = sheet(&meter, &PANE, 2, SHAPE);
@@ -106,8 +69,8 @@ fn the_image_has_the_means_of_polynomials_times_the_scale() {
     let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
     fill(&mut sheet, &lattice(3), |[x, y, _]| 3.0 * x * x + 2.0 * y);
     sheet.scan.node_lines.lines[7].error = 0.25;
-    let scale = uniform(SHAPE, 2.0);
-    let (part, _) = sheet.assemble(&scale, 3);
+    sheet.scale = Arc::new(uniform(SHAPE, 2.0));
+    let (part, _) = sheet.assemble();
     for row in 0..8 {
         for column in 0..16 {
             let [left, right] = [column, column + 1].map(|edge| edge as f64 / 16.0);
@@ -124,16 +87,17 @@ fn a_sheet_needs_the_nodes_of_all_required_levels() {
     let meter = meter(0);
     let mut sheet = sheet(&meter, &PANE, 2, SHAPE);
     fill(&mut sheet, &lattice(2), |_| 1.0);
-    let scale = uniform(SHAPE, 1.0);
-    assert!(sheet.assemble(&scale, 2).1.has_required);
-    assert!(!sheet.assemble(&scale, 3).1.has_required);
+    sheet.scan.base_level = 1;
+    assert!(sheet.assemble().1.has_required);
+    sheet.scan.base_level = 2;
+    assert!(!sheet.assemble().1.has_required);
     let mut next: Vec<Place> =
         lattice(3).into_iter().filter(|place| level_of_place(*place) == 3).collect();
     let last = next.pop();
     fill(&mut sheet, &next, |_| 1.0);
-    assert!(!sheet.assemble(&scale, 3).1.has_required);
+    assert!(!sheet.assemble().1.has_required);
     fill(&mut sheet, last.as_slice(), |_| 1.0);
-    assert!(sheet.assemble(&scale, 3).1.has_required);
+    assert!(sheet.assemble().1.has_required);
 }
 
 #[test]
@@ -146,7 +110,7 @@ fn a_detail_is_in_the_error_map_around_its_node() {
     let i = sheet.scan.tree.find(peak).unwrap();
     sheet.scan.node_lines.lines[i].integral = 1.0;
     sheet.set_values(&[], &[]);
-    let (part, seen) = sheet.assemble(&uniform([16, 16], 1.0), 3);
+    let (part, seen) = sheet.assemble();
     assert_close(seen.guarded[i], 1.0, 1e-15);
     // The hats of the node and of the eight around it, which have a half of it, and the next ones.
     let [next, second] = [TUNING.image.first_neighbour_guard, TUNING.image.second_neighbour_guard];
@@ -222,7 +186,7 @@ fn places_of_seeds_come_first_and_then_the_children_of_coarse_nodes() {
     let seeded: Vec<usize> = sheet.seeded().into_iter().map(|(i, _)| i).collect();
     assert_eq!(seeded.len(), 4);
     assert!(seeded.iter().all(|&i| level_of_place(sheet.scan.tree.nodes()[i].place) < 3));
-    let (_, seen) = sheet.assemble(&uniform(SHAPE, 1.0), 3);
+    let (_, seen) = sheet.assemble();
     let limits = ChoiceLimits { tolerance: 1.0, finest_level: 9, required_level: 3 };
     let choice = sheet.choice(&seen, &[1.0], &limits);
     let places = sheet.places(&seen, &choice, vec![]);
@@ -240,6 +204,7 @@ fn the_largest_line_is_that_of_the_largest_size() {
     let mut sheet = sheet(&meter, &PANE, 2, SHAPE);
     fill(&mut sheet, &lattice(2), |[x, y, _]| x - 3.0 * y);
     assert_close(sheet.largest_line(), 3.0, 1e-15);
-    let (part, _) = sheet.assemble(&Image::zeros(8, 16), 2);
+    sheet.scale = Arc::new(Image::zeros(8, 16));
+    let (part, _) = sheet.assemble();
     assert_eq!(part.image, Image::zeros(8, 16));
 }

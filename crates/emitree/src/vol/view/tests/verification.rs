@@ -9,6 +9,7 @@ use crate::vol::testing::{
 };
 use crate::vol::tuning::TUNING;
 use crate::vol::view::verification_lines::FIRST_LINE;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 const SHAPE: [usize; 2] = [16, 16];
@@ -48,7 +49,7 @@ fn the_worst_lines_are_in_the_worst_pixels_far_from_each_other() {
     let mut scale = uniform(SHAPE, 1.0);
     scale[(15, 15)] = 0.0;
     sheet.scale = Arc::new(scale);
-    let lines = sheet.worst_lines(vec![&one, &other], 3);
+    let lines = sheet.worst_lines(&[Cow::Borrowed(&one), Cow::Borrowed(&other)], 3);
     let places: Vec<Place> = lines.iter().map(|(place, _)| *place).collect();
     assert_eq!(places[..2], [at(5, 9, 9), at(5, 5, 19)]);
     // Of equals the first that is far enough from both.
@@ -160,20 +161,6 @@ fn lines_beyond_the_budget_are_removed() {
     assert!(answered(&meter, |at, _| plane(at), sheet.verify_lines(lines, 1e-6)).is_err());
     assert_eq!(sheet.verification.places.len(), 0);
     assert!(sheet.differences(0, &[], &[]).is_empty());
-}
-
-#[test]
-fn lines_out_of_view_are_not_compared() {
-    let meter = meter(100_000);
-    let pane = Pane { is_open: |[x, _]| x < 0.51, ..PANE };
-    let mut sheet = sheet(&meter, &pane, 3, SHAPE);
-    sheet.scan.skips_closed = true;
-    sheet.scan.add(&lattice(3));
-    sheet.set_values(&[], &[]);
-    let lines = [at(6, 11, 7), at(6, 50, 9)].map(|place| (place, vec![]));
-    answered(&meter, |_, _| 1.0, sheet.verify_lines(lines.to_vec(), 1e-6)).unwrap();
-    assert_eq!(sheet.verification.places.nodes()[0].place, at(6, 11, 7));
-    assert_eq!(sheet.verification.places.len(), 1);
 }
 
 #[test]

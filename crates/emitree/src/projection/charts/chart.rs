@@ -1,0 +1,166 @@
+//! Charts: coordinates of a part of a view in which its radiance is smooth.
+
+use crate::projection::charts::piece::Piece;
+use crate::projection::charts::shells::Shells;
+use crate::projection::surroundings::{SightLine, Surroundings};
+use crate::projection::vector::{difference, dot};
+use crate::projection::{MappedPoint, Projection, ViewGeometry};
+use core::f64::consts::TAU;
+
+/// A map from the unit cube to a part of the world, along whose third axis the emission of one
+/// piece of the lines of sight is integrated. The first two axes are the image plane, or angles at
+/// a body.
+pub trait Chart: Send + Sync + core::fmt::Debug {
+    /// The world point, emission direction and ds/dz at the coordinates `u`.
+    fn world_from_chart(&self, u: [f64; 3]) -> MappedPoint;
+
+    /// The coordinates of a world point: the inverse of
+    /// [`world_from_chart`](Self::world_from_chart), outside the cube for a point that is not on
+    /// the piece of a line in view; `None` if the point is on no line of sight or on all of them.
+    fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]>;
+
+    /// The weight of the radiance at (u, v): dΩ/(dx dy) \[sr\] on the image plane, continued
+    /// smoothly where there is no image, and 1 in angles at a body.
+    fn density(&self, uv: [f64; 2]) -> f64;
+
+    /// Whether some points of the chart are inside an opaque body, where g has no value.
+    fn has_gaps(&self) -> bool {
+        false
+    }
+
+    /// For a point inside an opaque body, points around the body on the same line of sight, weighted
+    /// so that their sum continues g smoothly through the body; `None` for all other points.
+    fn across_gap(&self, _u: [f64; 3]) -> Option<[MappedPoint; 6]> {
+        None
+    }
+
+    /// The number of the tile of the image, and the place on it, at which the line at (u, v) is
+    /// seen; a place near it for a line that is not in view.
+    fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]);
+}
+
+/// A whole projection as its only chart.
+#[derive(Debug)]
+pub(crate) struct Whole<'a, P: ?Sized> {
+    pub(crate) projection: &'a P,
+    pub(crate) tile: usize,
+}
+
+impl<P: Projection + ?Sized> Chart for Whole<'_, P> {
+    fn world_from_chart(&self, u: [f64; 3]) -> MappedPoint {
+        self.projection.world_from_canonical(u)
+    }
+
+    fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
+        self.projection.canonical_from_world(position)
+    }
+
+    fn density(&self, uv: [f64; 2]) -> f64 {
+        self.projection.solid_angle_density(uv)
+    }
+
+    fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
+        (self.tile, uv)
+    }
+}
+
+/// The part of the coordinates (c, φ) of a piece that is in view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Window {
+    /// The ends of c.
+    pub(crate) c: [f64; 2],
+    /// The beginning and the width of φ.
+    pub(crate) azimuth_rad: [f64; 2],
+}
+
+impl Window {
+    /// Whether the azimuth is the full circle.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.azimuth_rad[1] >= TAU
+    }
+
+    /// (u, v) of (c, φ), in \[0, 1\]² inside the window.
+    pub(crate) fn unit(&self, [c, azimuth]: [f64; 2]) -> [f64; 2] {
+        let u = (c - self.c[0]) / (self.c[1] - self.c[0]);
+        let [begin, width] = self.azimuth_rad;
+        let beyond = (azimuth - begin).rem_euclid(TAU);
+        // An azimuth below the beginning by no more than one above the end is not a turn away.
+        let is_below = beyond > width && TAU - beyond < beyond - width;
+        [u, (if is_below { beyond - TAU } else { beyond }) / width]
+    }
+
+    fn natural(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        let c = self.c[0] + u * (self.c[1] - self.c[0]);
+        // Both ends of the full circle are the same lines, bit for bit.
+        let v = if self.is_closed() && v >= 1.0 { 0.0 } else { v };
+        [if u >= 1.0 { self.c[1] } else { c }, self.azimuth_rad[0] + v * self.azimuth_rad[1]]
+    }
+}
+
+/// The chart of one piece of the lines around a body.
+#[derive(Debug)]
+pub(crate) struct PieceChart<'a> {
+    pub(super) surroundings: &'a Surroundings,
+    pub(super) shells: &'a Shells,
+    pub(super) piece: Piece,
+    pub(super) window: Window,
+    /// The image planes of all tiles.
+    pub(super) tiles: Vec<&'a dyn ViewGeometry>,
+}
+
+impl PieceChart<'_> {
+    fn line(&self, uv: [f64; 2]) -> SightLine {
+        let [c, azimuth] = self.window.natural(uv);
+        self.shells.line(self.surroundings, self.shells.angle(self.piece, c), azimuth)
+    }
+}
+
+impl Chart for PieceChart<'_> {
+    fn world_from_chart(&self, [u, v, z]: [f64; 3]) -> MappedPoint {
+        self.shells.point(self.surroundings, self.piece, &self.line([u, v]), z)
+    }
+
+    fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
+        let line = self.surroundings.line_to(position)?;
+        let aim = self.shells.aim(&line);
+        let ends_at_body = self.shells.ends(self.surroundings, &line);
+        if !self.shells.has(self.shells.zone(&aim), self.piece, ends_at_body) {
+            return None;
+        }
+        let [u, v] = self.window.unit([self.shells.coordinate(self.piece, &aim), aim.azimuth]);
+        let distance = dot(difference(position, line.origin), line.direction);
+        Some([u, v, self.shells.z_of(self.surroundings, self.piece, &line, distance)])
+    }
+
+    fn density(&self, _uv: [f64; 2]) -> f64 {
+        1.0
+    }
+
+    fn has_gaps(&self) -> bool {
+        self.surroundings.bodies.len() > usize::from(self.shells.body.is_some())
+    }
+
+    fn across_gap(&self, [u, v, z]: [f64; 3]) -> Option<[MappedPoint; 6]> {
+        let line = self.line([u, v]);
+        let point = self.shells.point(self.surroundings, self.piece, &line, z);
+        let range = self.shells.range(self.piece, &line, &self.shells.aim(&line));
+        // The point that `outside` has not moved.
+        let distance = self.shells.distance_at(self.surroundings, self.piece, &line, z)?;
+        let gap = self.surroundings.gap(&line, range, distance, self.shells.body)?;
+        Some(core::array::from_fn(|k| {
+            let mut beside = line.sample(gap.distances[k], gap.weights[k] * point.path_per_depth);
+            beside.position = self.surroundings.outside(beside.position);
+            beside
+        }))
+    }
+
+    fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
+        let line = self.line(uv);
+        let place = |tile: &&dyn ViewGeometry| tile.place_of_line(&line);
+        let is_inside = |xy: &[f64; 2]| xy.iter().all(|along| (0.0..=1.0).contains(along));
+        let mut places = self.tiles.iter().map(place).enumerate();
+        let first = self.tiles.first().and_then(place);
+        let found = places.find_map(|(tile, xy)| Some((tile, xy.filter(is_inside)?)));
+        found.unwrap_or((0, first.unwrap_or([0.5; 2]).map(|along| along.clamp(0.0, 1.0))))
+    }
+}

@@ -1,0 +1,295 @@
+//! Charts: coordinates in which a view with opaque bodies, edges of the emission and bounds is
+//! smooth.
+//!
+//! The image of a view with a body is singular along its limb, and no tree or product represents it
+//! well. In angles about the body that are adapted to the limb it is smooth: the *atlas* of a view
+//! divides each line of sight into pieces, each with its place in one chart, and the image is
+//! sampled from the charts. It depends on the observer, the bodies, edges and bounds alone: cameras
+//! of all kinds, and the faces of a sky, have the same charts.
+//!
+//! * `shells`: concentric surfaces, and lines of sight relative to them;
+//! * `sectors`: parts of the azimuth between planes on which g jumps or has a kink;
+//! * `piece`: the pieces of lines between surfaces, their coordinates and depths;
+//! * `chart`: a piece in view as a map from the unit cube.
+
+pub(crate) mod chart;
+mod piece;
+mod sectors;
+mod shells;
+
+use crate::projection::ViewGeometry;
+use crate::projection::bounds::Bounds;
+use crate::projection::edge::Edge;
+use crate::projection::region::Region;
+use crate::projection::surroundings::{SightLine, Surroundings};
+use chart::{PieceChart, Window};
+use core::f64::consts::TAU;
+use piece::Piece;
+use shells::Shells;
+
+/// The charts of a view.
+#[derive(Debug)]
+pub(crate) struct Atlas<'a> {
+    surroundings: &'a Surroundings,
+    /// The image planes of all tiles.
+    tiles: Vec<&'a dyn ViewGeometry>,
+    /// Surfaces around each body, and around other centres.
+    shells: Vec<Shells>,
+    /// The shells, pieces and sectors of the charts, by their numbers.
+    charts: Vec<(usize, Piece, usize)>,
+}
+
+/// A piece of a line of sight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PieceOfLine {
+    /// The number of its chart.
+    pub(crate) chart: usize,
+    /// The coordinates (c, φ) of the line in the chart.
+    pub(crate) place: [f64; 2],
+}
+
+/// A surface of the shape of a body at which samples found the beginning of the emission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FoundEdge {
+    /// The number of the body.
+    pub(crate) body: usize,
+    /// Its size in units of the body.
+    pub(crate) radius: f64,
+}
+
+/// An azimuth about the axis of shells at which samples found a jump or a kink of g.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FoundCut {
+    /// The number of the shells.
+    pub(crate) shells: usize,
+    pub(crate) azimuth_rad: f64,
+}
+
+impl<'a> Atlas<'a> {
+    /// The atlas of a view on `tiles`, with the declared edges and those `found`; `None` if no
+    /// surface has a limb.
+    pub(crate) fn new(tiles: Vec<&'a dyn ViewGeometry>, found: &[FoundEdge]) -> Option<Self> {
+        let surroundings = tiles.first()?.surroundings()?;
+        let mut shells = shells_of(surroundings);
+        for edge in found {
+            if let Some(shells) = shells.iter_mut().find(|shells| shells.body == Some(edge.body)) {
+                shells.insert(edge.radius);
+                shells.has_found_edge = true;
+            }
+        }
+        shells.retain(|shells| shells.limbs > 0);
+        if shells.is_empty() {
+            return None;
+        }
+        for edge in &surroundings.edges {
+            let Edge::Plane { position, normal } = *edge else { continue };
+            shells.iter_mut().for_each(|shells| shells.cut_at_plane(position, normal));
+        }
+        let charts = charts_of(&shells);
+        Some(Self { surroundings, tiles, shells, charts })
+    }
+
+    /// The same atlas with charts that end at these azimuths, too.
+    pub(crate) fn with_cuts(mut self, cuts: &[FoundCut]) -> Self {
+        for cut in cuts {
+            self.shells[cut.shells].sectors.cut(cut.azimuth_rad);
+        }
+        self.charts = charts_of(&self.shells);
+        self
+    }
+
+    /// The cut through a chart at the coordinate v of a window.
+    pub(crate) fn cut(&self, chart: usize, window: &Window, v: f64) -> FoundCut {
+        let [begin, width] = window.azimuth_rad;
+        FoundCut { shells: self.charts[chart].0, azimuth_rad: begin + v * width }
+    }
+
+    /// The beginning and the width of the sector of a chart; `None` if it is the whole circle.
+    pub(crate) fn sector_rad(&self, chart: usize) -> Option<[f64; 2]> {
+        let (number, _, sector) = self.charts[chart];
+        self.shells[number].sectors.azimuth_rad(sector)
+    }
+
+    /// The number of tiles of the image.
+    pub(crate) fn tiles(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// The bodies in view around which no edge is known.
+    pub(crate) fn bodies_without_edges(&self) -> Vec<usize> {
+        let seen = self.bodies_in_view();
+        let is_alone =
+            |shells: &&Shells| shells.radii.len() == 1 + usize::from(shells.is_dark_beyond);
+        let bodies = self.shells.iter().filter(is_alone).filter_map(|shells| shells.body);
+        bodies.filter(|body| seen.contains(body)).collect()
+    }
+
+    /// The bodies at some of the places of a lattice on the tiles.
+    fn bodies_in_view(&self) -> Vec<usize> {
+        const PLACES: usize = 32;
+        let place = |k: usize| (k as f64 + 0.5) / PLACES as f64;
+        let lattice = || (0..PLACES * PLACES).map(|k| [place(k % PLACES), place(k / PLACES)]);
+        let regions = self.tiles.iter().flat_map(|tile| lattice().map(|xy| tile.region(xy)));
+        let mut bodies: Vec<usize> = regions
+            .filter_map(|region| if let Region::Body(body) = region { Some(body) } else { None })
+            .collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        bodies
+    }
+
+    /// The shells around a body.
+    fn around(&self, body: usize) -> usize {
+        self.shells.iter().position(|shells| shells.body == Some(body)).unwrap_or(0)
+    }
+
+    /// The chart of all lines of sight to a body.
+    pub(crate) fn near_chart(&'a self, body: usize) -> PieceChart<'a> {
+        let shells = &self.shells[self.around(body)];
+        let piece = Piece::Near(0);
+        let window = Window { c: shells.natural_ends(piece), azimuth_rad: [0.0, TAU] };
+        let (surroundings, tiles) = (self.surroundings, self.tiles.clone());
+        PieceChart { surroundings, shells, piece, window, tiles }
+    }
+
+    /// The size, in units of a body, of the surface of its shape through a position.
+    pub(crate) fn radius(&self, body: usize, position: [f64; 3]) -> f64 {
+        self.shells[self.around(body)].radius_at(position)
+    }
+
+    /// Whether samples found no emission where a chart is.
+    pub(crate) fn looks_dark(&self, chart: usize) -> bool {
+        let (number, piece, _) = self.charts[chart];
+        self.shells[number].has_found_edge && matches!(piece, Piece::Near(0) | Piece::Chord(1))
+    }
+
+    /// The number of charts.
+    pub(crate) fn len(&self) -> usize {
+        self.charts.len()
+    }
+
+    /// A number for the zones of a line of sight: where it changes, the image is singular.
+    pub(crate) fn zones(&self, line: &SightLine) -> u64 {
+        let zones = self.shells.iter().map(|shells| shells.zone(&shells.aim(line)));
+        let add = |all: u64, zone: usize| all.wrapping_mul(31).wrapping_add(zone as u64);
+        let zones = zones.fold(self.sectors(line), add);
+        match self.surroundings.end_of(line).0 {
+            Region::Body(number) => zones.wrapping_mul(31).wrapping_add(1 + number as u64),
+            Region::Sky | Region::Outside => zones.wrapping_mul(31),
+        }
+    }
+
+    /// A number for the sectors of a line of sight.
+    pub(crate) fn sectors(&self, line: &SightLine) -> u64 {
+        let cut = self.shells.iter().filter(|shells| shells.sectors.len() > 1);
+        let sectors = cut.map(|shells| shells.sectors.of(shells.aim(line).azimuth));
+        sectors.fold(0_u64, |all, sector| all.wrapping_mul(31).wrapping_add(sector as u64))
+    }
+
+    /// For each shells the distance of a line from the centre, in units of the radius of each
+    /// limb: the limb is at 1.
+    pub(crate) fn misses(&self, line: &SightLine, misses: &mut Vec<f64>) {
+        misses.clear();
+        for shells in &self.shells {
+            let aim = shells.aim(line);
+            let miss = if aim.is_ahead { aim.miss } else { 2.0 * shells.distance - aim.miss };
+            misses.extend(shells.radii[..shells.limbs].iter().map(|radius| miss / radius));
+        }
+    }
+
+    /// The pieces of a line of sight that are not empty.
+    pub(crate) fn pieces(&self, line: &SightLine, pieces: &mut Vec<PieceOfLine>) {
+        pieces.clear();
+        let Some(number) = self.shells_of(line) else { return };
+        let shells = &self.shells[number];
+        let aim = shells.aim(line);
+        let zone = shells.zone(&aim);
+        let ends_at_body = shells.ends(self.surroundings, line);
+        let sector = shells.sectors.of(aim.azimuth);
+        let is_own = |(of_shells, _, of_sector): &(usize, Piece, usize)| {
+            *of_shells == number && *of_sector == sector
+        };
+        let own = self.charts.iter().enumerate().filter(|(_, chart)| is_own(chart));
+        for (chart, (_, piece, _)) in own {
+            let [from, to] = shells.range(*piece, line, &aim);
+            if shells.has(zone, *piece, ends_at_body) && to > from {
+                let place = [shells.coordinate(*piece, &aim), aim.azimuth];
+                pieces.push(PieceOfLine { chart, place });
+            }
+        }
+    }
+
+    /// The number of the shells in whose coordinates a line is: those of the body at which it ends,
+    /// those with a surface that it crosses, or those with the nearest limb.
+    fn shells_of(&self, line: &SightLine) -> Option<usize> {
+        if let (Region::Body(body), _) = self.surroundings.end_of(line) {
+            return self.shells.iter().position(|shells| shells.body == Some(body));
+        }
+        let order = |(number, shells): (usize, &Shells)| {
+            let aim = shells.aim(line);
+            let crosses_edge = !shells.is_only_bounds() && shells.zone(&aim) < shells.limbs;
+            (!crosses_edge, shells.clearance(&aim), number)
+        };
+        let all = self.shells.iter().enumerate().map(order);
+        all.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))).map(|(_, _, number)| number)
+    }
+
+    /// The coordinate c at limbs and on the axis, at which the window of a chart may end.
+    pub(crate) fn natural_ends(&self, chart: usize) -> [f64; 2] {
+        let (number, piece, _) = self.charts[chart];
+        self.shells[number].natural_ends(piece)
+    }
+
+    /// A chart with what is in view of it.
+    pub(crate) fn chart(&'a self, chart: usize, window: Window) -> PieceChart<'a> {
+        let (number, piece, _) = self.charts[chart];
+        let (surroundings, shells) = (self.surroundings, &self.shells[number]);
+        PieceChart { surroundings, shells, piece, window, tiles: self.tiles.clone() }
+    }
+}
+
+/// The pieces of all shells in all of their sectors.
+fn charts_of(shells: &[Shells]) -> Vec<(usize, Piece, usize)> {
+    let of_shells = |(number, shells): (usize, &Shells)| {
+        let sectors = 0..shells.sectors.len();
+        let of_piece = |piece| sectors.clone().map(move |sector| (number, piece, sector));
+        shells.pieces().into_iter().flat_map(of_piece).collect::<Vec<_>>()
+    };
+    shells.iter().enumerate().flat_map(of_shells).collect()
+}
+
+/// The surfaces around each body, and around the centres of other edges and of bounds.
+fn shells_of(surroundings: &Surroundings) -> Vec<Shells> {
+    let observer = surroundings.observer;
+    let bodies = surroundings.bodies.iter().enumerate();
+    let mut all: Vec<Shells> =
+        bodies.map(|(number, body)| Shells::new(*body, Some(number), observer)).collect();
+    for edge in &surroundings.edges {
+        let Edge::Ellipsoid(edge) = edge else { continue };
+        let around = all.iter_mut().find_map(|shells| Some((shells.radius_of(edge)?, shells)));
+        match around {
+            Some((radius, shells)) => shells.insert_edge(radius),
+            None => all.push(Shells::new(*edge, None, observer)),
+        }
+    }
+    if let Some(Bounds::Ellipsoid(bounds)) = surroundings.bounds {
+        let around = all.iter_mut().find_map(|shells| {
+            let radius = shells.radius_of(&bounds)?;
+            (radius > shells.radii[0]).then_some((radius, shells))
+        });
+        match around {
+            Some((radius, shells)) => shells.bound(radius),
+            None => {
+                let mut bounds = Shells::new(bounds, None, observer);
+                bounds.is_dark_beyond = true;
+                all.push(bounds);
+            }
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod tests_of_sectors;

@@ -1,0 +1,357 @@
+//! Pieces: the parts of lines of sight between successive crossings of concentric surfaces, in
+//! coordinates in which their radiance is smooth.
+//!
+//! A limb is where a line touches a surface of radius R. Along it the radiance of each piece has
+//! the square root of the distance from the limb. The coordinate c of a piece absorbs it:
+//!
+//! * from a surface outwards: c is the central angle of the point of the surface, tan ψ =
+//!   R sin c / (D − R cos c), on the near side up to acos(R/D) and on the far side beyond;
+//! * across the inside of a surface and around the next smaller one: b² = r² + (R² − r²) sin²(πc/2);
+//! * past all surfaces: c = √(ψ − ψ of the limb), or √(b² − R²) for parallel lines.
+//!
+//! The depth from a surface outwards over a length T is t = L v / (1 − v (1 − L/T)), v = z² and L =
+//! min(R/3, T): an atmosphere above the surface and the square root that its rate may have there
+//! are resolved, and so is a power law towards infinity. Past a surface the depth is the angle at
+//! the centre, which is smooth for lines that look away from the body, too.
+
+use crate::projection::MappedPoint;
+use crate::projection::charts::shells::{Aim, Shells};
+use crate::projection::surroundings::{SightLine, Surroundings};
+use core::f64::consts::{FRAC_PI_2, PI};
+
+/// Which part of the lines of sight a piece is; numbers are those of surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Piece {
+    /// From where a line enters a surface back to the next larger one, or to its beginning.
+    Near(usize),
+    /// Inside a surface, for lines that do not enter the next smaller one.
+    Chord(usize),
+    /// From where a line leaves a surface to the next larger one, or to its end.
+    Far(usize),
+    /// All of a line that enters no surface, up to the first one around the observer.
+    Sky,
+}
+
+/// The scale of depth from a surface outwards, in units of its radius.
+const DEPTH_SCALE: f64 = 1.0 / 3.0;
+/// How far from an edge g is evaluated at least, relative to its radius: an edge is known to
+/// rounding, and a rate on its wrong side would be wrong by the whole jump.
+const BESIDE_EDGE: f64 = 1e-9;
+
+/// A depth as a function of z, in the world's length.
+#[derive(Clone, Copy, Debug)]
+enum Depth {
+    /// Between two distances, evenly.
+    Even,
+    /// From the far end, which is on a surface with this scale, to the near end.
+    Inwards(f64),
+    /// From the near end, which is on a surface with this scale, to the far end.
+    Outwards(f64),
+    /// Evenly in the angle at the centre.
+    Angle,
+    /// As on lines without surfaces.
+    Plain,
+}
+
+impl Shells {
+    /// All pieces that lines of sight may have.
+    pub(super) fn pieces(&self) -> Vec<Piece> {
+        let last = self.radii.len() - 1;
+        let is_dark = |number: usize| self.is_dark_beyond && number == last;
+        let first_inside = usize::from(self.body.is_some());
+        let near = (0..self.limbs).filter(|&j| !is_dark(j)).map(Piece::Near);
+        let chords = (first_inside..self.limbs).map(Piece::Chord);
+        let far = (0..=last).filter(|&j| !is_dark(j)).map(Piece::Far);
+        let has_sky = !(self.is_dark_beyond && self.limbs == last + 1);
+        near.chain(chords).chain(far).chain(has_sky.then_some(Piece::Sky)).collect()
+    }
+
+    /// Whether the lines of a zone have a piece. Those of zone 0 enter the body, if there is one, and
+    /// end at it, or begin behind it.
+    pub(super) fn has(&self, zone: usize, piece: Piece, ends_at_body: bool) -> bool {
+        let enters_body = zone == 0 && self.body.is_some();
+        match piece {
+            Piece::Near(number) => number >= zone,
+            Piece::Chord(number) => number == zone && !enters_body,
+            Piece::Far(number) => number >= zone && !ends_at_body,
+            Piece::Sky => zone == self.limbs && !enters_body,
+        }
+    }
+
+    /// The largest central angle of points on the near side of a surface.
+    fn limb_angle(&self, number: usize) -> f64 {
+        (self.radii[number] / self.distance).min(1.0).acos()
+    }
+
+    /// The radius of the next smaller surface; 0 if there is none.
+    fn inner_radius(&self, number: usize) -> f64 {
+        number.checked_sub(1).map_or(0.0, |inner| self.radii[inner])
+    }
+
+    /// The angle ψ, or the distance b of parallel lines, of the largest limb.
+    fn outer_limb(&self) -> f64 {
+        let radius = self.radii[self.limbs - 1];
+        if self.is_parallel() { radius } else { (radius / self.distance).asin() }
+    }
+
+    /// The coordinate c of a line in a piece.
+    pub(super) fn coordinate(&self, piece: Piece, aim: &Aim) -> f64 {
+        let incidence = |number: usize| (aim.miss / self.radii[number]).min(1.0).acos();
+        let central = |number: usize, side: f64| match self.is_parallel() {
+            // The angle of the point from the axis, on the side of the observer or beyond.
+            true => FRAC_PI_2 + side * incidence(number),
+            false => FRAC_PI_2 - aim.angle + side * incidence(number),
+        };
+        match piece {
+            Piece::Near(number) => central(number, -1.0).max(0.0),
+            Piece::Chord(number) if self.inner_radius(number) == 0.0 => {
+                central(number, -1.0).max(0.0)
+            }
+            Piece::Chord(number) => {
+                let [inner, outer] = [self.inner_radius(number), self.radii[number]];
+                let share = (aim.miss.powi(2) - inner * inner) / (outer * outer - inner * inner);
+                share.clamp(0.0, 1.0).sqrt().asin() / FRAC_PI_2
+            }
+            Piece::Far(number) => central(number, 1.0),
+            Piece::Sky if self.limbs == 0 => aim.angle,
+            Piece::Sky if self.is_parallel() => {
+                (aim.miss.powi(2) - self.outer_limb().powi(2)).max(0.0).sqrt()
+            }
+            Piece::Sky => (aim.angle - self.outer_limb()).max(0.0).sqrt(),
+        }
+    }
+
+    /// The angle, or the distance of parallel lines, at the coordinate c of a piece.
+    pub(super) fn angle(&self, piece: Piece, c: f64) -> f64 {
+        let of_point = |number: usize| {
+            let radius = self.radii[number];
+            let (sin, cos) = c.sin_cos();
+            if self.is_parallel() {
+                radius * sin
+            } else {
+                (radius * sin).atan2(self.distance - radius * cos)
+            }
+        };
+        match piece {
+            Piece::Near(number) | Piece::Far(number) => of_point(number),
+            Piece::Chord(number) if self.inner_radius(number) == 0.0 => of_point(number),
+            Piece::Chord(number) => {
+                let [inner, outer] = [self.inner_radius(number), self.radii[number]];
+                let share = (FRAC_PI_2 * c).sin().powi(2);
+                let miss = (inner * inner + (outer * outer - inner * inner) * share).sqrt();
+                if self.is_parallel() { miss } else { (miss / self.distance).min(1.0).asin() }
+            }
+            Piece::Sky if self.limbs == 0 => c,
+            Piece::Sky if self.is_parallel() => self.outer_limb().hypot(c),
+            Piece::Sky => (self.outer_limb() + c * c).min(PI),
+        }
+    }
+
+    /// The ends of the coordinate c at limbs and on the axis.
+    pub(super) fn natural_ends(&self, piece: Piece) -> [f64; 2] {
+        match piece {
+            Piece::Near(number) => [0.0, self.limb_angle(number)],
+            Piece::Chord(number) if self.inner_radius(number) == 0.0 => {
+                [0.0, self.limb_angle(number)]
+            }
+            Piece::Chord(_) => [0.0, 1.0],
+            Piece::Far(number) => [self.limb_angle(number), PI],
+            Piece::Sky if self.limbs == 0 => [0.0, PI],
+            Piece::Sky if self.is_parallel() => [0.0, f64::INFINITY],
+            Piece::Sky => [0.0, (PI - self.outer_limb()).sqrt()],
+        }
+    }
+
+    /// The distances along a line between which a piece is; empty if the second is not larger.
+    pub(super) fn range(&self, piece: Piece, line: &SightLine, aim: &Aim) -> [f64; 2] {
+        let half = |number: usize| {
+            let within = self.radii[number].powi(2) - aim.miss.powi(2);
+            within.max(0.0).sqrt() / aim.stretch
+        };
+        let [begin, end] = line.ends;
+        let [from, to] = match piece {
+            Piece::Near(number) => {
+                let outer = Some(number + 1).filter(|&outer| outer < self.limbs);
+                [outer.map_or(begin, |outer| aim.nearest - half(outer)), aim.nearest - half(number)]
+            }
+            Piece::Chord(number) => [aim.nearest - half(number), aim.nearest + half(number)],
+            Piece::Far(number) => {
+                let outer = Some(number + 1).filter(|&outer| outer < self.radii.len());
+                [aim.nearest + half(number), outer.map_or(end, |outer| aim.nearest + half(outer))]
+            }
+            Piece::Sky => {
+                let outer = Some(self.limbs).filter(|&outer| outer < self.radii.len());
+                [begin, outer.map_or(end, |outer| aim.nearest + half(outer))]
+            }
+        };
+        [from.clamp(begin, end), to.clamp(begin, end)]
+    }
+
+    fn depth(&self, piece: Piece, aim: &Aim) -> Depth {
+        let scale = |number: usize| DEPTH_SCALE * self.radii[number] / aim.stretch;
+        match piece {
+            Piece::Near(number) => Depth::Inwards(scale(number)),
+            Piece::Far(number) => Depth::Outwards(scale(number)),
+            Piece::Chord(number) if self.inner_radius(number) == 0.0 => Depth::Even,
+            Piece::Sky if self.limbs == 0 => Depth::Plain,
+            Piece::Chord(_) | Piece::Sky => Depth::Angle,
+        }
+    }
+
+    /// The distance at `z` of a piece of a line, and ds/dz; `None` at an infinite end, where the rate
+    /// falls to 0 faster than the path grows, and if the piece is empty.
+    fn distance(
+        &self,
+        surroundings: &Surroundings,
+        piece: Piece,
+        line: &SightLine,
+        aim: &Aim,
+        z: f64,
+    ) -> Option<(f64, f64)> {
+        let [from, to] = self.range(piece, line, aim);
+        let (distance, path) = match self.depth(piece, aim) {
+            Depth::Even => (from + z * (to - from), to - from),
+            Depth::Plain => surroundings.span(from, to).at(z),
+            Depth::Outwards(scale) => {
+                let (t, dt_dz) = outwards(to - from, scale, z);
+                (from + t, dt_dz)
+            }
+            Depth::Inwards(scale) => {
+                let (t, dt_dz) = outwards(to - from, scale, 1.0 - z);
+                (to - t, dt_dz)
+            }
+            Depth::Angle => {
+                let miss = aim.miss / aim.stretch;
+                let (t, dt_dz) = by_angle([from - aim.nearest, to - aim.nearest], miss, z);
+                (aim.nearest + t, dt_dz)
+            }
+        };
+        (to > from && distance.is_finite() && path.is_finite()).then_some((distance, path))
+    }
+
+    /// The distance at `z` of a piece of a line; `None` at an infinite end.
+    pub(super) fn distance_at(
+        &self,
+        surroundings: &Surroundings,
+        piece: Piece,
+        line: &SightLine,
+        z: f64,
+    ) -> Option<f64> {
+        let found = self.distance(surroundings, piece, line, &self.aim(line), z)?;
+        Some(found.0)
+    }
+
+    /// The point at `z` of a piece of a line.
+    pub(super) fn point(
+        &self,
+        surroundings: &Surroundings,
+        piece: Piece,
+        line: &SightLine,
+        z: f64,
+    ) -> MappedPoint {
+        let aim = self.aim(line);
+        let Some((distance, path)) = self.distance(surroundings, piece, line, &aim, z) else {
+            return line.sample(line.ends[0].max(aim.nearest.min(line.ends[1])), 0.0);
+        };
+        let mut point = line.sample(distance, path);
+        point.position = self.beside_surfaces(piece, point.position);
+        point.position = surroundings.outside(point.position);
+        point
+    }
+
+    /// The z of a point at a distance along a line; beyond [0, 1] outside of the piece.
+    pub(super) fn z_of(
+        &self,
+        surroundings: &Surroundings,
+        piece: Piece,
+        line: &SightLine,
+        distance: f64,
+    ) -> f64 {
+        let aim = self.aim(line);
+        let [from, to] = self.range(piece, line, &aim);
+        match self.depth(piece, &aim) {
+            Depth::Even if to > from => (distance - from) / (to - from),
+            Depth::Even => 0.0,
+            Depth::Plain => surroundings.span(from, to).z_of(distance),
+            Depth::Outwards(scale) => outwards_z(to - from, scale, distance - from),
+            Depth::Inwards(scale) => 1.0 - outwards_z(to - from, scale, to - distance),
+            Depth::Angle => {
+                let miss = aim.miss / aim.stretch;
+                let angle = |at: f64| angle_between(from - aim.nearest, at - aim.nearest, miss);
+                let whole = angle(to);
+                if whole > 0.0 { angle(distance) / whole } else { 0.0 }
+            }
+        }
+    }
+
+    /// A position of a piece that rounding may have moved across one of its surfaces, moved back.
+    fn beside_surfaces(&self, piece: Piece, position: [f64; 3]) -> [f64; 3] {
+        let (inner, outer) = match piece {
+            Piece::Near(number) | Piece::Far(number) => (Some(number), Some(number + 1)),
+            Piece::Chord(number) => (number.checked_sub(1), Some(number)),
+            Piece::Sky => (self.limbs.checked_sub(1), Some(self.limbs)),
+        };
+        let is_body = |number: usize| number == 0 && self.body.is_some();
+        let least = inner.filter(|&number| !is_body(number));
+        let most = outer.filter(|&number| number < self.radii.len());
+        if least.is_none() && most.is_none() {
+            return position;
+        }
+        let radius = self.radius_at(position);
+        let least = least.map_or(0.0, |number| self.radii[number] * (1.0 + BESIDE_EDGE));
+        let most = most.map_or(f64::INFINITY, |number| self.radii[number] * (1.0 - BESIDE_EDGE));
+        if radius < least {
+            self.at_radius(position, least)
+        } else if radius > most {
+            self.at_radius(position, most)
+        } else {
+            position
+        }
+    }
+}
+
+/// The distance t from a surface at `z` of a length, which may be infinite, and dt/dz.
+fn outwards(length: f64, scale: f64, z: f64) -> (f64, f64) {
+    let scale = scale.min(length);
+    let bend = if length > 0.0 { 1.0 - scale / length } else { 0.0 };
+    let v = z * z;
+    let left = 1.0 - v * bend;
+    (scale * v / left, 2.0 * z * scale / (left * left))
+}
+
+/// The z at a distance t from a surface; beyond [0, 1] outside of the length.
+fn outwards_z(length: f64, scale: f64, t: f64) -> f64 {
+    let scale = scale.min(length);
+    let bend = if length > 0.0 { 1.0 - scale / length } else { 0.0 };
+    let v = t / (scale + t * bend).max(f64::MIN_POSITIVE);
+    v.abs().sqrt().copysign(v)
+}
+
+/// The angle between the points of a line at two distances from its point nearest to a centre.
+fn angle_between(from: f64, to: f64, miss: f64) -> f64 {
+    let miss = miss.max(f64::MIN_POSITIVE);
+    match (from.is_finite(), to.is_finite()) {
+        (true, true) => (miss * (to - from)).atan2(miss * miss + from * to),
+        (true, false) => FRAC_PI_2 - (from / miss).atan(),
+        (false, true) => FRAC_PI_2 + (to / miss).atan(),
+        (false, false) => PI,
+    }
+}
+
+/// The distance along a line from its point nearest to a centre, at the part `z` of the angle
+/// between two points, and its derivative. The tangents are added without their poles: a line that
+/// looks away from the centre has a `miss` near 0, and angles near π/2.
+fn by_angle([from, to]: [f64; 2], miss: f64, z: f64) -> (f64, f64) {
+    let miss = miss.max(1e-12 * from.abs().min(1e300)).max(f64::MIN_POSITIVE);
+    let whole = angle_between(from, to, miss);
+    let part = z * whole;
+    let t = if from.is_finite() {
+        let (sin, cos) = part.sin_cos();
+        miss * (from * cos + miss * sin) / (miss * cos - from * sin)
+    } else {
+        -miss / part.tan()
+    };
+    // The end itself, which rounding may move beyond infinity.
+    let t = if z >= 1.0 { to } else { t };
+    (t, whole * (miss * miss + t * t) / miss)
+}

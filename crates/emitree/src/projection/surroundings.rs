@@ -1,0 +1,174 @@
+//! What lines of sight meet: their depths, the bounds of the emission, opaque bodies and edges.
+//!
+//! Cameras with the same observer share it, whatever their image planes are.
+
+use super::MappedPoint;
+use super::bounds::Bounds;
+use super::edge::Edge;
+use super::ellipsoid::Ellipsoid;
+use super::region::Region;
+use super::span::{Depth, Span};
+use super::vector::{along, difference, dot, unit};
+
+/// Lines are clipped this part of their length inside of the bounds: a model that ends there is
+/// evaluated inside, whatever rounding does.
+const INSIDE_BOUNDS: f64 = 1e-9;
+
+/// The distances of the points beside a body that continue g through it, in lengths of the gap, if
+/// there is room. With 0.2 and 0.33 two scenes of a planet with a moon took 1.2 and 1.4 times as many
+/// evaluations at 0.1 %.
+const GAP_STEP: f64 = 0.1;
+
+/// Where lines of sight begin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Observer {
+    /// All lines begin at one point.
+    Point([f64; 3]),
+    /// Lines along one direction begin on the plane across it through a point.
+    Parallel { plane_point: [f64; 3], direction: [f64; 3] },
+}
+
+/// What the lines of sight of a camera meet. Returned by
+/// [`ViewGeometry::surroundings`](super::ViewGeometry::surroundings) for the charts of a view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surroundings {
+    pub(super) observer: Observer,
+    depth: Depth,
+    pub(super) bounds: Option<Bounds>,
+    pub(super) bodies: Vec<Ellipsoid>,
+    /// Surfaces on which the emission jumps or has a kink.
+    pub(super) edges: Vec<Edge>,
+}
+
+impl Surroundings {
+    pub(super) fn new(observer: Observer, depth: Depth) -> Self {
+        Self { observer, depth, bounds: None, bodies: Vec::new(), edges: Vec::new() }
+    }
+
+    /// The line of sight from `origin` along a unit vector.
+    pub(super) fn line(&self, origin: [f64; 3], direction: [f64; 3]) -> SightLine {
+        let [near, far] = self.depth.ends();
+        let ends = match self.bounds.map(|bounds| bounds.crossing(origin, direction)) {
+            None => [near, far],
+            Some(None) => [near.max(0.0); 2],
+            Some(Some([enter, leave])) => {
+                let inside = INSIDE_BOUNDS * (leave - enter);
+                let from = near.max(enter + inside);
+                [from, far.min(leave - inside).max(from)]
+            }
+        };
+        SightLine { origin, direction, ends }
+    }
+
+    /// The region of a line, and the distance at which it ends.
+    pub(super) fn end_of(&self, line: &SightLine) -> (Region, f64) {
+        let [from, to] = line.ends;
+        let mut seen = (Region::Sky, to);
+        for (number, body) in self.bodies.iter().enumerate() {
+            if let Some([enter, leave]) = body.crossing(line.origin, line.direction)
+                && leave > from
+                && enter < seen.1
+            {
+                seen = (Region::Body(number), enter.max(from));
+            }
+        }
+        seen
+    }
+
+    /// The gap in which a distance of a line is, inside of a body other than number `own`: a
+    /// polynomial through points on both sides continues g, as far as the line is between two distances. So the
+    /// radiance of lines that a body hides continues that of the lines beside its limb.
+    pub(super) fn gap(
+        &self,
+        line: &SightLine,
+        [from, to]: [f64; 2],
+        distance: f64,
+        own: Option<usize>,
+    ) -> Option<Gap> {
+        let others = self.bodies.iter().enumerate().filter(|(number, _)| Some(*number) != own);
+        let mut crossings =
+            others.filter_map(|(_, body)| body.crossing(line.origin, line.direction));
+        let [enter, leave] =
+            crossings.find(|&[enter, leave]| enter < distance && distance < leave)?;
+        let step = |room: f64| (GAP_STEP * (leave - enter)).min(0.4 * room);
+        let [before, behind] = [step(enter - from), step(to - leave)];
+        if !(before > 0.0 && behind > 0.0) {
+            return None;
+        }
+        let distances = [
+            enter - 2.0 * before,
+            enter - before,
+            enter,
+            leave,
+            leave + behind,
+            leave + 2.0 * behind,
+        ];
+        let weights = core::array::from_fn(|k| {
+            let others = distances.iter().enumerate().filter(|(other, _)| *other != k);
+            others.map(|(_, other)| (distance - other) / (distances[k] - other)).product()
+        });
+        Some(Gap { distances, weights })
+    }
+
+    /// The line of sight through a position; `None` if it is that of the observer.
+    pub(super) fn line_to(&self, position: [f64; 3]) -> Option<SightLine> {
+        match self.observer {
+            Observer::Point(origin) => Some(self.line(origin, unit(difference(position, origin))?)),
+            Observer::Parallel { plane_point, direction } => {
+                let back = dot(difference(plane_point, position), direction);
+                Some(self.line(along(position, back, direction), direction))
+            }
+        }
+    }
+
+    pub(super) fn span(&self, from: f64, to: f64) -> Span {
+        self.depth.span(from, to)
+    }
+
+    /// The nearest position outside of all bodies, a rounding above the surface if it is inside.
+    pub(super) fn outside(&self, position: [f64; 3]) -> [f64; 3] {
+        self.bodies.iter().fold(position, |position, body| body.outside(position))
+    }
+}
+
+/// Points of a line on both sides of a body, and their weights in the value of a
+/// polynomial.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gap {
+    pub(super) distances: [f64; 6],
+    pub(super) weights: [f64; 6],
+}
+
+/// A line of sight in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SightLine {
+    pub(super) origin: [f64; 3],
+    pub(super) direction: [f64; 3],
+    /// The distances between which the emission may be above 0.
+    pub(super) ends: [f64; 2],
+}
+
+impl SightLine {
+    /// The position at a distance from the origin.
+    pub(super) fn at(&self, distance: f64) -> [f64; 3] {
+        along(self.origin, distance, self.direction)
+    }
+
+    /// The point at `z` of a part of the line.
+    pub(super) fn point(&self, span: &Span, z: f64) -> MappedPoint {
+        let (distance, path_per_depth) = span.at(z);
+        self.sample(distance, path_per_depth)
+    }
+
+    /// The point at a distance, with its ds/dz.
+    pub(super) fn sample(&self, distance: f64, path_per_depth: f64) -> MappedPoint {
+        MappedPoint {
+            position: self.at(distance),
+            direction: self.direction.map(|component| -component),
+            path_per_depth,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,293 @@
+//! The parts of a view, each with a chart of its own, whose images add up.
+//!
+//! Without opaque bodies and limbs of bounds there is one part for each tile: the image plane. With
+//! them the parts are the charts of the atlas that some pixels see.
+
+use crate::image::Image;
+use crate::projection::Chart;
+use crate::projection::charts::chart::Window;
+use crate::projection::charts::{Atlas, FoundEdge};
+use crate::radiance::radiance_per_density;
+use crate::tile::Tile;
+use crate::vol::tuning::TUNING;
+use crate::vol::view::chart_nodes::{ChartInView, ChartNodes, ChartsInView, Quadrature, Settled};
+use crate::vol::view::pixel_rule::Crossing;
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// A part of a view: a chart, and the image of a function on it.
+pub(crate) struct Part<'a> {
+    pub(crate) chart: Box<dyn Chart + 'a>,
+    pub(crate) footing: Arc<Footing>,
+    /// For each cell of the raster of the part, the ratio of a pixel to the mean of the function,
+    /// and 0 in cells without a pixel.
+    pub(crate) scale: Arc<Image>,
+    /// By how many levels its base lattice is coarser than that of a whole view.
+    pub(crate) coarser: u8,
+    /// The largest number of parts in which a line of sight is: the errors of their lines add up.
+    pub(crate) pieces_of_line: usize,
+}
+
+/// Where the function of a part is in the image.
+#[derive(Debug)]
+pub(crate) enum Footing {
+    /// The raster is the pixels of one tile.
+    Pixels {
+        /// The first row of the tile in the image.
+        first_row: usize,
+        /// The quadrature of pixels that a rim crosses.
+        rim: Option<ChartNodes>,
+    },
+    /// Pixels are sums over nodes in the chart.
+    Nodes {
+        /// The number of the chart in the atlas, and what is in view of it.
+        chart: usize,
+        window: Window,
+        nodes: ChartNodes,
+    },
+}
+
+/// The parts of a view.
+pub(crate) struct Parts<'a> {
+    pub(crate) parts: Vec<Part<'a>>,
+    /// The numbers of the pixels that belong to no image.
+    pub(crate) outside: Vec<usize>,
+    quadrature: Quadrature<'a>,
+    /// Whether edges cross the pixels, if there is an atlas.
+    crossings: Vec<Crossing>,
+}
+
+/// The image of products on the rasters of one part.
+#[derive(Clone, Debug)]
+pub(crate) struct ProductImage {
+    /// The means over the raster of values.
+    pub(crate) means: Vec<f64>,
+    /// The errors on the raster of errors.
+    pub(crate) errors: Image,
+}
+
+/// The atlas of a view with the edges found, if there are limbs.
+pub(crate) fn atlas<'a>(tiles: &[Tile<'a>], found: &[FoundEdge]) -> Option<Atlas<'a>> {
+    let planes = tiles.iter().filter_map(|tile| tile.projection.view_geometry());
+    Atlas::new(planes.collect(), found)
+}
+
+/// The parts of a view with this atlas.
+pub(crate) fn parts<'a>(tiles: &[Tile<'a>], atlas: Option<&'a Atlas<'a>>) -> Parts<'a> {
+    let scales: Vec<Image> =
+        tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape)).collect();
+    let scale = scales.iter().flat_map(Image::pixels).enumerate();
+    let without = scale.filter(|(_, scale)| **scale == 0.0).map(|(pixel, _)| pixel);
+    let mut outside: Vec<usize> = without.collect();
+    let quadrature = Quadrature::new(atlas, tiles);
+    if let Some(atlas) = atlas {
+        let ChartsInView { charts, most_pieces, outside: beyond, crossings } =
+            quadrature.charts_in_view(atlas);
+        outside.extend(beyond);
+        let pixels = tiles.iter().map(|tile| tile.shape[0] * tile.shape[1]).sum::<usize>();
+        let parts = charts.into_iter().map(|ChartInView { chart: number, window, nodes }| {
+            let chart = Box::new(atlas.chart(number, window));
+            let share = nodes.pixels_in_view as f64 / pixels as f64;
+            let is_small = share < TUNING.view.small_share || atlas.looks_dark(number);
+            let scale = Arc::new(nodes.cells_in_view());
+            let footing = Arc::new(Footing::Nodes { chart: number, window, nodes });
+            let coarser = u8::from(is_small);
+            Part { chart, footing, scale, coarser, pieces_of_line: most_pieces }
+        });
+        return Parts { parts: parts.collect(), outside, quadrature, crossings };
+    }
+    let of_tile = |(number, (tile, scale)): (usize, (&Tile<'a>, &Image))| {
+        let first_row = number * tile.shape[0];
+        let rim = Quadrature::new(None, core::slice::from_ref(tile)).rim_nodes();
+        let rim = rim.map(|(nodes, beyond)| {
+            outside.extend(beyond.into_iter().map(|pixel| first_row * tile.shape[1] + pixel));
+            nodes
+        });
+        Part {
+            chart: tile.projection.chart(number),
+            footing: Arc::new(Footing::Pixels { first_row, rim }),
+            scale: Arc::new(scale.clone()),
+            // Each of several tiles is a small part of the view, so that its base lattice is finer
+            // in the view.
+            coarser: u8::from(tiles.len() > 1),
+            pieces_of_line: 1,
+        }
+    };
+    let parts = tiles.iter().zip(&scales).enumerate().map(of_tile).collect();
+    Parts { parts, outside, quadrature, crossings: Vec::new() }
+}
+
+impl Part<'_> {
+    /// The base level of the part if that of a whole view is `of_view`.
+    pub(crate) fn base_level(&self, of_view: u8) -> u8 {
+        of_view.saturating_sub(self.coarser).max(1)
+    }
+
+    /// Whether it is one of several tiles.
+    pub(crate) fn is_tile_of_several(&self) -> bool {
+        matches!(*self.footing, Footing::Pixels { .. }) && self.coarser > 0
+    }
+
+    /// The scale on a raster of another shape, none of whose sides is longer.
+    pub(crate) fn scale_on(&self, shape @ [rows, columns]: [usize; 2]) -> Image {
+        let own = [self.scale.height(), self.scale.width()];
+        if shape == own {
+            return (*self.scale).clone();
+        }
+        // The largest scale of the cells whose middle is in each of the coarser ones.
+        let mut scale = Image::zeros(rows, columns);
+        for (row, values) in self.scale.rows().enumerate() {
+            let coarse = scale.row_mut((2 * row + 1) * rows / (2 * own[0]));
+            for (column, value) in values.iter().enumerate() {
+                let cell = &mut coarse[(2 * column + 1) * columns / (2 * own[1])];
+                *cell = cell.max(*value);
+            }
+        }
+        scale
+    }
+
+    /// The part of a map of the image that the raster of the part corresponds to: on the pixels of
+    /// a tile itself, otherwise the largest of the pixels that have a node in each cell.
+    pub(crate) fn on_raster<'m>(&self, map: &'m Image) -> Cow<'m, Image> {
+        match &*self.footing {
+            Footing::Pixels { first_row, .. } => {
+                let [height, width] = [self.scale.height(), self.scale.width()];
+                if map.height() == height {
+                    return Cow::Borrowed(map);
+                }
+                let from = first_row * width;
+                let pixels = map.pixels()[from..from + height * width].to_vec();
+                Cow::Owned(Image::from_pixels(height, width, pixels))
+            }
+            Footing::Nodes { nodes, .. } => Cow::Owned(nodes.largest_of_pixels(map)),
+        }
+    }
+}
+
+impl Parts<'_> {
+    /// Compares the quadrature of pixels in charts with a finer one, and replaces it where they
+    /// differ by more than `allowed`; `means` are those of each part over its raster of values.
+    /// Returns the footings of all parts and the error of each pixel; `None` without charts.
+    pub(crate) fn settle(
+        &self,
+        means: &[Vec<f64>],
+        allowed: f64,
+    ) -> Option<(Vec<Arc<Footing>>, Image)> {
+        let of_part = |(part, means): (&'_ Part<'_>, &'_ Vec<f64>)| match &*part.footing {
+            Footing::Nodes { chart, window, .. } => Some((*chart, *window, means.clone())),
+            Footing::Pixels { .. } => None,
+        };
+        let charts: Option<Vec<_>> = self.parts.iter().zip(means).map(of_part).collect();
+        let charts = charts.filter(|charts| !charts.is_empty())?;
+        let nodes = self.parts.iter().filter_map(|part| match &*part.footing {
+            Footing::Nodes { nodes, .. } => Some(nodes),
+            Footing::Pixels { .. } => None,
+        });
+        let all: Vec<_> = charts
+            .iter()
+            .zip(nodes)
+            .map(|((chart, window, means), nodes)| (*chart, *window, nodes, &means[..]))
+            .collect();
+        let Settled { nodes, error } = self.quadrature.settle(&self.crossings, &all, allowed);
+        let footing = |(nodes, (chart, window, _)): (ChartNodes, &(usize, Window, Vec<f64>))| {
+            Arc::new(Footing::Nodes { chart: *chart, window: *window, nodes })
+        };
+        Some((nodes.into_iter().zip(&charts).map(footing).collect(), error))
+    }
+
+    /// The image of products of all parts, with its error, for a quadrature error of at most
+    /// `allowed` in a pixel where that is possible.
+    pub(crate) fn image_of_products(&self, products: &[ProductImage], allowed: f64) -> [Image; 2] {
+        let means: Vec<Vec<f64>> = products.iter().map(|of_part| of_part.means.clone()).collect();
+        let own = || self.parts.iter().map(|part| part.footing.clone()).collect();
+        let (footings, error) = match self.settle(&means, allowed) {
+            Some((footings, error)) => (footings, Some(error)),
+            None => (own(), None),
+        };
+        let footings: Vec<Arc<Footing>> = footings;
+        let mut maps: Option<[Image; 2]> = None;
+        for ((footing, product), part) in footings.iter().zip(products).zip(&self.parts) {
+            add(&mut maps, footing.maps_of_product(product, &part.scale));
+        }
+        let mut maps = maps.unwrap_or_else(|| [Image::zeros(0, 0), Image::zeros(0, 0)]);
+        if let Some(error) = error {
+            maps[1].add_scaled(&error, 1.0);
+        }
+        maps
+    }
+}
+
+/// Adds maps to others, if there are any.
+pub(crate) fn add(sum: &mut Option<[Image; 2]>, maps: [Image; 2]) {
+    match sum {
+        None => *sum = Some(maps),
+        Some(sum) => sum.iter_mut().zip(&maps).for_each(|(sum, map)| sum.add_scaled(map, 1.0)),
+    }
+}
+
+impl Footing {
+    /// Whether the raster is that of pixels.
+    pub(crate) fn is_of_pixels(&self) -> bool {
+        matches!(self, Self::Pixels { .. })
+    }
+
+    /// Whether pixels are the means over the raster of the part alone.
+    pub(crate) fn is_raster_of_pixels(&self) -> bool {
+        matches!(self, Self::Pixels { rim: None, .. })
+    }
+
+    /// The image of a function of which `means` gives the means over a raster of any shape: of the
+    /// rows of the image that the part is in, the first of which is returned, too.
+    pub(crate) fn image(
+        &self,
+        means: impl Fn([usize; 2]) -> Vec<f64>,
+        scale: &Image,
+    ) -> (usize, Image) {
+        match self {
+            Self::Pixels { first_row, rim } => {
+                let shape @ [height, width] = [scale.height(), scale.width()];
+                let mut pixels = means(shape);
+                pixels.iter_mut().zip(scale.pixels()).for_each(|(pixel, scale)| *pixel *= scale);
+                let mut image = Image::from_pixels(height, width, pixels);
+                if let Some(rim) = rim {
+                    rim.clear(&mut image);
+                    rim.add_image(&means(rim.values_shape), &mut image);
+                }
+                (*first_row, image)
+            }
+            Self::Nodes { nodes, .. } => {
+                let [height, width] = nodes.image_shape();
+                let mut image = Image::zeros(height, width);
+                nodes.add_image(&means(nodes.values_shape), &mut image);
+                (0, image)
+            }
+        }
+    }
+
+    /// The raster of values, given the shape of that of errors.
+    pub(crate) fn values_shape(&self, errors: [usize; 2]) -> [usize; 2] {
+        match self {
+            Self::Pixels { .. } => errors,
+            Self::Nodes { nodes, .. } => nodes.values_shape,
+        }
+    }
+
+    /// Image and error of products, for a part in a chart.
+    pub(crate) fn maps_of_product(&self, product: &ProductImage, scale: &Image) -> [Image; 2] {
+        let (_, image) = self.image(|_| product.means.clone(), scale);
+        [image, self.errors(product.errors.clone())]
+    }
+
+    /// The errors of pixels from those on the raster of the part.
+    pub(crate) fn errors(&self, on_raster: Image) -> Image {
+        match self {
+            Self::Pixels { .. } => on_raster,
+            Self::Nodes { nodes, .. } => {
+                let [height, width] = nodes.image_shape();
+                let mut errors = Image::zeros(height, width);
+                nodes.add_errors(&on_raster, &mut errors);
+                errors
+            }
+        }
+    }
+}
