@@ -63,6 +63,11 @@ pub(crate) struct Span {
 }
 
 impl Span {
+    /// The distances of both ends.
+    pub(crate) fn ends(&self) -> [f64; 2] {
+        [self.from, self.to]
+    }
+
     /// The distance s at `z`, and ds/dz, which is 0 at an infinite end: g is not evaluated there.
     pub(crate) fn at(&self, z: f64) -> (f64, f64) {
         let Self { from, to, scale } = *self;

@@ -18,6 +18,10 @@ const INSIDE_BOUNDS: f64 = 1e-9;
 /// there is room. With 0.2 and 0.33 two scenes of a planet with a moon took 1.2 and 1.4 times as many
 /// evaluations at 0.1 %.
 const GAP_STEP: f64 = 0.1;
+/// How far from a body points beside it are at least, in lengths of the gap.
+const BESIDE_BODY: f64 = 1e-9;
+/// The number of points beside a body, half of them on each side.
+pub(super) const POINTS_OF_GAP: usize = 10;
 
 /// Where lines of sight begin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,26 +90,27 @@ impl Surroundings {
         own: Option<usize>,
     ) -> Option<Gap> {
         let others = self.bodies.iter().enumerate().filter(|(number, _)| Some(*number) != own);
-        let mut crossings =
-            others.filter_map(|(_, body)| body.crossing(line.origin, line.direction));
-        let [enter, leave] =
-            crossings.find(|&[enter, leave]| enter < distance && distance < leave)?;
-        let step = |room: f64| (GAP_STEP * (leave - enter)).min(0.4 * room);
+        let crossings = others.filter_map(|(_, body)| body.crossing(line.origin, line.direction));
+        let [enter, leave] = gap_around(distance, &|| crossings.clone())?;
+        // Rounding does not move points into the body.
+        let beside = BESIDE_BODY * (leave - enter);
+        let [enter, leave] = [enter - beside, leave + beside];
+        let step = |room: f64| {
+            (GAP_STEP * (leave - enter)).min(0.8 * room / (POINTS_OF_GAP / 2 - 1) as f64)
+        };
         let [before, behind] = [step(enter - from), step(to - leave)];
         if !(before > 0.0 && behind > 0.0) {
             return None;
         }
-        let distances = [
-            enter - 2.0 * before,
-            enter - before,
-            enter,
-            leave,
-            leave + behind,
-            leave + 2.0 * behind,
-        ];
+        let half = POINTS_OF_GAP / 2;
+        let distances = core::array::from_fn(|k| match k.checked_sub(half) {
+            None => enter - (half - 1 - k) as f64 * before,
+            Some(k) => leave + k as f64 * behind,
+        });
         let weights = core::array::from_fn(|k| {
             let others = distances.iter().enumerate().filter(|(other, _)| *other != k);
-            others.map(|(_, other)| (distance - other) / (distances[k] - other)).product()
+            let own = distances[k];
+            others.map(|(_, other): (usize, &f64)| (distance - other) / (own - other)).product()
         });
         Some(Gap { distances, weights })
     }
@@ -131,12 +136,31 @@ impl Surroundings {
     }
 }
 
+/// The part of a line around a distance that is inside of bodies, given where it enters and leaves
+/// them. Bodies between which there is no room for the points beside them are one.
+fn gap_around<C: Iterator<Item = [f64; 2]>>(
+    distance: f64,
+    crossings: &dyn Fn() -> C,
+) -> Option<[f64; 2]> {
+    let mut gap = crossings().find(|&[enter, leave]| enter < distance && distance < leave)?;
+    loop {
+        let [enter, leave] = gap;
+        let room = GAP_STEP * (leave - enter) * (POINTS_OF_GAP / 2) as f64;
+        let near = crossings().filter(|other| other[0] < leave + room && other[1] > enter - room);
+        let whole = near.fold(gap, |all, other| [all[0].min(other[0]), all[1].max(other[1])]);
+        if whole == gap {
+            return Some(gap);
+        }
+        gap = whole;
+    }
+}
+
 /// Points of a line on both sides of a body, and their weights in the value of a
 /// polynomial.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gap {
-    pub(super) distances: [f64; 6],
-    pub(super) weights: [f64; 6],
+    pub(super) distances: [f64; POINTS_OF_GAP],
+    pub(super) weights: [f64; POINTS_OF_GAP],
 }
 
 /// A line of sight in the world.

@@ -5,6 +5,7 @@ use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
+use crate::projection::charts::depth::Weights;
 use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
@@ -28,14 +29,19 @@ pub(crate) async fn render(
     check_seeds(&vol.seeds)?;
     let found = edges(meter, tiles, axis, vol).await?;
     let mut cuts: Vec<FoundCut> = Vec::new();
+    let mut depths: Vec<(usize, Weights)> = Vec::new();
     loop {
-        let atlas = atlas(tiles, &found).map(|atlas| atlas.with_cuts(&cuts));
+        let atlas = atlas(tiles, &found).map(|atlas| atlas.with_weights(&depths).with_cuts(&cuts));
         let parts = parts(tiles, atlas.as_ref());
         meter.check_time()?;
         let attempted = match axis {
             None => lowrank::attempt(meter, tiles, &parts, vol).await?,
             Some(_) => Attempted::none(&parts),
         };
+        if !attempted.depths.is_empty() {
+            depths = attempted.depths;
+            continue;
+        }
         // Charts that end at the kinks found replace the first ones; once, which bounds the cost.
         if let Some(atlas) = atlas.as_ref().filter(|_| cuts.is_empty()) {
             let kinks = attempted.kinks.iter();

@@ -4,8 +4,10 @@ use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::meter::Meter;
 use crate::projection::Chart;
+use crate::projection::charts::chart::AcrossGap;
 use crate::site::{Site, Sites};
 use crate::vol::dyadic::{Place, unit};
+use std::collections::HashMap;
 
 /// Reasons for which a batch is not evaluated.
 #[derive(Debug)]
@@ -75,27 +77,34 @@ pub(crate) async fn evaluate_across_gaps(
         return evaluate(meter, count, site).await;
     }
     let mut sites: Vec<Site> = Vec::with_capacity(count);
-    // The first site of each point, and the end.
-    let mut first = Vec::with_capacity(count + 1);
+    // The first site of each point.
+    let mut first: Vec<(usize, Option<AcrossGap>)> = Vec::with_capacity(count);
+    // Points on one line of sight have the same sites.
+    let mut lines: HashMap<[u64; 3], usize> = HashMap::new();
     for i in 0..count {
-        first.push(sites.len());
-        let own = site(i);
-        match chart.across_gap(at(i)) {
-            None => sites.push(own),
-            Some(around) => {
-                // What an energy axis adds to the path.
-                let plain = chart.world_from_chart(at(i)).path_per_depth;
-                let density = if plain == 0.0 { 0.0 } else { own.point.path_per_depth / plain };
-                sites.extend(around.map(|mut point| {
-                    point.path_per_depth *= density;
-                    Site { point, ..own }
-                }));
-            }
-        }
+        let (own, u) = (site(i), at(i));
+        let Some(mut gap) = chart.across_gap(u) else {
+            first.push((sites.len(), None));
+            sites.push(own);
+            continue;
+        };
+        let plain = chart.world_from_chart(u).path_per_depth;
+        // What an energy axis adds to the path.
+        let density = if plain == 0.0 { 0.0 } else { own.point.path_per_depth / plain };
+        let line = [u[0], u[1], own.energy.unwrap_or(0.0)].map(f64::to_bits);
+        let at_first = *lines.entry(line).or_insert_with(|| {
+            let at_first = sites.len();
+            sites.extend(gap.around.map(|point| Site { point, ..own }));
+            at_first
+        });
+        gap.weights.iter_mut().for_each(|weight| *weight *= density);
+        first.push((at_first, Some(gap)));
     }
-    first.push(sites.len());
     let rates = evaluate(meter, sites.len(), &|k: usize| sites[k]).await?;
-    Ok(first.windows(2).map(|ends| rates[ends[0]..ends[1]].iter().sum()).collect())
+    let value = |(at, gap): (usize, Option<AcrossGap>)| {
+        gap.map_or_else(|| rates[at], |gap| gap.value(&rates[at..]))
+    };
+    Ok(first.into_iter().map(value).collect())
 }
 
 /// Evaluates one batch if the budget suffices for all of it.

@@ -1,8 +1,9 @@
 //! Charts: coordinates of a part of a view in which its radiance is smooth.
 
+use crate::projection::charts::depth::{Depth, Weights};
 use crate::projection::charts::piece::Piece;
 use crate::projection::charts::shells::Shells;
-use crate::projection::surroundings::{SightLine, Surroundings};
+use crate::projection::surroundings::{POINTS_OF_GAP, SightLine, Surroundings};
 use crate::projection::vector::{difference, dot};
 use crate::projection::{MappedPoint, Projection, ViewGeometry};
 use core::f64::consts::TAU;
@@ -23,20 +24,39 @@ pub trait Chart: Send + Sync + core::fmt::Debug {
     /// smoothly where there is no image, and 1 in angles at a body.
     fn density(&self, uv: [f64; 2]) -> f64;
 
+    /// How much each coordinate of depth changes with z, if there are several.
+    fn depth_shares(&self, _u: [f64; 3]) -> Option<Weights> {
+        None
+    }
+
     /// Whether some points of the chart are inside an opaque body, where g has no value.
     fn has_gaps(&self) -> bool {
         false
     }
 
-    /// For a point inside an opaque body, points around the body on the same line of sight, weighted
-    /// so that their sum continues g smoothly through the body; `None` for all other points.
-    fn across_gap(&self, _u: [f64; 3]) -> Option<[MappedPoint; 6]> {
+    /// For a point inside an opaque body, points around the body on the same line of sight and their
+    /// weights in a sum that continues G smoothly through the body; `None` for all other points.
+    fn across_gap(&self, _u: [f64; 3]) -> Option<AcrossGap> {
         None
     }
 
     /// The number of the tile of the image, and the place on it, at which the line at (u, v) is
     /// seen; a place near it for a line that is not in view.
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]);
+}
+
+/// Points on both sides of a body, at any of which ds/dz is 1, and the weights of their rates.
+#[derive(Clone, Copy, Debug)]
+pub struct AcrossGap {
+    pub(crate) around: [MappedPoint; POINTS_OF_GAP],
+    pub(crate) weights: [f64; POINTS_OF_GAP],
+}
+
+impl AcrossGap {
+    /// The value of the sum, from g at the points.
+    pub(crate) fn value(&self, rates: &[f64]) -> f64 {
+        self.weights.iter().zip(rates).map(|(weight, rate)| weight * rate).sum()
+    }
 }
 
 /// A whole projection as its only chart.
@@ -103,6 +123,7 @@ pub(crate) struct PieceChart<'a> {
     pub(super) surroundings: &'a Surroundings,
     pub(super) shells: &'a Shells,
     pub(super) piece: Piece,
+    pub(super) weights: Weights,
     pub(super) window: Window,
     /// The image planes of all tiles.
     pub(super) tiles: Vec<&'a dyn ViewGeometry>,
@@ -113,11 +134,15 @@ impl PieceChart<'_> {
         let [c, azimuth] = self.window.natural(uv);
         self.shells.line(self.surroundings, self.shells.angle(self.piece, c), azimuth)
     }
+
+    fn depth(&self, line: &SightLine) -> Depth {
+        self.shells.depth(self.surroundings, self.piece, self.weights, line)
+    }
 }
 
 impl Chart for PieceChart<'_> {
     fn world_from_chart(&self, [u, v, z]: [f64; 3]) -> MappedPoint {
-        self.shells.point(self.surroundings, self.piece, &self.line([u, v]), z)
+        self.shells.point(self.surroundings, self.piece, self.weights, &self.line([u, v]), z)
     }
 
     fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
@@ -129,29 +154,33 @@ impl Chart for PieceChart<'_> {
         }
         let [u, v] = self.window.unit([self.shells.coordinate(self.piece, &aim), aim.azimuth]);
         let distance = dot(difference(position, line.origin), line.direction);
-        Some([u, v, self.shells.z_of(self.surroundings, self.piece, &line, distance)])
+        Some([u, v, self.depth(&line).z_of(distance)])
     }
 
     fn density(&self, _uv: [f64; 2]) -> f64 {
         1.0
     }
 
+    fn depth_shares(&self, [u, v, z]: [f64; 3]) -> Option<Weights> {
+        self.depth(&self.line([u, v])).shares(z)
+    }
+
     fn has_gaps(&self) -> bool {
         self.surroundings.bodies.len() > usize::from(self.shells.body.is_some())
     }
 
-    fn across_gap(&self, [u, v, z]: [f64; 3]) -> Option<[MappedPoint; 6]> {
+    fn across_gap(&self, [u, v, z]: [f64; 3]) -> Option<AcrossGap> {
         let line = self.line([u, v]);
-        let point = self.shells.point(self.surroundings, self.piece, &line, z);
         let range = self.shells.range(self.piece, &line, &self.shells.aim(&line));
         // The point that `outside` has not moved.
-        let distance = self.shells.distance_at(self.surroundings, self.piece, &line, z)?;
+        let (distance, path) = self.depth(&line).at(z)?;
         let gap = self.surroundings.gap(&line, range, distance, self.shells.body)?;
-        Some(core::array::from_fn(|k| {
-            let mut beside = line.sample(gap.distances[k], gap.weights[k] * point.path_per_depth);
+        let around = gap.distances.map(|distance| {
+            let mut beside = line.sample(distance, 1.0);
             beside.position = self.surroundings.outside(beside.position);
             beside
-        }))
+        });
+        Some(AcrossGap { around, weights: gap.weights.map(|weight| weight * path) })
     }
 
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {

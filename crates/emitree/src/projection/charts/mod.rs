@@ -13,6 +13,7 @@
 //! * `chart`: a piece in view as a map from the unit cube.
 
 pub(crate) mod chart;
+pub(crate) mod depth;
 mod piece;
 mod sectors;
 mod shells;
@@ -20,10 +21,12 @@ mod shells;
 use crate::projection::ViewGeometry;
 use crate::projection::bounds::Bounds;
 use crate::projection::edge::Edge;
+use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::region::Region;
 use crate::projection::surroundings::{SightLine, Surroundings};
 use chart::{PieceChart, Window};
 use core::f64::consts::TAU;
+use depth::Weights;
 use piece::Piece;
 use shells::Shells;
 
@@ -77,6 +80,15 @@ impl<'a> Atlas<'a> {
                 shells.has_found_edge = true;
             }
         }
+        let mut centres: Vec<Ellipsoid> = Vec::new();
+        centres
+            .extend(shells.iter().filter(|shells| !shells.is_only_bounds()).map(|of| of.reference));
+        centres.sort_by(|a, b| b.longest().total_cmp(&a.longest()));
+        for shells in &mut shells {
+            let size = shells.reference.longest();
+            let others = centres.iter().filter(|centre| centre.longest() > size);
+            shells.others = others.take(depth::MOST_CENTRES).copied().collect();
+        }
         shells.retain(|shells| shells.limbs > 0);
         if shells.is_empty() {
             return None;
@@ -95,6 +107,26 @@ impl<'a> Atlas<'a> {
             self.shells[cut.shells].sectors.cut(cut.azimuth_rad);
         }
         self.charts = charts_of(&self.shells);
+        self
+    }
+
+    /// The weights of the coordinates of depth in a chart.
+    pub(crate) fn weights(&self, chart: usize) -> Weights {
+        let (number, piece, _) = self.charts[chart];
+        self.shells[number].weights(piece)
+    }
+
+    /// Whether some charts have other weights than the usual ones.
+    pub(crate) fn has_fitted_depths(&self) -> bool {
+        self.shells.iter().any(|shells| !shells.weights.is_empty())
+    }
+
+    /// The same atlas with other weights in some charts.
+    pub(crate) fn with_weights(mut self, weights: &[(usize, Weights)]) -> Self {
+        for (chart, weights) in weights {
+            let (number, piece, _) = self.charts[*chart];
+            self.shells[number].weights.push((piece, *weights));
+        }
         self
     }
 
@@ -149,7 +181,7 @@ impl<'a> Atlas<'a> {
         let piece = Piece::Near(0);
         let window = Window { c: shells.natural_ends(piece), azimuth_rad: [0.0, TAU] };
         let (surroundings, tiles) = (self.surroundings, self.tiles.clone());
-        PieceChart { surroundings, shells, piece, window, tiles }
+        PieceChart { surroundings, shells, piece, weights: shells.weights(piece), window, tiles }
     }
 
     /// The size, in units of a body, of the surface of its shape through a position.
@@ -244,7 +276,8 @@ impl<'a> Atlas<'a> {
     pub(crate) fn chart(&'a self, chart: usize, window: Window) -> PieceChart<'a> {
         let (number, piece, _) = self.charts[chart];
         let (surroundings, shells) = (self.surroundings, &self.shells[number]);
-        PieceChart { surroundings, shells, piece, window, tiles: self.tiles.clone() }
+        let (weights, tiles) = (shells.weights(piece), self.tiles.clone());
+        PieceChart { surroundings, shells, piece, weights, window, tiles }
     }
 }
 

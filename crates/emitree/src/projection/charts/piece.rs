@@ -15,6 +15,7 @@
 //! the centre, which is smooth for lines that look away from the body, too.
 
 use crate::projection::MappedPoint;
+use crate::projection::charts::depth::{Depth, Own, Weights, usual_weights};
 use crate::projection::charts::shells::{Aim, Shells};
 use crate::projection::surroundings::{SightLine, Surroundings};
 use core::f64::consts::{FRAC_PI_2, PI};
@@ -37,21 +38,6 @@ const DEPTH_SCALE: f64 = 1.0 / 3.0;
 /// How far from an edge g is evaluated at least, relative to its radius: an edge is known to
 /// rounding, and a rate on its wrong side would be wrong by the whole jump.
 const BESIDE_EDGE: f64 = 1e-9;
-
-/// A depth as a function of z, in the world's length.
-#[derive(Clone, Copy, Debug)]
-enum Depth {
-    /// Between two distances, evenly.
-    Even,
-    /// From the far end, which is on a surface with this scale, to the near end.
-    Inwards(f64),
-    /// From the near end, which is on a surface with this scale, to the far end.
-    Outwards(f64),
-    /// Evenly in the angle at the centre.
-    Angle,
-    /// As on lines without surfaces.
-    Plain,
-}
 
 impl Shells {
     /// All pieces that lines of sight may have.
@@ -187,58 +173,38 @@ impl Shells {
         [from.clamp(begin, end), to.clamp(begin, end)]
     }
 
-    fn depth(&self, piece: Piece, aim: &Aim) -> Depth {
-        let scale = |number: usize| DEPTH_SCALE * self.radii[number] / aim.stretch;
+    /// The coordinate of depth that resolves what is close to the surfaces of a piece.
+    fn own_depth(&self, piece: Piece, stretch: f64) -> Own {
+        let scale = |number: usize| DEPTH_SCALE * self.radii[number] / stretch;
         match piece {
-            Piece::Near(number) => Depth::Inwards(scale(number)),
-            Piece::Far(number) => Depth::Outwards(scale(number)),
-            Piece::Chord(number) if self.inner_radius(number) == 0.0 => Depth::Even,
-            Piece::Sky if self.limbs == 0 => Depth::Plain,
-            Piece::Chord(_) | Piece::Sky => Depth::Angle,
+            Piece::Near(number) => Own::Inwards(scale(number)),
+            Piece::Far(number) => Own::Outwards(scale(number)),
+            Piece::Chord(number) if self.inner_radius(number) == 0.0 => Own::Even,
+            Piece::Sky if self.limbs == 0 => Own::Plain,
+            Piece::Chord(_) | Piece::Sky => Own::Angle,
         }
     }
 
-    /// The distance at `z` of a piece of a line, and ds/dz; `None` at an infinite end, where the rate
-    /// falls to 0 faster than the path grows, and if the piece is empty.
-    fn distance(
-        &self,
-        surroundings: &Surroundings,
-        piece: Piece,
-        line: &SightLine,
-        aim: &Aim,
-        z: f64,
-    ) -> Option<(f64, f64)> {
-        let [from, to] = self.range(piece, line, aim);
-        let (distance, path) = match self.depth(piece, aim) {
-            Depth::Even => (from + z * (to - from), to - from),
-            Depth::Plain => surroundings.span(from, to).at(z),
-            Depth::Outwards(scale) => {
-                let (t, dt_dz) = outwards(to - from, scale, z);
-                (from + t, dt_dz)
-            }
-            Depth::Inwards(scale) => {
-                let (t, dt_dz) = outwards(to - from, scale, 1.0 - z);
-                (to - t, dt_dz)
-            }
-            Depth::Angle => {
-                let miss = aim.miss / aim.stretch;
-                let (t, dt_dz) = by_angle([from - aim.nearest, to - aim.nearest], miss, z);
-                (aim.nearest + t, dt_dz)
-            }
-        };
-        (to > from && distance.is_finite() && path.is_finite()).then_some((distance, path))
+    /// The weights of the coordinates of depth in a piece.
+    pub(super) fn weights(&self, piece: Piece) -> Weights {
+        let known = self.weights.iter().find(|(of_piece, _)| *of_piece == piece);
+        let size = self.reference.longest() * self.radii[0];
+        let usual = || usual_weights(self.own_depth(piece, 1.0), size, &self.others);
+        known.map_or_else(usual, |(_, weights)| *weights)
     }
 
-    /// The distance at `z` of a piece of a line; `None` at an infinite end.
-    pub(super) fn distance_at(
+    /// The depth along a piece of a line.
+    pub(super) fn depth(
         &self,
         surroundings: &Surroundings,
         piece: Piece,
+        weights: Weights,
         line: &SightLine,
-        z: f64,
-    ) -> Option<f64> {
-        let found = self.distance(surroundings, piece, line, &self.aim(line), z)?;
-        Some(found.0)
+    ) -> Depth {
+        let aim = self.aim(line);
+        let [from, to] = self.range(piece, line, &aim);
+        let own = self.own_depth(piece, aim.stretch);
+        Depth::new(own, surroundings.span(from, to), &aim, weights).beside(line, &self.others)
     }
 
     /// The point at `z` of a piece of a line.
@@ -246,42 +212,18 @@ impl Shells {
         &self,
         surroundings: &Surroundings,
         piece: Piece,
+        weights: Weights,
         line: &SightLine,
         z: f64,
     ) -> MappedPoint {
-        let aim = self.aim(line);
-        let Some((distance, path)) = self.distance(surroundings, piece, line, &aim, z) else {
-            return line.sample(line.ends[0].max(aim.nearest.min(line.ends[1])), 0.0);
+        let Some((distance, path)) = self.depth(surroundings, piece, weights, line).at(z) else {
+            let nearest = self.aim(line).nearest;
+            return line.sample(line.ends[0].max(nearest.min(line.ends[1])), 0.0);
         };
         let mut point = line.sample(distance, path);
         point.position = self.beside_surfaces(piece, point.position);
         point.position = surroundings.outside(point.position);
         point
-    }
-
-    /// The z of a point at a distance along a line; beyond [0, 1] outside of the piece.
-    pub(super) fn z_of(
-        &self,
-        surroundings: &Surroundings,
-        piece: Piece,
-        line: &SightLine,
-        distance: f64,
-    ) -> f64 {
-        let aim = self.aim(line);
-        let [from, to] = self.range(piece, line, &aim);
-        match self.depth(piece, &aim) {
-            Depth::Even if to > from => (distance - from) / (to - from),
-            Depth::Even => 0.0,
-            Depth::Plain => surroundings.span(from, to).z_of(distance),
-            Depth::Outwards(scale) => outwards_z(to - from, scale, distance - from),
-            Depth::Inwards(scale) => 1.0 - outwards_z(to - from, scale, to - distance),
-            Depth::Angle => {
-                let miss = aim.miss / aim.stretch;
-                let angle = |at: f64| angle_between(from - aim.nearest, at - aim.nearest, miss);
-                let whole = angle(to);
-                if whole > 0.0 { angle(distance) / whole } else { 0.0 }
-            }
-        }
     }
 
     /// A position of a piece that rounding may have moved across one of its surfaces, moved back.
@@ -308,50 +250,4 @@ impl Shells {
             position
         }
     }
-}
-
-/// The distance t from a surface at `z` of a length, which may be infinite, and dt/dz.
-fn outwards(length: f64, scale: f64, z: f64) -> (f64, f64) {
-    let scale = scale.min(length);
-    let bend = if length > 0.0 { 1.0 - scale / length } else { 0.0 };
-    let v = z * z;
-    let left = 1.0 - v * bend;
-    (scale * v / left, 2.0 * z * scale / (left * left))
-}
-
-/// The z at a distance t from a surface; beyond [0, 1] outside of the length.
-fn outwards_z(length: f64, scale: f64, t: f64) -> f64 {
-    let scale = scale.min(length);
-    let bend = if length > 0.0 { 1.0 - scale / length } else { 0.0 };
-    let v = t / (scale + t * bend).max(f64::MIN_POSITIVE);
-    v.abs().sqrt().copysign(v)
-}
-
-/// The angle between the points of a line at two distances from its point nearest to a centre.
-fn angle_between(from: f64, to: f64, miss: f64) -> f64 {
-    let miss = miss.max(f64::MIN_POSITIVE);
-    match (from.is_finite(), to.is_finite()) {
-        (true, true) => (miss * (to - from)).atan2(miss * miss + from * to),
-        (true, false) => FRAC_PI_2 - (from / miss).atan(),
-        (false, true) => FRAC_PI_2 + (to / miss).atan(),
-        (false, false) => PI,
-    }
-}
-
-/// The distance along a line from its point nearest to a centre, at the part `z` of the angle
-/// between two points, and its derivative. The tangents are added without their poles: a line that
-/// looks away from the centre has a `miss` near 0, and angles near π/2.
-fn by_angle([from, to]: [f64; 2], miss: f64, z: f64) -> (f64, f64) {
-    let miss = miss.max(1e-12 * from.abs().min(1e300)).max(f64::MIN_POSITIVE);
-    let whole = angle_between(from, to, miss);
-    let part = z * whole;
-    let t = if from.is_finite() {
-        let (sin, cos) = part.sin_cos();
-        miss * (from * cos + miss * sin) / (miss * cos - from * sin)
-    } else {
-        -miss / part.tan()
-    };
-    // The end itself, which rounding may move beyond infinity.
-    let t = if z >= 1.0 { to } else { t };
-    (t, whole * (miss * miss + t * t) / miss)
 }

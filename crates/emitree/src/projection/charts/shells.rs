@@ -7,6 +7,8 @@
 //! the limbs of two successive surfaces are one *zone*, and all lines of a zone consist of the same
 //! *pieces*, the parts between successive crossings.
 
+use crate::projection::charts::depth::Weights;
+use crate::projection::charts::piece::Piece;
 use crate::projection::charts::sectors::Sectors;
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::region::Region;
@@ -24,7 +26,7 @@ const ON_AXIS: f64 = 1e-9;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shells {
     /// The surface of radius 1.
-    reference: Ellipsoid,
+    pub(super) reference: Ellipsoid,
     /// The radii, in ascending order.
     pub(super) radii: Vec<f64>,
     /// The number of the opaque body whose surface has the smallest radius.
@@ -36,6 +38,10 @@ pub(crate) struct Shells {
     pub(super) is_dark_beyond: bool,
     /// The sectors of azimuth, each of which has its own charts.
     pub(super) sectors: Sectors,
+    /// The bodies and edges around other centres, the largest ones first.
+    pub(super) others: Vec<Ellipsoid>,
+    /// The weights of the coordinates of depth in pieces that do not have the usual ones.
+    pub(super) weights: Vec<(Piece, Weights)>,
     observer: Observer,
     /// The distance of the observer from the centre, infinite for parallel lines.
     pub(super) distance: f64,
@@ -88,6 +94,8 @@ impl Shells {
             has_found_edge: false,
             is_dark_beyond: false,
             sectors: Sectors::default(),
+            others: Vec::new(),
+            weights: Vec::new(),
             observer,
             distance,
             limbs: 0,

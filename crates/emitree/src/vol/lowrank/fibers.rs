@@ -89,15 +89,20 @@ impl Fibers {
         self.rates.push(rates);
     }
 
-    /// Adds a function from the last fiber if its largest residual is above `allowed`. Returns
-    /// whether it was added.
-    pub(super) fn extend_basis(&mut self, allowed: f64) -> bool {
+    /// Adds a function from the last fiber if its largest residual in view is above `allowed`, given
+    /// whether the place at a fiber's coordinates and along it is in view. Returns whether it was
+    /// added.
+    pub(super) fn extend_basis(
+        &mut self,
+        allowed: f64,
+        is_in_view: impl Fn([f64; 2], f64) -> bool,
+    ) -> bool {
         let Some(last) = self.rates.len().checked_sub(1) else { return false };
         let residual = self.unexplained(last);
-        let pivot = largest(&residual);
-        if residual[pivot].abs() <= allowed {
+        let pivot = largest(&residual, |place| is_in_view(self.at[last], self.places[place]));
+        let Some(pivot) = pivot.filter(|pivot| residual[*pivot].abs() > allowed) else {
             return false;
-        }
+        };
         self.push(last, pivot, &residual);
         true
     }
@@ -195,11 +200,11 @@ fn with_function(mut functions: DMatrix<f64>, there: &[f64], new: &[f64]) -> DMa
     functions
 }
 
-/// The index of the largest |value|, the first of equal ones.
-pub(super) fn largest(values: &[f64]) -> usize {
+/// The index of the largest |value| of those in view, the first of equal ones.
+pub(super) fn largest(values: &[f64], is_in_view: impl Fn(usize) -> bool) -> Option<usize> {
     let better =
         |best: usize, i: usize| if values[i].abs() > values[best].abs() { i } else { best };
-    (0..values.len()).fold(0, better)
+    (0..values.len()).filter(|i| is_in_view(*i)).reduce(better)
 }
 
 #[cfg(test)]

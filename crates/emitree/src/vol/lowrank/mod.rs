@@ -31,6 +31,7 @@ use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::parallel::prelude::*;
 use crate::projection::charts::chart::Window;
+use crate::projection::charts::depth::Weights;
 use crate::radiance::rows_at_once;
 use crate::tile::Tile;
 use crate::tree::StopReason;
@@ -44,6 +45,7 @@ use crate::vol::lowrank::search::{End, Search, WeightedView};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
+use crate::vol::view::depths::fitted;
 use crate::vol::view::part::{Footing, Part, Parts, ProductImage};
 use crate::vol::view::scattered::{KnownParts, fraction_of_view, size_detected};
 
@@ -80,7 +82,7 @@ pub(crate) async fn attempt(
             let attempt = Attempt {
                 meter,
                 search: Search::new(
-                    WeightedView { meter, chart: &*part.chart, tiles: tiles.len() },
+                    WeightedView { meter, part, tiles: tiles.len() },
                     vol.tolerance,
                 ),
                 part,
@@ -96,6 +98,7 @@ pub(crate) async fn attempt(
                 wanted,
                 smallest: None,
                 failed: None,
+                before: 0,
             };
             (number, attempt)
         })
@@ -108,11 +111,19 @@ pub(crate) async fn attempt(
             Err(Stop::Failed(error)) => return Err(error),
         }
     }
+    if !parts.has_fitted_depths() {
+        let fitted = |(_, attempt): &(usize, Attempt<'_>)| attempt.fitted_depth(parts);
+        attempted.depths = attempts.iter().filter_map(fitted).collect();
+        if !attempted.depths.is_empty() {
+            return Ok(attempted);
+        }
+    }
     attempts.sort_by(|a, b| b.1.brightness().total_cmp(&a.1.brightness()));
     let mut largest: f64 = 0.0;
     let is_only = parts.parts.len() == 1;
     for (number, mut attempt) in attempts {
         attempt.largest_of_others = largest;
+        attempt.before = meter.evaluations();
         let found = match attempt.run().await {
             Ok(found) => Some(found),
             // If there is a time limit, this image is kept in case that lines give none before.
@@ -147,6 +158,9 @@ pub(crate) struct Attempted {
     pub(crate) known: KnownParts,
     /// Where a chart had better end, in which case the search has stopped.
     pub(crate) kinks: Vec<Kink>,
+    /// The charts for which other weights of the coordinates of depth are better, in which case the
+    /// search has stopped.
+    pub(crate) depths: Vec<(usize, Weights)>,
 }
 
 /// An azimuth at which G has a kink or a jump in a chart.
@@ -162,7 +176,12 @@ pub(crate) struct Kink {
 impl Attempted {
     /// Nothing is known.
     pub(crate) fn none(parts: &Parts<'_>) -> Self {
-        Self { found: None, known: KnownParts::none(parts.parts.len()), kinks: Vec::new() }
+        Self {
+            found: None,
+            known: KnownParts::none(parts.parts.len()),
+            kinks: Vec::new(),
+            depths: Vec::new(),
+        }
     }
 
     /// Adds the image of a part, and makes the output when all parts have one.
@@ -245,6 +264,8 @@ struct Attempt<'a> {
     smallest: Option<f64>,
     /// The newest fiber along the azimuth when the search failed.
     failed: Option<Fiber>,
+    /// The number of evaluations before the search, which include those of other parts.
+    before: u64,
 }
 
 impl Attempt<'_> {
@@ -305,7 +326,7 @@ impl Attempt<'_> {
             if ranks.iter().any(|&rank| rank > TUNING.lowrank.most_functions) {
                 return Err(End::NotSeparable);
             }
-            if self.spent() > self.most
+            if self.meter.evaluations() as f64 > self.most
                 || self.meter.share_of_time_left() < 1.0 - TUNING.lowrank.most_budget_share
             {
                 return Err(Stop::Budget.into());
@@ -345,6 +366,18 @@ impl Attempt<'_> {
         }
     }
 
+    /// The chart, and the weights of its coordinates of depth that are better for the probes.
+    fn fitted_depth(&self, parts: &Parts<'_>) -> Option<(usize, Weights)> {
+        let Footing::Nodes { chart, .. } = &*self.part.footing else { return None };
+        let share = |(point, rate): ([f64; 3], f64)| {
+            Some((rate * rate, self.part.chart.depth_shares(point)?))
+        };
+        let samples: Vec<(f64, Weights)> = self.search.probed().filter_map(share).collect();
+        let present = parts.weights(*chart)?;
+        let found = fitted(&present, &samples);
+        Some((*chart, found?))
+    }
+
     /// The share of the tolerance that the error may have in the end. Beside other parts, some of
     /// the rest is that of their trees, and of the quadrature of pixels.
     fn accepted_share(&self) -> f64 {
@@ -377,8 +410,10 @@ impl Attempt<'_> {
         self.coarse_scale.largest() * self.search.mean_rate()
     }
 
+    /// The number of evaluations for this part, with its first probes.
     fn spent(&self) -> f64 {
-        self.meter.evaluations() as f64
+        let first = TUNING.lowrank.first_probes.min(self.search.probes());
+        (self.meter.evaluations() - self.before) as f64 + first as f64
     }
 
     /// The number of probes that have to agree before the interpolant is accepted.

@@ -2,7 +2,6 @@
 //! small everywhere.
 
 use crate::meter::Meter;
-use crate::projection::Chart;
 use crate::site::Site;
 use crate::vol::ascent::{self, Ascents};
 use crate::vol::lattice::{self, smallest_detected};
@@ -12,13 +11,14 @@ use crate::vol::lowrank::jump::Steep;
 use crate::vol::lowrank::probes::CellResiduals;
 use crate::vol::sampling::{Stop, evaluate_across_gaps};
 use crate::vol::tuning::TUNING;
+use crate::vol::view::part::Part;
 use crate::vol::view::scattered::{PartSamples, WIDTH_OF_GAUSSIAN};
 use nalgebra::DVector;
 
 /// The view of G, weighted with the density of solid angle.
 pub(super) struct WeightedView<'a> {
     pub(super) meter: &'a Meter,
-    pub(super) chart: &'a dyn Chart,
+    pub(super) part: &'a Part<'a>,
     /// The number of tiles of the image.
     pub(super) tiles: usize,
 }
@@ -26,14 +26,15 @@ pub(super) struct WeightedView<'a> {
 impl WeightedView<'_> {
     /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
     pub(super) async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
+        let chart = &*self.part.chart;
         let site = |i: usize| {
             let u = points[i];
-            let mut point = self.chart.world_from_chart(u);
-            point.path_per_depth *= self.chart.density([u[0], u[1]]);
-            let (tile, xy) = self.chart.image_place([u[0], u[1]]);
+            let mut point = chart.world_from_chart(u);
+            point.path_per_depth *= chart.density([u[0], u[1]]);
+            let (tile, xy) = chart.image_place([u[0], u[1]]);
             Site { xy, point, energy: None, tile: (tile, self.tiles) }
         };
-        evaluate_across_gaps(self.meter, self.chart, points.len(), &|i| points[i], &site).await
+        evaluate_across_gaps(self.meter, chart, points.len(), &|i| points[i], &site).await
     }
 
     /// The same for several groups of points, in one batch.
@@ -49,6 +50,8 @@ impl WeightedView<'_> {
 /// G at scattered points.
 #[derive(Debug, Default)]
 struct Probes {
+    /// The number of points of the lattice, in view or not.
+    number: usize,
     points: Vec<[f64; 3]>,
     rates: Vec<f64>,
     /// The values of the present interpolant at the first points.
@@ -115,12 +118,18 @@ impl<'a> Search<'a> {
     /// The scattered points with the largest residuals, in descending order, from which ascents
     /// begin.
     fn followed(&self) -> Vec<Worst> {
-        let Probes { points, rates, values } = &self.probes;
+        let Probes { number, points, rates, values } = &self.probes;
         let residual = |i: usize| (rates[i] - values[i]).abs();
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| residual(b).total_cmp(&residual(a)).then(a.cmp(&b)));
-        order.truncate(ascent::number(points.len()));
+        order.truncate(ascent::number(*number));
         order.into_iter().map(|i| (points[i], residual(i))).collect()
+    }
+
+    /// Whether a point is on a line of sight in view. Residuals elsewhere do not matter: pivots and
+    /// probes are in view.
+    fn is_in_view(&self, [u, v, _]: [f64; 3]) -> bool {
+        self.view.part.is_in_view([u, v])
     }
 
     /// The smallest residual from which an ascent begins.
@@ -134,13 +143,14 @@ impl<'a> Search<'a> {
         while let Some(points) = ascents.next() {
             let rates = self.view.rates(&points).await?;
             let values = self.interpolant.values(&points);
-            let both = rates.iter().zip(values.iter());
-            ascents.update(both.map(|(rate, value)| (rate - value).abs()).collect(), |residual| {
-                *residual
-            });
+            let residual = |((rate, value), point): ((&f64, &f64), &[f64; 3])| {
+                if self.is_in_view(*point) { (rate - value).abs() } else { 0.0 }
+            };
+            let all = rates.iter().zip(&values).zip(&points);
+            ascents.update(all.map(residual).collect(), |residual| *residual);
         }
         let found = ascents.best();
-        let Probes { points, rates, values } = &self.probes;
+        let Probes { points, rates, values, .. } = &self.probes;
         let residual = rates.iter().zip(values).map(|(rate, value)| rate - value);
         let (mut points, mut residual): (Vec<[f64; 3]>, Vec<f64>) =
             (points.clone(), residual.collect());
@@ -156,22 +166,30 @@ impl<'a> Search<'a> {
         rates.map(|rate| rate.abs()).sum::<f64>() / self.probes.rates.len().max(1) as f64
     }
 
+    /// The scattered points in view with their rates.
+    pub(super) fn probed(&self) -> impl Iterator<Item = ([f64; 3], f64)> {
+        let Probes { points, rates, .. } = &self.probes;
+        points.iter().copied().zip(rates.iter().copied())
+    }
+
     /// The number of scattered points.
     pub(super) fn probes(&self) -> usize {
-        self.probes.points.len()
+        self.probes.number
     }
 
     /// The scattered samples, for the methods that follow.
     pub(super) fn samples(&self) -> PartSamples {
-        let Probes { points, rates, .. } = &self.probes;
-        PartSamples::of_probes(points, rates, |xy| self.view.chart.density(xy))
+        let Probes { number, points, rates, .. } = &self.probes;
+        PartSamples::of_probes(*number, points, rates, |xy| self.view.part.chart.density(xy))
     }
 
     /// Doubles the scattered points.
     pub(super) async fn probe(&mut self) -> Result<(), Stop> {
         let first = self.probes();
         let more = first.max(TUNING.lowrank.first_probes);
-        let points: Vec<[f64; 3]> = (first..first + more).map(lattice::point).collect();
+        let points = (first..first + more).map(lattice::point);
+        let points: Vec<[f64; 3]> = points.filter(|point| self.is_in_view(*point)).collect();
+        self.probes.number = first + more;
         self.probes.rates.extend(self.view.rates(&points).await?);
         self.probes.points.extend(points);
         Ok(())
@@ -179,7 +197,7 @@ impl<'a> Search<'a> {
 
     /// The residuals of the present interpolant at all probes and on all fibers.
     pub(super) fn assess(&mut self) -> Assessment {
-        let Probes { points, rates, values } = &mut self.probes;
+        let Probes { points, rates, values, .. } = &mut self.probes;
         values.extend(self.interpolant.values(&points[values.len()..]));
         let residual: Vec<f64> =
             rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
@@ -199,8 +217,11 @@ impl<'a> Search<'a> {
         let worst = |((&at, rates), values): ((&[f64; 2], &Vec<f64>), DVector<f64>)| {
             let residual: Vec<f64> =
                 rates.iter().zip(values.iter()).map(|(rate, value)| rate - value).collect();
-            let place = largest(&residual);
-            (point(axis, at, fibers.places()[place]), residual[place])
+            let is_in_view = |i: usize| self.is_in_view(point(axis, at, fibers.places()[i]));
+            let place = largest(&residual, is_in_view);
+            place.map_or(([0.0; 3], 0.0), |place| {
+                (point(axis, at, fibers.places()[place]), residual[place])
+            })
         };
         let values = self.interpolant.along(axis, &fibers.at);
         fibers.at.iter().zip(&fibers.rates).zip(values).map(worst).collect()
@@ -226,8 +247,16 @@ impl<'a> Search<'a> {
         let mut allowed = most;
         for _ in 0..TUNING.lowrank.most_reductions {
             let mut has_grown = self.resolve(resolved * allowed).await?;
-            for (fibers, is_new) in self.interpolant.axes.iter_mut().zip(&mut is_new) {
-                if *is_new && fibers.extend_basis(TUNING.lowrank.least_new_share * allowed) {
+            let part = self.view.part;
+            for (axis, is_new) in is_new.iter_mut().enumerate() {
+                let is_in_view = |at: [f64; 2], along: f64| {
+                    let [u, v, _] = self::point(axis, at, along);
+                    part.is_in_view([u, v])
+                };
+                let fibers = &mut self.interpolant.axes[axis];
+                if *is_new
+                    && fibers.extend_basis(TUNING.lowrank.least_new_share * allowed, is_in_view)
+                {
                     *is_new = false;
                     has_grown = true;
                 }

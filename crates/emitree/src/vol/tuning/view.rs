@@ -1,7 +1,7 @@
-//! Sheets, continued values and coverage fractions.
+//! Sheets, the quadrature of pixels and the depths of charts.
 
 group! {
-    /// Sheets, continued values and coverage fractions.
+    /// Sheets, the quadrature of pixels and the depths of charts.
     View {
         /// The least share of the base lines with a jump from which jumps are tracked from line to
         /// line, and kinks of the image are expected where surfaces turn away.
@@ -18,6 +18,12 @@ group! {
         quadrature_share: f64 = 0.02, 0.01..=0.04;
         /// A chart with less than this share of the pixels has a coarser base lattice, by one level.
         small_share: f64 = 0.0625, 0.03125..=0.125;
+        /// The share of the usual weight of a coordinate of depth that it keeps when weights are
+        /// fitted to samples. They show a part of the emission only.
+        kept_weight: f64 = 0.2, 0.1..=0.4;
+        /// The least ratio of the mean square of samples with the usual weights to that with fitted
+        /// ones for which all charts are sampled anew.
+        least_gain: f64 = 1.5, 1.2..=3.0;
         /// The square of the distance at which the weight of a value of a local fit is a quarter,
         /// in units of the square of the nearest distance.
         fit_quarter_weight: f64 = 2.0, 1.0..=4.0;

@@ -215,7 +215,7 @@ pub(crate) struct ChartsInView {
 /// The quadrature of the pixels of an image.
 pub(crate) struct Quadrature<'a> {
     /// The charts of the view; on the image plane itself without them.
-    atlas: Option<&'a Atlas<'a>>,
+    pub(crate) atlas: Option<&'a Atlas<'a>>,
     geometries: Vec<&'a dyn ViewGeometry>,
     /// Height and width of a tile.
     tile: [usize; 2],

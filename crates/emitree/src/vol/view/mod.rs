@@ -1,6 +1,7 @@
 //! The parts of a view, the quadrature of pixels in their charts, and the image tree of each.
 
 mod chart_nodes;
+pub(crate) mod depths;
 pub(crate) mod edges;
 pub(crate) mod part;
 mod pixel_rule;

@@ -6,12 +6,14 @@
 use crate::image::Image;
 use crate::projection::Chart;
 use crate::projection::charts::chart::Window;
+use crate::projection::charts::depth::Weights;
 use crate::projection::charts::{Atlas, FoundEdge};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::chart_nodes::{ChartInView, ChartNodes, ChartsInView, Quadrature, Settled};
 use crate::vol::view::pixel_rule::Crossing;
+use crate::vol::view::raster::cell_at;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -123,6 +125,13 @@ impl Part<'_> {
         of_view.saturating_sub(self.coarser).max(1)
     }
 
+    /// Whether a place in the chart is in view, or near places that are.
+    pub(crate) fn is_in_view(&self, uv: [f64; 2]) -> bool {
+        let shape = [self.scale.height(), self.scale.width()];
+        matches!(*self.footing, Footing::Pixels { .. })
+            || self.scale.pixels()[cell_at(uv, shape)] > 0.0
+    }
+
     /// Whether it is one of several tiles.
     pub(crate) fn is_tile_of_several(&self) -> bool {
         matches!(*self.footing, Footing::Pixels { .. }) && self.coarser > 0
@@ -165,6 +174,16 @@ impl Part<'_> {
 }
 
 impl Parts<'_> {
+    /// The weights of the coordinates of depth in a chart.
+    pub(crate) fn weights(&self, chart: usize) -> Option<Weights> {
+        Some(self.quadrature.atlas?.weights(chart))
+    }
+
+    /// Whether the depths of some charts have been fitted to samples.
+    pub(crate) fn has_fitted_depths(&self) -> bool {
+        self.quadrature.atlas.is_some_and(Atlas::has_fitted_depths)
+    }
+
     /// Compares the quadrature of pixels in charts with a finer one, and replaces it where they
     /// differ by more than `allowed`; `means` are those of each part over its raster of values.
     /// Returns the footings of all parts and the error of each pixel; `None` without charts.

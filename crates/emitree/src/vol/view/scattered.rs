@@ -51,6 +51,7 @@ pub(crate) struct Deviation {
 impl PartSamples {
     /// The scattered samples of a search for an interpolant, which are G times `density`.
     pub(crate) fn of_probes(
+        number: usize,
         points: &[[f64; 3]],
         rates: &[f64],
         density: impl Fn([f64; 2]) -> f64,
@@ -60,7 +61,7 @@ impl PartSamples {
             density => rate / density,
         };
         let rates = points.iter().zip(rates).map(rate).collect();
-        Self { number: points.len(), points: points.to_vec(), rates }
+        Self { number, points: points.to_vec(), rates }
     }
 }
 
