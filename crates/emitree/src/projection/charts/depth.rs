@@ -277,7 +277,8 @@ fn angle_between(from: f64, to: f64, miss: f64) -> f64 {
 /// between two points, and its derivative. The tangents are added without their poles: a line that
 /// looks away from the centre has a `miss` near 0, and angles near π/2.
 fn by_angle([from, to]: [f64; 2], miss: f64, z: f64) -> (f64, f64) {
-    let miss = miss.max(1e-12 * from.abs().min(1e300)).max(f64::MIN_POSITIVE);
+    let least = if from.is_finite() { 1e-12 * from.abs() } else { 0.0 };
+    let miss = miss.max(least).max(f64::MIN_POSITIVE);
     let whole = angle_between(from, to, miss);
     let part = z * whole;
     let t = if from.is_finite() {

@@ -24,6 +24,11 @@ const LARGE: usize = 1500;
 /// The quadrature of all pixels of images with fewer pixels along their longer side is compared with a
 /// finer one; in larger images only where edges are near.
 const SMALL: usize = 100;
+/// Elsewhere, too, where the values at the nodes of a pixel differ by so many times the error allowed.
+const VARIATION: f64 = 20.0;
+/// The share of a window that the nodes of a pixel extend over if there may be structure thinner than
+/// the pixel: its quadrature has to agree with a finer one twice.
+const THIN: f64 = 0.25;
 /// The most times that the sides of a pixel are halved.
 const FINEST_LEVEL: u8 = 5;
 /// How far from a limb, in units of the variation of the distance from it over a pixel, the square
@@ -87,16 +92,35 @@ impl ChartNodes {
         &self.nodes[self.rows[row]..self.rows[row + 1]]
     }
 
-    /// The weighted sum of the values at the nodes of a pixel, given the means over the raster.
-    fn value(&self, pixel: usize, means: &[f64]) -> f64 {
+    fn of_pixel(&self, pixel: usize) -> impl Iterator<Item = &ChartNode> {
         let of_row = self.of_row(pixel / self.shape[1]);
         let first = of_row.partition_point(|node| (node.pixel as usize) < pixel);
-        let of_pixel = of_row[first..].iter().take_while(|node| node.pixel as usize == pixel);
-        let value = |node: &ChartNode| {
+        of_row[first..].iter().take_while(move |node| node.pixel as usize == pixel)
+    }
+
+    /// Whether the nodes of a pixel are in a large part of the coordinate across limbs, so that
+    /// structure may be thinner than the pixel.
+    fn is_thin(&self, pixel: usize) -> bool {
+        let along = self.of_pixel(pixel).map(|node| f64::from(node.place[0]));
+        extent(along) > THIN
+    }
+
+    /// The weights of the nodes of a pixel and the values there, given the means over the raster.
+    fn values(&self, pixel: usize, means: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+        self.of_pixel(pixel).map(move |node| {
             let place = Place::new(node.place.map(f64::from), self.values_shape);
-            node.weight * place.value(means, self.values_shape[1])
-        };
-        of_pixel.map(value).sum()
+            (node.weight, place.value(means, self.values_shape[1]))
+        })
+    }
+
+    /// The weighted sum of the values at the nodes of a pixel.
+    fn value(&self, pixel: usize, means: &[f64]) -> f64 {
+        self.values(pixel, means).map(|(weight, value)| weight * value).sum()
+    }
+
+    /// The difference between the largest and the smallest value at the nodes of a pixel.
+    fn range(&self, pixel: usize, means: &[f64]) -> f64 {
+        extent(self.values(pixel, means).map(|(_, value)| value))
     }
 
     /// Adds to each pixel the weighted sum of `value` at its nodes.
@@ -158,6 +182,13 @@ impl ChartNodes {
         }
         largest
     }
+}
+
+/// The difference between the largest and the smallest of some numbers; 0 without any.
+fn extent(numbers: impl Iterator<Item = f64>) -> f64 {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = numbers.fold(none, |(low, high), x| (low.min(x), high.max(x)));
+    (high - low).max(0.0)
 }
 
 /// The first node of each row of pixels, and the end.
@@ -493,8 +524,13 @@ impl Quadrature<'_> {
         allowed: f64,
     ) -> Settled {
         let shape @ [height, width] = self.shape();
-        let is_checked =
-            |pixel: &usize| self.has_large_pixels() || crossings[*pixel] != Crossing::None;
+        let varies = |pixel: usize| {
+            let mut range = charts.iter().map(|(_, _, nodes, means)| nodes.range(pixel, means));
+            range.any(|range| range > VARIATION * allowed)
+        };
+        let is_checked = |pixel: &usize| {
+            self.has_large_pixels() || crossings[*pixel] != Crossing::None || varies(*pixel)
+        };
         let value_of = |node: &NaturalNode| {
             let of_chart = charts.iter().find(|(chart, ..)| *chart == node.chart);
             of_chart.map_or(0.0, |(_, window, nodes, means)| {
@@ -507,18 +543,28 @@ impl Quadrature<'_> {
             let present = charts.iter().map(|(_, _, nodes, means)| nodes.value(pixel, means));
             let mut value: f64 = present.sum();
             let (mut replaced, mut error) = (None, 0.0);
+            // Where a structure is thinner than a pixel, two rules may agree by accident.
+            let is_thin = charts.iter().any(|(_, _, nodes, _)| nodes.is_thin(pixel));
+            let wanted = if is_thin && varies(pixel) { 2 } else { 1 };
+            let (mut agreed, mut before) = (0, 0.0);
             for level in 1..=FINEST_LEVEL {
                 let finer = self.nodes_of_pixel(pixel, crossings[pixel], level).nodes;
                 let of_finer: f64 = finer.iter().map(value_of).sum();
-                error = (of_finer - value).abs();
-                if error <= allowed {
+                let change = (of_finer - value).abs();
+                error = f64::max(change, before);
+                agreed = if change <= allowed { agreed + 1 } else { 0 };
+                if agreed == wanted {
                     break;
                 }
-                (value, replaced) = (of_finer, Some(finer));
+                before = if wanted > 1 { change } else { 0.0 };
+                value = of_finer;
+                if agreed == 0 {
+                    replaced = Some(finer);
+                }
             }
             SettledPixel { pixel, replaced, error }
         };
-        let checked: Vec<usize> = (0..height * width).filter(is_checked).collect();
+        let checked: Vec<usize> = (0..height * width).into_par_iter().filter(is_checked).collect();
         let pixels: Vec<SettledPixel> = checked.into_par_iter().map(settled).collect();
         let mut error = Image::zeros(height, width);
         for of_pixel in &pixels {

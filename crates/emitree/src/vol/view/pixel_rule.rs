@@ -30,6 +30,10 @@ pub(crate) enum Crossing {
 const PROBES: usize = 8;
 /// The number of bisections between two places with different labels: places to 1e-9 of a pixel.
 const BISECTIONS: usize = 26;
+/// The number of bisections between two lines with different labels, and the most changes between
+/// two places.
+const CORNER_BISECTIONS: usize = 16;
+const MOST_CHANGES: usize = 8;
 /// The least number of lines for each part of the sequence, and of nodes for each part of a line.
 const LINES: usize = 5;
 const NODES_OF_LINE: usize = 6;
@@ -101,6 +105,8 @@ impl PixelRules {
             cuts.extend(changes(&|t| of_line(side, t)));
         }
         cuts.sort_by(f64::total_cmp);
+        cuts = cuts.windows(2).flat_map(|pair| self.with_corners(pair, &of_line)).collect();
+        cuts.push(1.0);
         let mut nodes = Vec::new();
         for pair in cuts.windows(2).filter(|pair| pair[1] > pair[0]) {
             let length = pair[1] - pair[0];
@@ -123,6 +129,35 @@ impl PixelRules {
         }
         nodes
     }
+}
+
+impl PixelRules {
+    /// The beginning of a part of the sequence of lines, and the places in it at which the labels on
+    /// them change: where edges meet, and where one touches a line.
+    fn with_corners(&self, pair: &[f64], of_line: &dyn Fn(f64, f64) -> Option<u64>) -> Vec<f64> {
+        let length = pair[1] - pair[0];
+        let labels = |t: f64| labels_along(&|s| of_line(s, t));
+        let lines = self.lines.iter().map(|(along, _)| pair[0] + along * length);
+        let all: Vec<(f64, Vec<Option<u64>>)> = lines.map(|t| (t, labels(t))).collect();
+        let mut cuts = vec![pair[0]];
+        for two in all.windows(2).filter(|two| two[0].1 != two[1].1) {
+            let (mut low, mut high) = (two[0].0, two[1].0);
+            for _ in 0..CORNER_BISECTIONS {
+                let middle = 0.5 * (low + high);
+                if labels(middle) == two[0].1 { low = middle } else { high = middle }
+            }
+            cuts.push(0.5 * (low + high));
+        }
+        cuts
+    }
+}
+
+/// The labels along a line, from one change to the next.
+fn labels_along(label: &dyn Fn(f64) -> Option<u64>) -> Vec<Option<u64>> {
+    let mut ends = vec![0.0];
+    ends.extend(changes(label));
+    ends.push(1.0);
+    ends.windows(2).map(|ends| label(0.5 * (ends[0] + ends[1]))).collect()
 }
 
 /// Gauss–Legendre nodes on the unit interval.
@@ -151,13 +186,19 @@ fn changes(label: &dyn Fn(f64) -> Option<u64>) -> Vec<f64> {
     let mut before = label(0.0);
     for k in 1..=PROBES {
         let next = label(at(k));
-        if next != before {
-            let (mut low, mut high) = (at(k - 1), at(k));
+        // Several edges may be between two places.
+        let mut from = at(k - 1);
+        for _ in 0..MOST_CHANGES {
+            if before == next {
+                break;
+            }
+            let (mut low, mut high) = (from, at(k));
             for _ in 0..BISECTIONS {
                 let middle = 0.5 * (low + high);
                 if label(middle) == before { low = middle } else { high = middle }
             }
             changes.push(0.5 * (low + high));
+            (from, before) = (high, label(high));
         }
         before = next;
     }
