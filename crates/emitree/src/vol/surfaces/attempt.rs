@@ -86,9 +86,23 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
     let mut search = Search::new(request.view, grid, aim, samples, left);
     search.find_regions(base, &known).await?;
+    let a = search.left; let t0 = std::time::Instant::now();
     search.run().await?;
+    let b = search.left; let t1 = std::time::Instant::now();
     let model = model(&mut search).await?;
+    let c = search.left; let t2 = std::time::Instant::now();
     let maps = model.maps(&search.aim, tolerance);
+    eprintln!("   DBG base {:?} regions {} search {} pieces {} leaves {} cut {} unresolved {} points {}; est {:.2e} times {:.2} {:.2} {:.2}", search.grid.base, search.samples.regions(), a-b, b-c, search.leaves.len(), search.leaves.values().filter(|l| matches!(l, Leaf::Cut(_))).count(), search.leaves.values().filter(|l| matches!(l, Leaf::Unresolved(..))).count(), search.points.len(), maps.error.largest()/maps.image.largest(), (t1-t0).as_secs_f64(), (t2-t1).as_secs_f64(), t2.elapsed().as_secs_f64());
+    if let Ok(px) = std::env::var("DBGPX") {
+        let v: Vec<f64> = px.split(',').map(|x| x.parse().unwrap()).collect();
+        let xy = [v[0] * grid.edges[0], v[1] * grid.edges[1]];
+        let ray = Ray::new(&model.tree, xy);
+        for s in &ray.segments { eprintln!("   DBG segment {} {:.4}..{:.4} value {:.4}", s.label, s.ends[0], s.ends[1], model.pieces[s.label as usize].as_ref().unwrap().value([xy[0], xy[1], 0.5*(s.ends[0]+s.ends[1])])); }
+        let n = 400; let pts: Vec<[f64;3]> = (0..n).map(|k| [v[0], v[1], (k as f64 + 0.5)/n as f64]).collect();
+        let r = request.view.rates(&pts).await?;
+        for k in 1..n { if (r[k]-r[k-1]).abs() > 1e-3 { eprintln!("   DBG true jump at {:.4}: {:.4} -> {:.4}", pts[k][2] - 0.5/n as f64, r[k-1], r[k]);
+          let at = grid.from_canonical(pts[k]); let l = model.tree.find(at); eprintln!("        leaf {:?} {}", model.tree.leaves[l].0, match &model.tree.leaves[l].1 { Leaf::Uncut(a) => format!("uncut {a}"), Leaf::Unresolved(a,j) => format!("unres {a} {j}"), Leaf::Cut(f) => format!("cut {} {:?}", f.len(), f.iter().map(|f| (f.below, f.above, f.error, f.allowed, f.patch.above(at))).collect::<Vec<_>>()) }); } }
+    }
     finish(request, maps, rates.len())
 }
 

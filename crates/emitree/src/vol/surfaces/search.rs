@@ -214,7 +214,9 @@ impl<'a> Search<'a> {
         let [low, high] = rates.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], rate| {
             [low.min(rate), high.max(rate)]
         });
-        let jump = (high - low).max(0.0);
+        // A surface may pass between samples of one region.
+        let facets = cell.facets.iter().flatten().chain(cell.guess.iter().flat_map(|of| of.iter()));
+        let jump = facets.map(|of| of.jump).fold((high - low).max(0.0), f64::max);
         let edges = self.grid.cell_edges(level);
         let canonical = self.grid.canonical(self.grid.centre(cell.cell));
         let [height, width] = [self.aim.scale.height(), self.aim.scale.width()];
