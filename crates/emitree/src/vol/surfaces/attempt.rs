@@ -93,6 +93,18 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let c = search.left; let t2 = std::time::Instant::now();
     let maps = model.maps(&search.aim, tolerance);
     eprintln!("   DBG base {:?} regions {} search {} pieces {} leaves {} cut {} unresolved {} points {}; est {:.2e} times {:.2} {:.2} {:.2}", search.grid.base, search.samples.regions(), a-b, b-c, search.leaves.len(), search.leaves.values().filter(|l| matches!(l, Leaf::Cut(_))).count(), search.leaves.values().filter(|l| matches!(l, Leaf::Unresolved(..))).count(), search.points.len(), maps.error.largest()/maps.image.largest(), (t1-t0).as_secs_f64(), (t2-t1).as_secs_f64(), t2.elapsed().as_secs_f64());
+    if std::env::var("DBGE").is_ok() {
+        let e = maps.error.pixels(); let worst = (0..e.len()).max_by(|a, b| e[*a].total_cmp(&e[*b])).unwrap();
+        let (w, h) = (maps.error.width(), maps.error.height());
+        eprintln!("   DBG worst pixel {} {} est {:.3e} ; above T: {}", worst / w, worst % w, e[worst] / maps.image.largest(), e.iter().filter(|e| **e > tolerance * maps.image.largest()).count());
+        for k in 0..9 { let xy = [(worst % w) as f64 + 0.17 + 0.33 * (k % 3) as f64, (worst / w) as f64 + 0.17 + 0.33 * (k / 3) as f64];
+          let xy = [xy[0] / w as f64 * grid.edges[0], xy[1] / h as f64 * grid.edges[1]];
+          let ray = Ray::new(&model.tree, xy); let i = ray.integral(&model.pieces, xy, grid.edges[2]);
+          let mut segs = String::new(); for s in &ray.segments { segs += &format!(" {}:{:.3}..{:.3}", s.label, s.ends[0], s.ends[1]); }
+          eprintln!("      line {:.4} err {:.2e}: unresolved {:.2e} crossings {:?} pieces {:?}", i.value, i.error / maps.image.largest(), ray.unresolved / grid.edges[2] / maps.image.largest(), ray.crossings.iter().map(|c| format!("z{:.4} {:.1e}", c[0], c[1]/ grid.edges[2]/maps.image.largest())).collect::<Vec<_>>(), segs); 
+          let mut z = 0.0; while z < grid.edges[2] - 1e-9 { let n = model.tree.find([xy[0], xy[1], z + 1e-12]); if let Leaf::Unresolved(l, j) = &model.tree.leaves[n].1 { eprintln!("         unres {:?} label {l} jump {j} len {:?}", model.tree.leaves[n].0, model.tree.ends(n, 2)); } z = model.tree.ends(n, 2)[1]; }
+        }
+    }
     if let Ok(px) = std::env::var("DBGPX") {
         let v: Vec<f64> = px.split(',').map(|x| x.parse().unwrap()).collect();
         let xy = [v[0] * grid.edges[0], v[1] * grid.edges[1]];

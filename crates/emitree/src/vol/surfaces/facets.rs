@@ -17,6 +17,7 @@ struct PointsOfPair {
 /// All points by pairs of regions, the smaller label first.
 pub(super) struct PointIndex {
     pairs: FxHashMap<(Label, Label), PointsOfPair>,
+    order: Vec<(Label, Label)>,
     bucket: f64,
 }
 
@@ -34,16 +35,25 @@ impl PointIndex {
                 .or_insert_with(|| PointsOfPair { buckets: FxHashMap::default() });
             of_pair.buckets.entry(place(point.at, bucket)).or_default().push(number);
         }
-        Self { pairs, bucket }
+        let mut order: Vec<(Label, Label)> = pairs.keys().copied().collect();
+        order.sort_unstable();
+        Self { pairs, order, bucket }
     }
 
-    /// The points of a pair within the reach of a place, the nearest first.
-    fn near(&self, search: &Search<'_>, pair: (Label, Label), at: [f64; 3]) -> Vec<FitPoint> {
+    /// The numbers of the points of a pair within the reach of a place with their distances, the
+    /// nearest first.
+    fn numbers(
+        &self,
+        search: &Search<'_>,
+        pair: (Label, Label),
+        at: [f64; 3],
+    ) -> Vec<(f64, usize)> {
         let Some(of_pair) = self.pairs.get(&pair) else { return Vec::new() };
         let middle = place(at, self.bucket);
         let mut near: Vec<(f64, usize)> = Vec::new();
         for turn in 0..27 {
-            let around = [middle[0] + turn % 3 - 1, middle[1] + turn / 3 % 3 - 1, middle[2] + turn / 9 - 1];
+            let step = [turn % 3 - 1, turn / 3 % 3 - 1, turn / 9 - 1];
+            let around = core::array::from_fn(|k| middle[k] + step[k]);
             for &number in of_pair.buckets.get(&around).into_iter().flatten() {
                 let distance = norm(difference(search.points[number].at, at));
                 if distance <= self.bucket {
@@ -52,12 +62,58 @@ impl PointIndex {
             }
         }
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near
+    }
+
+    /// The points of a pair within the reach of a place, the nearest first.
+    fn near(&self, search: &Search<'_>, pair: (Label, Label), at: [f64; 3]) -> Vec<FitPoint> {
         let point = |(distance, number): (f64, usize)| {
             let point = &search.points[number];
             let is_upward = search.samples.label(point.samples[1]) == pair.1;
             FitPoint { at: point.at, axis: point.axis, is_upward, distance }
         };
-        near.into_iter().map(point).collect()
+        self.numbers(search, pair, at).into_iter().map(point).collect()
+    }
+
+    /// The mean jump, from the first to the second region of a pair, at the points nearest to a place;
+    /// `None` without points.
+    fn jump(&self, search: &Search<'_>, pair: (Label, Label), at: [f64; 3]) -> Option<f64> {
+        let mut near = self.numbers(search, pair, at);
+        near.truncate(4);
+        let jump = |&(_, i): &(f64, usize)| {
+            let [a, b] = search.points[i].samples.map(|k| search.samples.get(k));
+            let is_upward = search.samples.label(search.points[i].samples[1]) == pair.1;
+            if is_upward { b.rate - a.rate } else { a.rate - b.rate }
+        };
+        let sum: f64 = near.iter().map(jump).sum();
+        (!near.is_empty()).then(|| sum / near.len() as f64)
+    }
+
+    /// The points of other pairs with the same jump, as if they were of a pair: where the emissions
+    /// of two bodies add up, their surfaces continue through each other.
+    fn continued(
+        &self,
+        search: &Search<'_>,
+        pair: (Label, Label),
+        at: [f64; 3],
+        jump: f64,
+    ) -> Vec<FitPoint> {
+        let mut points = Vec::new();
+        for &other in &self.order {
+            if other == pair {
+                continue;
+            }
+            let Some(of_other) = self.jump(search, other, at) else { continue };
+            let is_same = (of_other - jump).abs() <= TUNING.surfaces.same_jump * jump.abs();
+            let is_opposite = (of_other + jump).abs() <= TUNING.surfaces.same_jump * jump.abs();
+            if is_same || is_opposite {
+                points.extend(self.near(search, other, at).into_iter().map(|point| FitPoint {
+                    is_upward: point.is_upward == is_same,
+                    ..point
+                }));
+            }
+        }
+        points
     }
 }
 
@@ -83,26 +139,49 @@ impl Search<'_> {
         let (mut facets, mut is_complete) = (Vec::new(), true);
         for (i, &a) in labels.iter().enumerate() {
             for &b in &labels[i + 1..] {
-                let mut points = index.near(self, (a, b), centre);
-                let is_near = points.first().is_some_and(|of| of.distance < 1.3 * size);
-                if !is_near && labels.len() > 2 {
+                let own = index.near(self, (a, b), centre);
+                let Some(jump) = index.jump(self, (a, b), centre) else { continue };
+                let is_near = |of: &FitPoint| of.distance < 1.3 * size;
+                if labels.len() > 2 && !own.first().is_some_and(is_near) {
                     continue;
                 }
-                let covered = points.get(3).is_some_and(|of| of.distance < 1.3 * size);
-                is_complete &= covered;
-                let rates = self.mean_jump(index, (a, b), centre);
-                let normal = self.first_normal(cell, (a, b), &points);
-                points.truncate(TUNING.surfaces.most_points);
-                let found = normal.and_then(|normal| Patch::fit(&points, centre, normal, size));
-                let Some((patch, error)) = found else {
-                    is_complete = false;
+                let normal = self.first_normal(cell, (a, b), &own);
+                let fit = |mut points: Vec<FitPoint>| {
+                    points.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+                    points.truncate(TUNING.surfaces.most_points);
+                    let covered = points.get(3).is_some_and(is_near);
+                    let found = Patch::fit(&points, centre, normal?, size)?;
+                    Some((found.0, found.1, covered))
+                };
+                let continued = index.continued(self, (a, b), centre, jump);
+                let mut both = own.clone();
+                both.extend(&continued);
+                let mut found = fit(own);
+                if !continued.is_empty() {
+                    let better = fit(both).filter(|(_, error, covered)| {
+                        let is_better =
+                            |of: &(Patch, f64, bool)| *error < of.1 || (*covered && !of.2);
+                        found.as_ref().is_none_or(is_better)
+                    });
+                    found = better.or(found);
+                }
+                let Some((patch, error, covered)) = found else {
+                    is_complete &= labels.len() > 2;
                     continue;
                 };
-                let allowed = self.aim.displacement(&self.grid, &patch, size, rates);
-                let facet = Facet { patch, below: a, above: b, error, allowed, jump: rates };
-                facets.push(facet);
+                if !covered && labels.len() > 2 {
+                    // Regions that meet at an edge only have few points between them.
+                    continue;
+                }
+                is_complete &= covered;
+                let jump = jump.abs();
+                let allowed = self.aim.displacement(&self.grid, &patch, size, jump);
+                facets.push(Facet { patch, below: a, above: b, error, allowed, jump });
             }
         }
+        let has_facet =
+            |label: &Label| facets.iter().any(|of| of.below == *label || of.above == *label);
+        is_complete &= labels.iter().all(has_facet);
         if facets.is_empty() {
             (cell.facets, cell.is_done) = (None, false);
             return;
@@ -113,27 +192,11 @@ impl Search<'_> {
         }
         let is_good = |of: &Facet| of.error <= of.allowed;
         let agrees = facets.len() == 1 || facets.iter().all(|of| wrong <= of.allowed);
+        if std::env::var("DBGM").is_ok() && labels.len() > 2 {
+            eprintln!("  DBGM {:?} labels {:?} complete {is_complete} wrong {wrong:.1e} {:?}", cell.cell, labels, facets.iter().map(|f| format!("{}|{} {:.1e}/{:.1e} J{:.3}", f.below, f.above, f.error, f.allowed, f.jump)).collect::<Vec<_>>());
+        }
         cell.is_done = is_complete && agrees && facets.iter().all(is_good);
         cell.facets = Some(facets);
-    }
-
-    /// The mean jump at the points nearest to a place.
-    fn mean_jump(&self, index: &PointIndex, pair: (Label, Label), at: [f64; 3]) -> f64 {
-        let Some(of_pair) = index.pairs.get(&pair) else { return 0.0 };
-        let middle = place(at, index.bucket);
-        let mut near: Vec<(f64, usize)> = Vec::new();
-        for turn in 0..27 {
-            let around = [middle[0] + turn % 3 - 1, middle[1] + turn / 3 % 3 - 1, middle[2] + turn / 9 - 1];
-            let numbers = of_pair.buckets.get(&around).into_iter().flatten();
-            near.extend(numbers.map(|&i| (norm(difference(self.points[i].at, at)), i)));
-        }
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        near.truncate(4);
-        let jump = |&(_, i): &(f64, usize)| {
-            let [a, b] = self.points[i].samples.map(|k| self.samples.get(k).rate);
-            (b - a).abs()
-        };
-        near.iter().map(jump).sum::<f64>() / near.len().max(1) as f64
     }
 
     /// A direction from the first to the second of two regions, from the samples of a cell or from
@@ -201,7 +264,7 @@ impl Search<'_> {
         let mut poked: FxHashMap<usize, Facet> = FxHashMap::default();
         for cell in cut.iter() {
             let Some([facet]) = cell.facets.as_deref() else { continue };
-            if facet.error > 0.3 * size {
+            if !cell.is_done {
                 continue;
             }
             for turn in 0..27 {
@@ -225,10 +288,14 @@ impl Search<'_> {
             let labels = [facet.below.min(facet.above), facet.below.max(facet.above)];
             self.fit(&index, cell, &labels);
         }
-        let is_poked = |cell: &OpenCell| cell.facets.is_some();
         let all = core::mem::take(uncut);
         for cell in all {
-            if is_poked(&cell) { cut.push(cell) } else { uncut.push(cell) }
+            let own = self.samples.label(cell.corners[0]);
+            let is_cut = match cell.facets.as_deref() {
+                Some([facet]) => cell.is_done && self.is_poked(&cell, facet, own, size),
+                _ => false,
+            };
+            if is_cut { cut.push(cell) } else { uncut.push(cell) }
         }
     }
 

@@ -23,7 +23,7 @@ pub(super) struct Ray {
     /// surface along z that is allowed.
     pub(super) crossings: Vec<[f64; 3]>,
     /// The error due to cells that remain unresolved.
-    unresolved: f64,
+    pub(super) unresolved: f64,
 }
 
 /// What a line contributes.

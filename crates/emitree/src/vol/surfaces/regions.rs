@@ -143,7 +143,9 @@ impl Search<'_> {
                 }
             }
         }
+        { let mut parts: BTreeMap<usize, usize> = BTreeMap::new(); for c in 0..base.rates.len() { *parts.entry(base.find(c)).or_default() += 1; } eprintln!("   DBG parts {} {:?}", parts.len(), parts.iter().take(40).map(|(p, n)| (base.corner(*p), *n, base.rates[*p])).collect::<Vec<_>>()); }
         self.label_base(&base)?;
+        eprintln!("   DBG base regions {} tests {} jumps {}", self.samples.regions(), base.tested.len(), base.tested.values().filter(|x| **x).count());
         for (at, rate) in found.into_iter().chain(known.iter().copied()) {
             self.add(at, rate)?;
         }

@@ -31,6 +31,8 @@ pub(super) struct Samples {
     bucket: f64,
     /// The region that each label stands for: regions whose values agree become one.
     merged: Vec<Label>,
+    /// The least and the largest value with each label.
+    ends: Vec<[f64; 2]>,
     /// Differences of G below this do not matter.
     pub(super) negligible: f64,
 }
@@ -40,8 +42,8 @@ const RINGS: i32 = 6;
 
 impl Samples {
     pub(super) fn new(bucket: f64, negligible: f64) -> Self {
-        let (all, merged) = (Vec::new(), Vec::new());
-        Self { all, buckets: FxHashMap::default(), bucket, merged, negligible }
+        let (all, merged, ends) = (Vec::new(), Vec::new(), Vec::new());
+        Self { all, buckets: FxHashMap::default(), bucket, merged, ends, negligible }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -72,6 +74,7 @@ impl Samples {
     pub(super) fn new_label(&mut self) -> Label {
         let label = Label::try_from(self.merged.len()).unwrap_or(Label::MAX);
         self.merged.push(label);
+        self.ends.push([f64::INFINITY, f64::NEG_INFINITY]);
         label
     }
 
@@ -80,6 +83,21 @@ impl Samples {
         let [a, b] = [self.current(a), self.current(b)];
         let (kept, lost) = (a.min(b), a.max(b));
         self.merged.iter_mut().filter(|of| **of == lost).for_each(|of| *of = kept);
+        let of_lost = self.ends[usize::from(lost)];
+        let ends = &mut self.ends[usize::from(kept)];
+        *ends = [ends[0].min(of_lost[0]), ends[1].max(of_lost[1])];
+    }
+
+    /// A region of constant values that agree with a value, wherever it is.
+    pub(super) fn constant(&self, rate: f64) -> Option<Label> {
+        let agrees = |(k, [low, high]): (usize, &[f64; 2])| {
+            let is_current = usize::from(self.merged[k]) == k;
+            is_current
+                && high - low <= self.negligible
+                && (rate - low).abs().max((rate - high).abs()) <= self.negligible
+        };
+        let found = self.ends.iter().enumerate().position(agrees)?;
+        Label::try_from(found).ok()
     }
 
     fn place(&self, at: [f64; 3]) -> [i32; 3] {
@@ -91,6 +109,10 @@ impl Samples {
     pub(super) fn add(&mut self, at: [f64; 3], rate: f64, label: Label) -> usize {
         let number = self.all.len();
         self.all.push(Sample { at, rate, label });
+        let current = usize::from(self.current(label));
+        if let Some(ends) = self.ends.get_mut(current) {
+            *ends = [ends[0].min(rate), ends[1].max(rate)];
+        }
         let place = self.place(at);
         self.buckets.entry(place).or_default().push(u32::try_from(number).unwrap_or(u32::MAX));
         number

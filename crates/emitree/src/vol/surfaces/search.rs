@@ -102,8 +102,10 @@ impl<'a> Search<'a> {
     /// Adds a sample to the region that its value belongs to, or to a new one.
     pub(super) fn add(&mut self, at: [f64; 3], rate: f64) -> Result<usize, Failure> {
         let label = self.samples.classify(at, rate);
+        let label = label.or_else(|| self.samples.constant(rate));
         let label = label.unwrap_or_else(|| self.samples.new_label());
         if self.samples.regions() > TUNING.surfaces.most_regions {
+            eprintln!("   DBG regions at {} samples", self.samples.len());
             return Err(Failure::TooComplex);
         }
         Ok(self.samples.add(at, rate, label))
@@ -176,6 +178,12 @@ impl<'a> Search<'a> {
         for batch in 0..TUNING.surfaces.batches {
             self.find_points(&mut cut, batch).await?;
             self.fit_all(level, &mut cut);
+        }
+        if std::env::var("DBGL").is_ok() {
+            for n in 2..6 { let of: Vec<&OpenCell> = cut.iter().filter(|c| self.labels(c).len() == n).collect(); if of.is_empty() { continue; }
+              let e = of.iter().filter(|c| !c.is_done).filter(|c| c.facets.as_ref().is_some_and(|f| f.iter().any(|f| f.error > f.allowed))).count();
+              let none = of.iter().filter(|c| c.facets.is_none()).count();
+              eprintln!("   DBG level {level} labels {n}: cells {} done {} none {none} large error {e} left {}", of.len(), of.iter().filter(|c| c.is_done).count(), self.left); }
         }
         self.fit_beside(level, &mut cut, &mut uncut);
         for cell in uncut {
@@ -287,6 +295,7 @@ impl<'a> Search<'a> {
     /// enough; on all of them in the last batch.
     async fn find_points(&mut self, cells: &mut [OpenCell], batch: usize) -> Result<(), Failure> {
         let is_last = batch + 1 == TUNING.surfaces.batches;
+        self.merge_equal(cells);
         let mut found: Vec<(LatticeLine, u32, u32, RootSearch)> = Vec::new();
         let mut seen = FxHashSet::default();
         for cell in cells.iter().filter(|cell| !cell.is_done) {
@@ -333,6 +342,22 @@ impl<'a> Search<'a> {
             self.lines.entry(line).or_default().push((place, number));
         }
         Ok(())
+    }
+
+    /// Makes one region of those between which G does not jump.
+    fn merge_equal(&mut self, cells: &[OpenCell]) {
+        for cell in cells {
+            for axis in 0..3 {
+                for c in (0..8).filter(|c| bit(*c, axis) == 0) {
+                    let ends = [cell.corners[c], cell.corners[c | (1 << axis)]];
+                    let [a, b] = ends.map(|i| self.samples.label(i));
+                    let [from, to] = ends.map(|i| self.samples.get(i).rate);
+                    if a != b && (to - from).abs() <= self.samples.negligible {
+                        self.samples.merge(a, b);
+                    }
+                }
+            }
+        }
     }
 
     /// Evaluates brackets until all are narrow enough.

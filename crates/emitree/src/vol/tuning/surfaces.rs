@@ -44,6 +44,8 @@ group! {
         reach: f64 = 2.6, 2.0..=3.2;
         /// The most points of a patch. Those further away would bend it.
         most_points: usize = 60, 40..=90;
+        /// The largest relative difference of the jumps of pairs of regions that one surface separates.
+        same_jump: f64 = 0.02, 0.01..=0.04;
         /// The ratio of the error of a patch to its leave-one-out residuals.
         patch_margin: f64 = 1.5, 1.0..=2.0;
         /// The share of T that the displacement of one patch may change a line of sight by.
