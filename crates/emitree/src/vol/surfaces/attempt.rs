@@ -6,7 +6,7 @@ use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::octree::{Grid, Leaf};
+use crate::vol::surfaces::octree::{Cell, Grid, Leaf};
 use crate::vol::surfaces::raster::{Maps, Model};
 use crate::vol::surfaces::regions::{BaseLattice, scattered};
 use crate::vol::surfaces::rays::Ray;
@@ -43,6 +43,7 @@ pub(crate) async fn attempt(
     let mut rates = request.known.to_vec();
     match find(request, &mut rates).await {
         Ok(found) => Ok((found, rates)),
+        Err(Failure::TooComplex) if { eprintln!("   DBG too complex"); false } => Ok((None, rates)),
         Err(Failure::TooComplex) | Err(Failure::Stopped(Stop::Budget)) => Ok((None, rates)),
         Err(Failure::Stopped(stop)) => Err(stop),
     }
@@ -89,9 +90,19 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let a = search.left; let t0 = std::time::Instant::now();
     search.run().await?;
     let b = search.left; let t1 = std::time::Instant::now();
-    let model = model(&mut search).await?;
+    let mut model = model(&mut search).await?;
+    let mut maps = model.maps(&search.aim, tolerance);
+    for _ in 0..TUNING.surfaces.improvements {
+        search.aim.target = tolerance * maps.image.largest();
+        if maps.error.largest() <= search.aim.target {
+            break;
+        }
+        eprintln!("   DBG improve: est {:.2e} left {}", maps.error.largest()/maps.image.largest(), search.left);
+        if !improve(&mut search, &model, &maps).await? { break; }
+        model = self::model(&mut search).await?;
+        maps = model.maps(&search.aim, tolerance);
+    }
     let c = search.left; let t2 = std::time::Instant::now();
-    let maps = model.maps(&search.aim, tolerance);
     eprintln!("   DBG base {:?} regions {} search {} pieces {} leaves {} cut {} unresolved {} points {}; est {:.2e} times {:.2} {:.2} {:.2}", search.grid.base, search.samples.regions(), a-b, b-c, search.leaves.len(), search.leaves.values().filter(|l| matches!(l, Leaf::Cut(_))).count(), search.leaves.values().filter(|l| matches!(l, Leaf::Unresolved(..))).count(), search.points.len(), maps.error.largest()/maps.image.largest(), (t1-t0).as_secs_f64(), (t2-t1).as_secs_f64(), t2.elapsed().as_secs_f64());
     if std::env::var("DBGE").is_ok() {
         let e = maps.error.pixels(); let worst = (0..e.len()).max_by(|a, b| e[*a].total_cmp(&e[*b])).unwrap();
@@ -128,6 +139,20 @@ fn finish(
     Ok(is_good.then_some(Found { image, error, samples }))
 }
 
+/// Refines the leaves on the lines of the pixels with the largest errors. Returns whether there are any.
+async fn improve(search: &mut Search<'_>, model: &Model, maps: &Maps) -> Result<bool, Failure> {
+    let grid = search.grid;
+    let mut active = vec![BTreeMap::new(); usize::from(grid.finest) + 1];
+    let leaves = model.leaves_to_improve(&search.aim, maps);
+    let cells = leaves.iter().map(|leaf| model.tree.leaves[*leaf].0);
+    let cells: Vec<Cell> = cells.filter(|(level, _)| *level < grid.finest).collect();
+    for cell in &cells {
+        search.open(*cell, TUNING.surfaces.improved_share, &mut active);
+    }
+    search.refine(active).await?;
+    Ok(!cells.is_empty())
+}
+
 /// The surfaces with the pieces beside them.
 async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
     let tree = search.octree();
@@ -138,7 +163,9 @@ async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
     let mut pieces = Vec::new();
     for label in labels {
         pieces.resize_with(usize::from(label), || None);
-        pieces.push(Some(search.pieces(&tree, label).await?));
+        let before = search.left;
+        let p = search.pieces(&tree, label).await; if p.is_err() { eprintln!("   DBG pieces of {label} failed, left {before}"); for i in 0..search.samples.len() { let s = search.samples.get(i); if search.samples.label(i) == label && i % 997 == 0 { eprintln!("       {:?} {}", s.at, s.rate); } } }
+        pieces.push(Some(p?));
     }
     Ok(Model { tree, pieces })
 }

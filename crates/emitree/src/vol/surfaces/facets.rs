@@ -176,6 +176,7 @@ impl Search<'_> {
                 is_complete &= covered;
                 let jump = jump.abs();
                 let allowed = self.aim.displacement(&self.grid, &patch, size, jump);
+                let allowed = cell.guess.share * allowed;
                 facets.push(Facet { patch, below: a, above: b, error, allowed, jump });
             }
         }
@@ -222,7 +223,7 @@ impl Search<'_> {
                 return Some(normal);
             }
         }
-        if let Some(guess) = &cell.guess {
+        if let Some(guess) = &cell.guess.facets {
             let of_pair = |of: &&Facet| {
                 let sides = [of.below, of.above].map(|label| self.samples.current(label));
                 sides == [a, b] || sides == [b, a]
@@ -284,7 +285,7 @@ impl Search<'_> {
         for &number in &numbers {
             let Some(facet) = poked.get(&number) else { continue };
             let cell = &mut uncut[number];
-            cell.guess = Some([*facet].into());
+            cell.guess.facets = Some([*facet].into());
             let labels = [facet.below.min(facet.above), facet.below.max(facet.above)];
             self.fit(&index, cell, &labels);
         }

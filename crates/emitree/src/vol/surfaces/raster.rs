@@ -6,6 +6,7 @@ use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::octree::Octree;
 use crate::vol::surfaces::pieces::Pieces;
 use crate::vol::surfaces::rays::{LineIntegral, Ray};
+use crate::vol::tuning::TUNING;
 
 /// The places of two Gauss nodes, for the first lines of each pixel.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
@@ -45,6 +46,39 @@ impl Model {
     pub(super) fn value(&self, at: [f64; 3]) -> f64 {
         let label = usize::from(self.tree.leaf(at).region(at));
         self.pieces.get(label).and_then(Option::as_ref).map_or(0.0, |of| of.value(at))
+    }
+
+    /// The numbers of the leaves that contribute to the errors of the pixels beyond a share of the error
+    /// allowed.
+    pub(super) fn leaves_to_improve(&self, aim: &Aim<'_>, maps: &Maps) -> Vec<usize> {
+        let [height, width] = [aim.scale.height(), aim.scale.width()];
+        let edges = self.tree.grid.edges;
+        let mut found = Vec::new();
+        let errors = maps.error.pixels().iter().enumerate();
+        let from = TUNING.surfaces.improved_from * aim.target;
+        for (pixel, error) in errors.filter(|(_, error)| **error > from) {
+            for k in 0..9 {
+                let [u, v] = fibonacci(k, 13);
+                let place = [
+                    ((pixel % width) as f64 + u) / width as f64,
+                    ((pixel / width) as f64 + v) / height as f64,
+                ];
+                let xy = [place[0] * edges[0], place[1] * edges[1]];
+                let ray = Ray::new(&self.tree, xy);
+                let most = aim.of_line(place) * edges[2];
+                let is_large = |share: f64| share > 0.3 * most;
+                for [z, error, _] in &ray.crossings {
+                    if is_large(*error) {
+                        found.push(self.tree.find([xy[0], xy[1], *z]));
+                    }
+                }
+                found.extend(ray.unresolved_leaves);
+            }
+            let _ = error;
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 
     /// The image with its error, in the unit of the image.

@@ -2,6 +2,7 @@
 
 use crate::vol::surfaces::octree::{Facet, Label, Leaf, Octree, region};
 use crate::vol::surfaces::pieces::Pieces;
+use crate::vol::tuning::TUNING;
 
 /// The parts of a line in a cell in which crossings are searched for.
 const PARTS: usize = 6;
@@ -19,11 +20,11 @@ pub(super) struct Segment {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ray {
     pub(super) segments: Vec<Segment>,
-    /// For each crossing its depth, the expected error of the integral, and the displacement of the
-    /// surface along z that is allowed.
+    /// For each crossing its depth, the error of the integral that is allowed, and the displacement along z.
     pub(super) crossings: Vec<[f64; 3]>,
-    /// The error due to cells that remain unresolved.
+    /// The error due to cells that remain unresolved, and their numbers.
     pub(super) unresolved: f64,
+    pub(super) unresolved_leaves: Vec<usize>,
 }
 
 /// What a line contributes.
@@ -49,6 +50,7 @@ impl Ray {
                 Leaf::Unresolved(label, jump) => {
                     ray.extend(*label, [z, top]);
                     ray.unresolved += 0.5 * jump * (top - z);
+                    ray.unresolved_leaves.push(number);
                 }
                 Leaf::Cut(facets) => ray.cross(facets, [x, y], [z, top]),
             }
@@ -91,15 +93,17 @@ impl Ray {
         let between = |of: &&Facet| sides.contains(&of.below) && sides.contains(&of.above);
         let Some(facet) = facets.iter().find(between).or(facets.first()) else { return };
         let slope = facet.patch.normal(at)[2].abs();
-        let error = facet.error.max(0.3 * facet.allowed);
-        let along = |error: f64| (error / slope.max(1e-9)).min(length);
-        self.crossings.push([at[2], facet.jump * along(error), along(facet.allowed)]);
+        let error = facet.error.max(facet.allowed);
+        let along = (error / slope.max(1e-9)).min(length);
+        self.crossings.push([at[2], facet.jump * along, along]);
     }
 
     /// The integral of the pieces along the line, over the canonical depth.
     pub(super) fn integral(&self, pieces: &[Option<Pieces>], xy: [f64; 2], depth: f64) -> LineIntegral {
         let mut sum = [0.0, self.unresolved];
-        sum[1] += self.crossings.iter().map(|[_, error, _]| error).sum::<f64>();
+        // The errors of patches are independent of each other.
+        let squares: f64 = self.crossings.iter().map(|[_, error, _]| error * error).sum();
+        sum[1] += TUNING.surfaces.crossing_margin * squares.sqrt();
         for segment in &self.segments {
             if let Some(of) = pieces.get(usize::from(segment.label)).and_then(Option::as_ref) {
                 let [value, error] = of.integral(xy, segment.ends);

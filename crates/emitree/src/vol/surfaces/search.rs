@@ -39,8 +39,19 @@ pub(super) struct SurfacePoint {
 /// A line of the lattice of the finest level: its axis, and its place on the other two.
 type LatticeLine = (usize, [u32; 2]);
 
-/// The patches of the parent of a cell.
-pub(super) type Guess = Option<Arc<[Facet]>>;
+/// What a cell has from its parent.
+#[derive(Clone, Debug)]
+pub(super) struct Guess {
+    /// The patches of the parent.
+    pub(super) facets: Option<Arc<[Facet]>>,
+    /// The displacements allowed, in units of the usual ones.
+    pub(super) share: f64,
+}
+
+impl Guess {
+    /// Nothing is known.
+    pub(super) const NONE: Self = Self { facets: None, share: 1.0 };
+}
 
 /// A cell that is not a leaf yet.
 #[derive(Clone, Debug)]
@@ -118,7 +129,7 @@ impl<'a> Search<'a> {
             vec![BTreeMap::new(); usize::from(self.grid.finest) + 1];
         for x in 0..nx {
             for y in 0..ny {
-                active[0].extend((0..nz).map(|z| ([x, y, z], None)));
+                active[0].extend((0..nz).map(|z| ([x, y, z], Guess::NONE)));
             }
         }
         self.refine(active).await
@@ -145,21 +156,27 @@ impl<'a> Search<'a> {
                 return Ok(());
             }
             for cell in disagreeing {
-                self.open(cell, &mut active);
+                self.open(cell, 1.0, &mut active);
             }
         }
         Ok(())
     }
 
     /// Replaces a leaf by its children, which are refined next.
-    pub(super) fn open(&mut self, cell: Cell, active: &mut [BTreeMap<[u32; 3], Guess>]) {
+    pub(super) fn open(
+        &mut self,
+        cell: Cell,
+        share: f64,
+        active: &mut [BTreeMap<[u32; 3], Guess>],
+    ) {
         let (level, at) = cell;
         let Some(next) = active.get_mut(usize::from(level) + 1) else { return };
         if let Some(leaf) = self.leaves.remove(&cell) {
-            let guess: Guess = match leaf {
+            let facets: Option<Arc<[Facet]>> = match leaf {
                 Leaf::Cut(facets) => Some(facets.into()),
                 _ => None,
             };
+            let guess = Guess { facets, share };
             next.extend(children(at).map(|child| (child, guess.clone())));
         }
     }
@@ -203,7 +220,8 @@ impl<'a> Search<'a> {
                     let is_guess = |facets: &Vec<Facet>| {
                         facets.iter().all(|of| of.error < 0.35 * size)
                     };
-                    let guess: Guess = cell.facets.filter(is_guess).map(Into::into);
+                    let facets = cell.facets.filter(is_guess).map(Into::into);
+                    let guess = Guess { facets, share: cell.guess.share };
                     next.extend(children(cell.cell.1).map(|child| (child, guess.clone())));
                 }
             }
@@ -223,7 +241,7 @@ impl<'a> Search<'a> {
             [low.min(rate), high.max(rate)]
         });
         // A surface may pass between samples of one region.
-        let facets = cell.facets.iter().flatten().chain(cell.guess.iter().flat_map(|of| of.iter()));
+        let facets = cell.facets.iter().flatten().chain(cell.guess.facets.iter().flat_map(|of| of.iter()));
         let jump = facets.map(|of| of.jump).fold((high - low).max(0.0), f64::max);
         let edges = self.grid.cell_edges(level);
         let canonical = self.grid.canonical(self.grid.centre(cell.cell));
@@ -233,6 +251,7 @@ impl<'a> Search<'a> {
         let effect = 0.25 * jump * share * edges[2] / self.grid.edges[2];
         let allowed =
             TUNING.surfaces.unresolved_share * self.aim.of_line([canonical[0], canonical[1]]);
+        let allowed = cell.guess.share * allowed;
         if effect > allowed && level < self.grid.finest {
             return None;
         }
@@ -393,7 +412,7 @@ impl<'a> Search<'a> {
         let ends = corners.map(|corner| self.grid.corner(corner));
         let labels = samples.map(|i| self.samples.label(i));
         let size = self.grid.cell_size(cell.cell.0);
-        let facet = [cell.facets.as_deref(), cell.guess.as_deref()]
+        let facet = [cell.facets.as_deref(), cell.guess.facets.as_deref()]
             .into_iter()
             .flatten()
             .filter_map(|facets| {

@@ -79,6 +79,14 @@ group! {
         piece_levels: u8 = 24, 18..=30;
         /// The ratio of the error of a polynomial to its leave-one-out residuals.
         piece_margin: f64 = 1.5, 1.0..=2.0;
+        /// The ratio of the error of a line to the root of the sum of the squares of those that its
+        /// crossings are allowed: patches are wrong by more between their points.
+        crossing_margin: f64 = 1.5, 1.2..=2.0;
+        /// The times that the leaves at the largest errors are refined, the share of the error allowed
+        /// that they are refined from, and the factor on what is allowed in them.
+        improvements: usize = 5, 3..=8;
+        improved_from: f64 = 0.7, 0.5..=0.9;
+        improved_share: f64 = 0.4, 0.25..=0.6;
         /// The lines of sight that verify the surfaces.
         lines: usize = 64, 32..=128;
         /// The most evaluations at 1 %, and the power of T with which they grow.
