@@ -40,7 +40,8 @@ use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::kinks::Fiber;
 use crate::vol::lowrank::probes::CellResiduals;
-use crate::vol::lowrank::search::{End, Search, WeightedView};
+use crate::vol::lowrank::search::{End, Search};
+pub(crate) use crate::vol::lowrank::search::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
@@ -130,6 +131,7 @@ pub(crate) async fn attempt(
             Err(End::Stopped(Stop::Budget)) => None,
             Err(End::Stopped(Stop::Failed(error))) => return Err(error),
         };
+        attempted.has_jump |= attempt.search.has_jump;
         attempted.known.samples[number] = attempt.search.samples();
         let Some((maps, ending)) = found else { continue };
         largest = largest.max(maps.largest);
@@ -147,6 +149,8 @@ pub(crate) struct Attempted {
     pub(crate) known: KnownParts,
     /// Where a chart had better end, in which case the search has stopped.
     pub(crate) kinks: Vec<Kink>,
+    /// Whether a search has ended since G jumps.
+    pub(crate) has_jump: bool,
 }
 
 /// An azimuth at which G has a kink or a jump in a chart.
@@ -162,7 +166,7 @@ pub(crate) struct Kink {
 impl Attempted {
     /// Nothing is known.
     pub(crate) fn none(parts: &Parts<'_>) -> Self {
-        Self { found: None, known: KnownParts::none(parts.parts.len()), kinks: Vec::new() }
+        Self { found: None, known: KnownParts::none(parts.parts.len()), kinks: Vec::new(), has_jump: false }
     }
 
     /// Adds the image of a part, and makes the output when all parts have one.

@@ -11,7 +11,7 @@ use crate::vol::surfaces::raster::{Maps, Model};
 use crate::vol::surfaces::regions::{BaseLattice, scattered};
 use crate::vol::surfaces::rays::Ray;
 use crate::vol::surfaces::samples::Samples;
-use crate::vol::surfaces::search::{Failure, Guess, Search};
+use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
 use std::collections::BTreeMap;
 
@@ -87,23 +87,40 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
     let mut search = Search::new(request.view, grid, aim, samples, left);
     search.find_regions(base, &known).await?;
-    let a = search.left; let t0 = std::time::Instant::now();
+    let t0 = std::time::Instant::now();
     search.run().await?;
-    let b = search.left; let t1 = std::time::Instant::now();
-    let mut model = model(&mut search).await?;
-    let mut maps = model.maps(&search.aim, tolerance);
-    for _ in 0..TUNING.surfaces.improvements {
+    let (mut rounds, mut improvements) = (0, 0);
+    let (model, maps) = loop {
+        let t1 = std::time::Instant::now();
+        let model = model(&mut search).await?;
+        let t2 = std::time::Instant::now();
+        let maps = model.maps(&search.aim, tolerance);
         search.aim.target = tolerance * maps.image.largest();
-        if maps.error.largest() <= search.aim.target {
-            break;
+        eprintln!("   DBG base {:?} regions {} left {} leaves {} cut {} unresolved {} points {}; est {:.2e} times {:.2} {:.2} {:.2}", search.grid.base, search.samples.regions(), search.left, search.leaves.len(), search.leaves.values().filter(|l| matches!(l, Leaf::Cut(_))).count(), search.leaves.values().filter(|l| matches!(l, Leaf::Unresolved(..))).count(), search.points.len(), maps.error.largest()/maps.image.largest(), (t1-t0).as_secs_f64(), (t2-t1).as_secs_f64(), t2.elapsed().as_secs_f64());
+        if maps.error.largest() > search.aim.target {
+            improvements += 1;
+            if improvements > TUNING.surfaces.improvements
+                || !improve(&mut search, &model, &maps).await?
+            {
+                return Ok(None);
+            }
+            continue;
         }
-        eprintln!("   DBG improve: est {:.2e} left {}", maps.error.largest()/maps.image.largest(), search.left);
-        if !improve(&mut search, &model, &maps).await? { break; }
-        model = self::model(&mut search).await?;
-        maps = model.maps(&search.aim, tolerance);
-    }
-    let c = search.left; let t2 = std::time::Instant::now();
-    eprintln!("   DBG base {:?} regions {} search {} pieces {} leaves {} cut {} unresolved {} points {}; est {:.2e} times {:.2} {:.2} {:.2}", search.grid.base, search.samples.regions(), a-b, b-c, search.leaves.len(), search.leaves.values().filter(|l| matches!(l, Leaf::Cut(_))).count(), search.leaves.values().filter(|l| matches!(l, Leaf::Unresolved(..))).count(), search.points.len(), maps.error.largest()/maps.image.largest(), (t1-t0).as_secs_f64(), (t2-t1).as_secs_f64(), t2.elapsed().as_secs_f64());
+        let verdict = search.verify(&model, &maps, rounds).await?;
+        rounds += 1;
+        if verdict.has_passed {
+            break (model, maps);
+        }
+        eprintln!("   DBG verification {rounds} failed: {:?}", verdict.wrong);
+        if rounds == TUNING.surfaces.verifications {
+            return Ok(None);
+        }
+        let mut active = vec![BTreeMap::new(); usize::from(search.grid.finest) + 1];
+        for cell in &verdict.wrong {
+            search.open(*cell, 1.0, &mut active);
+        }
+        search.refine(active).await?;
+    };
     if std::env::var("DBGE").is_ok() {
         let e = maps.error.pixels(); let worst = (0..e.len()).max_by(|a, b| e[*a].total_cmp(&e[*b])).unwrap();
         let (w, h) = (maps.error.width(), maps.error.height());
@@ -126,17 +143,8 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         for k in 1..n { if (r[k]-r[k-1]).abs() > 1e-3 { eprintln!("   DBG true jump at {:.4}: {:.4} -> {:.4}", pts[k][2] - 0.5/n as f64, r[k-1], r[k]);
           let at = grid.from_canonical(pts[k]); let l = model.tree.find(at); eprintln!("        leaf {:?} {}", model.tree.leaves[l].0, match &model.tree.leaves[l].1 { Leaf::Uncut(a) => format!("uncut {a}"), Leaf::Unresolved(a,j) => format!("unres {a} {j}"), Leaf::Cut(f) => format!("cut {} {:?}", f.len(), f.iter().map(|f| (f.below, f.above, f.error, f.allowed, f.patch.above(at))).collect::<Vec<_>>()) }); } }
     }
-    finish(request, maps, rates.len())
-}
-
-fn finish(
-    request: &Request<'_>,
-    maps: Maps,
-    samples: usize,
-) -> Result<Option<Found>, Failure> {
     let Maps { image, error } = maps;
-    let is_good = error.largest() <= request.tolerance * image.largest();
-    Ok(is_good.then_some(Found { image, error, samples }))
+    Ok(Some(Found { image, error, samples: rates.len() }))
 }
 
 /// Refines the leaves on the lines of the pixels with the largest errors. Returns whether there are any.

@@ -13,7 +13,8 @@
 //! * `search`, `regions`, `facets`, `faces`: the division into leaves: regions of the base lattice,
 //!   patches of cells, their continuation through faces;
 //! * `pieces`: G within each region;
-//! * `rays`, `raster`: lines of sight, pixels and their errors.
+//! * `rays`, `raster`: lines of sight, pixels and their errors;
+//! * `verification`: samples that took no part; `attempt`: all of it, with the decision.
 
 mod columns;
 mod patch;
@@ -28,6 +29,8 @@ mod faces;
 mod pieces;
 mod rays;
 mod raster;
+mod verification;
 mod attempt;
+mod render;
 
-pub(crate) use attempt::{Found, Request, attempt};
+pub(crate) use render::render;

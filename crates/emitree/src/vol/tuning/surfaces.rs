@@ -87,8 +87,15 @@ group! {
         improvements: usize = 5, 3..=8;
         improved_from: f64 = 0.7, 0.5..=0.9;
         improved_share: f64 = 0.4, 0.25..=0.6;
-        /// The lines of sight that verify the surfaces.
-        lines: usize = 64, 32..=128;
+        /// The lines of sight that verify the surfaces, and the most verifications.
+        lines: usize = 32, 16..=64;
+        verifications: usize = 4, 2..=6;
+        /// The largest difference of a sample from the pieces that passes, as a share of T on a line
+        /// that is in one piece.
+        piece_disagreement: f64 = 1.0, 0.5..=2.0;
+        /// The largest share of the budget that the search takes. The rest has to suffice for the
+        /// image tree.
+        most_budget_share: f64 = 0.25, 0.125..=0.5;
         /// The most evaluations at 1 %, and the power of T with which they grow.
         most_evaluations: f64 = 1e5, 5e4..=2e5;
         growth: f64 = 0.5, 0.3..=0.7;
