@@ -18,6 +18,8 @@ pub(super) struct RootSearch {
     first: Label,
     /// The samples at the ends.
     pub(super) samples: [usize; 2],
+    /// Those at the ends of the edge.
+    pub(super) ends: [usize; 2],
 }
 
 /// A place at which G is to be evaluated.
@@ -42,7 +44,7 @@ impl RootSearch {
         let length = norm(direction).max(f64::MIN_POSITIVE);
         let width = (width / length).max(1e-12);
         let guess = guess.map(|(at, half)| (at, (half / length).min(0.3).max(width)));
-        Self { from, direction, low: 0.0, high: 1.0, width, guess, first, samples }
+        Self { from, direction, low: 0.0, high: 1.0, width, guess, first, samples, ends: samples }
     }
 
     fn next(&self) -> Option<Next> {

@@ -20,7 +20,14 @@ struct Predicted {
     label: Label,
     rate: f64,
     error: f64,
+    /// The largest difference of the samples from their mean.
+    spread: f64,
+    /// The number of samples.
+    count: usize,
 }
+
+/// The fewest equal values of a region that is constant.
+const FOR_CONSTANT: usize = 4;
 
 /// All samples, in buckets.
 #[derive(Debug)]
@@ -154,7 +161,14 @@ impl Samples {
 
     /// The region that the value at a point belongs to; `None` if it fits none nearby.
     pub(super) fn classify(&self, at: [f64; 3], rate: f64) -> Option<Label> {
-        let near = self.nearest(at, TUNING.surfaces.nearest_samples);
+        // Other regions may be hidden behind many samples of one.
+        let few = TUNING.surfaces.nearest_samples;
+        [few, 8 * few].into_iter().find_map(|count| self.classify_by(at, rate, count))
+    }
+
+    /// The same by the values of so many samples.
+    fn classify_by(&self, at: [f64; 3], rate: f64, count: usize) -> Option<Label> {
+        let near = self.nearest(at, count);
         let mut predicted: Vec<Predicted> = Vec::new();
         for &(_, i) in &near {
             let label = self.label(i);
@@ -167,11 +181,16 @@ impl Samples {
         }
         let misfit = |of: &Predicted| (rate - of.rate).abs();
         let best = predicted.iter().min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
-        // The values of other regions limit what may belong to this one.
+        if best.spread <= self.negligible && best.count >= FOR_CONSTANT {
+            return (misfit(best) <= 2.0 * self.negligible).then_some(best.label);
+        }
+        // Where G varies, a region has all that is nearer to it than to others.
         let others = predicted.iter().filter(|of| of.label != best.label);
         let gap = others.map(|of| (of.rate - best.rate).abs()).fold(f64::INFINITY, f64::min);
+        let gap = if gap.is_finite() { gap } else { best.rate.abs() };
         let expected = best.error.max(TUNING.surfaces.least_spread * best.rate.abs());
-        let allowed = (TUNING.surfaces.misfit * expected).min(0.5 * gap) + self.negligible;
+        let expected = expected.max(TUNING.surfaces.spread_share * best.spread);
+        let allowed = (TUNING.surfaces.misfit * expected).max(0.5 * gap) + self.negligible;
         (misfit(best) <= allowed).then_some(best.label)
     }
 
@@ -184,7 +203,8 @@ impl Samples {
         let of = |i: usize| self.all[i].rate;
         let mean = own.iter().map(|&(distance, i)| weight(distance) * of(i)).sum::<f64>() / sum;
         let spread = own.iter().map(|&(_, i)| (of(i) - mean).abs()).fold(0.0, f64::max);
-        let constant = Predicted { label, rate: mean, error: spread };
+        let count = own.len();
+        let constant = Predicted { label, rate: mean, error: spread, spread, count };
         if own.len() < 8 || spread <= self.negligible {
             return constant;
         }
@@ -206,7 +226,7 @@ impl Samples {
             return constant;
         }
         let value = columns.coefficients().first().copied().unwrap_or(0.0);
-        Predicted { label, rate: mean + value, error }
+        Predicted { label, rate: mean + value, error, spread, count }
     }
 }
 

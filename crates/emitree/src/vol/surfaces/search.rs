@@ -114,6 +114,10 @@ impl<'a> Search<'a> {
     pub(super) fn add(&mut self, at: [f64; 3], rate: f64) -> Result<usize, Failure> {
         let label = self.samples.classify(at, rate);
         let label = label.or_else(|| self.samples.constant(rate));
+        if label.is_none() && std::env::var("DBGN").is_ok() {
+            let near = self.samples.nearest(at, 12);
+            eprintln!("   DBG new label at {:?} rate {rate}: {:?}", at, near.iter().map(|(d, i)| format!("{:.3} {} {:.4}", d, self.samples.label(*i), self.samples.get(*i).rate)).collect::<Vec<_>>());
+        }
         let label = label.unwrap_or_else(|| self.samples.new_label());
         if self.samples.regions() > TUNING.surfaces.most_regions {
             eprintln!("   DBG regions at {} samples", self.samples.len());
@@ -352,6 +356,20 @@ impl<'a> Search<'a> {
         for (line, from, step, search) in found {
             let [low, high] = search.samples;
             if self.samples.label(low) == self.samples.label(high) {
+                continue;
+            }
+            let across = |ends: [usize; 2]| {
+                let [a, b] = ends.map(|i| self.samples.get(i).rate);
+                (b - a).abs()
+            };
+            let least = TUNING.surfaces.slope_left * across(search.ends);
+            let of = |ends: [usize; 2]| ends.map(|i| self.samples.label(i));
+            let [a, b] = of([low, high]);
+            let is_same = of(search.ends) == [a, b];
+            let least = if is_same { least } else { 0.0 };
+            if across([low, high]) <= least.max(self.samples.negligible) {
+                // G does not jump here.
+                self.samples.merge(a, b);
                 continue;
             }
             let (at, point) = search.root();

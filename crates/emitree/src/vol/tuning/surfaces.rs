@@ -25,6 +25,11 @@ group! {
         misfit: f64 = 6.0, 3.0..=12.0;
         /// The least expected error of a prediction, as a share of the value.
         least_spread: f64 = 0.02, 0.01..=0.04;
+        /// The same as a share of the differences of the nearest samples of the region.
+        spread_share: f64 = 0.25, 0.1..=0.5;
+        /// Two regions are one if so small a share of their difference along an edge is left in the
+        /// bracket of its change.
+        slope_left: f64 = 0.15, 0.1..=0.25;
         /// A difference along an edge is a slope if neighbouring differences predict it with an
         /// error below this share of it.
         slope_share: f64 = 0.5, 0.25..=0.6;
