@@ -94,10 +94,10 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         let t1 = std::time::Instant::now();
         let model = model(&mut search).await?;
         let t2 = std::time::Instant::now();
-        let maps = model.maps(&search.aim, tolerance);
+        let maps = model.maps(&search.aim);
         search.aim.target = tolerance * maps.image.largest();
         eprintln!("   DBG base {:?} regions {} left {} leaves {} cut {} unresolved {} points {}; est {:.2e} times {:.2} {:.2} {:.2}", search.grid.base, search.samples.regions(), search.left, search.leaves.len(), search.leaves.values().filter(|l| matches!(l, Leaf::Cut(_))).count(), search.leaves.values().filter(|l| matches!(l, Leaf::Unresolved(..))).count(), search.points.len(), maps.error.largest()/maps.image.largest(), (t1-t0).as_secs_f64(), (t2-t1).as_secs_f64(), t2.elapsed().as_secs_f64());
-        if maps.error.largest() > search.aim.target {
+        if maps.error.largest() > search.aim.target * std::env::var("DBGT").map_or(1.0, |t| t.parse().unwrap()) {
             improvements += 1;
             if improvements > TUNING.surfaces.improvements
                 || !improve(&mut search, &model, &maps).await?

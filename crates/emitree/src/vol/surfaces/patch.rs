@@ -65,7 +65,19 @@ impl Patch {
     /// The height of a point above the surface along w: above 0 on the upper side.
     pub(super) fn above(&self, at: [f64; 3]) -> f64 {
         let [u, v, w] = self.local(at);
-        (w - self.height(u, v).0) * self.scale
+        let c = &self.coefficients;
+        let (uu, vv, uv) = (u * u, v * v, u * v);
+        let mut height = c[0] + c[1] * u + c[2] * v;
+        if self.degree >= 2 {
+            height += c[3] * uu + c[4] * uv + c[5] * vv;
+        }
+        if self.degree >= 3 {
+            height += u * (c[6] * uu + c[7] * uv + c[8] * vv) + c[9] * v * vv;
+        }
+        if self.degree >= 4 {
+            height += uu * (c[10] * uu + c[11] * uv + c[12] * vv) + vv * (c[13] * uv + c[14] * vv);
+        }
+        (w - height) * self.scale
     }
 
     /// The point of the surface below or above a point along w.

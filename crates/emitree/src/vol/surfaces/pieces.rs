@@ -69,7 +69,25 @@ impl Polynomial {
         if let [constant] = self.coefficients[..] {
             return constant;
         }
-        self.terms(at).zip(&self.coefficients).map(|(term, of)| term * of).sum()
+        let local: [[f64; DEGREE + 1]; 3] = core::array::from_fn(|k| {
+            let t = (2.0 * at[k] - self.low[k] - self.high[k]) / (self.high[k] - self.low[k]);
+            legendre(t.clamp(-BEYOND, BEYOND))
+        });
+        // In the order of the powers.
+        let (mut sum, mut number) = (0.0, 0);
+        for degree in 0..=DEGREE {
+            if number == self.coefficients.len() {
+                break;
+            }
+            for i in (0..=degree).rev() {
+                for j in (0..=degree - i).rev() {
+                    let term = local[0][i] * local[1][j] * local[2][degree - i - j];
+                    sum += self.coefficients[number] * term;
+                    number += 1;
+                }
+            }
+        }
+        sum
     }
 
     /// The axis along which the higher terms are largest.

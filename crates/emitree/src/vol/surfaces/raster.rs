@@ -12,10 +12,9 @@ use crate::vol::tuning::TUNING;
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// The numbers of lines of pixels beside limbs: Fibonacci numbers, for lattices with lines at as many
 /// distances from a limb.
-const COARSE: [usize; 2] = [89, 55];
-const FINE: [usize; 2] = [377, 233];
-/// The tolerance below which the finer lattice is used.
-const FINE_BELOW: f64 = 5e-3;
+const LINES: [usize; 4] = [34, 89, 233, 610];
+/// More lines are used until the mean changes by less than this share of the error allowed.
+const CHANGE: f64 = 0.05;
 /// A pixel whose lines differ from each other by more than this share of the error allowed has more
 /// lines.
 const SPREAD: f64 = 0.02;
@@ -82,7 +81,7 @@ impl Model {
     }
 
     /// The image with its error, in the unit of the image.
-    pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64) -> Maps {
+    pub(super) fn maps(&self, aim: &Aim<'_>) -> Maps {
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         let mean = |pixel: usize, places: &mut dyn Iterator<Item = [f64; 2]>| {
             let (row, column) = (pixel / width, pixel % width);
@@ -119,15 +118,22 @@ impl Model {
                 columns.into_iter().any(|column| first[row * width + column].1)
             })
         };
-        let [many, fewer] = if tolerance < FINE_BELOW { FINE } else { COARSE };
         let all = pixels.par_iter().map(|&pixel| {
             if !is_rough(pixel) || aim.scale.pixels()[pixel] == 0.0 {
                 return first[pixel].0;
             }
-            let (line, _) = mean(pixel, &mut (0..many).map(|k| fibonacci(k, many)));
-            let (check, _) = mean(pixel, &mut (0..fewer).map(|k| fibonacci(k, fewer)));
-            let error = line.error + 0.5 * (line.value - check.value).abs();
-            LineIntegral { error, ..line }
+            let of = |count: usize| mean(pixel, &mut (0..count).map(|k| fibonacci(k, count))).0;
+            let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
+            let mut before = of(LINES[0]);
+            for count in &LINES[1..] {
+                let line = of(*count);
+                let change = (line.value - before.value).abs();
+                before = LineIntegral { error: line.error + 0.5 * change, ..line };
+                if change <= allowed {
+                    break;
+                }
+            }
+            before
         });
         let all: Vec<LineIntegral> = all.collect();
         let (mut image, mut error) = (Image::zeros(height, width), Image::zeros(height, width));
