@@ -94,13 +94,13 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         let t1 = std::time::Instant::now();
         let model = model(&mut search).await?;
         let t2 = std::time::Instant::now();
-        let maps = model.maps(&search.aim);
+        let maps = model.maps(&search.aim, tolerance);
         search.aim.target = tolerance * maps.image.largest();
         eprintln!("   DBG base {:?} regions {} left {} leaves {} cut {} unresolved {} points {}; est {:.2e} times {:.2} {:.2} {:.2}", search.grid.base, search.samples.regions(), search.left, search.leaves.len(), search.leaves.values().filter(|l| matches!(l, Leaf::Cut(_))).count(), search.leaves.values().filter(|l| matches!(l, Leaf::Unresolved(..))).count(), search.points.len(), maps.error.largest()/maps.image.largest(), (t1-t0).as_secs_f64(), (t2-t1).as_secs_f64(), t2.elapsed().as_secs_f64());
-        if maps.error.largest() > search.aim.target * std::env::var("DBGT").map_or(1.0, |t| t.parse().unwrap()) {
+        if maps.error.largest() > TUNING.surfaces.accepted_share * search.aim.target {
             improvements += 1;
             if improvements > TUNING.surfaces.improvements
-                || !improve(&mut search, &model, &maps).await?
+                || !improve(&mut search, &model, &maps, improvements).await?
             {
                 return Ok(None);
             }
@@ -148,10 +148,17 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
 }
 
 /// Refines the leaves on the lines of the pixels with the largest errors. Returns whether there are any.
-async fn improve(search: &mut Search<'_>, model: &Model, maps: &Maps) -> Result<bool, Failure> {
+async fn improve(
+    search: &mut Search<'_>,
+    model: &Model,
+    maps: &Maps,
+    number: usize,
+) -> Result<bool, Failure> {
     let grid = search.grid;
+    let [first, later] = [TUNING.surfaces.improved_first, TUNING.surfaces.improved_later];
+    let least = if number == 1 { first } else { later };
     let mut active = vec![BTreeMap::new(); usize::from(grid.finest) + 1];
-    let leaves = model.leaves_to_improve(&search.aim, maps);
+    let leaves = model.leaves_to_improve(&search.aim, maps, least);
     let cells = leaves.iter().map(|leaf| model.tree.leaves[*leaf].0);
     let cells: Vec<Cell> = cells.filter(|(level, _)| *level < grid.finest).collect();
     for cell in &cells {

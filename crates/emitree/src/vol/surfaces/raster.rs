@@ -13,6 +13,9 @@ const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// The numbers of lines of pixels beside limbs: Fibonacci numbers, for lattices with lines at as many
 /// distances from a limb.
 const LINES: [usize; 4] = [34, 89, 233, 610];
+/// The same for tolerances below [`FINE_BELOW`], where the corner of a pixel matters.
+const FINE_BELOW: f64 = 5e-3;
+const FINE_LINES: [usize; 4] = [144, 377, 610, 987];
 /// More lines are used until the mean changes by less than this share of the error allowed.
 const CHANGE: f64 = 0.05;
 /// A pixel whose lines differ from each other by more than this share of the error allowed has more
@@ -47,9 +50,14 @@ impl Model {
         self.pieces.get(label).and_then(Option::as_ref).map_or(0.0, |of| of.value(at))
     }
 
-    /// The numbers of the leaves that contribute to the errors of the pixels beyond a share of the error
-    /// allowed.
-    pub(super) fn leaves_to_improve(&self, aim: &Aim<'_>, maps: &Maps) -> Vec<usize> {
+    /// The numbers of the leaves that contribute to the errors of the pixels with the largest ones:
+    /// unresolved ones, and patches whose share of the error allowed is above `least`.
+    pub(super) fn leaves_to_improve(
+        &self,
+        aim: &Aim<'_>,
+        maps: &Maps,
+        least: f64,
+    ) -> Vec<usize> {
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         let edges = self.tree.grid.edges;
         let mut found = Vec::new();
@@ -65,7 +73,7 @@ impl Model {
                 let xy = [place[0] * edges[0], place[1] * edges[1]];
                 let ray = Ray::new(&self.tree, xy);
                 let most = aim.of_line(place) * edges[2];
-                let is_large = |share: f64| share > 0.3 * most;
+                let is_large = |error: f64| error > least * most;
                 for [z, error, _] in &ray.crossings {
                     if is_large(*error) {
                         found.push(self.tree.find([xy[0], xy[1], *z]));
@@ -81,7 +89,8 @@ impl Model {
     }
 
     /// The image with its error, in the unit of the image.
-    pub(super) fn maps(&self, aim: &Aim<'_>) -> Maps {
+    pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64) -> Maps {
+        let lines = if tolerance < FINE_BELOW { FINE_LINES } else { LINES };
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         let mean = |pixel: usize, places: &mut dyn Iterator<Item = [f64; 2]>| {
             let (row, column) = (pixel / width, pixel % width);
@@ -124,8 +133,8 @@ impl Model {
             }
             let of = |count: usize| mean(pixel, &mut (0..count).map(|k| fibonacci(k, count))).0;
             let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
-            let mut before = of(LINES[0]);
-            for count in &LINES[1..] {
+            let mut before = of(lines[0]);
+            for count in &lines[1..] {
                 let line = of(*count);
                 let change = (line.value - before.value).abs();
                 before = LineIntegral { error: line.error + 0.5 * change, ..line };

@@ -94,7 +94,9 @@ impl Ray {
         let Some(facet) = facets.iter().find(between).or(facets.first()) else { return };
         let slope = facet.patch.normal(at)[2].abs();
         let error = facet.error.max(facet.allowed);
-        let along = (error / slope.max(1e-9)).min(length);
+        // A displacement of a surface that a line touches moves the ends of a chord by its root.
+        let tangent = (2.0 * error * facet.patch.curvature()).sqrt();
+        let along = (error / slope.max(tangent).max(1e-9)).min(length);
         self.crossings.push([at[2], facet.jump * along, along]);
     }
 

@@ -32,6 +32,7 @@ pub(crate) async fn render(
     let is_possible = attempted.has_jump
         && axis.is_none()
         && is_usual
+        && vol.tolerance >= TUNING.surfaces.least_tolerance
         && part.footing.is_raster_of_pixels()
         && !part.chart.has_gaps();
     let [samples] = &mut attempted.known.samples[..] else { return Ok(None) };

@@ -91,7 +91,14 @@ group! {
         /// that they are refined from, and the factor on what is allowed in them.
         improvements: usize = 5, 3..=8;
         improved_from: f64 = 0.7, 0.5..=0.9;
+        improved_first: f64 = 0.3, 0.2..=0.4;
+        improved_later: f64 = 0.12, 0.08..=0.18;
         improved_share: f64 = 0.4, 0.25..=0.6;
+        /// The largest error that is accepted, as a share of T.
+        accepted_share: f64 = 0.9, 0.8..=1.0;
+        /// The smallest tolerance at which surfaces are searched for. Below it patches of degree 4 cost
+        /// much time.
+        least_tolerance: f64 = 5e-4, 2e-4..=1e-3;
         /// The lines of sight that verify the surfaces, and the most verifications.
         lines: usize = 32, 16..=64;
         verifications: usize = 4, 2..=6;
@@ -102,7 +109,7 @@ group! {
         /// image tree.
         most_budget_share: f64 = 0.25, 0.125..=0.5;
         /// The most evaluations at 1 %, and the power of T with which they grow.
-        most_evaluations: f64 = 1e5, 5e4..=2e5;
+        most_evaluations: f64 = 2e5, 1e5..=3e5;
         growth: f64 = 0.5, 0.3..=0.7;
     }
 }
