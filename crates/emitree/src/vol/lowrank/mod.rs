@@ -40,8 +40,8 @@ use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::kinks::Fiber;
 use crate::vol::lowrank::probes::CellResiduals;
-use crate::vol::lowrank::search::{End, Search};
 pub(crate) use crate::vol::lowrank::search::WeightedView;
+use crate::vol::lowrank::search::{End, Search};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
@@ -166,7 +166,12 @@ pub(crate) struct Kink {
 impl Attempted {
     /// Nothing is known.
     pub(crate) fn none(parts: &Parts<'_>) -> Self {
-        Self { found: None, known: KnownParts::none(parts.parts.len()), kinks: Vec::new(), has_jump: false }
+        Self {
+            found: None,
+            known: KnownParts::none(parts.parts.len()),
+            kinks: Vec::new(),
+            has_jump: false,
+        }
     }
 
     /// Adds the image of a part, and makes the output when all parts have one.

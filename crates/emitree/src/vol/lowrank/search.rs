@@ -111,7 +111,14 @@ impl<'a> Search<'a> {
             TUNING.lowrank.finest_fiber_level
         };
         let interpolant = Interpolant::new(TUNING.lowrank.first_fiber_level);
-        Self { view, interpolant, probes: Probes::default(), of_fibers: None, finest_level, has_jump: false }
+        Self {
+            view,
+            interpolant,
+            probes: Probes::default(),
+            of_fibers: None,
+            finest_level,
+            has_jump: false,
+        }
     }
 
     /// The scattered points with the largest residuals, in descending order, from which ascents

@@ -20,7 +20,11 @@ impl Aim<'_> {
     pub(super) fn pixel(&self, [x, y]: [f64; 2]) -> usize {
         let [height, width] = [self.scale.height(), self.scale.width()];
         let [row, column] = [(y, height), (x, width)].map(|(along, pixels)| {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 or more")]
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "0 or more"
+            )]
             let at = (along * pixels as f64).max(0.0) as usize;
             at.min(pixels.saturating_sub(1))
         });

@@ -6,10 +6,9 @@ use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::octree::{Cell, Grid, Leaf};
+use crate::vol::surfaces::octree::{Cell, Grid};
 use crate::vol::surfaces::raster::{Maps, Model};
 use crate::vol::surfaces::regions::{BaseLattice, scattered};
-use crate::vol::surfaces::rays::Ray;
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
@@ -37,13 +36,10 @@ pub(crate) struct Found {
 }
 
 /// Searches for surfaces. Returns the image if it is within the tolerance, and all scattered samples.
-pub(crate) async fn attempt(
-    request: &Request<'_>,
-) -> Result<(Option<Found>, Vec<f64>), Stop> {
+pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec<f64>), Stop> {
     let mut rates = request.known.to_vec();
     match find(request, &mut rates).await {
         Ok(found) => Ok((found, rates)),
-        Err(Failure::TooComplex) if { eprintln!("   DBG too complex"); false } => Ok((None, rates)),
         Err(Failure::TooComplex) | Err(Failure::Stopped(Stop::Budget)) => Ok((None, rates)),
         Err(Failure::Stopped(stop)) => Err(stop),
     }
@@ -87,16 +83,12 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
     let mut search = Search::new(request.view, grid, aim, samples, left);
     search.find_regions(base, &known).await?;
-    let t0 = std::time::Instant::now();
     search.run().await?;
     let (mut rounds, mut improvements) = (0, 0);
-    let (model, maps) = loop {
-        let t1 = std::time::Instant::now();
+    let maps = loop {
         let model = model(&mut search).await?;
-        let t2 = std::time::Instant::now();
         let maps = model.maps(&search.aim, tolerance);
         search.aim.target = tolerance * maps.image.largest();
-        eprintln!("   DBG base {:?} regions {} left {} leaves {} cut {} unresolved {} points {}; est {:.2e} times {:.2} {:.2} {:.2}", search.grid.base, search.samples.regions(), search.left, search.leaves.len(), search.leaves.values().filter(|l| matches!(l, Leaf::Cut(_))).count(), search.leaves.values().filter(|l| matches!(l, Leaf::Unresolved(..))).count(), search.points.len(), maps.error.largest()/maps.image.largest(), (t1-t0).as_secs_f64(), (t2-t1).as_secs_f64(), t2.elapsed().as_secs_f64());
         if maps.error.largest() > TUNING.surfaces.accepted_share * search.aim.target {
             improvements += 1;
             if improvements > TUNING.surfaces.improvements
@@ -109,9 +101,8 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         let verdict = search.verify(&model, &maps, rounds).await?;
         rounds += 1;
         if verdict.has_passed {
-            break (model, maps);
+            break maps;
         }
-        eprintln!("   DBG verification {rounds} failed: {:?}", verdict.wrong);
         if rounds == TUNING.surfaces.verifications {
             return Ok(None);
         }
@@ -121,28 +112,6 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         }
         search.refine(active).await?;
     };
-    if std::env::var("DBGE").is_ok() {
-        let e = maps.error.pixels(); let worst = (0..e.len()).max_by(|a, b| e[*a].total_cmp(&e[*b])).unwrap();
-        let (w, h) = (maps.error.width(), maps.error.height());
-        eprintln!("   DBG worst pixel {} {} est {:.3e} ; above T: {}", worst / w, worst % w, e[worst] / maps.image.largest(), e.iter().filter(|e| **e > tolerance * maps.image.largest()).count());
-        for k in 0..9 { let xy = [(worst % w) as f64 + 0.17 + 0.33 * (k % 3) as f64, (worst / w) as f64 + 0.17 + 0.33 * (k / 3) as f64];
-          let xy = [xy[0] / w as f64 * grid.edges[0], xy[1] / h as f64 * grid.edges[1]];
-          let ray = Ray::new(&model.tree, xy); let i = ray.integral(&model.pieces, xy, grid.edges[2]);
-          let mut segs = String::new(); for s in &ray.segments { segs += &format!(" {}:{:.3}..{:.3}", s.label, s.ends[0], s.ends[1]); }
-          eprintln!("      line {:.4} err {:.2e}: unresolved {:.2e} crossings {:?} pieces {:?}", i.value, i.error / maps.image.largest(), ray.unresolved / grid.edges[2] / maps.image.largest(), ray.crossings.iter().map(|c| format!("z{:.4} {:.1e}", c[0], c[1]/ grid.edges[2]/maps.image.largest())).collect::<Vec<_>>(), segs); 
-          let mut z = 0.0; while z < grid.edges[2] - 1e-9 { let n = model.tree.find([xy[0], xy[1], z + 1e-12]); if let Leaf::Unresolved(l, j) = &model.tree.leaves[n].1 { eprintln!("         unres {:?} label {l} jump {j} len {:?}", model.tree.leaves[n].0, model.tree.ends(n, 2)); } z = model.tree.ends(n, 2)[1]; }
-        }
-    }
-    if let Ok(px) = std::env::var("DBGPX") {
-        let v: Vec<f64> = px.split(',').map(|x| x.parse().unwrap()).collect();
-        let xy = [v[0] * grid.edges[0], v[1] * grid.edges[1]];
-        let ray = Ray::new(&model.tree, xy);
-        for s in &ray.segments { eprintln!("   DBG segment {} {:.4}..{:.4} value {:.4}", s.label, s.ends[0], s.ends[1], model.pieces[s.label as usize].as_ref().unwrap().value([xy[0], xy[1], 0.5*(s.ends[0]+s.ends[1])])); }
-        let n = 400; let pts: Vec<[f64;3]> = (0..n).map(|k| [v[0], v[1], (k as f64 + 0.5)/n as f64]).collect();
-        let r = request.view.rates(&pts).await?;
-        for k in 1..n { if (r[k]-r[k-1]).abs() > 1e-3 { eprintln!("   DBG true jump at {:.4}: {:.4} -> {:.4}", pts[k][2] - 0.5/n as f64, r[k-1], r[k]);
-          let at = grid.from_canonical(pts[k]); let l = model.tree.find(at); eprintln!("        leaf {:?} {}", model.tree.leaves[l].0, match &model.tree.leaves[l].1 { Leaf::Uncut(a) => format!("uncut {a}"), Leaf::Unresolved(a,j) => format!("unres {a} {j}"), Leaf::Cut(f) => format!("cut {} {:?}", f.len(), f.iter().map(|f| (f.below, f.above, f.error, f.allowed, f.patch.above(at))).collect::<Vec<_>>()) }); } }
-    }
     let Maps { image, error } = maps;
     Ok(Some(Found { image, error, samples: rates.len() }))
 }
@@ -155,8 +124,8 @@ async fn improve(
     number: usize,
 ) -> Result<bool, Failure> {
     let grid = search.grid;
-    let [first, later] = [TUNING.surfaces.improved_first, TUNING.surfaces.improved_later];
-    let least = if number == 1 { first } else { later };
+    let finer = TUNING.surfaces.improved_step.powf(number.saturating_sub(1) as f64);
+    let least = TUNING.surfaces.improved_first * finer;
     let mut active = vec![BTreeMap::new(); usize::from(grid.finest) + 1];
     let leaves = model.leaves_to_improve(&search.aim, maps, least);
     let cells = leaves.iter().map(|leaf| model.tree.leaves[*leaf].0);
@@ -171,16 +140,13 @@ async fn improve(
 /// The surfaces with the pieces beside them.
 async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
     let tree = search.octree();
-    let mut labels: Vec<u16> =
-        (0..search.samples.len()).map(|i| search.samples.label(i)).collect();
+    let mut labels: Vec<u16> = (0..search.samples.len()).map(|i| search.samples.label(i)).collect();
     labels.sort_unstable();
     labels.dedup();
     let mut pieces = Vec::new();
     for label in labels {
         pieces.resize_with(usize::from(label), || None);
-        let before = search.left;
-        let p = search.pieces(&tree, label).await; if p.is_err() { eprintln!("   DBG pieces of {label} failed, left {before}"); for i in 0..search.samples.len() { let s = search.samples.get(i); if search.samples.label(i) == label && i % 997 == 0 { eprintln!("       {:?} {}", s.at, s.rate); } } }
-        pieces.push(Some(p?));
+        pieces.push(Some(search.pieces(&tree, label).await?));
     }
     Ok(Model { tree, pieces })
 }
@@ -239,3 +205,6 @@ fn largest_pixel(base: &BaseLattice, cells: [u32; 3], scale: &Image) -> f64 {
     }
     largest
 }
+
+#[cfg(test)]
+mod tests;

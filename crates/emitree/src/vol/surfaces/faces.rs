@@ -50,9 +50,7 @@ impl Search<'_> {
         let found = numbers.par_iter().map(|&leaf| disagreements(&tree, leaf));
         let found: Vec<Vec<Disagreement>> = found.collect();
         let mut found: Vec<Disagreement> = found.into_iter().flatten().collect();
-        found.sort_by(|a, b| {
-            b.clearance.total_cmp(&a.clearance).then(a.leaves.cmp(&b.leaves))
-        });
+        found.sort_by(|a, b| b.clearance.total_cmp(&a.clearance).then(a.leaves.cmp(&b.leaves)));
         let mut asked = Vec::new();
         let mut seen = FxHashSet::default();
         for of in found {

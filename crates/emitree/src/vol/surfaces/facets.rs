@@ -107,10 +107,11 @@ impl PointIndex {
             let is_same = (of_other - jump).abs() <= TUNING.surfaces.same_jump * jump.abs();
             let is_opposite = (of_other + jump).abs() <= TUNING.surfaces.same_jump * jump.abs();
             if is_same || is_opposite {
-                points.extend(self.near(search, other, at).into_iter().map(|point| FitPoint {
-                    is_upward: point.is_upward == is_same,
-                    ..point
-                }));
+                points.extend(
+                    self.near(search, other, at)
+                        .into_iter()
+                        .map(|point| FitPoint { is_upward: point.is_upward == is_same, ..point }),
+                );
             }
         }
         points
@@ -193,9 +194,6 @@ impl Search<'_> {
         }
         let is_good = |of: &Facet| of.error <= of.allowed;
         let agrees = facets.len() == 1 || facets.iter().all(|of| wrong <= of.allowed);
-        if std::env::var("DBGM").is_ok() && labels.len() > 2 {
-            eprintln!("  DBGM {:?} labels {:?} complete {is_complete} wrong {wrong:.1e} {:?}", cell.cell, labels, facets.iter().map(|f| format!("{}|{} {:.1e}/{:.1e} J{:.3}", f.below, f.above, f.error, f.allowed, f.jump)).collect::<Vec<_>>());
-        }
         cell.is_done = is_complete && agrees && facets.iter().all(is_good);
         cell.facets = Some(facets);
     }
@@ -253,12 +251,7 @@ impl Search<'_> {
 
     /// Fits patches to cells without a change of region between their samples, into which the
     /// patches of neighbouring cells continue: they move from `uncut` to `cut`.
-    pub(super) fn fit_beside(
-        &self,
-        level: u8,
-        cut: &mut Vec<OpenCell>,
-        uncut: &mut Vec<OpenCell>,
-    ) {
+    pub(super) fn fit_beside(&self, level: u8, cut: &mut Vec<OpenCell>, uncut: &mut Vec<OpenCell>) {
         let size = self.grid.cell_size(level);
         let numbers: FxHashMap<[u32; 3], usize> =
             uncut.iter().enumerate().map(|(i, cell)| (cell.cell.1, i)).collect();
@@ -367,9 +360,8 @@ impl Search<'_> {
             }
             if facets.len() > 1 {
                 let normal = facet.patch.normal(foot);
-                let beside = [-1.0, 1.0].map(|side| {
-                    region(facets, along(foot, 2.0 * side * facet.allowed, normal)).0
-                });
+                let beside = [-1.0, 1.0]
+                    .map(|side| region(facets, along(foot, 2.0 * side * facet.allowed, normal)).0);
                 if beside != [facet.below, facet.above] {
                     continue;
                 }

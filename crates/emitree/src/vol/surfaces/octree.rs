@@ -177,7 +177,8 @@ impl Octree {
     /// The tree of leaves that fill the view.
     pub(super) fn new(grid: Grid, leaves: Vec<(Cell, Leaf)>) -> Self {
         let count = grid.base.iter().map(|k| *k as usize).product();
-        let mut tree = Self { grid, leaves: Vec::new(), roots: vec![NONE; count], nodes: Vec::new() };
+        let mut tree =
+            Self { grid, leaves: Vec::new(), roots: vec![NONE; count], nodes: Vec::new() };
         for (number, ((level, at), _)) in leaves.iter().enumerate() {
             let root = tree.root(at.map(|k| k >> level));
             if tree.roots[root] == NONE {

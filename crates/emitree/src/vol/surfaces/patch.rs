@@ -164,7 +164,8 @@ impl Patch {
                 break;
             }
             for j in 0..=degree {
-                let power = |at: &[f64; 3]| at[0].powi(exponent(degree - j)) * at[1].powi(exponent(j));
+                let power =
+                    |at: &[f64; 3]| at[0].powi(exponent(degree - j)) * at[1].powi(exponent(j));
                 let column = local.iter().zip(&weights).map(|(at, weight)| power(at) * weight);
                 if !columns.add(column.collect()) {
                     break 'degrees;

@@ -44,9 +44,9 @@ pub(super) struct Pieces {
 /// Powers of the terms, by total degree.
 fn powers() -> impl Iterator<Item = [usize; 3]> {
     (0..=DEGREE).flat_map(|degree| {
-        (0..=degree).rev().flat_map(move |i| {
-            (0..=degree - i).rev().map(move |j| [i, j, degree - i - j])
-        })
+        (0..=degree)
+            .rev()
+            .flat_map(move |i| (0..=degree - i).rev().map(move |j| [i, j, degree - i - j]))
     })
 }
 
@@ -173,17 +173,11 @@ struct OpenBox {
     level: u8,
     /// Samples of the region in it.
     samples: Vec<usize>,
-    /// The number of points of the lattice that have been tried in boxes.
-    coefficients: usize,
 }
 
 impl Search<'_> {
     /// The polynomials of a region, to an error `allowed` in G.
-    pub(super) async fn pieces(
-        &mut self,
-        tree: &Octree,
-        label: Label,
-    ) -> Result<Pieces, Failure> {
+    pub(super) async fn pieces(&mut self, tree: &Octree, label: Label) -> Result<Pieces, Failure> {
         let clearance = |at: [f64; 3]| {
             let leaf = tree.leaf(at);
             leaf.region(at) == label && leaf.clearance(at) > TUNING.surfaces.piece_clearance
@@ -195,7 +189,6 @@ impl Search<'_> {
             high: self.grid.edges,
             level: 0,
             samples: known.collect(),
-            coefficients: 0,
         };
         let mut nodes = vec![Node::Polynomial(empty(&first))];
         let mut open = vec![first];
@@ -234,17 +227,21 @@ impl Search<'_> {
                     nodes[of.node] = Node::Polynomial(Polynomial { error, ..polynomial });
                     continue;
                 }
-                let all: Vec<usize> = of.samples.iter().chain(&new).chain(&checks).copied().collect();
+                let all: Vec<usize> =
+                    of.samples.iter().chain(&new).chain(&checks).copied().collect();
                 let axis = polynomial.roughest_axis();
                 let at = 0.5 * (of.low[axis] + of.high[axis]);
                 let halves = [0, 1].map(|half| {
                     let (mut low, mut high) = (of.low, of.high);
-                    if half == 0 { high[axis] = at } else { low[axis] = at }
+                    if half == 0 {
+                        high[axis] = at
+                    } else {
+                        low[axis] = at
+                    }
                     let is_in = |&&i: &&usize| (self.samples.get(i).at[axis] < at) == (half == 0);
                     let samples = all.iter().filter(is_in).copied().collect();
                     let node = nodes.len() + half;
-                    let coefficients = polynomial.coefficients.len();
-                    OpenBox { node, low, high, level: of.level + 1, samples, coefficients }
+                    OpenBox { node, low, high, level: of.level + 1, samples }
                 });
                 let [below, above] = [0, 1].map(|half| nodes.len() + half);
                 nodes.extend(halves.each_ref().map(|half| Node::Polynomial(empty(half))));
@@ -274,9 +271,8 @@ impl Search<'_> {
     fn plan(&self, of: &OpenBox, candidates: &[[f64; 3]]) -> Plan {
         let wanted = self.wanted_samples(of);
         let edges = difference(of.high, of.low);
-        let distance = |a: [f64; 3], b: [f64; 3]| {
-            norm(core::array::from_fn(|k| (a[k] - b[k]) / edges[k]))
-        };
+        let distance =
+            |a: [f64; 3], b: [f64; 3]| norm(core::array::from_fn(|k| (a[k] - b[k]) / edges[k]));
         let known: Vec<(usize, [f64; 3])> =
             thinned(&of.samples).map(|i| (i, self.samples.get(i).at)).collect();
         let mut nearest = vec![f64::INFINITY; candidates.len()];
@@ -325,8 +321,9 @@ impl Search<'_> {
     /// The number of samples for a box: few where all known ones are equal.
     fn wanted_samples(&self, of: &OpenBox) -> usize {
         let rates = thinned(&of.samples).map(|i| self.samples.get(i).rate);
-        let [low, high] = rates
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], of| [low.min(of), high.max(of)]);
+        let [low, high] = rates.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], of| {
+            [low.min(of), high.max(of)]
+        });
         let is_constant = high - low <= self.samples.negligible;
         let terms = if is_constant { TERMS[1] } else { TERMS[DEGREE] };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small")]
@@ -389,7 +386,6 @@ fn empty(of: &OpenBox) -> Polynomial {
 fn candidates(of: &OpenBox, is_in_region: &dyn Fn([f64; 3]) -> bool) -> Vec<[f64; 3]> {
     let edges = difference(of.high, of.low);
     let mut found = Vec::new();
-    let _ = of.coefficients;
     for k in 0..16 * CANDIDATES {
         let u = lattice::point(k);
         let at = core::array::from_fn(|k| of.low[k] + u[k] * edges[k]);
@@ -402,3 +398,6 @@ fn candidates(of: &OpenBox, is_in_region: &dyn Fn([f64; 3]) -> bool) -> Vec<[f64
     }
     found
 }
+
+#[cfg(test)]
+mod tests;

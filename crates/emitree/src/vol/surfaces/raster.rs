@@ -52,18 +52,13 @@ impl Model {
 
     /// The numbers of the leaves that contribute to the errors of the pixels with the largest ones:
     /// unresolved ones, and patches whose share of the error allowed is above `least`.
-    pub(super) fn leaves_to_improve(
-        &self,
-        aim: &Aim<'_>,
-        maps: &Maps,
-        least: f64,
-    ) -> Vec<usize> {
+    pub(super) fn leaves_to_improve(&self, aim: &Aim<'_>, maps: &Maps, least: f64) -> Vec<usize> {
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         let edges = self.tree.grid.edges;
         let mut found = Vec::new();
         let errors = maps.error.pixels().iter().enumerate();
         let from = TUNING.surfaces.improved_from * aim.target;
-        for (pixel, error) in errors.filter(|(_, error)| **error > from) {
+        for (pixel, _) in errors.filter(|(_, error)| **error > from) {
             for k in 0..9 {
                 let [u, v] = fibonacci(k, 13);
                 let place = [
@@ -81,7 +76,6 @@ impl Model {
                 }
                 found.extend(ray.unresolved_leaves);
             }
-            let _ = error;
         }
         found.sort_unstable();
         found.dedup();

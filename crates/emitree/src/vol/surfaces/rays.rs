@@ -101,7 +101,12 @@ impl Ray {
     }
 
     /// The integral of the pieces along the line, over the canonical depth.
-    pub(super) fn integral(&self, pieces: &[Option<Pieces>], xy: [f64; 2], depth: f64) -> LineIntegral {
+    pub(super) fn integral(
+        &self,
+        pieces: &[Option<Pieces>],
+        xy: [f64; 2],
+        depth: f64,
+    ) -> LineIntegral {
         let mut sum = [0.0, self.unresolved];
         // The errors of patches are independent of each other.
         let squares: f64 = self.crossings.iter().map(|[_, error, _]| error * error).sum();

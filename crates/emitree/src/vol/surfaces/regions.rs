@@ -143,9 +143,7 @@ impl Search<'_> {
                 }
             }
         }
-        { let mut parts: BTreeMap<usize, usize> = BTreeMap::new(); for c in 0..base.rates.len() { *parts.entry(base.find(c)).or_default() += 1; } eprintln!("   DBG parts {} {:?}", parts.len(), parts.iter().take(40).map(|(p, n)| (base.corner(*p), *n, base.rates[*p])).collect::<Vec<_>>()); }
         self.label_base(&base)?;
-        eprintln!("   DBG base regions {} tests {} jumps {}", self.samples.regions(), base.tested.len(), base.tested.values().filter(|x| **x).count());
         for (at, rate) in found.into_iter().chain(known.iter().copied()) {
             self.add(at, rate)?;
         }
@@ -165,9 +163,8 @@ impl Search<'_> {
             .map(|(_, edge)| edge.ends.map(|end| (point(end), base.rates[end])))
             .collect();
         for _ in 0..TUNING.surfaces.halvings {
-            let middle = |[a, b]: &[([f64; 3], f64); 2]| {
-                core::array::from_fn(|k| 0.5 * (a.0[k] + b.0[k]))
-            };
+            let middle =
+                |[a, b]: &[([f64; 3], f64); 2]| core::array::from_fn(|k| 0.5 * (a.0[k] + b.0[k]));
             let points: Vec<[f64; 3]> = brackets.iter().map(middle).collect();
             let rates = self.rates(&points).await?;
             for ((bracket, at), rate) in brackets.iter_mut().zip(points).zip(rates) {

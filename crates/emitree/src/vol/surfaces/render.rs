@@ -48,8 +48,7 @@ pub(crate) async fn render(
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
     let most = (TUNING.surfaces.most_budget_share * left) as u64;
     let tolerance = vol.tolerance.min(TUNING.engine.loosest_tolerance);
-    let request =
-        Request { view: &view, scale: &part.scale, tolerance, most, known: &known };
+    let request = Request { view: &view, scale: &part.scale, tolerance, most, known: &known };
     let (found, rates) = match attempt(&request).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),

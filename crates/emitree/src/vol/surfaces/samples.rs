@@ -196,7 +196,8 @@ impl Samples {
 
     /// The value of a region at a point from its nearest samples, by a plane if there are enough.
     fn predict(&self, at: [f64; 3], label: Label, own: &[(f64, usize)]) -> Predicted {
-        let scale = own.iter().map(|(distance, _)| *distance).sum::<f64>() / own.len().max(1) as f64;
+        let scale =
+            own.iter().map(|(distance, _)| *distance).sum::<f64>() / own.len().max(1) as f64;
         let scale = scale.max(f64::MIN_POSITIVE);
         let weight = |distance: f64| 1.0 / (0.05 + distance / scale).powi(2);
         let sum: f64 = own.iter().map(|(distance, _)| weight(*distance)).sum();
@@ -209,7 +210,8 @@ impl Samples {
             return constant;
         }
         let root = |distance: f64| weight(distance).sqrt();
-        let mut columns = Columns::new(own.iter().map(|&(d, i)| root(d) * (of(i) - mean)).collect());
+        let mut columns =
+            Columns::new(own.iter().map(|&(d, i)| root(d) * (of(i) - mean)).collect());
         let one = columns.add(own.iter().map(|&(distance, _)| root(distance)).collect());
         let slopes = (0..3).all(|axis| {
             let along = |i: usize| (self.all[i].at[axis] - at[axis]) / scale;

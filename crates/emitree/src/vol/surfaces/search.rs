@@ -114,13 +114,8 @@ impl<'a> Search<'a> {
     pub(super) fn add(&mut self, at: [f64; 3], rate: f64) -> Result<usize, Failure> {
         let label = self.samples.classify(at, rate);
         let label = label.or_else(|| self.samples.constant(rate));
-        if label.is_none() && std::env::var("DBGN").is_ok() {
-            let near = self.samples.nearest(at, 12);
-            eprintln!("   DBG new label at {:?} rate {rate}: {:?}", at, near.iter().map(|(d, i)| format!("{:.3} {} {:.4}", d, self.samples.label(*i), self.samples.get(*i).rate)).collect::<Vec<_>>());
-        }
         let label = label.unwrap_or_else(|| self.samples.new_label());
         if self.samples.regions() > TUNING.surfaces.most_regions {
-            eprintln!("   DBG regions at {} samples", self.samples.len());
             return Err(Failure::TooComplex);
         }
         Ok(self.samples.add(at, rate, label))
@@ -200,12 +195,6 @@ impl<'a> Search<'a> {
             self.find_points(&mut cut, batch).await?;
             self.fit_all(level, &mut cut);
         }
-        if std::env::var("DBGL").is_ok() {
-            for n in 2..6 { let of: Vec<&OpenCell> = cut.iter().filter(|c| self.labels(c).len() == n).collect(); if of.is_empty() { continue; }
-              let e = of.iter().filter(|c| !c.is_done).filter(|c| c.facets.as_ref().is_some_and(|f| f.iter().any(|f| f.error > f.allowed))).count();
-              let none = of.iter().filter(|c| c.facets.is_none()).count();
-              eprintln!("   DBG level {level} labels {n}: cells {} done {} none {none} large error {e} left {}", of.len(), of.iter().filter(|c| c.is_done).count(), self.left); }
-        }
         self.fit_beside(level, &mut cut, &mut uncut);
         for cell in uncut {
             let label = self.samples.label(cell.corners[0]);
@@ -221,9 +210,8 @@ impl<'a> Search<'a> {
                 }
                 None => {
                     let size = self.grid.cell_size(level);
-                    let is_guess = |facets: &Vec<Facet>| {
-                        facets.iter().all(|of| of.error < 0.35 * size)
-                    };
+                    let is_guess =
+                        |facets: &Vec<Facet>| facets.iter().all(|of| of.error < 0.35 * size);
                     let facets = cell.facets.filter(is_guess).map(Into::into);
                     let guess = Guess { facets, share: cell.guess.share };
                     next.extend(children(cell.cell.1).map(|child| (child, guess.clone())));
@@ -245,7 +233,8 @@ impl<'a> Search<'a> {
             [low.min(rate), high.max(rate)]
         });
         // A surface may pass between samples of one region.
-        let facets = cell.facets.iter().flatten().chain(cell.guess.facets.iter().flat_map(|of| of.iter()));
+        let facets =
+            cell.facets.iter().flatten().chain(cell.guess.facets.iter().flat_map(|of| of.iter()));
         let jump = facets.map(|of| of.jump).fold((high - low).max(0.0), f64::max);
         let edges = self.grid.cell_edges(level);
         let canonical = self.grid.canonical(self.grid.centre(cell.cell));
@@ -288,7 +277,8 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        let points: Vec<[f64; 3]> = missing.iter().map(|corner| self.grid.corner(*corner)).collect();
+        let points: Vec<[f64; 3]> =
+            missing.iter().map(|corner| self.grid.corner(*corner)).collect();
         let samples = self.sample(&points).await?;
         self.corners.extend(missing.into_iter().zip(samples));
         let mut inside: FxHashMap<[u32; 3], Vec<usize>> = FxHashMap::default();
@@ -342,8 +332,9 @@ impl<'a> Search<'a> {
                     let line = (axis, others(axis, low));
                     let [from, to] = [low[axis], low[axis] + step];
                     let known = self.lines.get(&line).into_iter().flatten();
-                    let is_known =
-                        known.into_iter().any(|(at, _)| (f64::from(from)..=f64::from(to)).contains(at));
+                    let is_known = known
+                        .into_iter()
+                        .any(|(at, _)| (f64::from(from)..=f64::from(to)).contains(at));
                     if is_known || !seen.insert((line, from)) {
                         continue;
                     }

@@ -93,9 +93,8 @@ impl Search<'_> {
                 let crossings = ray.crossings.iter();
                 crossings.filter(|of| (of[0] - z).abs() < 1e-9 * edges[2]).map(|of| of[2]).next()
             };
-            let [low, high] = [near(from), near(to)].map(|of| {
-                TUNING.surfaces.check_distance * of.unwrap_or(0.0) + 1e-9 * edges[2]
-            });
+            let [low, high] = [near(from), near(to)]
+                .map(|of| TUNING.surfaces.check_distance * of.unwrap_or(0.0) + 1e-9 * edges[2]);
             let [from, to] = [from + low, to - high];
             if from >= to {
                 continue;
@@ -124,9 +123,8 @@ impl Search<'_> {
                 ((pixel / width) as f64 + 0.5) / height as f64,
             ];
             let is_near = |other: &[f64; 2]| {
-                (0..2).all(|k| {
-                    (other[k] - place[k]).abs() < TUNING.verification.worst_line_distance
-                })
+                (0..2)
+                    .all(|k| (other[k] - place[k]).abs() < TUNING.verification.worst_line_distance)
             };
             if !places.iter().any(is_near) {
                 places.push(place);

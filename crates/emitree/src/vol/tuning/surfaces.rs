@@ -87,12 +87,13 @@ group! {
         /// The ratio of the error of a line to the root of the sum of the squares of those that its
         /// crossings are allowed: patches are wrong by more between their points.
         crossing_margin: f64 = 1.5, 1.2..=2.0;
-        /// The times that the leaves at the largest errors are refined, the share of the error allowed
-        /// that they are refined from, and the factor on what is allowed in them.
+        /// The times that the leaves at the largest errors are refined; the share of the error allowed
+        /// of the pixels, and that of patches on a line, from which they are, which decreases each time
+        /// by a factor; and the factor on what is allowed in them.
         improvements: usize = 5, 3..=8;
         improved_from: f64 = 0.7, 0.5..=0.9;
         improved_first: f64 = 0.3, 0.2..=0.4;
-        improved_later: f64 = 0.12, 0.08..=0.18;
+        improved_step: f64 = 0.65, 0.5..=0.8;
         improved_share: f64 = 0.4, 0.25..=0.6;
         /// The largest error that is accepted, as a share of T.
         accepted_share: f64 = 0.9, 0.8..=1.0;
@@ -109,7 +110,7 @@ group! {
         /// image tree.
         most_budget_share: f64 = 0.25, 0.125..=0.5;
         /// The most evaluations at 1 %, and the power of T with which they grow.
-        most_evaluations: f64 = 2e5, 1e5..=3e5;
+        most_evaluations: f64 = 1.5e5, 1e5..=2e5;
         growth: f64 = 0.5, 0.3..=0.7;
     }
 }
