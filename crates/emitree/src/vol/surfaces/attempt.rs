@@ -71,7 +71,7 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let known: Vec<([f64; 3], f64)> = scattered(0, rates.len())
         .into_iter()
         .zip(rates.iter())
-        .map(|(u, rate)| (grid.from_canonical(u), *rate))
+        .map(|(u, rate)| (grid.at_canonical(u), *rate))
         .collect();
     let largest = largest_pixel(&base, grid.base, request.scale);
     if !(largest > 0.0 && largest.is_finite()) {

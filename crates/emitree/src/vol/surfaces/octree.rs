@@ -147,7 +147,7 @@ impl Grid {
     }
 
     /// The point at canonical coordinates.
-    pub(super) fn from_canonical(&self, u: [f64; 3]) -> [f64; 3] {
+    pub(super) fn at_canonical(&self, u: [f64; 3]) -> [f64; 3] {
         core::array::from_fn(|k| u[k] * self.edges[k])
     }
 }

@@ -100,7 +100,7 @@ impl Polynomial {
                 }
             }
         }
-        if sums == [0.0; 3] {
+        if sums.iter().all(|sum| *sum <= 0.0) {
             let edges = difference(self.high, self.low);
             return (0..3).fold(0, |best, k| if edges[k] > edges[best] { k } else { best });
         }
@@ -234,9 +234,9 @@ impl Search<'_> {
                 let halves = [0, 1].map(|half| {
                     let (mut low, mut high) = (of.low, of.high);
                     if half == 0 {
-                        high[axis] = at
+                        high[axis] = at;
                     } else {
-                        low[axis] = at
+                        low[axis] = at;
                     }
                     let is_in = |&&i: &&usize| (self.samples.get(i).at[axis] < at) == (half == 0);
                     let samples = all.iter().filter(is_in).copied().collect();

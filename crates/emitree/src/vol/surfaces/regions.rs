@@ -20,6 +20,9 @@ struct Edge {
     change: f64,
 }
 
+/// Two points of an edge with their values.
+type Bracket = [([f64; 3], f64); 2];
+
 /// Corners of the base lattice, with their values.
 pub(super) struct BaseLattice {
     /// The number of corners along each axis.
@@ -158,13 +161,12 @@ impl Search<'_> {
         found: &mut Vec<([f64; 3], f64)>,
     ) -> Result<Vec<bool>, Failure> {
         let point = |number: usize| self.grid.point(0, base.corner(number).map(|k| k as f64));
-        let mut brackets: Vec<[([f64; 3], f64); 2]> = tests
+        let mut brackets: Vec<Bracket> = tests
             .iter()
             .map(|(_, edge)| edge.ends.map(|end| (point(end), base.rates[end])))
             .collect();
         for _ in 0..TUNING.surfaces.halvings {
-            let middle =
-                |[a, b]: &[([f64; 3], f64); 2]| core::array::from_fn(|k| 0.5 * (a.0[k] + b.0[k]));
+            let middle = |[a, b]: &Bracket| core::array::from_fn(|k| 0.5 * (a.0[k] + b.0[k]));
             let points: Vec<[f64; 3]> = brackets.iter().map(middle).collect();
             let rates = self.rates(&points).await?;
             for ((bracket, at), rate) in brackets.iter_mut().zip(points).zip(rates) {
@@ -173,7 +175,7 @@ impl Search<'_> {
                 bracket[usize::from(a > b)] = (at, rate);
             }
         }
-        let is_jump = |([a, b], (_, edge)): (&[([f64; 3], f64); 2], &(usize, Edge))| {
+        let is_jump = |([a, b], (_, edge)): (&Bracket, &(usize, Edge))| {
             let [from, to] = edge.ends.map(|end| base.rates[end]);
             (b.1 - a.1).abs() > TUNING.surfaces.jump_share * (to - from).abs()
         };
