@@ -23,7 +23,7 @@ mod surroundings;
 pub(crate) mod map;
 mod plane;
 mod span;
-mod vector;
+pub(crate) mod vector;
 mod view_geometry;
 
 pub use bounds::{Bounds, Cuboid};

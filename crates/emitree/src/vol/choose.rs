@@ -1,4 +1,4 @@
-//! The choice between the low-rank approximation and the image tree.
+//! The choice between the low-rank approximation, surfaces and the image tree.
 
 use crate::energy::EnergyAxis;
 use crate::error::{OptionError, RenderError};
@@ -13,6 +13,7 @@ use crate::vol::engine::by_tree;
 use crate::vol::lowrank::{self, Attempted};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::check_seeds;
+use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::part::{Parts, atlas, parts};
@@ -54,7 +55,7 @@ pub(crate) async fn render(
     }
 }
 
-/// The image of products, or of trees of the parts that have none.
+/// The image of products, of surfaces, or of trees of the parts that have none.
 async fn finish(
     meter: &Meter,
     tiles: &[Tile<'_>],
@@ -68,6 +69,9 @@ async fn finish(
         Some(products) if is_complete(&products) => return Ok(products),
         products => products,
     };
+    if let Some(found) = surfaces::render(meter, tiles, parts, axis, vol, &mut attempted).await? {
+        return Ok(found);
+    }
     match (products, by_tree(meter, tiles, parts, axis, vol, attempted.known).await) {
         // The time limit was reached before lines gave an image.
         (Some(products), Err(RenderError::Time { .. })) => Ok(products),

@@ -1,7 +1,8 @@
 //! Method `vol`: an image to a tolerance, from as few evaluations as possible.
 //!
-//! There are two representations. If G has a low-rank approximation along the axes of the view,
-//! samples on a few crosses determine the image. Otherwise G is integrated line by line, and the
+//! There are three representations. If G has a low-rank approximation along the axes of the view,
+//! samples on a few crosses determine the image. If it jumps, the surfaces at which it does are found,
+//! and G is a polynomial in each box beside them. Otherwise G is integrated line by line, and the
 //! lines are the nodes of an image tree: the image may be smooth where g is not, and the tolerance
 //! is for the image.
 //!
@@ -23,7 +24,8 @@
 //!   energy; lines and samples that verify a sheet;
 //! * `engine`: the loop over all sheets, and the final verification;
 //! * `lowrank`: the low-rank approximation of each part, with forecasts of its cost and that of the tree;
-//! * `choose`: the low-rank approximation first, then the tree.
+//! * `surfaces`: surfaces at which G jumps, and the image from them and from polynomials beside them;
+//! * `choose`: the low-rank approximation first, then surfaces if G jumps, then the tree.
 //!
 //! The constants are in `tuning`. [`VolOptions::tolerance`] states what is not guaranteed.
 
@@ -41,6 +43,7 @@ mod rule;
 mod sampling;
 mod seeds;
 mod spectrum;
+mod surfaces;
 #[cfg(not(feature = "ablate"))]
 mod tuning;
 // For measurements alone.

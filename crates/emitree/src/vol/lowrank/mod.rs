@@ -41,7 +41,8 @@ use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::kinks::Fiber;
 use crate::vol::lowrank::probes::CellResiduals;
-use crate::vol::lowrank::search::{End, Search, WeightedView};
+pub(crate) use crate::vol::lowrank::search::WeightedView;
+use crate::vol::lowrank::search::{End, Search};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
@@ -141,6 +142,7 @@ pub(crate) async fn attempt(
             Err(End::Stopped(Stop::Budget)) => None,
             Err(End::Stopped(Stop::Failed(error))) => return Err(error),
         };
+        attempted.has_jump |= attempt.search.has_jump;
         attempted.known.samples[number] = attempt.search.samples();
         let Some((maps, ending)) = found else { continue };
         largest = largest.max(maps.largest);
@@ -161,6 +163,8 @@ pub(crate) struct Attempted {
     /// The charts for which other weights of the coordinates of depth are better, in which case the
     /// search has stopped.
     pub(crate) depths: Vec<(usize, Weights)>,
+    /// Whether a search has ended since G jumps.
+    pub(crate) has_jump: bool,
 }
 
 /// An azimuth at which G has a kink or a jump in a chart.
@@ -181,6 +185,7 @@ impl Attempted {
             known: KnownParts::none(parts.parts.len()),
             kinks: Vec::new(),
             depths: Vec::new(),
+            has_jump: false,
         }
     }
 

@@ -16,16 +16,16 @@ use crate::vol::view::scattered::{PartSamples, WIDTH_OF_GAUSSIAN};
 use nalgebra::DVector;
 
 /// The view of G, weighted with the density of solid angle.
-pub(super) struct WeightedView<'a> {
-    pub(super) meter: &'a Meter,
-    pub(super) part: &'a Part<'a>,
+pub(crate) struct WeightedView<'a> {
+    pub(crate) meter: &'a Meter,
+    pub(crate) part: &'a Part<'a>,
     /// The number of tiles of the image.
-    pub(super) tiles: usize,
+    pub(crate) tiles: usize,
 }
 
 impl WeightedView<'_> {
     /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
-    pub(super) async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
+    pub(crate) async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
         let chart = &*self.part.chart;
         let site = |i: usize| {
             let u = points[i];
@@ -73,6 +73,8 @@ pub(super) struct Search<'a> {
     /// The largest residual on the fibers, once it has been computed for the present interpolant.
     of_fibers: Option<Worst>,
     finest_level: u8,
+    /// Whether the search has ended since G jumps.
+    pub(super) has_jump: bool,
 }
 
 /// The residuals of an interpolant.
@@ -112,7 +114,14 @@ impl<'a> Search<'a> {
             TUNING.lowrank.finest_fiber_level
         };
         let interpolant = Interpolant::new(TUNING.lowrank.first_fiber_level);
-        Self { view, interpolant, probes: Probes::default(), of_fibers: None, finest_level }
+        Self {
+            view,
+            interpolant,
+            probes: Probes::default(),
+            of_fibers: None,
+            finest_level,
+            has_jump: false,
+        }
     }
 
     /// The scattered points with the largest residuals, in descending order, from which ascents
@@ -286,7 +295,7 @@ impl<'a> Search<'a> {
     }
 
     /// Ends the search if G jumps on one of the newest fibers.
-    async fn check_for_jumps(&self, most: f64) -> Result<(), End> {
+    async fn check_for_jumps(&mut self, most: f64) -> Result<(), End> {
         let axes = &self.interpolant.axes;
         let newest = |axis: usize| axes[axis].at.last().copied().unwrap_or_default();
         let mut steep: Vec<(usize, Steep)> =
@@ -303,6 +312,7 @@ impl<'a> Search<'a> {
                 return Ok(());
             }
         }
+        self.has_jump = true;
         Err(End::NotSeparable)
     }
 

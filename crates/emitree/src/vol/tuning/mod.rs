@@ -99,6 +99,7 @@ mod rule;
 mod view;
 mod edges;
 mod lowrank;
+mod surfaces;
 #[cfg(feature = "ablate")]
 mod variants;
 
@@ -118,6 +119,7 @@ tuning! {
     view: View,
     edges: Edges,
     lowrank: Lowrank,
+    surfaces: Surfaces,
 }
 
 /// The constants of this build.

@@ -1,0 +1,210 @@
+//! The attempt: surfaces, pieces and the image, with a verification.
+
+use crate::image::Image;
+use crate::projection::vector::{difference, norm};
+use crate::vol::lattice;
+use crate::vol::lowrank::WeightedView;
+use crate::vol::sampling::Stop;
+use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::octree::{Cell, Grid};
+use crate::vol::surfaces::raster::{Maps, Model};
+use crate::vol::surfaces::regions::{BaseLattice, scattered};
+use crate::vol::surfaces::samples::Samples;
+use crate::vol::surfaces::search::{Failure, Search};
+use crate::vol::tuning::TUNING;
+use std::collections::BTreeMap;
+
+/// What surfaces are searched for.
+pub(crate) struct Request<'a> {
+    pub(crate) view: &'a WeightedView<'a>,
+    /// The ratio of each pixel to the mean of G over it.
+    pub(crate) scale: &'a Image,
+    pub(crate) tolerance: f64,
+    /// The evaluations that may be made.
+    pub(crate) most: u64,
+    /// The first points of the scattered lattice have been sampled.
+    pub(crate) known: &'a [f64],
+}
+
+/// The image of surfaces and the pieces beside them.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) image: Image,
+    pub(crate) error: Image,
+    /// The number of scattered samples.
+    pub(crate) samples: usize,
+}
+
+/// Searches for surfaces. Returns the image if it is within the tolerance, and all scattered samples.
+pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec<f64>), Stop> {
+    let mut rates = request.known.to_vec();
+    match find(request, &mut rates).await {
+        Ok(found) => Ok((found, rates)),
+        Err(Failure::TooComplex) | Err(Failure::Stopped(Stop::Budget)) => Ok((None, rates)),
+        Err(Failure::Stopped(stop)) => Err(stop),
+    }
+}
+
+async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Found>, Failure> {
+    let tolerance = request.tolerance;
+    let grid = grid(request.view, tolerance);
+    let allowed = 1e-2 / tolerance.max(1e-6);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "far below 2⁶⁴")]
+    let most = (TUNING.surfaces.most_evaluations * allowed.powf(TUNING.surfaces.growth)) as u64;
+    let mut left = most.min(request.most);
+    // The base lattice and scattered samples.
+    let count = grid.base.map(|k| k as usize + 1);
+    let corners: usize = count.iter().product();
+    let missing = scattered(rates.len(), TUNING.surfaces.scattered.max(rates.len()));
+    let lattice = BaseLattice::new(grid.base, vec![0.0; corners]);
+    let mut points: Vec<[f64; 3]> = (0..corners)
+        .map(|i| grid.canonical(grid.point(0, lattice.corner(i).map(|k| k as f64))))
+        .collect();
+    points.extend(&missing);
+    if points.len() as u64 > left {
+        return Err(Failure::TooComplex);
+    }
+    left -= points.len() as u64;
+    let found = request.view.rates(&points).await?;
+    let base = BaseLattice::new(grid.base, found[..corners].to_vec());
+    rates.extend(&found[corners..]);
+    let known: Vec<([f64; 3], f64)> = scattered(0, rates.len())
+        .into_iter()
+        .zip(rates.iter())
+        .map(|(u, rate)| (grid.at_canonical(u), *rate))
+        .collect();
+    let largest = largest_pixel(&base, grid.base, request.scale);
+    if !(largest > 0.0 && largest.is_finite()) {
+        return Err(Failure::TooComplex);
+    }
+    let aim = Aim { target: tolerance * largest, scale: request.scale };
+    let scale = request.scale.largest();
+    let bucket = 0.25 * grid.cell_size(0);
+    let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
+    let mut search = Search::new(request.view, grid, aim, samples, left);
+    search.find_regions(base, &known).await?;
+    search.run().await?;
+    let (mut rounds, mut improvements) = (0, 0);
+    let maps = loop {
+        let model = model(&mut search).await?;
+        let maps = model.maps(&search.aim, tolerance);
+        search.aim.target = tolerance * maps.image.largest();
+        if maps.error.largest() > TUNING.surfaces.accepted_share * search.aim.target {
+            improvements += 1;
+            if improvements > TUNING.surfaces.improvements
+                || !improve(&mut search, &model, &maps, improvements).await?
+            {
+                return Ok(None);
+            }
+            continue;
+        }
+        let verdict = search.verify(&model, &maps, rounds).await?;
+        rounds += 1;
+        if verdict.has_passed {
+            break maps;
+        }
+        if rounds == TUNING.surfaces.verifications {
+            return Ok(None);
+        }
+        let mut active = vec![BTreeMap::new(); usize::from(search.grid.finest) + 1];
+        for cell in &verdict.wrong {
+            search.open(*cell, 1.0, &mut active);
+        }
+        search.refine(active).await?;
+    };
+    let Maps { image, error } = maps;
+    Ok(Some(Found { image, error, samples: rates.len() }))
+}
+
+/// Refines the leaves on the lines of the pixels with the largest errors. Returns whether there are any.
+async fn improve(
+    search: &mut Search<'_>,
+    model: &Model,
+    maps: &Maps,
+    number: usize,
+) -> Result<bool, Failure> {
+    let grid = search.grid;
+    let finer = TUNING.surfaces.improved_step.powf(number.saturating_sub(1) as f64);
+    let least = TUNING.surfaces.improved_first * finer;
+    let mut active = vec![BTreeMap::new(); usize::from(grid.finest) + 1];
+    let leaves = model.leaves_to_improve(&search.aim, maps, least);
+    let cells = leaves.iter().map(|leaf| model.tree.leaves[*leaf].0);
+    let cells: Vec<Cell> = cells.filter(|(level, _)| *level < grid.finest).collect();
+    for cell in &cells {
+        search.open(*cell, TUNING.surfaces.improved_share, &mut active);
+    }
+    search.refine(active).await?;
+    Ok(!cells.is_empty())
+}
+
+/// The surfaces with the pieces beside them.
+async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
+    let tree = search.octree();
+    let mut labels: Vec<u16> = (0..search.samples.len()).map(|i| search.samples.label(i)).collect();
+    labels.sort_unstable();
+    labels.dedup();
+    let mut pieces = Vec::new();
+    for label in labels {
+        pieces.resize_with(usize::from(label), || None);
+        pieces.push(Some(search.pieces(&tree, label).await?));
+    }
+    Ok(Model { tree, pieces })
+}
+
+/// Cells that are about cubes in the world.
+fn grid(view: &WeightedView<'_>, tolerance: f64) -> Grid {
+    const POINTS: usize = 64;
+    const STEP: f64 = 1e-3;
+    let mut lengths = [0.0; 3];
+    let mut count = 0.0;
+    for k in 0..POINTS {
+        let u = lattice::point(k).map(|along| along.clamp(STEP, 1.0 - STEP));
+        let along = |axis: usize| {
+            let ends = [-STEP, STEP].map(|step| {
+                let mut at = u;
+                at[axis] += step;
+                view.part.chart.world_from_chart(at).position
+            });
+            norm(difference(ends[1], ends[0])) / (2.0 * STEP)
+        };
+        let of_point = [0, 1, 2].map(along);
+        if of_point.iter().all(|length| *length > 0.0 && length.is_finite()) {
+            count += 1.0;
+            for (length, of_point) in lengths.iter_mut().zip(of_point) {
+                *length += of_point.ln();
+            }
+        }
+    }
+    let lengths = lengths.map(|sum: f64| (sum / f64::max(count, 1.0)).exp());
+    let size = (lengths.iter().product::<f64>() / TUNING.surfaces.base_cells).cbrt();
+    // Powers of two, so that places are exact.
+    let base = lengths.map(|length| {
+        let level = (length / size).log2().round().clamp(1.0, 6.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 6")]
+        let level = level as u32;
+        1_u32 << level
+    });
+    let longest = lengths.iter().fold(0.0_f64, |a, b| a.max(*b));
+    let edges = lengths.map(|length| length / longest);
+    let is_fine = tolerance < TUNING.surfaces.fine_below;
+    let finest = if is_fine { TUNING.surfaces.fine_levels } else { TUNING.surfaces.levels };
+    Grid { edges, base, finest }
+}
+
+/// About the largest pixel, from the columns of the base lattice.
+fn largest_pixel(base: &BaseLattice, cells: [u32; 3], scale: &Image) -> f64 {
+    let [nx, ny, nz] = cells.map(|k| k as usize);
+    let scale = scale.largest();
+    let mut largest: f64 = 0.0;
+    for x in 0..=nx {
+        for y in 0..=ny {
+            let of = |z: usize| base.rates[base.number([x, y, z])];
+            let sum: f64 = (0..nz).map(|z| 0.5 * (of(z) + of(z + 1))).sum();
+            largest = largest.max((sum / nz as f64 * scale).abs());
+        }
+    }
+    largest
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,114 @@
+//! Faces between leaves: a surface does not end at the face of a cell.
+//!
+//! Where two leaves disagree about the region beside their common face, one evaluation decides, and
+//! the leaf that is wrong is divided. A surface that has been found once is so continued through all
+//! of its folds.
+
+use crate::parallel::prelude::*;
+use crate::vol::surfaces::facets::is_in_view;
+use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree};
+use crate::vol::surfaces::search::{Failure, Search};
+use crate::vol::tuning::TUNING;
+use rustc_hash::FxHashSet;
+
+/// The distance of compared points from the face, in edges of the cell.
+const BESIDE: f64 = 1e-7;
+
+/// Two leaves that disagree at a point.
+#[derive(Clone, Copy, Debug)]
+struct Disagreement {
+    leaves: [usize; 2],
+    at: [f64; 3],
+    labels: [Label; 2],
+    /// The smaller clearance of the two, as a distance.
+    clearance: f64,
+}
+
+impl Search<'_> {
+    /// The leaves as a tree.
+    pub(super) fn octree(&self) -> Octree {
+        let current = |(cell, leaf): (&Cell, &Leaf)| {
+            let mut leaf = leaf.clone();
+            match &mut leaf {
+                Leaf::Uncut(label) | Leaf::Unresolved(label, _) => {
+                    *label = self.samples.current(*label);
+                }
+                Leaf::Cut(facets) => facets.iter_mut().for_each(|of| {
+                    of.below = self.samples.current(of.below);
+                    of.above = self.samples.current(of.above);
+                }),
+            }
+            (*cell, leaf)
+        };
+        Octree::new(self.grid, self.leaves.iter().map(current).collect())
+    }
+
+    /// The leaves that are wrong beside a face, as far as they can be divided.
+    pub(super) async fn disagreeing(&mut self) -> Result<Vec<Cell>, Failure> {
+        let tree = self.octree();
+        let numbers: Vec<usize> = (0..tree.leaves.len()).collect();
+        let found = numbers.par_iter().map(|&leaf| disagreements(&tree, leaf));
+        let found: Vec<Vec<Disagreement>> = found.collect();
+        let mut found: Vec<Disagreement> = found.into_iter().flatten().collect();
+        found.sort_by(|a, b| b.clearance.total_cmp(&a.clearance).then(a.leaves.cmp(&b.leaves)));
+        let mut asked = Vec::new();
+        let mut seen = FxHashSet::default();
+        for of in found {
+            let [a, b] = of.leaves;
+            let levels = of.leaves.map(|leaf| tree.leaves[leaf].0.0);
+            let is_finest = levels.iter().all(|level| *level == self.grid.finest);
+            if !is_finest && seen.insert((a.min(b), a.max(b))) {
+                asked.push(of);
+            }
+        }
+        let points: Vec<[f64; 3]> = asked.iter().map(|of| of.at).collect();
+        let samples = self.sample(&points).await?;
+        let mut wrong: Vec<usize> = Vec::new();
+        for (of, sample) in asked.iter().zip(samples) {
+            let label = self.samples.label(sample);
+            let both = of.leaves.iter().zip(&of.labels);
+            wrong.extend(both.filter(|(_, own)| **own != label).map(|(leaf, _)| *leaf));
+        }
+        wrong.sort_unstable();
+        wrong.dedup();
+        let cells = wrong.into_iter().map(|leaf| tree.leaves[leaf].0);
+        Ok(cells.filter(|(level, _)| *level < self.grid.finest).collect())
+    }
+}
+
+/// The disagreements of a leaf with patches with those around it.
+fn disagreements(tree: &Octree, leaf: usize) -> Vec<Disagreement> {
+    let (cell, own) = &tree.leaves[leaf];
+    let Leaf::Cut(_) = own else { return Vec::new() };
+    let count = TUNING.surfaces.face_points;
+    let mut found = Vec::new();
+    for turn in 0..6 {
+        let (axis, side) = (turn / 2, turn % 2);
+        for k in 0..count * count {
+            let place = [k % count, k / count].map(|k| (k as f64 + 0.5) / count as f64);
+            let mut places = cell.1.map(f64::from);
+            places[axis] += if side == 1 { 1.0 + BESIDE } else { -BESIDE };
+            places[(axis + 1) % 3] += place[0];
+            places[(axis + 2) % 3] += place[1];
+            let at = tree.grid.point(cell.0, places);
+            if !is_in_view(&tree.grid, at) {
+                continue;
+            }
+            let other = tree.find(at);
+            let leaves = [own, &tree.leaves[other].1];
+            if matches!(leaves[1], Leaf::Unresolved(..)) {
+                continue;
+            }
+            let labels = leaves.map(|of| of.region(at));
+            if labels[0] == labels[1] {
+                continue;
+            }
+            let clearance = leaves.map(|of| of.clearance(at));
+            if clearance.iter().all(|of| *of > TUNING.surfaces.face_distance) {
+                let clearance = clearance[0].min(clearance[1]);
+                found.push(Disagreement { leaves: [leaf, other], at, labels, clearance });
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,36 @@
+//! Surfaces at which G jumps: found from samples, they become geometry.
+//!
+//! Where G is smooth on both sides of surfaces that nobody declares, neither products nor polynomials
+//! along lines converge. The surfaces are therefore found first, as patches in the cells of an octree
+//! in coordinates in which the cells are about cubes; G is represented by polynomials beside them; and
+//! the image follows from both without further evaluations.
+//!
+//! * `columns`: least squares with leave-one-out errors;
+//! * `patch`: heights over a tangent plane; `octree`: leaves with patches between regions;
+//! * `samples`: samples of G, and the regions that their values belong to;
+//! * `aim`: the displacement of a patch that the tolerance allows;
+//! * `roots`: points of surfaces on edges of cells;
+//! * `search`, `regions`, `facets`, `faces`: the division into leaves: regions of the base lattice,
+//!   patches of cells, their continuation through faces;
+//! * `pieces`: G within each region;
+//! * `rays`, `raster`: lines of sight, pixels and their errors;
+//! * `verification`: samples that took no part; `attempt`: all of it, with the decision.
+
+mod columns;
+mod patch;
+mod octree;
+mod samples;
+mod aim;
+mod roots;
+mod search;
+mod regions;
+mod facets;
+mod faces;
+mod pieces;
+mod rays;
+mod raster;
+mod verification;
+mod attempt;
+mod render;
+
+pub(crate) use render::render;

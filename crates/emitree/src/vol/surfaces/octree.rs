@@ -1,0 +1,252 @@
+//! The octree: leaves with the regions in them and the patches between those.
+
+use crate::vol::surfaces::patch::Patch;
+
+/// The number of a region.
+pub(super) type Label = u16;
+
+/// A cell: its level and its place on that level.
+pub(super) type Cell = (u8, [u32; 3]);
+
+/// A patch between two regions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Facet {
+    pub(super) patch: Patch,
+    pub(super) below: Label,
+    pub(super) above: Label,
+    /// The expected displacement along the normal.
+    pub(super) error: f64,
+    /// The displacement that is allowed.
+    pub(super) allowed: f64,
+    /// The |difference| of G between the sides.
+    pub(super) jump: f64,
+}
+
+/// What is in a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Leaf {
+    /// One region.
+    Uncut(Label),
+    /// Patches between regions.
+    Cut(Vec<Facet>),
+    /// Several regions, nobody knows where: a cell that is too small to matter much. The first label
+    /// is taken, and G is wrong by up to the jump.
+    Unresolved(Label, f64),
+}
+
+impl Leaf {
+    /// The region at a point of the cell.
+    pub(super) fn region(&self, at: [f64; 3]) -> Label {
+        match self {
+            Self::Uncut(label) | Self::Unresolved(label, _) => *label,
+            Self::Cut(facets) => region(facets, at).0,
+        }
+    }
+
+    /// The distance of a point from the nearest change of region along the frames of the patches, in
+    /// units of the displacements allowed; infinite in a cell with one region.
+    pub(super) fn clearance(&self, at: [f64; 3]) -> f64 {
+        match self {
+            Self::Uncut(_) => f64::INFINITY,
+            Self::Unresolved(..) => 0.0,
+            Self::Cut(facets) => {
+                let label = region(facets, at).0;
+                let of_label = facets.iter().filter(|of| of.below == label || of.above == label);
+                let clearance = |of: &Facet| of.patch.above(at).abs() / of.allowed.max(of.error);
+                of_label.map(clearance).fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
+}
+
+/// The region at a point among patches: that which is the furthest on its own side of all patches that
+/// bound it. Returned with the distance.
+pub(super) fn region(facets: &[Facet], at: [f64; 3]) -> (Label, f64) {
+    if let [only] = facets {
+        let above = only.patch.above(at);
+        return (if above > 0.0 { only.above } else { only.below }, above.abs());
+    }
+    let mut best = (0, f64::NEG_INFINITY);
+    for (i, facet) in facets.iter().enumerate() {
+        for label in [facet.below, facet.above] {
+            let is_first = |of: &Facet| of.below != label && of.above != label;
+            if !facets[..i].iter().all(is_first) {
+                continue;
+            }
+            let side = |of: &Facet| {
+                let above = of.patch.above(at);
+                if of.above == label { above } else { -above }
+            };
+            let bounding = facets.iter().filter(|of| of.below == label || of.above == label);
+            let least = bounding.map(side).fold(f64::INFINITY, f64::min);
+            if least > best.1 {
+                best = (label, least);
+            }
+        }
+    }
+    best
+}
+
+/// The cells of a view, in coordinates of about equal lengths along all axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grid {
+    /// The lengths of the edges of the view.
+    pub(super) edges: [f64; 3],
+    /// The number of base cells along each axis.
+    pub(super) base: [u32; 3],
+    /// The finest level.
+    pub(super) finest: u8,
+}
+
+impl Grid {
+    /// The edges of the cells of a level.
+    pub(super) fn cell_edges(&self, level: u8) -> [f64; 3] {
+        core::array::from_fn(|k| self.edges[k] / f64::from(self.base[k] << level))
+    }
+
+    /// The longest of them.
+    pub(super) fn cell_size(&self, level: u8) -> f64 {
+        self.cell_edges(level).into_iter().fold(0.0, f64::max)
+    }
+
+    /// The point at places, in cells, on a level.
+    pub(super) fn point(&self, level: u8, places: [f64; 3]) -> [f64; 3] {
+        let edges = self.cell_edges(level);
+        core::array::from_fn(|k| edges[k] * places[k])
+    }
+
+    /// The corner of the lattice of the finest level.
+    pub(super) fn corner(&self, corner: [u32; 3]) -> [f64; 3] {
+        self.point(self.finest, corner.map(f64::from))
+    }
+
+    /// The centre of a cell.
+    pub(super) fn centre(&self, (level, at): Cell) -> [f64; 3] {
+        self.point(level, at.map(|k| f64::from(k) + 0.5))
+    }
+
+    /// The cell of a level at a point.
+    pub(super) fn cell_at(&self, level: u8, at: [f64; 3]) -> [u32; 3] {
+        let edges = self.cell_edges(level);
+        core::array::from_fn(|k| {
+            let cells = self.base[k] << level;
+            floor(at[k] / edges[k]).min(cells - 1)
+        })
+    }
+
+    /// The lowest corner of a cell on the lattice of the finest level, and the edge of the cell there.
+    pub(super) fn corners(&self, (level, at): Cell) -> ([u32; 3], u32) {
+        let step = 1 << (self.finest - level);
+        (at.map(|k| k * step), step)
+    }
+
+    /// Canonical coordinates of a point, inside the cube.
+    pub(super) fn canonical(&self, at: [f64; 3]) -> [f64; 3] {
+        const INSIDE: f64 = 1e-9;
+        core::array::from_fn(|k| (at[k] / self.edges[k]).clamp(INSIDE, 1.0 - INSIDE))
+    }
+
+    /// The point at canonical coordinates.
+    pub(super) fn at_canonical(&self, u: [f64; 3]) -> [f64; 3] {
+        core::array::from_fn(|k| u[k] * self.edges[k])
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small, and 0 or more")]
+fn floor(x: f64) -> u32 {
+    x.max(0.0) as u32
+}
+
+/// The leaves of an octree, to be found by points.
+#[derive(Clone, Debug)]
+pub(super) struct Octree {
+    pub(super) grid: Grid,
+    pub(super) leaves: Vec<(Cell, Leaf)>,
+    /// For each base cell its node.
+    roots: Vec<u32>,
+    /// The children of the nodes; those of a leaf are [`LEAF`] and its number.
+    nodes: Vec<[u32; 8]>,
+}
+
+/// Marks a node as a leaf.
+const LEAF: u32 = u32::MAX;
+/// Marks a place without a node.
+const NONE: u32 = u32::MAX - 1;
+
+impl Octree {
+    /// The tree of leaves that fill the view.
+    pub(super) fn new(grid: Grid, leaves: Vec<(Cell, Leaf)>) -> Self {
+        let count = grid.base.iter().map(|k| *k as usize).product();
+        let mut tree =
+            Self { grid, leaves: Vec::new(), roots: vec![NONE; count], nodes: Vec::new() };
+        for (number, ((level, at), _)) in leaves.iter().enumerate() {
+            let root = tree.root(at.map(|k| k >> level));
+            if tree.roots[root] == NONE {
+                tree.roots[root] = tree.add_node();
+            }
+            let mut node = tree.roots[root] as usize;
+            for below in (0..*level).rev() {
+                let child = (0..3).map(|k| ((at[k] as usize >> below) & 1) << k).sum::<usize>();
+                if tree.nodes[node][child] == NONE {
+                    tree.nodes[node][child] = tree.add_node();
+                }
+                node = tree.nodes[node][child] as usize;
+            }
+            tree.nodes[node] = [NONE; 8];
+            tree.nodes[node][0] = LEAF;
+            tree.nodes[node][1] = u32::try_from(number).unwrap_or(NONE);
+        }
+        tree.leaves = leaves;
+        tree
+    }
+
+    fn add_node(&mut self) -> u32 {
+        self.nodes.push([NONE; 8]);
+        u32::try_from(self.nodes.len() - 1).unwrap_or(NONE)
+    }
+
+    fn root(&self, at: [u32; 3]) -> usize {
+        let [nx, ny, _] = self.grid.base.map(|k| k as usize);
+        let [x, y, z] = at.map(|k| k as usize);
+        (z * ny + y) * nx + x
+    }
+
+    /// The number of the leaf at a point.
+    pub(super) fn find(&self, at: [f64; 3]) -> usize {
+        let mut places = [0.0; 3];
+        let mut cell = [0; 3];
+        for k in 0..3 {
+            let along = at[k] / self.grid.edges[k] * f64::from(self.grid.base[k]);
+            cell[k] = floor(along).min(self.grid.base[k] - 1);
+            places[k] = along - f64::from(cell[k]);
+        }
+        let mut node = self.roots[self.root(cell)] as usize;
+        while self.nodes[node][0] != LEAF {
+            let mut child = 0;
+            for (k, place) in places.iter_mut().enumerate() {
+                *place *= 2.0;
+                if *place >= 1.0 {
+                    *place -= 1.0;
+                    child |= 1 << k;
+                }
+            }
+            node = self.nodes[node][child] as usize;
+        }
+        self.nodes[node][1] as usize
+    }
+
+    /// The leaf at a point.
+    pub(super) fn leaf(&self, at: [f64; 3]) -> &Leaf {
+        &self.leaves[self.find(at)].1
+    }
+
+    /// The ends of a leaf along an axis.
+    pub(super) fn ends(&self, leaf: usize, axis: usize) -> [f64; 2] {
+        let (level, at) = self.leaves[leaf].0;
+        let edge = self.grid.cell_edges(level)[axis];
+        [at[axis], at[axis] + 1].map(|k| f64::from(k) * edge)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,54 @@
+//! Polynomials in boxes, and their integrals along lines.
+
+use super::*;
+
+fn cubic([x, y, z]: [f64; 3]) -> f64 {
+    1.0 + x - 2.0 * y * z + 3.0 * z * z * x - 0.5 * z * z * z
+}
+
+/// ∫ of [`cubic`] along z.
+fn integral([x, y]: [f64; 2], ends: [f64; 2]) -> f64 {
+    let below = |z: f64| (1.0 + x) * z - y * z * z + x * z.powi(3) - 0.125 * z.powi(4);
+    below(ends[1]) - below(ends[0])
+}
+
+/// The polynomial in a box through values at many points.
+fn fitted(low: [f64; 3], high: [f64; 3]) -> Polynomial {
+    let first = Polynomial { low, high, coefficients: vec![0.0], error: 0.01 };
+    let points: Vec<[f64; 3]> = (0..80)
+        .map(lattice::point)
+        .map(|u| core::array::from_fn(|k| low[k] + u[k] * (high[k] - low[k])))
+        .collect();
+    let mut columns = Columns::new(points.iter().map(|at| cubic(*at)).collect());
+    let rows: Vec<Vec<f64>> = points.iter().map(|at| first.terms(*at).collect()).collect();
+    for term in 0..TERMS[DEGREE] {
+        assert!(columns.add(rows.iter().map(|row| row[term]).collect()));
+    }
+    Polynomial { coefficients: columns.coefficients(), ..first }
+}
+
+#[test]
+fn polynomials_are_reproduced_with_their_integrals_across_boxes() {
+    let nodes = vec![
+        Node::Halves { axis: 2, at: 0.5, below: 1, above: 2 },
+        Node::Polynomial(fitted([0.0; 3], [1.0, 1.0, 0.5])),
+        Node::Halves { axis: 0, at: 0.5, below: 3, above: 4 },
+        Node::Polynomial(fitted([0.0, 0.0, 0.5], [0.5, 1.0, 1.0])),
+        Node::Polynomial(fitted([0.5, 0.0, 0.5], [1.0; 3])),
+    ];
+    let pieces = Pieces { nodes };
+    for k in 0..40 {
+        let at = lattice::point(300 + k);
+        assert!((pieces.value(at) - cubic(at)).abs() < 1e-9, "{at:?}");
+        let [x, y, z] = at;
+        let [found, error] = pieces.integral([x, y], [0.1 * z, 0.3 + 0.7 * z]);
+        let exact = integral([x, y], [0.1 * z, 0.3 + 0.7 * z]);
+        assert!((found - exact).abs() < 1e-9, "{at:?}: {found} {exact}");
+        assert!((error - 0.01 * (0.3 + 0.6 * z)).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_region_without_samples_is_dark() {
+    assert!(Pieces { nodes: Vec::new() }.value([0.5; 3]).abs() < 1e-300);
+}

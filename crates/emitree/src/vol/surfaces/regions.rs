@@ -1,0 +1,229 @@
+//! Regions at the beginning: parts of the base lattice between which G jumps.
+
+use crate::vol::lattice;
+use crate::vol::surfaces::search::{Failure, Search};
+use crate::vol::tuning::TUNING;
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
+
+/// The most edges that are tested at once, and how often.
+const MOST_TESTS: usize = 96;
+const ROUNDS: usize = 8;
+/// The number of jumps found between two parts after which no more edges between them are tested.
+const ENOUGH_JUMPS: usize = 2;
+
+/// An edge of the base lattice between two corners.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    ends: [usize; 2],
+    /// |difference| over the sum of the |values|.
+    change: f64,
+}
+
+/// Two points of an edge with their values.
+type Bracket = [([f64; 3], f64); 2];
+
+/// Corners of the base lattice, with their values.
+pub(super) struct BaseLattice {
+    /// The number of corners along each axis.
+    count: [usize; 3],
+    pub(super) rates: Vec<f64>,
+    /// The representative of the part of each corner, or another of it.
+    part: Vec<usize>,
+    tested: FxHashMap<usize, bool>,
+}
+
+impl BaseLattice {
+    pub(super) fn new(base: [u32; 3], rates: Vec<f64>) -> Self {
+        let part = (0..rates.len()).collect();
+        let count = base.map(|k| k as usize + 1);
+        Self { count, rates, part, tested: FxHashMap::default() }
+    }
+
+    /// The number of a corner.
+    pub(super) fn number(&self, [x, y, z]: [usize; 3]) -> usize {
+        (x * self.count[1] + y) * self.count[2] + z
+    }
+
+    /// The corner of a number.
+    pub(super) fn corner(&self, number: usize) -> [usize; 3] {
+        let [_, ny, nz] = self.count;
+        [number / (ny * nz), number / nz % ny, number % nz]
+    }
+
+    fn find(&self, mut corner: usize) -> usize {
+        while self.part[corner] != corner {
+            corner = self.part[corner];
+        }
+        corner
+    }
+
+    fn join(&mut self, [a, b]: [usize; 2]) {
+        let [a, b] = [self.find(a), self.find(b)];
+        self.part[a.max(b)] = a.min(b);
+    }
+
+    /// The value next to an edge on its line, beyond the first or the second end.
+    fn beyond(&self, ends: [usize; 2], axis: usize, second: bool) -> Option<f64> {
+        let mut at = self.corner(ends[usize::from(second)]);
+        at[axis] = if second { at[axis] + 1 } else { at[axis].checked_sub(1)? };
+        (at[axis] < self.count[axis]).then(|| self.rates[self.number(at)])
+    }
+
+    /// Whether the differences next to an edge predict that of the edge.
+    fn is_slope(&self, ends: [usize; 2], axis: usize) -> bool {
+        let [a, b] = ends.map(|i| self.rates[i]);
+        let allowed = TUNING.surfaces.slope_share * (b - a).abs();
+        let before = self.beyond(ends, axis, false).map(|p| (b - (2.0 * a - p)).abs());
+        let after = self.beyond(ends, axis, true).map(|q| (a - (2.0 * b - q)).abs());
+        let both: Vec<f64> = before.into_iter().chain(after).collect();
+        !both.is_empty() && both.iter().all(|error| *error <= allowed)
+    }
+
+    /// Joins the corners between which G changes little or steadily. Returns the other edges.
+    fn join_smooth(&mut self, negligible: f64) -> Vec<Edge> {
+        let mut others = Vec::new();
+        for number in 0..self.rates.len() {
+            for axis in 0..3 {
+                let mut end = self.corner(number);
+                end[axis] += 1;
+                if end[axis] >= self.count[axis] {
+                    continue;
+                }
+                let ends = [number, self.number(end)];
+                let [a, b] = ends.map(|i| self.rates[i]);
+                let difference = (b - a).abs();
+                if difference <= negligible || self.is_slope(ends, axis) {
+                    self.join(ends);
+                } else {
+                    others.push(Edge { ends, change: difference / (a.abs() + b.abs()) });
+                }
+            }
+        }
+        others.sort_by(|a, b| a.change.total_cmp(&b.change).then(a.ends.cmp(&b.ends)));
+        others
+    }
+}
+
+impl Search<'_> {
+    /// Divides the base lattice into regions, and adds all samples known.
+    pub(super) async fn find_regions(
+        &mut self,
+        mut base: BaseLattice,
+        known: &[([f64; 3], f64)],
+    ) -> Result<(), Failure> {
+        let edges = base.join_smooth(self.samples.negligible);
+        let mut found: Vec<([f64; 3], f64)> = Vec::new();
+        for _ in 0..ROUNDS {
+            let mut jumps: FxHashMap<[usize; 2], usize> = FxHashMap::default();
+            let parts = |base: &BaseLattice, edge: &Edge| {
+                let [a, b] = edge.ends.map(|end| base.find(end));
+                [a.min(b), a.max(b)]
+            };
+            for (number, edge) in edges.iter().enumerate() {
+                if base.tested.get(&number) == Some(&true) {
+                    *jumps.entry(parts(&base, edge)).or_default() += 1;
+                }
+            }
+            let mut seen = FxHashSet::default();
+            let is_open = |(number, edge): &(usize, &Edge)| {
+                let parts = parts(&base, edge);
+                parts[0] != parts[1]
+                    && !base.tested.contains_key(number)
+                    && jumps.get(&parts).is_none_or(|count| *count < ENOUGH_JUMPS)
+                    && seen.insert(parts)
+            };
+            let tests = edges.iter().enumerate().filter(is_open).take(MOST_TESTS);
+            let tests: Vec<(usize, Edge)> = tests.map(|(number, edge)| (number, *edge)).collect();
+            if tests.is_empty() {
+                break;
+            }
+            let are_jumps = self.test(&base, &tests, &mut found).await?;
+            for ((number, edge), is_jump) in tests.into_iter().zip(are_jumps) {
+                base.tested.insert(number, is_jump);
+                if !is_jump {
+                    base.join(edge.ends);
+                }
+            }
+        }
+        self.label_base(&base)?;
+        for (at, rate) in found.into_iter().chain(known.iter().copied()) {
+            self.add(at, rate)?;
+        }
+        Ok(())
+    }
+
+    /// Whether G jumps on each edge: its steepest half is divided repeatedly.
+    async fn test(
+        &mut self,
+        base: &BaseLattice,
+        tests: &[(usize, Edge)],
+        found: &mut Vec<([f64; 3], f64)>,
+    ) -> Result<Vec<bool>, Failure> {
+        let point = |number: usize| self.grid.point(0, base.corner(number).map(|k| k as f64));
+        let mut brackets: Vec<Bracket> = tests
+            .iter()
+            .map(|(_, edge)| edge.ends.map(|end| (point(end), base.rates[end])))
+            .collect();
+        for _ in 0..TUNING.surfaces.halvings {
+            let middle = |[a, b]: &Bracket| core::array::from_fn(|k| 0.5 * (a.0[k] + b.0[k]));
+            let points: Vec<[f64; 3]> = brackets.iter().map(middle).collect();
+            let rates = self.rates(&points).await?;
+            for ((bracket, at), rate) in brackets.iter_mut().zip(points).zip(rates) {
+                found.push((at, rate));
+                let [a, b] = bracket.map(|(_, end)| (end - rate).abs());
+                bracket[usize::from(a > b)] = (at, rate);
+            }
+        }
+        let is_jump = |([a, b], (_, edge)): (&Bracket, &(usize, Edge))| {
+            let [from, to] = edge.ends.map(|end| base.rates[end]);
+            (b.1 - a.1).abs() > TUNING.surfaces.jump_share * (to - from).abs()
+        };
+        Ok(brackets.iter().zip(tests).map(is_jump).collect())
+    }
+
+    /// Makes samples of all corners. Parts of equal constant values are one region.
+    fn label_base(&mut self, base: &BaseLattice) -> Result<(), Failure> {
+        let mut parts: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+        for (corner, &rate) in base.rates.iter().enumerate() {
+            let ends = parts.entry(base.find(corner)).or_insert([rate; 2]);
+            *ends = [ends[0].min(rate), ends[1].max(rate)];
+        }
+        let mut labels: BTreeMap<usize, u16> = BTreeMap::new();
+        let mut constants: Vec<(f64, u16)> = Vec::new();
+        let negligible = self.samples.negligible;
+        for (part, [low, high]) in &parts {
+            let is_constant = high - low <= negligible;
+            let known = constants.iter().find(|(value, _)| (value - low).abs() <= negligible);
+            let label = match known.filter(|_| is_constant) {
+                Some((_, label)) => *label,
+                None => self.samples.new_label(),
+            };
+            if is_constant {
+                constants.push((*low, label));
+            }
+            labels.insert(*part, label);
+        }
+        if self.samples.regions() > TUNING.surfaces.most_regions {
+            return Err(Failure::TooComplex);
+        }
+        for (number, &rate) in base.rates.iter().enumerate() {
+            let corner = base.corner(number);
+            let at = self.grid.point(0, corner.map(|k| k as f64));
+            let label = labels.get(&base.find(number)).copied().unwrap_or(0);
+            let sample = self.samples.add(at, rate, label);
+            let step = 1_u32 << self.grid.finest;
+            let finest = corner.map(|k| u32::try_from(k).unwrap_or(0) * step);
+            self.corners.insert(finest, sample);
+        }
+        Ok(())
+    }
+}
+
+/// Canonical coordinates of scattered points from a number on.
+pub(super) fn scattered(from: usize, to: usize) -> Vec<[f64; 3]> {
+    (from..to).map(lattice::point).collect()
+}
+
+#[cfg(test)]
+mod tests;

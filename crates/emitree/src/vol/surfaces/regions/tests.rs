@@ -1,0 +1,31 @@
+//! Parts of the base lattice.
+
+use super::*;
+
+fn lattice(rate: impl Fn([f64; 3]) -> f64) -> BaseLattice {
+    let empty = BaseLattice::new([8; 3], vec![0.0; 9 * 9 * 9]);
+    let rates = (0..9 * 9 * 9).map(|k| rate(empty.corner(k).map(|k| k as f64 / 8.0))).collect();
+    BaseLattice::new([8; 3], rates)
+}
+
+fn parts(lattice: &BaseLattice) -> usize {
+    (0..lattice.rates.len()).filter(|&k| lattice.find(k) == k).count()
+}
+
+#[test]
+fn numbers_and_corners_are_inverse() {
+    let lattice = lattice(|_| 0.0);
+    for number in 0..lattice.rates.len() {
+        assert_eq!(lattice.number(lattice.corner(number)), number);
+    }
+}
+
+#[test]
+fn a_slope_is_one_part_and_a_step_is_two() {
+    let mut slope = lattice(|[x, y, z]| 1.0 + x + 0.5 * y - 0.2 * z);
+    assert!(slope.join_smooth(1e-6).is_empty());
+    assert_eq!(parts(&slope), 1);
+    let mut step = lattice(|[x, y, z]| if x < 0.45 { 1.0 + y } else { 0.1 + 0.1 * z });
+    let edges = step.join_smooth(1e-6);
+    assert_eq!((parts(&step), edges.len()), (2, 81));
+}

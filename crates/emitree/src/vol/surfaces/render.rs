@@ -1,0 +1,72 @@
+//! Surfaces of a view: whether they are searched for, and the output.
+
+use crate::cube::Cube;
+use crate::energy::EnergyAxis;
+use crate::exchange::MethodError;
+use crate::meter::Meter;
+use crate::output::MethodOutput;
+use crate::tile::Tile;
+use crate::tree::StopReason;
+use crate::vol::VolOptions;
+use crate::vol::lowrank::{Attempted, WeightedView};
+use crate::vol::sampling::Stop;
+use crate::vol::surfaces::attempt::{Request, attempt};
+use crate::vol::tuning::TUNING;
+use crate::vol::view::part::Parts;
+use crate::vol::view::scattered::{PartSamples, size_detected};
+
+/// The image of a view in which G jumps; `None` if it does not, or if surfaces do not give the image to
+/// the tolerance. The scattered samples are added to those known.
+pub(crate) async fn render(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    parts: &Parts<'_>,
+    axis: Option<&EnergyAxis>,
+    vol: &VolOptions,
+    attempted: &mut Attempted,
+) -> Result<Option<MethodOutput>, MethodError> {
+    let [part] = &parts.parts[..] else { return Ok(None) };
+    let is_usual = vol.smallest_feature.is_none()
+        && vol.seeds.is_empty()
+        && vol.base_level <= VolOptions::default().base_level;
+    let is_possible = attempted.has_jump
+        && axis.is_none()
+        && is_usual
+        && vol.tolerance >= TUNING.surfaces.least_tolerance
+        && part.footing.is_raster_of_pixels()
+        && !part.chart.has_gaps();
+    let [samples] = &mut attempted.known.samples[..] else { return Ok(None) };
+    if !is_possible {
+        return Ok(None);
+    }
+    let chart = &*part.chart;
+    let view = WeightedView { meter, part, tiles: tiles.len() };
+    let density = |point: &[f64; 3]| chart.density([point[0], point[1]]);
+    let weighted = samples.points.iter().zip(&samples.rates);
+    let known: Vec<f64> = weighted.map(|(point, rate)| rate * density(point)).collect();
+    let left = meter.evaluations_left() as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
+    let most = (TUNING.surfaces.most_budget_share * left) as u64;
+    let tolerance = vol.tolerance.min(TUNING.engine.loosest_tolerance);
+    let request = Request { view: &view, scale: &part.scale, tolerance, most, known: &known };
+    let (found, rates) = match attempt(&request).await {
+        Ok(found) => found,
+        Err(Stop::Budget) => return Ok(None),
+        Err(Stop::Failed(error)) => return Err(error),
+    };
+    let points = super::regions::scattered(0, rates.len());
+    *samples = PartSamples::of_probes(points.len(), &points, &rates, |xy| chart.density(xy));
+    let Some(found) = found else { return Ok(None) };
+    let [cube, error] = [found.image, found.error].map(|mut map| {
+        parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
+        Cube::from_bands(vec![map])
+    });
+    if meter.keeps_images() {
+        meter.show([cube.clone(), error.clone()]);
+    }
+    let mut made = MethodOutput::new(cube, Some(error), StopReason::Complete);
+    made.base_level = Some(vol.base_level);
+    let passes = TUNING.lowrank.least_detected_rate;
+    made.smallest_feature = Some(size_detected(found.samples, passes));
+    Ok(Some(made))
+}

@@ -1,0 +1,236 @@
+//! Samples of G with the regions that they belong to, decided by the values of samples nearby.
+
+use crate::projection::vector::{difference, norm};
+use crate::vol::surfaces::columns::Columns;
+use crate::vol::surfaces::octree::Label;
+use crate::vol::tuning::TUNING;
+use rustc_hash::FxHashMap;
+
+/// One sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sample {
+    pub(super) at: [f64; 3],
+    pub(super) rate: f64,
+    label: Label,
+}
+
+/// What the samples of a region predict at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Predicted {
+    label: Label,
+    rate: f64,
+    error: f64,
+    /// The largest difference of the samples from their mean.
+    spread: f64,
+    /// The number of samples.
+    count: usize,
+}
+
+/// The fewest equal values of a region that is constant.
+const FOR_CONSTANT: usize = 4;
+
+/// All samples, in buckets.
+#[derive(Debug)]
+pub(super) struct Samples {
+    all: Vec<Sample>,
+    buckets: FxHashMap<[i32; 3], Vec<u32>>,
+    /// The edge of a bucket.
+    bucket: f64,
+    /// The region that each label stands for: regions whose values agree become one.
+    merged: Vec<Label>,
+    /// The least and the largest value with each label.
+    ends: Vec<[f64; 2]>,
+    /// Differences of G below this do not matter.
+    pub(super) negligible: f64,
+}
+
+/// The number of rings of buckets in which samples are searched for.
+const RINGS: i32 = 6;
+
+impl Samples {
+    pub(super) fn new(bucket: f64, negligible: f64) -> Self {
+        let (all, merged, ends) = (Vec::new(), Vec::new(), Vec::new());
+        Self { all, buckets: FxHashMap::default(), bucket, merged, ends, negligible }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// The number of regions.
+    pub(super) fn regions(&self) -> usize {
+        (0..self.merged.len()).filter(|&k| usize::from(self.merged[k]) == k).count()
+    }
+
+    /// A sample.
+    pub(super) fn get(&self, i: usize) -> Sample {
+        Sample { label: self.label(i), ..self.all[i] }
+    }
+
+    /// The region of a sample.
+    pub(super) fn label(&self, i: usize) -> Label {
+        self.current(self.all[i].label)
+    }
+
+    /// The region that a label stands for.
+    pub(super) fn current(&self, label: Label) -> Label {
+        self.merged.get(usize::from(label)).copied().unwrap_or(label)
+    }
+
+    /// A new region.
+    pub(super) fn new_label(&mut self) -> Label {
+        let label = Label::try_from(self.merged.len()).unwrap_or(Label::MAX);
+        self.merged.push(label);
+        self.ends.push([f64::INFINITY, f64::NEG_INFINITY]);
+        label
+    }
+
+    /// Makes one region of two.
+    pub(super) fn merge(&mut self, a: Label, b: Label) {
+        let [a, b] = [self.current(a), self.current(b)];
+        let (kept, lost) = (a.min(b), a.max(b));
+        self.merged.iter_mut().filter(|of| **of == lost).for_each(|of| *of = kept);
+        let of_lost = self.ends[usize::from(lost)];
+        let ends = &mut self.ends[usize::from(kept)];
+        *ends = [ends[0].min(of_lost[0]), ends[1].max(of_lost[1])];
+    }
+
+    /// A region of constant values that agree with a value, wherever it is.
+    pub(super) fn constant(&self, rate: f64) -> Option<Label> {
+        let agrees = |(k, [low, high]): (usize, &[f64; 2])| {
+            let is_current = usize::from(self.merged[k]) == k;
+            is_current
+                && high - low <= self.negligible
+                && (rate - low).abs().max((rate - high).abs()) <= self.negligible
+        };
+        let found = self.ends.iter().enumerate().position(agrees)?;
+        Label::try_from(found).ok()
+    }
+
+    fn place(&self, at: [f64; 3]) -> [i32; 3] {
+        #[expect(clippy::cast_possible_truncation, reason = "a view has few buckets")]
+        at.map(|along| (along / self.bucket).floor() as i32)
+    }
+
+    /// Adds a sample of a region. Returns its number.
+    pub(super) fn add(&mut self, at: [f64; 3], rate: f64, label: Label) -> usize {
+        let number = self.all.len();
+        self.all.push(Sample { at, rate, label });
+        let current = usize::from(self.current(label));
+        if let Some(ends) = self.ends.get_mut(current) {
+            *ends = [ends[0].min(rate), ends[1].max(rate)];
+        }
+        let place = self.place(at);
+        self.buckets.entry(place).or_default().push(u32::try_from(number).unwrap_or(u32::MAX));
+        number
+    }
+
+    /// The nearest samples, with their distances.
+    pub(super) fn nearest(&self, at: [f64; 3], count: usize) -> Vec<(f64, usize)> {
+        let middle = self.place(at);
+        let mut found: Vec<(f64, usize)> = Vec::new();
+        for ring in 0..=RINGS {
+            for dx in -ring..=ring {
+                for dy in -ring..=ring {
+                    let is_side = dx.abs() == ring || dy.abs() == ring;
+                    let step = if is_side || ring == 0 { 1 } else { 2 * ring };
+                    let mut dz = -ring;
+                    while dz <= ring {
+                        let place = [middle[0] + dx, middle[1] + dy, middle[2] + dz];
+                        for &i in self.buckets.get(&place).into_iter().flatten() {
+                            let i = i as usize;
+                            found.push((norm(difference(self.all[i].at, at)), i));
+                        }
+                        dz += step;
+                    }
+                }
+            }
+            let covered = f64::from(ring) * self.bucket;
+            if found.iter().filter(|(distance, _)| *distance <= covered).count() >= count {
+                break;
+            }
+        }
+        let order = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        if found.len() > count && count > 0 {
+            found.select_nth_unstable_by(count - 1, order);
+            found.truncate(count);
+        }
+        found.sort_by(order);
+        found
+    }
+
+    /// The region that the value at a point belongs to; `None` if it fits none nearby.
+    pub(super) fn classify(&self, at: [f64; 3], rate: f64) -> Option<Label> {
+        // Other regions may be hidden behind many samples of one.
+        let few = TUNING.surfaces.nearest_samples;
+        [few, 8 * few].into_iter().find_map(|count| self.classify_by(at, rate, count))
+    }
+
+    /// The same by the values of so many samples.
+    fn classify_by(&self, at: [f64; 3], rate: f64, count: usize) -> Option<Label> {
+        let near = self.nearest(at, count);
+        let mut predicted: Vec<Predicted> = Vec::new();
+        for &(_, i) in &near {
+            let label = self.label(i);
+            if predicted.iter().all(|of| of.label != label) {
+                let own = near.iter().filter(|(_, j)| self.label(*j) == label);
+                let own: Vec<(f64, usize)> =
+                    own.take(TUNING.surfaces.samples_of_region).copied().collect();
+                predicted.push(self.predict(at, label, &own));
+            }
+        }
+        let misfit = |of: &Predicted| (rate - of.rate).abs();
+        let best = predicted.iter().min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
+        if best.spread <= self.negligible && best.count >= FOR_CONSTANT {
+            return (misfit(best) <= 2.0 * self.negligible).then_some(best.label);
+        }
+        // Where G varies, a region has all that is nearer to it than to others.
+        let others = predicted.iter().filter(|of| of.label != best.label);
+        let gap = others.map(|of| (of.rate - best.rate).abs()).fold(f64::INFINITY, f64::min);
+        let gap = if gap.is_finite() { gap } else { best.rate.abs() };
+        let expected = best.error.max(TUNING.surfaces.least_spread * best.rate.abs());
+        let expected = expected.max(TUNING.surfaces.spread_share * best.spread);
+        let allowed = (TUNING.surfaces.misfit * expected).max(0.5 * gap) + self.negligible;
+        (misfit(best) <= allowed).then_some(best.label)
+    }
+
+    /// The value of a region at a point from its nearest samples, by a plane if there are enough.
+    fn predict(&self, at: [f64; 3], label: Label, own: &[(f64, usize)]) -> Predicted {
+        let scale =
+            own.iter().map(|(distance, _)| *distance).sum::<f64>() / own.len().max(1) as f64;
+        let scale = scale.max(f64::MIN_POSITIVE);
+        let weight = |distance: f64| 1.0 / (0.05 + distance / scale).powi(2);
+        let sum: f64 = own.iter().map(|(distance, _)| weight(*distance)).sum();
+        let of = |i: usize| self.all[i].rate;
+        let mean = own.iter().map(|&(distance, i)| weight(distance) * of(i)).sum::<f64>() / sum;
+        let spread = own.iter().map(|&(_, i)| (of(i) - mean).abs()).fold(0.0, f64::max);
+        let count = own.len();
+        let constant = Predicted { label, rate: mean, error: spread, spread, count };
+        if own.len() < 8 || spread <= self.negligible {
+            return constant;
+        }
+        let root = |distance: f64| weight(distance).sqrt();
+        let mut columns =
+            Columns::new(own.iter().map(|&(d, i)| root(d) * (of(i) - mean)).collect());
+        let one = columns.add(own.iter().map(|&(distance, _)| root(distance)).collect());
+        let slopes = (0..3).all(|axis| {
+            let along = |i: usize| (self.all[i].at[axis] - at[axis]) / scale;
+            columns.add(own.iter().map(|&(distance, i)| root(distance) * along(i)).collect())
+        });
+        if !(one && slopes) {
+            return constant;
+        }
+        let left_out = |(k, (distance, _)): (usize, &(f64, usize))| {
+            (columns.left_out(k) / root(*distance)).powi(2) * weight(*distance)
+        };
+        let error = (own.iter().enumerate().map(left_out).sum::<f64>() / sum).sqrt();
+        if error >= spread {
+            return constant;
+        }
+        let value = columns.coefficients().first().copied().unwrap_or(0.0);
+        Predicted { label, rate: mean + value, error, spread, count }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,53 @@
+//! Regions of samples by their values.
+
+use super::*;
+
+/// Samples on a lattice, of the regions below and above a plane.
+fn samples(rate: impl Fn([f64; 3]) -> f64) -> Samples {
+    let mut samples = Samples::new(0.05, 1e-4);
+    let labels = [samples.new_label(), samples.new_label()];
+    for k in 0..512_u32 {
+        let at = [k % 8, k / 8 % 8, k / 64].map(|k| f64::from(k) / 7.0);
+        let label = labels[usize::from(at[2] > 0.5)];
+        samples.add(at, rate(at), label);
+    }
+    samples
+}
+
+#[test]
+fn the_nearest_samples_are_those_of_a_comparison_of_all() {
+    let samples = samples(|_| 1.0);
+    let at = [0.33, 0.71, 0.48];
+    let near = samples.nearest(at, 9);
+    let mut all: Vec<(f64, usize)> =
+        (0..samples.len()).map(|i| (norm(difference(samples.get(i).at, at)), i)).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    assert_eq!(near, all[..9]);
+}
+
+#[test]
+fn values_beside_a_jump_belong_to_the_region_that_they_continue() {
+    let below = |[x, y, z]: [f64; 3]| 1.0 + 0.5 * x + 0.3 * y * z;
+    let above = |[x, y, z]: [f64; 3]| 0.2 + 0.1 * x - 0.1 * y + 0.05 * z;
+    let rate = |at: [f64; 3]| if at[2] > 0.5 { above(at) } else { below(at) };
+    let samples = samples(rate);
+    for k in 0..100_u32 {
+        let at = [f64::from(k % 10) / 9.0, f64::from(k / 10) / 9.0, 0.5];
+        assert_eq!(samples.classify(at, below(at)), Some(0), "{at:?}");
+        assert_eq!(samples.classify(at, above(at)), Some(1), "{at:?}");
+    }
+}
+
+#[test]
+fn another_value_among_constant_ones_is_a_new_region() {
+    let mut samples = samples(|[_, _, z]| if z > 0.5 { 0.7 } else { 0.0 });
+    assert_eq!(samples.classify([0.4, 0.4, 0.2], 0.3), None);
+    assert_eq!(samples.constant(0.7), Some(1));
+    assert_eq!(samples.constant(0.3), None);
+    let label = samples.new_label();
+    let number = samples.add([0.4, 0.4, 0.2], 0.3, label);
+    assert_eq!((samples.regions(), samples.label(number)), (3, 2));
+    samples.merge(label, 0);
+    assert_eq!((samples.regions(), samples.label(number)), (2, 0));
+    assert_eq!(samples.constant(0.0), None);
+}

@@ -1,0 +1,497 @@
+//! The search: samples, corners, points and patches of all cells, level by level.
+
+use crate::projection::vector::{along, difference, norm};
+use crate::vol::lowrank::WeightedView;
+use crate::vol::sampling::Stop;
+use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::octree::{Cell, Facet, Grid, Label, Leaf, region};
+use crate::vol::surfaces::roots::RootSearch;
+use crate::vol::surfaces::samples::Samples;
+use crate::vol::tuning::TUNING;
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Reasons for which surfaces are not found.
+#[derive(Debug)]
+pub(super) enum Failure {
+    /// G has too much structure for regions with surfaces between them.
+    TooComplex,
+    Stopped(Stop),
+}
+
+impl From<Stop> for Failure {
+    fn from(stop: Stop) -> Self {
+        Self::Stopped(stop)
+    }
+}
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfacePoint {
+    pub(super) at: [f64; 3],
+    /// The samples on both sides: at the lower end of the bracket, and at the higher one.
+    pub(super) samples: [usize; 2],
+    /// The axis along which it was found.
+    pub(super) axis: usize,
+}
+
+/// A line of the lattice of the finest level: its axis, and its place on the other two.
+type LatticeLine = (usize, [u32; 2]);
+
+/// What a cell has from its parent.
+#[derive(Clone, Debug)]
+pub(super) struct Guess {
+    /// The patches of the parent.
+    pub(super) facets: Option<Arc<[Facet]>>,
+    /// The displacements allowed, in units of the usual ones.
+    pub(super) share: f64,
+}
+
+impl Guess {
+    /// Nothing is known.
+    pub(super) const NONE: Self = Self { facets: None, share: 1.0 };
+}
+
+/// A cell that is not a leaf yet.
+#[derive(Clone, Debug)]
+pub(super) struct OpenCell {
+    pub(super) cell: Cell,
+    /// The samples at its corners, and others in it.
+    pub(super) corners: [usize; 8],
+    pub(super) inside: Vec<usize>,
+    pub(super) guess: Guess,
+    pub(super) facets: Option<Vec<Facet>>,
+    /// Whether its patches are good enough.
+    pub(super) is_done: bool,
+}
+
+/// The state of the search.
+pub(super) struct Search<'a> {
+    pub(super) view: &'a WeightedView<'a>,
+    pub(super) grid: Grid,
+    pub(super) aim: Aim<'a>,
+    pub(super) samples: Samples,
+    pub(super) corners: FxHashMap<[u32; 3], usize>,
+    pub(super) points: Vec<SurfacePoint>,
+    lines: FxHashMap<LatticeLine, Vec<(f64, usize)>>,
+    pub(super) leaves: BTreeMap<Cell, Leaf>,
+    /// The evaluations that may be made.
+    pub(super) left: u64,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(
+        view: &'a WeightedView<'a>,
+        grid: Grid,
+        aim: Aim<'a>,
+        samples: Samples,
+        left: u64,
+    ) -> Self {
+        let (corners, lines) = (FxHashMap::default(), FxHashMap::default());
+        let (points, leaves) = (Vec::new(), BTreeMap::new());
+        Self { view, grid, aim, samples, corners, points, lines, leaves, left }
+    }
+
+    /// G at points, in one batch.
+    pub(super) async fn rates(&mut self, points: &[[f64; 3]]) -> Result<Vec<f64>, Failure> {
+        let count = points.len() as u64;
+        if count > self.left {
+            return Err(Failure::TooComplex);
+        }
+        self.left -= count;
+        let at: Vec<[f64; 3]> = points.iter().map(|point| self.grid.canonical(*point)).collect();
+        Ok(self.view.rates(&at).await?)
+    }
+
+    /// Samples G at points. Returns the numbers of the samples, whose regions follow from their values.
+    pub(super) async fn sample(&mut self, points: &[[f64; 3]]) -> Result<Vec<usize>, Failure> {
+        let rates = self.rates(points).await?;
+        points.iter().zip(rates).map(|(at, rate)| self.add(*at, rate)).collect()
+    }
+
+    /// Adds a sample to the region that its value belongs to, or to a new one.
+    pub(super) fn add(&mut self, at: [f64; 3], rate: f64) -> Result<usize, Failure> {
+        let label = self.samples.classify(at, rate);
+        let label = label.or_else(|| self.samples.constant(rate));
+        let label = label.unwrap_or_else(|| self.samples.new_label());
+        if self.samples.regions() > TUNING.surfaces.most_regions {
+            return Err(Failure::TooComplex);
+        }
+        Ok(self.samples.add(at, rate, label))
+    }
+
+    /// Divides the view into leaves.
+    pub(super) async fn run(&mut self) -> Result<(), Failure> {
+        let [nx, ny, nz] = self.grid.base;
+        let mut active: Vec<BTreeMap<[u32; 3], Guess>> =
+            vec![BTreeMap::new(); usize::from(self.grid.finest) + 1];
+        for x in 0..nx {
+            for y in 0..ny {
+                active[0].extend((0..nz).map(|z| ([x, y, z], Guess::NONE)));
+            }
+        }
+        self.refine(active).await
+    }
+
+    /// Refines cells, and then those that disagree with their neighbours, until all agree.
+    pub(super) async fn refine(
+        &mut self,
+        mut active: Vec<BTreeMap<[u32; 3], Guess>>,
+    ) -> Result<(), Failure> {
+        for _ in 0..TUNING.surfaces.rounds {
+            for level in 0..=self.grid.finest {
+                let cells = core::mem::take(&mut active[usize::from(level)]);
+                if cells.is_empty() {
+                    continue;
+                }
+                let children = self.level(level, cells).await?;
+                if let Some(next) = active.get_mut(usize::from(level) + 1) {
+                    next.extend(children);
+                }
+            }
+            let disagreeing = self.disagreeing().await?;
+            if disagreeing.is_empty() {
+                return Ok(());
+            }
+            for cell in disagreeing {
+                self.open(cell, 1.0, &mut active);
+            }
+        }
+        Ok(())
+    }
+
+    /// Replaces a leaf by its children, which are refined next.
+    pub(super) fn open(
+        &mut self,
+        cell: Cell,
+        share: f64,
+        active: &mut [BTreeMap<[u32; 3], Guess>],
+    ) {
+        let (level, at) = cell;
+        let Some(next) = active.get_mut(usize::from(level) + 1) else { return };
+        if let Some(leaf) = self.leaves.remove(&cell) {
+            let facets: Option<Arc<[Facet]>> = match leaf {
+                Leaf::Cut(facets) => Some(facets.into()),
+                _ => None,
+            };
+            let guess = Guess { facets, share };
+            next.extend(children(at).map(|child| (child, guess.clone())));
+        }
+    }
+
+    /// Makes leaves of the cells of a level as far as possible. Returns the children of the others.
+    async fn level(
+        &mut self,
+        level: u8,
+        cells: BTreeMap<[u32; 3], Guess>,
+    ) -> Result<Vec<([u32; 3], Guess)>, Failure> {
+        let mut cells = self.with_corners(level, cells).await?;
+        let (mut cut, mut uncut) = (Vec::new(), Vec::new());
+        for cell in cells.drain(..) {
+            if self.labels(&cell).len() > 1 { cut.push(cell) } else { uncut.push(cell) }
+        }
+        for batch in 0..TUNING.surfaces.batches {
+            self.find_points(&mut cut, batch).await?;
+            self.fit_all(level, &mut cut);
+        }
+        self.fit_beside(level, &mut cut, &mut uncut);
+        for cell in uncut {
+            let label = self.samples.label(cell.corners[0]);
+            self.leaves.insert(cell.cell, Leaf::Uncut(label));
+        }
+        self.check(&mut cut).await?;
+        let mut next = Vec::new();
+        for cell in cut {
+            let leaf = self.leaf(level, &cell);
+            match leaf {
+                Some(leaf) => {
+                    self.leaves.insert(cell.cell, leaf);
+                }
+                None => {
+                    let size = self.grid.cell_size(level);
+                    let is_guess =
+                        |facets: &Vec<Facet>| facets.iter().all(|of| of.error < 0.35 * size);
+                    let facets = cell.facets.filter(is_guess).map(Into::into);
+                    let guess = Guess { facets, share: cell.guess.share };
+                    next.extend(children(cell.cell.1).map(|child| (child, guess.clone())));
+                }
+            }
+        }
+        Ok(next)
+    }
+
+    /// The leaf that a cell becomes; `None` if it is to be divided.
+    fn leaf(&self, level: u8, cell: &OpenCell) -> Option<Leaf> {
+        if let Some(facets) = cell.facets.as_ref().filter(|_| cell.is_done) {
+            return Some(Leaf::Cut(facets.clone()));
+        }
+        let labels = self.labels(cell);
+        let samples = || cell.corners.iter().chain(&cell.inside);
+        let rates = samples().map(|&i| self.samples.get(i).rate);
+        let [low, high] = rates.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], rate| {
+            [low.min(rate), high.max(rate)]
+        });
+        // A surface may pass between samples of one region.
+        let facets =
+            cell.facets.iter().flatten().chain(cell.guess.facets.iter().flat_map(|of| of.iter()));
+        let jump = facets.map(|of| of.jump).fold((high - low).max(0.0), f64::max);
+        let edges = self.grid.cell_edges(level);
+        let canonical = self.grid.canonical(self.grid.centre(cell.cell));
+        let [height, width] = [self.aim.scale.height(), self.aim.scale.width()];
+        let share = (edges[0] / self.grid.edges[0] * width as f64).min(1.0)
+            * (edges[1] / self.grid.edges[1] * height as f64).min(1.0);
+        let effect = 0.25 * jump * share * edges[2] / self.grid.edges[2];
+        let allowed =
+            TUNING.surfaces.unresolved_share * self.aim.of_line([canonical[0], canonical[1]]);
+        let allowed = cell.guess.share * allowed;
+        if effect > allowed && level < self.grid.finest {
+            return None;
+        }
+        let count = |label: &Label| samples().filter(|&&i| self.samples.label(i) == *label).count();
+        let most = labels.iter().max_by_key(|label| (count(label), Label::MAX - **label));
+        Some(Leaf::Unresolved(most.copied().unwrap_or(0), jump))
+    }
+
+    /// The regions of the samples in a cell, in ascending order.
+    pub(super) fn labels(&self, cell: &OpenCell) -> Vec<Label> {
+        let samples = cell.corners.iter().chain(&cell.inside);
+        let mut labels: Vec<Label> = samples.map(|&i| self.samples.label(i)).collect();
+        labels.sort_unstable();
+        labels.dedup();
+        labels
+    }
+
+    /// The cells with their corners, which are sampled, and with the samples inside them.
+    async fn with_corners(
+        &mut self,
+        level: u8,
+        cells: BTreeMap<[u32; 3], Guess>,
+    ) -> Result<Vec<OpenCell>, Failure> {
+        let mut missing = Vec::new();
+        let mut seen = FxHashSet::default();
+        for at in cells.keys() {
+            for corner in self.corners_of((level, *at)) {
+                if !self.corners.contains_key(&corner) && seen.insert(corner) {
+                    missing.push(corner);
+                }
+            }
+        }
+        let points: Vec<[f64; 3]> =
+            missing.iter().map(|corner| self.grid.corner(*corner)).collect();
+        let samples = self.sample(&points).await?;
+        self.corners.extend(missing.into_iter().zip(samples));
+        let mut inside: FxHashMap<[u32; 3], Vec<usize>> = FxHashMap::default();
+        for i in 0..self.samples.len() {
+            let place = self.grid.cell_at(level, self.samples.get(i).at);
+            if cells.contains_key(&place) {
+                inside.entry(place).or_default().push(i);
+            }
+        }
+        let open = |(at, guess): ([u32; 3], Guess)| {
+            let corners = self.corners_of((level, at));
+            let corners = corners.map(|corner| self.corners.get(&corner).copied().unwrap_or(0));
+            let inside = inside.remove(&at).unwrap_or_default();
+            let cell = (level, at);
+            OpenCell { cell, corners, inside, guess, facets: None, is_done: false }
+        };
+        Ok(cells.into_iter().map(open).collect())
+    }
+
+    /// The corners of a cell on the finest lattice.
+    fn corners_of(&self, cell: Cell) -> [[u32; 3]; 8] {
+        let (low, step) = self.grid.corners(cell);
+        core::array::from_fn(|c| core::array::from_fn(|k| low[k] + step * bit(c, k)))
+    }
+
+    /// Finds points of surfaces on a share of the cut edges of the cells whose patches are not good
+    /// enough; on all of them in the last batch.
+    async fn find_points(&mut self, cells: &mut [OpenCell], batch: usize) -> Result<(), Failure> {
+        let is_last = batch + 1 == TUNING.surfaces.batches;
+        self.merge_equal(cells);
+        let mut found: Vec<(LatticeLine, u32, u32, RootSearch)> = Vec::new();
+        let mut seen = FxHashSet::default();
+        for cell in cells.iter().filter(|cell| !cell.is_done) {
+            let (_, step) = self.grid.corners(cell.cell);
+            let corners = self.corners_of(cell.cell);
+            for axis in 0..3 {
+                for c in (0..8).filter(|c| bit(*c, axis) == 0) {
+                    let ends = [c, c | (1 << axis)];
+                    let samples = ends.map(|end| cell.corners[end]);
+                    let labels = samples.map(|i| self.samples.label(i));
+                    if labels[0] == labels[1] {
+                        continue;
+                    }
+                    let low = corners[c];
+                    let turn = low.map(|k| k / step);
+                    let number = 5 * turn[0] + 3 * turn[1] + 7 * turn[2];
+                    let own = (number as usize + axis) % TUNING.surfaces.batches;
+                    if !is_last && own != batch {
+                        continue;
+                    }
+                    let line = (axis, others(axis, low));
+                    let [from, to] = [low[axis], low[axis] + step];
+                    let known = self.lines.get(&line).into_iter().flatten();
+                    let is_known = known
+                        .into_iter()
+                        .any(|(at, _)| (f64::from(from)..=f64::from(to)).contains(at));
+                    if is_known || !seen.insert((line, from)) {
+                        continue;
+                    }
+                    let search = self.root_search(cell, ends.map(|end| corners[end]), samples);
+                    found.push((line, from, step, search));
+                }
+            }
+        }
+        self.run_searches(&mut found).await?;
+        for (line, from, step, search) in found {
+            let [low, high] = search.samples;
+            if self.samples.label(low) == self.samples.label(high) {
+                continue;
+            }
+            let across = |ends: [usize; 2]| {
+                let [a, b] = ends.map(|i| self.samples.get(i).rate);
+                (b - a).abs()
+            };
+            let least = TUNING.surfaces.slope_left * across(search.ends);
+            let of = |ends: [usize; 2]| ends.map(|i| self.samples.label(i));
+            let [a, b] = of([low, high]);
+            let is_same = of(search.ends) == [a, b];
+            let least = if is_same { least } else { 0.0 };
+            if across([low, high]) <= least.max(self.samples.negligible) {
+                // G does not jump here.
+                self.samples.merge(a, b);
+                continue;
+            }
+            let (at, point) = search.root();
+            let place = f64::from(from) + at * f64::from(step);
+            let number = self.points.len();
+            self.points.push(SurfacePoint { at: point, samples: [low, high], axis: line.0 });
+            self.lines.entry(line).or_default().push((place, number));
+        }
+        Ok(())
+    }
+
+    /// Makes one region of those between which G does not jump.
+    fn merge_equal(&mut self, cells: &[OpenCell]) {
+        for cell in cells {
+            for axis in 0..3 {
+                for c in (0..8).filter(|c| bit(*c, axis) == 0) {
+                    let ends = [cell.corners[c], cell.corners[c | (1 << axis)]];
+                    let [a, b] = ends.map(|i| self.samples.label(i));
+                    let [from, to] = ends.map(|i| self.samples.get(i).rate);
+                    if a != b && (to - from).abs() <= self.samples.negligible {
+                        self.samples.merge(a, b);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Evaluates brackets until all are narrow enough.
+    async fn run_searches(
+        &mut self,
+        found: &mut [(LatticeLine, u32, u32, RootSearch)],
+    ) -> Result<(), Failure> {
+        loop {
+            let next: Vec<(usize, [f64; 3])> = found
+                .iter()
+                .enumerate()
+                .filter_map(|(i, (.., search))| Some((i, search.point()?)))
+                .collect();
+            if next.is_empty() {
+                return Ok(());
+            }
+            let points: Vec<[f64; 3]> = next.iter().map(|(_, point)| *point).collect();
+            let samples = self.sample(&points).await?;
+            for ((i, _), sample) in next.into_iter().zip(samples) {
+                let label = self.samples.label(sample);
+                found[i].3.update(sample, label);
+            }
+        }
+    }
+
+    /// The bracket of an edge, from the patches of the cell or of its parent.
+    fn root_search(
+        &self,
+        cell: &OpenCell,
+        corners: [[u32; 3]; 2],
+        samples: [usize; 2],
+    ) -> RootSearch {
+        let ends = corners.map(|corner| self.grid.corner(corner));
+        let labels = samples.map(|i| self.samples.label(i));
+        let size = self.grid.cell_size(cell.cell.0);
+        let facet = [cell.facets.as_deref(), cell.guess.facets.as_deref()]
+            .into_iter()
+            .flatten()
+            .filter_map(|facets| {
+                let between = |of: &&Facet| {
+                    let sides = [of.below, of.above].map(|label| self.samples.current(label));
+                    sides == labels || sides == [labels[1], labels[0]]
+                };
+                facets.iter().find(between).filter(|of| of.error < 0.35 * size)
+            })
+            .min_by(|a, b| a.error.total_cmp(&b.error));
+        let length = norm(difference(ends[1], ends[0]));
+        if let Some(facet) = facet {
+            let width = (TUNING.surfaces.root_share * facet.allowed).min(0.1 * size);
+            let [low, high] = ends.map(|end| facet.patch.above(end));
+            if low * high < 0.0 {
+                let at = self.root_of_patch(facet, ends);
+                let slope = ((high - low).abs() / length).max(0.2);
+                let half = (0.7 * facet.error / slope).max(width);
+                return RootSearch::new(ends, samples, labels[0], width, Some((at, half)));
+            }
+            return RootSearch::new(ends, samples, labels[0], width, None);
+        }
+        let rates = samples.map(|i| self.samples.get(i).rate);
+        let across = self.aim.across(&self.grid, ends[0], (rates[1] - rates[0]).abs());
+        let tangent = (self.aim.pixel_size(&self.grid) / (8.0 * size)).sqrt();
+        let width = TUNING.surfaces.root_share * across * tangent.min(1.0);
+        RootSearch::new(ends, samples, labels[0], width.clamp(1e-4 * size, 0.05 * size), None)
+    }
+
+    /// Where a patch crosses an edge, as a fraction of the edge.
+    fn root_of_patch(&self, facet: &Facet, [from, to]: [[f64; 3]; 2]) -> f64 {
+        let direction = difference(to, from);
+        let is_above = |at: f64| facet.patch.above(along(from, at, direction)) > 0.0;
+        let first = is_above(0.0);
+        let [mut low, mut high] = [0.0, 1.0];
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if is_above(middle) == first { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
+
+    /// Evaluates G on both sides of each new patch, where it is furthest from the points it was fitted to.
+    async fn check(&mut self, cells: &mut [OpenCell]) -> Result<(), Failure> {
+        let places = self.places_of_checks(cells);
+        let points: Vec<[f64; 3]> = places.iter().map(|(_, point)| *point).collect();
+        let samples = self.sample(&points).await?;
+        for ((cell, point), sample) in places.into_iter().zip(samples) {
+            let cell = &mut cells[cell];
+            let expected = cell.facets.as_deref().map(|facets| region(facets, point).0);
+            let expected = expected.map(|label| self.samples.current(label));
+            if expected != Some(self.samples.label(sample)) {
+                cell.is_done = false;
+                cell.inside.push(sample);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Bit `k` of a corner's number.
+fn bit(corner: usize, k: usize) -> u32 {
+    u32::from((corner >> k) & 1 == 1)
+}
+
+/// The places on the other two axes.
+fn others(axis: usize, [x, y, z]: [u32; 3]) -> [u32; 2] {
+    [[y, z], [x, z], [x, y]][axis]
+}
+
+fn children(at: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
+    (0..8).map(move |c| core::array::from_fn(|k| 2 * at[k] + bit(c, k)))
+}

@@ -1,0 +1,116 @@
+//! Surfaces at which G jumps, found from samples.
+
+group! {
+    /// Surfaces at which G jumps, found from samples.
+    Surfaces {
+        /// The number of cells of the base lattice, about. Fewer miss small regions; more cost a
+        /// sample each.
+        base_cells: f64 = 512.0, 256.0..=1024.0;
+        /// The number of levels below the base lattice at tolerances from `fine_below` on, and below
+        /// that.
+        levels: u8 = 6, 5..=7;
+        fine_levels: u8 = 8, 7..=9;
+        /// The tolerance below which `fine_levels` are allowed.
+        fine_below: f64 = 5e-3, 2e-3..=1e-2;
+        /// The scattered samples at the beginning. They detect regions between the corners of the
+        /// base lattice.
+        scattered: usize = 1024, 512..=2048;
+        /// Differences of G that change no line of sight by more than this share of T are negligible.
+        negligible: f64 = 0.1, 0.05..=0.2;
+        /// The nearest samples that decide the region of another, and the most of one region.
+        nearest_samples: usize = 32, 16..=64;
+        samples_of_region: usize = 12, 8..=24;
+        /// A value belongs to a region if it differs from the prediction by so many times the
+        /// expected error.
+        misfit: f64 = 6.0, 3.0..=12.0;
+        /// The least expected error of a prediction, as a share of the value.
+        least_spread: f64 = 0.02, 0.01..=0.04;
+        /// The same as a share of the differences of the nearest samples of the region.
+        spread_share: f64 = 0.25, 0.1..=0.5;
+        /// Two regions are one if so small a share of their difference along an edge is left in the
+        /// bracket of its change.
+        slope_left: f64 = 0.15, 0.1..=0.25;
+        /// A difference along an edge is a slope if neighbouring differences predict it with an
+        /// error below this share of it.
+        slope_share: f64 = 0.5, 0.25..=0.6;
+        /// The number of times that the steepest half of an edge is divided before a difference is a
+        /// jump, and the share that is left then.
+        halvings: usize = 5, 4..=7;
+        jump_share: f64 = 0.6, 0.5..=0.7;
+        /// The most regions: more of them are no regions but structure.
+        most_regions: usize = 24, 12..=48;
+        /// The least 1 − tilt between the direction of a point's jump and a normal, before and after
+        /// the normal is known: points with another orientation belong to another wall.
+        first_tilt: f64 = 0.3, 0.15..=0.5;
+        second_tilt: f64 = 0.1, 0.05..=0.2;
+        /// The number of points whose mean is the first centre of a patch.
+        centre_points: usize = 8, 4..=12;
+        /// The distance of the points of a patch from the centre of its cell, in sizes of the cell.
+        reach: f64 = 2.6, 2.0..=3.2;
+        /// The most points of a patch. Those further away would bend it.
+        most_points: usize = 60, 40..=90;
+        /// The largest relative difference of the jumps of pairs of regions that one surface separates.
+        same_jump: f64 = 0.02, 0.01..=0.04;
+        /// The ratio of the error of a patch to its leave-one-out residuals.
+        patch_margin: f64 = 1.5, 1.0..=2.0;
+        /// The share of T that the displacement of one patch may change a line of sight by.
+        patch_share: f64 = 0.2, 0.1..=0.3;
+        /// The width to which points of a surface are bracketed, as a share of the displacement
+        /// allowed.
+        root_share: f64 = 0.3, 0.15..=0.5;
+        /// The batches in which the points of a level are found: patches that fit after the first
+        /// ones need no more.
+        batches: usize = 3, 2..=4;
+        /// The distance of the two evaluations of a check from a patch, in displacements allowed.
+        check_distance: f64 = 1.5, 1.0..=2.0;
+        /// The distance at which regions on both sides of a face have to agree, in displacements
+        /// allowed.
+        face_distance: f64 = 3.0, 2.0..=4.0;
+        /// The points along each axis of a face at which they are compared.
+        face_points: usize = 6, 4..=8;
+        /// The most rounds of refinement after comparisons of faces.
+        rounds: usize = 40, 20..=60;
+        /// A cell whose regions change no pixel by more than this share of T remains unresolved.
+        unresolved_share: f64 = 0.1, 0.05..=0.2;
+        /// The share of T that the polynomials of the regions may change a line of sight by.
+        piece_share: f64 = 0.25, 0.15..=0.5;
+        /// The ratio of the samples of a polynomial to its coefficients.
+        piece_samples: f64 = 1.35, 1.2..=1.7;
+        /// The checks of a polynomial.
+        piece_checks: usize = 2, 1..=4;
+        /// The distance of its samples from surfaces, in displacements allowed.
+        piece_clearance: f64 = 3.0, 2.0..=5.0;
+        /// The most levels of the tree of polynomials.
+        piece_levels: u8 = 24, 18..=30;
+        /// The ratio of the error of a polynomial to its leave-one-out residuals.
+        piece_margin: f64 = 1.5, 1.0..=2.0;
+        /// The ratio of the error of a line to the root of the sum of the squares of those that its
+        /// crossings are allowed: patches are wrong by more between their points.
+        crossing_margin: f64 = 1.5, 1.2..=2.0;
+        /// The times that the leaves at the largest errors are refined; the share of the error allowed
+        /// of the pixels, and that of patches on a line, from which they are, which decreases each time
+        /// by a factor; and the factor on what is allowed in them.
+        improvements: usize = 5, 3..=8;
+        improved_from: f64 = 0.7, 0.5..=0.9;
+        improved_first: f64 = 0.3, 0.2..=0.4;
+        improved_step: f64 = 0.65, 0.5..=0.8;
+        improved_share: f64 = 0.4, 0.25..=0.6;
+        /// The largest error that is accepted, as a share of T.
+        accepted_share: f64 = 0.9, 0.8..=1.0;
+        /// The smallest tolerance at which surfaces are searched for. Below it patches of degree 4 cost
+        /// much time.
+        least_tolerance: f64 = 5e-4, 2e-4..=1e-3;
+        /// The lines of sight that verify the surfaces, and the most verifications.
+        lines: usize = 32, 16..=64;
+        verifications: usize = 4, 2..=6;
+        /// The largest difference of a sample from the pieces that passes, as a share of T on a line
+        /// that is in one piece.
+        piece_disagreement: f64 = 1.0, 0.5..=2.0;
+        /// The largest share of the budget that the search takes. The rest has to suffice for the
+        /// image tree.
+        most_budget_share: f64 = 0.25, 0.125..=0.5;
+        /// The most evaluations at 1 %, and the power of T with which they grow.
+        most_evaluations: f64 = 1.5e5, 1e5..=2e5;
+        growth: f64 = 0.5, 0.3..=0.7;
+    }
+}
