@@ -277,7 +277,8 @@ fn angle_between(from: f64, to: f64, miss: f64) -> f64 {
 /// between two points, and its derivative. The tangents are added without their poles: a line that
 /// looks away from the centre has a `miss` near 0, and angles near π/2.
 fn by_angle([from, to]: [f64; 2], miss: f64, z: f64) -> (f64, f64) {
-    let miss = miss.max(1e-12 * from.abs().min(1e300)).max(f64::MIN_POSITIVE);
+    let least = if from.is_finite() { 1e-12 * from.abs() } else { 0.0 };
+    let miss = miss.max(least).max(f64::MIN_POSITIVE);
     let whole = angle_between(from, to, miss);
     let part = z * whole;
     let t = if from.is_finite() {
@@ -370,7 +371,9 @@ mod tests {
                 let slope = |k: f64| (rise(k)[1] - rise(k)[0]) / (k * step);
                 // Without the error of second order.
                 let slope = (4.0 * slope(1.0) - slope(2.0)) / 3.0;
-                assert!((slope / path - 1.0).abs() < 1e-6, "{depth:?} {z}: {slope} {path}");
+                let rounding = 1e-14 * distance.abs() / (step * path);
+                let wrong = (slope / path - 1.0).abs();
+                assert!(wrong < 1e-6 + rounding, "{depth:?} {z}: {slope} {path}");
             }
         }
     }
@@ -381,6 +384,7 @@ mod tests {
             for (z, end) in [0.0, 1.0].into_iter().zip(depth.ends) {
                 let found = depth.at(z);
                 if end.is_finite() {
+                    assert!(found.is_some(), "{depth:?} {z}");
                     let (distance, path) = found.unwrap();
                     assert!((distance - end).abs() < 1e-12 && path >= 0.0, "{depth:?} {found:?}");
                 } else {
@@ -416,7 +420,8 @@ mod tests {
             let mut means = [0.0; COORDINATES];
             for shares in (0..steps).map(at) {
                 let of_z: f64 = depth.weights.iter().zip(shares).map(|(w, share)| w * share).sum();
-                assert!((of_z - 1.0).abs() < 1e-9, "{depth:?}: {shares:?}");
+                // Close to a surface the distance from it has few digits.
+                assert!((of_z - 1.0).abs() < 1e-6, "{depth:?}: {shares:?}");
                 means.iter_mut().zip(shares).for_each(|(mean, share)| {
                     *mean += share / f64::from(steps);
                 });
