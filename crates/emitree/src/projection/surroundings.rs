@@ -150,7 +150,7 @@ fn gap_around<C: Iterator<Item = [f64; 2]>>(
         let room = GAP_STEP * (leave - enter) * (POINTS_OF_GAP / 2) as f64;
         let near = crossings().filter(|other| other[0] < leave + room && other[1] > enter - room);
         let whole = near.fold(gap, |all, other| [all[0].min(other[0]), all[1].max(other[1])]);
-        if whole == gap {
+        if whole[0] >= enter && whole[1] <= leave {
             break gap;
         }
         gap = whole;
