@@ -306,12 +306,10 @@ mod tests {
         ends: [-INFINITE, INFINITE],
     };
 
-    #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
     fn sphere(centre: [f64; 3], radius: f64) -> Ellipsoid {
         Ellipsoid::sphere(centre, radius).unwrap()
     }
 
-    #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
     fn plain([from, to]: [f64; 2]) -> Span {
         span::Depth::new([-INFINITE, INFINITE], 6.0, true).unwrap().span(from, to)
     }

@@ -124,7 +124,6 @@ fn a_polynomial_of_degree_9_along_a_line_continues_through_another_body() {
 }
 
 #[test]
-#[expect(clippy::float_cmp, reason = "gaps end where bodies do")]
 fn bodies_that_are_close_on_a_line_are_one_gap() {
     let found =
         |crossings: &[[f64; 2]], distance: f64| gap_around(distance, &|| crossings.iter().copied());
