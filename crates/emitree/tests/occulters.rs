@@ -348,3 +348,127 @@ fn a_corner_of_the_sky_is_as_bright_as_it_is() {
     assert!((high - 0.5226).abs() < 0.5226 * 1e-2 && low > -0.5226 * 1e-2, "{low} {high}");
     assert_eq!(rendering.stats.evaluations, 1742);
 }
+
+/// A cloud between the observer and a body that is small beside the distance of the cloud from it:
+/// in a depth that resolves only what is close to the body, no sample met the cloud, and the disc
+/// was dark.
+#[test]
+fn a_cloud_far_in_front_of_a_small_body_is_not_overlooked() {
+    const WIDTH: f64 = 2.0;
+    let cloud = FromFn(|[x, y, z]: [f64; 3], _: [f64; 3]| {
+        (-0.5 * (x * x + (y - 20.0).powi(2) + z * z) / (WIDTH * WIDTH)).exp()
+    });
+    let viewpoint = Viewpoint { position: [0.0; 3], target: [0.0, 60.0, 0.0], up: [0.0, 0.0, 1.0] };
+    let camera = Perspective::new(viewpoint, [1.0_f64.to_radians(); 2], [0.0, INFINITE]).unwrap();
+    let body = Ellipsoid::sphere([0.0, 60.0, 0.0], 0.27).unwrap();
+    let camera = camera.with_occulters(vec![body]).unwrap();
+    let (shape, tolerance) = ([32, 32], 1e-2);
+    let rendering = image_of(&cloud, &camera, shape, &vol(tolerance));
+    assert!(rendering.converged(), "{:?}", rendering.stats.ending);
+    let largest = (2.0 * PI).sqrt() * WIDTH;
+    let mut on_disc = 0;
+    for row in 0..shape[0] {
+        for column in 0..shape[1] {
+            let middle = |k: usize| (k as f64 + 0.5) / 32.0;
+            let point = camera.world_from_canonical([middle(column), middle(row), 0.0]);
+            let [x, _, z] = point.direction;
+            // All of the cloud is in front of the body.
+            let away = 20.0 * x.hypot(z);
+            let expected = largest * (-0.5 * (away / WIDTH).powi(2)).exp();
+            let wrong = (rendering.values[(row, column)] - expected).abs();
+            assert!(wrong <= tolerance * largest, "{row} {column}: {wrong} of {expected}");
+            on_disc += usize::from(60.0 * x.hypot(z) < 0.27);
+        }
+    }
+    assert!(on_disc > 100, "{on_disc}");
+    assert_eq!(rendering.stats.evaluations, 9666);
+}
+
+/// ∫ dt/(b² + t²)³ from `from` to `to`, both below 0, by Simpson's rule in 1/t.
+fn before_closest(b: f64, [from, to]: [f64; 2]) -> f64 {
+    const PARTS: usize = 200;
+    let [begin, end] = [-1.0 / from, -1.0 / to];
+    let step = (end - begin) / PARTS as f64;
+    let value = |k: usize| {
+        let u = begin + k as f64 * step;
+        let weight = if k == 0 || k == PARTS { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
+        weight * u.powi(4) / (1.0 + b * b * u * u).powi(3)
+    };
+    (0..=PARTS).map(value).sum::<f64>() * step / 3.0
+}
+
+/// A moon before the limb of a planet: on the chart of the planet the moon is a gap.
+#[test]
+fn a_moon_before_the_limb_of_a_planet_costs_little() {
+    const MOON: [f64; 3] = [0.0, -1.6, 0.75];
+    const MOON_RADIUS: f64 = 0.4;
+    let corona = FromFn(|[x, y, z]: [f64; 3], _: [f64; 3]| {
+        let squared = x * x + y * y + z * z;
+        let of_moon = (x - MOON[0]).hypot(y - MOON[1]).hypot(z - MOON[2]);
+        assert!(squared >= 1.0 && of_moon >= MOON_RADIUS, "asked at {x}, {y}, {z}");
+        squared.powi(-3)
+    });
+    let viewpoint =
+        Viewpoint { position: [0.0, -10.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
+    let camera = Orthographic::new(viewpoint, [4.0; 2], [0.0, INFINITE]).unwrap();
+    let mut bodies = planet();
+    bodies.push(Ellipsoid::sphere(MOON, MOON_RADIUS).unwrap());
+    let camera = camera.with_occulters(bodies).unwrap();
+    let (shape, tolerance) = ([32, 32], 1e-3);
+    let rendering = image_of(&corona, &camera, shape, &vol(tolerance));
+    assert!(rendering.converged(), "{:?}", rendering.stats.ending);
+    let largest = rendering.values.min_max().1;
+    // The radiance of a line, and its distance from the nearest limb.
+    let line = |xy: [f64; 2]| {
+        let [x, _, z] = camera.world_from_canonical([xy[0], xy[1], 0.0]).position;
+        let (b, of_moon) = (x.hypot(z), (x - MOON[0]).hypot(z - MOON[2]));
+        let radiance = if of_moon < MOON_RADIUS {
+            let front = MOON[1] - (MOON_RADIUS.powi(2) - of_moon.powi(2)).sqrt();
+            before_closest(b, [-10.0, front])
+        } else if b < 1.0 {
+            before_closest(b, [-10.0, -(1.0 - b * b).sqrt()])
+        } else {
+            0.375 * PI * b.powi(-5) - before_closest(b, [-INFINITE, -10.0])
+        };
+        (radiance, (b - 1.0).abs().min((of_moon - MOON_RADIUS).abs()))
+    };
+    let mut regions = [0; 2];
+    for row in 0..shape[0] {
+        for column in 0..shape[1] {
+            let at = |k: usize, place: f64| (k as f64 + place) / 32.0;
+            if line([at(column, 0.5), at(row, 0.5)]).1 < 0.1 {
+                continue;
+            }
+            let place = |k: usize| (k as f64 + 0.5) / 16.0;
+            let lines = (0..256).map(|k| line([at(column, place(k % 16)), at(row, place(k / 16))]));
+            let expected = lines.map(|line| line.0).sum::<f64>() / 256.0;
+            let wrong = (rendering.values[(row, column)] - expected).abs();
+            assert!(wrong <= tolerance * largest, "{row} {column}: {wrong:e} of {expected}");
+            regions[usize::from(expected > 0.1 * largest)] += 1;
+        }
+    }
+    assert!(regions.iter().all(|count| *count > 100), "{regions:?}");
+    assert_eq!(rendering.stats.evaluations, 3783);
+}
+
+/// Parallel lines that begin at infinity pass a planet at the distance b: ∫ dt/(b² + t²)² = π/(2 b³).
+#[test]
+fn lines_without_a_beginning_pass_a_planet() {
+    let camera = Orthographic::new(VIEWPOINT, [4.0; 2], [-INFINITE, INFINITE]).unwrap();
+    let camera = camera.with_occulters(planet()).unwrap();
+    let rendering = image_of(&FromFn(exosphere), &camera, [32, 32], &vol(1e-3));
+    assert!(rendering.converged(), "{:?}", rendering.stats.ending);
+    let largest = rendering.values.min_max().1;
+    for pixel in 0..1024 {
+        let (row, column) = (pixel / 32, pixel % 32);
+        let at = |k: usize, place: usize| (k as f64 + (place as f64 + 0.5) / 16.0) / 8.0 - 2.0;
+        let distances = (0..256).map(|k| at(column, k % 16).hypot(at(row, k / 16)));
+        let distances: Vec<f64> = distances.collect();
+        if distances.iter().all(|b| *b > 1.0) {
+            let radiances = distances.iter().map(|b| 0.5 * PI * b.powi(-3));
+            let expected = radiances.sum::<f64>() / 256.0;
+            let wrong = (rendering.values[(row, column)] - expected).abs();
+            assert!(wrong < 1e-3 * largest, "{row} {column}: {wrong:e} of {expected}");
+        }
+    }
+}

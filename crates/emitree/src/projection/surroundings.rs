@@ -90,7 +90,9 @@ impl Surroundings {
         own: Option<usize>,
     ) -> Option<Gap> {
         let others = self.bodies.iter().enumerate().filter(|(number, _)| Some(*number) != own);
-        let crossings = others.filter_map(|(_, body)| body.crossing(line.origin, line.direction));
+        let crossings = others
+            .filter_map(|(_, body)| body.crossing(line.origin, line.direction))
+            .filter(|&[enter, leave]| enter < to && leave > from);
         let [enter, leave] = gap_around(distance, &|| crossings.clone())?;
         // Rounding does not move points into the body.
         let beside = BESIDE_BODY * (leave - enter);
@@ -137,22 +139,26 @@ impl Surroundings {
 }
 
 /// The part of a line around a distance that is inside of bodies, given where it enters and leaves
-/// them. Bodies between which there is no room for the points beside them are one.
+/// them. Bodies between which there is no room for the points beside them are one, and so is what is
+/// between them.
 fn gap_around<C: Iterator<Item = [f64; 2]>>(
     distance: f64,
     crossings: &dyn Fn() -> C,
 ) -> Option<[f64; 2]> {
-    let mut gap = crossings().find(|&[enter, leave]| enter < distance && distance < leave)?;
-    loop {
+    let with_near = |mut gap: [f64; 2]| loop {
         let [enter, leave] = gap;
         let room = GAP_STEP * (leave - enter) * (POINTS_OF_GAP / 2) as f64;
         let near = crossings().filter(|other| other[0] < leave + room && other[1] > enter - room);
         let whole = near.fold(gap, |all, other| [all[0].min(other[0]), all[1].max(other[1])]);
-        if whole == gap {
-            return Some(gap);
+        if whole[0] >= enter && whole[1] <= leave {
+            break gap;
         }
         gap = whole;
-    }
+    };
+    // A large body has a small one near it, for which the large one is far.
+    let gaps = crossings().map(with_near);
+    let around = gaps.filter(|&[enter, leave]| enter < distance && distance < leave);
+    around.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
 }
 
 /// Points of a line on both sides of a body, and their weights in the value of a

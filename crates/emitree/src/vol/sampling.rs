@@ -79,8 +79,8 @@ pub(crate) async fn evaluate_across_gaps(
     let mut sites: Vec<Site> = Vec::with_capacity(count);
     // The first site of each point.
     let mut first: Vec<(usize, Option<AcrossGap>)> = Vec::with_capacity(count);
-    // Points on one line of sight have the same sites.
-    let mut lines: HashMap<[u64; 3], usize> = HashMap::new();
+    // Points in one gap of a line of sight have the same sites: the first of those of each gap.
+    let mut lines: HashMap<[u64; 3], Vec<usize>> = HashMap::new();
     for i in 0..count {
         let (own, u) = (site(i), at(i));
         let Some(mut gap) = chart.across_gap(u) else {
@@ -92,11 +92,15 @@ pub(crate) async fn evaluate_across_gaps(
         // What an energy axis adds to the path.
         let density = if plain == 0.0 { 0.0 } else { own.point.path_per_depth / plain };
         let line = [u[0], u[1], own.energy.unwrap_or(0.0)].map(f64::to_bits);
-        let at_first = *lines.entry(line).or_insert_with(|| {
-            let at_first = sites.len();
+        let gaps = lines.entry(line).or_default();
+        let is_same = |first: &usize| {
+            gap.around.iter().zip(&sites[*first..]).all(|(point, site)| *point == site.point)
+        };
+        let at_first = gaps.iter().copied().find(is_same).unwrap_or(sites.len());
+        if at_first == sites.len() {
+            gaps.push(at_first);
             sites.extend(gap.around.map(|point| Site { point, ..own }));
-            at_first
-        });
+        }
         gap.weights.iter_mut().for_each(|weight| *weight *= density);
         first.push((at_first, Some(gap)));
     }

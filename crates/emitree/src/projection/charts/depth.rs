@@ -291,3 +291,163 @@ fn by_angle([from, to]: [f64; 2], miss: f64, z: f64) -> (f64, f64) {
     let t = if z >= 1.0 { to } else { t };
     (t, whole * (miss * miss + t * t) / miss)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::charts::shells::Shells;
+    use crate::projection::span;
+    use crate::projection::surroundings::Observer;
+
+    const INFINITE: f64 = f64::INFINITY;
+    const LINE: SightLine = SightLine {
+        origin: [0.0, -6.0, 0.0],
+        direction: [0.36, 0.8, 0.48],
+        ends: [-INFINITE, INFINITE],
+    };
+
+    fn sphere(centre: [f64; 3], radius: f64) -> Ellipsoid {
+        Ellipsoid::sphere(centre, radius).unwrap()
+    }
+
+    fn plain([from, to]: [f64; 2]) -> Span {
+        span::Depth::new([-INFINITE, INFINITE], 6.0, true).unwrap().span(from, to)
+    }
+
+    /// The line as seen from a body that it misses.
+    fn aim() -> Aim {
+        Shells::new(sphere([0.0; 3], 1.0), Some(0), Observer::Point(LINE.origin)).aim(&LINE)
+    }
+
+    /// Every kind of own coordinate with the ends that it may have.
+    const ALL: [(Own, [f64; 2]); 14] = [
+        (Own::Even, [1.0, 5.0]),
+        (Own::Inwards(0.3), [1.0, 5.0]),
+        (Own::Inwards(9.0), [1.0, 5.0]),
+        (Own::Inwards(0.3), [-INFINITE, 5.0]),
+        (Own::Outwards(0.3), [1.0, 5.0]),
+        (Own::Outwards(9.0), [1.0, 5.0]),
+        (Own::Outwards(0.3), [5.0, INFINITE]),
+        (Own::Angle, [1.0, 9.0]),
+        (Own::Angle, [1.0, INFINITE]),
+        (Own::Angle, [-INFINITE, 9.0]),
+        (Own::Angle, [-INFINITE, INFINITE]),
+        (Own::Plain, [1.0, 5.0]),
+        (Own::Plain, [1.0, INFINITE]),
+        (Own::Plain, [-INFINITE, INFINITE]),
+    ];
+
+    fn centres() -> [Ellipsoid; 2] {
+        [sphere([1.0, -3.0, 2.5], 0.7), sphere([4.0, 7.0, -20.0], 3.0)]
+    }
+
+    /// The depths of all kinds, with weights from the own coordinate alone to others alone.
+    fn depths() -> impl Iterator<Item = Depth> {
+        let of_kind = |(own, ends): (Own, [f64; 2])| {
+            let alone = Depth::new(own, plain(ends), &aim(), usual_weights(own, 1.0, &[]));
+            let usual = usual_weights(own, 1.0, &centres());
+            let few = [1e-3, 0.199, 0.3, 0.5, 0.0, 0.0];
+            let all = [[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], usual, few];
+            let beside = all.map(|weights| {
+                Depth::new(own, plain(ends), &aim(), weights).beside(&LINE, &centres())
+            });
+            [alone].into_iter().chain(beside)
+        };
+        ALL.into_iter().flat_map(of_kind)
+    }
+
+    #[test]
+    fn depths_lead_back_and_rates_are_slopes() {
+        for depth in depths() {
+            for z in [1e-3, 0.03, 0.2, 0.5, 0.77, 0.96, 0.999] {
+                let (distance, path) = depth.at(z).unwrap();
+                let back = depth.z_of(distance);
+                assert!((back - z).abs() < 1e-9, "{depth:?} {z}: {back}");
+                let step = 1e-3 * f64::min(z, 1.0 - z);
+                let rise =
+                    |k: f64| [-0.5, 0.5].map(|half| depth.at(z + half * k * step).unwrap().0);
+                let slope = |k: f64| (rise(k)[1] - rise(k)[0]) / (k * step);
+                // Without the error of second order.
+                let slope = (4.0 * slope(1.0) - slope(2.0)) / 3.0;
+                // Of the distance, and of an own coordinate that changes little there.
+                let (_, path_of_own) = depth.own_at(depth.own_of(distance));
+                let rounding = 1e-14 * distance.abs().max(path_of_own) / (step * path);
+                let wrong = (slope / path - 1.0).abs();
+                assert!(wrong < 1e-6 + rounding, "{depth:?} {z}: {slope} {path}");
+            }
+        }
+    }
+
+    #[test]
+    fn depths_begin_and_end_where_the_piece_does() {
+        for depth in depths() {
+            for (z, end) in [0.0, 1.0].into_iter().zip(depth.ends) {
+                let found = depth.at(z);
+                if end.is_finite() {
+                    assert!(found.is_some(), "{depth:?} {z}");
+                    let (distance, path) = found.unwrap();
+                    assert!((distance - end).abs() < 1e-12 && path >= 0.0, "{depth:?} {found:?}");
+                } else {
+                    assert!(found.is_none_or(|(_, path)| path <= 0.0), "{depth:?} {found:?}");
+                }
+            }
+        }
+        for own in [Own::Even, Own::Inwards(0.3), Own::Outwards(0.3), Own::Angle, Own::Plain] {
+            let weights = usual_weights(own, 1.0, &centres());
+            let empty = Depth::new(own, plain([3.0; 2]), &aim(), weights);
+            assert!(empty.beside(&LINE, &centres()).at(0.5).is_none());
+        }
+    }
+
+    #[test]
+    fn usual_weights_sum_to_1() {
+        for (own, _) in ALL {
+            for (size, centres) in [(1.0, &centres()[..]), (0.01, &centres()[1..]), (1.0, &[])] {
+                let weights = usual_weights(own, size, centres);
+                assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{weights:?}");
+                assert!(weights.iter().all(|weight| *weight >= 0.0) && weights[0] > 0.3);
+                let of_centres = weights[2..].iter().filter(|weight| **weight > 0.0).count();
+                assert_eq!(of_centres, centres.len());
+            }
+        }
+    }
+
+    #[test]
+    fn changes_of_coordinates_have_means_of_1() {
+        for depth in depths() {
+            let steps = 2000;
+            let at = |k: u32| depth.shares((f64::from(k) + 0.5) / f64::from(steps)).unwrap();
+            let mut means = [0.0; COORDINATES];
+            for shares in (0..steps).map(at) {
+                let of_z: f64 = depth.weights.iter().zip(shares).map(|(w, share)| w * share).sum();
+                // Close to a surface the distance from it has few digits.
+                assert!((of_z - 1.0).abs() < 1e-6, "{depth:?}: {shares:?}");
+                means.iter_mut().zip(shares).for_each(|(mean, share)| {
+                    *mean += share / f64::from(steps);
+                });
+            }
+            let known = 2 + depth.centres.iter().flatten().count();
+            for (mean, weight) in means[..known].iter().zip(depth.weights) {
+                // Coordinates with little weight may change between all samples.
+                assert!(weight < 0.01 || (mean - 1.0).abs() < 0.02, "{depth:?}: {means:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_far_from_a_small_body_is_resolved() {
+        let own = Own::Inwards(0.27 / 3.0);
+        let part = |weights: Weights, ends: [f64; 2]| {
+            let depth = Depth::new(own, plain(ends), &aim(), weights);
+            depth.z_of(22.0) - depth.z_of(18.0)
+        };
+        for from in [0.0, -100.0, -INFINITE] {
+            let ends = [from, 59.73];
+            let share = plain(ends).z_of(22.0) - plain(ends).z_of(18.0);
+            let found = part(usual_weights(own, 0.27, &[]), ends);
+            assert!(found >= PLAIN_WEIGHT * share, "{from}: {found} of {share}");
+            let own_alone = part([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], ends);
+            assert!(own_alone < 0.3 * found, "{from}: {own_alone} {found}");
+        }
+    }
+}

@@ -72,6 +72,7 @@ fn charts_end_at_planes_through_the_axis() {
     let everything = [f64::NEG_INFINITY, f64::INFINITY];
     let parallel =
         Viewpoint { position: [1.3, -9.0, 0.6], target: [1.3, 0.0, 0.6], up: [0.0, 0.3, 1.0] };
-    assert_eq!(check(Orthographic::new(parallel, [4.0, 3.0], everything).unwrap(), normal), 4);
-    assert_eq!(check(Perspective::new(viewpoint(), [0.7, 0.6], [0.0, 30.0]).unwrap(), normal), 4);
+    // Before, behind and beside the body, on both sides of the plane.
+    assert_eq!(check(Orthographic::new(parallel, [4.0, 3.0], everything).unwrap(), normal), 6);
+    assert_eq!(check(Perspective::new(viewpoint(), [0.7, 0.6], [0.0, 30.0]).unwrap(), normal), 6);
 }

@@ -92,20 +92,21 @@ fn positions_are_outside_of_all_bodies() {
 }
 
 #[test]
-fn a_quintic_along_a_line_continues_through_another_body() {
+fn a_polynomial_of_degree_9_along_a_line_continues_through_another_body() {
     let around = surroundings(None, vec![sphere(20.0, 3.0), sphere(40.0, 3.0)]);
     let line = around.line([0.0; 3], ALONG_X);
-    let quintic = |s: f64| {
-        let x = s / 20.0;
-        1.0 + x * (-2.0 + x * (0.5 + x * (1.5 + x * (-0.7 + 0.2 * x))))
+    let coefficients = [1.0, -2.0, 0.5, 1.5, -0.7, 0.2, -0.4, 0.9, -1.1, 0.6];
+    let polynomial = |s: f64| {
+        let x = s / 20.0 - 1.0;
+        coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
     };
     for distance in [17.2, 18.5, 20.0, 22.9] {
         let gap = around.gap(&line, [1.0, 36.0], distance, Some(1)).unwrap();
         for at in gap.distances {
             assert!(at > 1.0 && at < 36.0 && !(at > 17.0 + 1e-9 && at < 23.0 - 1e-9), "{at}");
         }
-        let sum: f64 = gap.distances.iter().zip(gap.weights).map(|(s, w)| w * quintic(*s)).sum();
-        assert!((sum - quintic(distance)).abs() < 1e-10, "{distance}: {sum}");
+        let sum: f64 = gap.distances.iter().zip(gap.weights).map(|(s, w)| w * polynomial(*s)).sum();
+        assert!((sum - polynomial(distance)).abs() < 1e-11, "{distance}: {sum}");
     }
     // Outside of bodies, inside of the own one, and without room on one side.
     for (ends, distance, own) in [
@@ -120,4 +121,58 @@ fn a_quintic_along_a_line_continues_through_another_body() {
     // Little room moves the points closer to the body.
     let gap = around.gap(&line, [16.9, 36.0], 20.0, None).unwrap();
     assert!(gap.distances[0] > 16.9 && gap.distances[1] > gap.distances[0]);
+}
+
+#[test]
+fn bodies_that_are_close_on_a_line_are_one_gap() {
+    let found =
+        |crossings: &[[f64; 2]], distance: f64| gap_around(distance, &|| crossings.iter().copied());
+    // Between the small body and the large one there is room for points beside the small one only.
+    let near = [[10.0, 20.0], [23.0, 24.0], [40.0, 41.0]];
+    for distance in [10.1, 15.0, 19.9, 21.0, 23.5] {
+        assert_eq!(found(&near, distance), Some([10.0, 24.0]), "{distance}");
+    }
+    for distance in [9.9, 24.1, 39.9, 41.1] {
+        assert_eq!(found(&near, distance), None, "{distance}");
+    }
+    assert_eq!(found(&near, 40.5), Some([40.0, 41.0]));
+    // Together two are large enough to be near a third.
+    let chain = [[0.0, 10.0], [14.0, 16.0], [23.0, 25.0]];
+    assert_eq!(found(&chain, 24.0), Some([0.0, 25.0]));
+    assert_eq!(found(&chain[1..], 24.0), Some([23.0, 25.0]));
+    assert_eq!(found(&[], 1.0), None);
+}
+
+#[test]
+fn no_point_of_a_gap_is_inside_a_body() {
+    // The first two overlap, the third is close to them, and the next one is not.
+    let spheres = [(20.0, 3.0), (23.5, 1.0), (27.0, 1.5), (50.0, 4.0), (60.0, 0.5), (90.0, 3.0)];
+    let bodies: Vec<Ellipsoid> = spheres.iter().map(|&(x, radius)| sphere(x, radius)).collect();
+    let around = surroundings(None, bodies);
+    let ends = [1.0, 87.0];
+    let mut gaps = 0;
+    for tilt in [0.0, 0.01, 0.03, 0.06] {
+        let line = around.line([0.0; 3], [f64::cos(tilt), f64::sin(tilt), 0.0]);
+        for k in 0..500 {
+            let distance = 1.0 + 86.0 * (f64::from(k) + 0.5) / 500.0;
+            let Some(gap) = around.gap(&line, ends, distance, Some(5)) else {
+                assert!(around.bodies[..5].iter().all(|body| !body.contains(line.at(distance))));
+                continue;
+            };
+            gaps += 1;
+            for at in gap.distances {
+                let is_inside = around.bodies[..5].iter().any(|body| body.contains(line.at(at)));
+                assert!(at > ends[0] && at < ends[1] && !is_inside, "{tilt} {distance}: {gap:?}");
+            }
+        }
+    }
+    assert!(gaps > 200, "{gaps}");
+}
+
+#[test]
+fn a_body_behind_the_end_of_a_line_is_no_part_of_a_gap() {
+    let around = surroundings(None, vec![sphere(20.0, 3.0), sphere(25.0, 0.5), sphere(27.5, 1.0)]);
+    let line = around.line([0.0; 3], ALONG_X);
+    let gap = around.gap(&line, [1.0, 24.5], 20.0, Some(1)).unwrap();
+    assert!(gap.distances.iter().all(|at| *at < 24.5), "{gap:?}");
 }

@@ -224,10 +224,10 @@ mod tests {
         let mut fibers = Fibers::new(4);
         for (a, b) in [(1.0, 0.0), (0.3, 1.0)] {
             fibers.add([a, b], fiber(4, mixed(a, b)));
-            assert!(fibers.extend_basis(1e-10));
+            assert!(fibers.extend_basis(1e-10, |_, _| true));
         }
         fibers.add([0.5, 0.5], fiber(4, mixed(-0.2, 0.7)));
-        assert!(!fibers.extend_basis(1e-10));
+        assert!(!fibers.extend_basis(1e-10, |_, _| true));
         assert_eq!(fibers.rank(), 2);
         // The same holds on the next level, and between its places.
         let new = fibers.new_places();
@@ -245,6 +245,25 @@ mod tests {
             let found: f64 = at_pivots.map(|(f, at)| f[lane] * wanted(at)).sum();
             assert!((found - wanted(x)).abs() < 1e-10, "{x}: {found}");
         }
+    }
+
+    #[test]
+    fn a_residual_out_of_view_adds_no_function() {
+        let mut fibers = Fibers::new(4);
+        fibers.add([0.0; 2], fiber(4, |x| 1.0 + x));
+        assert!(fibers.extend_basis(1e-10, |_, along| along < 0.5));
+        // The pivot is in view, although values beyond are larger.
+        assert!(fibers.pivots()[0] < 0.5);
+        let beyond = |x: f64| 1.0 + x + 5.0 * (x - 0.5).max(0.0);
+        fibers.add([0.3, 0.7], fiber(4, beyond));
+        assert!(!fibers.extend_basis(1e-10, |_, along| along < 0.5));
+        assert!(!fibers.extend_basis(1e-10, |[a, b], _| a > b));
+        assert_eq!(fibers.rank(), 1);
+        assert!(fibers.extend_basis(1e-10, |[a, b], _| a < b));
+        assert_eq!(fibers.rank(), 2);
+        assert_eq!(largest(&[1.0, -3.0, 2.0, 3.0], |_| true), Some(1));
+        assert_eq!(largest(&[1.0, -3.0, 2.0, 3.0], |i| i % 2 == 0), Some(2));
+        assert_eq!(largest(&[1.0], |_| false), None);
     }
 
     #[test]

@@ -237,7 +237,7 @@ mod tests {
                 let fibers = &mut interpolant.axes[axis];
                 let rates = fibers.places().iter().map(|&t| g(point(t))).collect();
                 fibers.add(at, rates);
-                fibers.extend_basis(1e-12);
+                fibers.extend_basis(1e-12, |_, _| true);
             }
             let rates: Vec<f64> = interpolant.missing().into_iter().map(&g).collect();
             interpolant.fill(&rates);

@@ -1,14 +1,16 @@
 //! The search for an interpolant and what it decides, on products and on functions that are not separable.
 
 use super::*;
-use crate::projection::Canonical;
+use crate::projection::{Canonical, Ellipsoid};
 use crate::vol::lattice::{point, smallest_detected};
 use crate::vol::lowrank::search::Assessment;
 use crate::vol::seeds::Seed;
 use crate::vol::testing::{PANE, Pane, answered, assert_close, meter};
-use crate::vol::view::part::parts;
+use crate::vol::view::part::{Footing, Part, atlas, parts};
 use crate::vol::view::scattered::WIDTH_OF_GAUSSIAN;
 use crate::vol::{BASE_LEVELS, FeatureSize};
+use crate::{Perspective, Viewpoint};
+use std::sync::Arc;
 
 /// One product of functions of x, y and z.
 fn product([x, y, z]: [f64; 3]) -> f64 {
@@ -25,8 +27,15 @@ fn step([x, y, z]: [f64; 3]) -> f64 {
     if x + 0.6 * y + 0.3 * z < 1.0 { 1.0 } else { 0.2 }
 }
 
-fn search<'a>(meter: &'a Meter, chart: &'a Pane) -> Search<'a> {
-    Search::new(WeightedView { meter, chart, tiles: 1 }, 0.01)
+fn part(chart: Pane) -> Part<'static> {
+    let footing = Footing::Pixels { first_row: 0, rim: None };
+    let scale = Image::from_pixels(1, 1, vec![1.0]);
+    let (footing, scale) = (Arc::new(footing), Arc::new(scale));
+    Part { chart: Box::new(chart), footing, scale, coarser: 0, pieces_of_line: 1 }
+}
+
+fn search<'a>(meter: &'a Meter, part: &'a Part<'a>) -> Search<'a> {
+    Search::new(WeightedView { meter, part, tiles: 1 }, 0.01)
 }
 
 /// The largest |rate − interpolant| at points that the search has not sampled.
@@ -71,7 +80,8 @@ fn largest_left(assessment: &Assessment) -> f64 {
 fn one_cross_represents_a_product() {
     for sign in [1.0, -1.0] {
         let meter = meter(100_000);
-        let mut search = search(&meter, &PANE);
+        let part = part(PANE);
+        let mut search = search(&meter, &part);
         // Above 0 everywhere, or below.
         let rate = |[x, y, z]: [f64; 3]| sign * (1.0 + x) * (-2.0 * y).exp() * z.cos();
         let assessment = grown(&mut search, &meter, rate, 1).ok().unwrap();
@@ -84,7 +94,8 @@ fn one_cross_represents_a_product() {
 #[test]
 fn a_second_cross_reduces_the_residual_of_two_products() {
     let meter = meter(100_000);
-    let mut search = search(&meter, &PANE);
+    let part = part(PANE);
+    let mut search = search(&meter, &part);
     let assessment = grown(&mut search, &meter, products, 1).ok().unwrap();
     assert!(largest_left(&assessment) > 1e-3);
     let grow = search.grow(&assessment);
@@ -97,7 +108,8 @@ fn a_second_cross_reduces_the_residual_of_two_products() {
 #[test]
 fn a_step_ends_the_search_at_its_first_fibers() {
     let meter = meter(100_000);
-    let mut search = search(&meter, &PANE);
+    let part = part(PANE);
+    let mut search = search(&meter, &part);
     assert!(matches!(grown(&mut search, &meter, step, 1), Err(End::NotSeparable)));
     assert!(meter.evaluations() < 128 + 3 * 17 + 3 * 3 * 3 + 1, "{}", meter.evaluations());
 }
@@ -105,7 +117,8 @@ fn a_step_ends_the_search_at_its_first_fibers() {
 #[test]
 fn probes_are_doubled_and_are_those_of_one_sequence() {
     let meter = meter(100_000);
-    let mut search = search(&meter, &PANE);
+    let part = part(PANE);
+    let mut search = search(&meter, &part);
     let first = TUNING.lowrank.first_probes;
     for expected in [first, 2 * first, 4 * first] {
         assert!(answered(&meter, |at, _| product(at), search.probe()).is_ok());
@@ -123,7 +136,8 @@ fn probes_are_doubled_and_are_those_of_one_sequence() {
 fn samples_are_rates_without_the_solid_angle() {
     let meter = meter(100_000);
     let pane = Pane { density: |[x, _]| 2.0 + x, path: 3.0, ..PANE };
-    let mut search = search(&meter, &pane);
+    let part = part(pane);
+    let mut search = search(&meter, &part);
     let assessment = grown(&mut search, &meter, product, 1).ok().unwrap();
     // The interpolant has the solid angle in it, the samples have not.
     assert!(worst(&search, |at| 3.0 * (2.0 + at[0]) * product(at)) < 1e-4);
@@ -131,6 +145,47 @@ fn samples_are_rates_without_the_solid_angle() {
     let samples = search.samples();
     for (at, rate) in samples.points.iter().zip(&samples.rates) {
         assert_close(*rate, 3.0 * product(*at), 1e-13);
+    }
+}
+
+/// A part of which the half below x = 0.5 is in view.
+fn half_in_view() -> Part<'static> {
+    let viewpoint = Viewpoint { position: [0.0, -6.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
+    let camera = Perspective::new(viewpoint, [0.6; 2], [0.0, 50.0]).unwrap();
+    let body = Ellipsoid::sphere([0.0; 3], 1.0).unwrap();
+    let camera = camera.with_occulters(vec![body]).unwrap();
+    let tiles = [Tile { projection: &camera, shape: [8, 8], place: (0, 1) }];
+    let atlas = atlas(&tiles, &[]).unwrap();
+    let footing = parts(&tiles, Some(&atlas)).parts[0].footing.clone();
+    let scale = Arc::new(Image::from_pixels(1, 2, vec![1.0, 0.0]));
+    Part { footing, scale, ..part(PANE) }
+}
+
+#[test]
+fn a_residual_out_of_view_does_not_matter() {
+    let beyond = |at @ [x, y, _]: [f64; 3]| product(at) + y * (-((x - 0.95) / 0.1).powi(2)).exp();
+    for (part, is_whole) in [(half_in_view(), false), (part(PANE), true)] {
+        assert!(part.is_in_view([0.3, 0.8]) && part.is_in_view([0.7, 0.8]) == is_whole);
+        let meter = meter(100_000);
+        let mut search = search(&meter, &part);
+        let assessment = grown(&mut search, &meter, beyond, 1).ok().unwrap();
+        assert_eq!(search.interpolant.ranks(), [1; 3]);
+        let first = TUNING.lowrank.first_probes;
+        let samples = search.samples();
+        assert_eq!((search.probes(), samples.number), (first, first));
+        let ascended = answered(&meter, |at, _| beyond(at), search.ascend(&assessment));
+        let ascended = ascended.ok().unwrap();
+        let left = [&assessment, &ascended].map(largest_left);
+        let is_significant = ascended.is_significant_feature(10.0, first);
+        let in_view = samples.points.len();
+        if is_whole {
+            assert!(in_view == first && is_significant, "{in_view}");
+            assert!(left.iter().all(|left| *left > 0.1), "{left:?}");
+        } else {
+            assert!(in_view < 2 * first / 3 && !is_significant, "{in_view}");
+            assert!(samples.points.iter().all(|at| at[0] < 0.5));
+            assert!(left.iter().all(|left| *left < 1e-3), "{left:?}");
+        }
     }
 }
 
@@ -143,10 +198,11 @@ fn an_ascent_from_the_largest_residual_finds_a_larger_one() {
         product(at) + 0.5 * (-square / 0.003).exp()
     };
     let meter = meter(100_000);
-    let mut search = search(&meter, &PANE);
+    let part = part(PANE);
+    let mut search = search(&meter, &part);
     assert!(grown(&mut search, &meter, product, 1).is_ok());
     // The probes of another search contain the knot, its interpolant does not.
-    let mut with_knot = self::search(&meter, &PANE);
+    let mut with_knot = self::search(&meter, &part);
     assert!(answered(&meter, |at, _| knotty(at), with_knot.probe()).is_ok());
     with_knot.interpolant = search.interpolant.clone();
     let assessment = with_knot.assess();
@@ -238,14 +294,14 @@ fn a_search_takes_a_quarter_of_the_budget_and_returns_its_image() {
 
 #[test]
 fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
-    let (meter, pane) = (meter(0), PANE);
+    let meter = meter(0);
     let tiles = [Tile { projection: &Canonical, shape: [16, 16], place: (0, 1) }];
     let parts = parts(&tiles, None);
     let needed = |vol: &VolOptions, wanted: Option<f64>| {
         let attempt = Attempt {
             failed: None,
             meter: &meter,
-            search: search(&meter, &pane),
+            search: search(&meter, &parts.parts[0]),
             part: &parts.parts[0],
             parts: 1,
             coarse_scale: Image::zeros(1, 1),
@@ -258,6 +314,7 @@ fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
             vol,
             wanted,
             smallest: None,
+            before: 0,
         };
         attempt.probes_needed()
     };

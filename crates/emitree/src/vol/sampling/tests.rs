@@ -73,11 +73,13 @@ fn a_rate_that_is_no_number_fails() {
     assert!(matches!(result, Err(Stop::Failed(RenderError::NotFinite { .. }))));
 }
 
-/// A pane with a body between the depths 0.4 and 0.6, on paths of 3.
+/// A pane with bodies between the depths 0.25 and 0.35 and between 0.7 and 0.9, on paths of 3.
 #[derive(Debug)]
-struct WithBody;
+struct WithBodies;
 
-impl Chart for WithBody {
+const BODIES: [[f64; 2]; 2] = [[0.25, 0.35], [0.7, 0.9]];
+
+impl Chart for WithBodies {
     fn world_from_chart(&self, u: [f64; 3]) -> MappedPoint {
         MappedPoint { position: u, direction: [0.0, 0.0, -1.0], path_per_depth: 3.0 }
     }
@@ -94,17 +96,18 @@ impl Chart for WithBody {
         true
     }
 
-    fn across_gap(&self, [x, y, z]: [f64; 3]) -> Option<[MappedPoint; 6]> {
+    fn across_gap(&self, [x, y, z]: [f64; 3]) -> Option<AcrossGap> {
+        let [enter, leave] = BODIES.into_iter().find(|[enter, leave]| *enter < z && z < *leave)?;
         // A straight line through the two points on the surface.
-        let share = (z - 0.4) / 0.2;
-        let beside = |(z, weight): (f64, f64)| {
+        let share = (z - enter) / (leave - enter);
+        let mut gap = AcrossGap { around: [MappedPoint::default(); 10], weights: [0.0; 10] };
+        let ends = [(enter, 1.0 - share), (leave, share)].into_iter().chain([(enter, 0.0); 8]);
+        for (k, (z, weight)) in ends.enumerate() {
             let point = self.world_from_chart([x, y, z]);
-            MappedPoint { path_per_depth: weight * point.path_per_depth, ..point }
-        };
-        (share > 0.0 && share < 1.0).then(|| {
-            [(0.4, 1.0 - share), (0.6, share), (0.1, 0.0), (0.2, 0.0), (0.8, 0.0), (0.9, 0.0)]
-                .map(beside)
-        })
+            gap.around[k] = MappedPoint { path_per_depth: 1.0, ..point };
+            gap.weights[k] = 3.0 * weight;
+        }
+        Some(gap)
     }
 
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
@@ -114,18 +117,37 @@ impl Chart for WithBody {
 
 #[test]
 fn points_inside_a_body_have_the_sum_of_those_around_it() {
-    let meter = meter(100);
     let energy = Some(EnergySample { energy: 7.0, density: 0.25 });
-    let view = View { energy, ..view(&meter, &WithBody) };
-    let rate = |[x, _, z]: [f64; 3], _| {
-        assert!(!(z > 0.4 && z < 0.6), "{z}");
-        1.0 + x + 2.0 * z
+    let rate = |[x, _, z]: [f64; 3], energy: f64| {
+        assert!(BODIES.iter().all(|[enter, leave]| z <= *enter || z >= *leave), "{z}");
+        if energy.is_nan() { 1.0 + x + 2.0 * z } else { energy * (1.0 + x + 2.0 * z) }
     };
     let points: Vec<(Place, u32)> = (1..8).map(|k| (at(3, 2, 5), at(3, k, 0)[0])).collect();
-    let rates = answered(&meter, rate, view.rates(&points)).unwrap();
-    for (k, rate) in (1..8).zip(rates) {
-        assert_close(rate, 3.0 * 0.25 * (1.25 + 0.25 * f64::from(k)), 1e-12);
+    for (energy, scale) in [(None, 3.0), (energy, 3.0 * 0.25 * 7.0)] {
+        let meter = meter(100);
+        let view = View { energy, ..view(&meter, &WithBodies) };
+        let rates = answered(&meter, rate, view.rates(&points)).unwrap();
+        for (k, rate) in (1..8).zip(rates) {
+            assert_close(rate, scale * (1.25 + 0.25 * f64::from(k)), 1e-12);
+        }
+        // Ten points instead of the two in the second body.
+        assert_eq!((meter.evaluations(), meter.batches()), (5 + 10, 1));
     }
-    // Two points with a weight instead of the one at 0.5.
-    assert_eq!((meter.evaluations(), meter.batches()), (6 + 2, 1));
+}
+
+#[test]
+fn points_in_one_gap_of_a_line_share_those_around_it() {
+    let meter = meter(1000);
+    let view = view(&meter, &WithBodies);
+    let rate = |[x, y, z]: [f64; 3], _| 1.0 + x + 5.0 * y + 2.0 * z;
+    // Of the 31 depths of a line 3 are in the first body and 6 in the second.
+    let depths = (1..32).map(|k| at(5, k, 0)[0]);
+    let points: Vec<(Place, u32)> =
+        depths.flat_map(|depth| [2, 3].map(|column| (at(3, column, 5), depth))).collect();
+    let rates = answered(&meter, rate, view.rates(&points)).unwrap();
+    for (rate, ([x, y], depth)) in rates.iter().zip(&points) {
+        let expected = 1.0 + unit(*x) + 5.0 * unit(*y) + 2.0 * unit(*depth);
+        assert_close(*rate, 3.0 * expected, 1e-12);
+    }
+    assert_eq!((meter.evaluations(), meter.batches()), (2 * (31 - 9 + 2 * 10), 1));
 }

@@ -47,3 +47,72 @@ pub(crate) fn fitted(present: &Weights, samples: &[(f64, Weights)]) -> Option<We
     let found = weights(&free);
     (TUNING.view.least_gain * mean_square(&found) < before).then_some(found)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PRESENT: Weights = [0.7, 0.2, 0.1, 0.0, 0.0, 0.0];
+
+    /// Changes of the coordinates with the present depth, given those of all but the own one.
+    fn shares(plain: f64, of_centre: f64) -> Weights {
+        let own = (1.0 - PRESENT[1] * plain - PRESENT[2] * of_centre) / PRESENT[0];
+        [own, plain, of_centre, 3.0, 0.0, 0.0]
+    }
+
+    /// Emission where the plain coordinate changes most, and little elsewhere.
+    fn samples() -> Vec<(f64, Weights)> {
+        let mut samples = vec![(1e-3, shares(0.1, 0.1)); 20];
+        samples.extend([(4.0, shares(4.2, 0.2)), (2.0, shares(4.5, 0.6)), (1.0, shares(3.0, 0.1))]);
+        samples
+    }
+
+    fn mean_square(weights: &Weights) -> f64 {
+        let of = |(square, shares): &(f64, Weights)| {
+            square / weights.iter().zip(shares).map(|(w, share)| w * share).sum::<f64>()
+        };
+        samples().iter().map(of).sum()
+    }
+
+    #[test]
+    fn the_coordinate_that_changes_where_samples_are_large_has_most_weight() {
+        let found = fitted(&PRESENT, &samples()).unwrap();
+        assert!((found.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{found:?}");
+        assert!(found[1] > 0.75, "{found:?}");
+        for (found, present) in found.iter().zip(PRESENT) {
+            assert!(*found >= TUNING.view.kept_weight * present, "{found} {present}");
+        }
+        // What has no weight is no coordinate of the chart.
+        assert!(found[3..].iter().all(|weight| *weight <= 0.0), "{found:?}");
+    }
+
+    #[test]
+    fn no_weights_above_the_floors_are_much_better() {
+        let kept = TUNING.view.kept_weight;
+        let least = mean_square(&fitted(&PRESENT, &samples()).unwrap());
+        assert!(TUNING.view.least_gain * least < mean_square(&PRESENT));
+        for i in 0..=50 {
+            for j in 0..=50 - i {
+                let [own, plain] = [i, j].map(|k| f64::from(k) / 50.0);
+                let free = [own, plain, 1.0 - own - plain, 0.0, 0.0, 0.0];
+                let other = core::array::from_fn(|k| kept * PRESENT[k] + (1.0 - kept) * free[k]);
+                assert!(least < 1.005 * mean_square(&other), "{other:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn weights_stay_if_there_is_nothing_to_gain() {
+        // Alike in all coordinates, along them all, dark, and without samples.
+        let alike = vec![(2.0, shares(1.0, 1.0)); 9];
+        assert_eq!(fitted(&PRESENT, &alike), None);
+        let everywhere =
+            [(1.0, shares(2.0, 0.0)), (1.0, shares(0.5, 2.0)), (1.0, shares(0.8, 1.0))];
+        assert_eq!(fitted(&PRESENT, &everywhere), None);
+        let dark: Vec<(f64, Weights)> =
+            samples().iter().map(|(_, shares)| (0.0, *shares)).collect();
+        assert_eq!(fitted(&PRESENT, &dark), None);
+        assert_eq!(fitted(&PRESENT, &[]), None);
+        assert_eq!(fitted(&PRESENT, &[(f64::INFINITY, shares(2.0, 1.0))]), None);
+    }
+}

@@ -75,8 +75,11 @@ fn samples_of_a_search_are_not_evaluated_again() {
     let mut engine = prepared(&meter, &parts);
     let points: Vec<[f64; 3]> = (0..1000).map(point).collect();
     let rates: Vec<f64> = points.iter().map(|at| plane(*at, 0.0)).collect();
-    engine.coverage =
-        Coverage::new(None, None, vec![PartSamples::of_probes(&points, &rates, |_| 1.0)]);
+    engine.coverage = Coverage::new(
+        None,
+        None,
+        vec![PartSamples::of_probes(points.len(), &points, &rates, |_| 1.0)],
+    );
     answered(&meter, plane, engine.verify_samples(TARGET)).unwrap();
     assert_eq!(meter.evaluations(), 729 + 24);
 }

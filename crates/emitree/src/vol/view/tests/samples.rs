@@ -91,8 +91,9 @@ fn the_size_detected_is_that_of_the_smallest_gaussian_that_does_not_pass() {
 #[test]
 fn samples_of_a_search_are_rates_without_the_density() {
     let points = [[0.5, 0.1, 0.2], [0.0, 0.3, 0.9], [0.25, 0.7, 0.1]];
-    let samples = PartSamples::of_probes(&points, &[3.0, 7.0, 5.0], |[x, _]| 2.0 * x);
-    assert_eq!((samples.number, &samples.points[..]), (3, &points[..]));
+    // Two points of the lattice are out of view.
+    let samples = PartSamples::of_probes(5, &points, &[3.0, 7.0, 5.0], |[x, _]| 2.0 * x);
+    assert_eq!((samples.number, &samples.points[..]), (5, &points[..]));
     assert_eq!(samples.rates, [3.0, 0.0, 10.0]);
 }
 
