@@ -13,7 +13,7 @@ use crate::vol::line::node_lines::{LineSource, NodeLines};
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::View;
 use crate::vol::seeds::SeedTargets;
-use crate::vol::view::part::Footing;
+use crate::vol::view::part::{Footing, Part};
 use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::verification::Verification;
 use core::future::Future;
@@ -31,6 +31,13 @@ pub(crate) struct Pane {
 
 /// All of the cube in view, with lengths and areas of 1.
 pub(crate) const PANE: Pane = Pane { is_open: |_| true, density: |_| 1.0, path: 1.0 };
+
+/// The image plane of a pane as the only part of a view.
+pub(crate) fn part_of(pane: Pane) -> Part<'static> {
+    let footing = Footing::Pixels { first_row: 0, rim: None };
+    let (footing, scale) = (Arc::new(footing), Arc::new(uniform([1, 1], 1.0)));
+    Part { chart: Box::new(pane), footing, scale, coarser: 0, pieces_of_line: 1 }
+}
 
 impl Chart for Pane {
     fn world_from_chart(&self, u: [f64; 3]) -> MappedPoint {

@@ -5,8 +5,8 @@ use crate::projection::{Canonical, Ellipsoid};
 use crate::vol::lattice::{point, smallest_detected};
 use crate::vol::lowrank::search::Assessment;
 use crate::vol::seeds::Seed;
-use crate::vol::testing::{PANE, Pane, answered, assert_close, meter};
-use crate::vol::view::part::{Footing, Part, atlas, parts};
+use crate::vol::testing::{PANE, Pane, answered, assert_close, meter, part_of};
+use crate::vol::view::part::{Part, atlas, parts};
 use crate::vol::view::scattered::WIDTH_OF_GAUSSIAN;
 use crate::vol::{BASE_LEVELS, FeatureSize};
 use crate::{Perspective, Viewpoint};
@@ -25,13 +25,6 @@ fn products([x, y, z]: [f64; 3]) -> f64 {
 /// A step, which has no low-rank approximation.
 fn step([x, y, z]: [f64; 3]) -> f64 {
     if x + 0.6 * y + 0.3 * z < 1.0 { 1.0 } else { 0.2 }
-}
-
-fn part(chart: Pane) -> Part<'static> {
-    let footing = Footing::Pixels { first_row: 0, rim: None };
-    let scale = Image::from_pixels(1, 1, vec![1.0]);
-    let (footing, scale) = (Arc::new(footing), Arc::new(scale));
-    Part { chart: Box::new(chart), footing, scale, coarser: 0, pieces_of_line: 1 }
 }
 
 fn search<'a>(meter: &'a Meter, part: &'a Part<'a>) -> Search<'a> {
@@ -80,7 +73,7 @@ fn largest_left(assessment: &Assessment) -> f64 {
 fn one_cross_represents_a_product() {
     for sign in [1.0, -1.0] {
         let meter = meter(100_000);
-        let part = part(PANE);
+        let part = part_of(PANE);
         let mut search = search(&meter, &part);
         // Above 0 everywhere, or below.
         let rate = |[x, y, z]: [f64; 3]| sign * (1.0 + x) * (-2.0 * y).exp() * z.cos();
@@ -94,7 +87,7 @@ fn one_cross_represents_a_product() {
 #[test]
 fn a_second_cross_reduces_the_residual_of_two_products() {
     let meter = meter(100_000);
-    let part = part(PANE);
+    let part = part_of(PANE);
     let mut search = search(&meter, &part);
     let assessment = grown(&mut search, &meter, products, 1).ok().unwrap();
     assert!(largest_left(&assessment) > 1e-3);
@@ -108,7 +101,7 @@ fn a_second_cross_reduces_the_residual_of_two_products() {
 #[test]
 fn a_step_ends_the_search_at_its_first_fibers() {
     let meter = meter(100_000);
-    let part = part(PANE);
+    let part = part_of(PANE);
     let mut search = search(&meter, &part);
     assert!(matches!(grown(&mut search, &meter, step, 1), Err(End::NotSeparable)));
     assert!(meter.evaluations() < 128 + 3 * 17 + 3 * 3 * 3 + 1, "{}", meter.evaluations());
@@ -117,7 +110,7 @@ fn a_step_ends_the_search_at_its_first_fibers() {
 #[test]
 fn probes_are_doubled_and_are_those_of_one_sequence() {
     let meter = meter(100_000);
-    let part = part(PANE);
+    let part = part_of(PANE);
     let mut search = search(&meter, &part);
     let first = TUNING.lowrank.first_probes;
     for expected in [first, 2 * first, 4 * first] {
@@ -136,7 +129,7 @@ fn probes_are_doubled_and_are_those_of_one_sequence() {
 fn samples_are_rates_without_the_solid_angle() {
     let meter = meter(100_000);
     let pane = Pane { density: |[x, _]| 2.0 + x, path: 3.0, ..PANE };
-    let part = part(pane);
+    let part = part_of(pane);
     let mut search = search(&meter, &part);
     let assessment = grown(&mut search, &meter, product, 1).ok().unwrap();
     // The interpolant has the solid angle in it, the samples have not.
@@ -158,13 +151,13 @@ fn half_in_view() -> Part<'static> {
     let atlas = atlas(&tiles, &[]).unwrap();
     let footing = parts(&tiles, Some(&atlas)).parts[0].footing.clone();
     let scale = Arc::new(Image::from_pixels(1, 2, vec![1.0, 0.0]));
-    Part { footing, scale, ..part(PANE) }
+    Part { footing, scale, ..part_of(PANE) }
 }
 
 #[test]
 fn a_residual_out_of_view_does_not_matter() {
     let beyond = |at @ [x, y, _]: [f64; 3]| product(at) + y * (-((x - 0.95) / 0.1).powi(2)).exp();
-    for (part, is_whole) in [(half_in_view(), false), (part(PANE), true)] {
+    for (part, is_whole) in [(half_in_view(), false), (part_of(PANE), true)] {
         assert!(part.is_in_view([0.3, 0.8]) && part.is_in_view([0.7, 0.8]) == is_whole);
         let meter = meter(100_000);
         let mut search = search(&meter, &part);
@@ -198,7 +191,7 @@ fn an_ascent_from_the_largest_residual_finds_a_larger_one() {
         product(at) + 0.5 * (-square / 0.003).exp()
     };
     let meter = meter(100_000);
-    let part = part(PANE);
+    let part = part_of(PANE);
     let mut search = search(&meter, &part);
     assert!(grown(&mut search, &meter, product, 1).is_ok());
     // The probes of another search contain the knot, its interpolant does not.

@@ -1,7 +1,7 @@
 //! Surfaces of balls: accuracy, cost, and limits.
 
 use super::*;
-use crate::vol::testing::{PANE, answered, meter, uniform};
+use crate::vol::testing::{PANE, answered, meter, part_of, uniform};
 
 const SHAPE: [usize; 2] = [32, 32];
 const CENTRE: [f64; 3] = [0.51, 0.48, 0.5];
@@ -29,7 +29,8 @@ fn exact(pixel: usize) -> f64 {
 
 fn found(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64, most: u64) -> (Option<Found>, u64) {
     let meter = meter(10_000_000);
-    let view = WeightedView { meter: &meter, chart: &PANE, tiles: 1 };
+    let part = part_of(PANE);
+    let view = WeightedView { meter: &meter, part: &part, tiles: 1 };
     let scale = uniform(SHAPE, 1.0);
     let request = Request { view: &view, scale: &scale, tolerance, most, known: &[] };
     let (found, samples) = answered(&meter, |at, _| rate(at), attempt(&request)).unwrap();
@@ -80,7 +81,8 @@ fn structure_that_is_no_region_is_left_to_the_tree() {
 #[test]
 fn cells_are_about_cubes() {
     let meter = meter(0);
-    let view = WeightedView { meter: &meter, chart: &PANE, tiles: 1 };
+    let part = part_of(PANE);
+    let view = WeightedView { meter: &meter, part: &part, tiles: 1 };
     let grid = grid(&view, 0.01);
     assert_eq!((grid.base, grid.finest), ([8; 3], TUNING.surfaces.levels));
 }
