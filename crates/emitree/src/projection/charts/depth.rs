@@ -6,7 +6,6 @@
 //! is one for each other centre, the angle there. A feature occupies at least its share in each of
 //! them, times a constant weight.
 
-use crate::projection::charts::shells::Aim;
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::span::Span;
 use crate::projection::surroundings::SightLine;
@@ -25,8 +24,9 @@ pub(super) enum Own {
     Inwards(f64),
     /// From the near end, which is on a surface with this scale, to the far end.
     Outwards(f64),
-    /// Even in the angle at the centre.
-    Angle,
+    /// Even in the angle at the centre, given the distance at which the line is nearest to it, and how
+    /// near.
+    Angle { nearest: f64, miss: f64 },
     /// As on lines without surfaces.
     Plain,
 }
@@ -39,7 +39,6 @@ pub(super) struct Depth {
     ends: [f64; 2],
     /// As on a line without surfaces.
     plain: Span,
-    aim: Aim,
     weights: Weights,
     centres: [Option<Centre>; MOST_CENTRES],
 }
@@ -72,9 +71,10 @@ const INVERTED: f64 = 1e-15;
 /// The most steps of an inversion: bisections alone end after so many.
 const MOST_STEPS: usize = 64;
 
-/// The weights before anything is known of the emission, for surfaces of a size beside other centres.
-pub(super) fn usual_weights(own: Own, size: f64, centres: &[Ellipsoid]) -> Weights {
-    let plain = if matches!(own, Own::Even | Own::Plain) { 0.0 } else { PLAIN_WEIGHT };
+/// The weights before anything is known of the emission, for surfaces of a size beside other centres;
+/// where the own coordinate is the plain one there is no other.
+pub(super) fn usual_weights(is_plain: bool, size: f64, centres: &[Ellipsoid]) -> Weights {
+    let plain = if is_plain { 0.0 } else { PLAIN_WEIGHT };
     let of_centres = || centres.iter().map(|centre| centre.longest().powi(2));
     let scale = SHARE_OF_CENTRES * (1.0 - plain) / (size * size + of_centres().sum::<f64>());
     let mut weights = [0.0; COORDINATES];
@@ -86,9 +86,9 @@ pub(super) fn usual_weights(own: Own, size: f64, centres: &[Ellipsoid]) -> Weigh
 
 impl Depth {
     /// The depth along the part of a line with the ends of `plain`.
-    pub(super) fn new(own: Own, plain: Span, aim: &Aim, weights: Weights) -> Self {
+    pub(super) fn new(own: Own, plain: Span, weights: Weights) -> Self {
         let centres = [None; MOST_CENTRES];
-        Self { own, ends: plain.ends(), plain, aim: *aim, weights, centres }
+        Self { own, ends: plain.ends(), plain, weights, centres }
     }
 
     /// The same with the angles at other centres.
@@ -195,8 +195,7 @@ impl Depth {
                 let (t, dt_dz) = outwards(to - from, scale, 1.0 - z);
                 (to - t, dt_dz)
             }
-            Own::Angle => {
-                let (nearest, miss) = (self.aim.nearest, self.aim.miss / self.aim.stretch);
+            Own::Angle { nearest, miss } => {
                 let (t, dt_dz) = by_angle([from - nearest, to - nearest], miss, z);
                 (nearest + t, dt_dz)
             }
@@ -212,8 +211,7 @@ impl Depth {
             Own::Plain => self.plain.z_of(distance),
             Own::Outwards(scale) => outwards_z(to - from, scale, distance - from),
             Own::Inwards(scale) => 1.0 - outwards_z(to - from, scale, to - distance),
-            Own::Angle => {
-                let (nearest, miss) = (self.aim.nearest, self.aim.miss / self.aim.stretch);
+            Own::Angle { nearest, miss } => {
                 let angle = |at: f64| angle_between(from - nearest, at - nearest, miss);
                 let whole = angle(to);
                 if whole > 0.0 { angle(distance) / whole } else { 0.0 }
@@ -295,9 +293,7 @@ fn by_angle([from, to]: [f64; 2], miss: f64, z: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::charts::shells::Shells;
     use crate::projection::span;
-    use crate::projection::surroundings::Observer;
 
     const INFINITE: f64 = f64::INFINITY;
     const LINE: SightLine = SightLine {
@@ -315,8 +311,11 @@ mod tests {
     }
 
     /// The line as seen from a body that it misses.
-    fn aim() -> Aim {
-        Shells::new(sphere([0.0; 3], 1.0), Some(0), Observer::Point(LINE.origin)).aim(&LINE)
+    /// The angle at the origin.
+    const ANGLE: Own = Own::Angle { nearest: 4.8, miss: 3.6 };
+
+    fn is_plain(own: Own) -> bool {
+        matches!(own, Own::Even | Own::Plain)
     }
 
     /// Every kind of own coordinate with the ends that it may have.
@@ -328,10 +327,10 @@ mod tests {
         (Own::Outwards(0.3), [1.0, 5.0]),
         (Own::Outwards(9.0), [1.0, 5.0]),
         (Own::Outwards(0.3), [5.0, INFINITE]),
-        (Own::Angle, [1.0, 9.0]),
-        (Own::Angle, [1.0, INFINITE]),
-        (Own::Angle, [-INFINITE, 9.0]),
-        (Own::Angle, [-INFINITE, INFINITE]),
+        (ANGLE, [1.0, 9.0]),
+        (ANGLE, [1.0, INFINITE]),
+        (ANGLE, [-INFINITE, 9.0]),
+        (ANGLE, [-INFINITE, INFINITE]),
         (Own::Plain, [1.0, 5.0]),
         (Own::Plain, [1.0, INFINITE]),
         (Own::Plain, [-INFINITE, INFINITE]),
@@ -344,13 +343,12 @@ mod tests {
     /// The depths of all kinds, with weights from the own coordinate alone to others alone.
     fn depths() -> impl Iterator<Item = Depth> {
         let of_kind = |(own, ends): (Own, [f64; 2])| {
-            let alone = Depth::new(own, plain(ends), &aim(), usual_weights(own, 1.0, &[]));
-            let usual = usual_weights(own, 1.0, &centres());
+            let alone = Depth::new(own, plain(ends), usual_weights(is_plain(own), 1.0, &[]));
+            let usual = usual_weights(is_plain(own), 1.0, &centres());
             let few = [1e-3, 0.199, 0.3, 0.5, 0.0, 0.0];
             let all = [[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], usual, few];
-            let beside = all.map(|weights| {
-                Depth::new(own, plain(ends), &aim(), weights).beside(&LINE, &centres())
-            });
+            let beside =
+                all.map(|weights| Depth::new(own, plain(ends), weights).beside(&LINE, &centres()));
             [alone].into_iter().chain(beside)
         };
         ALL.into_iter().flat_map(of_kind)
@@ -392,9 +390,9 @@ mod tests {
                 }
             }
         }
-        for own in [Own::Even, Own::Inwards(0.3), Own::Outwards(0.3), Own::Angle, Own::Plain] {
-            let weights = usual_weights(own, 1.0, &centres());
-            let empty = Depth::new(own, plain([3.0; 2]), &aim(), weights);
+        for own in [Own::Even, Own::Inwards(0.3), Own::Outwards(0.3), ANGLE, Own::Plain] {
+            let weights = usual_weights(is_plain(own), 1.0, &centres());
+            let empty = Depth::new(own, plain([3.0; 2]), weights);
             assert!(empty.beside(&LINE, &centres()).at(0.5).is_none());
         }
     }
@@ -403,7 +401,7 @@ mod tests {
     fn usual_weights_sum_to_1() {
         for (own, _) in ALL {
             for (size, centres) in [(1.0, &centres()[..]), (0.01, &centres()[1..]), (1.0, &[])] {
-                let weights = usual_weights(own, size, centres);
+                let weights = usual_weights(is_plain(own), size, centres);
                 assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{weights:?}");
                 assert!(weights.iter().all(|weight| *weight >= 0.0) && weights[0] > 0.3);
                 let of_centres = weights[2..].iter().filter(|weight| **weight > 0.0).count();
@@ -438,13 +436,13 @@ mod tests {
     fn what_is_far_from_a_small_body_is_resolved() {
         let own = Own::Inwards(0.27 / 3.0);
         let part = |weights: Weights, ends: [f64; 2]| {
-            let depth = Depth::new(own, plain(ends), &aim(), weights);
+            let depth = Depth::new(own, plain(ends), weights);
             depth.z_of(22.0) - depth.z_of(18.0)
         };
         for from in [0.0, -100.0, -INFINITE] {
             let ends = [from, 59.73];
             let share = plain(ends).z_of(22.0) - plain(ends).z_of(18.0);
-            let found = part(usual_weights(own, 0.27, &[]), ends);
+            let found = part(usual_weights(is_plain(own), 0.27, &[]), ends);
             assert!(found >= PLAIN_WEIGHT * share, "{from}: {found} of {share}");
             let own_alone = part([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], ends);
             assert!(own_alone < 0.3 * found, "{from}: {own_alone} {found}");

@@ -40,6 +40,8 @@ pub(crate) struct Atlas<'a> {
     shells: Vec<Shells>,
     /// The shells, pieces and sectors of the charts, by their numbers.
     charts: Vec<(usize, Piece, usize)>,
+    /// The weights of the coordinates of depth, by shells and pieces, where they have been fitted.
+    fitted: Vec<(usize, Piece, Weights)>,
 }
 
 /// A piece of a line of sight.
@@ -98,7 +100,7 @@ impl<'a> Atlas<'a> {
             shells.iter_mut().for_each(|shells| shells.cut_at_plane(position, normal));
         }
         let charts = charts_of(&shells);
-        Some(Self { surroundings, tiles, shells, charts })
+        Some(Self { surroundings, tiles, shells, charts, fitted: Vec::new() })
     }
 
     /// The same atlas with charts that end at these azimuths, too.
@@ -113,19 +115,21 @@ impl<'a> Atlas<'a> {
     /// The weights of the coordinates of depth in a chart.
     pub(crate) fn weights(&self, chart: usize) -> Weights {
         let (number, piece, _) = self.charts[chart];
-        self.shells[number].weights(piece)
+        let is_own = |of: &&(usize, Piece, Weights)| (of.0, of.1) == (number, piece);
+        let usual = || self.shells[number].usual_weights(piece);
+        self.fitted.iter().find(is_own).map_or_else(usual, |fitted| fitted.2)
     }
 
     /// Whether some charts have other weights than the usual ones.
     pub(crate) fn has_fitted_depths(&self) -> bool {
-        self.shells.iter().any(|shells| !shells.weights.is_empty())
+        !self.fitted.is_empty()
     }
 
     /// The same atlas with other weights in some charts.
     pub(crate) fn with_weights(mut self, weights: &[(usize, Weights)]) -> Self {
         for (chart, weights) in weights {
             let (number, piece, _) = self.charts[*chart];
-            self.shells[number].weights.push((piece, *weights));
+            self.fitted.push((number, piece, *weights));
         }
         self
     }
@@ -181,7 +185,8 @@ impl<'a> Atlas<'a> {
         let piece = Piece::Near(0);
         let window = Window { c: shells.natural_ends(piece), azimuth_rad: [0.0, TAU] };
         let (surroundings, tiles) = (self.surroundings, self.tiles.clone());
-        PieceChart { surroundings, shells, piece, weights: shells.weights(piece), window, tiles }
+        let weights = shells.usual_weights(piece);
+        PieceChart { surroundings, shells, piece, weights, window, tiles }
     }
 
     /// The size, in units of a body, of the surface of its shape through a position.
@@ -276,7 +281,7 @@ impl<'a> Atlas<'a> {
     pub(crate) fn chart(&'a self, chart: usize, window: Window) -> PieceChart<'a> {
         let (number, piece, _) = self.charts[chart];
         let (surroundings, shells) = (self.surroundings, &self.shells[number]);
-        let (weights, tiles) = (shells.weights(piece), self.tiles.clone());
+        let (weights, tiles) = (self.weights(chart), self.tiles.clone());
         PieceChart { surroundings, shells, piece, weights, window, tiles }
     }
 }

@@ -174,23 +174,27 @@ impl Shells {
     }
 
     /// The coordinate of depth that resolves what is close to the surfaces of a piece.
-    fn own_depth(&self, piece: Piece, stretch: f64) -> Own {
-        let scale = |number: usize| DEPTH_SCALE * self.radii[number] / stretch;
+    fn own_depth(&self, piece: Piece, aim: &Aim) -> Own {
+        let scale = |number: usize| DEPTH_SCALE * self.radii[number] / aim.stretch;
         match piece {
             Piece::Near(number) => Own::Inwards(scale(number)),
             Piece::Far(number) => Own::Outwards(scale(number)),
             Piece::Chord(number) if self.inner_radius(number) == 0.0 => Own::Even,
             Piece::Sky if self.limbs == 0 => Own::Plain,
-            Piece::Chord(_) | Piece::Sky => Own::Angle,
+            Piece::Chord(_) | Piece::Sky => {
+                Own::Angle { nearest: aim.nearest, miss: aim.miss / aim.stretch }
+            }
         }
     }
 
-    /// The weights of the coordinates of depth in a piece.
-    pub(super) fn weights(&self, piece: Piece) -> Weights {
-        let known = self.weights.iter().find(|(of_piece, _)| *of_piece == piece);
-        let size = self.reference.longest() * self.radii[0];
-        let usual = || usual_weights(self.own_depth(piece, 1.0), size, &self.others);
-        known.map_or_else(usual, |(_, weights)| *weights)
+    /// The weights of the coordinates of depth in a piece before anything is known of the emission.
+    pub(super) fn usual_weights(&self, piece: Piece) -> Weights {
+        let is_plain = match piece {
+            Piece::Chord(number) => self.inner_radius(number) == 0.0,
+            Piece::Sky => self.limbs == 0,
+            Piece::Near(_) | Piece::Far(_) => false,
+        };
+        usual_weights(is_plain, self.reference.longest() * self.radii[0], &self.others)
     }
 
     /// The depth along a piece of a line.
@@ -203,8 +207,8 @@ impl Shells {
     ) -> Depth {
         let aim = self.aim(line);
         let [from, to] = self.range(piece, line, &aim);
-        let own = self.own_depth(piece, aim.stretch);
-        Depth::new(own, surroundings.span(from, to), &aim, weights).beside(line, &self.others)
+        let own = self.own_depth(piece, &aim);
+        Depth::new(own, surroundings.span(from, to), weights).beside(line, &self.others)
     }
 
     /// The point at `z` of a piece of a line.

@@ -7,8 +7,6 @@
 //! the limbs of two successive surfaces are one *zone*, and all lines of a zone consist of the same
 //! *pieces*, the parts between successive crossings.
 
-use crate::projection::charts::depth::Weights;
-use crate::projection::charts::piece::Piece;
 use crate::projection::charts::sectors::Sectors;
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::region::Region;
@@ -40,8 +38,6 @@ pub(crate) struct Shells {
     pub(super) sectors: Sectors,
     /// The bodies and edges around other centres, the largest ones first.
     pub(super) others: Vec<Ellipsoid>,
-    /// The weights of the coordinates of depth in pieces that do not have the usual ones.
-    pub(super) weights: Vec<(Piece, Weights)>,
     observer: Observer,
     /// The distance of the observer from the centre, infinite for parallel lines.
     pub(super) distance: f64,
@@ -95,7 +91,6 @@ impl Shells {
             is_dark_beyond: false,
             sectors: Sectors::default(),
             others: Vec::new(),
-            weights: Vec::new(),
             observer,
             distance,
             limbs: 0,
