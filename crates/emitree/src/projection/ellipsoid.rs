@@ -144,9 +144,11 @@ impl Ellipsoid {
         along(self.centre, factor, difference(position, self.centre))
     }
 
-    /// `position`, or the point of the surface above it if it is inside.
+    /// `position`, or the point of the surface above it if it is inside, or so near to the surface
+    /// that a model whose rounding differs may have it inside.
     pub(crate) fn outside(&self, position: [f64; 3]) -> [f64; 3] {
-        if self.contains(position) { self.on_surface(position) } else { position }
+        let is_clear = norm(self.scaled_point(position)) > 1.0 + 0.5 * ABOVE_SURFACE;
+        if is_clear { position } else { self.on_surface(position) }
     }
 }
 

@@ -1,15 +1,19 @@
 //! The parts of a view, the quadrature of pixels in their charts, and the image tree of each.
 
 mod chart_nodes;
+mod crossings;
 pub(crate) mod depths;
 pub(crate) mod edges;
 pub(crate) mod part;
 mod pixel_rule;
+mod quadrature;
 mod raster;
 pub(crate) mod scattered;
+mod settle;
 pub(crate) mod sheet;
 pub(crate) mod verification;
 mod verification_lines;
+mod windows;
 
 #[cfg(test)]
 mod tests;

@@ -11,9 +11,11 @@ use crate::projection::charts::{Atlas, FoundEdge};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::chart_nodes::{ChartInView, ChartNodes, ChartsInView, Quadrature, Settled};
+use crate::vol::view::chart_nodes::ChartNodes;
 use crate::vol::view::pixel_rule::Crossing;
+use crate::vol::view::quadrature::{ChartInView, ChartsInView, Quadrature};
 use crate::vol::view::raster::cell_at;
+use crate::vol::view::settle::Settled;
 use std::borrow::Cow;
 use std::sync::Arc;
 

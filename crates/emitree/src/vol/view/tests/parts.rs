@@ -6,8 +6,8 @@ use crate::projection::{
 };
 use crate::tile::Tile;
 use crate::vol::testing::{assert_close, uniform};
-use crate::vol::view::chart_nodes::Quadrature;
 use crate::vol::view::part::{Footing, Parts, atlas, parts};
+use crate::vol::view::quadrature::Quadrature;
 use crate::vol::view::raster::Place;
 use crate::{Fisheye, Orthographic, Perspective, Viewpoint};
 use core::f64::consts::{PI, TAU};

@@ -1,0 +1,200 @@
+//! The quadrature of pixels in the charts of a view.
+//!
+//! A pixel is the mean over its lines of sight, weighted with the density of solid angle, and the
+//! radiance of a line is the sum over its pieces, each at its place in a chart. So a pixel is a
+//! weighted sum of values of the charts' functions at the nodes of its quadrature. Nothing of this
+//! depends on g.
+
+use crate::parallel::prelude::*;
+use crate::projection::ViewGeometry;
+use crate::projection::charts::chart::Window;
+use crate::projection::charts::{Atlas, PieceOfLine};
+use crate::tile::Tile;
+use crate::vol::view::chart_nodes::ChartNodes;
+use crate::vol::view::crossings::crossings_of_row;
+use crate::vol::view::pixel_rule::{Crossing, PixelRules};
+use crate::vol::view::windows::{NaturalNode, in_window, window};
+
+/// The number of nodes along each side of an image: those of a pixel follow from it, within limits. A
+/// pixel of a small image is a large part of the view.
+const NODES_OF_SIDE: usize = 400;
+const NODES_OF_PIXEL: [usize; 2] = [2, 16];
+/// The pixels along the longer side of an image from which one node in the middle suffices.
+const LARGE: usize = 1500;
+/// The quadrature of all pixels of images with fewer pixels along their longer side is compared with a
+/// finer one; in larger images only where edges are near.
+const SMALL: usize = 100;
+
+/// One chart in view: its number in the atlas, what is in view, and the nodes of pixels in it.
+#[derive(Debug)]
+pub(crate) struct ChartInView {
+    pub(crate) chart: usize,
+    pub(crate) window: Window,
+    pub(crate) nodes: ChartNodes,
+}
+
+/// The nodes of one pixel.
+pub(crate) struct PixelNodes {
+    /// Its number.
+    pixel: usize,
+    pub(crate) nodes: Vec<NaturalNode>,
+    /// The largest number of pieces of a line.
+    most_pieces: usize,
+    is_outside: bool,
+}
+
+/// The charts that have nodes of pixels.
+pub(crate) struct ChartsInView {
+    pub(crate) charts: Vec<ChartInView>,
+    /// The largest number of pieces of a line.
+    pub(crate) most_pieces: usize,
+    /// The numbers of the pixels without a node in the image.
+    pub(crate) outside: Vec<usize>,
+    /// Whether edges cross the pixels.
+    pub(crate) crossings: Vec<Crossing>,
+}
+
+/// The quadrature of the pixels of an image.
+pub(crate) struct Quadrature<'a> {
+    /// The charts of the view; on the image plane itself without them.
+    pub(crate) atlas: Option<&'a Atlas<'a>>,
+    geometries: Vec<&'a dyn ViewGeometry>,
+    /// Height and width of a tile.
+    tile: [usize; 2],
+    rules: PixelRules,
+}
+
+impl<'a> Quadrature<'a> {
+    /// For an atlas and the tiles of an image.
+    pub(crate) fn new(atlas: Option<&'a Atlas<'a>>, tiles: &[Tile<'a>]) -> Self {
+        let geometries = tiles.iter().filter_map(|tile| tile.projection.view_geometry()).collect();
+        let tile @ [height, width] = tiles.first().map_or([1; 2], |tile| tile.shape);
+        let rules = PixelRules::new(nodes_of_pixel(height.max(width)));
+        Self { atlas, geometries, tile, rules }
+    }
+
+    /// Height and width of the image: the tiles are above each other.
+    pub(crate) fn shape(&self) -> [usize; 2] {
+        [self.tile[0] * self.geometries.len(), self.tile[1]]
+    }
+
+    fn crossings_of_row(&self, row: usize) -> Vec<Crossing> {
+        let height = self.tile[0];
+        crossings_of_row(self.atlas, self.geometries[row / height], self.tile, row % height)
+    }
+
+    /// Whether all pixels are so large that the variation of the radiance within each matters.
+    pub(crate) fn has_large_pixels(&self) -> bool {
+        self.tile[0].max(self.tile[1]) < SMALL
+    }
+
+    /// The nodes of all pixels in the charts of the atlas.
+    pub(crate) fn charts_in_view(&self, atlas: &Atlas<'_>) -> ChartsInView {
+        let shape @ [height, width] = self.shape();
+        let of_row = |row: usize| -> Vec<(Crossing, PixelNodes)> {
+            let pixels = self.crossings_of_row(row).into_iter().enumerate();
+            let of_pixel = |(column, crossing)| {
+                (crossing, self.nodes_of_pixel(row * width + column, crossing, 0))
+            };
+            pixels.map(of_pixel).collect()
+        };
+        let rows: Vec<_> = (0..height).into_par_iter().map(of_row).collect();
+        let mut of_charts: Vec<Vec<NaturalNode>> = (0..atlas.len()).map(|_| Vec::new()).collect();
+        let (mut outside, mut crossings, mut most_pieces) = (Vec::new(), Vec::new(), 1);
+        for (pixel, (crossing, of_pixel)) in rows.into_iter().flatten().enumerate() {
+            crossings.push(crossing);
+            most_pieces = most_pieces.max(of_pixel.most_pieces);
+            if of_pixel.is_outside {
+                outside.push(pixel);
+            }
+            for node in of_pixel.nodes {
+                of_charts[node.chart].push(node);
+            }
+        }
+        let in_view = of_charts.into_iter().enumerate().filter(|(_, nodes)| !nodes.is_empty());
+        let charts = in_view.map(|(chart, nodes)| {
+            let window = window(atlas.natural_ends(chart), atlas.sector_rad(chart), &nodes);
+            let nodes = nodes.iter().map(|node| in_window(&window, node)).collect();
+            ChartInView { chart, window, nodes: ChartNodes::new(shape, nodes) }
+        });
+        ChartsInView { charts: charts.collect(), most_pieces, outside, crossings }
+    }
+
+    /// The nodes, on the image plane itself, of the pixels that the rim of a disc crosses, and the
+    /// numbers of the pixels outside; `None` without a rim.
+    pub(crate) fn rim_nodes(&self) -> Option<(ChartNodes, Vec<usize>)> {
+        self.geometries.first().filter(|geometry| geometry.has_rim())?;
+        let shape @ [height, width] = self.shape();
+        let of_row = |row: usize| -> Vec<PixelNodes> {
+            let crossings = self.crossings_of_row(row).into_iter().enumerate();
+            let crossed = crossings.filter(|(_, crossing)| *crossing != Crossing::None);
+            let nodes = |(column, crossing)| self.nodes_of_pixel(row * width + column, crossing, 0);
+            crossed.map(nodes).collect()
+        };
+        let rows: Vec<Vec<PixelNodes>> = (0..height).into_par_iter().map(of_row).collect();
+        let (mut nodes, mut outside) = (Vec::new(), Vec::new());
+        // The window is the image plane.
+        let window = Window { c: [0.0, 1.0], azimuth_rad: [0.0, 1.0] };
+        for of_pixel in rows.into_iter().flatten() {
+            if of_pixel.is_outside {
+                outside.push(of_pixel.pixel);
+            }
+            nodes.extend(of_pixel.nodes.iter().map(|node| in_window(&window, node)));
+        }
+        Some((ChartNodes::new(shape, nodes), outside))
+    }
+}
+impl Quadrature<'_> {
+    /// The nodes of a pixel whose sides are halved `level` times.
+    pub(crate) fn nodes_of_pixel(&self, pixel: usize, crossing: Crossing, level: u8) -> PixelNodes {
+        let [height, width] = self.tile;
+        let (row, column) = (pixel / width, pixel % width);
+        let (geometry, row) = (self.geometries[row / height], row % height);
+        let at = |[x, y]: [f64; 2]| {
+            [(column as f64 + x) / width as f64, (row as f64 + y) / height as f64]
+        };
+        let is_inside = |xy| !geometry.has_rim() || geometry.solid_angle_density(xy) > 0.0;
+        let label = |place: [f64; 2]| {
+            let xy = at(place);
+            let Some(atlas) = self.atlas else { return is_inside(xy).then_some(0) };
+            Some(atlas.zones(&geometry.line(xy).filter(|_| is_inside(xy))?))
+        };
+        let nodes = self.rules.nodes(crossing, level, &label);
+        let density = |place: [f64; 2]| geometry.solid_angle_density(at(place));
+        let whole: f64 = nodes.iter().map(|(place, weight)| weight * density(*place)).sum();
+        let is_outside = whole.is_nan() || whole <= 0.0;
+        let mut found = PixelNodes { pixel, nodes: Vec::new(), most_pieces: 0, is_outside };
+        if is_outside {
+            return found;
+        }
+        let mut pieces: Vec<PieceOfLine> = Vec::new();
+        for (place, weight) in nodes {
+            let xy = at(place);
+            // Of the irradiance density on the image plane, of the radiance in a chart.
+            let mut weight = weight / whole;
+            if let Some((atlas, line)) = self.atlas.zip(geometry.line(xy)) {
+                weight *= density(place);
+                atlas.pieces(&line, &mut pieces);
+            } else {
+                pieces.clear();
+                pieces.push(PieceOfLine { chart: 0, place: xy });
+            }
+            found.most_pieces = found.most_pieces.max(pieces.len());
+            let natural = |&PieceOfLine { chart, place }: &PieceOfLine| NaturalNode {
+                chart,
+                pixel,
+                place,
+                weight,
+            };
+            found.nodes.extend(pieces.iter().map(natural).filter(|node| node.weight != 0.0));
+        }
+        found
+    }
+}
+
+/// The number of nodes along each axis of a pixel of an image with so many pixels along its longer
+/// side.
+pub(crate) fn nodes_of_pixel(pixels: usize) -> usize {
+    let [fewest, most] = NODES_OF_PIXEL;
+    if pixels >= LARGE { 1 } else { NODES_OF_SIDE.div_ceil(pixels).clamp(fewest, most) }
+}

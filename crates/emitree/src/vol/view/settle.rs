@@ -1,0 +1,105 @@
+//! The comparison of the quadrature of pixels with a finer one, which replaces it where they differ.
+
+use crate::image::Image;
+use crate::parallel::prelude::*;
+use crate::projection::charts::chart::Window;
+use crate::vol::view::chart_nodes::{ChartNode, ChartNodes};
+use crate::vol::view::pixel_rule::Crossing;
+use crate::vol::view::quadrature::Quadrature;
+use crate::vol::view::raster::Place;
+use crate::vol::view::windows::{NaturalNode, in_window};
+
+/// Elsewhere, too, where the values at the nodes of a pixel differ by so many times the error allowed.
+const VARIATION: f64 = 20.0;
+/// The most times that the sides of a pixel are halved.
+const FINEST_LEVEL: u8 = 5;
+
+/// The error of the quadrature of pixels, after nodes have been added where it was large.
+pub(crate) struct Settled {
+    /// The nodes in each chart.
+    pub(crate) nodes: Vec<ChartNodes>,
+    /// The error of each pixel.
+    pub(crate) error: Image,
+}
+
+/// The nodes of one pixel that replace others, and its remaining error.
+struct SettledPixel {
+    pixel: usize,
+    replaced: Option<Vec<NaturalNode>>,
+    error: f64,
+}
+
+impl Quadrature<'_> {
+    /// Compares the quadrature of pixels with that of their quarters, and replaces it where they
+    /// differ by more than `allowed`; `charts` have the numbers of charts, their windows and nodes,
+    /// and the means of their functions over the rasters of values.
+    pub(crate) fn settle(
+        &self,
+        crossings: &[Crossing],
+        charts: &[(usize, Window, &ChartNodes, &[f64])],
+        allowed: f64,
+    ) -> Settled {
+        let [height, width] = self.shape();
+        let varies = |pixel: usize| {
+            let mut range = charts.iter().map(|(_, _, nodes, means)| nodes.range(pixel, means));
+            range.any(|range| range > VARIATION * allowed)
+        };
+        let is_checked = |pixel: &usize| {
+            self.has_large_pixels() || crossings[*pixel] != Crossing::None || varies(*pixel)
+        };
+        let value_of = |node: &NaturalNode| {
+            let of_chart = charts.iter().find(|(chart, ..)| *chart == node.chart);
+            of_chart.map_or(0.0, |(_, window, nodes, means)| {
+                let place = in_window(window, node).place.map(f64::from);
+                let columns = nodes.values_shape[1];
+                node.weight * Place::new(place, nodes.values_shape).value(means, columns)
+            })
+        };
+        let settled = |pixel: usize| {
+            let present = charts.iter().map(|(_, _, nodes, means)| nodes.value(pixel, means));
+            let mut value: f64 = present.sum();
+            let (mut replaced, mut error) = (None, 0.0);
+            // Where a structure is thinner than a pixel, two rules may agree by accident.
+            let is_thin = charts.iter().any(|(_, _, nodes, _)| nodes.is_thin(pixel));
+            let wanted = if is_thin && varies(pixel) { 2 } else { 1 };
+            let (mut agreed, mut before) = (0, 0.0);
+            for level in 1..=FINEST_LEVEL {
+                let finer = self.nodes_of_pixel(pixel, crossings[pixel], level).nodes;
+                let of_finer: f64 = finer.iter().map(value_of).sum();
+                let change = (of_finer - value).abs();
+                error = f64::max(change, before);
+                agreed = if change <= allowed { agreed + 1 } else { 0 };
+                if agreed == wanted {
+                    break;
+                }
+                before = if wanted > 1 { change } else { 0.0 };
+                value = of_finer;
+                if agreed == 0 {
+                    replaced = Some(finer);
+                }
+            }
+            SettledPixel { pixel, replaced, error }
+        };
+        let checked: Vec<usize> = (0..height * width).into_par_iter().filter(is_checked).collect();
+        let pixels: Vec<SettledPixel> = checked.into_par_iter().map(settled).collect();
+        let mut error = Image::zeros(height, width);
+        for of_pixel in &pixels {
+            error.pixels_mut()[of_pixel.pixel] = of_pixel.error;
+        }
+        let replaced: Vec<(u32, &Vec<NaturalNode>)> = pixels
+            .iter()
+            .filter_map(|of| Some((crate::cell::to_u32(of.pixel), of.replaced.as_ref()?)))
+            .collect();
+        let is_kept =
+            |node: &&ChartNode| replaced.binary_search_by_key(&node.pixel, |of| of.0).is_err();
+        let nodes = charts.iter().map(|(chart, window, nodes, _)| {
+            let kept = nodes.nodes.iter().filter(is_kept).copied();
+            let new = replaced.iter().flat_map(|(_, new)| new.iter());
+            let new = new.filter(|node| node.chart == *chart).map(|node| in_window(window, node));
+            let mut all: Vec<ChartNode> = kept.chain(new).collect();
+            all.sort_by_key(|node| node.pixel);
+            nodes.with_nodes(all)
+        });
+        Settled { nodes: nodes.collect(), error }
+    }
+}
