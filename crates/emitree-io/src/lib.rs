@@ -9,7 +9,7 @@
 //! FITS or NPY; PNG is for display only.
 //!
 //! ```
-//! use emitree_io::{Format, OutputFile, PictureStyle, Product, RenderedScene, Scene};
+//! use emitree_io::{Format, OutputFile, PictureStyle, RenderedScene, Scene};
 //!
 //! let text = r#"
 //!     emission.expression = "exp(-x)"
@@ -23,7 +23,7 @@
 //! let output = OutputFile::create(&path)?; // fails before the expensive part
 //! let found = scene.render(&scene.emission, &scene.render_options())?;
 //! let rendered = RenderedScene::new(&scene, &found);
-//! let bytes = format.encode(&Product::image(&scene, &rendered), PictureStyle::default())?;
+//! let bytes = format.encode(&rendered.product(&scene), PictureStyle::default())?;
 //! output.commit(&bytes)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

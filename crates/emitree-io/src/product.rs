@@ -2,7 +2,6 @@
 
 use crate::energies::Energies;
 use crate::fits::{Card, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs};
-use crate::rendered::RenderedScene;
 use crate::scene::Scene;
 use emitree::{Cube, Healpix};
 use emitree_instrument::Channel;
@@ -83,16 +82,6 @@ impl<'a> Product<'a> {
     pub fn new(scene: &'a Scene, map: ProductMap<'a>) -> Self {
         let (meaning, others, provenance) = (scene.quantity.name(), Vec::new(), Vec::new());
         Self { scene, map, meaning, others, provenance }
-    }
-
-    /// The image of a rendering, or its cube, with the maps that go with it.
-    pub fn image(scene: &'a Scene, rendered: &'a RenderedScene) -> Self {
-        Self {
-            meaning: rendered.account.meaning(),
-            others: rendered.companions(),
-            provenance: rendered.account.cards(),
-            ..Self::new(scene, rendered.values_map())
-        }
     }
 
     /// The energies of the scene, if they are the third axis of the main map.

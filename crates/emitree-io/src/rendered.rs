@@ -3,7 +3,7 @@
 use crate::account::{Account, Bins};
 use crate::energies::Energies;
 use crate::fits::{Card, FitsEncodeError};
-use crate::product::{Bands, FitsProduct, ProductMap};
+use crate::product::{Bands, FitsProduct, Product, ProductMap};
 use crate::report::{CountsReport, Report};
 use crate::scene::Scene;
 use crate::words::grouped;
@@ -124,6 +124,16 @@ impl RenderedScene {
         self.error_map().into_iter().chain([self.evaluations_map()]).chain(band).collect()
     }
 
+    /// The image or the cube, with the maps that go with it, as a product of its scene.
+    pub fn product<'a>(&'a self, scene: &'a Scene) -> Product<'a> {
+        Product {
+            meaning: self.account.meaning(),
+            others: self.companions(),
+            provenance: self.account.cards(),
+            ..Product::new(scene, self.values_map())
+        }
+    }
+
     /// The estimated error as files have it, if there is one.
     pub fn error_map(&self) -> Option<ProductMap<'_>> {
         let (name, unit, bands) = ("ERROR", self.account.unit.as_str(), self.bands());
@@ -161,7 +171,7 @@ impl RenderedScene {
 
     /// The report, with the counts of an instrument if they were made.
     pub fn report(&self, counts: Option<CountsReport>) -> Report<'_> {
-        Report::new(self, counts)
+        Report::new(&self.account, &self.values, counts, self.hint())
     }
 
     /// The bytes of a FITS file with a map, those that go with it, and cards.

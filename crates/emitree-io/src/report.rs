@@ -1,7 +1,6 @@
 //! The report of a rendering, for programs to read. Its keys are a contract.
 
 use crate::account::{Account, Bins};
-use crate::rendered::RenderedScene;
 use emitree::Cube;
 use emitree_instrument::StepSum;
 use serde::Serialize;
@@ -101,9 +100,13 @@ fn total(map: &Cube) -> f64 {
 }
 
 impl<'a> Report<'a> {
-    pub(crate) fn new(rendered: &'a RenderedScene, instrument: Option<CountsReport>) -> Self {
-        let account = &rendered.account;
-        let ([_, height, width], (min, max)) = (rendered.values.shape(), rendered.values.min_max());
+    pub(crate) fn new(
+        account: &'a Account,
+        values: &Cube,
+        instrument: Option<CountsReport>,
+        hint: Option<String>,
+    ) -> Self {
+        let ([_, height, width], (min, max)) = (values.shape(), values.min_max());
         Self {
             evaluations: account.evaluations,
             batches: account.batches,
@@ -130,7 +133,7 @@ impl<'a> Report<'a> {
             energy: account.bins.as_ref(),
             energies: account.energies,
             instrument,
-            hint: rendered.hint(),
+            hint,
             version: &account.version,
             scene: &account.scene,
             overrides: &account.overrides,

@@ -80,8 +80,7 @@ impl Outputs {
     ) -> Result<(Vec<PathBuf>, Option<Failure>), Failure> {
         // All bytes are made before the first file is: a failure leaves none of them, but for one of
         // counts.
-        let images =
-            self.images.into_iter().map(|target| (target, Product::image(scene, rendered)));
+        let images = self.images.into_iter().map(|target| (target, rendered.product(scene)));
         let bands = self.bands.into_iter();
         let bands = bands.filter_map(|target| Some((target, whole_band(scene, rendered)?)));
         let expected_counts = self.expected_counts.into_iter();
