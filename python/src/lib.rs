@@ -9,13 +9,11 @@
 //!   called, which alone runs Python;
 //! * `emission`: the emission of a scene, or a function in Python, for the library;
 //! * `rendering`: an image or a cube with its error and its cost;
-//! * `about`: what of its scene the results need, plain data that can be pickled;
 //! * `cameras`: the kinds of cameras that scenes have, for the classes in Python;
 //! * `arrays`: images and cubes as arrays of `NumPy`;
 //! * `output`: files that are whole or absent;
 //! * `error`: errors as exceptions, all in one place.
 
-mod about;
 mod arrays;
 mod bridge;
 mod cameras;

@@ -1,20 +1,17 @@
 //! An image or a cube with its estimated error and its cost.
 
-use crate::about::{About, Bins};
 use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
-use emitree::result::EvaluationCounts;
 use emitree::{Cube, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
-    Bands, Card, Energies, FitsProduct, PictureOptions, ProductMap, Quantity, Scene, WcsAxis,
+    Account, Bands, Card, PictureOptions, ProductMap, Quantity, RenderedScene, Scene, WcsAxis,
     encode_png, picture_of_sky,
 };
 use numpy::{PyArray1, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyTuple, PyType};
-use std::borrow::Cow;
+use pyo3::types::{PyBytes, PyTuple, PyType};
 use std::sync::Arc;
 
 /// Rows of the map of a sky in a picture.
@@ -23,63 +20,39 @@ const HEIGHT_OF_SKY: usize = 400;
 /// The result of a rendering: arrays, the cost, and the bytes of files.
 #[pyclass(frozen, module = "emitree._native")]
 pub(crate) struct Rendered {
-    about: About,
-    bands: Cube,
-    error: Option<Cube>,
-    evaluations_per_pixel: Counted,
+    rendered: RenderedScene,
     /// The scene, if it has an instrument whose counts are not known yet.
     counting: Option<Arc<Scene>>,
 }
 
-/// Evaluations on the lines of sight of each pixel.
-enum Counted {
-    /// As they were counted, with memory only where there are any.
-    Sparse(EvaluationCounts),
-    /// Of a rendering that was pickled.
-    Map(Image),
-}
-
 impl Rendered {
-    pub(crate) fn of(scene: &Arc<Scene>, found: Rendering<Cube>) -> Self {
+    pub(crate) fn of(scene: &Arc<Scene>, found: &Rendering<Cube>) -> Self {
         Self {
-            about: About::new(scene, &found),
-            bands: scene.cube_in_quantity(&found.values),
-            error: found.error.map(|error| scene.cube_in_quantity(&error)),
-            evaluations_per_pixel: Counted::Sparse(found.stats.evaluations_per_pixel),
+            rendered: RenderedScene::new(scene, found),
             counting: scene.instrument.is_some().then(|| Arc::clone(scene)),
         }
     }
 
-    fn is_cube(&self) -> bool {
-        self.about.bins.is_some()
-    }
-
-    fn energies_of_bins(&self) -> PyResult<Option<Energies>> {
-        self.about.bins.as_ref().map(Bins::energies).transpose()
+    fn account(&self) -> &Account {
+        &self.rendered.account
     }
 
     fn array_of<'py>(&self, py: Python<'py>, map: &Cube) -> PyResult<Bound<'py, PyAny>> {
         match map.bands() {
-            [image] if !self.is_cube() => array(py, image),
+            [image] if self.account().bins.is_none() => array(py, image),
             _ => voxels(py, map),
         }
     }
 
     /// One image for display: a cube is summed over its energies.
-    fn flat(&self) -> PyResult<Image> {
-        let Some(energies) = self.energies_of_bins()? else {
-            let image = self.bands.bands().first();
-            return Ok(image.cloned().unwrap_or_else(|| Image::zeros(0, 0)));
-        };
-        let mut band = self.bands.sum_over_energy(energies.axis());
-        band.pixels_mut().iter_mut().for_each(|pixel| *pixel *= self.about.band_factor);
-        Ok(band)
+    fn flat(&self) -> Image {
+        self.rendered.flat().cloned().unwrap_or_else(|| Image::zeros(0, 0))
     }
 
     /// The image as a picture; a sky as a map of this height.
-    fn shown(&self, height: usize) -> PyResult<Image> {
-        let image = self.flat()?;
-        Ok(if self.about.is_sky { picture_of_sky(&image, height) } else { image })
+    fn shown(&self, height: usize) -> Image {
+        let image = self.flat();
+        if self.account().is_sky { picture_of_sky(&image, height) } else { image }
     }
 
     /// The expected counts of the instrument of the scene; none if there is no instrument.
@@ -89,14 +62,18 @@ impl Rendered {
             let why = "`quantity` is \"irradiance\", and an instrument takes radiances";
             return Err(of_counting(format!("{why}: expected \"radiance\"")));
         }
-        scene.expected_counts(&self.bands).transpose().map_err(of_counting)
+        scene.expected_counts(&self.rendered.values).transpose().map_err(of_counting)
     }
 
-    fn evaluation_map(&self) -> Cow<'_, Image> {
-        match &self.evaluations_per_pixel {
-            Counted::Sparse(counts) => Cow::Owned(counts.to_image()),
-            Counted::Map(map) => Cow::Borrowed(map),
-        }
+    fn encoded<'py>(
+        &self,
+        py: Python<'py>,
+        map: ProductMap<'_>,
+        others: Vec<ProductMap<'_>>,
+        cards: Vec<Card>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let file = self.rendered.fits(map, others, cards).map_err(of_encoding)?;
+        Ok(PyBytes::new(py, &file))
     }
 }
 
@@ -105,56 +82,49 @@ impl Rendered {
     /// A rendering that was pickled: the arguments of `__reduce__`.
     #[new]
     fn new(
-        about: About,
+        account: &str,
         values: PyReadonlyArray3<'_, f64>,
         errors: Option<PyReadonlyArray3<'_, f64>>,
         evaluations_per_pixel: PyReadonlyArray3<'_, f64>,
     ) -> PyResult<Self> {
-        let map = cube_of(&evaluations_per_pixel);
-        let map = map.bands().first().cloned().unwrap_or_else(|| Image::zeros(0, 0));
-        let found = Self {
-            about,
-            bands: cube_of(&values),
-            error: errors.as_ref().map(cube_of),
-            evaluations_per_pixel: Counted::Map(map),
-            counting: None,
-        };
-        let bins = found.energies_of_bins()?.map_or(1, |energies| energies.axis().bins());
-        let bands = found.bands.bands().len();
-        if bands != bins {
-            let message = format!("a rendering of {bands} bands: expected {bins}");
-            return Err(PyValueError::new_err(message));
-        }
-        Ok(found)
+        let account = serde_json::from_str(account);
+        let account = account.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let (error, evaluations) = (errors.as_ref().map(cube_of), cube_of(&evaluations_per_pixel));
+        let rendered = RenderedScene::from_parts(account, cube_of(&values), error, evaluations);
+        let rendered = rendered.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok(Self { rendered, counting: None })
     }
 
     /// For pickling and copying: plain data and arrays.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let errors = self.error.as_ref().map(|error| voxels(py, error)).transpose()?;
-        let map = Cube::from_bands(vec![self.evaluation_map().into_owned()]);
-        let arguments = (self.about.clone(), voxels(py, &self.bands)?, errors, voxels(py, &map)?);
+        let RenderedScene { account, values, error, evaluations_per_pixel, .. } = &self.rendered;
+        let account = serde_json::to_string(account);
+        let account = account.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let errors = error.as_ref().map(|error| voxels(py, error)).transpose()?;
+        let evaluations = voxels(py, evaluations_per_pixel)?;
+        let arguments = (account, voxels(py, values)?, errors, evaluations);
         Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
     }
 
     /// The image, (height, width), or the cube, (bins, height, width); row 0 is the lowest y.
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array_of(py, &self.bands)
+        self.array_of(py, &self.rendered.values)
     }
 
     /// The estimated |error| of each value, of the same shape, or `None`.
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.error.as_ref().map(|error| self.array_of(py, error)).transpose()
+        self.rendered.error.as_ref().map(|error| self.array_of(py, error)).transpose()
     }
 
     /// A cube summed over its energies, or the image itself, (height, width).
     fn flat_image<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        array(py, &self.flat()?)
+        array(py, &self.flat())
     }
 
     /// The unit of `flat_image`, FITS grammar, or "".
     #[getter]
     fn flat_unit(&self) -> &str {
-        if self.is_cube() { &self.about.band_unit } else { &self.about.unit }
+        self.rendered.flat_unit()
     }
 
     /// Expected counts (channels, height, width); for each step its name and its sums (before, added,
@@ -177,64 +147,59 @@ impl Rendered {
     /// Exposure \[s\] and seed of the instrument; `None` without one.
     #[getter]
     fn instrument(&self) -> Option<(f64, u64)> {
-        self.about.exposure_s.zip(self.about.seed)
+        self.account().exposure_s.zip(self.account().seed)
     }
 
     /// The borders of the energy bins, ascending, and their unit; `None` without an energy axis.
     #[getter]
-    fn energies<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<Option<(Bound<'py, PyArray1<f64>>, String)>> {
-        let energies = self.energies_of_bins()?;
-        Ok(energies.map(|energies| {
-            (PyArray1::from_vec(py, energies.axis().edges()), energies.unit_name().to_owned())
-        }))
+    fn energies<'py>(&self, py: Python<'py>) -> Option<(Bound<'py, PyArray1<f64>>, &str)> {
+        let energies = self.rendered.energies.as_ref()?;
+        Some((PyArray1::from_vec(py, energies.axis().edges()), energies.unit_name()))
     }
 
     /// The text of the scene, and what was changed in it.
     #[getter]
     fn scene(&self) -> String {
-        self.about.history()
+        self.account().history()
     }
 
     /// Evaluations on the lines of sight of each pixel, (height, width).
     fn evaluations_per_pixel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        array(py, &self.evaluation_map())
+        let map = self.rendered.evaluations_per_pixel.bands().first().cloned();
+        array(py, &map.unwrap_or_else(|| Image::zeros(0, 0)))
     }
 
     /// How often the emission was evaluated.
     #[getter]
     fn evaluations(&self) -> u64 {
-        self.about.evaluations
+        self.account().evaluations
     }
 
     /// Whether the stopping criterion was met.
     #[getter]
     fn converged(&self) -> bool {
-        self.about.converged()
+        self.account().converged()
     }
 
     /// The largest estimated error over the largest |value|, or `None`.
     #[getter]
     fn estimated_error(&self) -> Option<f64> {
-        let error = self.error.as_ref()?.largest();
-        Some(if error > 0.0 { error / self.bands.largest() } else { 0.0 })
+        self.account().estimated_error
     }
 
     /// The unit of the image, FITS grammar, or "".
     #[getter]
     fn unit(&self) -> &str {
-        &self.about.unit
+        &self.account().unit
     }
 
     /// The axes of the image, x first: name, unit or `None`, and the coordinates of pixel centres.
     /// They are those of the plane that FITS projects to, angles only where that is linear. Empty
     /// for a `HEALPix` sky.
     fn axes<'py>(&self, py: Python<'py>) -> Vec<AxisOfImage<'py>> {
-        let Some(wcs) = self.about.wcs() else { return Vec::new() };
-        let [_, height, width] = self.bands.shape();
-        let axes = wcs.axes.into_iter().zip([('x', width), ('y', height)]);
+        let Some(wcs) = &self.account().wcs else { return Vec::new() };
+        let [_, height, width] = self.rendered.values.shape();
+        let axes = wcs.axes.clone().into_iter().zip([('x', width), ('y', height)]);
         let of_axis = |(axis, (letter, pixels)): (WcsAxis, (char, usize))| {
             let place = |i: usize| axis.crval + axis.cdelt * (i as f64 + 1.0 - axis.crpix);
             let places = PyArray1::from_iter(py, (0..pixels).map(place));
@@ -247,71 +212,29 @@ impl Rendered {
         axes.map(of_axis).collect()
     }
 
-    /// The cost and the settings, with the keys of the command's report.json except the memory.
-    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let (report, about) = (PyDict::new(py), &self.about);
-        report.set_item("evaluations", about.evaluations)?;
-        report.set_item("batches", about.batches)?;
-        report.set_item("method", &about.method)?;
-        report.set_item("tolerance", about.tolerance)?;
-        report.set_item("estimated_error", self.estimated_error())?;
-        report.set_item("converged", self.converged())?;
-        report.set_item("ending", &about.ending)?;
-        report.set_item("threshold", about.threshold)?;
-        report.set_item("order", about.order)?;
-        report.set_item("base_level", about.base_level)?;
-        report.set_item("smallest_feature", about.smallest_feature)?;
-        report.set_item("leaves_per_level", &about.leaves_per_level)?;
-        let seconds = PyDict::new(py);
-        seconds.set_item("total", about.total_seconds)?;
-        seconds.set_item("emission", about.emission_seconds)?;
-        report.set_item("seconds", seconds)?;
-        let image = PyDict::new(py);
-        let ([_, height, width], (min, max)) = (self.bands.shape(), self.bands.min_max());
-        image.set_item("height", height)?;
-        image.set_item("width", width)?;
-        image.set_item("min", min)?;
-        image.set_item("max", max)?;
-        image.set_item("quantity", &about.quantity)?;
-        image.set_item("unit", &about.unit)?;
-        report.set_item("image", image)?;
-        report.set_item("energy", about.bins.clone())?;
-        report.set_item("energies", about.energies)?;
-        report.set_item("overrides", &about.overrides)?;
-        report.set_item("ignored", &about.ignored)?;
-        report.set_item("version", env!("CARGO_PKG_VERSION"))?;
-        report.set_item("scene", &about.scene)?;
-        Ok(report)
+    /// The cost and the settings: report.json of the command, without the counts of an instrument.
+    fn report(&self) -> String {
+        self.rendered.report(None).to_json()
     }
 
     /// `flat_image` for display, row 0 at the bottom: a `HEALPix` sky as a Mollweide map of this
     /// height, NaN outside.
     fn picture<'py>(&self, py: Python<'py>, height: usize) -> PyResult<Bound<'py, PyAny>> {
-        array(py, &self.shown(height)?)
+        array(py, &self.shown(height))
     }
 
     /// That picture, y up: the bytes of a PNG file.
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let options = PictureOptions { blank_outside: true, ..PictureOptions::default() };
-        let picture = self.shown(HEIGHT_OF_SKY)?;
+        let picture = self.shown(HEIGHT_OF_SKY);
         Ok(PyBytes::new(py, &encode_png(&picture, &options).map_err(of_encoding)?))
     }
 
     /// The image with its error, its evaluations and, of a cube, the whole band, with units, coordinates
     /// and provenance: the bytes of a FITS file.
     fn fits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let About { unit, band_unit, quantity, .. } = &self.about;
-        let bands = if self.is_cube() { Bands::Energies } else { Bands::Image };
-        let quantity = quantity.to_uppercase();
-        let evaluations = Cube::from_bands(vec![self.evaluation_map().into_owned()]);
-        let band = self.is_cube().then(|| self.flat()).transpose()?;
-        let band = band.map(|band| Cube::from_bands(vec![band]));
-        let mut maps = vec![ProductMap { name: &quantity, map: &self.bands, unit, bands }];
-        maps.extend(self.error.iter().map(|map| ProductMap { name: "ERROR", map, unit, bands }));
-        let one = |name, map, unit| ProductMap { name, map, unit, bands: Bands::Image };
-        maps.push(one("EVALUATIONS", &evaluations, ""));
-        maps.extend(band.iter().map(|band| one("BAND", band, band_unit)));
-        self.encoded(py, maps, self.energies_of_bins()?.as_ref(), Vec::new())
+        let (map, others) = (self.rendered.values_map(), self.rendered.companions());
+        self.encoded(py, map, others, self.account().cards())
     }
 
     /// Counts (channels, height, width) with the number and the nominal energies \[keV\] of each
@@ -330,36 +253,10 @@ impl Rendered {
             .into_iter()
             .map(|(number, low, high)| Channel { number, range_kev: [low, high] });
         let channels: Vec<Channel> = channels.collect();
-        let name = if seed.is_some() { "COUNTS" } else { "EXPECTED" };
+        // Always with the table of channels, as the documentation has it.
         let bands = Bands::Counts { channels: &channels, are_bins: false };
-        let maps = vec![ProductMap { name, map: &map, unit: "count", bands }];
-        let exposure = self.about.exposure_s;
-        let exposure = exposure.map(|time| Card::new("EXPOSURE", time, "[s] of the counts"));
-        let seed = seed.map(|seed| Card::new("SEED", seed, "of the counts that were drawn"));
-        self.encoded(py, maps, None, exposure.into_iter().chain(seed).collect())
-    }
-}
-
-impl Rendered {
-    /// The bytes of a FITS file with these maps, and `cards` that are true of it alone.
-    fn encoded<'py>(
-        &self,
-        py: Python<'py>,
-        maps: Vec<ProductMap<'_>>,
-        energies: Option<&Energies>,
-        cards: Vec<Card>,
-    ) -> PyResult<Bound<'py, PyBytes>> {
-        let mut provenance = self.about.provenance(self.estimated_error()).cards();
-        provenance.extend(cards);
-        let file = FitsProduct {
-            maps,
-            is_sky: self.about.is_sky,
-            wcs: self.about.wcs(),
-            energies,
-            provenance,
-            history: self.about.history(),
-        };
-        Ok(PyBytes::new(py, &file.encode().map_err(of_encoding)?))
+        let (map, cards) = self.rendered.counts_map(&map, bands, seed);
+        self.encoded(py, map, Vec::new(), cards)
     }
 }
 

@@ -205,7 +205,7 @@ fn rendered(
         options.frame = Some(&on_frame);
     }
     let found = scene.render(&emission(scene, hooks, caller), &options)?;
-    Ok(Rendered::of(scene, found))
+    Ok(Rendered::of(scene, &found))
 }
 
 /// The options of a scene, with the same memory whatever is free: it may decide the way to the image.

@@ -87,7 +87,7 @@ impl Session {
     fn rendering(&self, py: Python<'_>) -> Option<Rendered> {
         py.detach(|| {
             let state = self.state();
-            Some(Rendered::of(&state.scene, state.session.rendering()?))
+            Some(Rendered::of(&state.scene, &state.session.rendering()?))
         })
     }
 }

@@ -1,5 +1,6 @@
-"""The same scene by the command and from Python: the same FITS files, header by header."""
+"""The same scene by the command and from Python: the same FITS files, header by header, and report."""
 
+import json
 import os
 import subprocess
 from pathlib import Path
@@ -16,12 +17,17 @@ COMMAND = Path(os.environ.get("EMITREE_COMMAND", ROOT / "target/debug/emitree"))
 EXAMPLES = ROOT / "examples"
 #: What differs from run to run.
 TIMES = {"DATE", "CHECKSUM", "DATASUM"}
+MEASURED = {"seconds", "peak_memory_bytes"}
 
 IMAGE = {"image.width": 24, "image.height": 16}
 
 
 def cards(hdu):
     return [tuple(card) for card in hdu.header.cards if card.keyword not in TIMES]
+
+
+def settled(report):
+    return {key: value for key, value in report.items() if key not in MEASURED}
 
 
 @pytest.mark.parametrize(
@@ -37,12 +43,16 @@ def cards(hdu):
 def test_the_command_and_python_write_the_same_file(tmp_path, name, changes):
     scene = EXAMPLES / f"{name}.toml"
     ours = tmp_path / "python.fits"
-    emitree.render(scene, changes=changes).to_fits(ours)
-    theirs = tmp_path / "command.fits"
+    rendering = emitree.render(scene, changes=changes)
+    rendering.to_fits(ours)
+    theirs, report = tmp_path / "command.fits", tmp_path / "report.json"
     sets = [f"--set={key}={value}" for key, value in changes.items()]
     subprocess.run(
-        [COMMAND, "render", scene, *sets, "-o", theirs, "--quiet"], check=True, timeout=60
+        [COMMAND, "render", scene, *sets, "-o", theirs, "--report", report, "--quiet"],
+        check=True,
+        timeout=60,
     )
+    assert settled(json.loads(report.read_text())) == settled(rendering.report)
     with fits.open(ours) as python, fits.open(theirs) as command:
         assert [hdu.name for hdu in python] == [hdu.name for hdu in command]
         for one, other in zip(python, command, strict=True):

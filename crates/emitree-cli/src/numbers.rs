@@ -1,4 +1,4 @@
-//! Numbers for people: counts, percentages, times.
+//! Numbers for people: percentages, times.
 
 use std::time::Duration;
 
@@ -16,17 +16,4 @@ pub(crate) fn seconds(time: Duration) -> String {
         short if short < 0.1 => format!("{:.2} ms", 1e3 * short),
         long => format!("{long:.2} s"),
     }
-}
-
-/// A count with its thousands set apart: "19,136".
-pub(crate) fn grouped(count: u64) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }

@@ -9,7 +9,7 @@
 //! FITS or NPY; PNG is for display only.
 //!
 //! ```
-//! use emitree_io::{Bands, Format, OutputFile, PictureStyle, Product, ProductMap, Scene};
+//! use emitree_io::{Format, OutputFile, PictureStyle, RenderedScene, Scene};
 //!
 //! let text = r#"
 //!     emission.expression = "exp(-x)"
@@ -22,13 +22,13 @@
 //! let format = Format::from_path(&path)?;
 //! let output = OutputFile::create(&path)?; // fails before the expensive part
 //! let found = scene.render(&scene.emission, &scene.render_options())?;
-//! let (unit, bands) = (scene.image_unit(), Bands::Image);
-//! let map = ProductMap { name: "RADIANCE", map: &found.values, unit, bands };
-//! let bytes = format.encode(&Product::new(&scene, map), PictureStyle::default())?;
+//! let rendered = RenderedScene::new(&scene, &found);
+//! let bytes = format.encode(&rendered.product(&scene), PictureStyle::default())?;
 //! output.commit(&bytes)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod account;
 mod colour;
 mod energies;
 #[cfg(feature = "figure")]
@@ -42,11 +42,14 @@ mod npy;
 mod output;
 mod png;
 mod product;
+mod rendered;
+mod report;
 pub mod scene;
 mod tree_file;
 pub mod units;
 mod words;
 
+pub use account::{Account, Bins};
 pub use colour::{ColourMap, ValueRange};
 pub use energies::{Energies, energy_range};
 pub use fits::{
@@ -58,7 +61,9 @@ pub use mollweide::{East, mollweide, picture_of_sky};
 pub use npy::{NpyError, encode_npy, encode_npy_cube, encode_npy_image};
 pub use output::{OutputError, OutputFile, OutputSet, commit_all};
 pub use png::{PictureError, PictureOptions, encode_png};
-pub use product::{Bands, FitsProduct, Product, ProductMap, Provenance, scene_history};
+pub use product::{Bands, FitsProduct, Product, ProductMap, scene_history};
+pub use rendered::RenderedScene;
+pub use report::{CountsReport, Report};
 pub use scene::{
     BuildSettings, Camera, CameraDescription, CameraKey, EmissionFailure, EmissionSource,
     FitsCoordinates, GridEmission, KeyDefault, KeyUnit, Override, PixelLayout, PlotAxis, PlotFrame,
@@ -66,6 +71,7 @@ pub use scene::{
     cameras,
 };
 pub use tree_file::{TreeFile, TreeFileError};
+pub use words::grouped;
 
 /// The example of the README.
 #[cfg(doctest)]

@@ -7,74 +7,6 @@ use emitree::{Cube, Healpix};
 use emitree_instrument::Channel;
 use std::time::SystemTime;
 
-/// The provenance of a rendering, which files have beside its values.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Provenance<'a> {
-    /// The name of the scene.
-    pub scene: &'a str,
-    /// The name of the method.
-    pub method: &'a str,
-    /// Evaluations of the emission rate.
-    pub evaluations: u64,
-    /// Whether the stopping criterion was met.
-    pub converged: bool,
-    /// How many energies were evaluated, if the method selects some.
-    pub energies: Option<usize>,
-    /// The tolerance, relative to the largest |value|, if the method has one.
-    pub tolerance: Option<f64>,
-    /// The largest estimated error over the largest |value|, if there is an estimate.
-    pub estimated_error: Option<f64>,
-    /// The threshold of a tree, in the unit of g.
-    pub threshold: Option<f64>,
-    /// The order of its prediction.
-    pub order: Option<usize>,
-    /// The base level that was used.
-    pub base_level: Option<u8>,
-    /// The unit of length of the scene.
-    pub length_unit: Option<&'a str>,
-    /// Whether the values are those of a cube.
-    pub is_cube: bool,
-}
-
-impl Provenance<'_> {
-    /// The same as FITS keywords.
-    ///
-    /// ```
-    /// use emitree_io::{Card, Provenance};
-    ///
-    /// let found = Provenance { scene: "a.toml", method: "vol", evaluations: 729, ..Provenance::default() };
-    /// assert_eq!(found.cards()[2], Card::new("NEVAL", 729_u64, "evaluations of the emission rate"));
-    /// ```
-    pub fn cards(&self) -> Vec<Card> {
-        let value = if self.is_cube { "voxel" } else { "pixel" };
-        let always = [
-            Card::new("SCENE", self.scene, "the scene, in full under HISTORY"),
-            Card::new("METHOD", self.method, "from the emission to the image"),
-            Card::new("NEVAL", self.evaluations, "evaluations of the emission rate"),
-            Card::new("CONVERGD", self.converged, "the method ended by itself"),
-        ];
-        let energies =
-            self.energies.map(|n| Card::new("NENERGY", n, "energies that were evaluated"));
-        let tolerance = self.tolerance.map(|tolerance| {
-            Card::new("TOLERANC", tolerance, format!("tolerance / largest {value}"))
-        });
-        let error = self.estimated_error.map(|error| {
-            Card::new("ESTERROR", error, format!("estimated error / largest {value}"))
-        });
-        let threshold = self
-            .threshold
-            .map(|threshold| Card::new("THRESHLD", threshold, "details below it were dropped"));
-        let order = self.order.map(|order| Card::new("ORDER", order, "order of the prediction"));
-        let base_level = self.base_level.map(|level| {
-            Card::new("BASELEVL", i32::from(level), "2^this base intervals along each axis")
-        });
-        let length_unit =
-            self.length_unit.map(|unit| Card::new("LENUNIT", unit, "unit of length of the scene"));
-        let known = [energies, tolerance, error, threshold, order, base_level, length_unit];
-        always.into_iter().chain(known.into_iter().flatten()).collect()
-    }
-}
-
 /// A scene as FITS has it: its text, and a line for each value that was changed.
 ///
 /// ```
@@ -123,6 +55,11 @@ impl ProductMap<'_> {
     pub fn is_cube(&self) -> bool {
         self.bands != Bands::Image
     }
+
+    /// Whether the third axis is that of the energy bins.
+    pub fn has_energies(&self) -> bool {
+        matches!(self.bands, Bands::Energies | Bands::Counts { are_bins: true, .. })
+    }
 }
 
 /// One of the things that a rendering makes: what a [`Format`](crate::Format) writes.
@@ -136,7 +73,7 @@ pub struct Product<'a> {
     pub meaning: &'a str,
     /// The maps that go with it, in formats with room for several.
     pub others: Vec<ProductMap<'a>>,
-    /// [`Provenance::cards`], and what is true of this product only.
+    /// [`Account::cards`](crate::Account::cards), and what is true of this product only.
     pub provenance: Vec<Card>,
 }
 
@@ -149,10 +86,7 @@ impl<'a> Product<'a> {
 
     /// The energies of the scene, if they are the third axis of the main map.
     pub(crate) fn energies(&self) -> Option<&'a Energies> {
-        match self.map.bands {
-            Bands::Image | Bands::Counts { are_bins: false, .. } => None,
-            Bands::Energies | Bands::Counts { are_bins: true, .. } => self.scene.energy.as_ref(),
-        }
+        self.scene.energy.as_ref().filter(|_| self.map.has_energies())
     }
 }
 
@@ -167,7 +101,7 @@ pub struct FitsProduct<'a> {
     pub wcs: Option<Wcs>,
     /// The energy bins, if there are some.
     pub energies: Option<&'a Energies>,
-    /// [`Provenance::cards`], and what is true of this file only.
+    /// [`Account::cards`](crate::Account::cards), and what is true of this file only.
     pub provenance: Vec<Card>,
     /// [`scene_history`].
     pub history: String,

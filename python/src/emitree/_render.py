@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
@@ -280,7 +281,7 @@ def _rendered(
             progress=stack.enter_context(_progress.hook(progress)),
             frame=frame,
         )
-    report = found.report()
+    report = json.loads(found.report())
     if opened is not None:
         report["cache"] = opened.report
     return Rendering(found, report)

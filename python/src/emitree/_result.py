@@ -39,7 +39,7 @@ class Rendering:
 
     def __init__(self, found: _native.Rendered, report: dict[str, Any]) -> None:
         self._found = found
-        #: The cost and the settings: the keys of the command's report.json, except the memory.
+        #: The cost and the settings: report.json of the command, without the counts.
         self.report = report
 
     def __getstate__(self) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -120,7 +121,7 @@ class Session:
         Before the rendering has ended it is the latest intermediate image, which has not converged.
         """
         found = self._native.rendering()
-        return Rendering(found, found.report()) if found is not None else None
+        return Rendering(found, json.loads(found.report())) if found is not None else None
 
 
 def _told(position: Floats, direction: Floats) -> Floats:

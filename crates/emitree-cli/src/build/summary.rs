@@ -1,7 +1,8 @@
 //! The summary of a tree that was built, for people.
 
 use crate::failure::Failure;
-use crate::numbers::{grouped, percent, seconds};
+use crate::numbers::{percent, seconds};
+use emitree_io::grouped;
 
 use emitree::StopReason;
 use emitree::world_tree::BuiltWorldTree;

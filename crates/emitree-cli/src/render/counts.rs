@@ -1,19 +1,20 @@
 //! The counts of the instrument of a scene.
 
-use super::map::Map;
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use emitree::{Cube, RenderError};
-use emitree_instrument::{StepSum, draw_counts};
-use emitree_io::{Format, Scene};
+use emitree_instrument::{Channel, Observation, StepSum, draw_counts};
+use emitree_io::{Account, Bands, CountsReport, Format, Scene};
 
 /// The counts of an instrument, and how they came about.
 #[derive(Clone, Debug)]
 pub(crate) struct Counts {
     /// The expected counts.
-    pub(crate) expected: Map,
+    pub(crate) expected: Cube,
     /// The counts that were drawn from them, if they were requested.
-    pub(crate) drawn: Option<Map>,
+    pub(crate) drawn: Option<Cube>,
+    /// Their channels.
+    channels: Vec<Channel>,
     /// The sums at each step from the radiance to the expected counts.
     pub(crate) steps: Vec<StepSum>,
 }
@@ -36,16 +37,24 @@ impl Counts {
             Some(Err(error)) => return (None, Some(error.into())),
             None => return (None, None),
         };
-        let are_bins = instrument.instrument.redistribution.is_none();
-        let map = |counts| Map::counts(counts, observation.channels.clone(), are_bins);
         let is_drawn = !arguments.counts.is_empty();
         let drawn = is_drawn.then(|| draw_counts(&observation.counts, instrument.seed));
         let (drawn, failure) = match drawn.transpose() {
-            Ok(drawn) => (drawn.map(map), None),
+            Ok(drawn) => (drawn, None),
             Err(error) => (None, Some(error.into())),
         };
-        let expected = map(observation.counts);
-        (Some(Self { expected, drawn, steps: observation.steps }), failure)
+        let Observation { counts: expected, channels, steps, .. } = observation;
+        (Some(Self { expected, drawn, channels, steps }), failure)
+    }
+
+    /// What the bands of the counts are.
+    pub(super) fn bands(&self, account: &Account) -> Bands<'_> {
+        Bands::Counts { channels: &self.channels, are_bins: account.channels_are_bins }
+    }
+
+    /// The counts in the report.
+    pub(super) fn report(&self, account: &Account) -> CountsReport {
+        CountsReport::new(account, &self.expected, self.drawn.as_ref(), &self.steps)
     }
 }
 
@@ -56,8 +65,8 @@ fn are_needed(arguments: &RenderArguments) -> bool {
 }
 
 /// The sum of a map over all channels, and over the pixels in the field.
-pub(crate) fn total(map: &Map) -> f64 {
-    map.cube().voxels().filter(|count| !count.is_nan()).sum()
+pub(crate) fn total(map: &Cube) -> f64 {
+    map.voxels().filter(|count| !count.is_nan()).sum()
 }
 
 /// Refuses counts of a scene that has none, or that a file or the memory has no room for: `formats` are

@@ -1,14 +1,14 @@
 //! The frames of `--progressive`: successive images in a folder.
 
-use super::map::Map;
 use super::rendered::Rendered;
 use crate::failure::Failure;
-use emitree::Image;
 use emitree::progress::Frame;
 use emitree::radiance::image_of_tree;
 use emitree::result::RenderedTree;
+use emitree::{Cube, Image};
 use emitree_io::{
-    Format, OutputFile, OutputSet, PictureStyle, Product, Scene, ValueRange, commit_all,
+    Bands, Format, OutputFile, OutputSet, PictureStyle, Product, ProductMap, Scene, ValueRange,
+    commit_all,
 };
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ impl<'a> FrameWriter<'a> {
         // Frames of a cube are the images of its whole energy band.
         let shown = |image: &Image| {
             let image = self.scene.in_band_unit(image.clone());
-            Map::from(self.scene.in_quantity(&image))
+            Cube::from_bands(vec![self.scene.in_quantity(&image)])
         };
         let [image, error] = [image, error].map(shown);
         let bytes = self.encode(&image, &error);
@@ -63,7 +63,7 @@ impl<'a> FrameWriter<'a> {
 
     /// The files of a frame, by the endings of their names. Colours are those of the frame's own
     /// range: that of the last image is not known yet.
-    fn encode(&self, image: &Map, error: &Map) -> Result<[(&'static str, Vec<u8>); 3], Failure> {
+    fn encode(&self, image: &Cube, error: &Cube) -> Result<[(&'static str, Vec<u8>); 3], Failure> {
         let scene = self.scene;
         let unit = if scene.energy.is_some() { scene.band_unit() } else { scene.image_unit() };
         Ok([
@@ -99,13 +99,14 @@ impl<'a> FrameWriter<'a> {
 
 /// The bytes of a frame; colours of a picture in `range`, or in the map's own.
 fn encode(
-    map: &Map,
+    map: &Cube,
     unit: &str,
     format: Format,
     scene: &Scene,
     range: Option<ValueRange>,
 ) -> Result<Vec<u8>, Failure> {
-    let product = Product::new(scene, map.named(scene.quantity.name(), unit));
+    let (name, bands) = (scene.quantity.name(), Bands::Image);
+    let product = Product::new(scene, ProductMap { name, map, unit, bands });
     Ok(format.encode(&product, PictureStyle::Bare { range })?)
 }
 
@@ -116,13 +117,13 @@ pub(super) fn write_progression(
     rendered: &Rendered,
 ) -> Result<Vec<PathBuf>, Failure> {
     let Some(RenderedTree { tree, .. }) = &rendered.tree else { return Ok(Vec::new()) };
-    let images: Vec<&Image> = rendered.map.bands().iter().collect();
+    let images: Vec<&Image> = rendered.values.bands().iter().collect();
     let range = ValueRange::of(&images);
     let shape = [scene.height, scene.width];
     let mut written = Vec::new();
     for (i, frame) in tree.progression::<2>(2).enumerate() {
         let image = image_of_tree(&frame.tree, scene.camera.projection(), shape);
-        let image = Map::from(scene.in_quantity(&image));
+        let image = Cube::from_bands(vec![scene.in_quantity(&image)]);
         for (format, ending) in [(Format::Png, "png"), (Format::Npy, "npy")] {
             let name = format!("{FRAME}{i:02}-{:08}.{ending}", frame.coefficients);
             let file = OutputFile::create(folder.join(name))?;

@@ -1,14 +1,10 @@
 //! `emitree render`: a scene file in, images out.
 
 mod counts;
-mod provenance;
 mod frames;
-mod hint;
-mod map;
 mod outputs;
 mod progress;
 mod rendered;
-mod report;
 mod summary;
 
 use counts::Counts;
@@ -23,7 +19,6 @@ use emitree::{Method, RenderError, RenderOptions};
 use emitree_io::Scene;
 use frames::FrameWriter;
 use outputs::Outputs;
-use report::Report;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 
@@ -72,8 +67,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     if interrupt::requested() {
         return Err(Failure::Render(RenderError::Interrupted));
     }
-    let report = Report::new(&scene, &rendered);
-    let (mut written, of_files) = pool.install(|| outputs.write(&scene, &rendered, &report))?;
+    let (mut written, of_files) = pool.install(|| outputs.write(&scene, &rendered))?;
     written.extend(frames);
     if !arguments.quiet {
         // The files are written: a summary without a reader is not a failure.
@@ -83,5 +77,5 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     if let Some(failure) = of_counts.or(of_files) {
         return Err(Failure::Request(format!("{failure}; all other outputs were written")));
     }
-    Ok(if rendered.converged() { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
+    Ok(if rendered.account.converged() { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
 }

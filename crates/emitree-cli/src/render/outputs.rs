@@ -2,18 +2,12 @@
 
 use super::counts::{self, fewest_maps_of_sky};
 use super::frames::{is_frame_of, prepare_folder, same_file, write_progression};
-use super::provenance::provenance;
 use super::rendered::Rendered;
-use super::report::Report;
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use emitree::Method;
 use emitree::los::Steps;
-use emitree_io::units::Unit;
-use emitree_io::{
-    Card, Format, OutputFile, OutputSet, PictureStyle, Product, ProductMap, Quantity, Scene,
-    commit_all,
-};
+use emitree_io::{Format, OutputFile, OutputSet, PictureStyle, Product, Scene, commit_all};
 use std::path::{Path, PathBuf};
 
 /// An output file and the format that its ending chose.
@@ -83,11 +77,10 @@ impl Outputs {
         self,
         scene: &Scene,
         rendered: &Rendered,
-        report: &Report,
     ) -> Result<(Vec<PathBuf>, Option<Failure>), Failure> {
         // All bytes are made before the first file is: a failure leaves none of them, but for one of
         // counts.
-        let images = self.images.into_iter().map(|target| (target, image(scene, rendered)));
+        let images = self.images.into_iter().map(|target| (target, rendered.product(scene)));
         let bands = self.bands.into_iter();
         let bands = bands.filter_map(|target| Some((target, whole_band(scene, rendered)?)));
         let expected_counts = self.expected_counts.into_iter();
@@ -115,7 +108,7 @@ impl Outputs {
             ready.push(encode(target)?);
         }
         if let Some(file) = self.report {
-            ready.push((file, report.to_json()));
+            ready.push((file, rendered.report().to_json().into_bytes()));
         }
         let mut written = commit_all(ready)?;
         if let Some(folder) = &self.progressive {
@@ -152,91 +145,35 @@ fn beside_nothing(scene: &Path) -> Vec<PathBuf> {
     formats.map(|format| name.with_extension(ending(format))).collect()
 }
 
-/// The image, or the cube.
-fn image<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Product<'a> {
-    let unit = scene.image_unit();
-    let error = rendered.error.iter().map(|error| error.named("ERROR", unit));
-    let band = rendered.band.iter().map(|band| band.named("BAND", scene.band_unit()));
-    Product {
-        meaning: meaning(scene),
-        others: error.chain([evaluations(rendered)]).chain(band).collect(),
-        ..product(scene, rendered, rendered.map.named(name(scene), unit), [])
-    }
-}
-
 /// The image of the whole energy band, if there are energies.
 fn whole_band<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
-    let unit = scene.band_unit();
-    let map = rendered.band.as_ref()?.named(name(scene), unit);
-    let error = rendered.band_error.iter().map(|error| error.named("ERROR", unit));
-    let others = error.chain([evaluations(rendered)]).collect();
-    Some(Product { others, ..product(scene, rendered, map, []) })
+    let others = rendered.companions_of_band(rendered.band_error.as_ref());
+    let provenance = rendered.account.cards();
+    Some(Product { others, provenance, ..Product::new(scene, rendered.band_map()?) })
 }
 
 /// The expected counts, if there is an instrument.
 fn expected<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
-    let map = rendered.counts.as_ref()?.expected.named("EXPECTED", COUNT);
-    let product = product(scene, rendered, map, exposure(scene));
-    Some(Product { meaning: "expected counts", ..product })
+    let counts = rendered.counts.as_ref()?;
+    let bands = counts.bands(&rendered.account);
+    let (map, provenance) = rendered.counts_map(&counts.expected, bands, None);
+    Some(Product { meaning: "expected counts", provenance, ..Product::new(scene, map) })
 }
 
 /// The counts that were drawn, if any were.
 fn drawn<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
-    let map = rendered.counts.as_ref()?.drawn.as_ref()?.named("COUNTS", COUNT);
-    let seed = scene.instrument.as_ref();
-    let seed = seed.map(|found| Card::new("SEED", found.seed, "of the counts that were drawn"));
-    let product = product(scene, rendered, map, exposure(scene).into_iter().chain(seed));
-    Some(Product { meaning: "counts", ..product })
+    let counts = rendered.counts.as_ref()?;
+    let bands = counts.bands(&rendered.account);
+    let (map, provenance) =
+        rendered.counts_map(counts.drawn.as_ref()?, bands, rendered.account.seed);
+    Some(Product { meaning: "counts", provenance, ..Product::new(scene, map) })
 }
 
 /// The estimated error, if there is one.
 fn error<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
-    let map = rendered.error.as_ref()?.named("ERROR", scene.image_unit());
-    Some(Product { meaning: "estimated error", ..product(scene, rendered, map, []) })
-}
-
-/// A map of a rendering, with what is true of the whole rendering and with `cards` that are true of it
-/// alone.
-fn product<'a>(
-    scene: &'a Scene,
-    rendered: &Rendered,
-    map: ProductMap<'a>,
-    cards: impl IntoIterator<Item = Card>,
-) -> Product<'a> {
-    let mut provenance = provenance(scene, rendered).cards();
-    provenance.extend(cards);
-    Product { provenance, ..Product::new(scene, map) }
-}
-
-/// What the pixels of the scene's image are: its quantity, or the column density that the integral
-/// of a density is.
-fn meaning(scene: &Scene) -> &'static str {
-    let is_column = Unit::parse(scene.image_unit())
-        .and_then(|unit| unit.factor_to(&Unit::parse("m-2")?))
-        .is_ok();
-    if is_column { "column density" } else { scene.quantity.name() }
-}
-
-/// The unit of counts, in the grammar of FITS.
-const COUNT: &str = "count";
-
-/// The exposure of the scene's instrument.
-fn exposure(scene: &Scene) -> Option<Card> {
-    let exposure_s = scene.instrument.as_ref()?.instrument.exposure_s;
-    Some(Card::new("EXPOSURE", exposure_s, "[s] of the counts"))
-}
-
-/// The name of the image among the parts of a FITS file.
-fn name(scene: &Scene) -> &'static str {
-    match scene.quantity {
-        Quantity::Irradiance => "IRRADIANCE",
-        _ => "RADIANCE",
-    }
-}
-
-/// The evaluations on the lines of sight of each pixel.
-fn evaluations(rendered: &Rendered) -> ProductMap<'_> {
-    rendered.evaluations_per_pixel.named("EVALUATIONS", "")
+    let provenance = rendered.account.cards();
+    let product = Product::new(scene, rendered.error_map()?);
+    Some(Product { meaning: "estimated error", provenance, ..product })
 }
 
 /// Refuses options that the method, or a scene without energies, can't do.
@@ -278,24 +215,4 @@ fn check_columns(scene: &Scene, formats: &[Format]) -> Result<(), Failure> {
         return Err(Failure::Request(format!("output: {why}: expected {most} or less, or .npy")));
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn integrals_of_densities_are_column_densities() {
-        let meaning = |unit: &str| {
-            let text = format!(
-                "emission = {{ expression = \"1\", unit = \"{unit}\" }}\nimage = {{ width = 1, \
-                 height = 1 }}\nprojection = {{ type = \"perspective\", position = [0, 0, 0], \
-                 target = [1, 0, 0], field_of_view = [1, 1], far = 1, length_unit = \"km\" }}"
-            );
-            meaning(&Scene::parse("scene.toml", &text, &[]).unwrap())
-        };
-        assert_eq!(meaning("cm-3"), "column density");
-        assert_eq!(meaning("W m-3 sr-1"), "radiance");
-        assert_eq!(meaning("m-1"), "radiance");
-    }
 }

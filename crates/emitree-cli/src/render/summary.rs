@@ -1,15 +1,14 @@
 //! The summary of a rendering, for people.
 
 use super::counts::{Counts, total};
-use super::hint::nothing_in_view;
 use super::rendered::Rendered;
 use crate::failure::Failure;
-use crate::numbers::{grouped, percent, seconds};
+use crate::numbers::{percent, seconds};
 use emitree::los::Steps;
 use emitree::refinement::Threshold;
 use emitree::vol::FEATURE_CONTRAST;
-use emitree::{Method, StopReason};
-use emitree_io::{PixelLayout, Scene};
+use emitree::{Cube, Method, StopReason};
+use emitree_io::{PixelLayout, Scene, grouped};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -18,9 +17,9 @@ pub(crate) fn print(
     rendered: &Rendered,
     written: &[PathBuf],
 ) -> Result<(), Failure> {
-    let bins = rendered.map.bands().len();
+    let bins = rendered.values.bands().len();
     let values = (scene.height * scene.width * bins) as f64;
-    let value = if rendered.map.is_cube() { "voxel" } else { "pixel" };
+    let value = if scene.energy.is_some() { "voxel" } else { "pixel" };
     let mut out = std::io::stdout().lock();
     let size = match scene.camera.description().pixels {
         PixelLayout::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
@@ -48,11 +47,11 @@ pub(crate) fn print(
         writeln!(out, "  covered      {}", covered(fraction))?;
     }
     let ranges = [
-        (scene.quantity.name(), Some(&rendered.map), scene.image_unit()),
+        (scene.quantity.name(), Some(&rendered.values), scene.image_unit()),
         ("whole band", rendered.band.as_ref(), scene.band_unit()),
     ];
     for (name, map, unit) in ranges {
-        let Some((low, high)) = map.map(|map| map.cube().min_max()) else { continue };
+        let Some((low, high)) = map.map(Cube::min_max) else { continue };
         writeln!(out, "{}", format!("  {name:11}  {low:.4e} to {high:.4e} {unit}").trim_end())?;
     }
     if let Some((counts, instrument)) = rendered.counts.as_ref().zip(scene.instrument.as_ref()) {
@@ -73,7 +72,7 @@ pub(crate) fn print(
         let (names, method) = (scene.render.ignored.join(", "), scene.render.method.name());
         writeln!(out, "  ignored      {names}: the method {method} has no such option")?;
     }
-    if let Some(hint) = nothing_in_view(rendered) {
+    if let Some(hint) = rendered.hint() {
         writeln!(out, "  hint         {hint}")?;
     }
     if let Some(how) =
@@ -98,7 +97,7 @@ fn counted(counts: &Counts, exposure_s: f64, seed: u64) -> String {
 
 /// How many energies were evaluated, where the method takes some.
 fn evaluated(rendered: &Rendered) -> String {
-    rendered.energies().map_or_else(String::new, |count| format!(", {count} evaluated"))
+    rendered.account.energies.map_or_else(String::new, |count| format!(", {count} evaluated"))
 }
 
 /// Why a rendering stopped before its stopping criterion was met.
@@ -151,7 +150,7 @@ fn method(method: &Method, value: &str) -> String {
 }
 
 fn error(scene: &Scene, rendered: &Rendered, value: &str) -> String {
-    let Some(error) = rendered.estimated_error() else {
+    let Some(error) = rendered.account.estimated_error else {
         return "not estimated by this method".to_owned();
     };
     let kind = match scene.render.method {
@@ -172,7 +171,7 @@ fn covered(fraction: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::{method, stopped};
-    use crate::numbers::{grouped, percent};
+    use crate::numbers::percent;
     use emitree::tree::BuildOptions;
     use emitree::{Method, StopReason, VolOptions};
 
@@ -203,10 +202,5 @@ mod tests {
         assert_eq!(paper(StopReason::Budget).unwrap(), budget);
         let deepest = "at the deepest level; a finest_level would end it earlier";
         assert_eq!(paper(StopReason::MaxLevel).unwrap(), deepest);
-    }
-
-    #[test]
-    fn thousands_are_set_apart() {
-        assert_eq!([0, 999, 1_000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
     }
 }

@@ -17,7 +17,7 @@ pub(crate) fn images(measured: &Measurements) -> Result<Vec<u8>, Failure> {
     };
     let title = format!(
         "{} evaluations, largest error {:.1} %",
-        crate::numbers::grouped(measured.figure_9.evaluations),
+        emitree_io::grouped(measured.figure_9.evaluations),
         100.0 * measured.figure_9.error
     );
     let exact = panel(&measured.exact, "exact").colour_bar("radiance");

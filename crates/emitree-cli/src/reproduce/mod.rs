@@ -5,8 +5,7 @@ mod measure;
 
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::numbers::grouped;
-use emitree_io::{OutputSet, commit_all};
+use emitree_io::{OutputSet, commit_all, grouped};
 use measure::{Measurements, Run};
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -7,6 +7,7 @@
 use super::Card;
 use crate::energies::Energies;
 use emitree_instrument::Channel;
+use serde::{Deserialize, Serialize};
 
 /// World coordinates of an image: data that become header records.
 ///
@@ -17,7 +18,7 @@ use emitree_instrument::Channel;
 /// let wcs = Wcs::equirectangular(100, 50, [16.0, 27.0]);
 /// assert_eq!((wcs.axes[0].cdelt, wcs.axes[0].crpix), (0.32, 25.5));
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wcs {
     /// What the coordinates are (`WCSNAME`).
     pub name: String,
@@ -28,7 +29,7 @@ pub struct Wcs {
 }
 
 /// One axis: world = `crval` + `cdelt` · (FITS pixel − `crpix`), before any projection.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WcsAxis {
     /// The type and, after its hyphens, the projection (`CTYPEi`).
     pub ctype: String,

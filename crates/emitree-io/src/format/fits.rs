@@ -3,7 +3,6 @@
 use super::{EncodeError, FormatDescription, PictureStyle};
 use crate::fits::HealpixFile;
 use crate::product::{FitsProduct, Product, scene_history};
-use crate::units::Unit;
 
 pub(super) const FITS: FormatDescription = FormatDescription {
     name: "FITS",
@@ -19,11 +18,10 @@ pub(super) const FITS: FormatDescription = FormatDescription {
 
 fn encode(product: &Product<'_>, _: PictureStyle) -> Result<Vec<u8>, EncodeError> {
     let scene = product.scene;
-    let length = scene.length_unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
     let file = FitsProduct {
         maps: std::iter::once(product.map).chain(product.others.iter().copied()).collect(),
         is_sky: scene.camera.description().is_sky(),
-        wcs: scene.camera.wcs(scene.height, scene.width, &length.unwrap_or_else(Unit::one)),
+        wcs: scene.wcs(),
         energies: product.energies(),
         provenance: product.provenance.clone(),
         history: scene_history(&scene.text, &scene.overrides),

@@ -31,7 +31,9 @@ pub use settings::RenderSettings;
 pub use tree::BuildSettings;
 
 use crate::energies::Energies;
+use crate::fits::Wcs;
 use crate::memory::available_memory_bytes;
+use crate::units::Unit;
 use camera::ShapeTables;
 use document::Node;
 use emitree::radiance::irradiance_of;
@@ -108,6 +110,18 @@ impl Scene {
     /// grammar; empty if the scene has no units, or no energies.
     pub fn band_unit(&self) -> &str {
         &self.band.unit
+    }
+
+    /// The coordinates of the pixels, as FITS keywords; none for a sky in `HEALPix` pixels.
+    pub fn wcs(&self) -> Option<Wcs> {
+        let length = self.length_unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
+        self.camera.wcs(self.height, self.width, &length.unwrap_or_else(Unit::one))
+    }
+
+    /// What a sum of voxels times the widths of their bins is multiplied with, for
+    /// [`band_unit`](Self::band_unit).
+    pub(crate) fn band_factor(&self) -> f64 {
+        self.band.factor
     }
 
     /// The image of the whole energy band of a cube, or of its errors, in

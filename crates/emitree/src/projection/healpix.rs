@@ -17,7 +17,6 @@
 //! assert_eq!(nested_index(4, 5, 2, 1), 5 * 16 + 6);
 //! ```
 
-use cdshealpix::nested::zordercurve::get_zoc;
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// The number of faces.
@@ -120,7 +119,7 @@ pub fn face_of_direction(direction: [f64; 3]) -> (u8, [f64; 2]) {
 /// ```
 pub fn nested_index(nside: u32, face: u8, x: u32, y: u32) -> u64 {
     let depth = depth(nside);
-    (u64::from(face) << (2 * depth)) | get_zoc(depth).ij2h(x, y)
+    (u64::from(face) << (2 * depth)) | spread(x) | spread(y) << 1
 }
 
 /// The face, column and row of the pixel with a nested index: the inverse of [`nested_index`].
@@ -135,9 +134,8 @@ pub fn nested_index(nside: u32, face: u8, x: u32, y: u32) -> u64 {
 #[expect(clippy::cast_possible_truncation, reason = "an index below 12 nside² has a face below 12")]
 pub fn face_pixel(nside: u32, index: u64) -> (u8, u32, u32) {
     let depth = depth(nside);
-    let curve = get_zoc(depth);
-    let within = curve.h2ij(index & ((1 << (2 * depth)) - 1));
-    ((index >> (2 * depth)) as u8, curve.ij2i(within), curve.ij2j(within))
+    let within = index & ((1 << (2 * depth)) - 1);
+    ((index >> (2 * depth)) as u8, gathered(within), gathered(within >> 1))
 }
 
 /// The nested index of the pixel that a direction of any length but zero lies in, for `nside` as in
@@ -159,6 +157,28 @@ pub fn pixel_of_direction(nside: u32, direction: [f64; 3]) -> u64 {
     let (face, place) = face_of_direction(direction);
     let [x, y] = place.map(|along| ((along * f64::from(nside)) as u32).min(nside - 1));
     nested_index(nside, face, x, y)
+}
+
+/// How far bits move apart, in five steps, and which bits there are after each step: halves of a word, of
+/// its halves, and so on.
+const STEPS: [(u32, u64); 5] = [
+    (16, 0x0000_ffff_0000_ffff),
+    (8, 0x00ff_00ff_00ff_00ff),
+    (4, 0x0f0f_0f0f_0f0f_0f0f),
+    (2, 0x3333_3333_3333_3333),
+    (1, 0x5555_5555_5555_5555),
+];
+
+/// The bits of a number at the even places.
+fn spread(number: u32) -> u64 {
+    STEPS.iter().fold(u64::from(number), |bits, &(by, mask)| (bits | bits << by) & mask)
+}
+
+/// The bits at the even places, as a number: the inverse of [`spread`].
+#[expect(clippy::cast_possible_truncation, reason = "the upper half is masked")]
+fn gathered(bits: u64) -> u32 {
+    let apart = STEPS.iter().rev();
+    apart.fold(bits, |bits, &(by, mask)| (bits & mask) | (bits & mask) >> by) as u32
 }
 
 /// log₂ of `nside`.

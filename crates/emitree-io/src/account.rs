@@ -1,0 +1,271 @@
+//! What was rendered and what it cost, as plain data: for reports, for the headers of files, and for
+//! results that are kept without their scene.
+
+use crate::energies::Energies;
+use crate::fits::{Card, Wcs};
+use crate::memory::peak_memory_bytes;
+use crate::product::scene_history;
+use crate::scene::Scene;
+use crate::units::Unit;
+use emitree::{Cube, EnergyAxis, EnergyScale, Image, Method, Rendering, StopReason};
+use serde::{Deserialize, Serialize};
+use std::error::Error;
+
+/// What was rendered and what it cost. It needs neither the emission nor any file afterwards, and can be
+/// serialised.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Account {
+    /// The name of the scene.
+    pub scene: String,
+    /// The text of the scene, without what was changed.
+    pub text: String,
+    /// What was changed, as `key = value`.
+    pub overrides: Vec<String>,
+    /// The version of this program.
+    pub version: String,
+    /// The name of the method.
+    pub method: String,
+    /// The tolerance, relative to the largest |value|, if the method has one.
+    pub tolerance: Option<f64>,
+    /// Options that were given and that the method does not have.
+    pub ignored: Vec<String>,
+    /// The name of the quantity: `radiance` or `irradiance`.
+    pub quantity: String,
+    /// The unit of the values, in the grammar of FITS, or empty.
+    pub unit: String,
+    /// The unit of the image of the whole energy band.
+    pub band_unit: String,
+    /// What a sum of voxels times the widths of their bins is multiplied with for that unit.
+    band_factor: f64,
+    /// The unit of length of the scene.
+    pub length_unit: Option<String>,
+    /// Whether the pixels are those of `HEALPix`.
+    pub is_sky: bool,
+    /// The coordinates of the pixels, if they have some.
+    pub wcs: Option<Wcs>,
+    /// The energy bins, if there are some.
+    pub bins: Option<Bins>,
+    /// The exposure of the instrument \[s\], if there is one.
+    pub exposure_s: Option<f64>,
+    /// The seed of its counts.
+    pub seed: Option<u64>,
+    /// Whether each of its channels is an energy bin.
+    pub channels_are_bins: bool,
+    /// Evaluations of the emission rate.
+    pub evaluations: u64,
+    /// In how many batches.
+    pub batches: u64,
+    /// Why the rendering ended: `complete`, `deepest level`, `budget`, `time` or `unfinished`.
+    pub ending: String,
+    /// The largest estimated error over the largest |value|, if there is an estimate.
+    pub estimated_error: Option<f64>,
+    /// How many energies were evaluated, if the method selects some.
+    pub energies: Option<usize>,
+    /// The threshold of a tree, in the unit of g.
+    pub threshold: Option<f64>,
+    /// The order of its prediction.
+    pub order: Option<usize>,
+    /// How many leaves it has on each level.
+    pub leaves_per_level: Vec<usize>,
+    /// The base level that was used.
+    pub base_level: Option<u8>,
+    /// The standard deviation of the smallest Gaussian that would have been detected, as a fraction of
+    /// the view's cube.
+    pub smallest_feature: Option<f64>,
+    /// The time that it took \[s\].
+    pub total_seconds: f64,
+    /// The part of it that was spent in the emission \[s\].
+    pub emission_seconds: f64,
+    /// The most memory that the process had taken, if the system tells.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// Energy bins, as scenes and reports have them: [`Energies`] as plain data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Bins {
+    /// The lowest energy.
+    pub min: f64,
+    /// The highest energy.
+    pub max: f64,
+    /// The unit of both.
+    pub unit: String,
+    /// The number of bins.
+    pub bins: usize,
+    /// `linear` or `log`.
+    pub scale: String,
+}
+
+impl From<&Energies> for Bins {
+    fn from(energies: &Energies) -> Self {
+        let axis = energies.axis();
+        Self {
+            min: axis.min(),
+            max: axis.max(),
+            unit: energies.unit_name().to_owned(),
+            bins: axis.bins(),
+            scale: energies.scale_name().to_owned(),
+        }
+    }
+}
+
+impl Bins {
+    /// The energies.
+    ///
+    /// # Errors
+    ///
+    /// If the data, which may have been read from anywhere, are not those of an energy axis.
+    pub fn energies(&self) -> Result<Energies, Box<dyn Error + Send + Sync>> {
+        let scale = if self.scale == "log" { EnergyScale::Log } else { EnergyScale::Linear };
+        let axis = EnergyAxis::new(self.min, self.max, self.bins, scale)?;
+        Ok(Energies::new(axis, &self.unit)?)
+    }
+}
+
+impl Account {
+    /// The account of a rendering whose estimated error, in the quantity of the scene, is
+    /// `estimated_error`.
+    pub(crate) fn new(
+        scene: &Scene,
+        found: &Rendering<Cube>,
+        estimated_error: Option<f64>,
+    ) -> Self {
+        let (settings, stats, tree) = (&scene.render, &found.stats, found.tree.as_ref());
+        let instrument = scene.instrument.as_ref();
+        Self {
+            scene: scene.name.clone(),
+            text: scene.text.clone(),
+            overrides: scene.overrides.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            method: settings.method.name().to_owned(),
+            tolerance: settings.tolerance,
+            ignored: settings.ignored.iter().map(|&key| key.to_owned()).collect(),
+            quantity: scene.quantity.name().to_owned(),
+            unit: scene.image_unit().to_owned(),
+            band_unit: scene.band_unit().to_owned(),
+            band_factor: scene.band_factor(),
+            length_unit: scene.length_unit.clone(),
+            is_sky: scene.camera.description().is_sky(),
+            wcs: scene.wcs(),
+            bins: scene.energy.as_ref().map(Bins::from),
+            exposure_s: instrument.map(|found| found.instrument.exposure_s),
+            seed: instrument.map(|found| found.seed),
+            channels_are_bins: instrument
+                .is_some_and(|found| found.instrument.redistribution.is_none()),
+            evaluations: stats.evaluations,
+            batches: stats.batches,
+            ending: ending(stats.ending).to_owned(),
+            estimated_error,
+            energies: Some(stats.energies.len()).filter(|&energies| energies > 0),
+            threshold: tree.map(|built| built.threshold),
+            order: match &settings.method {
+                Method::Paper(options) => Some(options.order),
+                _ => None,
+            },
+            leaves_per_level: tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level()),
+            base_level: stats.base_level,
+            smallest_feature: stats.smallest_feature,
+            total_seconds: stats.total_time.as_secs_f64(),
+            emission_seconds: stats.emission_time.as_secs_f64(),
+            peak_memory_bytes: peak_memory_bytes(),
+        }
+    }
+
+    /// Whether the stopping criterion was met.
+    pub fn converged(&self) -> bool {
+        self.ending == ending(StopReason::Complete)
+    }
+
+    /// The scene with what was changed in it, a line for each change.
+    pub fn history(&self) -> String {
+        scene_history(&self.text, &self.overrides)
+    }
+
+    /// The image of the whole energy band of a cube, in [`band_unit`](Self::band_unit).
+    pub(crate) fn band_image(&self, bands: &Cube, axis: &EnergyAxis) -> Image {
+        let mut band = bands.sum_over_energy(axis);
+        band.pixels_mut().iter_mut().for_each(|pixel| *pixel *= self.band_factor);
+        band
+    }
+
+    /// What the values are, for people: the quantity, or the column density that the integral of a
+    /// density is.
+    pub fn meaning(&self) -> &str {
+        let unit = Unit::parse(&self.unit);
+        let is_column = unit.and_then(|unit| unit.factor_to(&Unit::parse("m-2")?)).is_ok();
+        if is_column { "column density" } else { &self.quantity }
+    }
+
+    /// How the image came about, as FITS keywords.
+    pub fn cards(&self) -> Vec<Card> {
+        let value = if self.bins.is_some() { "voxel" } else { "pixel" };
+        let always = [
+            Card::new("SCENE", self.scene.as_str(), "the scene, in full under HISTORY"),
+            Card::new("METHOD", self.method.as_str(), "from the emission to the image"),
+            Card::new("NEVAL", self.evaluations, "evaluations of the emission rate"),
+            Card::new("CONVERGD", self.converged(), "the method ended by itself"),
+        ];
+        let energies =
+            self.energies.map(|n| Card::new("NENERGY", n, "energies that were evaluated"));
+        let tolerance = self.tolerance.map(|tolerance| {
+            Card::new("TOLERANC", tolerance, format!("tolerance / largest {value}"))
+        });
+        let error = self.estimated_error.map(|error| {
+            Card::new("ESTERROR", error, format!("estimated error / largest {value}"))
+        });
+        let threshold = self
+            .threshold
+            .map(|threshold| Card::new("THRESHLD", threshold, "details below it were dropped"));
+        let order = self.order.map(|order| Card::new("ORDER", order, "order of the prediction"));
+        let base_level = self.base_level.map(|level| {
+            Card::new("BASELEVL", i32::from(level), "2^this base intervals along each axis")
+        });
+        let length_unit = self.length_unit.as_deref();
+        let length_unit =
+            length_unit.map(|unit| Card::new("LENUNIT", unit, "unit of length of the scene"));
+        let known = [energies, tolerance, error, threshold, order, base_level, length_unit];
+        always.into_iter().chain(known.into_iter().flatten()).collect()
+    }
+
+    /// The same of counts, with their exposure and, if they were drawn, their seed.
+    pub fn cards_of_counts(&self, seed: Option<u64>) -> Vec<Card> {
+        let exposure = self.exposure_s;
+        let exposure = exposure.map(|time| Card::new("EXPOSURE", time, "[s] of the counts"));
+        let seed = seed.map(|seed| Card::new("SEED", seed, "of the counts that were drawn"));
+        self.cards().into_iter().chain(exposure).chain(seed).collect()
+    }
+}
+
+/// The names of endings in reports.
+fn ending(ending: StopReason) -> &'static str {
+    match ending {
+        StopReason::Complete => "complete",
+        StopReason::MaxLevel => "deepest level",
+        StopReason::Time => "time",
+        StopReason::Unfinished => "unfinished",
+        _ => "budget",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{RenderedScene, Scene};
+
+    #[test]
+    fn integrals_of_densities_are_column_densities() {
+        let meaning = |unit: &str| {
+            let text = format!(
+                "emission = {{ expression = \"1\", unit = \"{unit}\" }}\nimage = {{ width = 1, \
+                 height = 1 }}\nprojection = {{ type = \"perspective\", position = [0, 0, 0], \
+                 target = [1, 0, 0], field_of_view = [1, 1], far = 1, length_unit = \"km\" }}"
+            );
+            let scene = Scene::parse("scene.toml", &text, &[]).unwrap();
+            let found = scene.render(&scene.emission, &scene.render_options()).unwrap();
+            RenderedScene::new(&scene, &found).account.meaning().to_owned()
+        };
+        assert_eq!(meaning("cm-3"), "column density");
+        assert_eq!(meaning("W m-3 sr-1"), "radiance");
+        assert_eq!(meaning("m-1"), "radiance");
+    }
+}

@@ -1,0 +1,149 @@
+//! The report of a rendering, for programs to read. Its keys are a contract.
+
+use crate::account::{Account, Bins};
+use emitree::Cube;
+use emitree_instrument::StepSum;
+use serde::Serialize;
+
+/// report.json, and the report of a rendering in Python.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report<'a> {
+    evaluations: u64,
+    batches: u64,
+    method: &'a str,
+    tolerance: Option<f64>,
+    estimated_error: Option<f64>,
+    converged: bool,
+    ending: &'a str,
+    threshold: Option<f64>,
+    order: Option<usize>,
+    base_level: Option<u8>,
+    smallest_feature: Option<f64>,
+    leaves_per_level: &'a [usize],
+    seconds: Seconds,
+    peak_memory_bytes: Option<u64>,
+    image: ImageReport<'a>,
+    energy: Option<&'a Bins>,
+    energies: Option<usize>,
+    instrument: Option<CountsReport>,
+    hint: Option<String>,
+    version: &'a str,
+    scene: &'a str,
+    overrides: &'a [String],
+    ignored: &'a [String],
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Seconds {
+    total: f64,
+    emission: f64,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct ImageReport<'a> {
+    height: usize,
+    width: usize,
+    min: f64,
+    max: f64,
+    quantity: &'a str,
+    unit: &'a str,
+}
+
+/// The counts of an instrument in a report.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CountsReport {
+    exposure: Option<f64>,
+    channels: usize,
+    steps: Vec<StepReport>,
+    expected_counts: f64,
+    counts: Option<f64>,
+    seed: Option<u64>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct StepReport {
+    step: &'static str,
+    before: f64,
+    added: f64,
+    lost: f64,
+    after: f64,
+}
+
+impl From<&StepSum> for StepReport {
+    fn from(&StepSum { step, before, added, lost, after }: &StepSum) -> Self {
+        Self { step: step.name(), before, added, lost, after }
+    }
+}
+
+impl CountsReport {
+    /// Of expected counts, and of those that were drawn from them, if any were.
+    pub fn new(
+        account: &Account,
+        expected: &Cube,
+        drawn: Option<&Cube>,
+        steps: &[StepSum],
+    ) -> Self {
+        Self {
+            exposure: account.exposure_s,
+            channels: expected.bands().len(),
+            steps: steps.iter().map(StepReport::from).collect(),
+            expected_counts: total(expected),
+            counts: drawn.map(total),
+            seed: account.seed,
+        }
+    }
+}
+
+/// The sum of a map over all bands, and over the pixels in the field.
+fn total(map: &Cube) -> f64 {
+    map.voxels().filter(|count| !count.is_nan()).sum()
+}
+
+impl<'a> Report<'a> {
+    pub(crate) fn new(
+        account: &'a Account,
+        values: &Cube,
+        instrument: Option<CountsReport>,
+        hint: Option<String>,
+    ) -> Self {
+        let ([_, height, width], (min, max)) = (values.shape(), values.min_max());
+        Self {
+            evaluations: account.evaluations,
+            batches: account.batches,
+            method: &account.method,
+            tolerance: account.tolerance,
+            estimated_error: account.estimated_error,
+            converged: account.converged(),
+            ending: &account.ending,
+            threshold: account.threshold,
+            order: account.order,
+            base_level: account.base_level,
+            smallest_feature: account.smallest_feature,
+            leaves_per_level: &account.leaves_per_level,
+            seconds: Seconds { total: account.total_seconds, emission: account.emission_seconds },
+            peak_memory_bytes: account.peak_memory_bytes,
+            image: ImageReport {
+                height,
+                width,
+                min,
+                max,
+                quantity: &account.quantity,
+                unit: &account.unit,
+            },
+            energy: account.bins.as_ref(),
+            energies: account.energies,
+            instrument,
+            hint,
+            version: &account.version,
+            scene: &account.scene,
+            overrides: &account.overrides,
+            ignored: &account.ignored,
+        }
+    }
+
+    /// The report as JSON, with a newline at the end.
+    pub fn to_json(&self) -> String {
+        // All keys are strings and all numbers finite or null, as JSON requires.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
