@@ -1,6 +1,7 @@
 //! Local least squares: the value at the origin of a quantity that is given at scattered places
 //! around it.
 
+use crate::vol::orthonormal::{Residuals, orthonormalise};
 use crate::vol::tuning::TUNING;
 
 /// A value at a place around the origin.
@@ -62,8 +63,7 @@ fn weight([x, y]: [f64; 2]) -> f64 {
     1.0 / (1.0 + (x * x + y * y) / TUNING.view.fit_quarter_weight).powi(2)
 }
 
-/// Weighted least squares, term by term. The columns of the design matrix are orthonormalised by
-/// two passes of Gram–Schmidt, which avoids the loss of digits in normal equations.
+/// Weighted least squares, term by term, with orthonormal columns of the design matrix.
 struct Fit {
     known: Vec<DataPoint>,
     /// Roots of the weights, the largest of which is 1.
@@ -73,9 +73,7 @@ struct Fit {
     /// Orthonormal columns, and the value of each at the origin.
     columns: Vec<(Vec<f64>, f64)>,
     /// The residuals of the values, times the roots of the weights.
-    residual: Vec<f64>,
-    /// 1 − the leverage of each value.
-    independence: Vec<f64>,
+    residuals: Residuals,
 }
 
 impl Fit {
@@ -83,10 +81,9 @@ impl Fit {
     fn new(known: Vec<DataPoint>, weights: Vec<f64>) -> Self {
         let largest = weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let roots: Vec<f64> = weights.iter().map(|weight| (weight / largest).sqrt()).collect();
-        let residual = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
-        let independence = vec![1.0; known.len()];
+        let weighted = known.iter().zip(&roots).map(|(one, root)| one.value * root).collect();
         let columns = Vec::with_capacity(PARABOLOID);
-        Self { known, roots, terms: 0, columns, residual, independence }
+        Self { known, roots, terms: 0, columns, residuals: Residuals::new(weighted) }
     }
 
     /// Adds the next term, if the places determine it.
@@ -97,26 +94,13 @@ impl Fit {
             |(one, root): (&DataPoint, &f64)| root * one.place[0].powi(i) * one.place[1].powi(j);
         let mut column: Vec<f64> = self.known.iter().zip(&self.roots).map(of).collect();
         let mut at_origin = if i + j == 0 { 1.0 } else { 0.0 };
-        let size = norm(&column);
-        for _ in 0..2 {
-            for (other, of_other) in &self.columns {
-                let common = dot(&column, other);
-                column.iter_mut().zip(other).for_each(|(a, b)| *a -= common * b);
-                at_origin -= common * of_other;
-            }
-        }
-        let across = norm(&column);
-        if across <= LEAST_INDEPENDENT_PART * size {
-            return;
-        }
-        column.iter_mut().for_each(|entry| *entry /= across);
-        let common = dot(&self.residual, &column);
-        for ((residual, independence), entry) in
-            self.residual.iter_mut().zip(&mut self.independence).zip(&column)
-        {
-            *residual -= common * entry;
-            *independence -= entry * entry;
-        }
+        let others = self.columns.iter().map(|(other, _)| other.as_slice());
+        let across =
+            orthonormalise(&mut column, others, LEAST_INDEPENDENT_PART, |other, common| {
+                at_origin -= common * self.columns[other].1;
+            });
+        let Some(across) = across else { return };
+        self.residuals.fit(&column);
         self.columns.push((column, at_origin / across));
     }
 
@@ -133,9 +117,8 @@ impl Fit {
     /// The largest leave-one-out residual, less for values with small weights; 1 − the leverage of a
     /// value counts as `least_independence` at least.
     fn largest_residual(&self, least_independence: f64) -> f64 {
-        let left_out = self.residual.iter().zip(&self.independence);
         let left_out =
-            left_out.map(|(residual, part)| residual.abs() / part.max(least_independence));
+            (0..self.known.len()).map(|i| self.residuals.left_out(i, least_independence));
         left_out.fold(0.0, f64::max)
     }
 
@@ -150,14 +133,6 @@ impl Fit {
 
 /// The powers of x and y in all terms, the constant first.
 const POWERS: [(i32, i32); PARABOLOID] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
-}
 
 #[cfg(test)]
 mod tests {

@@ -10,7 +10,7 @@
 //!
 //! * `dyadic`: places on the unit interval and on the image plane, predictions and polynomials;
 //! * `lattice`, `ascent`: scattered samples, the size of the structure that they detect, and
-//!   ascents from them; `least_squares`: local fits to scattered values;
+//!   ascents from them; `orthonormal`, `least_squares`: local fits to scattered values;
 //! * `image`: the tree of the image plane: values and details of its nodes, the remaining error
 //!   around them, the error of each pixel, the nodes to be refined, means over pixels;
 //! * `sampling`: samples of G in batches;
@@ -39,6 +39,7 @@ mod least_squares;
 mod line;
 mod lowrank;
 pub(crate) mod options;
+mod orthonormal;
 mod rule;
 mod sampling;
 mod seeds;

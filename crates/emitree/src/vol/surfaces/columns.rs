@@ -1,55 +1,40 @@
 //! Least squares column by column, with the leave-one-out residuals of each number of columns.
 
+use crate::vol::orthonormal::{Residuals, orthonormalise};
+
 /// A column whose part orthogonal to the former ones is below this share of it depends on those.
 const LEAST_INDEPENDENT_PART: f64 = 1e-8;
 /// The least 1 − leverage of a value in its leave-one-out residual.
 const LEAST_INDEPENDENCE: f64 = 0.05;
 
-/// Orthonormal columns, made by two passes of Gram–Schmidt, and the residual of values after them.
+/// Orthonormal columns, and the residuals of values after them.
 pub(super) struct Columns {
     columns: Vec<Vec<f64>>,
     /// For each column its combination of the orthonormal ones.
     upper: Vec<Vec<f64>>,
     /// The components of the values along the columns.
     components: Vec<f64>,
-    residual: Vec<f64>,
-    /// 1 − the leverage of each value.
-    independence: Vec<f64>,
+    residuals: Residuals,
 }
 
 impl Columns {
     /// No columns, for values that are weighted already.
     pub(super) fn new(values: Vec<f64>) -> Self {
-        let independence = vec![1.0; values.len()];
         let (columns, upper, components) = (Vec::new(), Vec::new(), Vec::new());
-        Self { columns, upper, components, residual: values, independence }
+        Self { columns, upper, components, residuals: Residuals::new(values) }
     }
 
     /// Adds a column. Returns whether it is independent of the former ones.
     pub(super) fn add(&mut self, mut column: Vec<f64>) -> bool {
-        let size = norm(&column);
-        let mut of_column = vec![0.0; self.columns.len() + 1];
-        for _ in 0..2 {
-            for (other, sum) in self.columns.iter().zip(&mut of_column) {
-                let common = dot(&column, other);
-                column.iter_mut().zip(other).for_each(|(a, b)| *a -= common * b);
-                *sum += common;
-            }
-        }
-        let across = norm(&column);
-        if across <= LEAST_INDEPENDENT_PART * size || across == 0.0 {
-            return false;
-        }
-        column.iter_mut().for_each(|entry| *entry /= across);
-        if let Some(last) = of_column.last_mut() {
-            *last = across;
-        }
-        let component = dot(&self.residual, &column);
-        let values = self.residual.iter_mut().zip(&mut self.independence);
-        for ((residual, independence), entry) in values.zip(&column) {
-            *residual -= component * entry;
-            *independence -= entry * entry;
-        }
+        let mut of_column = vec![0.0; self.columns.len()];
+        let others = self.columns.iter().map(Vec::as_slice);
+        let across =
+            orthonormalise(&mut column, others, LEAST_INDEPENDENT_PART, |other, common| {
+                of_column[other] += common;
+            });
+        let Some(across) = across else { return false };
+        of_column.push(across);
+        let component = self.residuals.fit(&column);
         self.columns.push(column);
         self.upper.push(of_column);
         self.components.push(component);
@@ -71,16 +56,8 @@ impl Columns {
 
     /// The |difference| of value number `i` from the fit to all others.
     pub(super) fn left_out(&self, i: usize) -> f64 {
-        self.residual[i].abs() / self.independence[i].max(LEAST_INDEPENDENCE)
+        self.residuals.left_out(i, LEAST_INDEPENDENCE)
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
 }
 
 #[cfg(test)]
