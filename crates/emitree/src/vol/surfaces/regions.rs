@@ -70,8 +70,19 @@ impl BaseLattice {
         (at[axis] < self.count[axis]).then(|| self.rates[self.number(at)])
     }
 
-    /// Whether the differences next to an edge predict that of the edge.
-    fn is_slope(&self, ends: [usize; 2], axis: usize) -> bool {
+    /// Whether a corner next to this one has the same value.
+    fn is_level(&self, corner: usize, negligible: f64) -> bool {
+        let equals = |value: f64| (value - self.rates[corner]).abs() <= negligible;
+        let beyond = |axis: usize, second| self.beyond([corner; 2], axis, second);
+        (0..3).any(|axis| [false, true].iter().any(|&k| beyond(axis, k).is_some_and(equals)))
+    }
+
+    /// Whether the differences next to an edge predict that of the edge. Between two parts of
+    /// constant values there is no slope, even if there are steps on both sides of the edge.
+    fn is_slope(&self, ends: [usize; 2], axis: usize, negligible: f64) -> bool {
+        if ends.iter().all(|&end| self.is_level(end, negligible)) {
+            return false;
+        }
         let [a, b] = ends.map(|i| self.rates[i]);
         let allowed = TUNING.surfaces.slope_share * (b - a).abs();
         let before = self.beyond(ends, axis, false).map(|p| (b - (2.0 * a - p)).abs());
@@ -93,7 +104,7 @@ impl BaseLattice {
                 let ends = [number, self.number(end)];
                 let [a, b] = ends.map(|i| self.rates[i]);
                 let difference = (b - a).abs();
-                if difference <= negligible || self.is_slope(ends, axis) {
+                if difference <= negligible || self.is_slope(ends, axis, negligible) {
                     self.join(ends);
                 } else {
                     others.push(Edge { ends, change: difference / (a.abs() + b.abs()) });
@@ -165,7 +176,13 @@ impl Search<'_> {
             .iter()
             .map(|(_, edge)| edge.ends.map(|end| (point(end), base.rates[end])))
             .collect();
-        for _ in 0..TUNING.surfaces.halvings {
+        // The differences before the last two halvings: an edge may cross several surfaces, and a slope
+        // leaves little of a difference behind.
+        let mut before = vec![f64::INFINITY; brackets.len()];
+        for halving in 0..TUNING.surfaces.halvings {
+            if halving + 2 == TUNING.surfaces.halvings {
+                before = brackets.iter().map(|[a, b]| (b.1 - a.1).abs()).collect();
+            }
             let middle = |[a, b]: &Bracket| core::array::from_fn(|k| 0.5 * (a.0[k] + b.0[k]));
             let points: Vec<[f64; 3]> = brackets.iter().map(middle).collect();
             let rates = self.rates(&points).await?;
@@ -175,11 +192,13 @@ impl Search<'_> {
                 bracket[usize::from(a > b)] = (at, rate);
             }
         }
-        let is_jump = |([a, b], (_, edge)): (&Bracket, &(usize, Edge))| {
+        let is_jump = |(([a, b], before), (_, edge)): ((&Bracket, f64), &(usize, Edge))| {
             let [from, to] = edge.ends.map(|end| base.rates[end]);
-            (b.1 - a.1).abs() > TUNING.surfaces.jump_share * (to - from).abs()
+            let left = (b.1 - a.1).abs();
+            left > TUNING.surfaces.jump_share * before
+                && left > TUNING.surfaces.slope_left * (to - from).abs()
         };
-        Ok(brackets.iter().zip(tests).map(is_jump).collect())
+        Ok(brackets.iter().zip(before).zip(tests).map(is_jump).collect())
     }
 
     /// Makes samples of all corners. Parts of equal constant values are one region.

@@ -38,8 +38,9 @@ pub(super) struct Samples {
     bucket: f64,
     /// The region that each label stands for: regions whose values agree become one.
     merged: Vec<Label>,
-    /// The least and the largest value with each label.
+    /// The least and the largest value with each label, and the number of its samples.
     ends: Vec<[f64; 2]>,
+    counts: Vec<usize>,
     /// Differences of G below this do not matter.
     pub(super) negligible: f64,
 }
@@ -50,7 +51,8 @@ const RINGS: i32 = 6;
 impl Samples {
     pub(super) fn new(bucket: f64, negligible: f64) -> Self {
         let (all, merged, ends) = (Vec::new(), Vec::new(), Vec::new());
-        Self { all, buckets: FxHashMap::default(), bucket, merged, ends, negligible }
+        let (buckets, counts) = (FxHashMap::default(), Vec::new());
+        Self { all, buckets, bucket, merged, ends, counts, negligible }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -82,6 +84,7 @@ impl Samples {
         let label = Label::try_from(self.merged.len()).unwrap_or(Label::MAX);
         self.merged.push(label);
         self.ends.push([f64::INFINITY, f64::NEG_INFINITY]);
+        self.counts.push(0);
         label
     }
 
@@ -89,10 +92,26 @@ impl Samples {
     pub(super) fn merge(&mut self, a: Label, b: Label) {
         let [a, b] = [self.current(a), self.current(b)];
         let (kept, lost) = (a.min(b), a.max(b));
+        if kept == lost {
+            return;
+        }
         self.merged.iter_mut().filter(|of| **of == lost).for_each(|of| *of = kept);
         let of_lost = self.ends[usize::from(lost)];
         let ends = &mut self.ends[usize::from(kept)];
         *ends = [ends[0].min(of_lost[0]), ends[1].max(of_lost[1])];
+        self.counts[usize::from(kept)] += self.counts[usize::from(lost)];
+    }
+
+    /// Whether all values of a region are equal, so that no other value belongs to it. With few values
+    /// it is as the other regions are.
+    fn is_constant(&self, label: Label) -> bool {
+        let is_equal = |k: usize| self.ends[k][1] - self.ends[k][0] <= self.negligible;
+        let own = usize::from(label);
+        if !is_equal(own) || self.counts[own] >= FOR_CONSTANT {
+            return is_equal(own);
+        }
+        let mut others = (0..self.merged.len()).filter(|&k| usize::from(self.merged[k]) == k);
+        others.all(is_equal)
     }
 
     /// A region of constant values that agree with a value, wherever it is.
@@ -119,6 +138,7 @@ impl Samples {
         let current = usize::from(self.current(label));
         if let Some(ends) = self.ends.get_mut(current) {
             *ends = [ends[0].min(rate), ends[1].max(rate)];
+            self.counts[current] += 1;
         }
         let place = self.place(at);
         self.buckets.entry(place).or_default().push(u32::try_from(number).unwrap_or(u32::MAX));
@@ -181,7 +201,8 @@ impl Samples {
         }
         let misfit = |of: &Predicted| (rate - of.rate).abs();
         let best = predicted.iter().min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
-        if best.spread <= self.negligible && best.count >= FOR_CONSTANT {
+        let is_locally = best.spread <= self.negligible && best.count >= FOR_CONSTANT;
+        if is_locally || self.is_constant(best.label) {
             return (misfit(best) <= 2.0 * self.negligible).then_some(best.label);
         }
         // Where G varies, a region has all that is nearer to it than to others.

@@ -34,7 +34,7 @@ group! {
         /// error below this share of it.
         slope_share: f64 = 0.5, 0.25..=0.6;
         /// The number of times that the steepest half of an edge is divided before a difference is a
-        /// jump, and the share that is left then.
+        /// jump, and the share of it that the last two of them leave.
         halvings: usize = 5, 4..=7;
         jump_share: f64 = 0.6, 0.5..=0.7;
         /// The most regions: more of them are no regions but structure.
@@ -91,7 +91,7 @@ group! {
         /// of the pixels, and that of patches on a line, from which they are, which decreases each time
         /// by a factor; and the factor on what is allowed in them.
         improvements: usize = 5, 3..=8;
-        improved_from: f64 = 0.7, 0.5..=0.9;
+        improved_from: f64 = 0.85, 0.5..=0.9;
         improved_first: f64 = 0.3, 0.2..=0.4;
         improved_step: f64 = 0.65, 0.5..=0.8;
         improved_share: f64 = 0.4, 0.25..=0.6;
