@@ -29,3 +29,12 @@ fn a_slope_is_one_part_and_a_step_is_two() {
     let edges = step.join_smooth(1e-6);
     assert_eq!((parts(&step), edges.len()), (2, 81));
 }
+
+#[test]
+fn successive_steps_between_constant_parts_are_no_slope() {
+    // The steps of 0.5 at x = 4/8 and 5/8 predict each other.
+    let step = |x: f64| if x < 0.45 { 0.0 } else { 0.5 };
+    let mut steps = lattice(|[x, ..]| step(x) + step(x - 0.1));
+    let edges = steps.join_smooth(1e-6);
+    assert_eq!((parts(&steps), edges.len()), (3, 162));
+}

@@ -51,3 +51,22 @@ fn another_value_among_constant_ones_is_a_new_region() {
     assert_eq!((samples.regions(), samples.label(number)), (2, 0));
     assert_eq!(samples.constant(0.0), None);
 }
+
+#[test]
+fn a_region_of_few_equal_values_admits_no_other_value() {
+    let mut samples = samples(|_| 0.0);
+    let label = samples.new_label();
+    samples.add([0.4, 0.4, 0.2], 0.7, label);
+    // 0.5 is nearer to 0.7 than to 0, but all regions are constant.
+    assert_eq!(samples.classify([0.41, 0.4, 0.2], 0.5), None);
+    assert_eq!(samples.classify([0.41, 0.4, 0.2], 0.7), Some(label));
+}
+
+#[test]
+fn merging_a_region_with_itself_changes_nothing() {
+    let mut samples = samples(|_| 0.0);
+    let label = samples.new_label();
+    samples.merge(label, label);
+    assert_eq!(samples.regions(), 3);
+    assert!(samples.is_constant(0));
+}
