@@ -70,17 +70,28 @@ impl BaseLattice {
         (at[axis] < self.count[axis]).then(|| self.rates[self.number(at)])
     }
 
-    /// Whether a corner next to this one has the same value.
-    fn is_level(&self, corner: usize, negligible: f64) -> bool {
+    /// Whether the value of a corner recurs next to it along an axis.
+    fn recurs(&self, corner: usize, axis: usize, negligible: f64) -> bool {
         let equals = |value: f64| (value - self.rates[corner]).abs() <= negligible;
-        let beyond = |axis: usize, second| self.beyond([corner; 2], axis, second);
-        (0..3).any(|axis| [false, true].iter().any(|&k| beyond(axis, k).is_some_and(equals)))
+        [false, true].iter().any(|&k| self.beyond([corner; 2], axis, k).is_some_and(equals))
     }
 
-    /// Whether the differences next to an edge predict that of the edge. Between two parts of
-    /// constant values there is no slope, even if there are steps on both sides of the edge.
+    /// Whether an edge is between parts of constant values: the values recur next to its ends, and
+    /// somewhere along its line. Those of a function of one coordinate do not recur along a line.
+    fn is_between_constants(&self, ends: [usize; 2], axis: usize, negligible: f64) -> bool {
+        let mut line = (0..self.count[axis]).map(|k| {
+            let mut at = self.corner(ends[0]);
+            at[axis] = k;
+            self.number(at)
+        });
+        let is_level = |&end: &usize| (0..3).any(|other| self.recurs(end, other, negligible));
+        ends.iter().all(is_level) && line.any(|corner| self.recurs(corner, axis, negligible))
+    }
+
+    /// Whether the differences next to an edge predict that of the edge. Between parts of constant
+    /// values there is no slope, even if there are steps on both sides of the edge.
     fn is_slope(&self, ends: [usize; 2], axis: usize, negligible: f64) -> bool {
-        if ends.iter().all(|&end| self.is_level(end, negligible)) {
+        if self.is_between_constants(ends, axis, negligible) {
             return false;
         }
         let [a, b] = ends.map(|i| self.rates[i]);

@@ -32,9 +32,16 @@ fn a_slope_is_one_part_and_a_step_is_two() {
 
 #[test]
 fn successive_steps_between_constant_parts_are_no_slope() {
-    // The steps of 0.5 at x = 4/8 and 5/8 predict each other.
+    // The three steps of 0.5 predict each other.
     let step = |x: f64| if x < 0.45 { 0.0 } else { 0.5 };
-    let mut steps = lattice(|[x, ..]| step(x) + step(x - 0.1));
+    let mut steps = lattice(|[x, ..]| step(x) + step(x - 0.1) + step(x - 0.2));
     let edges = steps.join_smooth(1e-6);
-    assert_eq!((parts(&steps), edges.len()), (3, 162));
+    assert_eq!((parts(&steps), edges.len()), (4, 243));
+}
+
+#[test]
+fn a_slope_along_one_axis_is_one_part() {
+    let mut slope = lattice(|[_, y, _]| 1.0 + y);
+    assert!(slope.join_smooth(1e-6).is_empty());
+    assert_eq!(parts(&slope), 1);
 }
