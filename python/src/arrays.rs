@@ -1,6 +1,6 @@
 //! Images and cubes as arrays of `NumPy`, and back.
 
-use emitree::{Cube, Image};
+use emitree::{Cube, Image, Samples};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray3};
 use pyo3::prelude::*;
 
@@ -30,4 +30,15 @@ pub(crate) fn cube_of(values: &PyReadonlyArray3<'_, f64>) -> Cube {
     let (height, width) = (values.shape()[1], values.shape()[2]);
     let bands = values.outer_iter().map(|band| band.iter().copied().collect());
     Cube::from_bands(bands.map(|band| Image::from_pixels(height, width, band)).collect())
+}
+
+/// Positions, directions, and energies if there is an axis.
+pub(crate) type Points<'py> =
+    (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Option<Bound<'py, PyArray1<f64>>>);
+
+/// Points as arrays.
+pub(crate) fn points<'py>(py: Python<'py>, samples: &Samples<'_>) -> PyResult<Points<'py>> {
+    let energies = samples.energies();
+    let energies = (!energies.is_empty()).then(|| PyArray1::from_slice(py, energies));
+    Ok((vectors(py, samples.positions())?, vectors(py, samples.directions())?, energies))
 }

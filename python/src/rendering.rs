@@ -97,11 +97,11 @@ impl Rendered {
 
     /// For pickling and copying: plain data and arrays.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let RenderedScene { account, values, error, evaluations_per_pixel, .. } = &self.rendered;
+        let RenderedScene { account, values, error, .. } = &self.rendered;
         let account = serde_json::to_string(account);
         let account = account.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let errors = error.as_ref().map(|error| voxels(py, error)).transpose()?;
-        let evaluations = voxels(py, evaluations_per_pixel)?;
+        let evaluations = voxels(py, self.rendered.evaluations_per_pixel())?;
         let arguments = (account, voxels(py, values)?, errors, evaluations);
         Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
     }
@@ -165,7 +165,7 @@ impl Rendered {
 
     /// Evaluations on the lines of sight of each pixel, (height, width).
     fn evaluations_per_pixel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let map = self.rendered.evaluations_per_pixel.bands().first().cloned();
+        let map = self.rendered.evaluations_per_pixel().bands().first().cloned();
         array(py, &map.unwrap_or_else(|| Image::zeros(0, 0)))
     }
 
@@ -253,8 +253,7 @@ impl Rendered {
             .into_iter()
             .map(|(number, low, high)| Channel { number, range_kev: [low, high] });
         let channels: Vec<Channel> = channels.collect();
-        // Always with the table of channels, as the documentation has it.
-        let bands = Bands::Counts { channels: &channels, are_bins: false };
+        let bands = Bands::Counts { channels: &channels };
         let (map, cards) = self.rendered.counts_map(&map, bands, seed);
         self.encoded(py, map, Vec::new(), cards)
     }

@@ -187,13 +187,13 @@ fn a_uniform_emission_has_the_counts_of_the_closed_form() {
         "EXTNAME = 'EXPECTED'",
         "BUNIT   = 'count   '",
         "CTYPE1  = 'XLON-CAR'",
-        "CTYPE3  = 'ENER    '",
+        "CTYPE3  = 'CHANNEL '",
         "EXPOSURE=",
-        "EXTNAME = 'ENERGIES'",
+        "EXTNAME = 'EBOUNDS '",
     ] {
         assert!(has(&fits, text), "{text}");
     }
-    assert!(!has(&fits, "EBOUNDS") && !has(&fits, "SEED    =") && !has(&fits, "'ERROR"));
+    assert!(!has(&fits, "ENERGIES") && !has(&fits, "SEED    =") && !has(&fits, "'ERROR"));
     let (width, height, _) = decode_png(&folder.bytes("e.png"));
     assert_eq!((width, height), (2 * 20 + 1, 2 * 15 + 1));
 }

@@ -50,8 +50,6 @@ pub struct Account {
     pub exposure_s: Option<f64>,
     /// The seed of its counts.
     pub seed: Option<u64>,
-    /// Whether each of its channels is an energy bin.
-    pub channels_are_bins: bool,
     /// Evaluations of the emission rate.
     pub evaluations: u64,
     /// In how many batches.
@@ -151,8 +149,6 @@ impl Account {
             bins: scene.energy.as_ref().map(Bins::from),
             exposure_s: instrument.map(|found| found.instrument.exposure_s),
             seed: instrument.map(|found| found.seed),
-            channels_are_bins: instrument
-                .is_some_and(|found| found.instrument.redistribution.is_none()),
             evaluations: stats.evaluations,
             batches: stats.batches,
             ending: ending(stats.ending).to_owned(),

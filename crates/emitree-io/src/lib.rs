@@ -35,6 +35,7 @@ mod energies;
 pub mod figure;
 mod fits;
 mod format;
+mod grouped;
 pub mod grid;
 mod memory;
 mod mollweide;
@@ -56,6 +57,7 @@ pub use fits::{
     Card, CardValue, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs, WcsAxis,
 };
 pub use format::{EncodeError, Format, FormatDescription, PictureStyle, UnknownEnding};
+pub use grouped::grouped;
 pub use memory::{available_memory_bytes, peak_memory_bytes};
 pub use mollweide::{East, mollweide, picture_of_sky};
 pub use npy::{NpyError, encode_npy, encode_npy_cube, encode_npy_image};
@@ -71,7 +73,6 @@ pub use scene::{
     cameras,
 };
 pub use tree_file::{TreeFile, TreeFileError};
-pub use words::grouped;
 
 /// The example of the README.
 #[cfg(doctest)]

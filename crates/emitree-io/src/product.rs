@@ -32,8 +32,6 @@ pub enum Bands<'a> {
     Counts {
         /// The channels.
         channels: &'a [Channel],
-        /// Whether each is an energy bin of the scene.
-        are_bins: bool,
     },
 }
 
@@ -58,7 +56,7 @@ impl ProductMap<'_> {
 
     /// Whether the third axis is that of the energy bins.
     pub fn has_energies(&self) -> bool {
-        matches!(self.bands, Bands::Energies | Bands::Counts { are_bins: true, .. })
+        self.bands == Bands::Energies
     }
 }
 
@@ -142,12 +140,8 @@ fn known(unit: &str) -> Option<&str> {
 fn image<'a>(&ProductMap { name, map, unit, bands }: &ProductMap<'a>) -> FitsImage<'a> {
     match (map.bands(), bands) {
         ([image], Bands::Image) => FitsImage::new(name, image, known(unit)),
-        (_, Bands::Counts { channels, are_bins: false }) => {
-            FitsImage::channels(name, map, channels, known(unit))
-        }
-        (_, Bands::Image | Bands::Energies | Bands::Counts { are_bins: true, .. }) => {
-            FitsImage::cube(name, map, known(unit))
-        }
+        (_, Bands::Counts { channels }) => FitsImage::channels(name, map, channels, known(unit)),
+        (_, Bands::Image | Bands::Energies) => FitsImage::cube(name, map, known(unit)),
     }
 }
 

@@ -3,12 +3,14 @@
 use crate::account::{Account, Bins};
 use crate::energies::Energies;
 use crate::fits::{Card, FitsEncodeError};
+use crate::grouped::grouped;
 use crate::product::{Bands, FitsProduct, Product, ProductMap};
 use crate::report::{CountsReport, Report};
 use crate::scene::Scene;
-use crate::words::grouped;
+use emitree::result::EvaluationCounts;
 use emitree::{Cube, Image, Rendering};
 use std::error::Error;
+use std::sync::OnceLock;
 
 /// A rendering in the quantity and the units of its scene. It needs neither the emission nor any file
 /// afterwards.
@@ -38,12 +40,28 @@ pub struct RenderedScene {
     pub values: Cube,
     /// The estimated |error| of each value, if the method has one.
     pub error: Option<Cube>,
-    /// Evaluations on the lines of sight of each pixel, one band.
-    pub evaluations_per_pixel: Cube,
+    /// Evaluations on the lines of sight of each pixel.
+    evaluations: EvaluationMap,
     /// The image of the whole energy band, one band, if there are energies.
     pub band: Option<Cube>,
     /// The energy bins, if there are some.
     pub energies: Option<Energies>,
+}
+
+/// Evaluations on the lines of sight of each pixel: few pixels of a large image have some, so that the map
+/// of all pixels is made when it is asked for.
+#[derive(Clone, Debug)]
+struct EvaluationMap {
+    counts: Option<EvaluationCounts>,
+    map: OnceLock<Cube>,
+}
+
+impl EvaluationMap {
+    fn map(&self) -> &Cube {
+        let made =
+            || of_one(self.counts.as_ref().map_or_else(no_pixels, EvaluationCounts::to_image));
+        self.map.get_or_init(made)
+    }
 }
 
 /// The unit of counts, in the grammar of FITS.
@@ -59,7 +77,8 @@ impl RenderedScene {
             _ => 0.0,
         });
         let account = Account::new(scene, found, estimated);
-        let evaluations = Cube::from_bands(vec![found.stats.evaluations_per_pixel.to_image()]);
+        let counts = Some(found.stats.evaluations_per_pixel.clone());
+        let evaluations = EvaluationMap { counts, map: OnceLock::new() };
         Self::of(account, values, error, evaluations, scene.energy.clone())
     }
 
@@ -80,19 +99,25 @@ impl RenderedScene {
         if bands != bins {
             return Err(format!("a rendering of {bands} bands: expected {bins}").into());
         }
-        Ok(Self::of(account, values, error, evaluations_per_pixel, energies))
+        let evaluations = EvaluationMap { counts: None, map: evaluations_per_pixel.into() };
+        Ok(Self::of(account, values, error, evaluations, energies))
     }
 
     fn of(
         account: Account,
         values: Cube,
         error: Option<Cube>,
-        evaluations_per_pixel: Cube,
+        evaluations: EvaluationMap,
         energies: Option<Energies>,
     ) -> Self {
         let band = energies.as_ref().map(|found| account.band_image(&values, found.axis()));
         let band = band.map(of_one);
-        Self { account, values, error, evaluations_per_pixel, band, energies }
+        Self { account, values, error, evaluations, band, energies }
+    }
+
+    /// Evaluations on the lines of sight of each pixel, one band; made when it is asked for first.
+    pub fn evaluations_per_pixel(&self) -> &Cube {
+        self.evaluations.map()
     }
 
     /// The image of the whole energy band, or the image itself.
@@ -210,7 +235,7 @@ impl RenderedScene {
     }
 
     fn evaluations_map(&self) -> ProductMap<'_> {
-        let (map, bands) = (&self.evaluations_per_pixel, Bands::Image);
+        let (map, bands) = (self.evaluations_per_pixel(), Bands::Image);
         ProductMap { name: "EVALUATIONS", map, unit: "", bands }
     }
 
@@ -222,6 +247,10 @@ impl RenderedScene {
 /// An image as a cube of one band.
 fn of_one(image: Image) -> Cube {
     Cube::from_bands(vec![image])
+}
+
+fn no_pixels() -> Image {
+    Image::zeros(0, 0)
 }
 
 fn nothing_in_view(evaluations: u64) -> String {

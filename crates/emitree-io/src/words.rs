@@ -1,4 +1,4 @@
-//! Lists and counts in messages.
+//! Lists in messages.
 
 /// What may be chosen: `a, b or c`.
 pub(crate) fn alternatives<T: ToString>(items: impl IntoIterator<Item = T>) -> String {
@@ -16,23 +16,6 @@ fn listed<T: ToString>(items: impl IntoIterator<Item = T>, last: &str) -> String
         Some(end) if !items.is_empty() => format!("{} {last} {end}", items.join(", ")),
         only => only.unwrap_or_default(),
     }
-}
-
-/// A count with its thousands set apart.
-///
-/// ```
-/// assert_eq!(emitree_io::grouped(19_136), "19,136");
-/// ```
-pub fn grouped(count: u64) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 #[cfg(test)]

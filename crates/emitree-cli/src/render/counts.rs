@@ -48,8 +48,8 @@ impl Counts {
     }
 
     /// What the bands of the counts are.
-    pub(super) fn bands(&self, account: &Account) -> Bands<'_> {
-        Bands::Counts { channels: &self.channels, are_bins: account.channels_are_bins }
+    pub(super) fn bands(&self) -> Bands<'_> {
+        Bands::Counts { channels: &self.channels }
     }
 
     /// The counts in the report.

@@ -155,7 +155,7 @@ fn whole_band<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a
 /// The expected counts, if there is an instrument.
 fn expected<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
     let counts = rendered.counts.as_ref()?;
-    let bands = counts.bands(&rendered.account);
+    let bands = counts.bands();
     let (map, provenance) = rendered.counts_map(&counts.expected, bands, None);
     Some(Product { meaning: "expected counts", provenance, ..Product::new(scene, map) })
 }
@@ -163,7 +163,7 @@ fn expected<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>>
 /// The counts that were drawn, if any were.
 fn drawn<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
     let counts = rendered.counts.as_ref()?;
-    let bands = counts.bands(&rendered.account);
+    let bands = counts.bands();
     let (map, provenance) =
         rendered.counts_map(counts.drawn.as_ref()?, bands, rendered.account.seed);
     Some(Product { meaning: "counts", provenance, ..Product::new(scene, map) })

@@ -124,11 +124,11 @@ impl Scene {
         self.band.factor
     }
 
-    /// The image of the whole energy band of a cube, or of its errors, in
-    /// [`band_unit`](Self::band_unit); none if the scene has no energies.
+    /// An image of the whole energy band, the cube's unit times that of the energies, in
+    /// [`band_unit`](Self::band_unit): as for the frames of a rendering.
     ///
     /// ```
-    /// use emitree::{Cube, Image};
+    /// use emitree::Image;
     /// use emitree_io::Scene;
     ///
     /// let text = r#"
@@ -138,23 +138,12 @@ impl Scene {
     ///     energy = { min = 100, max = 300, bins = 2, unit = "eV" }
     /// "#;
     /// let scene = Scene::parse("example", text, &[])?;
-    /// let cube = Cube::from_bands([3.0, 4.0].map(|v| Image::from_pixels(1, 1, vec![v])).into());
-    /// let band = scene.band_image(&cube).ok_or("no energies")?;
+    /// // 100 eV · 3 + 100 eV · 4, as of `Cube::sum_over_energy`.
+    /// let band = scene.in_band_unit(Image::from_pixels(1, 1, vec![700.0]));
     /// assert_eq!((scene.image_unit(), scene.band_unit()), ("ph cm-2 s-1 sr-1 keV-1", "ph cm-2 s-1 sr-1"));
-    /// assert!((band[(0, 0)] - 0.7).abs() < 1e-15); // 0.1 keV · 3 + 0.1 keV · 4
+    /// assert!((band[(0, 0)] - 0.7).abs() < 1e-15);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    ///
-    /// # Panics
-    ///
-    /// If the cube has not as many bands as the scene has bins.
-    pub fn band_image(&self, cube: &Cube) -> Option<Image> {
-        let energies = self.energy.as_ref()?;
-        Some(self.in_band_unit(cube.sum_over_energy(energies.axis())))
-    }
-
-    /// An image of the whole energy band, the cube's unit times that of the energies, in
-    /// [`band_unit`](Self::band_unit): as for the frames of a rendering.
     pub fn in_band_unit(&self, mut band: Image) -> Image {
         band.pixels_mut().iter_mut().for_each(|pixel| *pixel *= self.band.factor);
         band

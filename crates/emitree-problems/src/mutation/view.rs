@@ -112,8 +112,8 @@ impl Mutator {
             }
             1 => format!("type = \"sphere\"\ncenter = {center}\nradius = {:e}\n", self.size()),
             _ => {
-                let radii = [(); 3].map(|()| self.size());
-                format!("type = \"ellipsoid\"\ncenter = {center}\nradii = {radii:?}\n")
+                let semi_axes = [(); 3].map(|()| self.size());
+                format!("type = \"ellipsoid\"\ncenter = {center}\nsemi_axes = {semi_axes:?}\n")
             }
         }
     }

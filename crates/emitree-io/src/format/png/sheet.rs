@@ -26,7 +26,7 @@ pub(super) struct Tile<'a> {
 pub(super) fn tiles<'a>(map: &ProductMap<'a>, energies: Option<&Energies>) -> Vec<Tile<'a>> {
     let bands = map.map.bands();
     match (map.bands, energies) {
-        (Bands::Counts { channels, .. }, _) => tiles_of(
+        (Bands::Counts { channels }, _) => tiles_of(
             bands,
             |channels_of_tile| sum(bands, channels_of_tile.map(|channel| (channel, 1.0))),
             |channels_of_tile| range_of(&channels[channels_of_tile]),
@@ -164,7 +164,7 @@ mod tests {
         let channels = (0..130).map(|n| Channel { number: n.into(), range_kev: edges(n) });
         let (cube, channels): (_, Vec<Channel>) =
             (Cube::from_bands(bands(130)), channels.collect());
-        let of_tiles = Bands::Counts { channels: &channels, are_bins: false };
+        let of_tiles = Bands::Counts { channels: &channels };
         let tiles = tiles(&map(&cube, of_tiles), Some(&energies(4)));
         assert_eq!((tiles.len(), &*tiles[1].label), (44, "1.5–3 keV"));
         assert_eq!(tiles[1].image[(0, 0)].to_bits(), 12_f64.to_bits());
