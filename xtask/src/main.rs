@@ -16,6 +16,10 @@ mod environment;
 mod features;
 mod fuzz;
 mod gallery;
+// Shared with the messages of the command.
+#[expect(unreachable_pub, reason = "it is public there")]
+#[path = "../../crates/emitree-io/src/grouped.rs"]
+mod grouped;
 mod outcome;
 mod package;
 mod peers;

@@ -4,6 +4,7 @@
 //! Not a step of `cargo xtask test`: it takes minutes, and its seconds are those of the machine.
 
 use crate::environment::interpreter;
+use crate::grouped::grouped;
 use crate::python::lint;
 use crate::workspace::{Workspace, spelled, succeed};
 use std::fs;
@@ -97,7 +98,7 @@ fn markdown(numbers: &str) -> String {
         let mut text = format!("### {title}\n\n{}", row_of(columns.iter().copied()));
         text.push_str(&row_of(alignments));
         for row in &rows {
-            let cells: Vec<String> = row.iter().map(|cell| grouped(cell)).collect();
+            let cells: Vec<String> = row.iter().map(|cell| readable(cell)).collect();
             text.push_str(&row_of(cells.iter().map(String::as_str)));
         }
         text
@@ -111,18 +112,8 @@ fn row_of<'a>(cells: impl Iterator<Item = &'a str>) -> String {
 }
 
 /// A whole number with a comma at each thousand; all else as it is.
-fn grouped(cell: &str) -> String {
-    if cell.len() < 4 || !cell.bytes().all(|byte| byte.is_ascii_digit()) {
-        return cell.to_owned();
-    }
-    let mut text = String::new();
-    for (at, digit) in cell.chars().enumerate() {
-        if at > 0 && (cell.len() - at).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+fn readable(cell: &str) -> String {
+    cell.parse().map_or_else(|_| cell.to_owned(), grouped)
 }
 
 /// Where, from what, how and when numbers were made, as comments.
@@ -209,7 +200,7 @@ mod tests {
     #[test]
     fn whole_numbers_are_grouped() {
         assert_eq!(
-            ["999", "1000", "123456", "0.00012", "1e-12"].map(grouped),
+            ["999", "1000", "123456", "0.00012", "1e-12"].map(readable),
             ["999", "1,000", "123,456", "0.00012", "1e-12"]
         );
     }

@@ -23,7 +23,7 @@ pub(crate) const STEPS: [Step; 10] = [
     Step { name: "features", about: "clippy on each feature alone", run: features::run },
     Step {
         name: "package",
-        about: "manifests and licences of what is published",
+        about: "manifests and licences of what is published; packed crates compile",
         run: package::run,
     },
     Step { name: "doc", about: "documentation builds, warnings are errors", run: doc },
