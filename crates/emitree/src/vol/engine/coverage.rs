@@ -52,6 +52,10 @@ impl Engine<'_> {
     /// the samples differ from the fits; `target` is the error allowed, in the unit of the image.
     pub(crate) async fn verify_samples(&mut self, target: f64) -> Result<Vec<Lines>, Stop> {
         let parts = self.parts.len();
+        if parts == 0 {
+            // No line of sight is in view.
+            return Ok(Vec::new());
+        }
         // Those of the first energy.
         let sheets = self.sheets.partition_point(|sheet| sheet.id.energy == 0);
         let of_evaluations = TUNING.verification.sample_share * self.meter.evaluations() as f64;
@@ -60,8 +64,7 @@ impl Engine<'_> {
             .wanted
             .map_or(0, |size| lattice::points_to_detect(size, TUNING.verification.detection_share));
         let number = TUNING.verification.least_samples.max(whole(of_evaluations)).max(of_feature);
-        // Without a line in view there is no part.
-        let mut number = (number / parts.max(1)).next_power_of_two();
+        let mut number = (number / parts).next_power_of_two();
         for _ in 0..=TUNING.verification.most_doublings {
             let mut lines = Vec::with_capacity(self.sheets.len());
             let mut smallest = self.coverage.of_others;

@@ -28,11 +28,8 @@ impl Engine<'_> {
             self.show(&current);
             let largest =
                 current.largest_pixel().max(TUNING.engine.cancellation_share * self.brightest());
-            let met = |tolerance: f64| {
-                self.has_required_nodes(&current)
-                    && current.largest_error() <= TUNING.engine.stopping_share * tolerance * largest
-            };
-            let [meets_goal, meets_tolerance] = [self.goal, self.tolerance].map(met);
+            let [meets_goal, meets_tolerance] =
+                [self.goal, self.tolerance].map(|of| self.meets(&current, of, largest));
             if meets_goal && self.settle_quadrature(&current, self.requested * largest) {
                 current = self.assemble()?;
                 continue;
@@ -40,8 +37,14 @@ impl Engine<'_> {
             if meets_goal {
                 match self.verify(&current, self.requested * largest).await? {
                     Verdict::Passed => {
-                        self.show(&current);
-                        return Ok((current, StopReason::Complete));
+                        // Spectra of the verification may differ more from those explained.
+                        if self.spectra.is_some() {
+                            current = self.assemble()?;
+                        }
+                        if self.meets(&current, self.goal, largest) {
+                            self.show(&current);
+                            return Ok((current, StopReason::Complete));
+                        }
                     }
                     Verdict::AtFinestLevel => return Ok((current, StopReason::MaxLevel)),
                     Verdict::Unaffordable => return Ok((current, StopReason::Budget)),
@@ -99,16 +102,26 @@ impl Engine<'_> {
         }
     }
 
+    /// Whether the estimated error is sufficiently below a tolerance, given the `largest` pixel.
+    fn meets(&self, current: &CurrentImage, tolerance: f64, largest: f64) -> bool {
+        self.has_required_nodes(current)
+            && current.largest_error() <= TUNING.engine.stopping_share * tolerance * largest
+    }
+
     /// Ends a search that a limit has stopped. The requested tolerance may be met although that of
     /// the search is not, since it is stricter.
     async fn conclude(
         &mut self,
-        current: CurrentImage,
+        mut current: CurrentImage,
         ending: StopReason,
     ) -> Result<(CurrentImage, StopReason), MethodError> {
         let target = self.requested * current.largest_pixel();
         let met = self.has_required_nodes(&current) && current.largest_error() <= target;
-        let passed = met && self.verify(&current, target).await? == Verdict::Passed;
+        let mut passed = met && self.verify(&current, target).await? == Verdict::Passed;
+        if passed && self.spectra.is_some() {
+            current = self.assemble()?;
+            passed = current.largest_error() <= target;
+        }
         Ok((current, if passed { StopReason::Complete } else { ending }))
     }
 

@@ -23,6 +23,11 @@ use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::verification::Verification;
 use std::collections::BTreeSet;
 
+mod verification;
+
+/// Multiples of the golden ratio, modulo 1, are distinct and evenly distributed for any number of them.
+const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
+
 /// The sampled spectra, and the error that the selected energies leave.
 pub(crate) struct Spectra<'a> {
     probes: SpectralProbes<'a>,
@@ -33,6 +38,10 @@ pub(crate) struct Spectra<'a> {
     share: f64,
     /// For each sheet, the number of nodes that spectral probes have been chosen from.
     probed: Vec<usize>,
+    /// For each sheet, the number of lines of its verification that have been compared.
+    verified: Vec<usize>,
+    /// The number of these lines of all sheets.
+    verified_lines: usize,
 }
 
 impl<'a> Spectra<'a> {
@@ -46,6 +55,8 @@ impl<'a> Spectra<'a> {
             are_explained: false,
             share: TUNING.spectra.energy_share,
             probed: Vec::new(),
+            verified: Vec::new(),
+            verified_lines: 0,
         }
     }
 
@@ -151,8 +162,7 @@ impl<'b> Engine<'b> {
         // Spectra may lie between these energies: each point is sampled at different ones.
         let (step, cell) = (spacing(TUNING.spectra.initial_level), spacing(LINE_LEVEL));
         let shifted = |(number, &point): (usize, &ProbePoint)| {
-            // Multiples of the golden ratio give distinct shifts for any number of points.
-            let shift = (0.618_033_988_749_895 * (number as f64 + 1.0)).fract();
+            let shift = (GOLDEN_RATIO * (number as f64 + 1.0)).fract();
             let shift = cell::to_u32(whole(shift * f64::from(step / cell))) * cell;
             (0..1_u32 << TUNING.spectra.initial_level).map(move |k| (point, k * step + shift))
         };
@@ -390,7 +400,7 @@ impl<'b> Engine<'b> {
             }
         }
         let allowed = spectra.share * self.tolerance * largest;
-        within_budget(spectra.probes.spot_check(&views, &checks, allowed).await)
+        within_budget(spectra.probes.spot_check(&views, &checks, allowed).await.map(|_| ()))
     }
 }
 

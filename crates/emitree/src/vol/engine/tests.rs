@@ -2,6 +2,7 @@
 
 mod energies;
 mod loops;
+mod spectra_verification;
 mod verification;
 
 use super::*;

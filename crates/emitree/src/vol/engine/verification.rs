@@ -102,13 +102,15 @@ impl Engine<'_> {
         let errors: Vec<Vec<Cow<'_, Image>>> =
             self.parts.iter().map(|part| current.errors(part)).collect();
         differences.retain(|of| self.has_failed(of, &errors, target));
-        match self.refine_around(&differences, &tolerances).await? {
-            Verdict::Passed if !self.coverage.is_sufficient() => Ok(Verdict::Unaffordable),
-            verdict => {
-                self.verification_lines =
-                    (2 * self.verification_lines).min(TUNING.verification.most_line_factor);
-                Ok(verdict)
-            }
+        let verdict = self.refine_around(&differences, &tolerances).await?;
+        if verdict == Verdict::Passed && !self.coverage.is_sufficient() {
+            return Ok(Verdict::Unaffordable);
+        }
+        self.verification_lines =
+            (2 * self.verification_lines).min(TUNING.verification.most_line_factor);
+        match verdict {
+            Verdict::Passed => self.verify_energies(target, current.largest_pixel()).await,
+            verdict => Ok(verdict),
         }
     }
 

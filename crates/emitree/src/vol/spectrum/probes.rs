@@ -82,13 +82,13 @@ impl<'a> SpectralProbes<'a> {
     }
 
     /// Evaluates spot checks. The points of those with the largest errors, if these are above
-    /// `allowed`, become spectral probes.
+    /// `allowed`, become spectral probes. Returns the number of such errors.
     pub(crate) async fn spot_check(
         &mut self,
         parts: &[View<'_>],
         checks: &[SpotCheck],
         allowed: f64,
-    ) -> Result<(), Stop> {
+    ) -> Result<usize, Stop> {
         let points: Vec<_> = checks.iter().map(|check| (check.point, check.energy)).collect();
         let rates = spectral_rates(parts, &points, &self.bins).await?;
         let unexplained = |(check, rate): (&SpotCheck, f64)| {
@@ -98,6 +98,7 @@ impl<'a> SpectralProbes<'a> {
         let mut found: Vec<(f64, SpotCheck)> = checks.iter().zip(rates).map(unexplained).collect();
         found.retain(|(wrong, _)| *wrong > allowed);
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let number = found.len();
         for (_, check) in found.into_iter().take(TUNING.spectra.most_followed_checks) {
             self.add(check.point, check.path, false);
             let probe = self.probes.iter_mut().find(|probe| probe.point == check.point);
@@ -105,7 +106,7 @@ impl<'a> SpectralProbes<'a> {
                 probe.wanted.insert(check.energy);
             }
         }
-        Ok(())
+        Ok(number)
     }
 
     /// The level of the lattice of the energies of spot checks.

@@ -74,6 +74,16 @@ group! {
         /// The finest lattice of spot checks, unless the bins themselves need a finer one. It
         /// limits the cost.
         finest_checked_level: u8 = 8, 7..=9;
+        /// The number of energies at which a line of the final verification is compared with the
+        /// selected ones. More detect narrower lines, at the cost of an evaluation each.
+        energies_per_line: u32 = 16, 8..=32;
+        /// The share of all evaluations so far that these comparisons may cost. Smaller values detect
+        /// narrow lines less often; larger ones add to the cost of every cube.
+        verified_share: f64 = 0.06, 0.03..=0.12;
+        /// The largest difference of such a sample that passes, as the error of a voxel with this
+        /// spectrum, in units of the error allowed. A narrow line is far brighter at its middle than
+        /// in the mean over a bin, so that the value has little influence on those detected.
+        failure_share: f64 = 0.5, 0.25..=1.0;
         /// The most spectral probes that unexplained spot checks add. Several of them usually
         /// belong to one kind of spectrum.
         most_followed_checks: usize = 16, 8..=32;

@@ -12,6 +12,9 @@ use crate::site::Site;
 use crate::vol::sampling::{Stop, evaluate};
 use crate::vol::tuning::TUNING;
 
+/// The depths of each line that show whether there may be an edge.
+const FIRST_DEPTHS: usize = 3;
+
 /// The lines of sight towards one body.
 struct Rays<'a> {
     meter: &'a Meter,
@@ -67,8 +70,9 @@ pub(crate) async fn find_edges(
 
 /// The largest number of evaluations for a body, at one energy.
 pub(crate) fn cost_of_edges() -> u64 {
-    let of_line =
-        TUNING.edges.depths + TUNING.edges.first_bisections + TUNING.edges.last_bisections;
+    let bisections = TUNING.edges.first_bisections + TUNING.edges.last_bisections;
+    // The depths that show whether there may be an edge, all depths, and the upper ends before a jump is told from a slope.
+    let of_line = FIRST_DEPTHS + TUNING.edges.depths + 1 + bisections;
     (TUNING.edges.lines * of_line) as u64
 }
 
@@ -98,7 +102,7 @@ impl Rays<'_> {
         let depths = TUNING.edges.depths;
         let z = |k: usize| 1.0 - (k as f64 / (depths - 1) as f64).max(TUNING.edges.lowest_depth);
         let rays = self.places.len();
-        let few = [0, depths / 8, depths / 3];
+        let few: [usize; FIRST_DEPTHS] = [0, depths / 8, depths / 3];
         let first: Vec<(usize, f64)> = (0..rays).flat_map(|ray| few.map(|k| (ray, z(k)))).collect();
         let rates = self.rates(&first).await?;
         let largest = rates.iter().copied().fold(0.0, f64::max);
