@@ -35,6 +35,7 @@ pub mod mutation;
 pub mod nebula;
 mod panels;
 pub mod recorded;
+pub mod shapes;
 pub mod shell;
 pub mod shock;
 pub mod solids;

@@ -132,27 +132,40 @@ impl Solids {
     /// assert_eq!((reference.image.height(), reference.image.width()), (4, 6));
     /// ```
     pub fn reference_image(&self, shape: [usize; 2]) -> Reference {
-        let (image, coarser) = (self.image(shape, LINES), self.image(shape, LINES / 2));
-        let (_, largest) = image.min_max();
-        let error = image.max_difference(&coarser) / largest + ROUNDING;
-        Reference { image, error }
+        mean_of_lines(shape, |line| self.line_integral(line))
     }
+}
 
-    /// The mean of `lines` × `lines` lines for each pixel.
-    fn image(&self, [height, width]: [usize; 2], lines: usize) -> Image {
-        let mean = |pixel: usize| {
-            let [row, column] = [pixel / width, pixel % width].map(|k| k as f64);
-            let place = |k: usize| (k as f64 + 0.5) / lines as f64;
-            let of_line = |k: usize| {
-                let x = (column + place(k % lines)) / width as f64;
-                let y = (row + place(k / lines)) / height as f64;
-                self.line_integral([x, y])
-            };
-            (0..lines * lines).map(of_line).sum::<f64>() / (lines * lines) as f64
+/// The means of 32 × 32 lines for each pixel, their error the difference to those of 16 × 16.
+pub(crate) fn mean_of_lines(
+    shape: [usize; 2],
+    line_integral: impl Fn([f64; 2]) -> f64 + Sync,
+) -> Reference {
+    let image = means(shape, LINES, &line_integral);
+    let coarser = means(shape, LINES / 2, &line_integral);
+    let (_, largest) = image.min_max();
+    let error = image.max_difference(&coarser) / largest + ROUNDING;
+    Reference { image, error }
+}
+
+/// The mean of `lines` × `lines` lines for each pixel.
+fn means(
+    [height, width]: [usize; 2],
+    lines: usize,
+    line_integral: &(impl Fn([f64; 2]) -> f64 + Sync),
+) -> Image {
+    let mean = |pixel: usize| {
+        let [row, column] = [pixel / width, pixel % width].map(|k| k as f64);
+        let place = |k: usize| (k as f64 + 0.5) / lines as f64;
+        let of_line = |k: usize| {
+            let x = (column + place(k % lines)) / width as f64;
+            let y = (row + place(k / lines)) / height as f64;
+            line_integral([x, y])
         };
-        let pixels = (0..height * width).into_par_iter().map(mean).collect();
-        Image::from_pixels(height, width, pixels)
-    }
+        (0..lines * lines).map(of_line).sum::<f64>() / (lines * lines) as f64
+    };
+    let pixels = (0..height * width).into_par_iter().map(mean).collect();
+    Image::from_pixels(height, width, pixels)
 }
 
 #[cfg(test)]

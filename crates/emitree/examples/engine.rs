@@ -3,7 +3,8 @@
 //!
 //! `cargo run --release -p emitree --example engine -- named 1e-2,1e-3` renders the named problems
 //! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239,
-//! `… -- peaks 0 40 1e-2` anisotropic peaks, `… -- solids 0 120 1e-2` random solids with sharp surfaces,
+//! `… -- peaks 0 40 1e-2` anisotropic peaks, `… -- solids 0 120 1e-2` sums of random solids with sharp
+//! surfaces, `… -- shapes 0 80 1e-2` random boxes, ellipsoids, cylinders, unions and shells,
 //! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- monotone 0 60` and
 //! `… -- monotone 0 40 peaks` search for tolerances that cost more than tighter ones, and
 //! `… -- paper 0 72 1e-2` searches for the cheapest threshold of method `paper` for each random scene.
@@ -16,6 +17,7 @@ use emitree::{Canonical, FromFn, Image, RenderOptions, Rendering, VolOptions, re
 use emitree_problems::catalogue::{problem, problems};
 use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
 use emitree_problems::relative_error;
+use emitree_problems::shapes::random_shape;
 use emitree_problems::solids::random_solids;
 use emitree_problems::views::{Outcome, RandomView, random_view};
 use std::error::Error;
@@ -42,6 +44,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scenes = (from.parse()?..to.parse()?).map(solid_scene).collect();
             many(scenes, &numbers(tolerances)?)
         }
+        ["shapes", from, to, tolerances] => {
+            let scenes = (from.parse()?..to.parse()?).map(shape_scene).collect();
+            many(scenes, &numbers(tolerances)?)
+        }
         ["views", from, to, tolerances] => views(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["monotone", from, to] => monotone((from.parse()?..to.parse()?).map(random_scene)),
         ["monotone", from, to, "peaks"] => monotone((from.parse()?..to.parse()?).map(random_peak)),
@@ -49,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
         _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
-                  solids FROM TO T,… | views FROM TO T,… | monotone FROM TO [peaks] | \
+                  solids FROM TO T,… | shapes FROM TO T,… | views FROM TO T,… | monotone FROM TO [peaks] | \
                   paper [FROM TO] T,… | trace NAME T"
             .into()),
     }
@@ -144,6 +150,12 @@ fn solid_scene(seed: u64) -> Scene {
     Scene { name: format!("solids-{seed}"), rate: Box::new(move |r| solids.rate(r)), reference }
 }
 
+fn shape_scene(seed: u64) -> Scene {
+    let shape = random_shape(seed);
+    let (name, reference) = (format!("{}-{seed}", shape.kind()), shape.reference_image(SHAPE));
+    Scene { name, rate: Box::new(move |r| shape.rate(r)), reference }
+}
+
 /// How often a tolerance is met, and at what cost.
 fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     for &tolerance in tolerances {
@@ -158,7 +170,7 @@ fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
             logs += (rendering.stats.evaluations as f64).ln();
             ratios.push(estimate / error.max(1e-15));
             insides += inside(&rendering, exact, slack);
-            if !is_kept {
+            if !is_kept || std::env::var("DBG").is_ok() {
                 println!(
                     "{name}: {} evaluations, true {error:.1e}, estimate {estimate:.1e}, converged {}",
                     rendering.stats.evaluations,

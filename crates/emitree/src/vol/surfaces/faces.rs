@@ -20,7 +20,7 @@ struct Disagreement {
     leaves: [usize; 2],
     at: [f64; 3],
     labels: [Label; 2],
-    /// The smaller clearance of the two, as a distance.
+    /// The smaller distance of the two from the region of the other.
     clearance: f64,
 }
 
@@ -103,7 +103,7 @@ fn disagreements(tree: &Octree, leaf: usize) -> Vec<Disagreement> {
             if labels[0] == labels[1] {
                 continue;
             }
-            let clearance = leaves.map(|of| of.clearance(at));
+            let clearance = [0, 1].map(|k| leaves[k].distance_to(labels[1 - k], at));
             if clearance.iter().all(|of| *of > TUNING.surfaces.face_distance) {
                 let clearance = clearance[0].min(clearance[1]);
                 found.push(Disagreement { leaves: [leaf, other], at, labels, clearance });

@@ -3,125 +3,16 @@
 use crate::parallel::prelude::*;
 use crate::projection::vector::{along, difference, norm, unit};
 use crate::vol::lattice;
-use crate::vol::surfaces::octree::{Facet, Grid, Label, region};
+use crate::vol::surfaces::octree::{Cell, Facet, Grid, Label, region};
 use crate::vol::surfaces::patch::{FitPoint, Patch};
+use crate::vol::surfaces::points::PointIndex;
 use crate::vol::surfaces::search::{OpenCell, Search};
+use crate::vol::surfaces::wall::{Wall, mean_orientation};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 
-/// The points of surfaces between two regions, in buckets as long as the reach of a fit.
-struct PointsOfPair {
-    buckets: FxHashMap<[i32; 3], Vec<usize>>,
-}
-
-/// All points by pairs of regions, the smaller label first.
-pub(super) struct PointIndex {
-    pairs: FxHashMap<(Label, Label), PointsOfPair>,
-    order: Vec<(Label, Label)>,
-    bucket: f64,
-}
-
-impl PointIndex {
-    fn new(search: &Search<'_>, size: f64) -> Self {
-        let bucket = TUNING.surfaces.reach * size;
-        let mut pairs: FxHashMap<(Label, Label), PointsOfPair> = FxHashMap::default();
-        for (number, point) in search.points.iter().enumerate() {
-            let [a, b] = point.samples.map(|i| search.samples.label(i));
-            if a == b {
-                continue;
-            }
-            let of_pair = pairs
-                .entry((a.min(b), a.max(b)))
-                .or_insert_with(|| PointsOfPair { buckets: FxHashMap::default() });
-            of_pair.buckets.entry(place(point.at, bucket)).or_default().push(number);
-        }
-        let mut order: Vec<(Label, Label)> = pairs.keys().copied().collect();
-        order.sort_unstable();
-        Self { pairs, order, bucket }
-    }
-
-    /// The numbers of the points of a pair within the reach of a place with their distances, the
-    /// nearest first.
-    fn numbers(
-        &self,
-        search: &Search<'_>,
-        pair: (Label, Label),
-        at: [f64; 3],
-    ) -> Vec<(f64, usize)> {
-        let Some(of_pair) = self.pairs.get(&pair) else { return Vec::new() };
-        let middle = place(at, self.bucket);
-        let mut near: Vec<(f64, usize)> = Vec::new();
-        for turn in 0..27 {
-            let step = [turn % 3 - 1, turn / 3 % 3 - 1, turn / 9 - 1];
-            let around = core::array::from_fn(|k| middle[k] + step[k]);
-            for &number in of_pair.buckets.get(&around).into_iter().flatten() {
-                let distance = norm(difference(search.points[number].at, at));
-                if distance <= self.bucket {
-                    near.push((distance, number));
-                }
-            }
-        }
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        near
-    }
-
-    /// The points of a pair within the reach of a place, the nearest first.
-    fn near(&self, search: &Search<'_>, pair: (Label, Label), at: [f64; 3]) -> Vec<FitPoint> {
-        let point = |(distance, number): (f64, usize)| {
-            let point = &search.points[number];
-            let is_upward = search.samples.label(point.samples[1]) == pair.1;
-            FitPoint { at: point.at, axis: point.axis, is_upward, distance }
-        };
-        self.numbers(search, pair, at).into_iter().map(point).collect()
-    }
-
-    /// The mean jump, from the first to the second region of a pair, at the points nearest to a place;
-    /// `None` without points.
-    fn jump(&self, search: &Search<'_>, pair: (Label, Label), at: [f64; 3]) -> Option<f64> {
-        let mut near = self.numbers(search, pair, at);
-        near.truncate(4);
-        let jump = |&(_, i): &(f64, usize)| {
-            let [a, b] = search.points[i].samples.map(|k| search.samples.get(k));
-            let is_upward = search.samples.label(search.points[i].samples[1]) == pair.1;
-            if is_upward { b.rate - a.rate } else { a.rate - b.rate }
-        };
-        let sum: f64 = near.iter().map(jump).sum();
-        (!near.is_empty()).then(|| sum / near.len() as f64)
-    }
-
-    /// The points of other pairs with the same jump, as if they were of a pair: where the emissions
-    /// of two bodies add up, their surfaces continue through each other.
-    fn continued(
-        &self,
-        search: &Search<'_>,
-        pair: (Label, Label),
-        at: [f64; 3],
-        jump: f64,
-    ) -> Vec<FitPoint> {
-        let mut points = Vec::new();
-        for &other in &self.order {
-            if other == pair {
-                continue;
-            }
-            let Some(of_other) = self.jump(search, other, at) else { continue };
-            let is_same = (of_other - jump).abs() <= TUNING.surfaces.same_jump * jump.abs();
-            let is_opposite = (of_other + jump).abs() <= TUNING.surfaces.same_jump * jump.abs();
-            if is_same || is_opposite {
-                points.extend(
-                    self.near(search, other, at)
-                        .into_iter()
-                        .map(|point| FitPoint { is_upward: point.is_upward == is_same, ..point }),
-                );
-            }
-        }
-        points
-    }
-}
-
-fn place(at: [f64; 3], bucket: f64) -> [i32; 3] {
-    #[expect(clippy::cast_possible_truncation, reason = "a view has few buckets")]
-    at.map(|along| (along / bucket).floor() as i32)
-}
+/// The reaches within which the points of several patches are taken.
+const REACHES: [i32; 3] = [1, 2, 4];
 
 impl Search<'_> {
     /// Fits patches to all cells that have no good ones yet.
@@ -140,7 +31,7 @@ impl Search<'_> {
         let (mut facets, mut is_complete) = (Vec::new(), true);
         for (i, &a) in labels.iter().enumerate() {
             for &b in &labels[i + 1..] {
-                let own = index.near(self, (a, b), centre);
+                let own = index.near(self, (a, b), centre, 1);
                 let Some(jump) = index.jump(self, (a, b), centre) else { continue };
                 let is_near = |of: &FitPoint| of.distance < 1.3 * size;
                 if labels.len() > 2 && !own.first().is_some_and(is_near) {
@@ -151,13 +42,13 @@ impl Search<'_> {
                     points.sort_by(|a, b| a.distance.total_cmp(&b.distance));
                     points.truncate(TUNING.surfaces.most_points);
                     let covered = points.get(3).is_some_and(is_near);
-                    let found = Patch::fit(&points, centre, normal?, size)?;
+                    let found = Patch::fit(&points, centre, normal?, size, 0.0)?;
                     Some((found.0, found.1, covered))
                 };
                 let continued = index.continued(self, (a, b), centre, jump);
                 let mut both = own.clone();
                 both.extend(&continued);
-                let mut found = fit(own);
+                let mut found = fit(own.clone());
                 if !continued.is_empty() {
                     let better = fit(both).filter(|(_, error, covered)| {
                         let is_better =
@@ -176,9 +67,21 @@ impl Search<'_> {
                 }
                 is_complete &= covered;
                 let jump = jump.abs();
-                let allowed = self.aim.displacement(&self.grid, &patch, size, jump);
-                let allowed = cell.guess.share * allowed;
-                facets.push(Facet { patch, below: a, above: b, error, allowed, jump });
+                let allowed_at = |wall: &Wall| {
+                    let patches = wall.patches().iter();
+                    let of_patch = |patch| self.aim.displacement(&self.grid, patch, size, jump);
+                    cell.guess.share * patches.map(of_patch).fold(f64::INFINITY, f64::min)
+                };
+                let (mut wall, mut error) = (Wall::from(patch), error);
+                let wanted = allowed_at(&wall);
+                if TUNING.surfaces.wall_patches > 1 && error > wanted {
+                    let meeting = self.meeting_patches(index, cell.cell, (a, b), wanted);
+                    if let Some(better) = meeting.filter(|(_, of_it)| *of_it < error) {
+                        (wall, error) = better;
+                    }
+                }
+                let allowed = allowed_at(&wall);
+                facets.push(Facet { wall, below: a, above: b, error, allowed, jump });
             }
         }
         let has_facet =
@@ -196,6 +99,29 @@ impl Search<'_> {
         let agrees = facets.len() == 1 || facets.iter().all(|of| wrong <= of.allowed);
         cell.is_done = is_complete && agrees && facets.iter().all(is_good);
         cell.facets = Some(facets);
+    }
+
+    /// Several patches between two regions in a cell, with their error: those with the least, or the
+    /// first that reach `wanted`.
+    fn meeting_patches(
+        &self,
+        index: &PointIndex,
+        cell: Cell,
+        pair: (Label, Label),
+        wanted: f64,
+    ) -> Option<(Wall, f64)> {
+        let (size, centre) = (self.grid.cell_size(cell.0), self.grid.centre(cell));
+        let mut best: Option<(Wall, f64)> = None;
+        for reaches in REACHES {
+            // Beside an edge, all further points are those of coarser cells.
+            let points = index.near(self, pair, centre, reaches);
+            let found = Wall::fit(&points, centre, (size, reaches), wanted);
+            best = best.into_iter().chain(found).min_by(|a, b| a.1.total_cmp(&b.1));
+            if best.as_ref().is_some_and(|(_, error)| *error <= wanted) {
+                break;
+            }
+        }
+        best
     }
 
     /// A direction from the first to the second of two regions, from the samples of a cell or from
@@ -227,16 +153,12 @@ impl Search<'_> {
                 sides == [a, b] || sides == [b, a]
             };
             if let Some(facet) = guess.iter().find(of_pair) {
-                let normal = facet.patch.normal(self.grid.centre(cell.cell));
+                let normal = facet.wall.normal(self.grid.centre(cell.cell));
                 let is_same = self.samples.current(facet.above) == b;
                 return Some(if is_same { normal } else { normal.map(|x| -x) });
             }
         }
-        let mut sum = [0.0; 3];
-        for point in points.iter().take(TUNING.surfaces.centre_points) {
-            sum[point.axis] += if point.is_upward { 1.0 } else { -1.0 };
-        }
-        unit(sum)
+        mean_orientation(&points[..points.len().min(TUNING.surfaces.centre_points)])
     }
 
     /// The largest distance from a patch of a sample on the wrong side of it.
@@ -268,7 +190,7 @@ impl Search<'_> {
                 let Some(&number) = numbers.get(&at) else { continue };
                 let own = self.samples.label(uncut[number].corners[0]);
                 if self.is_poked(&uncut[number], facet, own, size) {
-                    poked.entry(number).or_insert(*facet);
+                    poked.entry(number).or_insert_with(|| facet.clone());
                 }
             }
         }
@@ -278,7 +200,7 @@ impl Search<'_> {
         for &number in &numbers {
             let Some(facet) = poked.get(&number) else { continue };
             let cell = &mut uncut[number];
-            cell.guess.facets = Some([*facet].into());
+            cell.guess.facets = Some([facet.clone()].into());
             let labels = [facet.below.min(facet.above), facet.below.max(facet.above)];
             self.fit(&index, cell, &labels);
         }
@@ -303,7 +225,7 @@ impl Search<'_> {
         let least = (0..27).map(|turn| {
             let step = [turn % 3, turn / 3 % 3, turn / 9];
             let place = core::array::from_fn(|k| f64::from(at[k]) + 0.5 * f64::from(step[k]));
-            let above = facet.patch.above(self.grid.point(level, place));
+            let above = facet.wall.above(self.grid.point(level, place));
             if own == sides[1] { above } else { -above }
         });
         let least = least.fold(f64::INFINITY, f64::min);
@@ -318,9 +240,13 @@ impl Search<'_> {
         let index = PointIndex::new(self, self.grid.cell_size(level));
         for (number, cell) in cells.iter().enumerate().filter(|(_, cell)| cell.is_done) {
             let facets = cell.facets.as_deref().unwrap_or_default();
-            for facet in facets {
-                let Some(foot) = self.place_of_check(&index, cell, facets, facet) else { continue };
-                let normal = facet.patch.normal(foot);
+            let patches =
+                facets.iter().flat_map(|of| of.wall.patches().iter().map(move |p| (of, p)));
+            for (facet, patch) in patches {
+                let Some(foot) = self.place_of_check(&index, cell, facets, (facet, patch)) else {
+                    continue;
+                };
+                let normal = patch.normal(foot);
                 let distance = TUNING.surfaces.check_distance * facet.allowed;
                 let points = [-distance, distance].map(|along_it| along(foot, along_it, normal));
                 if points.iter().all(|point| is_in_view(&self.grid, *point)) {
@@ -338,18 +264,18 @@ impl Search<'_> {
         index: &PointIndex,
         cell: &OpenCell,
         facets: &[Facet],
-        facet: &Facet,
+        (facet, patch): (&Facet, &Patch),
     ) -> Option<[f64; 3]> {
         const PLACES: usize = 24;
         let (level, at) = cell.cell;
         let size = self.grid.cell_size(level);
         let pair = (facet.below.min(facet.above), facet.below.max(facet.above));
-        let known = index.near(self, pair, self.grid.centre(cell.cell));
+        let known = index.near(self, pair, self.grid.centre(cell.cell), 1);
         let mut best: Option<(f64, [f64; 3])> = None;
         for k in 0..PLACES {
             let u = lattice::point(k);
             let place = core::array::from_fn(|k| f64::from(at[k]) + u[k]);
-            let foot = facet.patch.foot(self.grid.point(level, place));
+            let foot = patch.foot(self.grid.point(level, place));
             let edges = self.grid.cell_edges(level);
             let is_inside = (0..3).all(|k| {
                 let along = foot[k] / edges[k] - f64::from(at[k]);
@@ -358,8 +284,8 @@ impl Search<'_> {
             if !is_inside {
                 continue;
             }
-            if facets.len() > 1 {
-                let normal = facet.patch.normal(foot);
+            if facets.len() > 1 || facet.wall.patches().len() > 1 {
+                let normal = patch.normal(foot);
                 let beside = [-1.0, 1.0]
                     .map(|side| region(facets, along(foot, 2.0 * side * facet.allowed, normal)).0);
                 if beside != [facet.below, facet.above] {

@@ -6,23 +6,28 @@
 //! the image follows from both without further evaluations.
 //!
 //! * `columns`: least squares with leave-one-out errors;
-//! * `patch`: heights over a tangent plane; `octree`: leaves with patches between regions;
+//! * `patch`: heights over a tangent plane; `wall`: patches that meet; `octree`: leaves with walls
+//!   between regions;
 //! * `samples`: samples of G, and the regions that their values belong to;
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
-//! * `search`, `regions`, `facets`, `faces`: the division into leaves: regions of the base lattice,
-//!   patches of cells, their continuation through faces;
+//! * `search`, `regions`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves: regions of
+//!   the base lattice, points of surfaces on the edges of cells, patches of cells, their continuation
+//!   through faces;
 //! * `pieces`: G within each region;
 //! * `rays`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `attempt`: all of it, with the decision.
 
 mod columns;
 mod patch;
+mod wall;
 mod octree;
 mod samples;
 mod aim;
 mod roots;
+mod points;
 mod search;
+mod cut_edges;
 mod regions;
 mod facets;
 mod faces;

@@ -1,6 +1,6 @@
 //! The octree: leaves with the regions in them and the patches between those.
 
-use crate::vol::surfaces::patch::Patch;
+use crate::vol::surfaces::wall::Wall;
 
 /// The number of a region.
 pub(super) type Label = u16;
@@ -8,10 +8,10 @@ pub(super) type Label = u16;
 /// A cell: its level and its place on that level.
 pub(super) type Cell = (u8, [u32; 3]);
 
-/// A patch between two regions.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A wall between two regions.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Facet {
-    pub(super) patch: Patch,
+    pub(super) wall: Wall,
     pub(super) below: Label,
     pub(super) above: Label,
     /// The expected displacement along the normal.
@@ -43,6 +43,16 @@ impl Leaf {
         }
     }
 
+    /// How far a point is from a region that is another one than that at the point, in units of the
+    /// displacements allowed; infinite if no wall leads there.
+    pub(super) fn distance_to(&self, label: Label, at: [f64; 3]) -> f64 {
+        match self {
+            Self::Uncut(_) => f64::INFINITY,
+            Self::Unresolved(..) => 0.0,
+            Self::Cut(facets) => distance_to(facets, label, at),
+        }
+    }
+
     /// The distance of a point from the nearest change of region along the frames of the patches, in
     /// units of the displacements allowed; infinite in a cell with one region.
     pub(super) fn clearance(&self, at: [f64; 3]) -> f64 {
@@ -52,18 +62,31 @@ impl Leaf {
             Self::Cut(facets) => {
                 let label = region(facets, at).0;
                 let of_label = facets.iter().filter(|of| of.below == label || of.above == label);
-                let clearance = |of: &Facet| of.patch.above(at).abs() / of.allowed.max(of.error);
+                let clearance = |of: &Facet| of.wall.above(at).abs() / of.allowed.max(of.error);
                 of_label.map(clearance).fold(f64::INFINITY, f64::min)
             }
         }
     }
 }
 
+/// How far a point is from a region on whose other side of a wall it is, in units of the displacements
+/// allowed; infinite if no wall bounds the region.
+fn distance_to(facets: &[Facet], label: Label, at: [f64; 3]) -> f64 {
+    let bounding = facets.iter().filter(|of| of.below == label || of.above == label);
+    let beyond = |of: &Facet| {
+        let above = of.wall.above(at);
+        let beyond = if of.above == label { -above } else { above };
+        beyond / of.allowed.max(of.error)
+    };
+    let worst = bounding.map(beyond).fold(f64::NEG_INFINITY, f64::max);
+    if worst == f64::NEG_INFINITY { f64::INFINITY } else { worst.max(0.0) }
+}
+
 /// The region at a point among patches: that which is the furthest on its own side of all patches that
 /// bound it. Returned with the distance.
 pub(super) fn region(facets: &[Facet], at: [f64; 3]) -> (Label, f64) {
     if let [only] = facets {
-        let above = only.patch.above(at);
+        let above = only.wall.above(at);
         return (if above > 0.0 { only.above } else { only.below }, above.abs());
     }
     let mut best = (0, f64::NEG_INFINITY);
@@ -74,7 +97,7 @@ pub(super) fn region(facets: &[Facet], at: [f64; 3]) -> (Label, f64) {
                 continue;
             }
             let side = |of: &Facet| {
-                let above = of.patch.above(at);
+                let above = of.wall.above(at);
                 if of.above == label { above } else { -above }
             };
             let bounding = facets.iter().filter(|of| of.below == label || of.above == label);

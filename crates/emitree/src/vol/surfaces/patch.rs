@@ -93,6 +93,11 @@ impl Patch {
         unit(normal).unwrap_or(self.axes[2])
     }
 
+    /// The normal of the tangent plane.
+    pub(super) fn axis(&self) -> [f64; 3] {
+        self.axes[2]
+    }
+
     /// The directions of u and v.
     pub(super) fn tangents(&self) -> [[f64; 3]; 2] {
         [self.axes[0], self.axes[1]]
@@ -114,25 +119,27 @@ impl Patch {
     }
 
     /// The patch that fits points, with its error: that with the least leave-one-out error of all
-    /// degrees. `normal` points to the upper side, `size` is that of the cell.
+    /// degrees up to the first with an error below `enough`. `normal` points to the upper side, `size`
+    /// is that of the cell.
     pub(super) fn fit(
         points: &[FitPoint],
         cell: [f64; 3],
         normal: [f64; 3],
         size: f64,
+        enough: f64,
     ) -> Option<(Self, f64)> {
         let kept: Vec<FitPoint> = oriented(points, normal, TUNING.surfaces.first_tilt);
         let near = kept.iter().take(TUNING.surfaces.centre_points);
         let count = near.len().max(1) as f64;
         let centre = near.fold([0.0; 3], |sum, point| along(sum, 1.0 / count, point.at));
-        let first = Self::fit_in(&kept, centre, normal, size)?;
+        let first = Self::fit_in(&kept, centre, normal, size, enough)?;
         // Again in the frame of the surface itself, where the cell is nearest to it.
         let foot = first.0.foot(cell);
         let is_far = norm(difference(foot, cell)) > 2.0 * size;
         let centre = if is_far { centre } else { foot };
         let normal = first.0.normal(centre);
         let kept: Vec<FitPoint> = oriented(points, normal, TUNING.surfaces.second_tilt);
-        match Self::fit_in(&kept, centre, normal, size) {
+        match Self::fit_in(&kept, centre, normal, size, enough) {
             Some(second) if second.1 <= first.1 => Some(second),
             _ => Some(first),
         }
@@ -144,6 +151,7 @@ impl Patch {
         centre: [f64; 3],
         normal: [f64; 3],
         size: f64,
+        enough: f64,
     ) -> Option<(Self, f64)> {
         let across = if normal[0].abs() < 0.8 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
         let u = unit(cross(normal, across))?;
@@ -183,6 +191,9 @@ impl Patch {
                 coefficients.iter_mut().zip(&found).for_each(|(to, from)| *to = *from);
                 best = Some((Self { degree, coefficients, ..empty }, error));
             }
+            if error <= enough {
+                break;
+            }
         }
         best
     }
@@ -190,11 +201,13 @@ impl Patch {
 
 /// The points whose orientation agrees with a normal, within a tilt.
 fn oriented(points: &[FitPoint], normal: [f64; 3], tilt: f64) -> Vec<FitPoint> {
-    let agrees = |point: &&FitPoint| {
-        let upward = if point.is_upward { normal[point.axis] } else { -normal[point.axis] };
-        upward > -tilt
-    };
-    points.iter().filter(agrees).copied().collect()
+    points.iter().filter(|point| is_oriented(point, normal, tilt)).copied().collect()
+}
+
+/// Whether the orientation of a point agrees with a normal, within a tilt.
+pub(super) fn is_oriented(point: &FitPoint, normal: [f64; 3], tilt: f64) -> bool {
+    let upward = if point.is_upward { normal[point.axis] } else { -normal[point.axis] };
+    upward > -tilt
 }
 
 fn exponent(power: usize) -> i32 {

@@ -92,10 +92,10 @@ impl Ray {
     fn add_crossing(&mut self, facets: &[Facet], sides: [Label; 2], at: [f64; 3], length: f64) {
         let between = |of: &&Facet| sides.contains(&of.below) && sides.contains(&of.above);
         let Some(facet) = facets.iter().find(between).or(facets.first()) else { return };
-        let slope = facet.patch.normal(at)[2].abs();
+        let slope = facet.wall.normal(at)[2].abs();
         let error = facet.error.max(facet.allowed);
         // A displacement of a surface that a line touches moves the ends of a chord by its root.
-        let tangent = (2.0 * error * facet.patch.curvature()).sqrt();
+        let tangent = (2.0 * error * facet.wall.patch_at(at).curvature()).sqrt();
         let along = (error / slope.max(tangent).max(1e-9)).min(length);
         self.crossings.push([at[2], facet.jump * along, along]);
     }

@@ -8,7 +8,7 @@ group! {
         base_cells: f64 = 512.0, 256.0..=1024.0;
         /// The number of levels below the base lattice at tolerances from `fine_below` on, and below
         /// that.
-        levels: u8 = 6, 5..=7;
+        levels: u8 = 7, 6..=8;
         fine_levels: u8 = 8, 7..=9;
         /// The tolerance below which `fine_levels` are allowed.
         fine_below: f64 = 5e-3, 2e-3..=1e-2;
@@ -49,6 +49,25 @@ group! {
         reach: f64 = 2.6, 2.0..=3.2;
         /// The most points of a patch. Those further away would bend it.
         most_points: usize = 60, 40..=90;
+        /// The most patches of a wall. With 3, boxes and cylinders cost 5 to 15 times less, but the shell
+        /// seen from inside by a perspective camera is wrong by 2.1 T with exit 0.
+        wall_patches: usize = 1, 1..=3;
+        /// The first planes from which several patches of a wall are chosen: all pairs are compared.
+        wall_planes: usize = 20, 12..=32;
+        /// The distance from the centre of a cell up to which all points have to be on its patches, in
+        /// sizes of the cell; the distance from the patches up to which others belong to them, in sizes
+        /// too, first tightly and then loosely; and the weight of those in the choice of planes. Other
+        /// walls may pass beside the cell.
+        wall_near: f64 = 1.0, 0.9..=1.3;
+        wall_belongs: f64 = 0.1, 0.05..=0.2;
+        wall_belongs_loosely: f64 = 0.4, 0.2..=0.6;
+        wall_far_weight: f64 = 0.2, 0.1..=0.4;
+        /// The least angle between the normals of two patches of a wall, in radians. With less they are
+        /// parts of one smooth surface, and of two fits to fewer points each the errors are too small.
+        wall_least_turn: f64 = 0.2, 0.1..=0.4;
+        /// The error, as a share of the one wanted, below which a patch of several has no higher degree:
+        /// beyond its points a lower one is safer.
+        wall_enough: f64 = 0.7, 0.4..=1.0;
         /// The largest relative difference of the jumps of pairs of regions that one surface separates.
         same_jump: f64 = 0.02, 0.01..=0.04;
         /// The ratio of the error of a patch to its leave-one-out residuals.

@@ -1,7 +1,7 @@
 //! Cells at points, and the regions beside several patches.
 
 use super::*;
-use crate::vol::surfaces::patch::FitPoint;
+use crate::vol::surfaces::patch::{FitPoint, Patch};
 
 const GRID: Grid = Grid { edges: [0.5, 0.5, 1.0], base: [2, 2, 4], finest: 3 };
 
@@ -19,8 +19,8 @@ fn plane(axis: usize, at: f64, [below, above]: [Label; 2]) -> Facet {
         .collect();
     let mut normal = [0.0; 3];
     normal[axis] = 1.0;
-    let (patch, error) = Patch::fit(&points, [0.2; 3], normal, 0.2).unwrap();
-    Facet { patch, below, above, error, allowed: 0.01, jump: 1.0 }
+    let (patch, error) = Patch::fit(&points, [0.2; 3], normal, 0.2, 0.0).unwrap();
+    Facet { wall: patch.into(), below, above, error, allowed: 0.01, jump: 1.0 }
 }
 
 #[test]
@@ -75,4 +75,17 @@ fn two_patches_that_cross_separate_four_regions() {
         assert_eq!(label, expected, "{at:?}");
         assert!(distance > 0.0);
     }
+}
+
+/// Beyond the nearest wall may be another region than the one asked for.
+#[test]
+fn the_distance_to_a_region_is_that_from_its_own_walls() {
+    let leaf = Leaf::Cut(vec![plane(2, 0.2, [1, 5]), plane(2, 0.3, [5, 2])]);
+    let at = [0.1, 0.1, 0.32];
+    assert_eq!(leaf.region(at), 2);
+    assert!((leaf.clearance(at) - 2.0).abs() < 1e-6);
+    assert!((leaf.distance_to(5, at) - 2.0).abs() < 1e-6);
+    assert!((leaf.distance_to(1, at) - 12.0).abs() < 1e-6);
+    assert!(leaf.distance_to(4, at).is_infinite());
+    assert!(Leaf::Uncut(2).distance_to(1, at).is_infinite());
 }

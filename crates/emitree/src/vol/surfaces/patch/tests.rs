@@ -27,7 +27,7 @@ fn points(cell: [f64; 3], size: f64) -> Vec<FitPoint> {
 fn worst(size: f64) -> (f64, f64) {
     let cell = [CENTRE[0] + 0.05, CENTRE[1] - 0.03, CENTRE[2] + 0.29];
     let normal = unit(difference(cell, CENTRE)).unwrap();
-    let (patch, error) = Patch::fit(&points(cell, size), cell, normal, size).unwrap();
+    let (patch, error) = Patch::fit(&points(cell, size), cell, normal, size, 0.0).unwrap();
     let mut worst: f64 = 0.0;
     for k in 0..25 {
         let step = |k: usize| (k as f64 / 4.0 - 0.5) * size;
@@ -51,7 +51,7 @@ fn patches_of_a_sphere_converge_with_order_five() {
 #[test]
 fn heights_normals_and_curvatures_are_those_of_the_sphere() {
     let cell = [CENTRE[0], CENTRE[1], CENTRE[2] + RADIUS];
-    let (patch, _) = Patch::fit(&points(cell, 0.04), cell, [0.0, 0.0, 1.0], 0.04).unwrap();
+    let (patch, _) = Patch::fit(&points(cell, 0.04), cell, [0.0, 0.0, 1.0], 0.04, 0.0).unwrap();
     let above = [cell[0], cell[1], cell[2] + 0.01];
     assert!((patch.above(above) - 0.01).abs() < 1e-6);
     let normal = patch.normal([cell[0] + 0.03, cell[1], cell[2]]);
@@ -68,12 +68,12 @@ fn points_of_an_opposite_wall_are_left_out() {
         FitPoint { at, is_upward: false, ..point }
     });
     both.extend(other.collect::<Vec<_>>());
-    let (patch, error) = Patch::fit(&both, cell, [0.0, 0.0, 1.0], 0.04).unwrap();
+    let (patch, error) = Patch::fit(&both, cell, [0.0, 0.0, 1.0], 0.04, 0.0).unwrap();
     assert!(patch.above(cell).abs() < 1e-5 && error < 1e-4, "{error}");
 }
 
 #[test]
 fn too_few_points_give_no_patch() {
     let cell = [CENTRE[0], CENTRE[1], CENTRE[2] + RADIUS];
-    assert_eq!(Patch::fit(&points(cell, 0.04)[..2], cell, [0.0, 0.0, 1.0], 0.04), None);
+    assert_eq!(Patch::fit(&points(cell, 0.04)[..2], cell, [0.0, 0.0, 1.0], 0.04, 0.0), None);
 }

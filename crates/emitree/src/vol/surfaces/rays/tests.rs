@@ -13,8 +13,9 @@ fn tree() -> Octree {
         FitPoint { at: [x, y, height(x)], axis: 2, is_upward: true, distance: 0.01 * f64::from(k) }
     };
     let points: Vec<FitPoint> = (0..16).map(point).collect();
-    let (patch, _) = Patch::fit(&points, [0.5, 0.5, 0.35], [0.0, 0.0, 1.0], 0.5).unwrap();
-    let facet = Facet { patch, below: 0, above: 1, error: 1e-3, allowed: 2e-3, jump: 3.0 };
+    let (patch, _) = Patch::fit(&points, [0.5, 0.5, 0.35], [0.0, 0.0, 1.0], 0.5, 0.0).unwrap();
+    let facet =
+        Facet { wall: patch.into(), below: 0, above: 1, error: 1e-3, allowed: 2e-3, jump: 3.0 };
     Octree::new(grid, vec![((0, [0; 3]), Leaf::Cut(vec![facet]))])
 }
 

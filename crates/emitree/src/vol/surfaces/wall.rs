@@ -1,0 +1,221 @@
+//! Walls: the surface between two regions in a cell, of one smooth patch or of several that meet.
+//!
+//! At the edge of a box two patches meet, at its corner three; a thin sheet has one on each of its two
+//! sides. In each of these cases one region is where all patches have it, and the other is where one of
+//! them has it.
+
+use crate::projection::vector::{along, dot, unit};
+use crate::vol::surfaces::patch::{FitPoint, Patch, is_oriented};
+use crate::vol::tuning::TUNING;
+
+/// The most patches: at the corner of a box.
+const MOST_PATCHES: usize = 3;
+/// The points of a first plane.
+const POINTS_OF_PLANE: usize = 6;
+/// The times that points are assigned to the nearest patch and the patches fitted again.
+const ASSIGNMENTS: usize = 4;
+
+/// One patch, or several patches between two regions.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Wall {
+    patches: Vec<Patch>,
+    /// Whether the region above is where all patches have it, not where one of them does.
+    is_above_all: bool,
+}
+
+impl From<Patch> for Wall {
+    fn from(patch: Patch) -> Self {
+        Self { patches: vec![patch], is_above_all: true }
+    }
+}
+
+impl Wall {
+    /// The patches.
+    pub(super) fn patches(&self) -> &[Patch] {
+        &self.patches
+    }
+
+    /// The patch that decides the side of a point, and the height of the point above it.
+    fn deciding(&self, at: [f64; 3]) -> (usize, f64) {
+        let sign = if self.is_above_all { 1.0 } else { -1.0 };
+        let heights = self.patches.iter().map(|patch| patch.above(at)).enumerate();
+        heights
+            .reduce(|best, of| if sign * of.1 < sign * best.1 { of } else { best })
+            .unwrap_or((0, 0.0))
+    }
+
+    /// The height of a point above the wall, along the normal of the frame of the patch that decides:
+    /// above 0 on the upper side.
+    pub(super) fn above(&self, at: [f64; 3]) -> f64 {
+        match &self.patches[..] {
+            [only] => only.above(at),
+            _ => self.deciding(at).1,
+        }
+    }
+
+    /// The patch that decides the side of a point.
+    pub(super) fn patch_at(&self, at: [f64; 3]) -> &Patch {
+        &self.patches[self.deciding(at).0]
+    }
+
+    /// The unit normal, towards the upper side, of the patch that decides the side of a point.
+    pub(super) fn normal(&self, at: [f64; 3]) -> [f64; 3] {
+        self.patch_at(at).normal(at)
+    }
+
+    /// Several patches through points that no single one fits, with their error: as few as reach
+    /// `wanted`. `size` is that of the cell, `cell` its centre, and the points are within so many
+    /// reaches of it.
+    pub(super) fn fit(
+        points: &[FitPoint],
+        cell: [f64; 3],
+        (size, reaches): (f64, i32),
+        wanted: f64,
+    ) -> Option<(Self, f64)> {
+        let planes = planes(points, cell, size);
+        let wide = f64::from(reaches) * size;
+        let mut chosen = Vec::new();
+        let mut best: Option<(Self, f64)> = None;
+        for count in 2..=MOST_PATCHES {
+            chosen = with_one_more(&planes, points, &chosen, count, size)?;
+            for belongs in [TUNING.surfaces.wall_belongs, TUNING.surfaces.wall_belongs_loosely] {
+                let first = chosen.iter().map(|&k| planes[k]).collect();
+                let found = Self::refined(
+                    first,
+                    points,
+                    cell,
+                    (size, wide),
+                    (belongs * wide, TUNING.surfaces.wall_enough * wanted),
+                );
+                best = best.into_iter().chain(found).min_by(|a, b| a.1.total_cmp(&b.1));
+            }
+            if best.as_ref().is_some_and(|(_, error)| *error <= wanted) {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Patches fitted to the points nearest to each of them, repeatedly.
+    fn refined(
+        mut patches: Vec<Patch>,
+        points: &[FitPoint],
+        cell: [f64; 3],
+        (size, wide): (f64, f64),
+        (belongs, enough): (f64, f64),
+    ) -> Option<(Self, f64)> {
+        let near = TUNING.surfaces.wall_near * size;
+        let mut errors = vec![f64::INFINITY; patches.len()];
+        let mut assigned: Vec<usize> = Vec::new();
+        for _ in 0..ASSIGNMENTS {
+            let next: Vec<usize> =
+                points.iter().map(|point| nearest(&patches, point, near, belongs)).collect();
+            if next == assigned {
+                break;
+            }
+            assigned = next;
+            for (k, (patch, error)) in patches.iter_mut().zip(&mut errors).enumerate() {
+                let own = points.iter().zip(&assigned).filter(|(_, to)| **to == k);
+                let own: Vec<FitPoint> = own.map(|(point, _)| *point).collect();
+                (*patch, *error) = Patch::fit(&own, cell, patch.axis(), wide, enough)?;
+            }
+        }
+        // Two parts of one smooth surface, continued to the same place, are no edge.
+        let normals: Vec<[f64; 3]> = patches.iter().map(|patch| patch.normal(cell)).collect();
+        let most = TUNING.surfaces.wall_least_turn.cos();
+        let mut pairs = (0..normals.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+        if pairs.any(|(i, j)| dot(normals[i], normals[j]) > most) {
+            return None;
+        }
+        let error = errors.into_iter().fold(0.0, f64::max);
+        let both = [true, false].map(|is_above_all| {
+            let wall = Self { patches: patches.clone(), is_above_all };
+            // Points beside the edge that belong to another patch are as far from their own one.
+            let displaced = |(point, own): (&FitPoint, &usize)| {
+                let own = patches[*own].above(point.at).abs();
+                (wall.above(point.at).abs() - own).max(0.0)
+            };
+            let all = points.iter().zip(&assigned).filter(|of| of.0.distance <= near);
+            let worst = all.map(displaced).fold(0.0, f64::max);
+            (wall, error.max(worst))
+        });
+        both.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+/// The patch that is nearest to a point, of those with its orientation; their number for a point
+/// beside the cell that belongs to none.
+fn nearest(patches: &[Patch], point: &FitPoint, near: f64, belongs: f64) -> usize {
+    let distance = |patch: &Patch| {
+        let is_oriented = is_oriented(point, patch.normal(point.at), TUNING.surfaces.second_tilt);
+        if is_oriented { patch.above(point.at).abs() } else { f64::INFINITY }
+    };
+    let all = patches.iter().map(distance).enumerate();
+    let (best, distance) =
+        all.reduce(|best, of| if of.1 < best.1 { of } else { best }).unwrap_or((0, 0.0));
+    let is_of_it = point.distance <= near || distance <= belongs;
+    if is_of_it { best } else { patches.len() }
+}
+
+/// Planes through neighbouring points.
+fn planes(points: &[FitPoint], cell: [f64; 3], size: f64) -> Vec<Patch> {
+    let step = points.len().div_ceil(TUNING.surfaces.wall_planes).max(1);
+    let plane = |middle: &FitPoint| {
+        let distance =
+            |point: &FitPoint| (0..3).map(|k| (point.at[k] - middle.at[k]).powi(2)).sum::<f64>();
+        let mut near: Vec<FitPoint> = points.to_vec();
+        near.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        near.truncate(POINTS_OF_PLANE);
+        Patch::fit(&near, cell, mean_orientation(&near)?, size, 0.0).map(|(patch, _)| patch)
+    };
+    points.iter().step_by(step).filter_map(plane).collect()
+}
+
+/// Those planes to which the points are nearest: all pairs are compared, and each further one is added
+/// to those chosen.
+fn with_one_more(
+    planes: &[Patch],
+    points: &[FitPoint],
+    chosen: &[usize],
+    count: usize,
+    size: f64,
+) -> Option<Vec<usize>> {
+    // Outliers do not decide.
+    let most = 0.5 * size;
+    let distance = |plane: &Patch, point: &FitPoint| {
+        let is_oriented = is_oriented(point, plane.normal(point.at), TUNING.surfaces.second_tilt);
+        if is_oriented { plane.above(point.at).abs().min(most) } else { most }
+    };
+    let distances: Vec<Vec<f64>> = planes
+        .iter()
+        .map(|plane| points.iter().map(|point| distance(plane, point)).collect())
+        .collect();
+    let cost = |of: &[usize]| {
+        let least = |i: usize| {
+            let is_near = points[i].distance <= TUNING.surfaces.wall_near * size;
+            let weight = if is_near { 1.0 } else { TUNING.surfaces.wall_far_weight };
+            weight * of.iter().map(|&k| distances[k][i]).fold(most, f64::min)
+        };
+        (0..points.len()).map(least).sum::<f64>()
+    };
+    let sets: Vec<Vec<usize>> = if chosen.len() + 1 == count {
+        (0..planes.len()).map(|k| [chosen, &[k][..]].concat()).collect()
+    } else {
+        let pairs = (0..planes.len()).flat_map(|i| (0..i).map(move |j| vec![j, i]));
+        pairs.collect()
+    };
+    sets.into_iter().map(|set| (cost(&set), set)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|of| of.1)
+}
+
+/// A direction for the first normal of a wall, from the orientations of points.
+pub(super) fn mean_orientation(points: &[FitPoint]) -> Option<[f64; 3]> {
+    let sum = points.iter().fold([0.0; 3], |sum, point| {
+        let mut upward = [0.0; 3];
+        upward[point.axis] = if point.is_upward { 1.0 } else { -1.0 };
+        along(sum, 1.0, upward)
+    });
+    unit(sum)
+}
+
+#[cfg(test)]
+mod tests;
