@@ -5,6 +5,7 @@
 //!
 //! * `scene`: a scene that was read and checked, and what is made of it;
 //! * `session`: a rendering in ask-and-tell form;
+//! * `mesh`: the frozen quadrature of a session;
 //! * `bridge`: the rendering works on threads of its own and hands batches to the thread that
 //!   called, which alone runs Python;
 //! * `emission`: the emission of a scene, or a function in Python, for the library;
@@ -19,6 +20,7 @@ mod bridge;
 mod cameras;
 mod emission;
 mod error;
+mod mesh;
 mod output;
 mod rendering;
 mod scene;
@@ -31,6 +33,8 @@ mod _native {
     use crate::cameras::cameras;
     #[pymodule_export]
     use crate::error::{EmissionError, RenderError, SceneError};
+    #[pymodule_export]
+    use crate::mesh::Mesh;
     #[pymodule_export]
     use crate::output::OutputFile;
     #[pymodule_export]

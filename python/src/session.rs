@@ -1,12 +1,13 @@
 //! A rendering in ask-and-tell form: the caller has the loop.
 
-use crate::arrays::vectors;
+use crate::arrays::{Points, points};
 use crate::emission::EmissionStop;
 use crate::error::of_rendering;
+use crate::mesh::{self, Mesh};
 use crate::rendering::Rendered;
 use crate::scene::{Scene, options_of};
-use emitree::{Cube, RenderError};
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use emitree::{Cube, RenderError, Samples};
+use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use std::convert::Infallible;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -19,10 +20,6 @@ struct State {
     scene: Arc<emitree_io::Scene>,
     session: emitree::Session<'static, Cube>,
 }
-
-/// Positions, directions, and energies if there is an axis.
-type Points<'py> =
-    (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Option<Bound<'py, PyArray1<f64>>>);
 
 impl Session {
     fn state(&self) -> MutexGuard<'_, State> {
@@ -55,8 +52,8 @@ impl Session {
             Some((samples.positions().to_vec(), samples.directions().to_vec(), energies))
         });
         let Some((positions, directions, energies)) = asked else { return Ok(None) };
-        let energies = (!energies.is_empty()).then(|| PyArray1::from_vec(py, energies));
-        Ok(Some((vectors(py, &positions)?, vectors(py, &directions)?, energies)))
+        let samples = Samples::new(&positions, &directions).at_energies(&energies);
+        points(py, &samples).map(Some)
     }
 
     /// Takes the rates at these points, in the unit of the function.
@@ -89,6 +86,15 @@ impl Session {
             let state = self.state();
             Some(Rendered::of(&state.scene, &state.session.rendering()?))
         })
+    }
+
+    /// The frozen quadrature of a rendering that has ended.
+    fn mesh(&self, py: Python<'_>) -> PyResult<Mesh> {
+        let mesh = py.detach(|| {
+            let state = self.state();
+            Ok(Mesh { scene: Arc::clone(&state.scene), mesh: state.session.mesh()? })
+        });
+        mesh.map_err(mesh::raised)
     }
 }
 

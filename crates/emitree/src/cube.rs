@@ -52,6 +52,19 @@ impl Cube {
         &self.bands
     }
 
+    /// Cubes of equal width and bins one above the other, the lowest first.
+    pub(crate) fn stacked(cubes: &[&Self]) -> Self {
+        let bins = cubes.first().map_or(0, |cube| cube.bands.len());
+        let band = |bin: usize| Image::stacked(cubes.iter().map(|cube| &cube.bands[bin]));
+        Self::from_bands((0..bins).map(band).collect())
+    }
+
+    /// Whether all voxels are the same, bit by bit.
+    pub(crate) fn has_bits_of(&self, other: &Self) -> bool {
+        self.shape() == other.shape()
+            && self.voxels().zip(other.voxels()).all(|(a, b)| a.to_bits() == b.to_bits())
+    }
+
     /// The band of the lowest energies.
     pub(crate) fn into_first(self) -> Image {
         self.bands.into_iter().next().unwrap_or_else(|| Image::zeros(0, 0))

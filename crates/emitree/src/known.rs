@@ -7,17 +7,20 @@ use rustc_hash::FxHashMap;
 pub(crate) const BYTES_PER_KNOWN_RATE: u64 = 160;
 
 /// The bits of a point: position, direction, and energy if there is an axis.
-type Point = [u64; 7];
+pub(crate) type Point = [u64; 7];
 
 /// The rates at all points that have been evaluated.
 #[derive(Debug, Default)]
 pub(crate) struct KnownRates(FxHashMap<Point, f64>);
 
+/// The bits of a point at `position` with a direction, and an energy if there is an axis.
+pub(crate) fn key([x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3], energy: Option<f64>) -> Point {
+    [x, y, z, dx, dy, dz, energy.unwrap_or(f64::NAN)].map(f64::to_bits)
+}
+
 /// Point `i` of a batch.
 fn point(batch: &Batch, i: usize) -> Point {
-    let ([x, y, z], [dx, dy, dz]) = (batch.positions[i], batch.directions[i]);
-    let energy = batch.energies.get(i).copied().unwrap_or(f64::NAN);
-    [x, y, z, dx, dy, dz, energy].map(f64::to_bits)
+    key(batch.positions[i], batch.directions[i], batch.energies.get(i).copied())
 }
 
 impl KnownRates {

@@ -41,6 +41,7 @@
 //! * [`energy`]: the energy axis, with which there is an image for each of its bins ([`render_cube()`]);
 //! * [`progress`]: callbacks while a rendering is made;
 //! * [`result`]: the parts of a [`Rendering`];
+//! * [`mesh`]: the frozen quadrature of a [`Session`];
 //! * [`error`]: [`RenderError`], and the options that it names.
 //!
 //! The crate starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
@@ -75,6 +76,7 @@ mod image;
 pub mod energy;
 mod cube;
 mod memory;
+pub mod mesh;
 pub mod radiance;
 mod tile;
 mod output;

@@ -38,6 +38,8 @@ pub(crate) struct Meter {
     known: Option<Arc<Mutex<KnownRates>>>,
     /// Intermediate images, if they are stored.
     shown: Option<Mutex<Vec<Shown>>>,
+    /// Whether the method makes a frozen quadrature at its end.
+    freezes: bool,
 }
 
 /// An intermediate image.
@@ -125,7 +127,24 @@ impl Meter {
             new_evaluations: AtomicU64::new(0),
             known,
             shown: keeps_images.then(Mutex::default),
+            freezes: false,
         }
+    }
+
+    /// The same for a method that makes a frozen quadrature at its end.
+    pub(crate) fn with_frozen_quadrature(mut self) -> Self {
+        self.freezes = true;
+        self
+    }
+
+    /// Whether the method makes a frozen quadrature at its end.
+    pub(crate) fn freezes(&self) -> bool {
+        self.freezes
+    }
+
+    /// How often g may be called, and until when.
+    pub(crate) fn limits(&self) -> Limits {
+        self.limits
     }
 
     /// Whether rates are stored.
@@ -433,6 +452,20 @@ impl CanonicalIntegrand<'_> {
         let density = self.projection.solid_angle_density([u[0], u[1]]);
         MappedPoint { path_per_depth: mapped.path_per_depth * density, ..mapped }
     }
+
+    /// One sample point.
+    pub(crate) fn site(&self, u: [f64; 3]) -> Site {
+        Site { xy: [u[0], u[1]], tile: self.tile, point: self.weighted(u), energy: None }
+    }
+}
+
+impl SpectralIntegrand<'_> {
+    /// One sample point.
+    pub(crate) fn site(&self, [x, y, z, u]: [f64; 4]) -> Site {
+        let mut site = self.canonical.site([x, y, z]);
+        site.point.path_per_depth *= self.axis.energy_per_canonical(u);
+        Site { energy: Some(self.axis.energy(u)), ..site }
+    }
 }
 
 impl AsyncIntegrand<3> for CanonicalIntegrand<'_> {
@@ -457,13 +490,7 @@ impl AsyncIntegrand<4> for SpectralIntegrand<'_> {
     type Error = MethodError;
 
     async fn evaluate(&self, points: Points<'_, 4>, values: &mut [f64]) -> Result<(), Self::Error> {
-        let site = |i: usize| {
-            let [x, y, z, u] = points.at(i);
-            let mut point = self.canonical.weighted([x, y, z]);
-            point.path_per_depth *= self.axis.energy_per_canonical(u);
-            let (tile, energy) = (self.canonical.tile, Some(self.axis.energy(u)));
-            Site { xy: [x, y], tile, point, energy }
-        };
+        let site = |i: usize| self.site(points.at(i));
         self.canonical.meter.evaluate_sites(&site, values).await
     }
 

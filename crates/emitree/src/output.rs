@@ -1,9 +1,10 @@
 //! The output of a method: values, their errors, and why the method ended.
 
 use crate::cube::Cube;
-use crate::image::Image;
+use crate::mesh::frozen::Frozen;
 use crate::rendering::RenderedTree;
 use crate::tree::StopReason;
+use std::sync::Arc;
 
 /// The result of a method.
 #[derive(Clone, Debug)]
@@ -20,12 +21,22 @@ pub(crate) struct MethodOutput {
     pub(crate) smallest_feature: Option<f64>,
     /// The tree that was built, if there is one, and one only.
     pub(crate) tree: Option<RenderedTree>,
+    /// The frozen quadrature, if it was asked for and there is one.
+    pub(crate) frozen: Option<Arc<Frozen>>,
 }
 
 impl MethodOutput {
     pub(crate) fn new(cube: Cube, error: Option<Cube>, ending: StopReason) -> Self {
-        let (energies, tree) = (Vec::new(), None);
-        Self { cube, error, ending, base_level: None, energies, smallest_feature: None, tree }
+        Self {
+            cube,
+            error,
+            ending,
+            base_level: None,
+            energies: Vec::new(),
+            smallest_feature: None,
+            tree: None,
+            frozen: None,
+        }
     }
 
     /// The largest estimated error over the largest |value|; 0 without an estimate.
@@ -38,22 +49,19 @@ impl MethodOutput {
         if of_tiles.len() == 1 {
             return of_tiles.remove(0);
         }
-        let cube = stacked(of_tiles.iter().map(|made| &made.cube).collect());
+        let cube = Cube::stacked(&of_tiles.iter().map(|made| &made.cube).collect::<Vec<_>>());
         let errors: Option<Vec<&Cube>> = of_tiles.iter().map(|made| made.error.as_ref()).collect();
+        let errors = errors.map(|errors| Cube::stacked(&errors));
+        let frozen: Option<Vec<Frozen>> =
+            of_tiles.iter_mut().map(|made| Arc::into_inner(made.frozen.take()?)).collect();
         let endings = of_tiles.iter().map(|made| made.ending);
         let ending = endings.reduce(|a, b| if a == StopReason::Complete { b } else { a });
-        let mut made = Self::new(cube, errors.map(stacked), ending.unwrap_or(StopReason::Complete));
+        let mut made = Self::new(cube, errors, ending.unwrap_or(StopReason::Complete));
+        made.frozen = frozen.map(|frozen| Arc::new(Frozen::stacked(frozen)));
         if let Some(first) = of_tiles.first_mut() {
             made.base_level = first.base_level;
             made.energies = core::mem::take(&mut first.energies);
         }
         made
     }
-}
-
-/// Cubes of equal width and bins one above the other, the lowest first.
-fn stacked(cubes: Vec<&Cube>) -> Cube {
-    let bins = cubes.first().map_or(0, |cube| cube.bands().len());
-    let band = |bin: usize| Image::stacked(cubes.iter().map(|cube| &cube.bands()[bin]));
-    Cube::from_bands((0..bins).map(band).collect())
 }

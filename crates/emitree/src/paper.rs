@@ -8,13 +8,16 @@ use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
 use crate::image::Image;
+use crate::mesh::frozen::{Collector, Frozen, NodesToCube};
 use crate::meter::{CanonicalIntegrand, Meter, SpectralIntegrand};
 use crate::output::MethodOutput;
 use crate::radiance::{image_of_tree, solid_angles, to_radiance};
 use crate::refinement::Threshold;
 use crate::rendering::RenderedTree;
+use crate::site::Site;
 use crate::tile::Tile;
 use crate::tree::{BuildOptions, SparseTree, build_async};
+use std::sync::Arc;
 
 /// The image, or the cube in the bins of `axis`; the error is what the last generation of cells changed.
 pub(crate) async fn render(
@@ -68,6 +71,11 @@ async fn image(
     let [cube, before] = [image, before].map(|image| Cube::from_bands(vec![image]));
     let error = changes(before, &cube);
     let mut made = MethodOutput::new(cube, Some(error), built.ending);
+    if meter.freezes() {
+        let solid_angles = solid_angles(projection, shape);
+        let image = TreeImage { tree: built.tree.clone(), solid_angles };
+        made.frozen = Some(Arc::new(frozen(&built.tree, &options, |u| integrand.site(u), image)));
+    }
     made.tree = Some(RenderedTree { tree: built.tree, threshold: built.threshold / weight });
     Ok(made)
 }
@@ -88,7 +96,58 @@ async fn cube(
     let solid_angles = solid_angles(projection, shape);
     let cube = cube_of_tree(&built.tree.project(2), &solid_angles, axis);
     let error = changes(cube_of_tree(&built.previous.project(2), &solid_angles, axis), &cube);
-    Ok(MethodOutput::new(cube, Some(error), built.ending))
+    let mut made = MethodOutput::new(cube, Some(error), built.ending);
+    if meter.freezes() {
+        let image = TreeCube { tree: built.tree.clone(), solid_angles, axis: *axis };
+        made.frozen = Some(Arc::new(frozen(&built.tree, &options, |u| integrand.site(u), image)));
+    }
+    Ok(made)
+}
+
+/// The frozen quadrature of a tree: its nodes are the leaves.
+fn frozen<const D: usize>(
+    tree: &SparseTree<D>,
+    options: &BuildOptions,
+    site: impl Fn([f64; D]) -> Site,
+    image: impl NodesToCube + 'static,
+) -> Frozen {
+    let mut collector = Collector::new();
+    tree.for_each_leaf(|cell, _| {
+        let points = options.rule.terms(cell, tree.periodic()).into_iter();
+        collector.node(points.map(|(u, weight)| (site(u), weight)));
+    });
+    collector.finish(image)
+}
+
+/// The image of a tree from the averages of its leaves.
+#[derive(Debug)]
+struct TreeImage {
+    tree: SparseTree<3>,
+    solid_angles: Image,
+}
+
+impl NodesToCube for TreeImage {
+    fn cube(&self, leaves: &[f64]) -> Cube {
+        let [height, width] = [self.solid_angles.height(), self.solid_angles.width()];
+        let mut image = self.tree.with_leaves(leaves).project::<2>(2).sample(height, width);
+        to_radiance(&mut image, &self.solid_angles);
+        Cube::from_bands(vec![image])
+    }
+}
+
+/// The cube of a tree from the averages of its leaves.
+#[derive(Debug)]
+struct TreeCube {
+    tree: SparseTree<4>,
+    solid_angles: Image,
+    axis: EnergyAxis,
+}
+
+impl NodesToCube for TreeCube {
+    fn cube(&self, leaves: &[f64]) -> Cube {
+        let projected = self.tree.with_leaves(leaves).project(2);
+        cube_of_tree(&projected, &self.solid_angles, &self.axis)
+    }
 }
 
 /// What each voxel has changed by.

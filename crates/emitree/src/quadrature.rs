@@ -206,6 +206,24 @@ impl<const D: usize> Averager<D> {
     }
 }
 
+impl CellRule {
+    /// The points of the average of a cell with their weights, on axes some of which are periodic.
+    pub(crate) fn terms<const D: usize>(
+        self,
+        cell: CellIndex<D>,
+        periodic: [bool; D],
+    ) -> Vec<([f64; D], f64)> {
+        if self == Self::Midpoint {
+            return vec![(cell.centre(), 1.0)];
+        }
+        let term = |n: usize| {
+            let node = NodeStore::<D>::node(cell.level(), cell.position(), n, periodic);
+            (NodeStore::<D>::point(node), simpson_weight::<D>(n))
+        };
+        (0..power(3, D)).map(term).collect()
+    }
+}
+
 /// Weight of node `n` of 3^D: a product of 1/6, 4/6, 1/6 along each axis.
 fn simpson_weight<const D: usize>(n: usize) -> f64 {
     let digit = |axis: usize| n / power(3, axis) % 3;
@@ -237,6 +255,12 @@ impl<const D: usize> NodeStore<D> {
         })
     }
 
+    /// The coordinates of a node.
+    fn point(node: [u32; D]) -> [f64; D] {
+        let step = 1.0 / f64::from(Self::STEPS);
+        node.map(|steps| f64::from(steps) * step)
+    }
+
     fn want(&mut self, node: [u32; D]) {
         let next = to_u32(self.values.len() + self.wanted.len());
         if let std::collections::hash_map::Entry::Vacant(entry) = self.index.entry(cell::key(node))
@@ -252,8 +276,7 @@ impl<const D: usize> NodeStore<D> {
     ) -> Result<(), E> {
         let first = self.values.len();
         self.values.resize(first + self.wanted.len(), 0.0);
-        let step = 1.0 / f64::from(Self::STEPS);
-        let point = |i: usize| self.wanted[i].map(|steps| f64::from(steps) * step);
+        let point = |i: usize| Self::point(self.wanted[i]);
         let points = Points::new(self.wanted.len(), &point);
         integrand.evaluate(points, &mut self.values[first..]).await?;
         self.wanted.clear();

@@ -33,12 +33,19 @@ impl PixelRows<'_> {
 
     /// The map that `fill` makes row by row, given the number of the row.
     pub(crate) fn map(&self, fill: impl Fn(usize, &mut [f64]) + Sync) -> Image {
-        let [height, width] = self.shape;
-        let mut map = Image::zeros(height, width);
-        let rows = map.pixels_mut().par_chunks_mut(width.max(1)).enumerate();
-        rows.with_min_len(rows_at_once(width)).for_each(|(row, pixels)| fill(row, pixels));
-        map
+        map_of_rows(self.shape, fill)
     }
+}
+
+/// The map of a shape that `fill` makes row by row, given the number of the row.
+pub(crate) fn map_of_rows(
+    [height, width]: [usize; 2],
+    fill: impl Fn(usize, &mut [f64]) + Sync,
+) -> Image {
+    let mut map = Image::zeros(height, width);
+    let rows = map.pixels_mut().par_chunks_mut(width.max(1)).enumerate();
+    rows.with_min_len(rows_at_once(width)).for_each(|(row, pixels)| fill(row, pixels));
+    map
 }
 
 /// The smallest number of pixels for which another thread is worthwhile.

@@ -11,7 +11,8 @@ use crate::error::RenderError;
 use crate::exchange::{Batch, MethodError};
 use crate::image::Image;
 use crate::known::KnownRates;
-use crate::meter::{Meter, Shown};
+use crate::mesh::{Mesh, MeshError};
+use crate::meter::{Limits, Meter, Shown};
 use crate::method;
 use crate::options::{Method, RenderOptions};
 use crate::output::MethodOutput;
@@ -82,6 +83,8 @@ pub struct Session<'a, V = Image> {
 /// The current rendering of a session.
 struct Course<'a> {
     shape: [usize; 2],
+    limits: Limits,
+    options: Method,
     meter: Arc<Meter>,
     method: Running<'a>,
     state: State,
@@ -98,12 +101,14 @@ impl<'a> Course<'a> {
         meter: Meter,
         start: &Start<'a>,
         shape: [usize; 2],
-        method: Method,
+        options: &Method,
     ) -> Result<Self, MethodError> {
         let meter = Arc::new(meter);
         let mut course = Self {
             shape,
-            method: start(Arc::clone(&meter), shape, method),
+            limits: meter.limits(),
+            options: options.clone(),
+            method: start(Arc::clone(&meter), shape, options.clone()),
             meter,
             state: State::Failed(RenderError::Interrupted),
             shown: Vec::new(),
@@ -229,7 +234,7 @@ impl<'a, V: Values> Session<'a, V> {
         let known = kept.rates.then(Arc::default);
         let limits = limits(options, whole_batches, kept.rates);
         let meter = Meter::new(shape, limits, known.clone(), kept.images);
-        let course = Course::begin(meter, &start, shape, options.method.clone());
+        let course = Course::begin(meter, &start, shape, &options.method);
         Ok(Self {
             start: Box::new(start),
             axis,
@@ -257,7 +262,7 @@ impl<'a, V: Values> Session<'a, V> {
         check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
         // Only a caller with the loop can resume a session, and then all rates are stored.
         let meter = Meter::new(shape, limits(options, true, true), self.known.clone(), true);
-        let course = Course::begin(meter, &*self.start, shape, options.method.clone());
+        let course = Course::begin(meter, &*self.start, shape, &options.method);
         let course = course.map_err(of_method)?;
         self.before = self.so_far();
         self.course = course;
@@ -338,6 +343,29 @@ impl<'a, V: Values> Session<'a, V> {
                 Some(self.finished(MethodOutput::new(cube, Some(error), StopReason::Unfinished)))
             }
         }
+    }
+
+    /// The frozen quadrature of a session that has ended: a linear map from rates at its points to the
+    /// values. The method is repeated on the stored rates, without a new evaluation, which takes as
+    /// long as it took without g.
+    ///
+    /// # Errors
+    ///
+    /// [`MeshError`]: a session that has not ended; one that its time limit has ended, or may have changed; an
+    /// image of found surfaces, which is not linear in the rates.
+    pub fn mesh(&self) -> Result<Mesh<V>, MeshError> {
+        let State::Ended(ended) = &self.course.state else { return Err(MeshError::NotEnded) };
+        let Course { shape, limits, options, .. } = &self.course;
+        let limits = Limits { deadline: None, ..*limits };
+        let meter = Meter::new(*shape, limits, self.known.clone(), false).with_frozen_quadrature();
+        let again = Course::begin(meter, &*self.start, *shape, options);
+        // Without a time limit all points are known, and the values have the same bits.
+        let again = again.map_err(|_| MeshError::TimeLimit)?;
+        let State::Ended(again) = again.state else { return Err(MeshError::TimeLimit) };
+        if !ended.cube.has_bits_of(&again.cube) {
+            return Err(MeshError::TimeLimit);
+        }
+        again.frozen.map(Mesh::new).ok_or(MeshError::FoundSurfaces)
     }
 
     /// The rendering of a session that has ended.

@@ -37,11 +37,13 @@ from emitree._emissions import Expression, Model, Tree
 from emitree._energies import Energies
 from emitree._grid import Grid
 from emitree._instrument import Instrument
+from emitree._mesh import Mesh, SparseMatrix
 from emitree._native import EmissionError, RenderError, SceneError, __version__
+from emitree._points import Points
 from emitree._progressive import Frame, progressive
 from emitree._render import build_tree, render
 from emitree._result import Rendering
-from emitree._session import Points, Session
+from emitree._session import Session
 from emitree._spectrum import Spectrum
 
 __all__ = [
@@ -58,6 +60,7 @@ __all__ = [
     "Grid",
     "Healpix",
     "Instrument",
+    "Mesh",
     "Model",
     "Orthographic",
     "Perspective",
@@ -68,6 +71,7 @@ __all__ = [
     "Rendering",
     "SceneError",
     "Session",
+    "SparseMatrix",
     "Spectrum",
     "Sphere",
     "Tree",

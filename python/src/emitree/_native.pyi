@@ -1,6 +1,6 @@
 from collections.abc import Callable
 from os import PathLike
-from typing import Any, Final, final
+from typing import Any, Final, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 __version__: Final[str]
 __all__ = [
     "EmissionError",
+    "Mesh",
     "OutputFile",
     "RenderError",
     "Rendered",
@@ -20,6 +21,7 @@ __all__ = [
 ]
 
 _Floats = NDArray[np.float64]
+_Integers = NDArray[np.int64]
 _Function = Callable[[_Floats, _Floats, _Floats | None], _Floats]
 
 class SceneError(ValueError): ...
@@ -49,6 +51,19 @@ class Session:
     def tell(self, rates: _Floats) -> None: ...
     def resume(self, scene: Scene) -> None: ...
     def rendering(self) -> Rendered | None: ...
+    def mesh(self) -> Mesh: ...
+
+_Rows: TypeAlias = tuple[_Integers, _Integers, _Floats, tuple[int, int]]
+
+@final
+class Mesh:
+    def __len__(self) -> int: ...
+    @property
+    def is_cube(self) -> bool: ...
+    def points(self) -> tuple[_Floats, _Floats, _Floats | None]: ...
+    def weights(self) -> _Rows: ...
+    def matrix(self) -> _Rows: ...
+    def apply(self, rates: _Floats) -> _Floats: ...
 
 @final
 class Scene:

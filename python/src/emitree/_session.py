@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from emitree import _native, _units
 from emitree._cameras import Camera
 from emitree._function import Floats, as_rates
+from emitree._mesh import Mesh
+from emitree._points import Points
 from emitree._render import OF_VIEW, scene_of_camera
 from emitree._result import Rendering
 
@@ -30,23 +31,6 @@ _OF_METHOD = frozenset(
         "steps",
     ]
 )
-
-
-@dataclass(frozen=True)
-class Points:
-    """Points at which rates are needed.
-
-    position: (n, 3), in the camera's length unit.
-    direction: (n, 3), unit vectors of emission, from the point to the observer.
-    energy: (n,), in the unit of the bins; None without bins.
-    """
-
-    position: Floats
-    direction: Floats
-    energy: Floats | None
-
-    def __len__(self) -> int:
-        return len(self.position)
 
 
 class Session:
@@ -122,6 +106,14 @@ class Session:
         """
         found = self._native.rendering()
         return Rendering(found, json.loads(found.report())) if found is not None else None
+
+    def mesh(self) -> Mesh:
+        """The frozen quadrature of a session that has ended, which evaluates nothing again.
+
+        Raises `ValueError` before the end, `RenderError` if there is no mesh: the session depends
+        on its time limit, or its image is that of surfaces found, which is not linear in the rates.
+        """
+        return Mesh(self._native.mesh(), _units.to_text(self._options.get("unit")))
 
 
 def _told(position: Floats, direction: Floats) -> Floats:

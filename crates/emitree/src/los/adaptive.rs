@@ -5,7 +5,7 @@
 //! run twice: once to collect its nodes, for a batch of panels on many lines, and once with the
 //! values there.
 
-use super::{AtEnergy, Lines};
+use super::{AtEnergy, Lines, StepsTaken};
 use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::meter::Meter;
@@ -84,12 +84,21 @@ pub(super) async fn render(
 
     let (mut radiances, mut errors) = (vec![0.0; lines.count()], vec![0.0; lines.count()]);
     let mut converged = true;
+    // Panels whose integrals are in the image.
+    let mut taken = Vec::new();
+    let mut take = |panels: &[Panel]| {
+        if meter.freezes() {
+            taken.extend(panels.iter().map(|panel| (panel.line, [panel.from, panel.to])));
+        }
+    };
     for first in blocks() {
         let of_block = block_lines(first);
         let mut waiting =
             panels[of_block.start * FIRST_PANELS..of_block.end * FIRST_PANELS].to_vec();
         loop {
-            let split = settle(waiting, tolerance * largest, &mut radiances, &mut errors);
+            let (settled, split) =
+                settle(waiting, tolerance * largest, &mut radiances, &mut errors);
+            take(&settled);
             if split.is_empty() {
                 break;
             }
@@ -104,6 +113,7 @@ pub(super) async fn render(
                 };
             }
             if !integrated {
+                take(&split);
                 for panel in split {
                     radiances[panel.line] += panel.integral;
                     errors[panel.line] += panel.error;
@@ -115,7 +125,8 @@ pub(super) async fn render(
         }
     }
     let [image, error] = [&radiances, &errors].map(|values| lines.image(projection, values));
-    Ok(AtEnergy { image, error: Some(error), converged })
+    let steps = StepsTaken::Adaptive(taken);
+    Ok(AtEnergy { image, error: Some(error), converged, steps })
 }
 
 fn halves(panel: Panel) -> [Panel; 2] {
@@ -123,7 +134,7 @@ fn halves(panel: Panel) -> [Panel; 2] {
     [Panel { to: middle, ..panel }, Panel { from: middle, ..panel }]
 }
 
-/// Adds up what is good enough and returns the panels to be halved, lines together.
+/// Adds up what is good enough, and returns these panels and those to be halved, lines together.
 ///
 /// A line's error is the sum over its panels; the smallest errors are accepted as long as they take
 /// up no more than half of what the tolerance still leaves to the line.
@@ -132,9 +143,9 @@ fn settle(
     tolerance: f64,
     radiances: &mut [f64],
     errors: &mut [f64],
-) -> Vec<Panel> {
+) -> (Vec<Panel>, Vec<Panel>) {
     panels.sort_by(|a, b| a.line.cmp(&b.line).then(a.error.total_cmp(&b.error)));
-    let mut split = Vec::new();
+    let (mut settled, mut split) = (Vec::new(), Vec::new());
     for of_line in panels.chunk_by(|a, b| a.line == b.line) {
         let line = of_line[0].line;
         let left = tolerance - errors[line];
@@ -146,12 +157,34 @@ fn settle(
             if taken <= allowed || panel.to - panel.from < MIN_LENGTH {
                 radiances[line] += panel.integral;
                 errors[line] += panel.error;
+                settled.push(*panel);
             } else {
                 split.push(*panel);
             }
         }
     }
-    split
+    (settled, split)
+}
+
+/// The nodes of the rule on the unit interval, in the order in which it takes their values.
+fn nodes(rule: &GaussKronrod) -> Vec<f64> {
+    let nodes = RefCell::new(Vec::with_capacity(NODES));
+    rule.integrate(0.0, 1.0, |z| {
+        nodes.borrow_mut().push(z);
+        0.0
+    });
+    nodes.into_inner()
+}
+
+/// The nodes of a panel with their weights.
+pub(super) fn weighted_nodes([from, to]: [f64; 2]) -> Vec<(f64, f64)> {
+    let rule = GaussKronrod::new(GKPair::G7K15);
+    let weighted = |(own, z): (usize, f64)| {
+        let next = Cell::new(0);
+        let is_own = |_: f64| f64::from(u8::from(next.replace(next.get() + 1) == own));
+        (from + z * (to - from), rule.integrate(from, to, is_own).0)
+    };
+    nodes(&rule).into_iter().enumerate().map(weighted).collect()
 }
 
 /// Evaluates all nodes of the panels in one batch, and integrates each panel.
@@ -162,12 +195,7 @@ async fn integrate(
     rule: &GaussKronrod,
     panels: &mut [Panel],
 ) -> Result<(), MethodError> {
-    let unit_nodes = RefCell::new(Vec::with_capacity(NODES));
-    rule.integrate(0.0, 1.0, |z| {
-        unit_nodes.borrow_mut().push(z);
-        0.0
-    });
-    let unit_nodes = unit_nodes.into_inner();
+    let unit_nodes = nodes(rule);
     let mut rates = vec![0.0; panels.len() * NODES];
     let point = |i: usize| {
         let panel = &panels[i / NODES];

@@ -6,18 +6,21 @@
 
 pub(crate) mod adaptive;
 mod fixed;
+mod mesh;
 
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::error::OptionError;
 use crate::exchange::MethodError;
 use crate::image::Image;
+use crate::los::mesh::FrozenLines;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::projection::Projection;
-use crate::radiance::PixelRows;
+use crate::radiance::map_of_rows;
 use crate::tile::Tile;
 use crate::tree::StopReason;
+use std::sync::Arc;
 
 /// How each line of sight is integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,6 +82,7 @@ pub(crate) async fn render(
     for tile in tiles {
         let [mut bands, mut errors] = [Vec::new(), Vec::new()];
         let mut ending = StopReason::Complete;
+        let mut frozen = meter.freezes().then(|| FrozenLines::new(tile, options.lines));
         for energies in &bins {
             let [height, width] = tile.shape;
             let mut mean = [Image::zeros(height, width), Image::zeros(height, width)];
@@ -88,10 +92,14 @@ pub(crate) async fn render(
                 if !found.converged {
                     ending = StopReason::Budget;
                 }
+                if let Some(frozen) = &mut frozen {
+                    frozen.add(tile, &found.steps, energy, weight);
+                }
                 for (mean, map) in mean.iter_mut().zip([Some(found.image), found.error]) {
                     map.iter().for_each(|map| mean.add_scaled(map, weight));
                 }
             }
+            frozen.iter_mut().for_each(FrozenLines::end_bin);
             let [band, error] = mean;
             bands.push(band);
             errors.push(error);
@@ -100,6 +108,7 @@ pub(crate) async fn render(
         let error = has_error.then(|| Cube::from_bands(errors));
         let mut made = MethodOutput::new(Cube::from_bands(bands), error, ending);
         made.energies = bins.iter().flatten().filter_map(|(energy, _)| *energy).collect();
+        made.frozen = frozen.map(|frozen| Arc::new(frozen.finish()));
         of_tiles.push(made);
     }
     Ok(MethodOutput::stacked(of_tiles))
@@ -112,6 +121,15 @@ struct AtEnergy {
     error: Option<Image>,
     /// Whether every line met the tolerance.
     converged: bool,
+    steps: StepsTaken,
+}
+
+/// The steps along all lines.
+enum StepsTaken {
+    /// This many uniform steps.
+    Fixed(usize),
+    /// Panels: line, from and to; none unless a frozen quadrature is made.
+    Adaptive(Vec<(usize, [f64; 2])>),
 }
 
 async fn at_energy(
@@ -123,7 +141,8 @@ async fn at_energy(
     match steps {
         Steps::Fixed(steps) => {
             let image = fixed::render(meter, tile, lines, steps, energy).await?;
-            Ok(AtEnergy { image, error: None, converged: true })
+            let steps = StepsTaken::Fixed(steps);
+            Ok(AtEnergy { image, error: None, converged: true, steps })
         }
         Steps::Adaptive(tolerance) => adaptive::render(meter, tile, lines, tolerance, energy).await,
     }
@@ -188,15 +207,20 @@ impl Lines {
     /// The image of one value for each line: means over each pixel's lines, weighted with the solid
     /// angle that each stands for.
     fn image(&self, projection: &dyn Projection, values: &[f64]) -> Image {
+        self.weighted(values, |line| projection.solid_angle_density(self.position(line)))
+    }
+
+    /// The same with given weights of the lines.
+    fn weighted(&self, values: &[f64], weight: impl Fn(usize) -> f64 + Sync) -> Image {
         let per_row = self.width * self.per_pixel();
-        PixelRows { projection, shape: [self.height, self.width] }.map(|row, pixels| {
+        map_of_rows([self.height, self.width], |row, pixels| {
             let values = &values[row * per_row..][..per_row];
             let of_pixels = values.chunks_exact(self.per_pixel()).enumerate();
             for (pixel, (column, values)) in pixels.iter_mut().zip(of_pixels) {
                 let (mut sum, mut weights) = (0.0, 0.0);
                 for (part, value) in values.iter().enumerate() {
                     let line = row * per_row + column * self.per_pixel() + part;
-                    let weight = projection.solid_angle_density(self.position(line));
+                    let weight = weight(line);
                     sum += weight * value;
                     weights += weight;
                 }

@@ -111,6 +111,22 @@ impl<const D: usize> SparseTree<D> {
         }
     }
 
+    /// The same cells with other averages of the leaves, in the order of
+    /// [`for_each_leaf`](Self::for_each_leaf).
+    pub(crate) fn with_leaves(&self, averages: &[f64]) -> Self {
+        let mut tree = self.clone();
+        let mut new = averages.iter();
+        for level in &mut tree.levels {
+            let leaves = level.children.iter().zip(&mut level.averages);
+            for (_, average) in leaves.filter(|(family, _)| **family == LEAF) {
+                new.next().iter().for_each(|new| *average = **new);
+            }
+        }
+        tree.restrict();
+        tree.update_details();
+        tree
+    }
+
     /// Makes each parent the mean of its children, from the finest level up.
     fn restrict(&mut self) {
         let siblings = Level::<D>::SIBLINGS;

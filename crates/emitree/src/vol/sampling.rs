@@ -50,6 +50,12 @@ impl View<'_> {
         Site { xy, point, energy, tile: (tile, self.tiles) }
     }
 
+    /// What makes G at a point, as [`terms`].
+    pub(crate) fn terms(&self, [x, y]: Place, depth: u32) -> Vec<(Site, f64)> {
+        let site = self.site([x, y, depth], self.energy);
+        terms(self.chart, [x, y, depth].map(unit), site)
+    }
+
     /// G at the energy of the view, in one batch.
     pub(crate) async fn rates(&self, points: &[(Place, u32)]) -> Result<Vec<f64>, Stop> {
         let at = |i: usize| {
@@ -62,6 +68,26 @@ impl View<'_> {
         };
         evaluate_across_gaps(self.meter, self.chart, points.len(), &at, &site).await
     }
+}
+
+/// The sites whose weighted values make the value at a point of a chart, given its coordinates and its
+/// own site: that one alone, unless the point is inside an opaque body.
+pub(crate) fn terms(chart: &dyn Chart, u: [f64; 3], own: Site) -> Vec<(Site, f64)> {
+    let Some(gap) = chart.has_gaps().then(|| across_gap(chart, u, &own)).flatten() else {
+        return vec![(own, 1.0)];
+    };
+    let around = gap.around.into_iter().map(|point| Site { point, ..own });
+    around.zip(gap.weights).collect()
+}
+
+/// The points around a body that replace one inside it, whose own site is given.
+fn across_gap(chart: &dyn Chart, u: [f64; 3], own: &Site) -> Option<AcrossGap> {
+    let mut gap = chart.across_gap(u)?;
+    let plain = chart.world_from_chart(u).path_per_depth;
+    // What an energy axis adds to the path.
+    let density = if plain == 0.0 { 0.0 } else { own.point.path_per_depth / plain };
+    gap.weights.iter_mut().for_each(|weight| *weight *= density);
+    Some(gap)
 }
 
 /// The values at points of a chart, given their coordinates and their sites: a point inside an opaque
@@ -83,14 +109,11 @@ pub(crate) async fn evaluate_across_gaps(
     let mut lines: HashMap<[u64; 3], Vec<usize>> = HashMap::new();
     for i in 0..count {
         let (own, u) = (site(i), at(i));
-        let Some(mut gap) = chart.across_gap(u) else {
+        let Some(gap) = across_gap(chart, u, &own) else {
             first.push((sites.len(), None));
             sites.push(own);
             continue;
         };
-        let plain = chart.world_from_chart(u).path_per_depth;
-        // What an energy axis adds to the path.
-        let density = if plain == 0.0 { 0.0 } else { own.point.path_per_depth / plain };
         let line = [u[0], u[1], own.energy.unwrap_or(0.0)].map(f64::to_bits);
         let gaps = lines.entry(line).or_default();
         let is_same = |first: &usize| {
@@ -101,7 +124,6 @@ pub(crate) async fn evaluate_across_gaps(
             gaps.push(at_first);
             sites.extend(gap.around.map(|point| Site { point, ..own }));
         }
-        gap.weights.iter_mut().for_each(|weight| *weight *= density);
         first.push((at_first, Some(gap)));
     }
     let rates = evaluate(meter, sites.len(), &|k: usize| sites[k]).await?;

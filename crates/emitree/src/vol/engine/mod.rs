@@ -11,6 +11,7 @@ use crate::energy::EnergyAxis;
 use crate::error::RenderError;
 use crate::exchange::MethodError;
 use crate::image::Image;
+use crate::mesh::frozen::Frozen;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::tile::Tile;
@@ -24,6 +25,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::seeds::Seed;
 use crate::vol::spectrum::energies::Energies;
 use crate::vol::tuning::TUNING;
+use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::part::{Footing, Part, Parts, ProductImage, add};
 use crate::vol::view::scattered::{KnownParts, fraction_of_view};
 use crate::vol::view::sheet::{Sheet, SheetId};
@@ -84,6 +86,7 @@ pub(crate) async fn by_tree(
     made.base_level = Some(base_level);
     made.energies = engine.energies_used();
     made.smallest_feature = engine.coverage.smallest;
+    made.frozen = meter.freezes().then(|| Arc::new(engine.frozen()));
     Ok(made)
 }
 
@@ -208,6 +211,23 @@ impl Engine<'_> {
         self.quadrature_error = Some(error);
         self.add_products();
         true
+    }
+
+    /// The frozen quadrature of the current image.
+    fn frozen(&self) -> Frozen {
+        let mut frozen = FrozenView::new(&self.view.outside);
+        let products = self.products.iter().zip(self.parts).zip(&self.footings);
+        for ((product, part), footing) in products {
+            let product = product.as_ref().and_then(|product| product.frozen.as_ref());
+            product.iter().for_each(|of| frozen.add_products(of, part, footing));
+        }
+        for sheet in &self.sheets {
+            let energy = &self.energies.selected[sheet.id.energy];
+            frozen.add_sheet(sheet, &energy.of_earlier, &energy.weights);
+        }
+        let bins = self.energies.selected[0].weights.len();
+        let [height, width] = self.shape();
+        frozen.finish([bins, height, width])
     }
 
     /// The largest ∫ |G| dz of a line.

@@ -212,12 +212,42 @@ impl Line {
         self.integral = (0..intervals).map(of_interval).sum();
     }
 
+    /// The weights of the samples in ∫ G dz, in the order of their depths: those of the polynomials and
+    /// trapezoids of [`integrate`](Self::integrate).
+    pub(crate) fn weights(&self) -> Vec<f64> {
+        let mut weights = vec![0.0; self.samples.len()];
+        for i in 0..self.samples.len().saturating_sub(1) {
+            let length = self.length(i);
+            let stencil = (!self.jumps[i]).then(|| self.stencil(i));
+            let is_used = |of: &Range<usize>| self.polynomial_integral(i, of.clone()).is_some();
+            let Some(stencil) = stencil.filter(is_used) else {
+                weights[i] += 0.5 * length;
+                weights[i + 1] += 0.5 * length;
+                continue;
+            };
+            let z: Vec<f64> = stencil.clone().map(|k| self.z(k)).collect();
+            for (own, k) in stencil.enumerate() {
+                let cardinal = |j: usize| (z[j], f64::from(u8::from(j == own)));
+                let cardinal: Vec<(f64, f64)> = (0..z.len()).map(cardinal).collect();
+                let at = |t: f64| polynomial(&cardinal, self.z(i) + t * length);
+                weights[k] += GAUSS.iter().map(|&(t, gauss)| gauss * at(t)).sum::<f64>() * length;
+            }
+        }
+        weights
+    }
+
     fn trapezoid(&self, i: usize) -> f64 {
         self.length(i) * 0.5 * (self.samples[i].rate + self.samples[i + 1].rate)
     }
 
-    /// ∫ dz of the polynomial through the samples of `stencil` from sample `i` to the next.
+    /// ∫ G dz from sample `i` to the next, by the polynomial through the samples of `stencil` if possible.
     fn integral_of(&self, i: usize, stencil: Range<usize>) -> f64 {
+        self.polynomial_integral(i, stencil).unwrap_or_else(|| self.trapezoid(i))
+    }
+
+    /// ∫ dz of the polynomial through the samples of `stencil` from sample `i` to the next; `None` if the
+    /// trapezoid replaces it.
+    fn polynomial_integral(&self, i: usize, stencil: Range<usize>) -> Option<f64> {
         let (length, trapezoid) = (self.length(i), self.trapezoid(i));
         let points = self.points(stencil);
         let points = points.as_slice();
@@ -228,7 +258,9 @@ impl Line {
         let rates = || points.iter().map(|point| point.1);
         let range =
             rates().fold(f64::NEG_INFINITY, f64::max) - rates().fold(f64::INFINITY, f64::min);
-        if (integral - trapezoid).abs() > length * range { trapezoid } else { integral }
+        // NaN, of rates beyond all numbers, is kept.
+        let deviates = (integral - trapezoid).abs() > length * range;
+        (!deviates).then_some(integral)
     }
 }
 
@@ -276,6 +308,9 @@ mod tests {
             prop_assert_eq!(at_once.assess(1e-4, 3), on_the_way.assess(1e-4, 3));
             prop_assert_eq!(at_once.integral.to_bits(), on_the_way.integral.to_bits());
             prop_assert_eq!(at_once.error.to_bits(), on_the_way.error.to_bits());
+            let weighted = at_once.weights().into_iter().zip(&at_once.samples);
+            let sum: f64 = weighted.map(|(weight, sample)| weight * sample.rate).sum();
+            prop_assert!((sum - at_once.integral).abs() < 1e-12, "{sum} {}", at_once.integral);
             for (i, sample) in at_once.samples.iter().enumerate() {
                 let other = &on_the_way.samples[i];
                 prop_assert_eq!(sample.significance.to_bits(), other.significance.to_bits());

@@ -29,8 +29,9 @@ pub(crate) enum LineSource {
     Unknown,
     /// The line was refined individually.
     Full,
-    /// The depth rule of a block, with the largest |error| on the lines that it was fitted to.
-    Rule { block: Block, error: f64 },
+    /// The depth rule of a block, by its number in [`NodeLines::rules`], with the largest |error| on the
+    /// lines that it was fitted to.
+    Rule { block: Block, error: f64, rule: usize },
 }
 
 /// The lines of all nodes, in the order of the nodes.
@@ -38,6 +39,8 @@ pub(crate) enum LineSource {
 pub(crate) struct NodeLines {
     pub(crate) lines: Vec<Line>,
     pub(crate) sources: Vec<LineSource>,
+    /// Depths and weights of each rule that has integrated a line.
+    pub(crate) rules: Vec<Vec<(u32, f64)>>,
     /// Whether jumps are predicted from those of neighbouring lines.
     pub(crate) tracks_jumps: bool,
     /// The intervals in which jumps are expected on lines that have not been refined yet.
@@ -124,6 +127,19 @@ impl NodeLines {
     pub(crate) fn are_nowhere_negative(&self) -> bool {
         let lines = self.lines.par_iter().with_min_len(LINES_CACHED);
         lines.all(|line| line.samples.iter().all(|sample| sample.rate >= 0.0))
+    }
+
+    /// The depths of line `i` with their weights in its integral.
+    pub(crate) fn weights(&self, i: usize) -> Vec<(u32, f64)> {
+        let line = &self.lines[i];
+        match self.sources[i] {
+            LineSource::Full => {
+                let depths = line.samples.iter().map(|sample| sample.depth);
+                depths.zip(line.weights()).collect()
+            }
+            LineSource::Rule { rule, .. } => self.rules[rule].clone(),
+            LineSource::Unknown => Vec::new(),
+        }
     }
 
     /// The estimated |error| of the integral of line `i`.

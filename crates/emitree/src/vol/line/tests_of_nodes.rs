@@ -76,7 +76,7 @@ fn lines_are_refined_to_the_tolerance_each_by_itself() {
 #[test]
 fn the_error_of_a_line_depends_on_its_source() {
     let mut node_lines = lines(3);
-    let rule = LineSource::Rule { block: Block::around([0, 0], 1), error: 0.25 };
+    let rule = LineSource::Rule { block: Block::around([0, 0], 1), error: 0.25, rule: 0 };
     node_lines.sources = vec![LineSource::Full, rule, LineSource::Unknown];
     node_lines.lines.iter_mut().for_each(|line| line.error = 0.5);
     let errors: Vec<f64> = (0..3).map(|i| node_lines.error(i)).collect();
@@ -87,7 +87,7 @@ fn the_error_of_a_line_depends_on_its_source() {
 #[test]
 fn a_snapshot_restores_the_rules_of_lines() {
     let mut node_lines = lines(3);
-    let rule = LineSource::Rule { block: Block::around([0, 0], 1), error: 0.25 };
+    let rule = LineSource::Rule { block: Block::around([0, 0], 1), error: 0.25, rule: 0 };
     node_lines.sources = vec![LineSource::Full, rule, LineSource::Unknown];
     node_lines.lines[1].integral = 2.0;
     let snapshot = node_lines.snapshot();

@@ -47,6 +47,18 @@ impl Interpolant {
         self.axes.iter().map(|fibers| places(fibers.level)).sum()
     }
 
+    /// All triples of pivots, in the order of the core.
+    pub(super) fn triples(&self) -> Vec<[f64; 3]> {
+        let [x, y, z] = [0, 1, 2].map(|axis: usize| self.axes[axis].pivots());
+        let of_xy = |x: f64, y: f64| z.iter().map(move |&z| [x, y, z]);
+        x.iter().flat_map(|&x| y.iter().flat_map(move |&y| of_xy(x, y))).collect()
+    }
+
+    /// The same with other values at all triples of pivots.
+    pub(super) fn with_core(&self, core: &[f64]) -> Self {
+        Self { core: core.to_vec(), ..self.clone() }
+    }
+
     /// The triples of pivots at which the core has no value yet.
     pub(super) fn missing(&self) -> Vec<[f64; 3]> {
         let [x, y, z] = [0, 1, 2].map(|axis: usize| self.axes[axis].pivots());

@@ -9,6 +9,7 @@
 //! * `fibers`: G along one axis, and the functions that its fibers span;
 //! * `interpolant`: G on the cube and the image, from the fibers of all axes;
 //! * `probes`: residuals at scattered points, and the error of each pixel;
+//! * `frozen`: the interpolant as a linear map from its values at the pivots;
 //! * `jump`: detection of discontinuities;
 //! * `kinks`: kinks and jumps at an azimuth of a chart;
 //! * `search`: new crosses at the largest residuals;
@@ -17,6 +18,7 @@
 mod chebyshev;
 mod fibers;
 mod forecast;
+mod frozen;
 mod interpolant;
 mod jump;
 mod kinks;
@@ -47,8 +49,10 @@ use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::depths::fitted;
+use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::part::{Footing, Part, Parts, ProductImage};
 use crate::vol::view::scattered::{KnownParts, fraction_of_view, size_detected};
+use std::sync::Arc;
 
 /// For tolerances from the first number on, the standard deviation of the Gaussians, in edges of
 /// the cube, that the probes have to detect before the interpolant is accepted.
@@ -206,19 +210,26 @@ impl Attempted {
         };
         let Maps { image, error, .. } = maps;
         let footing = &attempt.part.footing;
+        let frozen = attempt.meter.freezes().then(|| attempt.search.frozen());
+        let mut placed = FrozenView::new(&parts.outside);
         let maps = if footing.is_of_pixels() {
             let means = |shape| attempt.search.interpolant.means(shape);
             let has_rim = !footing.is_raster_of_pixels();
+            frozen.iter().for_each(|of| placed.add_products(of, attempt.part, footing));
             let image = if has_rim { footing.image(means, &attempt.part.scale).1 } else { image };
             [image, error]
         } else {
             let shape = footing.values_shape(shape_of(&attempt.part.scale));
             let means = attempt.search.interpolant.means(shape);
-            known.products[number] = Some(ProductImage { means, errors: error });
+            known.products[number] = Some(ProductImage { means, errors: error, frozen });
             let products: Option<Vec<ProductImage>> = known.products.iter().cloned().collect();
             let Some(products) = products else { return };
             let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance * known.largest;
-            parts.image_of_products(&products, allowed)
+            let (maps, footings) = parts.image_of_products(&products, allowed);
+            for ((product, part), footing) in products.iter().zip(&parts.parts).zip(&footings) {
+                product.frozen.iter().for_each(|of| placed.add_products(of, part, footing));
+            }
+            maps
         };
         let [cube, error] = maps.map(|mut map| {
             parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
@@ -231,6 +242,10 @@ impl Attempted {
         let mut made = MethodOutput::new(cube, Some(error), ending);
         made.base_level = Some(attempt.vol.base_level);
         made.smallest_feature = known.smallest;
+        if attempt.meter.freezes() {
+            let [_, height, width] = made.cube.shape();
+            made.frozen = Some(Arc::new(placed.finish([1, height, width])));
+        }
         self.found = Some(made);
     }
 }

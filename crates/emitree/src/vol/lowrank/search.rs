@@ -27,14 +27,17 @@ impl WeightedView<'_> {
     /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
     pub(crate) async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
         let chart = &*self.part.chart;
-        let site = |i: usize| {
-            let u = points[i];
-            let mut point = chart.world_from_chart(u);
-            point.path_per_depth *= chart.density([u[0], u[1]]);
-            let (tile, xy) = chart.image_place([u[0], u[1]]);
-            Site { xy, point, energy: None, tile: (tile, self.tiles) }
-        };
+        let site = |i: usize| self.site(points[i]);
         evaluate_across_gaps(self.meter, chart, points.len(), &|i| points[i], &site).await
+    }
+
+    /// One sample of G · dΩ/(dx dy).
+    pub(super) fn site(&self, u: [f64; 3]) -> Site {
+        let chart = &*self.part.chart;
+        let mut point = chart.world_from_chart(u);
+        point.path_per_depth *= chart.density([u[0], u[1]]);
+        let (tile, xy) = chart.image_place([u[0], u[1]]);
+        Site { xy, point, energy: None, tile: (tile, self.tiles) }
     }
 
     /// The same for several groups of points, in one batch.

@@ -86,6 +86,11 @@ impl DepthRule {
         rule
     }
 
+    /// The depths with their weights.
+    pub(crate) fn weighted_depths(&self) -> Vec<(u32, f64)> {
+        self.depths.iter().copied().zip(self.weights.iter().copied()).collect()
+    }
+
     /// The integral of a line with these `rates` at the depths of the rule.
     pub(crate) fn integral(&self, rates: &[f64]) -> f64 {
         dot(&self.weights, rates)

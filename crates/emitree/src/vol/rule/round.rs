@@ -142,12 +142,20 @@ impl Scan<'_> {
             plan.ruled.iter().map(|(&i, &number)| (i, plan.rules[number].rule.depths.clone()));
         self.node_lines.sample(&self.view, &self.tree, &wanted.collect()).await?;
         let mut outliers = Vec::new();
+        // The numbers of the rules of the plan among all.
+        let mut kept: FxHashMap<usize, usize> = FxHashMap::default();
         for (&i, &number) in &plan.ruled {
             let BlockRule { block, rule } = &plan.rules[number];
             let line = &mut self.node_lines.lines[i];
             let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
             line.integral = rule.integral(&rates);
-            self.node_lines.sources[i] = LineSource::Rule { block: *block, error: rule.error };
+            let all = &mut self.node_lines.rules;
+            let number = *kept.entry(number).or_insert_with(|| {
+                all.push(rule.weighted_depths());
+                all.len() - 1
+            });
+            self.node_lines.sources[i] =
+                LineSource::Rule { block: *block, error: rule.error, rule: number };
             if rule.is_outlier(&rates, tolerance) {
                 outliers.push(i);
             }

@@ -13,6 +13,7 @@ use crate::tile::Tile;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::chart_nodes::ChartNodes;
 use crate::vol::view::pixel_rule::Crossing;
+use crate::vol::view::products::FrozenProducts;
 use crate::vol::view::quadrature::{ChartInView, ChartsInView, Quadrature};
 use crate::vol::view::raster::cell_at;
 use crate::vol::view::settle::Settled;
@@ -68,6 +69,8 @@ pub(crate) struct ProductImage {
     pub(crate) means: Vec<f64>,
     /// The errors on the raster of errors.
     pub(crate) errors: Image,
+    /// The products themselves, if a frozen quadrature is made.
+    pub(crate) frozen: Option<FrozenProducts>,
 }
 
 /// The atlas of a view with the edges found, if there are limbs.
@@ -217,8 +220,12 @@ impl Parts<'_> {
     }
 
     /// The image of products of all parts, with its error, for a quadrature error of at most
-    /// `allowed` in a pixel where that is possible.
-    pub(crate) fn image_of_products(&self, products: &[ProductImage], allowed: f64) -> [Image; 2] {
+    /// `allowed` in a pixel where that is possible, and the footings of the parts in it.
+    pub(crate) fn image_of_products(
+        &self,
+        products: &[ProductImage],
+        allowed: f64,
+    ) -> ([Image; 2], Vec<Arc<Footing>>) {
         let means: Vec<Vec<f64>> = products.iter().map(|of_part| of_part.means.clone()).collect();
         let own = || self.parts.iter().map(|part| part.footing.clone()).collect();
         let (footings, error) = match self.settle(&means, allowed) {
@@ -234,7 +241,7 @@ impl Parts<'_> {
         if let Some(error) = error {
             maps[1].add_scaled(&error, 1.0);
         }
-        maps
+        (maps, footings)
     }
 }
 

@@ -156,7 +156,7 @@ fn nodes_beyond_the_budget_are_removed() {
     let mut sheet = sheet(&meter, &PANE, 2, SHAPE);
     fill(&mut sheet, &lattice(2), |_| 1.0);
     // An older node whose rule exceeds the tolerance is integrated again with the new ones.
-    let old = LineSource::Rule { block: Block::around([0, 0], 0), error: 1.0 };
+    let old = LineSource::Rule { block: Block::around([0, 0], 0), error: 1.0, rule: 0 };
     let node_lines = &mut sheet.scan.node_lines;
     (node_lines.sources[3], node_lines.lines[3].integral) = (old, 7.0);
     let places = [at(3, 1, 1), at(3, 3, 3)];

@@ -1,0 +1,24 @@
+//! The interpolant of a part as a linear map from its values at the triples of pivots.
+
+use crate::site::Site;
+use crate::vol::lowrank::interpolant::Interpolant;
+use crate::vol::lowrank::search::Search;
+use crate::vol::sampling::terms;
+use crate::vol::view::products::{CoreToMeans, FrozenProducts};
+use std::sync::Arc;
+
+impl CoreToMeans for Interpolant {
+    fn means(&self, core: &[f64], shape: [usize; 2]) -> Vec<f64> {
+        self.with_core(core).means(shape)
+    }
+}
+
+impl Search<'_> {
+    /// The present interpolant with frozen functions.
+    pub(super) fn frozen(&self) -> FrozenProducts {
+        let chart = &*self.view.part.chart;
+        let terms = |&u: &[f64; 3]| -> Vec<(Site, f64)> { terms(chart, u, self.view.site(u)) };
+        let nodes = self.interpolant.triples().iter().map(terms).collect();
+        FrozenProducts { nodes: Arc::new(nodes), interpolant: Arc::new(self.interpolant.clone()) }
+    }
+}
