@@ -73,11 +73,12 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         .zip(rates.iter())
         .map(|(u, rate)| (grid.at_canonical(u), *rate))
         .collect();
-    let largest = largest_pixel(&base, grid.base, request.scale);
+    let mut aim = Aim { target: 0.0, scale: request.scale };
+    let largest = largest_pixel(&base, grid.base, &aim);
     if !(largest > 0.0 && largest.is_finite()) {
         return Err(Failure::TooComplex);
     }
-    let aim = Aim { target: tolerance * largest, scale: request.scale };
+    aim.target = tolerance * largest;
     let scale = request.scale.largest();
     let bucket = 0.25 * grid.cell_size(0);
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
@@ -192,13 +193,14 @@ fn grid(view: &WeightedView<'_>, tolerance: f64) -> Grid {
 }
 
 /// About the largest pixel, from the columns of the base lattice.
-fn largest_pixel(base: &BaseLattice, cells: [u32; 3], scale: &Image) -> f64 {
+fn largest_pixel(base: &BaseLattice, cells: [u32; 3], aim: &Aim<'_>) -> f64 {
     let [nx, ny, nz] = cells.map(|k| k as usize);
-    let scale = scale.largest();
     let mut largest: f64 = 0.0;
     for x in 0..=nx {
         for y in 0..=ny {
             let of = |z: usize| base.rates[base.number([x, y, z])];
+            let pixel = aim.pixel([x as f64 / nx as f64, y as f64 / ny as f64]);
+            let scale = aim.scale.pixels().get(pixel).copied().unwrap_or(0.0);
             let sum: f64 = (0..nz).map(|z| 0.5 * (of(z) + of(z + 1))).sum();
             largest = largest.max((sum / nz as f64 * scale).abs());
         }

@@ -74,7 +74,7 @@ impl Search<'_> {
                 };
                 let (mut wall, mut error) = (Wall::from(patch), error);
                 let wanted = allowed_at(&wall);
-                if TUNING.surfaces.wall_patches > 1 && error > wanted {
+                if error > wanted {
                     let meeting = self.meeting_patches(index, cell.cell, (a, b), wanted);
                     if let Some(better) = meeting.filter(|(_, of_it)| *of_it < error) {
                         (wall, error) = better;

@@ -14,7 +14,7 @@
 //! * `search`, `regions`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves: regions of
 //!   the base lattice, points of surfaces on the edges of cells, patches of cells, their continuation
 //!   through faces;
-//! * `pieces`: G within each region;
+//! * `polynomial`, `pieces`: G within each region;
 //! * `rays`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `attempt`: all of it, with the decision.
 
@@ -31,6 +31,7 @@ mod cut_edges;
 mod regions;
 mod facets;
 mod faces;
+mod polynomial;
 mod pieces;
 mod rays;
 mod raster;

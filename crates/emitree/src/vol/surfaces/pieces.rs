@@ -2,22 +2,15 @@
 
 use crate::projection::vector::{difference, norm};
 use crate::vol::lattice;
-use crate::vol::surfaces::columns::Columns;
 use crate::vol::surfaces::octree::{Label, Octree};
+use crate::vol::surfaces::polynomial::{DEGREE, Polynomial, TERMS};
 use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
 
-/// The highest total degree.
-const DEGREE: usize = 4;
-/// The number of coefficients for each degree.
-const TERMS: [usize; DEGREE + 1] = [1, 4, 10, 20, 35];
 /// The candidates for samples of a box.
 const CANDIDATES: usize = 512;
-/// The fewest candidates in a region for a polynomial that is not constant.
+/// The fewest candidates in a region for a polynomial of samples in its box alone.
 const FEW: usize = 8;
-/// The most |local coordinate| at which a polynomial is evaluated.
-const BEYOND: f64 = 1.15;
-
 /// A box with a polynomial, or two halves.
 #[derive(Clone, Debug)]
 enum Node {
@@ -25,87 +18,10 @@ enum Node {
     Halves { axis: usize, at: f64, below: usize, above: usize },
 }
 
-/// A polynomial in Legendre polynomials of coordinates from −1 to 1.
-#[derive(Clone, Debug)]
-pub(super) struct Polynomial {
-    low: [f64; 3],
-    high: [f64; 3],
-    coefficients: Vec<f64>,
-    /// The expected error.
-    pub(super) error: f64,
-}
-
 /// The tree of one region.
 #[derive(Clone, Debug)]
 pub(super) struct Pieces {
     nodes: Vec<Node>,
-}
-
-/// Powers of the terms, by total degree.
-fn powers() -> impl Iterator<Item = [usize; 3]> {
-    (0..=DEGREE).flat_map(|degree| {
-        (0..=degree)
-            .rev()
-            .flat_map(move |i| (0..=degree - i).rev().map(move |j| [i, j, degree - i - j]))
-    })
-}
-
-fn legendre(t: f64) -> [f64; DEGREE + 1] {
-    let s = t * t;
-    let three = (2.5 * s - 1.5) * t;
-    [1.0, t, 1.5 * s - 0.5, three, (4.375 * s - 3.75) * s + 0.375]
-}
-
-impl Polynomial {
-    fn terms(&self, at: [f64; 3]) -> impl Iterator<Item = f64> + use<> {
-        let local = core::array::from_fn::<_, 3, _>(|k| {
-            let t = (2.0 * at[k] - self.low[k] - self.high[k]) / (self.high[k] - self.low[k]);
-            legendre(t.clamp(-BEYOND, BEYOND))
-        });
-        powers().map(move |[i, j, k]| local[0][i] * local[1][j] * local[2][k])
-    }
-
-    fn value(&self, at: [f64; 3]) -> f64 {
-        if let [constant] = self.coefficients[..] {
-            return constant;
-        }
-        let local: [[f64; DEGREE + 1]; 3] = core::array::from_fn(|k| {
-            let t = (2.0 * at[k] - self.low[k] - self.high[k]) / (self.high[k] - self.low[k]);
-            legendre(t.clamp(-BEYOND, BEYOND))
-        });
-        // In the order of the powers.
-        let (mut sum, mut number) = (0.0, 0);
-        for degree in 0..=DEGREE {
-            if number == self.coefficients.len() {
-                break;
-            }
-            for i in (0..=degree).rev() {
-                for j in (0..=degree - i).rev() {
-                    let term = local[0][i] * local[1][j] * local[2][degree - i - j];
-                    sum += self.coefficients[number] * term;
-                    number += 1;
-                }
-            }
-        }
-        sum
-    }
-
-    /// The axis along which the higher terms are largest.
-    fn roughest_axis(&self) -> usize {
-        let mut sums = [0.0; 3];
-        for (powers, coefficient) in powers().zip(&self.coefficients) {
-            for k in 0..3 {
-                if powers[k] >= 2 {
-                    sums[k] += coefficient.abs() * powers[k] as f64;
-                }
-            }
-        }
-        if sums.iter().all(|sum| *sum <= 0.0) {
-            let edges = difference(self.high, self.low);
-            return (0..3).fold(0, |best, k| if edges[k] > edges[best] { k } else { best });
-        }
-        (0..3).fold(0, |best, k| if sums[k] > sums[best] { k } else { best })
-    }
 }
 
 impl Pieces {
@@ -136,17 +52,7 @@ impl Pieces {
     fn integral_below(&self, node: usize, [x, y]: [f64; 2], [from, to]: [f64; 2]) -> [f64; 2] {
         match self.nodes.get(node) {
             None => [0.0; 2],
-            Some(Node::Polynomial(of)) => {
-                let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-                if let [constant] = of.coefficients[..] {
-                    return [2.0 * half * constant, 2.0 * half * of.error];
-                }
-                // Three Gauss nodes integrate a polynomial of degree 5.
-                let beside = half * 0.6_f64.sqrt();
-                let value = |z: f64| of.value([x, y, z]);
-                let sum = 5.0 * (value(middle - beside) + value(middle + beside));
-                [half * (sum + 8.0 * value(middle)) / 9.0, 2.0 * half * of.error]
-            }
+            Some(Node::Polynomial(of)) => [of.integral([x, y], [from, to]), (to - from) * of.error],
             Some(&Node::Halves { axis, at, below, above }) => {
                 if axis < 2 {
                     let next = if [x, y][axis] < at { below } else { above };
@@ -175,6 +81,13 @@ struct OpenBox {
     samples: Vec<usize>,
 }
 
+impl OpenBox {
+    /// What is there before there are samples.
+    fn zero(&self) -> Polynomial {
+        Polynomial::zero(self.low, self.high)
+    }
+}
+
 impl Search<'_> {
     /// The polynomials of a region, to an error `allowed` in G.
     pub(super) async fn pieces(&mut self, tree: &Octree, label: Label) -> Result<Pieces, Failure> {
@@ -190,17 +103,21 @@ impl Search<'_> {
             level: 0,
             samples: known.collect(),
         };
-        let mut nodes = vec![Node::Polynomial(empty(&first))];
+        let mut nodes = vec![Node::Polynomial(first.zero())];
         let mut open = vec![first];
         while !open.is_empty() {
             // One batch for all boxes of a level.
             let (mut wanted, mut numbers) = (Vec::new(), Vec::new());
             let mut plans = Vec::new();
-            for of in &open {
-                let candidates = candidates(of, &clearance);
-                let plan = self.plan(of, &candidates);
+            for of in open {
+                let candidates = candidates(&of, &clearance);
+                if candidates.len() < FEW {
+                    nodes[of.node] = Node::Polynomial(self.from_beside(&of, label));
+                    continue;
+                }
+                let plan = self.plan(&of, &candidates);
                 wanted.extend(plan.new.iter().chain(&plan.checks).copied());
-                plans.push((plan, candidates.len()));
+                plans.push((of, plan));
             }
             let rates = self.rates(&wanted).await?;
             for (at, rate) in wanted.iter().zip(rates) {
@@ -209,12 +126,12 @@ impl Search<'_> {
             }
             let mut numbers = numbers.into_iter();
             let mut next = Vec::new();
-            for (of, (plan, candidates)) in open.into_iter().zip(plans) {
+            for (of, plan) in plans {
                 let new: Vec<usize> = numbers.by_ref().take(plan.new.len()).collect();
                 let checks: Vec<usize> = numbers.by_ref().take(plan.checks.len()).collect();
                 let mut used = plan.known;
                 used.extend(&new);
-                let polynomial = self.polynomial(&of, &used);
+                let mut polynomial = self.polynomial(of.low, of.high, &used);
                 let allowed = self.allowed(&of);
                 let differs = |&i: &usize| {
                     let sample = self.samples.get(i);
@@ -222,9 +139,9 @@ impl Search<'_> {
                 };
                 let worst = checks.iter().map(differs).fold(0.0, f64::max);
                 let is_good = polynomial.error <= allowed && worst <= 2.0 * allowed;
-                if is_good || of.level >= TUNING.surfaces.piece_levels || candidates < FEW {
-                    let error = polynomial.error.max(0.5 * worst);
-                    nodes[of.node] = Node::Polynomial(Polynomial { error, ..polynomial });
+                if is_good || of.level >= TUNING.surfaces.piece_levels {
+                    polynomial.error = polynomial.error.max(0.5 * worst);
+                    nodes[of.node] = Node::Polynomial(polynomial);
                     continue;
                 }
                 let all: Vec<usize> =
@@ -244,13 +161,28 @@ impl Search<'_> {
                     OpenBox { node, low, high, level: of.level + 1, samples }
                 });
                 let [below, above] = [0, 1].map(|half| nodes.len() + half);
-                nodes.extend(halves.each_ref().map(|half| Node::Polynomial(empty(half))));
+                nodes.extend(halves.each_ref().map(|half| Node::Polynomial(half.zero())));
                 nodes[of.node] = Node::Halves { axis, at, below, above };
                 next.extend(halves);
             }
             open = next;
         }
         Ok(Pieces { nodes })
+    }
+
+    /// The polynomial of a box of which little is in the region, from the samples around it, too: those
+    /// of a small part of the box would be extrapolated to all of it.
+    fn from_beside(&self, of: &OpenBox, label: Label) -> Polynomial {
+        let edges = difference(of.high, of.low);
+        let low = core::array::from_fn(|k| of.low[k] - edges[k]);
+        let high = core::array::from_fn(|k| of.high[k] + edges[k]);
+        let is_near = |&i: &usize| {
+            let at = self.samples.get(i).at;
+            self.samples.label(i) == label && (0..3).all(|k| low[k] <= at[k] && at[k] <= high[k])
+        };
+        let samples: Vec<usize> = (0..self.samples.len()).filter(is_near).collect();
+        let samples: Vec<usize> = thinned(&samples).collect();
+        self.polynomial(low, high, &samples)
     }
 
     /// The error allowed in a box.
@@ -331,36 +263,11 @@ impl Search<'_> {
         wanted + 1
     }
 
-    /// The polynomial of the degree with the least leave-one-out error.
-    fn polynomial(&self, of: &OpenBox, samples: &[usize]) -> Polynomial {
-        let mut best = empty(of);
-        let rates: Vec<f64> = samples.iter().map(|&i| self.samples.get(i).rate).collect();
-        if rates.is_empty() {
-            return best;
-        }
-        let mut columns = Columns::new(rates);
-        let rows: Vec<Vec<f64>> =
-            samples.iter().map(|&i| best.terms(self.samples.get(i).at).collect()).collect();
-        let mut term = 0;
-        best.error = f64::INFINITY;
-        for terms in TERMS {
-            if terms > 1 && (samples.len() as f64) < 1.25 * terms as f64 + 1.0 {
-                break;
-            }
-            while term < terms {
-                if !columns.add(rows.iter().map(|row| row[term]).collect()) {
-                    return best;
-                }
-                term += 1;
-            }
-            let square = |i: usize| columns.left_out(i).powi(2);
-            let mean = (0..samples.len()).map(square).sum::<f64>() / samples.len() as f64;
-            let error = TUNING.surfaces.piece_margin * mean.sqrt();
-            if error < best.error {
-                best = Polynomial { coefficients: columns.coefficients(), error, ..best };
-            }
-        }
-        best
+    /// The polynomial in a box through samples.
+    fn polynomial(&self, low: [f64; 3], high: [f64; 3], samples: &[usize]) -> Polynomial {
+        let samples = samples.iter().map(|&i| self.samples.get(i));
+        let samples: Vec<([f64; 3], f64)> = samples.map(|of| (of.at, of.rate)).collect();
+        Polynomial::fit(low, high, &samples)
     }
 }
 
@@ -376,10 +283,6 @@ struct Plan {
 /// At most so many of the samples of a box, evenly.
 fn thinned(samples: &[usize]) -> impl Iterator<Item = usize> + '_ {
     samples.iter().step_by(samples.len() / CANDIDATES + 1).copied()
-}
-
-fn empty(of: &OpenBox) -> Polynomial {
-    Polynomial { low: of.low, high: of.high, coefficients: vec![0.0], error: 0.0 }
 }
 
 /// Scattered points of a box that are in the region.

@@ -207,9 +207,8 @@ impl<'a> Search<'a> {
                     self.leaves.insert(cell.cell, leaf);
                 }
                 None => {
-                    let size = self.grid.cell_size(level);
-                    let is_guess =
-                        |facets: &Vec<Facet>| facets.iter().all(|of| of.error < 0.35 * size);
+                    let most = TUNING.surfaces.guess_error * self.grid.cell_size(level);
+                    let is_guess = |facets: &Vec<Facet>| facets.iter().all(|of| of.error < most);
                     let facets = cell.facets.filter(is_guess).map(Into::into);
                     let guess = Guess { facets, share: cell.guess.share };
                     next.extend(children(cell.cell.1).map(|child| (child, guess.clone())));
@@ -251,9 +250,22 @@ impl<'a> Search<'a> {
         if effect > allowed && level < self.grid.finest {
             return None;
         }
+        if let Some(facet) = self.near_enough(cell, &labels) {
+            return Some(Leaf::Cut(vec![facet.clone()]));
+        }
         let count = |label: &Label| samples().filter(|&&i| self.samples.label(i) == *label).count();
         let most = labels.iter().max_by_key(|label| (count(label), Label::MAX - **label));
         Some(Leaf::Unresolved(most.copied().unwrap_or(0), jump))
+    }
+
+    /// The only patch of a cell that need not be divided: with its error it is nearer to the surface than
+    /// no patch would be.
+    fn near_enough<'b>(&self, cell: &'b OpenCell, labels: &[Label]) -> Option<&'b Facet> {
+        let [only] = cell.facets.as_deref()? else { return None };
+        let sides = [only.below, only.above].map(|label| self.samples.current(label));
+        let most = TUNING.surfaces.guess_error * self.grid.cell_size(cell.cell.0);
+        let is_between = labels.iter().all(|label| sides.contains(label));
+        (is_between && only.error < most).then_some(only)
     }
 
     /// The regions of the samples in a cell, in ascending order.

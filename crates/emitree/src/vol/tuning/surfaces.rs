@@ -49,9 +49,6 @@ group! {
         reach: f64 = 2.6, 2.0..=3.2;
         /// The most points of a patch. Those further away would bend it.
         most_points: usize = 60, 40..=90;
-        /// The most patches of a wall. With 3, boxes and cylinders cost 5 to 15 times less, but the shell
-        /// seen from inside by a perspective camera is wrong by 2.1 T with exit 0.
-        wall_patches: usize = 1, 1..=3;
         /// The first planes from which several patches of a wall are chosen: all pairs are compared.
         wall_planes: usize = 20, 12..=32;
         /// The distance from the centre of a cell up to which all points have to be on its patches, in
@@ -70,6 +67,9 @@ group! {
         wall_enough: f64 = 0.7, 0.4..=1.0;
         /// The largest relative difference of the jumps of pairs of regions that one surface separates.
         same_jump: f64 = 0.02, 0.01..=0.04;
+        /// The largest error of a patch, in sizes of its cell, with which it is a guess for the children
+        /// of the cell, or better than no patch if the cell is not divided.
+        guess_error: f64 = 0.35, 0.2..=0.5;
         /// The ratio of the error of a patch to its leave-one-out residuals.
         patch_margin: f64 = 1.5, 1.0..=2.0;
         /// The share of T that the displacement of one patch may change a line of sight by.

@@ -14,17 +14,14 @@ fn integral([x, y]: [f64; 2], ends: [f64; 2]) -> f64 {
 
 /// The polynomial in a box through values at many points.
 fn fitted(low: [f64; 3], high: [f64; 3]) -> Polynomial {
-    let first = Polynomial { low, high, coefficients: vec![0.0], error: 0.01 };
-    let points: Vec<[f64; 3]> = (0..80)
+    let points = (0..80)
         .map(lattice::point)
-        .map(|u| core::array::from_fn(|k| low[k] + u[k] * (high[k] - low[k])))
-        .collect();
-    let mut columns = Columns::new(points.iter().map(|at| cubic(*at)).collect());
-    let rows: Vec<Vec<f64>> = points.iter().map(|at| first.terms(*at).collect()).collect();
-    for term in 0..TERMS[DEGREE] {
-        assert!(columns.add(rows.iter().map(|row| row[term]).collect()));
-    }
-    Polynomial { coefficients: columns.coefficients(), ..first }
+        .map(|u| core::array::from_fn(|k| low[k] + u[k] * (high[k] - low[k])));
+    let samples: Vec<([f64; 3], f64)> = points.map(|at| (at, cubic(at))).collect();
+    let mut found = Polynomial::fit(low, high, &samples);
+    assert!(found.error < 1e-9, "{}", found.error);
+    found.error = 0.01;
+    found
 }
 
 #[test]
