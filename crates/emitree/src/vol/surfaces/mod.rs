@@ -15,7 +15,7 @@
 //!   the base lattice, points of surfaces on the edges of cells, patches of cells, their continuation
 //!   through faces;
 //! * `polynomial`, `pieces`: G within each region;
-//! * `rays`, `raster`: lines of sight, pixels and their errors;
+//! * `crossings`, `rays`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `attempt`: all of it, with the decision.
 
 mod columns;
@@ -33,6 +33,7 @@ mod facets;
 mod faces;
 mod polynomial;
 mod pieces;
+mod crossings;
 mod rays;
 mod raster;
 mod verification;

@@ -103,14 +103,15 @@ impl Patch {
         [self.axes[0], self.axes[1]]
     }
 
-    /// The largest |curvature| at the centre, about.
+    /// The largest |curvature| at the centre, about. One above the inverse of the size is that of a fit
+    /// to an edge, not of a smooth surface.
     pub(super) fn curvature(&self) -> f64 {
         if self.degree < 2 {
             return 0.0;
         }
         let [a, b, c] = [3, 4, 5].map(|k| self.coefficients[k]);
         let (mean, half) = (a + c, ((a - c).powi(2) + b * b).sqrt());
-        (mean.abs() + half) / self.scale
+        (mean.abs() + half).min(1.0) / self.scale
     }
 
     /// The point of the surface at its centre.

@@ -1,13 +1,9 @@
 //! Lines of sight through the leaves: segments in regions, and crossings of surfaces.
 
+use crate::vol::surfaces::crossings::crossings;
 use crate::vol::surfaces::octree::{Facet, Label, Leaf, Octree, region};
 use crate::vol::surfaces::pieces::Pieces;
 use crate::vol::tuning::TUNING;
-
-/// The parts of a line in a cell in which crossings are searched for.
-const PARTS: usize = 6;
-/// The steps of a bisection.
-const STEPS: usize = 36;
 
 /// A part of a line in one region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,24 +64,19 @@ impl Ray {
 
     /// Adds the segments in a cell with patches.
     fn cross(&mut self, facets: &[Facet], [x, y]: [f64; 2], [from, to]: [f64; 2]) {
-        let label = |z: f64| region(facets, [x, y, z]).0;
-        let place = |k: usize| from + (to - from) * k as f64 / PARTS as f64;
-        let mut before = (from, label(from));
-        for k in 1..=PARTS {
-            let next = (place(k), label(place(k)));
-            if next.1 == before.1 {
-                self.extend(before.1, [before.0, next.0]);
-            } else {
-                let [mut low, mut high] = [before.0, next.0];
-                for _ in 0..STEPS {
-                    let middle = 0.5 * (low + high);
-                    if label(middle) == before.1 { low = middle } else { high = middle }
-                }
-                self.extend(before.1, [before.0, low]);
-                self.extend(next.1, [low, next.0]);
-                self.add_crossing(facets, [before.1, next.1], [x, y, low], to - from);
+        let mut last: Option<Label> = None;
+        let mut low = from;
+        for high in crossings(facets, [x, y], [from, to]).into_iter().chain([to]) {
+            if high <= low {
+                continue;
             }
-            before = next;
+            let (label, _) = region(facets, [x, y, 0.5 * (low + high)]);
+            if let Some(before) = last.filter(|before| *before != label) {
+                self.add_crossing(facets, [before, label], [x, y, low], to - from);
+            }
+            self.extend(label, [low, high]);
+            last = Some(label);
+            low = high;
         }
     }
 
