@@ -3,7 +3,7 @@
 use crate::parallel::prelude::*;
 use crate::projection::vector::{along, difference, norm, unit};
 use crate::vol::lattice;
-use crate::vol::surfaces::octree::{Cell, Facet, Grid, Label, region};
+use crate::vol::surfaces::octree::{Cell, Facet, Grid, Label, is_ambiguous, region};
 use crate::vol::surfaces::patch::{FitPoint, Patch};
 use crate::vol::surfaces::points::PointIndex;
 use crate::vol::surfaces::search::{OpenCell, Search};
@@ -87,6 +87,7 @@ impl Search<'_> {
         let has_facet =
             |label: &Label| facets.iter().any(|of| of.below == *label || of.above == *label);
         is_complete &= labels.iter().all(has_facet);
+        is_complete &= facets.len() == 1 || !self.has_ambiguous_places(cell.cell, &facets);
         if facets.is_empty() {
             (cell.facets, cell.is_done) = (None, false);
             return;
@@ -99,6 +100,16 @@ impl Search<'_> {
         let agrees = facets.len() == 1 || facets.iter().all(|of| wrong <= of.allowed);
         cell.is_done = is_complete && agrees && facets.iter().all(is_good);
         cell.facets = Some(facets);
+    }
+
+    /// Whether places of a cell are in several regions.
+    fn has_ambiguous_places(&self, (level, at): Cell, facets: &[Facet]) -> bool {
+        const PLACES: usize = 64;
+        (0..PLACES).any(|number| {
+            let u = lattice::point(number);
+            let place = core::array::from_fn(|k| f64::from(at[k]) + u[k]);
+            is_ambiguous(facets, self.grid.point(level, place))
+        })
     }
 
     /// Several patches between two regions in a cell, with their error: those with the least, or the

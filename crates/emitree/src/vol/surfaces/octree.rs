@@ -89,25 +89,32 @@ pub(super) fn region(facets: &[Facet], at: [f64; 3]) -> (Label, f64) {
         let above = only.wall.above(at);
         return (if above > 0.0 { only.above } else { only.below }, above.abs());
     }
-    let mut best = (0, f64::NEG_INFINITY);
-    for (i, facet) in facets.iter().enumerate() {
-        for label in [facet.below, facet.above] {
-            let is_first = |of: &Facet| of.below != label && of.above != label;
-            if !facets[..i].iter().all(is_first) {
-                continue;
-            }
-            let side = |of: &Facet| {
-                let above = of.wall.above(at);
-                if of.above == label { above } else { -above }
-            };
-            let bounding = facets.iter().filter(|of| of.below == label || of.above == label);
-            let least = bounding.map(side).fold(f64::INFINITY, f64::min);
-            if least > best.1 {
-                best = (label, least);
-            }
-        }
-    }
-    best
+    let first = (0, f64::NEG_INFINITY);
+    depths(facets, at).fold(first, |best, of| if of.1 > best.1 { of } else { best })
+}
+
+/// Whether a point is in several regions by the patches, further than the displacements allowed: those
+/// between some of the regions are missing.
+pub(super) fn is_ambiguous(facets: &[Facet], at: [f64; 3]) -> bool {
+    let most = facets.iter().map(|of| of.allowed.max(of.error)).fold(0.0, f64::max);
+    depths(facets, at).filter(|(_, depth)| *depth > most).count() > 1
+}
+
+/// For each region its least distance from a point on its own side of a patch that bounds it: below 0
+/// outside of it.
+fn depths(facets: &[Facet], at: [f64; 3]) -> impl Iterator<Item = (Label, f64)> + '_ {
+    let labels = facets.iter().enumerate().flat_map(|(i, of)| [(i, of.below), (i, of.above)]);
+    let is_first = |(i, label): &(usize, Label)| {
+        facets[..*i].iter().all(|of| of.below != *label && of.above != *label)
+    };
+    labels.filter(is_first).map(move |(_, label)| {
+        let side = |of: &Facet| {
+            let above = of.wall.above(at);
+            if of.above == label { above } else { -above }
+        };
+        let bounding = facets.iter().filter(|of| of.below == label || of.above == label);
+        (label, bounding.map(side).fold(f64::INFINITY, f64::min))
+    })
 }
 
 /// The cells of a view, in coordinates of about equal lengths along all axes.
