@@ -13,6 +13,8 @@ use rustc_hash::FxHashSet;
 
 /// The distance of compared points from the face, in edges of the cell.
 const BESIDE: f64 = 1e-7;
+/// A jump is another one than that of a cell if it is larger by this factor.
+const LARGER: f64 = 1.5;
 
 /// Two leaves that disagree at a point.
 #[derive(Clone, Copy, Debug)]
@@ -96,14 +98,16 @@ fn disagreements(tree: &Octree, leaf: usize) -> Vec<Disagreement> {
             }
             let other = tree.find(at);
             let leaves = [own, &tree.leaves[other].1];
-            if matches!(leaves[1], Leaf::Unresolved(..)) {
-                continue;
-            }
             let labels = leaves.map(|of| of.region(at));
             if labels[0] == labels[1] {
                 continue;
             }
-            let clearance = [0, 1].map(|k| leaves[k].distance_to(labels[1 - k], at));
+            let clearance = match leaves[1] {
+                // What remains unresolved there is known, unless it is a larger jump.
+                Leaf::Unresolved(_, jump) if own.least_jump(labels[0]) <= LARGER * jump => continue,
+                Leaf::Unresolved(..) => [own.clearance(at); 2],
+                _ => [0, 1].map(|k| leaves[k].distance_to(labels[1 - k], at)),
+            };
             if clearance.iter().all(|of| *of > TUNING.surfaces.face_distance) {
                 let clearance = clearance[0].min(clearance[1]);
                 found.push(Disagreement { leaves: [leaf, other], at, labels, clearance });

@@ -87,7 +87,7 @@ impl Search<'_> {
         let has_facet =
             |label: &Label| facets.iter().any(|of| of.below == *label || of.above == *label);
         is_complete &= labels.iter().all(has_facet);
-        is_complete &= facets.len() == 1 || !self.has_ambiguous_places(cell.cell, &facets);
+        is_complete &= !self.has_ambiguous_places(cell.cell, &facets);
         if facets.is_empty() {
             (cell.facets, cell.is_done) = (None, false);
             return;
@@ -103,8 +103,11 @@ impl Search<'_> {
     }
 
     /// Whether places of a cell are in several regions.
-    fn has_ambiguous_places(&self, (level, at): Cell, facets: &[Facet]) -> bool {
+    pub(super) fn has_ambiguous_places(&self, (level, at): Cell, facets: &[Facet]) -> bool {
         const PLACES: usize = 64;
+        if facets.len() == 1 {
+            return false;
+        }
         (0..PLACES).any(|number| {
             let u = lattice::point(number);
             let place = core::array::from_fn(|k| f64::from(at[k]) + u[k]);

@@ -53,6 +53,13 @@ impl Leaf {
         }
     }
 
+    /// The least jump at the borders of a region; infinite without one.
+    pub(super) fn least_jump(&self, label: Label) -> f64 {
+        let Self::Cut(facets) = self else { return f64::INFINITY };
+        let bounding = facets.iter().filter(|of| of.below == label || of.above == label);
+        bounding.map(|of| of.jump).fold(f64::INFINITY, f64::min)
+    }
+
     /// The distance of a point from the nearest change of region along the frames of the patches, in
     /// units of the displacements allowed; infinite in a cell with one region.
     pub(super) fn clearance(&self, at: [f64; 3]) -> f64 {

@@ -11,6 +11,8 @@ const MOST_TESTS: usize = 96;
 const ROUNDS: usize = 8;
 /// The number of jumps found between two parts after which no more edges between them are tested.
 const ENOUGH_JUMPS: usize = 2;
+/// The fewest corners with the value of a plateau.
+const OF_PLATEAU: usize = 12;
 
 /// An edge of the base lattice between two corners.
 #[derive(Clone, Copy, Debug)]
@@ -31,13 +33,16 @@ pub(super) struct BaseLattice {
     /// The representative of the part of each corner, or another of it.
     part: Vec<usize>,
     tested: FxHashMap<usize, bool>,
+    /// Whether the value of each corner is that of a plateau.
+    plateau: Vec<bool>,
 }
 
 impl BaseLattice {
     pub(super) fn new(base: [u32; 3], rates: Vec<f64>) -> Self {
         let part = (0..rates.len()).collect();
         let count = base.map(|k| k as usize + 1);
-        Self { count, rates, part, tested: FxHashMap::default() }
+        let plateau = vec![false; rates.len()];
+        Self { count, rates, part, tested: FxHashMap::default(), plateau }
     }
 
     /// The number of a corner.
@@ -76,6 +81,35 @@ impl BaseLattice {
         [false, true].iter().any(|&k| self.beyond([corner; 2], axis, k).is_some_and(equals))
     }
 
+    /// Finds the values of plateaus: many corners have them, some of them next to each other along each
+    /// axis, or a scattered sample has exactly the same value. Neither a function of one or two
+    /// coordinates nor one that is symmetric has such values.
+    fn find_plateaus(&mut self, scattered: &[f64], negligible: f64) {
+        let mut scattered = scattered.to_vec();
+        scattered.sort_by(f64::total_cmp);
+        let recurs_exactly =
+            |rate: f64| scattered.binary_search_by(|of| of.total_cmp(&rate)).is_ok();
+        let mut order: Vec<usize> = (0..self.rates.len()).collect();
+        order.sort_by(|&a, &b| self.rates[a].total_cmp(&self.rates[b]));
+        let beside = |corner: usize| [0, 1, 2].map(|axis| self.recurs(corner, axis, negligible));
+        let beside: Vec<[bool; 3]> = order.iter().map(|&corner| beside(corner)).collect();
+        let value = |k: usize| self.rates[order[k]];
+        let (mut low, mut high) = (0, 0);
+        let mut plateau = vec![false; self.rates.len()];
+        for k in 0..order.len() {
+            while value(k) - value(low) > negligible {
+                low += 1;
+            }
+            while high < order.len() && value(high) - value(k) <= negligible {
+                high += 1;
+            }
+            let along = |axis: usize| beside[low..high].iter().any(|of| of[axis]);
+            let is_wide = high - low >= OF_PLATEAU && (0..3).all(along);
+            plateau[order[k]] = is_wide || recurs_exactly(value(k));
+        }
+        self.plateau = plateau;
+    }
+
     /// Whether an edge is between parts of constant values: the values recur next to its ends, and
     /// somewhere along its line. Those of a function of one coordinate do not recur along a line.
     fn is_between_constants(&self, ends: [usize; 2], axis: usize, negligible: f64) -> bool {
@@ -103,7 +137,8 @@ impl BaseLattice {
     }
 
     /// Joins the corners between which G changes little or steadily. Returns the other edges.
-    fn join_smooth(&mut self, negligible: f64) -> Vec<Edge> {
+    fn join_smooth(&mut self, scattered: &[f64], negligible: f64) -> Vec<Edge> {
+        self.find_plateaus(scattered, negligible);
         let mut others = Vec::new();
         for number in 0..self.rates.len() {
             for axis in 0..3 {
@@ -115,6 +150,11 @@ impl BaseLattice {
                 let ends = [number, self.number(end)];
                 let [a, b] = ends.map(|i| self.rates[i]);
                 let difference = (b - a).abs();
+                let is_step = difference > negligible && ends.iter().all(|&end| self.plateau[end]);
+                if is_step {
+                    // A jump, or a slope that is as steep.
+                    continue;
+                }
                 if difference <= negligible || self.is_slope(ends, axis, negligible) {
                     self.join(ends);
                 } else {
@@ -134,7 +174,8 @@ impl Search<'_> {
         mut base: BaseLattice,
         known: &[([f64; 3], f64)],
     ) -> Result<(), Failure> {
-        let edges = base.join_smooth(self.samples.negligible);
+        let scattered: Vec<f64> = known.iter().map(|(_, rate)| *rate).collect();
+        let edges = base.join_smooth(&scattered, self.samples.negligible);
         let mut found: Vec<([f64; 3], f64)> = Vec::new();
         for _ in 0..ROUNDS {
             let mut jumps: FxHashMap<[usize; 2], usize> = FxHashMap::default();

@@ -250,22 +250,25 @@ impl<'a> Search<'a> {
         if effect > allowed && level < self.grid.finest {
             return None;
         }
-        if let Some(facet) = self.near_enough(cell, &labels) {
-            return Some(Leaf::Cut(vec![facet.clone()]));
+        if let Some(facets) = self.near_enough(cell, &labels) {
+            return Some(Leaf::Cut(facets.to_vec()));
         }
         let count = |label: &Label| samples().filter(|&&i| self.samples.label(i) == *label).count();
         let most = labels.iter().max_by_key(|label| (count(label), Label::MAX - **label));
         Some(Leaf::Unresolved(most.copied().unwrap_or(0), jump))
     }
 
-    /// The only patch of a cell that need not be divided: with its error it is nearer to the surface than
-    /// no patch would be.
-    fn near_enough<'b>(&self, cell: &'b OpenCell, labels: &[Label]) -> Option<&'b Facet> {
-        let [only] = cell.facets.as_deref()? else { return None };
-        let sides = [only.below, only.above].map(|label| self.samples.current(label));
+    /// The patches of a cell that need not be divided: with their errors they are nearer to the surfaces
+    /// than no patches would be.
+    fn near_enough<'b>(&self, cell: &'b OpenCell, labels: &[Label]) -> Option<&'b [Facet]> {
+        let facets = cell.facets.as_deref()?;
         let most = TUNING.surfaces.guess_error * self.grid.cell_size(cell.cell.0);
-        let is_between = labels.iter().all(|label| sides.contains(label));
-        (is_between && only.error < most).then_some(only)
+        let is_beside = |label: &Label| {
+            let sides = facets.iter().flat_map(|of| [of.below, of.above]);
+            sides.into_iter().any(|side| self.samples.current(side) == *label)
+        };
+        let is_near = facets.iter().all(|of| of.error < most) && labels.iter().all(is_beside);
+        (is_near && !self.has_ambiguous_places(cell.cell, facets)).then_some(facets)
     }
 
     /// The regions of the samples in a cell, in ascending order.

@@ -121,7 +121,7 @@ group! {
         least_tolerance: f64 = 5e-4, 2e-4..=1e-3;
         /// The lines of sight that verify the surfaces, and the most verifications.
         lines: usize = 32, 16..=64;
-        verifications: usize = 4, 2..=6;
+        verifications: usize = 8, 4..=12;
         /// The largest difference of a sample from the pieces that passes, as a share of T on a line
         /// that is in one piece.
         piece_disagreement: f64 = 1.0, 0.5..=2.0;

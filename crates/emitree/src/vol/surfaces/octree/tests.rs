@@ -77,6 +77,30 @@ fn two_patches_that_cross_separate_four_regions() {
     }
 }
 
+/// Without the patches between the two pairs, each place is in a region of both.
+#[test]
+fn pairs_of_regions_without_patches_between_them_are_ambiguous() {
+    let all = [
+        plane(0, 0.2, [0, 1]),
+        plane(0, 0.2, [2, 3]),
+        plane(1, 0.2, [0, 2]),
+        plane(1, 0.2, [1, 3]),
+    ];
+    for at in [[0.1, 0.1, 0.3], [0.3, 0.1, 0.3], [0.25, 0.35, 0.1]] {
+        assert!(!is_ambiguous(&all, at), "{at:?}");
+        assert!(is_ambiguous(&all[..2], at), "{at:?}");
+    }
+}
+
+#[test]
+fn the_least_jump_is_that_at_the_borders_of_a_region() {
+    let mut facets = vec![plane(0, 0.2, [0, 1]), plane(1, 0.2, [0, 2])];
+    facets[1].jump = 0.25;
+    let leaf = Leaf::Cut(facets);
+    let jumps = [0, 1, 2, 3].map(|label| leaf.least_jump(label));
+    assert_eq!(jumps, [0.25, 1.0, 0.25, f64::INFINITY]);
+}
+
 /// Beyond the nearest wall may be another region than the one asked for.
 #[test]
 fn the_distance_to_a_region_is_that_from_its_own_walls() {
