@@ -11,8 +11,6 @@ const MOST_TESTS: usize = 96;
 const ROUNDS: usize = 8;
 /// The number of jumps found between two parts after which no more edges between them are tested.
 const ENOUGH_JUMPS: usize = 2;
-/// The fewest corners with the value of a plateau.
-const OF_PLATEAU: usize = 12;
 
 /// An edge of the base lattice between two corners.
 #[derive(Clone, Copy, Debug)]
@@ -81,33 +79,13 @@ impl BaseLattice {
         [false, true].iter().any(|&k| self.beyond([corner; 2], axis, k).is_some_and(equals))
     }
 
-    /// Finds the values of plateaus: many corners have them, some of them next to each other along each
-    /// axis, or a scattered sample has exactly the same value. Neither a function of one or two
-    /// coordinates nor one that is symmetric has such values.
-    fn find_plateaus(&mut self, scattered: &[f64], negligible: f64) {
+    /// Finds the values of plateaus: a scattered sample has exactly the same value, as happens to no
+    /// function that varies.
+    fn find_plateaus(&mut self, scattered: &[f64]) {
         let mut scattered = scattered.to_vec();
         scattered.sort_by(f64::total_cmp);
-        let recurs_exactly =
-            |rate: f64| scattered.binary_search_by(|of| of.total_cmp(&rate)).is_ok();
-        let mut order: Vec<usize> = (0..self.rates.len()).collect();
-        order.sort_by(|&a, &b| self.rates[a].total_cmp(&self.rates[b]));
-        let beside = |corner: usize| [0, 1, 2].map(|axis| self.recurs(corner, axis, negligible));
-        let beside: Vec<[bool; 3]> = order.iter().map(|&corner| beside(corner)).collect();
-        let value = |k: usize| self.rates[order[k]];
-        let (mut low, mut high) = (0, 0);
-        let mut plateau = vec![false; self.rates.len()];
-        for k in 0..order.len() {
-            while value(k) - value(low) > negligible {
-                low += 1;
-            }
-            while high < order.len() && value(high) - value(k) <= negligible {
-                high += 1;
-            }
-            let along = |axis: usize| beside[low..high].iter().any(|of| of[axis]);
-            let is_wide = high - low >= OF_PLATEAU && (0..3).all(along);
-            plateau[order[k]] = is_wide || recurs_exactly(value(k));
-        }
-        self.plateau = plateau;
+        let recurs = |rate: &f64| scattered.binary_search_by(|of| of.total_cmp(rate)).is_ok();
+        self.plateau = self.rates.iter().map(recurs).collect();
     }
 
     /// Whether an edge is between parts of constant values: the values recur next to its ends, and
@@ -138,7 +116,7 @@ impl BaseLattice {
 
     /// Joins the corners between which G changes little or steadily. Returns the other edges.
     fn join_smooth(&mut self, scattered: &[f64], negligible: f64) -> Vec<Edge> {
-        self.find_plateaus(scattered, negligible);
+        self.find_plateaus(scattered);
         let mut others = Vec::new();
         for number in 0..self.rates.len() {
             for axis in 0..3 {
