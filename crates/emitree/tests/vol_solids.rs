@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// A tolerance of 5 % on some scenes, and the evaluations of all.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn check(seeds: Range<u64>, evaluations: u64) {
     let outcome = |seed| {
         let solids = random_solids(seed);

@@ -80,7 +80,6 @@ mod tests {
     use crate::vol::surfaces::patch::FitPoint;
 
     /// A patch through places on a surface whose normal is about along an axis.
-    #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
     fn patch(axis: usize, place: impl Fn(f64, f64) -> [f64; 3]) -> Facet {
         let point = |k: usize| {
             let [u, v, _] = lattice::point(k);

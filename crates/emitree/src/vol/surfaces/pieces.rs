@@ -112,7 +112,7 @@ impl Search<'_> {
             for of in open {
                 let candidates = candidates(&of, &clearance);
                 if candidates.len() < FEW {
-                    nodes[of.node] = Node::Polynomial(self.from_beside(&of, label));
+                    nodes[of.node] = Node::Polynomial(self.continued(&of, label));
                     continue;
                 }
                 let plan = self.plan(&of, &candidates);
@@ -172,7 +172,7 @@ impl Search<'_> {
 
     /// The polynomial of a box of which little is in the region, from the samples around it, too: those
     /// of a small part of the box would be extrapolated to all of it.
-    fn from_beside(&self, of: &OpenBox, label: Label) -> Polynomial {
+    fn continued(&self, of: &OpenBox, label: Label) -> Polynomial {
         let edges = difference(of.high, of.low);
         let low = core::array::from_fn(|k| of.low[k] - edges[k]);
         let high = core::array::from_fn(|k| of.high[k] + edges[k]);
