@@ -25,6 +25,13 @@ pub(super) struct Pieces {
 }
 
 impl Pieces {
+    /// One value everywhere.
+    #[cfg(test)]
+    pub(super) fn constant(value: f64) -> Self {
+        let samples = [([0.25; 3], value), ([0.75; 3], value)];
+        Self { nodes: vec![Node::Polynomial(Polynomial::fit([0.0; 3], [1.0; 3], &samples))] }
+    }
+
     /// The polynomial at a point.
     fn at(&self, at: [f64; 3]) -> Option<&Polynomial> {
         let mut node = self.nodes.first()?;

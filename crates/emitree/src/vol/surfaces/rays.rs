@@ -72,7 +72,7 @@ impl Ray {
             }
             let (label, _) = region(facets, [x, y, 0.5 * (low + high)]);
             if let Some(before) = last.filter(|before| *before != label) {
-                self.add_crossing(facets, [before, label], [x, y, low], to - from);
+                self.add_crossing(facets, [before, label], [x, y, low]);
             }
             self.extend(label, [low, high]);
             last = Some(label);
@@ -80,14 +80,15 @@ impl Ray {
         }
     }
 
-    fn add_crossing(&mut self, facets: &[Facet], sides: [Label; 2], at: [f64; 3], length: f64) {
+    fn add_crossing(&mut self, facets: &[Facet], sides: [Label; 2], at: [f64; 3]) {
         let between = |of: &&Facet| sides.contains(&of.below) && sides.contains(&of.above);
         let Some(facet) = facets.iter().find(between).or(facets.first()) else { return };
         let slope = facet.wall.normal(at)[2].abs();
         let error = facet.error.max(facet.allowed);
-        // A displacement of a surface that a line touches moves the ends of a chord by its root.
+        // A displacement of a surface that a line touches moves the ends of a chord by its root. A surface
+        // that is parallel to the lines may go on beyond the cell: the longest edge of a view is 1.
         let tangent = (2.0 * error * facet.wall.patch_at(at).curvature()).sqrt();
-        let along = (error / slope.max(tangent).max(1e-9)).min(length);
+        let along = (error / slope.max(tangent).max(1e-9)).min(1.0);
         self.crossings.push([at[2], facet.jump * along, along]);
     }
 
