@@ -16,6 +16,23 @@ def peak(position, direction):
     return np.exp(-ALPHA * ((position - 0.5) ** 2).sum(axis=1))
 
 
+def spectral_peak(position, direction, energy):
+    """The same with a spectrum that falls with energy."""
+    return peak(position, direction) * np.exp(-energy)
+
+
+def perspective_in_km():
+    """A camera that sees the peak from outside of the unit cube."""
+    return emitree.Perspective(
+        position=(3, 0.5, 0.5),
+        target=(0, 0.5, 0.5),
+        field_of_view=(30, 30),
+        near=1,
+        far=5,
+        length_unit="km",
+    )
+
+
 def slow_peak(position, direction):
     """The same, 1 microsecond a point and 2 ms a call."""
     time.sleep(0.002 + 1e-6 * len(position))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from models import peak
+from models import peak, perspective_in_km, spectral_peak
 
 import emitree
 
@@ -40,17 +40,7 @@ def test_the_matrix_is_the_whole_map():
 
 
 def test_a_cube_with_units():
-    def rate(position, direction, energy):
-        return peak(position, direction) * np.exp(-energy)
-
-    camera = emitree.Perspective(
-        position=(3, 0.5, 0.5),
-        target=(0, 0.5, 0.5),
-        field_of_view=(30, 30),
-        near=1,
-        far=5,
-        length_unit="km",
-    )
+    camera = perspective_in_km()
     options = {
         "energy": {"min": 1, "max": 3, "bins": 4, "unit": "keV"},
         "unit": "cm-3 s-1 sr-1 keV-1",
@@ -58,9 +48,9 @@ def test_a_cube_with_units():
         "method": "los",
         "steps": 4,
     }
-    session = ended(camera, (6, 8), rate, **options)
+    session = ended(camera, (6, 8), spectral_peak, **options)
     mesh, cube = session.mesh(), session.rendering().image
-    rates = rate(mesh.points.position, mesh.points.direction, mesh.points.energy)
+    rates = spectral_peak(mesh.points.position, mesh.points.direction, mesh.points.energy)
     np.testing.assert_allclose(mesh.apply(rates), cube, rtol=1e-12)
     matrix = mesh.matrix()
     rows = np.repeat(np.arange(4 * 6 * 8), np.diff(matrix.indptr))

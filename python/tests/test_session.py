@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from models import peak
+from models import peak, perspective_in_km, spectral_peak
 
 import emitree
 
@@ -48,25 +48,15 @@ def test_a_session_goes_on_without_evaluating_a_point_again():
 
 
 def test_a_cube_with_units():
-    def rate(position, direction, energy):
-        return peak(position, direction) * np.exp(-energy)
-
-    camera = emitree.Perspective(
-        position=(3, 0.5, 0.5),
-        target=(0, 0.5, 0.5),
-        field_of_view=(30, 30),
-        near=1,
-        far=5,
-        length_unit="km",
-    )
+    camera = perspective_in_km()
     options = {
         "energy": {"min": 1, "max": 3, "bins": 4, "unit": "keV"},
         "unit": "cm-3 s-1 sr-1 keV-1",
     }
-    at_once = emitree.render(rate, camera, (6, 8), **options)
+    at_once = emitree.render(spectral_peak, camera, (6, 8), **options)
     session = emitree.Session(camera, (6, 8), **options)
     while points := session.ask():
-        session.tell(rate(points.position, points.direction, points.energy))
+        session.tell(spectral_peak(points.position, points.direction, points.energy))
     rendering = session.rendering()
     assert np.array_equal(rendering.image, at_once.image) and rendering.unit == at_once.unit
 

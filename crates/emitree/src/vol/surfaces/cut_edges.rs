@@ -137,7 +137,10 @@ impl Search<'_> {
                     let sides = [of.below, of.above].map(|label| self.samples.current(label));
                     sides == labels || sides == [labels[1], labels[0]]
                 };
-                facets.iter().find(between).filter(|of| of.error < 0.35 * size)
+                facets
+                    .iter()
+                    .find(between)
+                    .filter(|of| of.error < TUNING.surfaces.guess_error * size)
             })
             .min_by(|a, b| a.error.total_cmp(&b.error));
         let length = norm(difference(ends[1], ends[0]));
