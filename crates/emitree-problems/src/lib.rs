@@ -34,6 +34,7 @@ pub mod knots;
 pub mod mutation;
 pub mod nebula;
 mod panels;
+pub mod planets;
 pub mod recorded;
 pub mod shapes;
 pub mod shell;

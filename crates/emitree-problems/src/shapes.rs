@@ -34,6 +34,14 @@ struct Body {
     semi_axes: [f64; 3],
 }
 
+/// A part of a line: its origin, a unit vector along it, and the distances of its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Line {
+    pub(crate) origin: [f64; 3],
+    pub(crate) direction: [f64; 3],
+    pub(crate) ends: [f64; 2],
+}
+
 /// One scene of the family.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
@@ -122,13 +130,13 @@ impl Body {
         }
     }
 
-    /// The depths between which the line at (x, y) is in the body, within 0 to 1; equal ones if it
-    /// is nowhere.
-    fn depths(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let from = self.scaled([x - self.centre[0], y - self.centre[1], -self.centre[2]]);
-        let step = self.scaled([0.0, 0.0, 1.0]);
+    /// The distances between which a line is in the body, within its ends; equal ones if it is nowhere.
+    fn distances(&self, line: &Line) -> [f64; 2] {
+        let from = self.scaled(core::array::from_fn(|k| line.origin[k] - self.centre[k]));
+        let step = self.scaled(line.direction);
+        let [first, last] = line.ends;
         let slabs = |axes: &[usize]| {
-            axes.iter().fold([0.0_f64, 1.0_f64], |[low, high], &k| {
+            axes.iter().fold([first, last], |[low, high], &k| {
                 let [a, b] = slab(from[k], step[k]);
                 [low.max(a), high.min(b)]
             })
@@ -141,15 +149,19 @@ impl Body {
                 [a.max(c), b.min(d)]
             }
         };
-        let [low, high] = [low.clamp(0.0, 1.0), high.clamp(0.0, 1.0)];
+        let [low, high] = [low.clamp(first, last), high.clamp(first, last)];
         [low, high.max(low)]
     }
 }
 
+/// The distances between which something is true of a line.
+const ALWAYS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+const NEVER: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+
 /// Where |from + z step| < 1.
 fn slab(from: f64, step: f64) -> [f64; 2] {
     if step.abs() < 1e-300 {
-        return if from.abs() < 1.0 { [0.0, 1.0] } else { [1.0, 0.0] };
+        return if from.abs() < 1.0 { ALWAYS } else { NEVER };
     }
     let [a, b] = [(-1.0 - from) / step, (1.0 - from) / step];
     [a.min(b), a.max(b)]
@@ -161,10 +173,10 @@ fn quadric(from: &[f64], step: &[f64]) -> [f64; 2] {
     let (square, half) = (product(step, step), product(from, step));
     let discriminant = half * half - square * (product(from, from) - 1.0);
     if discriminant <= 0.0 {
-        return [1.0, 0.0];
+        return NEVER;
     }
     if square < 1e-300 {
-        return [0.0, 1.0];
+        return ALWAYS;
     }
     let root = discriminant.sqrt();
     [(-half - root) / square, (-half + root) / square]
@@ -205,20 +217,29 @@ impl Shape {
     /// ```
     /// assert!(emitree_problems::shapes::random_shape(1).line_integral([0.5, 0.5]) >= 0.0);
     /// ```
-    pub fn line_integral(&self, line: [f64; 2]) -> f64 {
-        let mut parts: Vec<[f64; 2]> = self.bodies.iter().map(|body| body.depths(line)).collect();
+    pub fn line_integral(&self, [x, y]: [f64; 2]) -> f64 {
+        let (origin, direction) = ([x, y, 0.0], [0.0, 0.0, 1.0]);
+        self.integral_along(&Line { origin, direction, ends: [0.0, 1.0] })
+    }
+
+    /// ∫ g ds along a part of a line, in closed form.
+    pub(crate) fn integral_along(&self, line: &Line) -> f64 {
+        let of_body = |body: &Body| body.distances(line);
+        let mut parts: Vec<[f64; 2]> = self.bodies.iter().map(of_body).collect();
         parts.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let (mut sum, mut last) = (self.outside, 0.0_f64);
+        let [first, end] = line.ends;
+        let (mut sum, mut last) = (self.outside * (end - first), first);
         let of = |[from, to]: [f64; 2]| {
             // The mean of a linear function is its value in the middle.
-            let middle = self.within([line[0], line[1], 0.5 * (from + to)]);
-            (to - from).max(0.0) * (middle - self.outside)
+            let middle = 0.5 * (from + to);
+            let at = core::array::from_fn(|k| line.origin[k] + middle * line.direction[k]);
+            (to - from).max(0.0) * (self.within(at) - self.outside)
         };
         for [from, to] in parts {
             sum += of([from.max(last), to.max(from.max(last))]);
             last = last.max(to);
         }
-        sum - self.cavity.as_ref().map_or(0.0, |cavity| of(cavity.depths(line)))
+        sum - self.cavity.as_ref().map_or(0.0, |cavity| of(cavity.distances(line)))
     }
 
     /// The image of `shape` = \[height, width\] pixels in the canonical projection: the mean of

@@ -5,6 +5,7 @@
 //! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239,
 //! `… -- peaks 0 40 1e-2` anisotropic peaks, `… -- solids 0 120 1e-2` sums of random solids with sharp
 //! surfaces, `… -- shapes 0 80 1e-2` random boxes, ellipsoids, cylinders, unions and shells,
+//! `… -- planets 0 80 1e-2` these around an opaque planet, in orthographic and perspective views,
 //! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- monotone 0 60` and
 //! `… -- monotone 0 40 peaks` search for tolerances that cost more than tighter ones, and
 //! `… -- paper 0 72 1e-2` searches for the cheapest threshold of method `paper` for each random scene.
@@ -13,15 +14,17 @@
 use emitree::progress::Frame;
 use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::{Canonical, FromFn, Image, RenderOptions, Rendering, VolOptions, render};
+use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Rendering, VolOptions, render};
 use emitree_problems::catalogue::{problem, problems};
 use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
+use emitree_problems::planets::random_planet;
 use emitree_problems::relative_error;
 use emitree_problems::shapes::random_shape;
 use emitree_problems::solids::random_solids;
 use emitree_problems::views::{Outcome, RandomView, random_view};
 use std::error::Error;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::Instant;
 
 const SHAPE: [usize; 2] = [64, 64];
@@ -48,6 +51,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scenes = (from.parse()?..to.parse()?).map(shape_scene).collect();
             many(scenes, &numbers(tolerances)?)
         }
+        ["planets", from, to, tolerances] => {
+            let scenes = (from.parse()?..to.parse()?).map(planet_scene).collect();
+            many(scenes, &numbers(tolerances)?)
+        }
         ["views", from, to, tolerances] => views(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["monotone", from, to] => monotone((from.parse()?..to.parse()?).map(random_scene)),
         ["monotone", from, to, "peaks"] => monotone((from.parse()?..to.parse()?).map(random_peak)),
@@ -55,7 +62,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
         _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
-                  solids FROM TO T,… | shapes FROM TO T,… | views FROM TO T,… | monotone FROM TO [peaks] | \
+                  solids FROM TO T,… | shapes FROM TO T,… | planets FROM TO T,… | \
+                  views FROM TO T,… | monotone FROM TO [peaks] | \
                   paper [FROM TO] T,… | trace NAME T"
             .into()),
     }
@@ -65,11 +73,15 @@ fn numbers(text: &str) -> Result<Vec<f64>, Box<dyn Error>> {
     Ok(text.split(',').map(str::parse).collect::<Result<_, _>>()?)
 }
 
-fn vol(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> Result<Rendering, Box<dyn Error>> {
+fn vol(
+    rate: impl Fn([f64; 3]) -> f64 + Sync,
+    camera: &dyn Projection,
+    tolerance: f64,
+) -> Result<Rendering, Box<dyn Error>> {
     let emission = FromFn(|position, _| rate(position));
     let options = VolOptions::new(tolerance);
     let options = RenderOptions::new(options).with_max_evaluations(3_000_000);
-    Ok(render(&emission, &Canonical, SHAPE, &options)?)
+    Ok(render(&emission, camera, SHAPE, &options)?)
 }
 
 /// The share of the pixels that are within their own estimate, and `slack` of the largest pixel.
@@ -91,7 +103,7 @@ fn named(tolerances: &[f64], only: &str) -> Result<(), Box<dyn Error>> {
         let exact = problem.exact_image(SHAPE);
         for &tolerance in tolerances {
             let start = Instant::now();
-            let rendering = vol(|r| problem.rate(r), tolerance)?;
+            let rendering = vol(|r| problem.rate(r), &Canonical, tolerance)?;
             println!(
                 "| {} | {tolerance:.0e} | {} | {} | {:.1e} | {:.1e}{} | {:.4} | {:.2} |",
                 problem.name,
@@ -136,33 +148,43 @@ fn trace(name: &str, tolerance: f64) -> Result<(), Box<dyn Error>> {
 struct Scene {
     name: String,
     rate: Box<dyn Fn([f64; 3]) -> f64 + Sync>,
+    camera: Arc<dyn Projection + Send>,
     reference: Reference,
 }
 
 fn smooth_scene(scene: RandomScene) -> Scene {
     let (name, reference) = (scene.name(), scene.reference_image(SHAPE));
-    Scene { name, rate: Box::new(move |r| scene.rate(r)), reference }
+    Scene { name, rate: Box::new(move |r| scene.rate(r)), camera: Arc::new(Canonical), reference }
 }
 
 fn solid_scene(seed: u64) -> Scene {
     let solids = random_solids(seed);
     let reference = solids.reference_image(SHAPE);
-    Scene { name: format!("solids-{seed}"), rate: Box::new(move |r| solids.rate(r)), reference }
+    let rate = Box::new(move |r| solids.rate(r));
+    Scene { name: format!("solids-{seed}"), rate, camera: Arc::new(Canonical), reference }
 }
 
 fn shape_scene(seed: u64) -> Scene {
     let shape = random_shape(seed);
     let (name, reference) = (format!("{}-{seed}", shape.kind()), shape.reference_image(SHAPE));
-    Scene { name, rate: Box::new(move |r| shape.rate(r)), reference }
+    let rate = Box::new(move |r| shape.rate(r));
+    Scene { name, rate, camera: Arc::new(Canonical), reference }
+}
+
+fn planet_scene(seed: u64) -> Scene {
+    let scene = random_planet(seed);
+    let (name, reference) = (scene.name(), scene.reference_image(SHAPE));
+    let camera = scene.camera();
+    Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference }
 }
 
 /// How often a tolerance is met, and at what cost.
 fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     for &tolerance in tolerances {
         let (mut kept, mut logs, mut ratios, mut insides) = (0, 0.0, Vec::new(), 0.0);
-        for Scene { name, rate, reference } in &scenes {
+        for Scene { name, rate, camera, reference } in &scenes {
             let (exact, slack) = (&reference.image, reference.error);
-            let rendering = vol(rate, tolerance)?;
+            let rendering = vol(rate, &**camera, tolerance)?;
             let error = relative_error(&rendering.values, exact);
             let estimate = rendering.estimated_error().unwrap_or(f64::NAN);
             let is_kept = error <= tolerance + slack && rendering.converged();
@@ -261,7 +283,7 @@ fn monotone(scenes: impl Iterator<Item = RandomScene>) -> Result<(), Box<dyn Err
     for scene in scenes {
         let mut costs = [0.0; LADDER.len()];
         for (cost, tolerance) in costs.iter_mut().zip(LADDER) {
-            *cost = vol(|r| scene.rate(r), tolerance)?.stats.evaluations as f64;
+            *cost = vol(|r| scene.rate(r), &Canonical, tolerance)?.stats.evaluations as f64;
         }
         let cheapest_from = |k: usize| costs[k..].iter().copied().fold(f64::INFINITY, f64::min);
         let worst = (0..costs.len()).map(|k| costs[k] / cheapest_from(k)).fold(0.0, f64::max);

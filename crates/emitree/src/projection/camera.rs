@@ -386,6 +386,16 @@ impl<P: ImagePlane> Chart for PlaneChart<'_, P> {
         self.camera.plane.solid_angle_density(uv)
     }
 
+    fn visible_depth(&self, uv: [f64; 2]) -> f64 {
+        let line = self.camera.line(uv);
+        let surroundings = &self.camera.surroundings;
+        let [from, to] = line.ends;
+        match surroundings.end_of(&line) {
+            (Region::Body(_), end) => surroundings.span(from, to).z_of(end).clamp(0.0, 1.0),
+            _ => 1.0,
+        }
+    }
+
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
         (self.tile, uv)
     }

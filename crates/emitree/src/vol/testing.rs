@@ -36,7 +36,7 @@ pub(crate) const PANE: Pane = Pane { is_open: |_| true, density: |_| 1.0, path: 
 pub(crate) fn part_of(pane: Pane) -> Part<'static> {
     let footing = Footing::Pixels { first_row: 0, rim: None };
     let (footing, scale) = (Arc::new(footing), Arc::new(uniform([1, 1], 1.0)));
-    Part { chart: Box::new(pane), footing, scale, coarser: 0, pieces_of_line: 1 }
+    Part { chart: Box::new(pane), footing, scale, share: 1.0, coarser: 0, pieces_of_line: 1 }
 }
 
 impl Chart for Pane {
@@ -156,6 +156,7 @@ pub(crate) fn sheet<'a>(
     Sheet {
         id: SheetId { part: 0, energy: 0 },
         scan: scan(meter, chart, base_level),
+        share: 1.0,
         pieces_of_line: 1,
         footing: Arc::new(Footing::Pixels { first_row: 0, rim: None }),
         scale: Arc::new(uniform([height, width], 1.0)),

@@ -29,6 +29,12 @@ pub trait Chart: Send + Sync + core::fmt::Debug {
         None
     }
 
+    /// The depth at which the line of sight at (u, v) ends at an opaque body; 1 if it meets none, or if
+    /// the chart ends there itself.
+    fn visible_depth(&self, _uv: [f64; 2]) -> f64 {
+        1.0
+    }
+
     /// Whether some points of the chart are inside an opaque body, where g has no value.
     fn has_gaps(&self) -> bool {
         false

@@ -344,7 +344,7 @@ impl Attempt<'_> {
             }
             let ranks = self.search.interpolant.ranks();
             if ranks.iter().any(|&rank| rank > TUNING.lowrank.most_functions) {
-                return Err(End::NotSeparable);
+                return Err(self.search.not_separable(&assessment).await);
             }
             if self.meter.evaluations() as f64 > self.most
                 || self.meter.share_of_time_left() < 1.0 - TUNING.lowrank.most_budget_share
@@ -357,7 +357,7 @@ impl Attempt<'_> {
             let deadline = self.meter.deadline();
             let interpolant = &self.search.interpolant;
             if forecast.prefers_tree(interpolant, self.spent(), missing, shape, deadline) {
-                return Err(End::NotSeparable);
+                return Err(self.search.not_separable(&assessment).await);
             }
             self.coarse_largest = None;
             let before = self.search.interpolant.clone();
@@ -441,8 +441,9 @@ impl Attempt<'_> {
         let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
         let least = of_tolerance
             .map_or(0, |(_, size)| points_to_detect(*size, TUNING.lowrank.probe_detection_share));
-        // Each part is a part of the view only.
-        let least = least / self.parts;
+        // Each part is a part of the view only, and small ones have structure too.
+        let share = self.part.share.max(0.5 / self.parts as f64);
+        let least = crate::cell::whole(share * least as f64);
         let beyond =
             self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_fiber_level);
         let of_level = least << beyond;

@@ -2,17 +2,19 @@
 
 use crate::image::Image;
 use crate::projection::vector::along;
-use crate::vol::surfaces::octree::Grid;
+use crate::vol::surfaces::octree::{Cell, Grid};
 use crate::vol::surfaces::patch::Patch;
+use crate::vol::surfaces::visible::Visible;
 use crate::vol::tuning::TUNING;
 
 /// The error allowed in the image, and the image's scale.
-#[derive(Clone, Debug)]
 pub(super) struct Aim<'a> {
     /// The error allowed in a pixel.
     pub(super) target: f64,
     /// The ratio of each pixel to the mean of G over it.
     pub(super) scale: &'a Image,
+    /// Where lines of sight end, if there are opaque bodies.
+    pub(super) visible: Option<Visible<'a>>,
 }
 
 impl Aim<'_> {
@@ -35,6 +37,25 @@ impl Aim<'_> {
     pub(super) fn of_line(&self, xy: [f64; 2]) -> f64 {
         let scale = self.scale.pixels().get(self.pixel(xy)).copied().unwrap_or(0.0);
         if scale > 0.0 { self.target / scale } else { f64::INFINITY }
+    }
+
+    /// The depth, in the coordinates of a grid, at which the line there ends.
+    pub(super) fn end_of_line(&self, grid: &Grid, [x, y]: [f64; 2]) -> f64 {
+        let of_canonical = |of: &Visible<'_>| of.depth([x / grid.edges[0], y / grid.edges[1]]);
+        grid.edges[2] * self.visible.as_ref().map_or(1.0, of_canonical)
+    }
+
+    /// Whether no line of sight reaches a point.
+    pub(super) fn hides(&self, grid: &Grid, [x, y, z]: [f64; 3]) -> bool {
+        self.visible.is_some() && z > self.end_of_line(grid, [x, y])
+    }
+
+    /// Whether no line of sight reaches a cell.
+    pub(super) fn hides_cell(&self, grid: &Grid, (level, at): Cell) -> bool {
+        let Some(visible) = &self.visible else { return false };
+        let [low, high] = [0.0, 1.0]
+            .map(|side| grid.canonical(grid.point(level, at.map(|k| f64::from(k) + side))));
+        low[2] > visible.deepest([low[0], low[1]], [high[0], high[1]])
     }
 
     /// The longest edge of a pixel in the coordinates of a grid.

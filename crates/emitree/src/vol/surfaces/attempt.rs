@@ -6,12 +6,14 @@ use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::octree::{Cell, Grid};
+use crate::vol::surfaces::octree::{Cell, Grid, HIDDEN};
 use crate::vol::surfaces::raster::{Maps, Model};
-use crate::vol::surfaces::regions::{BaseLattice, scattered};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::surfaces::search::{Failure, Search};
+use crate::vol::surfaces::start::Start;
+use crate::vol::surfaces::visible::Visible;
 use crate::vol::tuning::TUNING;
+use crate::vol::view::part::Parts;
 use std::collections::BTreeMap;
 
 /// What surfaces are searched for.
@@ -24,6 +26,8 @@ pub(crate) struct Request<'a> {
     pub(crate) most: u64,
     /// The first points of the scattered lattice have been sampled.
     pub(crate) known: &'a [f64],
+    /// The parts of the view, if lines of sight may end at opaque bodies.
+    pub(crate) limbs: Option<&'a Parts<'a>>,
 }
 
 /// The image of surfaces and the pieces beside them.
@@ -52,38 +56,19 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "far below 2⁶⁴")]
     let most = (TUNING.surfaces.most_evaluations * allowed.powf(TUNING.surfaces.growth)) as u64;
     let mut left = most.min(request.most);
-    // The base lattice and scattered samples.
-    let count = grid.base.map(|k| k as usize + 1);
-    let corners: usize = count.iter().product();
-    let missing = scattered(rates.len(), TUNING.surfaces.scattered.max(rates.len()));
-    let lattice = BaseLattice::new(grid.base, vec![0.0; corners]);
-    let mut points: Vec<[f64; 3]> = (0..corners)
-        .map(|i| grid.canonical(grid.point(0, lattice.corner(i).map(|k| k as f64))))
-        .collect();
-    points.extend(&missing);
-    if points.len() as u64 > left {
+    let visible = request.limbs.map(|parts| Visible::new(&*request.view.part.chart, parts));
+    let mut aim = Aim { target: 0.0, scale: request.scale, visible };
+    let start = Start::sample(request, &grid, &aim, left, rates).await?;
+    left -= start.evaluations;
+    if !(start.largest > 0.0 && start.largest.is_finite()) {
         return Err(Failure::TooComplex);
     }
-    left -= points.len() as u64;
-    let found = request.view.rates(&points).await?;
-    let base = BaseLattice::new(grid.base, found[..corners].to_vec());
-    rates.extend(&found[corners..]);
-    let known: Vec<([f64; 3], f64)> = scattered(0, rates.len())
-        .into_iter()
-        .zip(rates.iter())
-        .map(|(u, rate)| (grid.at_canonical(u), *rate))
-        .collect();
-    let mut aim = Aim { target: 0.0, scale: request.scale };
-    let largest = largest_pixel(&base, grid.base, &aim);
-    if !(largest > 0.0 && largest.is_finite()) {
-        return Err(Failure::TooComplex);
-    }
-    aim.target = tolerance * largest;
+    aim.target = tolerance * start.largest;
     let scale = request.scale.largest();
     let bucket = 0.25 * grid.cell_size(0);
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
     let mut search = Search::new(request.view, grid, aim, samples, left);
-    search.find_regions(base, &known).await?;
+    search.find_regions(start).await?;
     search.run().await?;
     let (mut rounds, mut improvements) = (0, 0);
     let maps = loop {
@@ -144,6 +129,7 @@ async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
     let mut labels: Vec<u16> = (0..search.samples.len()).map(|i| search.samples.label(i)).collect();
     labels.sort_unstable();
     labels.dedup();
+    labels.retain(|label| *label != HIDDEN);
     let mut pieces = Vec::new();
     for label in labels {
         pieces.resize_with(usize::from(label), || None);
@@ -190,22 +176,6 @@ fn grid(view: &WeightedView<'_>, tolerance: f64) -> Grid {
     let is_fine = tolerance < TUNING.surfaces.fine_below;
     let finest = if is_fine { TUNING.surfaces.fine_levels } else { TUNING.surfaces.levels };
     Grid { edges, base, finest }
-}
-
-/// About the largest pixel, from the columns of the base lattice.
-fn largest_pixel(base: &BaseLattice, cells: [u32; 3], aim: &Aim<'_>) -> f64 {
-    let [nx, ny, nz] = cells.map(|k| k as usize);
-    let mut largest: f64 = 0.0;
-    for x in 0..=nx {
-        for y in 0..=ny {
-            let of = |z: usize| base.rates[base.number([x, y, z])];
-            let pixel = aim.pixel([x as f64 / nx as f64, y as f64 / ny as f64]);
-            let scale = aim.scale.pixels().get(pixel).copied().unwrap_or(0.0);
-            let sum: f64 = (0..nz).map(|z| 0.5 * (of(z) + of(z + 1))).sum();
-            largest = largest.max((sum / nz as f64 * scale).abs());
-        }
-    }
-    largest
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Points of surfaces on the edges of cells whose ends are in different regions.
 
 use crate::projection::vector::{along, difference, norm};
-use crate::vol::surfaces::octree::Facet;
+use crate::vol::surfaces::octree::{Facet, HIDDEN};
 use crate::vol::surfaces::roots::RootSearch;
 use crate::vol::surfaces::search::{Failure, LatticeLine, OpenCell, Search, SurfacePoint, bit};
 use crate::vol::tuning::TUNING;
@@ -27,7 +27,7 @@ impl Search<'_> {
                     let ends = [c, c | (1 << axis)];
                     let samples = ends.map(|end| cell.corners[end]);
                     let labels = samples.map(|i| self.samples.label(i));
-                    if labels[0] == labels[1] {
+                    if labels[0] == labels[1] || labels.contains(&HIDDEN) {
                         continue;
                     }
                     let low = corners[c];
@@ -54,7 +54,8 @@ impl Search<'_> {
         self.run_searches(&mut found).await?;
         for (line, from, step, search) in found {
             let [low, high] = search.samples;
-            if self.samples.label(low) == self.samples.label(high) {
+            let labels = [low, high].map(|i| self.samples.label(i));
+            if labels[0] == labels[1] || labels.contains(&HIDDEN) {
                 continue;
             }
             let across = |ends: [usize; 2]| {
@@ -88,7 +89,10 @@ impl Search<'_> {
                     let ends = [cell.corners[c], cell.corners[c | (1 << axis)]];
                     let [a, b] = ends.map(|i| self.samples.label(i));
                     let [from, to] = ends.map(|i| self.samples.get(i).rate);
-                    if a != b && (to - from).abs() <= self.samples.negligible {
+                    if a != b
+                        && ![a, b].contains(&HIDDEN)
+                        && (to - from).abs() <= self.samples.negligible
+                    {
                         self.samples.merge(a, b);
                     }
                 }

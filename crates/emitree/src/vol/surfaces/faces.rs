@@ -5,6 +5,7 @@
 //! of its folds.
 
 use crate::parallel::prelude::*;
+use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::facets::is_in_view;
 use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree};
 use crate::vol::surfaces::search::{Failure, Search};
@@ -35,6 +36,7 @@ impl Search<'_> {
                 Leaf::Uncut(label) | Leaf::Unresolved(label, _) => {
                     *label = self.samples.current(*label);
                 }
+                Leaf::Hidden => {}
                 Leaf::Cut(facets) => facets.iter_mut().for_each(|of| {
                     of.below = self.samples.current(of.below);
                     of.above = self.samples.current(of.above);
@@ -49,7 +51,7 @@ impl Search<'_> {
     pub(super) async fn disagreeing(&mut self) -> Result<Vec<Cell>, Failure> {
         let tree = self.octree();
         let numbers: Vec<usize> = (0..tree.leaves.len()).collect();
-        let found = numbers.par_iter().map(|&leaf| disagreements(&tree, leaf));
+        let found = numbers.par_iter().map(|&leaf| disagreements(&tree, &self.aim, leaf));
         let found: Vec<Vec<Disagreement>> = found.collect();
         let mut found: Vec<Disagreement> = found.into_iter().flatten().collect();
         found.sort_by(|a, b| b.clearance.total_cmp(&a.clearance).then(a.leaves.cmp(&b.leaves)));
@@ -79,7 +81,7 @@ impl Search<'_> {
 }
 
 /// The disagreements of a leaf with patches with those around it.
-fn disagreements(tree: &Octree, leaf: usize) -> Vec<Disagreement> {
+fn disagreements(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Vec<Disagreement> {
     let (cell, own) = &tree.leaves[leaf];
     let Leaf::Cut(_) = own else { return Vec::new() };
     let count = TUNING.surfaces.face_points;
@@ -93,13 +95,13 @@ fn disagreements(tree: &Octree, leaf: usize) -> Vec<Disagreement> {
             places[(axis + 1) % 3] += place[0];
             places[(axis + 2) % 3] += place[1];
             let at = tree.grid.point(cell.0, places);
-            if !is_in_view(&tree.grid, at) {
+            if !is_in_view(&tree.grid, at) || aim.hides(&tree.grid, at) {
                 continue;
             }
             let other = tree.find(at);
             let leaves = [own, &tree.leaves[other].1];
             let labels = leaves.map(|of| of.region(at));
-            if labels[0] == labels[1] {
+            if labels[0] == labels[1] || matches!(leaves[1], Leaf::Hidden) {
                 continue;
             }
             let clearance = match leaves[1] {

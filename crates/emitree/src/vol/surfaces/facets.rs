@@ -182,7 +182,7 @@ impl Search<'_> {
             let (label, distance) = region(facets, at);
             if label == self.samples.label(i) { 0.0 } else { distance }
         };
-        cell.corners.iter().chain(&cell.inside).map(wrong).fold(0.0, f64::max)
+        self.seen_samples(cell).map(wrong).fold(0.0, f64::max)
     }
 
     /// Fits patches to cells without a change of region between their samples, into which the
@@ -202,7 +202,7 @@ impl Search<'_> {
                 let at: [u32; 3] =
                     core::array::from_fn(|k| (cell.cell.1[k] + step[k]).wrapping_sub(1));
                 let Some(&number) = numbers.get(&at) else { continue };
-                let own = self.samples.label(uncut[number].corners[0]);
+                let own = self.own_label(&uncut[number]);
                 if self.is_poked(&uncut[number], facet, own, size) {
                     poked.entry(number).or_insert_with(|| facet.clone());
                 }
@@ -220,7 +220,7 @@ impl Search<'_> {
         }
         let all = core::mem::take(uncut);
         for cell in all {
-            let own = self.samples.label(cell.corners[0]);
+            let own = self.own_label(&cell);
             let is_cut = match cell.facets.as_deref() {
                 Some([facet]) => cell.is_done && self.is_poked(&cell, facet, own, size),
                 _ => false,
@@ -263,7 +263,8 @@ impl Search<'_> {
                 let normal = patch.normal(foot);
                 let distance = TUNING.surfaces.check_distance * facet.allowed;
                 let points = [-distance, distance].map(|along_it| along(foot, along_it, normal));
-                if points.iter().all(|point| is_in_view(&self.grid, *point)) {
+                let is_seen = |at: &[f64; 3]| is_in_view(&self.grid, *at) && !self.hides(*at);
+                if points.iter().all(is_seen) {
                     places.extend(points.map(|point| (number, point)));
                 }
             }

@@ -9,8 +9,10 @@
 //! * `patch`: heights over a tangent plane; `wall`: patches that meet; `octree`: leaves with walls
 //!   between regions;
 //! * `samples`: samples of G, and the regions that their values belong to;
+//! * `visible`: where lines of sight end at opaque bodies;
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
+//! * `focus`: the part of the view that is not constant; `start`: the first samples;
 //! * `search`, `regions`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves: regions of
 //!   the base lattice, points of surfaces on the edges of cells, patches of cells, their continuation
 //!   through faces;
@@ -23,11 +25,14 @@ mod patch;
 mod wall;
 mod octree;
 mod samples;
+mod visible;
 mod aim;
 mod roots;
 mod points;
 mod search;
 mod cut_edges;
+mod focus;
+mod start;
 mod regions;
 mod facets;
 mod faces;

@@ -5,6 +5,9 @@ use crate::vol::surfaces::wall::Wall;
 /// The number of a region.
 pub(super) type Label = u16;
 
+/// The label of points that no line of sight reaches, where G is not evaluated.
+pub(super) const HIDDEN: Label = Label::MAX;
+
 /// A cell: its level and its place on that level.
 pub(super) type Cell = (u8, [u32; 3]);
 
@@ -32,6 +35,8 @@ pub(super) enum Leaf {
     /// Several regions, nobody knows where: a cell that is too small to matter much. The first label
     /// is taken, and G is wrong by up to the jump.
     Unresolved(Label, f64),
+    /// No line of sight reaches the cell.
+    Hidden,
 }
 
 impl Leaf {
@@ -39,6 +44,7 @@ impl Leaf {
     pub(super) fn region(&self, at: [f64; 3]) -> Label {
         match self {
             Self::Uncut(label) | Self::Unresolved(label, _) => *label,
+            Self::Hidden => HIDDEN,
             Self::Cut(facets) => region(facets, at).0,
         }
     }
@@ -48,7 +54,7 @@ impl Leaf {
     pub(super) fn distance_to(&self, label: Label, at: [f64; 3]) -> f64 {
         match self {
             Self::Uncut(_) => f64::INFINITY,
-            Self::Unresolved(..) => 0.0,
+            Self::Unresolved(..) | Self::Hidden => 0.0,
             Self::Cut(facets) => distance_to(facets, label, at),
         }
     }
@@ -65,7 +71,7 @@ impl Leaf {
     pub(super) fn clearance(&self, at: [f64; 3]) -> f64 {
         match self {
             Self::Uncut(_) => f64::INFINITY,
-            Self::Unresolved(..) => 0.0,
+            Self::Unresolved(..) | Self::Hidden => 0.0,
             Self::Cut(facets) => {
                 let label = region(facets, at).0;
                 let of_label = facets.iter().filter(|of| of.below == label || of.above == label);

@@ -98,10 +98,6 @@ impl OpenBox {
 impl Search<'_> {
     /// The polynomials of a region, to an error `allowed` in G.
     pub(super) async fn pieces(&mut self, tree: &Octree, label: Label) -> Result<Pieces, Failure> {
-        let clearance = |at: [f64; 3]| {
-            let leaf = tree.leaf(at);
-            leaf.region(at) == label && leaf.clearance(at) > TUNING.surfaces.piece_clearance
-        };
         let known = (0..self.samples.len()).filter(|&i| self.samples.label(i) == label);
         let first = OpenBox {
             node: 0,
@@ -117,7 +113,7 @@ impl Search<'_> {
             let (mut wanted, mut numbers) = (Vec::new(), Vec::new());
             let mut plans = Vec::new();
             for of in open {
-                let candidates = candidates(&of, &clearance);
+                let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
                 if candidates.len() < FEW {
                     nodes[of.node] = Node::Polynomial(self.continued(&of, label));
                     continue;
@@ -175,6 +171,14 @@ impl Search<'_> {
             open = next;
         }
         Ok(Pieces { nodes })
+    }
+
+    /// Whether a point is in view, in a region and not near its surfaces.
+    fn is_well_inside(&self, tree: &Octree, label: Label, at: [f64; 3]) -> bool {
+        let leaf = tree.leaf(at);
+        leaf.region(at) == label
+            && leaf.clearance(at) > TUNING.surfaces.piece_clearance
+            && !self.hides(at)
     }
 
     /// The polynomial of a box of which little is in the region, from the samples around it, too: those

@@ -7,6 +7,7 @@ use crate::vol::surfaces::octree::Octree;
 use crate::vol::surfaces::pieces::Pieces;
 use crate::vol::surfaces::rays::{LineIntegral, Ray};
 use crate::vol::tuning::TUNING;
+use crate::vol::view::pixel_rule::RuleNode;
 
 /// The places of two Gauss nodes, for the first lines of each pixel.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
@@ -38,10 +39,11 @@ pub(super) struct Model {
 
 impl Model {
     /// The integral of the line at canonical (x, y).
-    pub(super) fn line(&self, [x, y]: [f64; 2]) -> LineIntegral {
+    fn line(&self, aim: &Aim<'_>, [x, y]: [f64; 2]) -> LineIntegral {
         let edges = self.tree.grid.edges;
         let xy = [x * edges[0], y * edges[1]];
-        Ray::new(&self.tree, xy).integral(&self.pieces, xy, edges[2])
+        let end = aim.end_of_line(&self.tree.grid, xy);
+        Ray::new(&self.tree, xy, end).integral(&self.pieces, xy, edges[2])
     }
 
     /// G at a point of the grid.
@@ -66,7 +68,7 @@ impl Model {
                     ((pixel / width) as f64 + v) / height as f64,
                 ];
                 let xy = [place[0] * edges[0], place[1] * edges[1]];
-                let ray = Ray::new(&self.tree, xy);
+                let ray = Ray::new(&self.tree, xy, aim.end_of_line(&self.tree.grid, xy));
                 let most = aim.of_line(place) * edges[2];
                 let is_large = |error: f64| error > least * most;
                 for [z, error, _] in &ray.crossings {
@@ -86,26 +88,23 @@ impl Model {
     pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64) -> Maps {
         let lines = if tolerance < FINE_BELOW { FINE_LINES } else { LINES };
         let [height, width] = [aim.scale.height(), aim.scale.width()];
-        let mean = |pixel: usize, places: &mut dyn Iterator<Item = [f64; 2]>| {
+        let mean = |pixel: usize, nodes: &[RuleNode]| {
             let (row, column) = (pixel / width, pixel % width);
-            let (mut sum, mut count) = (LineIntegral::default(), 0.0);
-            let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-            for [u, v] in places {
+            let mut sum = LineIntegral::default();
+            for ([u, v], weight) in nodes {
                 let place = [(column as f64 + u) / width as f64, (row as f64 + v) / height as f64];
-                let line = self.line(place);
-                sum.value += line.value;
-                sum.error += line.error;
-                ends = [ends[0].min(line.value), ends[1].max(line.value)];
-                count += 1.0;
+                let line = self.line(aim, place);
+                sum.value += weight * line.value;
+                sum.error += weight * line.error;
             }
-            (LineIntegral { value: sum.value / count, error: sum.error / count }, ends[1] - ends[0])
+            sum
         };
         // Lines at the corners of pixels, which neighbours share: an edge of the image may be parallel to the
         // border of a pixel, between this border and all other lines.
         let corners: Vec<usize> = (0..(height + 1) * (width + 1)).collect();
         let corner = |&number: &usize| {
             let (row, column) = (number / (width + 1), number % (width + 1));
-            self.line([column as f64 / width as f64, row as f64 / height as f64]).value
+            self.line(aim, [column as f64 / width as f64, row as f64 / height as f64]).value
         };
         let corners: Vec<f64> = corners.par_iter().map(corner).collect();
         let of_corners = |pixel: usize| {
@@ -118,16 +117,17 @@ impl Model {
             if aim.scale.pixels()[pixel] == 0.0 {
                 return (LineIntegral::default(), false);
             }
-            let mut gauss = (0..4).map(|k| [GAUSS[k % 2], GAUSS[k / 2]]);
-            let mut other = (0..5).map(|k| fibonacci(k, 5));
-            let (line, _) = mean(pixel, &mut gauss);
-            let (check, _) = mean(pixel, &mut other);
+            let gauss: [RuleNode; 4] =
+                core::array::from_fn(|k| ([GAUSS[k % 2], GAUSS[k / 2]], 0.25));
+            let line = mean(pixel, &gauss);
+            let check = mean(pixel, &lattice_nodes(5));
             let allowed = SPREAD * aim.target / aim.scale.pixels()[pixel];
-            let (middle, _) = mean(pixel, &mut [[0.5; 2]].into_iter());
+            let middle = mean(pixel, &[([0.5; 2], 1.0)]);
             // Simpson's rule.
             let outer = 2.0 / 3.0 * middle.value + 1.0 / 3.0 * of_corners(pixel);
             let differs = |value: f64| (line.value - value).abs() > allowed;
-            (line, differs(check.value) || differs(outer))
+            let is_at_limb = aim.visible.as_ref().is_some_and(|of| of.is_at_limb(pixel));
+            (line, is_at_limb || differs(check.value) || differs(outer))
         });
         let first: Vec<(LineIntegral, bool)> = first.collect();
         let is_rough = |pixel: usize| {
@@ -142,11 +142,15 @@ impl Model {
             if !is_rough(pixel) || aim.scale.pixels()[pixel] == 0.0 {
                 return first[pixel].0;
             }
-            let of = |count: usize| mean(pixel, &mut (0..count).map(|k| fibonacci(k, count))).0;
+            let at_limb = aim.visible.as_ref().filter(|of| of.is_at_limb(pixel));
+            let of = |step: usize| match at_limb {
+                Some(visible) => mean(pixel, &visible.nodes_at_limb(pixel, step)),
+                None => mean(pixel, &lattice_nodes(lines[step])),
+            };
             let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
-            let mut before = of(lines[0]);
-            for count in &lines[1..] {
-                let line = of(*count);
+            let mut before = of(0);
+            for step in 1..lines.len() {
+                let line = of(step);
                 let change = (line.value - before.value).abs();
                 before = LineIntegral { error: line.error + 0.5 * change, ..line };
                 if change <= allowed {
@@ -164,6 +168,11 @@ impl Model {
         }
         Maps { image, error }
     }
+}
+
+/// The points of the Fibonacci lattice of `count` points, with equal weights.
+fn lattice_nodes(count: usize) -> Vec<RuleNode> {
+    (0..count).map(|k| (fibonacci(k, count), 1.0 / count as f64)).collect()
 }
 
 /// Point `k` of the Fibonacci lattice of `count` points, in the middle of its shares.

@@ -31,12 +31,11 @@ pub(super) struct LineIntegral {
 }
 
 impl Ray {
-    /// The line at a place of the image.
-    pub(super) fn new(tree: &Octree, [x, y]: [f64; 2]) -> Self {
+    /// The line at a place of the image, to the depth `end`.
+    pub(super) fn new(tree: &Octree, [x, y]: [f64; 2], end: f64) -> Self {
         let mut ray = Self::default();
-        let end = tree.grid.edges[2];
         let mut z = 0.0;
-        let beside = 1e-12 * end;
+        let beside = 1e-12 * tree.grid.edges[2];
         while z < end - beside {
             let number = tree.find([x, y, z + beside]);
             let [_, top] = tree.ends(number, 2);
@@ -48,6 +47,8 @@ impl Ray {
                     ray.unresolved += 0.5 * jump * (top - z);
                     ray.unresolved_leaves.push(number);
                 }
+                // Only the end of a line is near a hidden cell.
+                Leaf::Hidden => {}
                 Leaf::Cut(facets) => ray.cross(facets, [x, y], [z, top]),
             }
             z = top;

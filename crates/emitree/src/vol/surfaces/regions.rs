@@ -1,7 +1,9 @@
 //! Regions at the beginning: parts of the base lattice between which G jumps.
 
-use crate::vol::lattice;
+use crate::vol::surfaces::focus::CellBox;
+use crate::vol::surfaces::octree::Grid;
 use crate::vol::surfaces::search::{Failure, Search};
+use crate::vol::surfaces::start::Start;
 use crate::vol::tuning::TUNING;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
@@ -16,6 +18,7 @@ const ENOUGH_JUMPS: usize = 2;
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     ends: [usize; 2],
+    rates: [f64; 2],
     /// |difference| over the sum of the |values|.
     change: f64,
 }
@@ -23,11 +26,13 @@ struct Edge {
 /// Two points of an edge with their values.
 type Bracket = [([f64; 3], f64); 2];
 
-/// Corners of the base lattice, with their values.
+/// Corners of the base lattice, or of a finer one in a part of the view, with their values.
 pub(super) struct BaseLattice {
+    pub(super) cells: CellBox,
     /// The number of corners along each axis.
     count: [usize; 3],
-    pub(super) rates: Vec<f64>,
+    /// The value of each corner that a line of sight reaches.
+    pub(super) rates: Vec<Option<f64>>,
     /// The representative of the part of each corner, or another of it.
     part: Vec<usize>,
     tested: FxHashMap<usize, bool>,
@@ -36,11 +41,11 @@ pub(super) struct BaseLattice {
 }
 
 impl BaseLattice {
-    pub(super) fn new(base: [u32; 3], rates: Vec<f64>) -> Self {
-        let part = (0..rates.len()).collect();
-        let count = base.map(|k| k as usize + 1);
-        let plateau = vec![false; rates.len()];
-        Self { count, rates, part, tested: FxHashMap::default(), plateau }
+    pub(super) fn new(cells: CellBox, rates: Vec<Option<f64>>) -> Self {
+        let count = cells.cells.map(|k| k as usize + 1);
+        let corners = count.iter().product();
+        let (part, plateau) = ((0..corners).collect(), vec![false; corners]);
+        Self { cells, count, rates, part, tested: FxHashMap::default(), plateau }
     }
 
     /// The number of a corner.
@@ -52,6 +57,23 @@ impl BaseLattice {
     pub(super) fn corner(&self, number: usize) -> [usize; 3] {
         let [_, ny, nz] = self.count;
         [number / (ny * nz), number / nz % ny, number % nz]
+    }
+
+    /// The number of corners.
+    pub(super) fn corners(&self) -> usize {
+        self.part.len()
+    }
+
+    /// The corners that lines of sight reach, with their values.
+    pub(super) fn samples(&self, grid: &Grid) -> impl Iterator<Item = ([f64; 3], f64)> {
+        let of_corner =
+            |(number, rate): (usize, &Option<f64>)| Some((self.point(grid, number), (*rate)?));
+        self.rates.iter().enumerate().filter_map(of_corner)
+    }
+
+    /// The point of a corner.
+    pub(super) fn point(&self, grid: &Grid, number: usize) -> [f64; 3] {
+        self.cells.point(grid, self.corner(number))
     }
 
     fn find(&self, mut corner: usize) -> usize {
@@ -70,12 +92,13 @@ impl BaseLattice {
     fn beyond(&self, ends: [usize; 2], axis: usize, second: bool) -> Option<f64> {
         let mut at = self.corner(ends[usize::from(second)]);
         at[axis] = if second { at[axis] + 1 } else { at[axis].checked_sub(1)? };
-        (at[axis] < self.count[axis]).then(|| self.rates[self.number(at)])
+        if at[axis] < self.count[axis] { self.rates[self.number(at)] } else { None }
     }
 
     /// Whether the value of a corner recurs next to it along an axis.
     fn recurs(&self, corner: usize, axis: usize, negligible: f64) -> bool {
-        let equals = |value: f64| (value - self.rates[corner]).abs() <= negligible;
+        let Some(own) = self.rates[corner] else { return false };
+        let equals = |value: f64| (value - own).abs() <= negligible;
         [false, true].iter().any(|&k| self.beyond([corner; 2], axis, k).is_some_and(equals))
     }
 
@@ -84,7 +107,9 @@ impl BaseLattice {
     fn find_plateaus(&mut self, scattered: &[f64]) {
         let mut scattered = scattered.to_vec();
         scattered.sort_by(f64::total_cmp);
-        let recurs = |rate: &f64| scattered.binary_search_by(|of| of.total_cmp(rate)).is_ok();
+        let recurs = |rate: &Option<f64>| {
+            rate.is_some_and(|rate| scattered.binary_search_by(|of| of.total_cmp(&rate)).is_ok())
+        };
         self.plateau = self.rates.iter().map(recurs).collect();
     }
 
@@ -102,11 +127,10 @@ impl BaseLattice {
 
     /// Whether the differences next to an edge predict that of the edge. Between parts of constant
     /// values there is no slope, even if there are steps on both sides of the edge.
-    fn is_slope(&self, ends: [usize; 2], axis: usize, negligible: f64) -> bool {
+    fn is_slope(&self, ends: [usize; 2], [a, b]: [f64; 2], axis: usize, negligible: f64) -> bool {
         if self.is_between_constants(ends, axis, negligible) {
             return false;
         }
-        let [a, b] = ends.map(|i| self.rates[i]);
         let allowed = TUNING.surfaces.slope_share * (b - a).abs();
         let before = self.beyond(ends, axis, false).map(|p| (b - (2.0 * a - p)).abs());
         let after = self.beyond(ends, axis, true).map(|q| (a - (2.0 * b - q)).abs());
@@ -126,17 +150,21 @@ impl BaseLattice {
                     continue;
                 }
                 let ends = [number, self.number(end)];
-                let [a, b] = ends.map(|i| self.rates[i]);
+                let [Some(a), Some(b)] = ends.map(|i| self.rates[i]) else { continue };
                 let difference = (b - a).abs();
                 let is_step = difference > negligible && ends.iter().all(|&end| self.plateau[end]);
                 if is_step {
                     // A jump, or a slope that is as steep.
                     continue;
                 }
-                if difference <= negligible || self.is_slope(ends, axis, negligible) {
+                if difference <= negligible || self.is_slope(ends, [a, b], axis, negligible) {
                     self.join(ends);
                 } else {
-                    others.push(Edge { ends, change: difference / (a.abs() + b.abs()) });
+                    others.push(Edge {
+                        ends,
+                        rates: [a, b],
+                        change: difference / (a.abs() + b.abs()),
+                    });
                 }
             }
         }
@@ -146,11 +174,10 @@ impl BaseLattice {
 }
 
 impl Search<'_> {
-    /// Divides the base lattice into regions, and adds all samples known.
+    /// Divides the base lattice into regions, and adds all first samples.
     pub(super) async fn find_regions(
         &mut self,
-        mut base: BaseLattice,
-        known: &[([f64; 3], f64)],
+        Start { mut base, whole, scattered: known, .. }: Start,
     ) -> Result<(), Failure> {
         let scattered: Vec<f64> = known.iter().map(|(_, rate)| *rate).collect();
         let edges = base.join_smooth(&scattered, self.samples.negligible);
@@ -188,8 +215,31 @@ impl Search<'_> {
             }
         }
         self.label_base(&base)?;
-        for (at, rate) in found.into_iter().chain(known.iter().copied()) {
+        if let Some(whole) = whole {
+            self.add_corners(&whole)?;
+        }
+        for (at, rate) in found.into_iter().chain(known) {
+            if self.hides(at) {
+                continue;
+            }
             self.add(at, rate)?;
+        }
+        Ok(())
+    }
+
+    /// Adds the corners of a lattice that are not in another one, each to the region of its value.
+    fn add_corners(&mut self, lattice: &BaseLattice) -> Result<(), Failure> {
+        for (number, rate) in lattice.rates.iter().enumerate() {
+            let corner = lattice.cells.finest(&self.grid, lattice.corner(number));
+            if self.corners.contains_key(&corner) {
+                continue;
+            }
+            let at = lattice.point(&self.grid, number);
+            let sample = match rate {
+                Some(rate) => self.add(at, *rate)?,
+                None => self.samples.add_hidden(at),
+            };
+            self.corners.insert(corner, sample);
         }
         Ok(())
     }
@@ -201,10 +251,10 @@ impl Search<'_> {
         tests: &[(usize, Edge)],
         found: &mut Vec<([f64; 3], f64)>,
     ) -> Result<Vec<bool>, Failure> {
-        let point = |number: usize| self.grid.point(0, base.corner(number).map(|k| k as f64));
+        let point = |number: usize| base.point(&self.grid, number);
         let mut brackets: Vec<Bracket> = tests
             .iter()
-            .map(|(_, edge)| edge.ends.map(|end| (point(end), base.rates[end])))
+            .map(|(_, edge)| [0, 1].map(|k| (point(edge.ends[k]), edge.rates[k])))
             .collect();
         // The differences before the last two halvings: an edge may cross several surfaces, and a slope
         // leaves little of a difference behind.
@@ -223,7 +273,7 @@ impl Search<'_> {
             }
         }
         let is_jump = |(([a, b], before), (_, edge)): ((&Bracket, f64), &(usize, Edge))| {
-            let [from, to] = edge.ends.map(|end| base.rates[end]);
+            let [from, to] = edge.rates;
             let left = (b.1 - a.1).abs();
             left > TUNING.surfaces.jump_share * before
                 && left > TUNING.surfaces.slope_left * (to - from).abs()
@@ -234,7 +284,8 @@ impl Search<'_> {
     /// Makes samples of all corners. Parts of equal constant values are one region.
     fn label_base(&mut self, base: &BaseLattice) -> Result<(), Failure> {
         let mut parts: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
-        for (corner, &rate) in base.rates.iter().enumerate() {
+        let seen = base.rates.iter().enumerate();
+        for (corner, rate) in seen.filter_map(|(corner, rate)| Some((corner, (*rate)?))) {
             let ends = parts.entry(base.find(corner)).or_insert([rate; 2]);
             *ends = [ends[0].min(rate), ends[1].max(rate)];
         }
@@ -257,21 +308,17 @@ impl Search<'_> {
             return Err(Failure::TooComplex);
         }
         for (number, &rate) in base.rates.iter().enumerate() {
-            let corner = base.corner(number);
-            let at = self.grid.point(0, corner.map(|k| k as f64));
+            let at = base.point(&self.grid, number);
             let label = labels.get(&base.find(number)).copied().unwrap_or(0);
-            let sample = self.samples.add(at, rate, label);
-            let step = 1_u32 << self.grid.finest;
-            let finest = corner.map(|k| u32::try_from(k).unwrap_or(0) * step);
-            self.corners.insert(finest, sample);
+            let sample = match rate {
+                Some(rate) => self.samples.add(at, rate, label),
+                None => self.samples.add_hidden(at),
+            };
+            let corner = base.cells.finest(&self.grid, base.corner(number));
+            self.corners.insert(corner, sample);
         }
         Ok(())
     }
-}
-
-/// Canonical coordinates of scattered points from a number on.
-pub(super) fn scattered(from: usize, to: usize) -> Vec<[f64; 3]> {
-    (from..to).map(lattice::point).collect()
 }
 
 #[cfg(test)]

@@ -8,11 +8,12 @@ use crate::output::MethodOutput;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
+use crate::vol::lattice;
 use crate::vol::lowrank::{Attempted, WeightedView};
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::attempt::{Request, attempt};
 use crate::vol::tuning::TUNING;
-use crate::vol::view::part::Parts;
+use crate::vol::view::part::{Parts, image_plane};
 use crate::vol::view::scattered::{PartSamples, size_detected};
 
 /// The image of a view in which G jumps; `None` if it does not, or if surfaces do not give the image to
@@ -25,7 +26,10 @@ pub(crate) async fn render(
     vol: &VolOptions,
     attempted: &mut Attempted,
 ) -> Result<Option<MethodOutput>, MethodError> {
-    let [part] = &parts.parts[..] else { return Ok(None) };
+    // Bodies hide a part of the lines of sight, but do not end the chart of the image plane.
+    let has_charts = parts.parts.iter().any(|part| !part.footing.is_of_pixels());
+    let plane = has_charts.then(|| image_plane(tiles));
+    let [part] = &plane.as_ref().unwrap_or(parts).parts[..] else { return Ok(None) };
     let is_usual = vol.smallest_feature.is_none()
         && vol.seeds.is_empty()
         && vol.base_level <= VolOptions::default().base_level;
@@ -35,27 +39,32 @@ pub(crate) async fn render(
         && vol.tolerance >= TUNING.surfaces.least_tolerance
         && part.footing.is_raster_of_pixels()
         && !part.chart.has_gaps();
-    let [samples] = &mut attempted.known.samples[..] else { return Ok(None) };
     if !is_possible {
         return Ok(None);
     }
+    // Samples in charts are elsewhere.
+    let samples = attempted.known.samples.first_mut().filter(|_| !has_charts);
     let chart = &*part.chart;
     let view = WeightedView { meter, part, tiles: tiles.len() };
     let density = |point: &[f64; 3]| chart.density([point[0], point[1]]);
-    let weighted = samples.points.iter().zip(&samples.rates);
+    let weighted = samples.iter().flat_map(|of| of.points.iter().zip(&of.rates));
     let known: Vec<f64> = weighted.map(|(point, rate)| rate * density(point)).collect();
     let left = meter.evaluations_left() as f64;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
     let most = (TUNING.surfaces.most_budget_share * left) as u64;
+    let limbs = has_charts.then_some(parts);
     let tolerance = vol.tolerance.min(TUNING.engine.loosest_tolerance);
-    let request = Request { view: &view, scale: &part.scale, tolerance, most, known: &known };
+    let request =
+        Request { view: &view, scale: &part.scale, tolerance, most, known: &known, limbs };
     let (found, rates) = match attempt(&request).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),
         Err(Stop::Failed(error)) => return Err(error),
     };
-    let points = super::regions::scattered(0, rates.len());
-    *samples = PartSamples::of_probes(points.len(), &points, &rates, |xy| chart.density(xy));
+    if let Some(samples) = samples {
+        let points = (0..rates.len()).map(lattice::point).collect::<Vec<_>>();
+        *samples = PartSamples::of_probes(points.len(), &points, &rates, |xy| chart.density(xy));
+    }
     let Some(found) = found else { return Ok(None) };
     let [cube, error] = [found.image, found.error].map(|mut map| {
         parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);

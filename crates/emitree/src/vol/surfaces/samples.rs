@@ -2,7 +2,7 @@
 
 use crate::projection::vector::{difference, norm};
 use crate::vol::surfaces::columns::Columns;
-use crate::vol::surfaces::octree::Label;
+use crate::vol::surfaces::octree::{HIDDEN, Label};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 
@@ -28,6 +28,9 @@ struct Predicted {
 
 /// The fewest equal values of a region that is constant.
 const FOR_CONSTANT: usize = 4;
+
+/// The most that a prediction differs from the mean, in largest differences of the samples from it.
+const MOST_BEYOND: f64 = 2.0;
 
 /// All samples, in buckets.
 #[derive(Debug)]
@@ -129,6 +132,17 @@ impl Samples {
     fn place(&self, at: [f64; 3]) -> [i32; 3] {
         #[expect(clippy::cast_possible_truncation, reason = "a view has few buckets")]
         at.map(|along| (along / self.bucket).floor() as i32)
+    }
+
+    /// Adds a point that no line of sight reaches. It belongs to no region.
+    pub(super) fn add_hidden(&mut self, at: [f64; 3]) -> usize {
+        self.all.push(Sample { at, rate: 0.0, label: HIDDEN });
+        self.all.len() - 1
+    }
+
+    /// Whether a sample is such a point.
+    pub(super) fn is_hidden(&self, i: usize) -> bool {
+        self.all[i].label == HIDDEN
     }
 
     /// Adds a sample of a region. Returns its number.
@@ -248,7 +262,9 @@ impl Samples {
         if error >= spread {
             return constant;
         }
+        // Samples along a line tell little about slopes across it.
         let value = columns.coefficients().first().copied().unwrap_or(0.0);
+        let value = value.clamp(-MOST_BEYOND * spread, MOST_BEYOND * spread);
         Predicted { label, rate: mean + value, error, spread, count }
     }
 }

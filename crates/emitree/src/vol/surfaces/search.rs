@@ -3,7 +3,7 @@
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::octree::{Cell, Facet, Grid, Label, Leaf, region};
+use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::tuning::TUNING;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -102,10 +102,21 @@ impl<'a> Search<'a> {
         Ok(self.view.rates(&at).await?)
     }
 
-    /// Samples G at points. Returns the numbers of the samples, whose regions follow from their values.
+    /// Whether no line of sight reaches a point.
+    pub(super) fn hides(&self, at: [f64; 3]) -> bool {
+        self.aim.hides(&self.grid, at)
+    }
+
+    /// Samples G at points, as far as lines of sight reach them. Returns the numbers of the samples,
+    /// whose regions follow from their values.
     pub(super) async fn sample(&mut self, points: &[[f64; 3]]) -> Result<Vec<usize>, Failure> {
-        let rates = self.rates(points).await?;
-        points.iter().zip(rates).map(|(at, rate)| self.add(*at, rate)).collect()
+        let seen: Vec<[f64; 3]> = points.iter().copied().filter(|at| !self.hides(*at)).collect();
+        let mut rates = self.rates(&seen).await?.into_iter();
+        let of_point = |at: &[f64; 3]| match self.hides(*at) {
+            true => Ok(self.samples.add_hidden(*at)),
+            false => self.add(*at, rates.next().unwrap_or(0.0)),
+        };
+        points.iter().map(of_point).collect()
     }
 
     /// Adds a sample to the region that its value belongs to, or to a new one.
@@ -184,10 +195,24 @@ impl<'a> Search<'a> {
         level: u8,
         cells: BTreeMap<[u32; 3], Guess>,
     ) -> Result<Vec<([u32; 3], Guess)>, Failure> {
+        let is_hidden = |at: &[u32; 3]| self.aim.hides_cell(&self.grid, (level, *at));
+        let (hidden, cells): (BTreeMap<_, _>, BTreeMap<_, _>) =
+            cells.into_iter().partition(|(at, _)| is_hidden(at));
+        self.leaves.extend(hidden.into_keys().map(|at| ((level, at), Leaf::Hidden)));
         let mut cells = self.with_corners(level, cells).await?;
-        let (mut cut, mut uncut) = (Vec::new(), Vec::new());
+        let (mut cut, mut uncut, mut next) = (Vec::new(), Vec::new(), Vec::new());
         for cell in cells.drain(..) {
-            if self.labels(&cell).len() > 1 { cut.push(cell) } else { uncut.push(cell) }
+            match self.labels(&cell).len() {
+                // A line may reach the cell between these samples.
+                0 if level < self.grid.finest => {
+                    next.extend(children(cell.cell.1).map(|child| (child, Guess::NONE)));
+                }
+                0 => {
+                    self.leaves.insert(cell.cell, Leaf::Hidden);
+                }
+                1 => uncut.push(cell),
+                _ => cut.push(cell),
+            }
         }
         for batch in 0..TUNING.surfaces.batches {
             self.find_points(&mut cut, batch).await?;
@@ -195,11 +220,10 @@ impl<'a> Search<'a> {
         }
         self.fit_beside(level, &mut cut, &mut uncut);
         for cell in uncut {
-            let label = self.samples.label(cell.corners[0]);
+            let label = self.own_label(&cell);
             self.leaves.insert(cell.cell, Leaf::Uncut(label));
         }
         self.check(&mut cut).await?;
-        let mut next = Vec::new();
         for cell in cut {
             let leaf = self.leaf(level, &cell);
             match leaf {
@@ -229,7 +253,7 @@ impl<'a> Search<'a> {
             // Its regions have become one.
             return Some(Leaf::Uncut(*only));
         }
-        let samples = || cell.corners.iter().chain(&cell.inside);
+        let samples = || self.seen_samples(cell);
         let rates = samples().map(|&i| self.samples.get(i).rate);
         let [low, high] = rates.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], rate| {
             [low.min(rate), high.max(rate)]
@@ -271,10 +295,23 @@ impl<'a> Search<'a> {
         (is_near && !self.has_ambiguous_places(cell.cell, facets)).then_some(facets)
     }
 
+    /// The samples at the corners of a cell and in it that lines of sight reach.
+    pub(super) fn seen_samples<'b>(
+        &'b self,
+        cell: &'b OpenCell,
+    ) -> impl Iterator<Item = &'b usize> {
+        cell.corners.iter().chain(&cell.inside).filter(|&&i| !self.samples.is_hidden(i))
+    }
+
+    /// The region of a cell with only one.
+    pub(super) fn own_label(&self, cell: &OpenCell) -> Label {
+        self.seen_samples(cell).next().map_or(HIDDEN, |&i| self.samples.label(i))
+    }
+
     /// The regions of the samples in a cell, in ascending order.
     pub(super) fn labels(&self, cell: &OpenCell) -> Vec<Label> {
-        let samples = cell.corners.iter().chain(&cell.inside);
-        let mut labels: Vec<Label> = samples.map(|&i| self.samples.label(i)).collect();
+        let mut labels: Vec<Label> =
+            self.seen_samples(cell).map(|&i| self.samples.label(i)).collect();
         labels.sort_unstable();
         labels.dedup();
         labels

@@ -47,7 +47,8 @@ impl Search<'_> {
         let points: Vec<[f64; 3]> = expected.iter().map(|of| of.at).collect();
         let samples = self.sample(&points).await?;
         let mut verdict = Verdict { has_passed: true, wrong: Vec::new() };
-        for (of, sample) in expected.iter().zip(samples) {
+        let seen = |(_, sample): &(&Expected, usize)| !self.samples.is_hidden(*sample);
+        for (of, sample) in expected.iter().zip(samples).filter(seen) {
             let (cell, leaf) = &model.tree.leaves[model.tree.find(of.at)];
             let unresolved = if let Leaf::Unresolved(_, jump) = leaf { *jump } else { 0.0 };
             let difference = (self.samples.get(sample).rate - of.value).abs();
@@ -78,7 +79,7 @@ impl Search<'_> {
         if !of_line.is_finite() {
             return;
         }
-        let ray = Ray::new(&model.tree, [x, y]);
+        let ray = Ray::new(&model.tree, [x, y], self.aim.end_of_line(&self.grid, [x, y]));
         let mut add = |z: f64, error: f64| {
             let at = [x, y, z];
             let value = model.value(at);

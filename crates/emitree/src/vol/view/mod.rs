@@ -6,7 +6,7 @@ pub(crate) mod depths;
 pub(crate) mod edges;
 pub(crate) mod frozen;
 pub(crate) mod part;
-mod pixel_rule;
+pub(crate) mod pixel_rule;
 pub(crate) mod products;
 mod quadrature;
 mod raster;

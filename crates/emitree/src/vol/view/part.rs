@@ -12,7 +12,7 @@ use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::chart_nodes::ChartNodes;
-use crate::vol::view::pixel_rule::Crossing;
+use crate::vol::view::pixel_rule::{Crossing, RuleNode};
 use crate::vol::view::products::FrozenProducts;
 use crate::vol::view::quadrature::{ChartInView, ChartsInView, Quadrature};
 use crate::vol::view::raster::cell_at;
@@ -27,6 +27,8 @@ pub(crate) struct Part<'a> {
     /// For each cell of the raster of the part, the ratio of a pixel to the mean of the function,
     /// and 0 in cells without a pixel.
     pub(crate) scale: Arc<Image>,
+    /// The share of the pixels that it is in.
+    pub(crate) share: f64,
     /// By how many levels its base lattice is coarser than that of a whole view.
     pub(crate) coarser: u8,
     /// The largest number of parts in which a line of sight is: the errors of their lines add up.
@@ -79,6 +81,11 @@ pub(crate) fn atlas<'a>(tiles: &[Tile<'a>], found: &[FoundEdge]) -> Option<Atlas
     Atlas::new(planes.collect(), found)
 }
 
+/// The image plane of each tile as a part, whatever limbs there are.
+pub(crate) fn image_plane<'a>(tiles: &[Tile<'a>]) -> Parts<'a> {
+    parts(tiles, None)
+}
+
 /// The parts of a view with this atlas.
 pub(crate) fn parts<'a>(tiles: &[Tile<'a>], atlas: Option<&'a Atlas<'a>>) -> Parts<'a> {
     let scales: Vec<Image> =
@@ -99,7 +106,7 @@ pub(crate) fn parts<'a>(tiles: &[Tile<'a>], atlas: Option<&'a Atlas<'a>>) -> Par
             let scale = Arc::new(nodes.cells_in_view());
             let footing = Arc::new(Footing::Nodes { chart: number, window, nodes });
             let coarser = u8::from(is_small);
-            Part { chart, footing, scale, coarser, pieces_of_line: most_pieces }
+            Part { chart, footing, scale, share, coarser, pieces_of_line: most_pieces }
         });
         return Parts { parts: parts.collect(), outside, quadrature, crossings };
     }
@@ -114,6 +121,7 @@ pub(crate) fn parts<'a>(tiles: &[Tile<'a>], atlas: Option<&'a Atlas<'a>>) -> Par
             chart: tile.projection.chart(number),
             footing: Arc::new(Footing::Pixels { first_row, rim }),
             scale: Arc::new(scale.clone()),
+            share: 1.0 / tiles.len() as f64,
             // Each of several tiles is a small part of the view, so that its base lattice is finer
             // in the view.
             coarser: u8::from(tiles.len() > 1),
@@ -187,6 +195,20 @@ impl Parts<'_> {
     /// Whether the depths of some charts have been fitted to samples.
     pub(crate) fn has_fitted_depths(&self) -> bool {
         self.quadrature.atlas.is_some_and(Atlas::has_fitted_depths)
+    }
+
+    /// The number of parts along each side of a pixel that a limb crosses; `None` for other pixels.
+    pub(crate) fn parts_at_limb(&self, pixel: usize) -> Option<usize> {
+        match self.crossings.get(pixel) {
+            Some(Crossing::Crossed(parts)) => Some(*parts),
+            _ => None,
+        }
+    }
+
+    /// The places in a pixel that a limb crosses, from 0 to 1, with their weights in its mean, for so many
+    /// parts along each side.
+    pub(crate) fn nodes_at_limb(&self, pixel: usize, parts: usize) -> Vec<RuleNode> {
+        self.quadrature.places_in_pixel(pixel, Crossing::Crossed(parts), 0)
     }
 
     /// Compares the quadrature of pixels in charts with a finer one, and replaces it where they

@@ -12,7 +12,7 @@ use crate::projection::charts::{Atlas, PieceOfLine};
 use crate::tile::Tile;
 use crate::vol::view::chart_nodes::ChartNodes;
 use crate::vol::view::crossings::crossings_of_row;
-use crate::vol::view::pixel_rule::{Crossing, PixelRules};
+use crate::vol::view::pixel_rule::{Crossing, PixelRules, RuleNode};
 use crate::vol::view::windows::{NaturalNode, in_window, window};
 
 /// The number of nodes along each side of an image: those of a pixel follow from it, within limits. A
@@ -144,22 +144,42 @@ impl<'a> Quadrature<'a> {
         Some((ChartNodes::new(shape, nodes), outside))
     }
 }
-impl Quadrature<'_> {
-    /// The nodes of a pixel whose sides are halved `level` times.
-    pub(crate) fn nodes_of_pixel(&self, pixel: usize, crossing: Crossing, level: u8) -> PixelNodes {
+impl<'a> Quadrature<'a> {
+    /// The image plane of a pixel, and the canonical (x, y) of places in it, from 0 to 1.
+    fn place_of_pixel(
+        &self,
+        pixel: usize,
+    ) -> (&'a dyn ViewGeometry, impl Fn([f64; 2]) -> [f64; 2] + use<'a>) {
         let [height, width] = self.tile;
         let (row, column) = (pixel / width, pixel % width);
         let (geometry, row) = (self.geometries[row / height], row % height);
-        let at = |[x, y]: [f64; 2]| {
+        let at = move |[x, y]: [f64; 2]| {
             [(column as f64 + x) / width as f64, (row as f64 + y) / height as f64]
         };
+        (geometry, at)
+    }
+
+    /// The places in a pixel, from 0 to 1, at which lines of sight are taken, with their weights.
+    pub(crate) fn places_in_pixel(
+        &self,
+        pixel: usize,
+        crossing: Crossing,
+        level: u8,
+    ) -> Vec<RuleNode> {
+        let (geometry, at) = self.place_of_pixel(pixel);
         let is_inside = |xy| !geometry.has_rim() || geometry.solid_angle_density(xy) > 0.0;
         let label = |place: [f64; 2]| {
             let xy = at(place);
             let Some(atlas) = self.atlas else { return is_inside(xy).then_some(0) };
             Some(atlas.zones(&geometry.line(xy).filter(|_| is_inside(xy))?))
         };
-        let nodes = self.rules.nodes(crossing, level, &label);
+        self.rules.nodes(crossing, level, &label)
+    }
+
+    /// The nodes of a pixel whose sides are halved `level` times.
+    pub(crate) fn nodes_of_pixel(&self, pixel: usize, crossing: Crossing, level: u8) -> PixelNodes {
+        let (geometry, at) = self.place_of_pixel(pixel);
+        let nodes = self.places_in_pixel(pixel, crossing, level);
         let density = |place: [f64; 2]| geometry.solid_angle_density(at(place));
         let whole: f64 = nodes.iter().map(|(place, weight)| weight * density(*place)).sum();
         let is_outside = whole.is_nan() || whole <= 0.0;

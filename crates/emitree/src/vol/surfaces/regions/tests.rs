@@ -2,10 +2,12 @@
 
 use super::*;
 
+const CELLS: CellBox = CellBox { level: 0, low: [0; 3], cells: [8; 3] };
+
 fn lattice(rate: impl Fn([f64; 3]) -> f64) -> BaseLattice {
-    let empty = BaseLattice::new([8; 3], vec![0.0; 9 * 9 * 9]);
-    let rates = (0..9 * 9 * 9).map(|k| rate(empty.corner(k).map(|k| k as f64 / 8.0))).collect();
-    BaseLattice::new([8; 3], rates)
+    let empty = BaseLattice::new(CELLS, vec![None; 9 * 9 * 9]);
+    let rate = |k: usize| Some(rate(empty.corner(k).map(|k| k as f64 / 8.0)));
+    BaseLattice::new(CELLS, (0..9 * 9 * 9).map(rate).collect())
 }
 
 fn parts(lattice: &BaseLattice) -> usize {
@@ -54,7 +56,7 @@ fn steps_between_plateaus_are_no_slope() {
     assert!(smooth.join_smooth(&[0.123], 1e-6).is_empty());
     assert_eq!(parts(&smooth), 1);
     let mut plateaus = lattice(steps);
-    let scattered = plateaus.rates.clone();
+    let scattered: Vec<f64> = plateaus.rates.iter().copied().flatten().collect();
     assert!(plateaus.join_smooth(&scattered, 1e-6).is_empty());
     assert_eq!(parts(&plateaus), plateaus.rates.len());
 }

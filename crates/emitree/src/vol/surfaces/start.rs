@@ -1,0 +1,115 @@
+//! The first samples: a lattice in which regions are found, and scattered points.
+
+use crate::vol::lattice;
+use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::attempt::Request;
+use crate::vol::surfaces::focus::CellBox;
+use crate::vol::surfaces::octree::Grid;
+use crate::vol::surfaces::regions::BaseLattice;
+use crate::vol::surfaces::search::Failure;
+use crate::vol::tuning::TUNING;
+
+/// The first samples of a search.
+pub(super) struct Start {
+    /// The lattice in which regions are found.
+    pub(super) base: BaseLattice,
+    /// The base lattice of the whole view, if that is a part of it.
+    pub(super) whole: Option<BaseLattice>,
+    /// The scattered samples in view.
+    pub(super) scattered: Vec<([f64; 3], f64)>,
+    /// About the largest pixel.
+    pub(super) largest: f64,
+    /// The number of evaluations.
+    pub(super) evaluations: u64,
+}
+
+impl Start {
+    /// Samples a view. The first scattered samples are those of the request; all are in `rates` then.
+    pub(super) async fn sample(
+        request: &Request<'_>,
+        grid: &Grid,
+        aim: &Aim<'_>,
+        most: u64,
+        rates: &mut Vec<f64>,
+    ) -> Result<Self, Failure> {
+        let mut view = SeenView { request, grid, aim, left: most };
+        let count = TUNING.surfaces.scattered.max(rates.len());
+        let points: Vec<[f64; 3]> = (0..count).map(lattice::point).collect();
+        let missing = view.rates(&points[rates.len()..]).await?;
+        rates.extend(missing.into_iter().map(|rate| rate.unwrap_or(0.0)));
+        let of_point = points.into_iter().map(|u| grid.at_canonical(u)).zip(rates.iter().copied());
+        let mut scattered: Vec<([f64; 3], f64)> =
+            of_point.filter(|(at, _)| !aim.hides(grid, *at)).collect();
+        let base = view.lattice(CellBox::whole(grid)).await?;
+        let largest = largest_pixel(&base, grid, aim);
+        let mut known = scattered.clone();
+        known.extend(base.samples(grid));
+        let mut start = Self { base, whole: None, scattered: Vec::new(), largest, evaluations: 0 };
+        if let Some(part) = CellBox::around_structure(grid, &known) {
+            let finer = view.lattice(part).await?;
+            start.largest = start.largest.max(largest_pixel(&finer, grid, aim));
+            start.whole = Some(core::mem::replace(&mut start.base, finer));
+            let count = TUNING.surfaces.scattered / 2;
+            let points: Vec<[f64; 3]> =
+                (0..count).map(|k| part.at(grid, lattice::point(k))).collect();
+            let canonical: Vec<[f64; 3]> = points.iter().map(|at| grid.canonical(*at)).collect();
+            let rates = view.rates(&canonical).await?;
+            let of_point = points.into_iter().zip(rates);
+            scattered.extend(of_point.filter_map(|(at, rate)| Some((at, rate?))));
+        }
+        start.scattered = scattered;
+        start.evaluations = most - view.left;
+        Ok(start)
+    }
+}
+
+/// A view with the evaluations that may be made.
+struct SeenView<'a> {
+    request: &'a Request<'a>,
+    grid: &'a Grid,
+    aim: &'a Aim<'a>,
+    left: u64,
+}
+
+impl SeenView<'_> {
+    /// G at those of canonical points that a line of sight reaches.
+    async fn rates(&mut self, points: &[[f64; 3]]) -> Result<Vec<Option<f64>>, Failure> {
+        let is_seen = |u: &[f64; 3]| !self.aim.hides(self.grid, self.grid.at_canonical(*u));
+        let seen: Vec<[f64; 3]> = points.iter().copied().filter(|u| is_seen(u)).collect();
+        let count = seen.len() as u64;
+        if count > self.left {
+            return Err(Failure::TooComplex);
+        }
+        self.left -= count;
+        let mut rates = self.request.view.rates(&seen).await?.into_iter();
+        Ok(points.iter().map(|u| is_seen(u).then(|| rates.next()).flatten()).collect())
+    }
+
+    /// G at the corners of cells.
+    async fn lattice(&mut self, cells: CellBox) -> Result<BaseLattice, Failure> {
+        let empty = BaseLattice::new(cells, Vec::new());
+        let point = |number: usize| self.grid.canonical(empty.point(self.grid, number));
+        let points: Vec<[f64; 3]> = (0..empty.corners()).map(point).collect();
+        Ok(BaseLattice::new(cells, self.rates(&points).await?))
+    }
+}
+
+/// About the largest pixel, from the columns of a lattice.
+fn largest_pixel(base: &BaseLattice, grid: &Grid, aim: &Aim<'_>) -> f64 {
+    let [nx, ny, nz] = base.cells.cells.map(|k| k as usize);
+    let depth = grid.cell_edges(base.cells.level)[2];
+    let mut largest: f64 = 0.0;
+    for x in 0..=nx {
+        for y in 0..=ny {
+            let of = |z: usize| base.rates[base.number([x, y, z])].unwrap_or(0.0);
+            let [from_x, from_y, from] = base.cells.point(grid, [x, y, 0]);
+            let end = aim.end_of_line(grid, [from_x, from_y]);
+            let seen = |z: usize| ((end - from) / depth - z as f64).clamp(0.0, 1.0);
+            let sum: f64 = (0..nz).map(|z| 0.5 * seen(z) * (of(z) + of(z + 1))).sum();
+            let pixel = aim.pixel([from_x / grid.edges[0], from_y / grid.edges[1]]);
+            let scale = aim.scale.pixels().get(pixel).copied().unwrap_or(0.0);
+            largest = largest.max((sum * depth / grid.edges[2] * scale).abs());
+        }
+    }
+    largest
+}
