@@ -156,7 +156,6 @@ pub(crate) fn sheet<'a>(
     Sheet {
         id: SheetId { part: 0, energy: 0 },
         scan: scan(meter, chart, base_level),
-        share: 1.0,
         pieces_of_line: 1,
         footing: Arc::new(Footing::Pixels { first_row: 0, rim: None }),
         scale: Arc::new(uniform([height, width], 1.0)),
