@@ -14,8 +14,14 @@ const FEW: usize = 8;
 /// A box with a polynomial, or two halves.
 #[derive(Clone, Debug)]
 enum Node {
-    Polynomial(Polynomial),
+    Polynomial(Box<Polynomial>),
     Halves { axis: usize, at: f64, below: usize, above: usize },
+}
+
+impl From<Polynomial> for Node {
+    fn from(polynomial: Polynomial) -> Self {
+        Self::Polynomial(Box::new(polynomial))
+    }
 }
 
 /// The tree of one region.
@@ -29,7 +35,8 @@ impl Pieces {
     #[cfg(test)]
     pub(super) fn constant(value: f64) -> Self {
         let samples = [([0.25; 3], value), ([0.75; 3], value)];
-        Self { nodes: vec![Node::Polynomial(Polynomial::fit([0.0; 3], [1.0; 3], &samples))] }
+        let polynomial = Polynomial::fit([0.0; 3], [1.0; 3], &samples);
+        Self { nodes: vec![polynomial.into()] }
     }
 
     /// The polynomial at a point.
@@ -110,7 +117,7 @@ impl Search<'_> {
             level: 0,
             samples: known.collect(),
         };
-        let mut nodes = vec![Node::Polynomial(first.zero())];
+        let mut nodes: Vec<Node> = vec![first.zero().into()];
         let mut open = vec![first];
         while !open.is_empty() {
             // One batch for all boxes of a level.
@@ -119,7 +126,7 @@ impl Search<'_> {
             for of in open {
                 let candidates = candidates(&of, &clearance);
                 if candidates.len() < FEW {
-                    nodes[of.node] = Node::Polynomial(self.continued(&of, label));
+                    nodes[of.node] = self.continued(&of, label).into();
                     continue;
                 }
                 let plan = self.plan(&of, &candidates);
@@ -148,7 +155,7 @@ impl Search<'_> {
                 let is_good = polynomial.error <= allowed && worst <= 2.0 * allowed;
                 if is_good || of.level >= TUNING.surfaces.piece_levels {
                     polynomial.error = polynomial.error.max(0.5 * worst);
-                    nodes[of.node] = Node::Polynomial(polynomial);
+                    nodes[of.node] = polynomial.into();
                     continue;
                 }
                 let all: Vec<usize> =
@@ -168,7 +175,7 @@ impl Search<'_> {
                     OpenBox { node, low, high, level: of.level + 1, samples }
                 });
                 let [below, above] = [0, 1].map(|half| nodes.len() + half);
-                nodes.extend(halves.each_ref().map(|half| Node::Polynomial(half.zero())));
+                nodes.extend(halves.each_ref().map(|half| Node::from(half.zero())));
                 nodes[of.node] = Node::Halves { axis, at, below, above };
                 next.extend(halves);
             }

@@ -3,6 +3,7 @@
 use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::beam::Beam;
 use crate::vol::surfaces::octree::Octree;
 use crate::vol::surfaces::pieces::Pieces;
 use crate::vol::surfaces::rays::{LineIntegral, Ray};
@@ -37,11 +38,44 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// The integral of the line at canonical (x, y).
-    pub(super) fn line(&self, [x, y]: [f64; 2]) -> LineIntegral {
+    /// The place in the grid of a place of the image, in pixels.
+    fn place(&self, aim: &Aim<'_>, [column, row]: [f64; 2]) -> [f64; 2] {
+        let [height, width] = [aim.scale.height(), aim.scale.width()];
         let edges = self.tree.grid.edges;
-        let xy = [x * edges[0], y * edges[1]];
-        Ray::new(&self.tree, xy).integral(&self.pieces, xy, edges[2])
+        [column / width as f64 * edges[0], row / height as f64 * edges[1]]
+    }
+
+    /// The integral of the line at a place of the image, in pixels.
+    fn line(&self, aim: &Aim<'_>, at: [f64; 2]) -> LineIntegral {
+        let xy = self.place(aim, at);
+        Ray::new(&self.tree, xy).integral(&self.pieces, xy, self.tree.grid.edges[2])
+    }
+
+    /// The lines of a pixel.
+    fn beam(&self, aim: &Aim<'_>, pixel: usize) -> Beam<'_> {
+        let [column, row] = corner(aim, pixel);
+        let corners = [[column, row], [column + 1.0, row + 1.0]];
+        Beam::new(&self.tree, corners.map(|at| self.place(aim, at)))
+    }
+
+    /// The mean over lines of a pixel, at places from 0 to 1 in it.
+    fn mean(
+        &self,
+        aim: &Aim<'_>,
+        (pixel, beam, ray): (usize, &Beam<'_>, &mut Ray),
+        places: impl Iterator<Item = [f64; 2]>,
+    ) -> LineIntegral {
+        let [column, row] = corner(aim, pixel);
+        let (mut sum, mut count) = (LineIntegral::default(), 0.0);
+        for [u, v] in places {
+            let xy = self.place(aim, [column + u, row + v]);
+            ray.follow(beam, xy);
+            let line = ray.integral(&self.pieces, xy, self.tree.grid.edges[2]);
+            sum.value += line.value;
+            sum.error += line.error;
+            count += 1.0;
+        }
+        LineIntegral { value: sum.value / count, error: sum.error / count }
     }
 
     /// G at a point of the grid.
@@ -54,27 +88,26 @@ impl Model {
     /// unresolved ones, and patches whose share of the error allowed is above `least`.
     pub(super) fn leaves_to_improve(&self, aim: &Aim<'_>, maps: &Maps, least: f64) -> Vec<usize> {
         let [height, width] = [aim.scale.height(), aim.scale.width()];
-        let edges = self.tree.grid.edges;
         let mut found = Vec::new();
         let errors = maps.error.pixels().iter().enumerate();
         let from = TUNING.surfaces.improved_from * aim.target;
+        let mut ray = Ray::default();
         for (pixel, _) in errors.filter(|(_, error)| **error > from) {
+            let ([column, row], beam) = (corner(aim, pixel), self.beam(aim, pixel));
             for k in 0..9 {
                 let [u, v] = fibonacci(k, 13);
-                let place = [
-                    ((pixel % width) as f64 + u) / width as f64,
-                    ((pixel / width) as f64 + v) / height as f64,
-                ];
-                let xy = [place[0] * edges[0], place[1] * edges[1]];
-                let ray = Ray::new(&self.tree, xy);
-                let most = aim.of_line(place) * edges[2];
+                let at = [column + u, row + v];
+                let xy = self.place(aim, at);
+                ray.follow(&beam, xy);
+                let place = [at[0] / width as f64, at[1] / height as f64];
+                let most = aim.of_line(place) * self.tree.grid.edges[2];
                 let is_large = |error: f64| error > least * most;
                 for [z, error, _] in &ray.crossings {
                     if is_large(*error) {
                         found.push(self.tree.find([xy[0], xy[1], *z]));
                     }
                 }
-                found.extend(ray.unresolved_leaves);
+                found.extend(&ray.unresolved_leaves);
             }
         }
         found.sort_unstable();
@@ -86,26 +119,12 @@ impl Model {
     pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64) -> Maps {
         let lines = if tolerance < FINE_BELOW { FINE_LINES } else { LINES };
         let [height, width] = [aim.scale.height(), aim.scale.width()];
-        let mean = |pixel: usize, places: &mut dyn Iterator<Item = [f64; 2]>| {
-            let (row, column) = (pixel / width, pixel % width);
-            let (mut sum, mut count) = (LineIntegral::default(), 0.0);
-            let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-            for [u, v] in places {
-                let place = [(column as f64 + u) / width as f64, (row as f64 + v) / height as f64];
-                let line = self.line(place);
-                sum.value += line.value;
-                sum.error += line.error;
-                ends = [ends[0].min(line.value), ends[1].max(line.value)];
-                count += 1.0;
-            }
-            (LineIntegral { value: sum.value / count, error: sum.error / count }, ends[1] - ends[0])
-        };
         // Lines at the corners of pixels, which neighbours share: an edge of the image may be parallel to the
         // border of a pixel, between this border and all other lines.
         let corners: Vec<usize> = (0..(height + 1) * (width + 1)).collect();
         let corner = |&number: &usize| {
             let (row, column) = (number / (width + 1), number % (width + 1));
-            self.line([column as f64 / width as f64, row as f64 / height as f64]).value
+            self.line(aim, [column as f64, row as f64]).value
         };
         let corners: Vec<f64> = corners.par_iter().map(corner).collect();
         let of_corners = |pixel: usize| {
@@ -118,12 +137,13 @@ impl Model {
             if aim.scale.pixels()[pixel] == 0.0 {
                 return (LineIntegral::default(), false);
             }
-            let mut gauss = (0..4).map(|k| [GAUSS[k % 2], GAUSS[k / 2]]);
-            let mut other = (0..5).map(|k| fibonacci(k, 5));
-            let (line, _) = mean(pixel, &mut gauss);
-            let (check, _) = mean(pixel, &mut other);
+            let (beam, mut ray) = (self.beam(aim, pixel), Ray::default());
+            let gauss = (0..4).map(|k| [GAUSS[k % 2], GAUSS[k / 2]]);
+            let other = (0..5).map(|k| fibonacci(k, 5));
+            let line = self.mean(aim, (pixel, &beam, &mut ray), gauss);
+            let check = self.mean(aim, (pixel, &beam, &mut ray), other);
+            let middle = self.mean(aim, (pixel, &beam, &mut ray), [[0.5; 2]].into_iter());
             let allowed = SPREAD * aim.target / aim.scale.pixels()[pixel];
-            let (middle, _) = mean(pixel, &mut [[0.5; 2]].into_iter());
             // Simpson's rule.
             let outer = 2.0 / 3.0 * middle.value + 1.0 / 3.0 * of_corners(pixel);
             let differs = |value: f64| (line.value - value).abs() > allowed;
@@ -142,7 +162,11 @@ impl Model {
             if !is_rough(pixel) || aim.scale.pixels()[pixel] == 0.0 {
                 return first[pixel].0;
             }
-            let of = |count: usize| mean(pixel, &mut (0..count).map(|k| fibonacci(k, count))).0;
+            let (beam, mut ray) = (self.beam(aim, pixel), Ray::default());
+            let mut of = |count: usize| {
+                let places = (0..count).map(|k| fibonacci(k, count));
+                self.mean(aim, (pixel, &beam, &mut ray), places)
+            };
             let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
             let mut before = of(lines[0]);
             for count in &lines[1..] {
@@ -164,6 +188,12 @@ impl Model {
         }
         Maps { image, error }
     }
+}
+
+/// The place of the first corner of a pixel, in pixels.
+fn corner(aim: &Aim<'_>, pixel: usize) -> [f64; 2] {
+    let width = aim.scale.width();
+    [(pixel % width) as f64, (pixel / width) as f64]
 }
 
 /// Point `k` of the Fibonacci lattice of `count` points, in the middle of its shares.

@@ -1,7 +1,9 @@
 //! Lines of sight through the leaves: segments in regions, and crossings of surfaces.
 
-use crate::vol::surfaces::crossings::crossings;
-use crate::vol::surfaces::octree::{Facet, Label, Leaf, Octree, region};
+use crate::vol::surfaces::beam::{Beam, Content};
+use crate::vol::surfaces::crossings::find_crossings;
+use crate::vol::surfaces::octree::{Facet, Label, Octree, region};
+use crate::vol::surfaces::patch::Patch;
 use crate::vol::surfaces::pieces::Pieces;
 use crate::vol::tuning::TUNING;
 
@@ -21,6 +23,8 @@ pub(super) struct Ray {
     /// The error due to cells that remain unresolved, and their numbers.
     pub(super) unresolved: f64,
     pub(super) unresolved_leaves: Vec<usize>,
+    /// Room for the depths of crossings in one cell.
+    depths: Vec<f64>,
 }
 
 /// What a line contributes.
@@ -32,27 +36,33 @@ pub(super) struct LineIntegral {
 
 impl Ray {
     /// The line at a place of the image.
-    pub(super) fn new(tree: &Octree, [x, y]: [f64; 2]) -> Self {
+    pub(super) fn new(tree: &Octree, xy: [f64; 2]) -> Self {
         let mut ray = Self::default();
-        let end = tree.grid.edges[2];
+        ray.follow(&Beam::new(tree, [xy; 2]), xy);
+        ray
+    }
+
+    /// Becomes the line at a place of a beam.
+    pub(super) fn follow(&mut self, beam: &Beam<'_>, xy: [f64; 2]) {
+        self.segments.clear();
+        self.crossings.clear();
+        self.unresolved = 0.0;
+        self.unresolved_leaves.clear();
+        let end = beam.end();
         let mut z = 0.0;
-        let beside = 1e-12 * end;
-        while z < end - beside {
-            let number = tree.find([x, y, z + beside]);
-            let [_, top] = tree.ends(number, 2);
-            let top = if top > z { top.min(end) } else { end };
-            match &tree.leaves[number].1 {
-                Leaf::Uncut(label) => ray.extend(*label, [z, top]),
-                Leaf::Unresolved(label, jump) => {
-                    ray.extend(*label, [z, top]);
-                    ray.unresolved += 0.5 * jump * (top - z);
-                    ray.unresolved_leaves.push(number);
+        for part in beam.parts(xy) {
+            let top = part.top.min(end);
+            match &part.content {
+                Content::Region(label) => self.extend(*label, [z, top]),
+                Content::Unresolved(label, jump, leaf) => {
+                    self.extend(*label, [z, top]);
+                    self.unresolved += 0.5 * jump * (top - z);
+                    self.unresolved_leaves.push(*leaf);
                 }
-                Leaf::Cut(facets) => ray.cross(facets, [x, y], [z, top]),
+                Content::Cut(facets, crossed) => self.cross(facets, crossed, xy, [z, top]),
             }
             z = top;
         }
-        ray
     }
 
     fn extend(&mut self, label: Label, ends: [f64; 2]) {
@@ -62,11 +72,19 @@ impl Ray {
         }
     }
 
-    /// Adds the segments in a cell with patches.
-    fn cross(&mut self, facets: &[Facet], [x, y]: [f64; 2], [from, to]: [f64; 2]) {
+    /// Adds the segments in a cell with patches, of which some may be crossed.
+    fn cross(
+        &mut self,
+        facets: &[Facet],
+        crossed: &[&Patch],
+        [x, y]: [f64; 2],
+        [from, to]: [f64; 2],
+    ) {
+        let mut depths = core::mem::take(&mut self.depths);
+        find_crossings(crossed, [x, y], [from, to], &mut depths);
         let mut last: Option<Label> = None;
         let mut low = from;
-        for high in crossings(facets, [x, y], [from, to]).into_iter().chain([to]) {
+        for high in depths.iter().copied().chain([to]) {
             if high <= low {
                 continue;
             }
@@ -78,6 +96,7 @@ impl Ray {
             last = Some(label);
             low = high;
         }
+        self.depths = depths;
     }
 
     fn add_crossing(&mut self, facets: &[Facet], sides: [Label; 2], at: [f64; 3]) {

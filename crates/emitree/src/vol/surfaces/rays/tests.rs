@@ -1,7 +1,7 @@
 //! Lines through cells with planes.
 
 use super::*;
-use crate::vol::surfaces::octree::Grid;
+use crate::vol::surfaces::octree::{Grid, Leaf};
 use crate::vol::surfaces::patch::{FitPoint, Patch};
 
 /// A plane z = 0.3 + 0.1 x between regions 0 and 1.
