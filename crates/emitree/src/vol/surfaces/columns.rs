@@ -20,9 +20,11 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// No columns, for values that are weighted already.
-    pub(super) fn new(values: Vec<f64>) -> Self {
-        let (columns, upper, components) = (Vec::new(), Vec::new(), Vec::new());
+    /// No columns, with room for so many, for values that are weighted already.
+    pub(super) fn new(values: Vec<f64>, most: usize) -> Self {
+        let columns = Vec::with_capacity(most * values.len());
+        let upper = Vec::with_capacity(most * (most + 1) / 2);
+        let components = Vec::with_capacity(most);
         Self { columns, upper, components, residuals: Residuals::new(values) }
     }
 
@@ -79,7 +81,7 @@ mod tests {
         let y = [0.5, 0.1, 0.9, 0.3, 0.2];
         let fit = |skip: Option<usize>| {
             let kept: Vec<usize> = (0..5).filter(|&i| Some(i) != skip).collect();
-            let mut columns = Columns::new(kept.iter().map(|&i| y[i]).collect());
+            let mut columns = Columns::new(kept.iter().map(|&i| y[i]).collect(), 2);
             assert!(columns.add(kept.iter().map(|_| 1.0)));
             assert!(columns.add(kept.iter().map(|&i| x[i])));
             columns
@@ -93,7 +95,7 @@ mod tests {
 
     #[test]
     fn dependent_columns_are_refused() {
-        let mut columns = Columns::new(vec![1.0, 2.0, 3.0]);
+        let mut columns = Columns::new(vec![1.0, 2.0, 3.0], 2);
         assert!(columns.add([1.0; 3].into_iter()));
         assert!(!columns.add([2.0; 3].into_iter()));
     }

@@ -15,7 +15,7 @@
 //!   the base lattice, points of surfaces on the edges of cells, patches of cells, their continuation
 //!   through faces;
 //! * `polynomial`, `pieces`: G within each region;
-//! * `crossings`, `beam`, `rays`, `raster`: lines of sight, pixels and their errors;
+//! * `crossings`, `beam`, `rays`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `attempt`: all of it, with the decision.
 
 mod columns;
@@ -37,6 +37,7 @@ mod pieces;
 mod crossings;
 mod beam;
 mod rays;
+mod pixel;
 mod raster;
 mod verification;
 mod attempt;

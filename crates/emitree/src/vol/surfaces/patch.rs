@@ -227,7 +227,7 @@ impl Patch {
         let is_near = |i: usize| i < 3 || points[i].distance < 0.5 * reach;
         let near: Vec<usize> = (0..points.len()).filter(|&i| is_near(i)).collect();
         let weighted = local.iter().zip(&weights).map(|(at, weight)| at[2] * weight);
-        let mut columns = Columns::new(weighted.collect());
+        let mut columns = Columns::new(weighted.collect(), TERMS);
         let powers: Vec<[[f64; DEGREE + 1]; 2]> =
             local.iter().map(|at| [powers(at[0]), powers(at[1])]).collect();
         let mut best: Option<(Self, f64)> = None;

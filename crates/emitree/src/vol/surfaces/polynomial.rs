@@ -54,7 +54,8 @@ impl Polynomial {
         if samples.is_empty() {
             return best;
         }
-        let mut columns = Columns::new(samples.iter().map(|(_, rate)| *rate).collect());
+        let mut columns =
+            Columns::new(samples.iter().map(|(_, rate)| *rate).collect(), TERMS[DEGREE]);
         let rows: Vec<Vec<f64>> = samples.iter().map(|(at, _)| best.terms(*at).collect()).collect();
         let mut term = 0;
         best.error = f64::INFINITY;

@@ -6,7 +6,8 @@ use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::beam::Beam;
 use crate::vol::surfaces::octree::Octree;
 use crate::vol::surfaces::pieces::Pieces;
-use crate::vol::surfaces::rays::{LineIntegral, Ray};
+use crate::vol::surfaces::pixel::{KnownLines, Pixel};
+use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
 use crate::vol::tuning::TUNING;
 
 /// The places of two Gauss nodes, for the first lines of each pixel.
@@ -39,43 +40,35 @@ pub(super) struct Model {
 
 impl Model {
     /// The place in the grid of a place of the image, in pixels.
-    fn place(&self, aim: &Aim<'_>, [column, row]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn place(&self, aim: &Aim<'_>, [column, row]: [f64; 2]) -> [f64; 2] {
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         let edges = self.tree.grid.edges;
         [column / width as f64 * edges[0], row / height as f64 * edges[1]]
     }
 
-    /// The integral of the line at a place of the image, in pixels.
-    fn line(&self, aim: &Aim<'_>, at: [f64; 2]) -> LineIntegral {
-        let xy = self.place(aim, at);
-        Ray::new(&self.tree, xy).integral(&self.pieces, xy, self.tree.grid.edges[2])
+    /// The integral of segments of a line at a place of the grid, with the error of its surfaces.
+    pub(super) fn integral(
+        &self,
+        xy: [f64; 2],
+        segments: impl Iterator<Item = Segment>,
+        error: f64,
+    ) -> LineIntegral {
+        let mut sum = [0.0, error];
+        for segment in segments {
+            if let Some(of) = self.pieces.get(usize::from(segment.label)).and_then(Option::as_ref) {
+                let [value, error] = of.integral(xy, segment.ends);
+                sum = [sum[0] + value, sum[1] + error];
+            }
+        }
+        let [value, error] = sum.map(|of| of / self.tree.grid.edges[2]);
+        LineIntegral { value, error }
     }
 
     /// The lines of a pixel.
-    fn beam(&self, aim: &Aim<'_>, pixel: usize) -> Beam<'_> {
-        let [column, row] = corner(aim, pixel);
+    pub(super) fn beam(&self, aim: &Aim<'_>, pixel: usize) -> Beam<'_> {
+        let [column, row] = aim.corner(pixel);
         let corners = [[column, row], [column + 1.0, row + 1.0]];
         Beam::new(&self.tree, corners.map(|at| self.place(aim, at)))
-    }
-
-    /// The mean over lines of a pixel, at places from 0 to 1 in it.
-    fn mean(
-        &self,
-        aim: &Aim<'_>,
-        (pixel, beam, ray): (usize, &Beam<'_>, &mut Ray),
-        places: impl Iterator<Item = [f64; 2]>,
-    ) -> LineIntegral {
-        let [column, row] = corner(aim, pixel);
-        let (mut sum, mut count) = (LineIntegral::default(), 0.0);
-        for [u, v] in places {
-            let xy = self.place(aim, [column + u, row + v]);
-            ray.follow(beam, xy);
-            let line = ray.integral(&self.pieces, xy, self.tree.grid.edges[2]);
-            sum.value += line.value;
-            sum.error += line.error;
-            count += 1.0;
-        }
-        LineIntegral { value: sum.value / count, error: sum.error / count }
     }
 
     /// G at a point of the grid.
@@ -93,7 +86,7 @@ impl Model {
         let from = TUNING.surfaces.improved_from * aim.target;
         let mut ray = Ray::default();
         for (pixel, _) in errors.filter(|(_, error)| **error > from) {
-            let ([column, row], beam) = (corner(aim, pixel), self.beam(aim, pixel));
+            let ([column, row], beam) = (aim.corner(pixel), self.beam(aim, pixel));
             for k in 0..9 {
                 let [u, v] = fibonacci(k, 13);
                 let at = [column + u, row + v];
@@ -116,15 +109,18 @@ impl Model {
     }
 
     /// The image with its error, in the unit of the image.
-    pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64) -> Maps {
+    pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64, known: &mut KnownLines) -> Maps {
         let lines = if tolerance < FINE_BELOW { FINE_LINES } else { LINES };
+        known.keep_unchanged(&self.tree, aim, lines[0] + lines[1]);
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         // Lines at the corners of pixels, which neighbours share: an edge of the image may be parallel to the
         // border of a pixel, between this border and all other lines.
         let corners: Vec<usize> = (0..(height + 1) * (width + 1)).collect();
         let corner = |&number: &usize| {
             let (row, column) = (number / (width + 1), number % (width + 1));
-            self.line(aim, [column as f64, row as f64]).value
+            let xy = self.place(aim, [column as f64, row as f64]);
+            let ray = Ray::new(&self.tree, xy);
+            self.integral(xy, ray.segments.iter().copied(), ray.error_of_surfaces()).value
         };
         let corners: Vec<f64> = corners.par_iter().map(corner).collect();
         let of_corners = |pixel: usize| {
@@ -132,17 +128,15 @@ impl Model {
             let below = first + width + 1;
             0.25 * (corners[first] + corners[first + 1] + corners[below] + corners[below + 1])
         };
-        let pixels: Vec<usize> = (0..height * width).collect();
-        let first = pixels.par_iter().map(|&pixel| {
+        let first = known.first.par_iter_mut().enumerate().map(|(pixel, lines)| {
             if aim.scale.pixels()[pixel] == 0.0 {
                 return (LineIntegral::default(), false);
             }
-            let (beam, mut ray) = (self.beam(aim, pixel), Ray::default());
+            let mut of = Pixel::new(self, aim, pixel, lines);
             let gauss = (0..4).map(|k| [GAUSS[k % 2], GAUSS[k / 2]]);
             let other = (0..5).map(|k| fibonacci(k, 5));
-            let line = self.mean(aim, (pixel, &beam, &mut ray), gauss);
-            let check = self.mean(aim, (pixel, &beam, &mut ray), other);
-            let middle = self.mean(aim, (pixel, &beam, &mut ray), [[0.5; 2]].into_iter());
+            let (line, check) = (of.mean(gauss), of.mean(other));
+            let middle = of.mean([[0.5; 2]].into_iter());
             let allowed = SPREAD * aim.target / aim.scale.pixels()[pixel];
             // Simpson's rule.
             let outer = 2.0 / 3.0 * middle.value + 1.0 / 3.0 * of_corners(pixel);
@@ -158,15 +152,12 @@ impl Model {
                 columns.into_iter().any(|column| first[row * width + column].1)
             })
         };
-        let all = pixels.par_iter().map(|&pixel| {
+        let all = known.lattices.par_iter_mut().enumerate().map(|(pixel, known)| {
             if !is_rough(pixel) || aim.scale.pixels()[pixel] == 0.0 {
                 return first[pixel].0;
             }
-            let (beam, mut ray) = (self.beam(aim, pixel), Ray::default());
-            let mut of = |count: usize| {
-                let places = (0..count).map(|k| fibonacci(k, count));
-                self.mean(aim, (pixel, &beam, &mut ray), places)
-            };
+            let mut pixel_lines = Pixel::new(self, aim, pixel, known);
+            let mut of = |count: usize| pixel_lines.mean((0..count).map(|k| fibonacci(k, count)));
             let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
             let mut before = of(lines[0]);
             for count in &lines[1..] {
@@ -188,12 +179,6 @@ impl Model {
         }
         Maps { image, error }
     }
-}
-
-/// The place of the first corner of a pixel, in pixels.
-fn corner(aim: &Aim<'_>, pixel: usize) -> [f64; 2] {
-    let width = aim.scale.width();
-    [(pixel % width) as f64, (pixel / width) as f64]
 }
 
 /// Point `k` of the Fibonacci lattice of `count` points, in the middle of its shares.

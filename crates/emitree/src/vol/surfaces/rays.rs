@@ -4,7 +4,6 @@ use crate::vol::surfaces::beam::{Beam, Content};
 use crate::vol::surfaces::crossings::find_crossings;
 use crate::vol::surfaces::octree::{Facet, Label, Octree, region};
 use crate::vol::surfaces::patch::Patch;
-use crate::vol::surfaces::pieces::Pieces;
 use crate::vol::tuning::TUNING;
 
 /// A part of a line in one region.
@@ -111,24 +110,10 @@ impl Ray {
         self.crossings.push([at[2], facet.jump * along, along]);
     }
 
-    /// The integral of the pieces along the line, over the canonical depth.
-    pub(super) fn integral(
-        &self,
-        pieces: &[Option<Pieces>],
-        xy: [f64; 2],
-        depth: f64,
-    ) -> LineIntegral {
-        let mut sum = [0.0, self.unresolved];
-        // The errors of patches are independent of each other.
+    /// The error of the integral due to the surfaces, whose own errors are independent of each other.
+    pub(super) fn error_of_surfaces(&self) -> f64 {
         let squares: f64 = self.crossings.iter().map(|[_, error, _]| error * error).sum();
-        sum[1] += TUNING.surfaces.crossing_margin * squares.sqrt();
-        for segment in &self.segments {
-            if let Some(of) = pieces.get(usize::from(segment.label)).and_then(Option::as_ref) {
-                let [value, error] = of.integral(xy, segment.ends);
-                sum = [sum[0] + value, sum[1] + error];
-            }
-        }
-        LineIntegral { value: sum[0] / depth, error: sum[1] / depth }
+        self.unresolved + TUNING.surfaces.crossing_margin * squares.sqrt()
     }
 }
 

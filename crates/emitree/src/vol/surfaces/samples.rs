@@ -228,7 +228,7 @@ impl Samples {
         }
         let root = |distance: f64| weight(distance).sqrt();
         let mut columns =
-            Columns::new(own.iter().map(|&(d, i)| root(d) * (of(i) - mean)).collect());
+            Columns::new(own.iter().map(|&(d, i)| root(d) * (of(i) - mean)).collect(), 4);
         let one = columns.add(own.iter().map(|&(distance, _)| root(distance)));
         let slopes = (0..3).all(|axis| {
             let along = |i: usize| (self.all[i].at[axis] - at[axis]) / scale;
