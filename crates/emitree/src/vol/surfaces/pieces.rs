@@ -1,5 +1,6 @@
 //! G within each region: a tree of boxes, each with a polynomial of total degree 4 or less.
 
+use crate::parallel::prelude::*;
 use crate::projection::vector::{difference, norm};
 use crate::vol::lattice;
 use crate::vol::surfaces::octree::{Label, Octree};
@@ -123,13 +124,22 @@ impl Search<'_> {
             // One batch for all boxes of a level.
             let (mut wanted, mut numbers) = (Vec::new(), Vec::new());
             let mut plans = Vec::new();
-            for of in open {
-                let candidates = candidates(&of, &clearance);
+            let outline = |of: &OpenBox| {
+                let candidates = candidates(of, &clearance);
                 if candidates.len() < FEW {
-                    nodes[of.node] = self.continued(&of, label).into();
-                    continue;
+                    return Err(Node::from(self.continued(of, label)));
                 }
-                let plan = self.plan(&of, &candidates);
+                Ok(self.plan(of, &candidates))
+            };
+            let outlines: Vec<Result<Plan, Node>> = open.par_iter().map(outline).collect();
+            for (of, outline) in open.into_iter().zip(outlines) {
+                let plan = match outline {
+                    Ok(plan) => plan,
+                    Err(continued) => {
+                        nodes[of.node] = continued;
+                        continue;
+                    }
+                };
                 wanted.extend(plan.new.iter().chain(&plan.checks).copied());
                 plans.push((of, plan));
             }

@@ -7,8 +7,8 @@ use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree};
 use crate::vol::surfaces::raster::Model;
 use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
 
-/// The most lines that are kept for the next image, about: 100 MB.
-const MOST_KEPT: usize = 1 << 20;
+/// The most lines that are kept for the next image, about: 80 MB.
+const MOST_KEPT: usize = 3 << 18;
 
 /// The distance between leaves and pixels that both are at a line, in views.
 const BESIDE: f64 = 1e-9;
