@@ -33,6 +33,12 @@ impl Aim<'_> {
         row * width + column
     }
 
+    /// The first corner of a pixel, in pixels.
+    pub(super) fn corner(&self, pixel: usize) -> [f64; 2] {
+        let width = self.scale.width();
+        [(pixel % width) as f64, (pixel / width) as f64]
+    }
+
     /// The error allowed in ∫ G dz of a line; infinite where there is no image.
     pub(super) fn of_line(&self, xy: [f64; 2]) -> f64 {
         let scale = self.scale.pixels().get(self.pixel(xy)).copied().unwrap_or(0.0);

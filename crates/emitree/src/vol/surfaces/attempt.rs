@@ -7,6 +7,7 @@ use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::octree::{Cell, Grid, HIDDEN};
+use crate::vol::surfaces::pixel::KnownLines;
 use crate::vol::surfaces::raster::{Maps, Model};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::surfaces::search::{Failure, Search};
@@ -71,9 +72,10 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     search.find_regions(start).await?;
     search.run().await?;
     let (mut rounds, mut improvements) = (0, 0);
+    let mut lines = KnownLines::default();
     let maps = loop {
         let model = model(&mut search).await?;
-        let maps = model.maps(&search.aim, tolerance);
+        let maps = model.maps(&search.aim, tolerance, &mut lines);
         search.aim.target = tolerance * maps.image.largest();
         if maps.error.largest() > TUNING.surfaces.accepted_share * search.aim.target {
             improvements += 1;

@@ -9,46 +9,57 @@ const LEAST_INDEPENDENCE: f64 = 0.05;
 
 /// Orthonormal columns, and the residuals of values after them.
 pub(super) struct Columns {
-    columns: Vec<Vec<f64>>,
-    /// For each column its combination of the orthonormal ones.
-    upper: Vec<Vec<f64>>,
+    /// All columns after each other.
+    columns: Vec<f64>,
+    /// For each column its combination of the orthonormal ones, after each other: one entry more for
+    /// each.
+    upper: Vec<f64>,
     /// The components of the values along the columns.
     components: Vec<f64>,
     residuals: Residuals,
 }
 
 impl Columns {
-    /// No columns, for values that are weighted already.
-    pub(super) fn new(values: Vec<f64>) -> Self {
-        let (columns, upper, components) = (Vec::new(), Vec::new(), Vec::new());
+    /// No columns, with room for so many, for values that are weighted already.
+    pub(super) fn new(values: Vec<f64>, most: usize) -> Self {
+        let columns = Vec::with_capacity(most * values.len());
+        let upper = Vec::with_capacity(most * (most + 1) / 2);
+        let components = Vec::with_capacity(most);
         Self { columns, upper, components, residuals: Residuals::new(values) }
     }
 
     /// Adds a column. Returns whether it is independent of the former ones.
-    pub(super) fn add(&mut self, mut column: Vec<f64>) -> bool {
-        let mut of_column = vec![0.0; self.columns.len()];
-        let others = self.columns.iter().map(Vec::as_slice);
-        let across =
-            orthonormalise(&mut column, others, LEAST_INDEPENDENT_PART, |other, common| {
-                of_column[other] += common;
-            });
-        let Some(across) = across else { return false };
-        of_column.push(across);
-        let component = self.residuals.fit(&column);
-        self.columns.push(column);
-        self.upper.push(of_column);
-        self.components.push(component);
+    pub(super) fn add(&mut self, column: impl Iterator<Item = f64>) -> bool {
+        let (former, first) = (self.columns.len(), self.upper.len());
+        self.columns.extend(column);
+        self.upper.resize(first + self.components.len(), 0.0);
+        let (others, column) = self.columns.split_at_mut(former);
+        let of_column = &mut self.upper[first..];
+        let others = others.chunks_exact(column.len().max(1));
+        let across = orthonormalise(column, others, LEAST_INDEPENDENT_PART, |other, common| {
+            of_column[other] += common;
+        });
+        let Some(across) = across else {
+            self.columns.truncate(former);
+            self.upper.truncate(first);
+            return false;
+        };
+        self.upper.push(across);
+        self.components.push(self.residuals.fit(column));
         true
     }
 
     /// The coefficients of the columns as they were added.
     pub(super) fn coefficients(&self) -> Vec<f64> {
         let mut coefficients = self.components.clone();
+        let mut first = self.upper.len();
         for k in (0..coefficients.len()).rev() {
-            coefficients[k] /= self.upper[k][k];
+            first -= k + 1;
+            let of_column = &self.upper[first..=first + k];
+            coefficients[k] /= of_column[k];
             let own = coefficients[k];
-            for (j, of_column) in self.upper[k][..k].iter().enumerate() {
-                coefficients[j] -= own * of_column;
+            for (coefficient, of_column) in coefficients[..k].iter_mut().zip(of_column) {
+                *coefficient -= own * of_column;
             }
         }
         coefficients
@@ -70,9 +81,9 @@ mod tests {
         let y = [0.5, 0.1, 0.9, 0.3, 0.2];
         let fit = |skip: Option<usize>| {
             let kept: Vec<usize> = (0..5).filter(|&i| Some(i) != skip).collect();
-            let mut columns = Columns::new(kept.iter().map(|&i| y[i]).collect());
-            assert!(columns.add(vec![1.0; kept.len()]));
-            assert!(columns.add(kept.iter().map(|&i| x[i]).collect()));
+            let mut columns = Columns::new(kept.iter().map(|&i| y[i]).collect(), 2);
+            assert!(columns.add(kept.iter().map(|_| 1.0)));
+            assert!(columns.add(kept.iter().map(|&i| x[i])));
             columns
         };
         let all = fit(None);
@@ -84,8 +95,8 @@ mod tests {
 
     #[test]
     fn dependent_columns_are_refused() {
-        let mut columns = Columns::new(vec![1.0, 2.0, 3.0]);
-        assert!(columns.add(vec![1.0, 1.0, 1.0]));
-        assert!(!columns.add(vec![2.0, 2.0, 2.0]));
+        let mut columns = Columns::new(vec![1.0, 2.0, 3.0], 2);
+        assert!(columns.add([1.0; 3].into_iter()));
+        assert!(!columns.add([2.0; 3].into_iter()));
     }
 }

@@ -209,15 +209,12 @@ impl Search<'_> {
             }
         }
         let index = PointIndex::new(self, size);
-        let mut numbers: Vec<usize> = poked.keys().copied().collect();
-        numbers.sort_unstable();
-        for &number in &numbers {
-            let Some(facet) = poked.get(&number) else { continue };
-            let cell = &mut uncut[number];
+        uncut.par_iter_mut().enumerate().for_each(|(number, cell)| {
+            let Some(facet) = poked.get(&number) else { return };
             cell.guess.facets = Some([facet.clone()].into());
             let labels = [facet.below.min(facet.above), facet.below.max(facet.above)];
             self.fit(&index, cell, &labels);
-        }
+        });
         let all = core::mem::take(uncut);
         for cell in all {
             let own = self.own_label(&cell);

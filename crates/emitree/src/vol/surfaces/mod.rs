@@ -5,7 +5,7 @@
 //! in coordinates in which the cells are about cubes; G is represented by polynomials beside them; and
 //! the image follows from both without further evaluations.
 //!
-//! * `columns`: least squares with leave-one-out errors;
+//! * `columns`, `nearest`: least squares with leave-one-out errors, and what they are fitted to;
 //! * `patch`: heights over a tangent plane; `wall`: patches that meet; `octree`: leaves with walls
 //!   between regions;
 //! * `samples`: samples of G, and the regions that their values belong to;
@@ -17,10 +17,11 @@
 //!   the base lattice, points of surfaces on the edges of cells, patches of cells, their continuation
 //!   through faces;
 //! * `polynomial`, `pieces`: G within each region;
-//! * `crossings`, `rays`, `raster`: lines of sight, pixels and their errors;
+//! * `crossings`, `beam`, `rays`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `attempt`: all of it, with the decision.
 
 mod columns;
+mod nearest;
 mod patch;
 mod wall;
 mod octree;
@@ -39,7 +40,9 @@ mod faces;
 mod polynomial;
 mod pieces;
 mod crossings;
+mod beam;
 mod rays;
+mod pixel;
 mod raster;
 mod verification;
 mod attempt;

@@ -113,6 +113,17 @@ pub(super) fn is_ambiguous(facets: &[Facet], at: [f64; 3]) -> bool {
     depths(facets, at).filter(|(_, depth)| *depth > most).count() > 1
 }
 
+/// The region of a point, if it is on the sides that no other region has: it is that of all points on
+/// the same sides of all patches.
+pub(super) fn one_region(facets: &[Facet], at: [f64; 3]) -> Option<Label> {
+    if let [_] = facets {
+        return Some(region(facets, at).0);
+    }
+    let mut inside = depths(facets, at).filter(|(_, depth)| *depth > 0.0);
+    let (label, _) = inside.next()?;
+    inside.next().is_none().then_some(label)
+}
+
 /// For each region its least distance from a point on its own side of a patch that bounds it: below 0
 /// outside of it.
 fn depths(facets: &[Facet], at: [f64; 3]) -> impl Iterator<Item = (Label, f64)> + '_ {
@@ -166,6 +177,30 @@ impl Grid {
     /// The centre of a cell.
     pub(super) fn centre(&self, (level, at): Cell) -> [f64; 3] {
         self.point(level, at.map(|k| f64::from(k) + 0.5))
+    }
+
+    /// The x and y of a line, in base cells.
+    pub(super) fn places(&self, xy: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|k| self.place(k, xy[k]))
+    }
+
+    /// A place along an axis, in base cells.
+    fn place(&self, axis: usize, at: f64) -> f64 {
+        at / self.edges[axis] * f64::from(self.base[axis])
+    }
+
+    /// The places of the lines through a cell: from the first on, and before the second.
+    pub(super) fn places_of_lines(&self, (level, at): Cell) -> [[f64; 2]; 2] {
+        [0, 1].map(|k| {
+            let [low, high] = [at[k], at[k] + 1];
+            let of = |at: u32| f64::from(at) / f64::from(1_u32 << level);
+            // Lines beyond the view are those of the cells at its ends.
+            let is_last = high == self.base[k] << level;
+            [
+                if low == 0 { f64::NEG_INFINITY } else { of(low) },
+                if is_last { f64::INFINITY } else { of(high) },
+            ]
+        })
     }
 
     /// The cell of a level at a point.
@@ -259,7 +294,7 @@ impl Octree {
         let mut places = [0.0; 3];
         let mut cell = [0; 3];
         for k in 0..3 {
-            let along = at[k] / self.grid.edges[k] * f64::from(self.grid.base[k]);
+            let along = self.grid.place(k, at[k]);
             cell[k] = floor(along).min(self.grid.base[k] - 1);
             places[k] = along - f64::from(cell[k]);
         }
@@ -276,6 +311,42 @@ impl Octree {
             node = self.nodes[node][child] as usize;
         }
         self.nodes[node][1] as usize
+    }
+
+    /// The numbers of the leaves that the lines between two places pass, those of each line in their order.
+    pub(super) fn passed(&self, [low, high]: [[f64; 2]; 2]) -> Vec<usize> {
+        let [nx, ny, nz] = self.grid.base;
+        let cells =
+            |k: usize, count: u32| floor(low[k]).min(count - 1)..=floor(high[k]).min(count - 1);
+        let mut found = Vec::new();
+        for z in 0..nz {
+            for x in cells(0, nx) {
+                for y in cells(1, ny) {
+                    let node = self.roots[self.root([x, y, z])] as usize;
+                    let from = |ends: [f64; 2]| [ends[0] - f64::from(x), ends[1] - f64::from(y)];
+                    self.add_passed(node, [from(low), from(high)], &mut found);
+                }
+            }
+        }
+        found
+    }
+
+    /// Those below a node, in which places are from 0 to 1.
+    fn add_passed(&self, node: usize, [low, high]: [[f64; 2]; 2], found: &mut Vec<usize>) {
+        let children = &self.nodes[node];
+        if children[0] == LEAF {
+            found.push(children[1] as usize);
+            return;
+        }
+        for (child, next) in children.iter().enumerate() {
+            let half = |k: usize| (child >> k) & 1;
+            let is_passed =
+                (0..2).all(|k| if half(k) == 1 { high[k] >= 0.5 } else { low[k] < 0.5 });
+            if is_passed {
+                let within = |of: [f64; 2]| [0, 1].map(|k| 2.0 * of[k] - half(k) as f64);
+                self.add_passed(*next as usize, [within(low), within(high)], found);
+            }
+        }
     }
 
     /// The leaf at a point.

@@ -37,34 +37,8 @@ impl Patch {
         self.axes.map(|axis| dot(axis, from) / self.scale)
     }
 
-    /// f and its gradient at (u, v).
-    fn height(&self, u: f64, v: f64) -> (f64, [f64; 2]) {
-        let (mut sum, mut gradient, mut k) = (0.0, [0.0; 2], 0);
-        let powers = |x: f64| {
-            let mut powers = [1.0; DEGREE + 1];
-            (1..=DEGREE).for_each(|n| powers[n] = powers[n - 1] * x);
-            powers
-        };
-        let (us, vs) = (powers(u), powers(v));
-        for n in 0..=self.degree {
-            for j in 0..=n {
-                let (c, i) = (self.coefficients[k], n - j);
-                sum += c * us[i] * vs[j];
-                if i > 0 {
-                    gradient[0] += c * i as f64 * us[i - 1] * vs[j];
-                }
-                if j > 0 {
-                    gradient[1] += c * j as f64 * us[i] * vs[j - 1];
-                }
-                k += 1;
-            }
-        }
-        (sum, gradient)
-    }
-
-    /// The height of a point above the surface along w: above 0 on the upper side.
-    pub(super) fn above(&self, at: [f64; 3]) -> f64 {
-        let [u, v, w] = self.local(at);
+    /// f at (u, v).
+    fn height(&self, u: f64, v: f64) -> f64 {
         let c = &self.coefficients;
         let (uu, vv, uv) = (u * u, v * v, u * v);
         let mut height = c[0] + c[1] * u + c[2] * v;
@@ -77,7 +51,95 @@ impl Patch {
         if self.degree >= 4 {
             height += uu * (c[10] * uu + c[11] * uv + c[12] * vv) + vv * (c[13] * uv + c[14] * vv);
         }
-        (w - height) * self.scale
+        height
+    }
+
+    /// The gradient of f at (u, v).
+    fn gradient(&self, u: f64, v: f64) -> [f64; 2] {
+        let c = &self.coefficients;
+        let (uu, vv) = (u * u, v * v);
+        let [mut of_u, mut of_v] = [c[1], c[2]];
+        if self.degree >= 2 {
+            of_u = of_u + c[3] * 2.0 * u + c[4] * v;
+            of_v = of_v + c[4] * u + c[5] * 2.0 * v;
+        }
+        if self.degree >= 3 {
+            of_u = of_u + c[6] * 3.0 * uu + c[7] * 2.0 * u * v + c[8] * vv;
+            of_v = of_v + c[7] * uu + c[8] * 2.0 * u * v + c[9] * 3.0 * vv;
+        }
+        if self.degree >= 4 {
+            let (uuu, vvv) = (uu * u, vv * v);
+            of_u = of_u + c[10] * 4.0 * uuu + c[11] * 3.0 * uu * v;
+            of_u = of_u + c[12] * 2.0 * u * vv + c[13] * vvv;
+            of_v = of_v + c[11] * uuu + c[12] * 2.0 * uu * v;
+            of_v = of_v + c[13] * 3.0 * u * vv + c[14] * 4.0 * vvv;
+        }
+        [of_u, of_v]
+    }
+
+    /// The height of a point above the surface along w: above 0 on the upper side.
+    pub(super) fn above(&self, at: [f64; 3]) -> f64 {
+        let [u, v, w] = self.local(at);
+        (w - self.height(u, v)) * self.scale
+    }
+
+    /// The height above the surface on the line along z through a point, as a polynomial: its coefficients
+    /// of the powers of the distance from there.
+    pub(super) fn above_along_z(&self, from: [f64; 3]) -> [f64; DEGREE + 1] {
+        let [u, v, w] = self.local(from);
+        let [du, dv, dw] = self.axes.map(|axis| axis[2] / self.scale);
+        let c = &self.coefficients;
+        let mut height = [c[0] + c[1] * u + c[2] * v, c[1] * du + c[2] * dv, 0.0, 0.0, 0.0];
+        let mut add = |terms: &[f64]| height.iter_mut().zip(terms).for_each(|(to, of)| *to += of);
+        let product = |[a, da]: [f64; 2], [b, db]: [f64; 2]| [a * b, a * db + da * b, da * db];
+        let (u, v) = ([u, du], [v, dv]);
+        let (uu, uv, vv) = (product(u, u), product(u, v), product(v, v));
+        let sum = |a: f64, b: f64, c: f64| [0, 1, 2].map(|k| a * uu[k] + b * uv[k] + c * vv[k]);
+        if self.degree >= 2 {
+            add(&sum(c[3], c[4], c[5]));
+        }
+        if self.degree >= 3 {
+            let times = |[a, da]: [f64; 2], [b, db, ddb]: [f64; 3]| {
+                [a * b, a * db + da * b, a * ddb + da * db, da * ddb]
+            };
+            add(&times(u, sum(c[6], c[7], c[8])));
+            add(&times(v, sum(0.0, 0.0, c[9])));
+        }
+        if self.degree >= 4 {
+            let times = |a: [f64; 3], b: [f64; 3]| {
+                let middle = a[0] * b[2] + a[1] * b[1] + a[2] * b[0];
+                let [first, last] = [a[0] * b[1] + a[1] * b[0], a[1] * b[2] + a[2] * b[1]];
+                [a[0] * b[0], first, middle, last, a[2] * b[2]]
+            };
+            add(&times(uu, sum(c[10], c[11], c[12])));
+            add(&times(vv, sum(0.0, c[13], c[14])));
+        }
+        let [first, second, ..] = height;
+        height = height.map(|of| -of * self.scale);
+        height[0] = (w - first) * self.scale;
+        height[1] = (dw - second) * self.scale;
+        height
+    }
+
+    /// Whether all points of a box, of which two corners are given, are on one side, by a bound: most
+    /// boxes beside the surface are found to be, not all.
+    pub(super) fn is_on_one_side(&self, [low, high]: [[f64; 3]; 2]) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let middle = core::array::from_fn(|k| 0.5 * (low[k] + high[k]));
+        let reach = |direction: [f64; 3]| -> f64 {
+            (0..3).map(|k| 0.5 * (high[k] - low[k]) * direction[k].abs()).sum()
+        };
+        let [u, v, _] = self.local(middle);
+        let [fu, fv] = self.gradient(u, v);
+        let slope = along(along(self.axes[2], -fu, self.axes[0]), -fv, self.axes[1]);
+        // Taylor's remainder of second order is at most that of the polynomial with |coefficients|.
+        let most = Self { coefficients: self.coefficients.map(f64::abs), ..*self };
+        let [du, dv] = [0, 1].map(|k| reach(self.axes[k]) / self.scale);
+        let (u, v) = (u.abs(), v.abs());
+        let [mu, mv] = most.gradient(u, v);
+        let rest = most.height(u + du, v + dv) - most.height(u, v) - mu * du - mv * dv;
+        self.above(middle).abs()
+            > (1.0 + ROUNDING) * (reach(slope) + rest * self.scale) + ROUNDING * self.scale
     }
 
     /// The point of the surface below or above a point along w.
@@ -88,7 +150,7 @@ impl Patch {
     /// The unit normal, towards the upper side, where a line along w through a point meets the surface.
     pub(super) fn normal(&self, at: [f64; 3]) -> [f64; 3] {
         let [u, v, _] = self.local(at);
-        let (_, [fu, fv]) = self.height(u, v);
+        let [fu, fv] = self.gradient(u, v);
         let normal = along(along(self.axes[2], -fu, self.axes[0]), -fv, self.axes[1]);
         unit(normal).unwrap_or(self.axes[2])
     }
@@ -165,7 +227,9 @@ impl Patch {
         let is_near = |i: usize| i < 3 || points[i].distance < 0.5 * reach;
         let near: Vec<usize> = (0..points.len()).filter(|&i| is_near(i)).collect();
         let weighted = local.iter().zip(&weights).map(|(at, weight)| at[2] * weight);
-        let mut columns = Columns::new(weighted.collect());
+        let mut columns = Columns::new(weighted.collect(), TERMS);
+        let powers: Vec<[[f64; DEGREE + 1]; 2]> =
+            local.iter().map(|at| [powers(at[0]), powers(at[1])]).collect();
         let mut best: Option<(Self, f64)> = None;
         'degrees: for degree in 0..=DEGREE {
             let terms = (degree + 1) * (degree + 2) / 2;
@@ -173,10 +237,9 @@ impl Patch {
                 break;
             }
             for j in 0..=degree {
-                let power =
-                    |at: &[f64; 3]| at[0].powi(exponent(degree - j)) * at[1].powi(exponent(j));
-                let column = local.iter().zip(&weights).map(|(at, weight)| power(at) * weight);
-                if !columns.add(column.collect()) {
+                let power = |[u, v]: &[[f64; DEGREE + 1]; 2]| u[degree - j] * v[j];
+                let column = powers.iter().zip(&weights).map(|(at, weight)| power(at) * weight);
+                if !columns.add(column) {
                     break 'degrees;
                 }
             }
@@ -211,8 +274,10 @@ pub(super) fn is_oriented(point: &FitPoint, normal: [f64; 3], tilt: f64) -> bool
     upward > -tilt
 }
 
-fn exponent(power: usize) -> i32 {
-    i32::try_from(power).unwrap_or(0)
+/// The powers of a number.
+fn powers(x: f64) -> [f64; DEGREE + 1] {
+    let square = x * x;
+    [1.0, x, square, x * square, square * square]
 }
 
 #[cfg(test)]

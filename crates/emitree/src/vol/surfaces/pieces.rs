@@ -1,5 +1,6 @@
 //! G within each region: a tree of boxes, each with a polynomial of total degree 4 or less.
 
+use crate::parallel::prelude::*;
 use crate::projection::vector::{difference, norm};
 use crate::vol::lattice;
 use crate::vol::surfaces::octree::{Label, Octree};
@@ -14,8 +15,14 @@ const FEW: usize = 8;
 /// A box with a polynomial, or two halves.
 #[derive(Clone, Debug)]
 enum Node {
-    Polynomial(Polynomial),
+    Polynomial(Box<Polynomial>),
     Halves { axis: usize, at: f64, below: usize, above: usize },
+}
+
+impl From<Polynomial> for Node {
+    fn from(polynomial: Polynomial) -> Self {
+        Self::Polynomial(Box::new(polynomial))
+    }
 }
 
 /// The tree of one region.
@@ -29,7 +36,8 @@ impl Pieces {
     #[cfg(test)]
     pub(super) fn constant(value: f64) -> Self {
         let samples = [([0.25; 3], value), ([0.75; 3], value)];
-        Self { nodes: vec![Node::Polynomial(Polynomial::fit([0.0; 3], [1.0; 3], &samples))] }
+        let polynomial = Polynomial::fit([0.0; 3], [1.0; 3], &samples);
+        Self { nodes: vec![polynomial.into()] }
     }
 
     /// The polynomial at a point.
@@ -106,19 +114,28 @@ impl Search<'_> {
             level: 0,
             samples: known.collect(),
         };
-        let mut nodes = vec![Node::Polynomial(first.zero())];
+        let mut nodes: Vec<Node> = vec![first.zero().into()];
         let mut open = vec![first];
         while !open.is_empty() {
             // One batch for all boxes of a level.
             let (mut wanted, mut numbers) = (Vec::new(), Vec::new());
             let mut plans = Vec::new();
-            for of in open {
-                let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
+            let outline = |of: &OpenBox| {
+                let candidates = candidates(of, &|at| self.is_well_inside(tree, label, at));
                 if candidates.len() < FEW {
-                    nodes[of.node] = Node::Polynomial(self.continued(&of, label));
-                    continue;
+                    return Err(Node::from(self.continued(of, label)));
                 }
-                let plan = self.plan(&of, &candidates);
+                Ok(self.plan(of, &candidates))
+            };
+            let outlines: Vec<Result<Plan, Node>> = open.par_iter().map(outline).collect();
+            for (of, outline) in open.into_iter().zip(outlines) {
+                let plan = match outline {
+                    Ok(plan) => plan,
+                    Err(continued) => {
+                        nodes[of.node] = continued;
+                        continue;
+                    }
+                };
                 wanted.extend(plan.new.iter().chain(&plan.checks).copied());
                 plans.push((of, plan));
             }
@@ -144,7 +161,7 @@ impl Search<'_> {
                 let is_good = polynomial.error <= allowed && worst <= 2.0 * allowed;
                 if is_good || of.level >= TUNING.surfaces.piece_levels {
                     polynomial.error = polynomial.error.max(0.5 * worst);
-                    nodes[of.node] = Node::Polynomial(polynomial);
+                    nodes[of.node] = polynomial.into();
                     continue;
                 }
                 let all: Vec<usize> =
@@ -164,7 +181,7 @@ impl Search<'_> {
                     OpenBox { node, low, high, level: of.level + 1, samples }
                 });
                 let [below, above] = [0, 1].map(|half| nodes.len() + half);
-                nodes.extend(halves.each_ref().map(|half| Node::Polynomial(half.zero())));
+                nodes.extend(halves.each_ref().map(|half| Node::from(half.zero())));
                 nodes[of.node] = Node::Halves { axis, at, below, above };
                 next.extend(halves);
             }

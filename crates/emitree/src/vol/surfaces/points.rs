@@ -1,6 +1,7 @@
 //! The points of surfaces by pairs of regions and by places.
 
 use crate::projection::vector::{difference, norm};
+use crate::vol::surfaces::nearest::keep_nearest;
 use crate::vol::surfaces::octree::Label;
 use crate::vol::surfaces::patch::FitPoint;
 use crate::vol::surfaces::search::Search;
@@ -38,7 +39,7 @@ impl PointIndex {
         Self { pairs, order, bucket }
     }
 
-    /// The numbers of the points of a pair within some reaches of a place with their distances, the
+    /// The numbers of so many points of a pair within some reaches of a place with their distances, the
     /// nearest first.
     fn numbers(
         &self,
@@ -46,6 +47,7 @@ impl PointIndex {
         pair: (Label, Label),
         at: [f64; 3],
         reaches: i32,
+        count: usize,
     ) -> Vec<(f64, usize)> {
         let Some(of_pair) = self.pairs.get(&pair) else { return Vec::new() };
         let middle = place(at, self.bucket);
@@ -61,7 +63,7 @@ impl PointIndex {
                 }
             }
         }
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        keep_nearest(&mut near, count);
         near
     }
 
@@ -78,8 +80,8 @@ impl PointIndex {
             let is_upward = search.samples.label(point.samples[1]) == pair.1;
             FitPoint { at: point.at, axis: point.axis, is_upward, distance }
         };
-        let near = self.numbers(search, pair, at, reaches);
-        near.into_iter().take(TUNING.surfaces.most_points).map(point).collect()
+        let near = self.numbers(search, pair, at, reaches, TUNING.surfaces.most_points);
+        near.into_iter().map(point).collect()
     }
 
     /// The mean jump, from the first to the second region of a pair, at the points nearest to a place;
@@ -90,8 +92,7 @@ impl PointIndex {
         pair: (Label, Label),
         at: [f64; 3],
     ) -> Option<f64> {
-        let mut near = self.numbers(search, pair, at, 1);
-        near.truncate(4);
+        let near = self.numbers(search, pair, at, 1, 4);
         let jump = |&(_, i): &(f64, usize)| {
             let [a, b] = search.points[i].samples.map(|k| search.samples.get(k));
             let is_upward = search.samples.label(search.points[i].samples[1]) == pair.1;

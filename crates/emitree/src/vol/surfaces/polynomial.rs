@@ -16,7 +16,8 @@ const BEYOND: f64 = 1.15;
 pub(super) struct Polynomial {
     low: [f64; 3],
     high: [f64; 3],
-    coefficients: Vec<f64>,
+    degree: usize,
+    coefficients: [f64; TERMS[DEGREE]],
     /// The expected error.
     pub(super) error: f64,
 }
@@ -36,10 +37,14 @@ fn legendre(t: f64) -> [f64; DEGREE + 1] {
     [1.0, t, 1.5 * s - 0.5, three, (4.375 * s - 3.75) * s + 0.375]
 }
 
+fn dot(a: &[f64; DEGREE + 1], b: &[f64; DEGREE + 1]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 impl Polynomial {
     /// The value 0 in the box between two corners.
     pub(super) fn zero(low: [f64; 3], high: [f64; 3]) -> Self {
-        Self { low, high, coefficients: vec![0.0], error: 0.0 }
+        Self { low, high, degree: 0, coefficients: [0.0; TERMS[DEGREE]], error: 0.0 }
     }
 
     /// The polynomial in the box between two corners that fits points and their rates, of the degree with
@@ -49,16 +54,17 @@ impl Polynomial {
         if samples.is_empty() {
             return best;
         }
-        let mut columns = Columns::new(samples.iter().map(|(_, rate)| *rate).collect());
+        let mut columns =
+            Columns::new(samples.iter().map(|(_, rate)| *rate).collect(), TERMS[DEGREE]);
         let rows: Vec<Vec<f64>> = samples.iter().map(|(at, _)| best.terms(*at).collect()).collect();
         let mut term = 0;
         best.error = f64::INFINITY;
-        for terms in TERMS {
+        for (degree, terms) in TERMS.into_iter().enumerate() {
             if terms > 1 && (samples.len() as f64) < 1.25 * terms as f64 + 1.0 {
                 break;
             }
             while term < terms {
-                if !columns.add(rows.iter().map(|row| row[term]).collect()) {
+                if !columns.add(rows.iter().map(|row| row[term])) {
                     return best;
                 }
                 term += 1;
@@ -67,7 +73,9 @@ impl Polynomial {
             let mean = (0..samples.len()).map(square).sum::<f64>() / samples.len() as f64;
             let error = TUNING.surfaces.piece_margin * mean.sqrt();
             if error < best.error {
-                best = Self { coefficients: columns.coefficients(), error, ..best };
+                best = Self { degree, error, ..best };
+                let of_columns = columns.coefficients();
+                best.coefficients.iter_mut().zip(of_columns).for_each(|(to, of)| *to = of);
             }
         }
         best
@@ -76,49 +84,54 @@ impl Polynomial {
     /// The integral along z from one depth to another.
     pub(super) fn integral(&self, [x, y]: [f64; 2], [from, to]: [f64; 2]) -> f64 {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-        if let [constant] = self.coefficients[..] {
-            return 2.0 * half * constant;
+        if self.degree == 0 {
+            return 2.0 * half * self.coefficients[0];
         }
+        let of_line = self.along_z([x, y]);
         // Three Gauss nodes integrate a polynomial of degree 5.
         let beside = half * 0.6_f64.sqrt();
-        let value = |z: f64| self.value([x, y, z]);
+        let value = |z: f64| dot(&of_line, &legendre(self.local(2, z)));
         let sum = 5.0 * (value(middle - beside) + value(middle + beside));
         half * (sum + 8.0 * value(middle)) / 9.0
     }
 
+    /// The coordinate from −1 to 1 along an axis.
+    fn local(&self, axis: usize, at: f64) -> f64 {
+        let [low, high] = [self.low[axis], self.high[axis]];
+        ((2.0 * at - low - high) / (high - low)).clamp(-BEYOND, BEYOND)
+    }
+
+    /// The coefficients in Legendre polynomials of z on the line at (x, y).
+    fn along_z(&self, [x, y]: [f64; 2]) -> [f64; DEGREE + 1] {
+        let [of_x, of_y] = [legendre(self.local(0, x)), legendre(self.local(1, y))];
+        // In the order of the powers.
+        let (mut sums, mut number) = ([0.0; DEGREE + 1], 0);
+        for degree in 0..=DEGREE {
+            if degree > self.degree {
+                break;
+            }
+            for i in (0..=degree).rev() {
+                for j in (0..=degree - i).rev() {
+                    sums[degree - i - j] += self.coefficients[number] * (of_x[i] * of_y[j]);
+                    number += 1;
+                }
+            }
+        }
+        sums
+    }
+
     /// The values of the terms at a point.
     fn terms(&self, at: [f64; 3]) -> impl Iterator<Item = f64> + use<> {
-        let local = core::array::from_fn::<_, 3, _>(|k| {
-            let t = (2.0 * at[k] - self.low[k] - self.high[k]) / (self.high[k] - self.low[k]);
-            legendre(t.clamp(-BEYOND, BEYOND))
-        });
+        let local = core::array::from_fn::<_, 3, _>(|k| legendre(self.local(k, at[k])));
         powers().map(move |[i, j, k]| local[0][i] * local[1][j] * local[2][k])
     }
 
     /// The value at a point.
     pub(super) fn value(&self, at: [f64; 3]) -> f64 {
-        if let [constant] = self.coefficients[..] {
-            return constant;
+        if self.degree == 0 {
+            return self.coefficients[0];
         }
-        let local: [[f64; DEGREE + 1]; 3] = core::array::from_fn(|k| {
-            let t = (2.0 * at[k] - self.low[k] - self.high[k]) / (self.high[k] - self.low[k]);
-            legendre(t.clamp(-BEYOND, BEYOND))
-        });
-        // In the order of the powers.
-        let (mut sum, mut number) = (0.0, 0);
-        for degree in 0..=DEGREE {
-            if number == self.coefficients.len() {
-                break;
-            }
-            for i in (0..=degree).rev() {
-                for j in (0..=degree - i).rev() {
-                    let term = local[0][i] * local[1][j] * local[2][degree - i - j];
-                    sum += self.coefficients[number] * term;
-                    number += 1;
-                }
-            }
-        }
-        sum
+        dot(&self.along_z([at[0], at[1]]), &legendre(self.local(2, at[2])))
     }
 
     /// The axis along which the higher terms are largest.

@@ -3,9 +3,11 @@
 use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::beam::Beam;
 use crate::vol::surfaces::octree::Octree;
 use crate::vol::surfaces::pieces::Pieces;
-use crate::vol::surfaces::rays::{LineIntegral, Ray};
+use crate::vol::surfaces::pixel::{KnownLines, Pixel};
+use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::pixel_rule::RuleNode;
 
@@ -38,12 +40,36 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// The integral of the line at canonical (x, y).
-    fn line(&self, aim: &Aim<'_>, [x, y]: [f64; 2]) -> LineIntegral {
+    /// The place in the grid of a place of the image, in pixels.
+    pub(super) fn place(&self, aim: &Aim<'_>, [column, row]: [f64; 2]) -> [f64; 2] {
+        let [height, width] = [aim.scale.height(), aim.scale.width()];
         let edges = self.tree.grid.edges;
-        let xy = [x * edges[0], y * edges[1]];
-        let end = aim.end_of_line(&self.tree.grid, xy);
-        Ray::new(&self.tree, xy, end).integral(&self.pieces, xy, edges[2])
+        [column / width as f64 * edges[0], row / height as f64 * edges[1]]
+    }
+
+    /// The integral of segments of a line at a place of the grid, with the error of its surfaces.
+    pub(super) fn integral(
+        &self,
+        xy: [f64; 2],
+        segments: impl Iterator<Item = Segment>,
+        error: f64,
+    ) -> LineIntegral {
+        let mut sum = [0.0, error];
+        for segment in segments {
+            if let Some(of) = self.pieces.get(usize::from(segment.label)).and_then(Option::as_ref) {
+                let [value, error] = of.integral(xy, segment.ends);
+                sum = [sum[0] + value, sum[1] + error];
+            }
+        }
+        let [value, error] = sum.map(|of| of / self.tree.grid.edges[2]);
+        LineIntegral { value, error }
+    }
+
+    /// The lines of a pixel.
+    pub(super) fn beam(&self, aim: &Aim<'_>, pixel: usize) -> Beam<'_> {
+        let [column, row] = aim.corner(pixel);
+        let corners = [[column, row], [column + 1.0, row + 1.0]];
+        Beam::new(&self.tree, corners.map(|at| self.place(aim, at)))
     }
 
     /// G at a point of the grid.
@@ -56,27 +82,26 @@ impl Model {
     /// unresolved ones, and patches whose share of the error allowed is above `least`.
     pub(super) fn leaves_to_improve(&self, aim: &Aim<'_>, maps: &Maps, least: f64) -> Vec<usize> {
         let [height, width] = [aim.scale.height(), aim.scale.width()];
-        let edges = self.tree.grid.edges;
         let mut found = Vec::new();
         let errors = maps.error.pixels().iter().enumerate();
         let from = TUNING.surfaces.improved_from * aim.target;
+        let mut ray = Ray::default();
         for (pixel, _) in errors.filter(|(_, error)| **error > from) {
+            let ([column, row], beam) = (aim.corner(pixel), self.beam(aim, pixel));
             for k in 0..9 {
                 let [u, v] = fibonacci(k, 13);
-                let place = [
-                    ((pixel % width) as f64 + u) / width as f64,
-                    ((pixel / width) as f64 + v) / height as f64,
-                ];
-                let xy = [place[0] * edges[0], place[1] * edges[1]];
-                let ray = Ray::new(&self.tree, xy, aim.end_of_line(&self.tree.grid, xy));
-                let most = aim.of_line(place) * edges[2];
+                let at = [column + u, row + v];
+                let xy = self.place(aim, at);
+                ray.follow(&beam, xy, aim.end_of_line(&self.tree.grid, xy));
+                let place = [at[0] / width as f64, at[1] / height as f64];
+                let most = aim.of_line(place) * self.tree.grid.edges[2];
                 let is_large = |error: f64| error > least * most;
                 for [z, error, _] in &ray.crossings {
                     if is_large(*error) {
                         found.push(self.tree.find([xy[0], xy[1], *z]));
                     }
                 }
-                found.extend(ray.unresolved_leaves);
+                found.extend(&ray.unresolved_leaves);
             }
         }
         found.sort_unstable();
@@ -85,26 +110,18 @@ impl Model {
     }
 
     /// The image with its error, in the unit of the image.
-    pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64) -> Maps {
+    pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64, known: &mut KnownLines) -> Maps {
         let lines = if tolerance < FINE_BELOW { FINE_LINES } else { LINES };
+        known.keep_unchanged(&self.tree, aim, lines[0] + lines[1]);
         let [height, width] = [aim.scale.height(), aim.scale.width()];
-        let mean = |pixel: usize, nodes: &[RuleNode]| {
-            let (row, column) = (pixel / width, pixel % width);
-            let mut sum = LineIntegral::default();
-            for ([u, v], weight) in nodes {
-                let place = [(column as f64 + u) / width as f64, (row as f64 + v) / height as f64];
-                let line = self.line(aim, place);
-                sum.value += weight * line.value;
-                sum.error += weight * line.error;
-            }
-            sum
-        };
         // Lines at the corners of pixels, which neighbours share: an edge of the image may be parallel to the
         // border of a pixel, between this border and all other lines.
         let corners: Vec<usize> = (0..(height + 1) * (width + 1)).collect();
         let corner = |&number: &usize| {
             let (row, column) = (number / (width + 1), number % (width + 1));
-            self.line(aim, [column as f64 / width as f64, row as f64 / height as f64]).value
+            let xy = self.place(aim, [column as f64, row as f64]);
+            let ray = Ray::new(&self.tree, xy, aim.end_of_line(&self.tree.grid, xy));
+            self.integral(xy, ray.segments.iter().copied(), ray.error_of_surfaces()).value
         };
         let corners: Vec<f64> = corners.par_iter().map(corner).collect();
         let of_corners = |pixel: usize| {
@@ -112,17 +129,16 @@ impl Model {
             let below = first + width + 1;
             0.25 * (corners[first] + corners[first + 1] + corners[below] + corners[below + 1])
         };
-        let pixels: Vec<usize> = (0..height * width).collect();
-        let first = pixels.par_iter().map(|&pixel| {
+        let first = known.first.par_iter_mut().enumerate().map(|(pixel, lines)| {
             if aim.scale.pixels()[pixel] == 0.0 {
                 return (LineIntegral::default(), false);
             }
+            let mut of = Pixel::new(self, aim, pixel, lines);
             let gauss: [RuleNode; 4] =
                 core::array::from_fn(|k| ([GAUSS[k % 2], GAUSS[k / 2]], 0.25));
-            let line = mean(pixel, &gauss);
-            let check = mean(pixel, &lattice_nodes(5));
+            let (line, check) = (of.mean(&gauss), of.mean(&lattice_nodes(5)));
+            let middle = of.mean(&[([0.5; 2], 1.0)]);
             let allowed = SPREAD * aim.target / aim.scale.pixels()[pixel];
-            let middle = mean(pixel, &[([0.5; 2], 1.0)]);
             // Simpson's rule.
             let outer = 2.0 / 3.0 * middle.value + 1.0 / 3.0 * of_corners(pixel);
             let differs = |value: f64| (line.value - value).abs() > allowed;
@@ -138,14 +154,15 @@ impl Model {
                 columns.into_iter().any(|column| first[row * width + column].1)
             })
         };
-        let all = pixels.par_iter().map(|&pixel| {
+        let all = known.lattices.par_iter_mut().enumerate().map(|(pixel, known)| {
             if !is_rough(pixel) || aim.scale.pixels()[pixel] == 0.0 {
                 return first[pixel].0;
             }
+            let mut pixel_lines = Pixel::new(self, aim, pixel, known);
             let at_limb = aim.visible.as_ref().filter(|of| of.is_at_limb(pixel));
-            let of = |step: usize| match at_limb {
-                Some(visible) => mean(pixel, &visible.nodes_at_limb(pixel, step)),
-                None => mean(pixel, &lattice_nodes(lines[step])),
+            let mut of = |step: usize| match at_limb {
+                Some(visible) => pixel_lines.mean(&visible.nodes_at_limb(pixel, step)),
+                None => pixel_lines.mean(&lattice_nodes(lines[step])),
             };
             let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
             let mut before = of(0);

@@ -1,8 +1,9 @@
 //! Lines of sight through the leaves: segments in regions, and crossings of surfaces.
 
-use crate::vol::surfaces::crossings::crossings;
-use crate::vol::surfaces::octree::{Facet, Label, Leaf, Octree, region};
-use crate::vol::surfaces::pieces::Pieces;
+use crate::vol::surfaces::beam::{Beam, Content};
+use crate::vol::surfaces::crossings::find_crossings;
+use crate::vol::surfaces::octree::{Facet, Label, Octree, region};
+use crate::vol::surfaces::patch::Patch;
 use crate::vol::tuning::TUNING;
 
 /// A part of a line in one region.
@@ -21,6 +22,8 @@ pub(super) struct Ray {
     /// The error due to cells that remain unresolved, and their numbers.
     pub(super) unresolved: f64,
     pub(super) unresolved_leaves: Vec<usize>,
+    /// Room for the depths of crossings in one cell.
+    depths: Vec<f64>,
 }
 
 /// What a line contributes.
@@ -32,28 +35,35 @@ pub(super) struct LineIntegral {
 
 impl Ray {
     /// The line at a place of the image, to the depth `end`.
-    pub(super) fn new(tree: &Octree, [x, y]: [f64; 2], end: f64) -> Self {
+    pub(super) fn new(tree: &Octree, xy: [f64; 2], end: f64) -> Self {
         let mut ray = Self::default();
+        ray.follow(&Beam::new(tree, [xy; 2]), xy, end);
+        ray
+    }
+
+    /// Becomes the line at a place of a beam, to the depth `end`.
+    pub(super) fn follow(&mut self, beam: &Beam<'_>, xy: [f64; 2], end: f64) {
+        self.segments.clear();
+        self.crossings.clear();
+        self.unresolved = 0.0;
+        self.unresolved_leaves.clear();
         let mut z = 0.0;
-        let beside = 1e-12 * tree.grid.edges[2];
-        while z < end - beside {
-            let number = tree.find([x, y, z + beside]);
-            let [_, top] = tree.ends(number, 2);
-            let top = if top > z { top.min(end) } else { end };
-            match &tree.leaves[number].1 {
-                Leaf::Uncut(label) => ray.extend(*label, [z, top]),
-                Leaf::Unresolved(label, jump) => {
-                    ray.extend(*label, [z, top]);
-                    ray.unresolved += 0.5 * jump * (top - z);
-                    ray.unresolved_leaves.push(number);
+        for part in beam.parts(xy) {
+            if z >= end {
+                break;
+            }
+            let top = part.top.min(end);
+            match &part.content {
+                Content::Region(label) => self.extend(*label, [z, top]),
+                Content::Unresolved(label, jump, leaf) => {
+                    self.extend(*label, [z, top]);
+                    self.unresolved += 0.5 * jump * (top - z);
+                    self.unresolved_leaves.push(*leaf);
                 }
-                // Only the end of a line is near a hidden cell.
-                Leaf::Hidden => {}
-                Leaf::Cut(facets) => ray.cross(facets, [x, y], [z, top]),
+                Content::Cut(facets, crossed) => self.cross(facets, crossed, xy, [z, top]),
             }
             z = top;
         }
-        ray
     }
 
     fn extend(&mut self, label: Label, ends: [f64; 2]) {
@@ -63,11 +73,19 @@ impl Ray {
         }
     }
 
-    /// Adds the segments in a cell with patches.
-    fn cross(&mut self, facets: &[Facet], [x, y]: [f64; 2], [from, to]: [f64; 2]) {
+    /// Adds the segments in a cell with patches, of which some may be crossed.
+    fn cross(
+        &mut self,
+        facets: &[Facet],
+        crossed: &[&Patch],
+        [x, y]: [f64; 2],
+        [from, to]: [f64; 2],
+    ) {
+        let mut depths = core::mem::take(&mut self.depths);
+        find_crossings(crossed, [x, y], [from, to], &mut depths);
         let mut last: Option<Label> = None;
         let mut low = from;
-        for high in crossings(facets, [x, y], [from, to]).into_iter().chain([to]) {
+        for high in depths.iter().copied().chain([to]) {
             if high <= low {
                 continue;
             }
@@ -79,6 +97,7 @@ impl Ray {
             last = Some(label);
             low = high;
         }
+        self.depths = depths;
     }
 
     fn add_crossing(&mut self, facets: &[Facet], sides: [Label; 2], at: [f64; 3]) {
@@ -93,24 +112,10 @@ impl Ray {
         self.crossings.push([at[2], facet.jump * along, along]);
     }
 
-    /// The integral of the pieces along the line, over the canonical depth.
-    pub(super) fn integral(
-        &self,
-        pieces: &[Option<Pieces>],
-        xy: [f64; 2],
-        depth: f64,
-    ) -> LineIntegral {
-        let mut sum = [0.0, self.unresolved];
-        // The errors of patches are independent of each other.
+    /// The error of the integral due to the surfaces, whose own errors are independent of each other.
+    pub(super) fn error_of_surfaces(&self) -> f64 {
         let squares: f64 = self.crossings.iter().map(|[_, error, _]| error * error).sum();
-        sum[1] += TUNING.surfaces.crossing_margin * squares.sqrt();
-        for segment in &self.segments {
-            if let Some(of) = pieces.get(usize::from(segment.label)).and_then(Option::as_ref) {
-                let [value, error] = of.integral(xy, segment.ends);
-                sum = [sum[0] + value, sum[1] + error];
-            }
-        }
-        LineIntegral { value: sum[0] / depth, error: sum[1] / depth }
+        self.unresolved + TUNING.surfaces.crossing_margin * squares.sqrt()
     }
 }
 

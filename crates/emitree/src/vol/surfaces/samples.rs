@@ -2,6 +2,7 @@
 
 use crate::projection::vector::{difference, norm};
 use crate::vol::surfaces::columns::Columns;
+use crate::vol::surfaces::nearest::keep_nearest;
 use crate::vol::surfaces::octree::{HIDDEN, Label};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
@@ -184,12 +185,7 @@ impl Samples {
                 break;
             }
         }
-        let order = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-        if found.len() > count && count > 0 {
-            found.select_nth_unstable_by(count - 1, order);
-            found.truncate(count);
-        }
-        found.sort_by(order);
+        keep_nearest(&mut found, count);
         found
     }
 
@@ -246,11 +242,11 @@ impl Samples {
         }
         let root = |distance: f64| weight(distance).sqrt();
         let mut columns =
-            Columns::new(own.iter().map(|&(d, i)| root(d) * (of(i) - mean)).collect());
-        let one = columns.add(own.iter().map(|&(distance, _)| root(distance)).collect());
+            Columns::new(own.iter().map(|&(d, i)| root(d) * (of(i) - mean)).collect(), 4);
+        let one = columns.add(own.iter().map(|&(distance, _)| root(distance)));
         let slopes = (0..3).all(|axis| {
             let along = |i: usize| (self.all[i].at[axis] - at[axis]) / scale;
-            columns.add(own.iter().map(|&(distance, i)| root(distance) * along(i)).collect())
+            columns.add(own.iter().map(|&(distance, i)| root(distance) * along(i)))
         });
         if !(one && slopes) {
             return constant;

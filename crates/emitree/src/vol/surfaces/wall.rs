@@ -5,6 +5,7 @@
 //! them has it.
 
 use crate::projection::vector::{along, dot, unit};
+use crate::vol::surfaces::nearest::keep_nearest;
 use crate::vol::surfaces::patch::{FitPoint, Patch, is_oriented};
 use crate::vol::tuning::TUNING;
 
@@ -161,11 +162,11 @@ fn nearest(patches: &[Patch], point: &FitPoint, near: f64, belongs: f64) -> usiz
 fn planes(points: &[FitPoint], cell: [f64; 3], size: f64) -> Vec<Patch> {
     let step = points.len().div_ceil(TUNING.surfaces.wall_planes).max(1);
     let plane = |middle: &FitPoint| {
-        let distance =
+        let square =
             |point: &FitPoint| (0..3).map(|k| (point.at[k] - middle.at[k]).powi(2)).sum::<f64>();
-        let mut near: Vec<FitPoint> = points.to_vec();
-        near.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        near.truncate(POINTS_OF_PLANE);
+        let mut near: Vec<(f64, usize)> = points.iter().map(square).zip(0..).collect();
+        keep_nearest(&mut near, POINTS_OF_PLANE);
+        let near: Vec<FitPoint> = near.into_iter().map(|(_, i)| points[i]).collect();
         Patch::fit(&near, cell, mean_orientation(&near)?, size, 0.0).map(|(patch, _)| patch)
     };
     points.iter().step_by(step).filter_map(plane).collect()
@@ -182,14 +183,15 @@ fn with_one_more(
 ) -> Option<Vec<usize>> {
     // Outliers do not decide.
     let most = 0.5 * size;
-    let distance = |plane: &Patch, point: &FitPoint| {
-        let is_oriented = is_oriented(point, plane.normal(point.at), TUNING.surfaces.second_tilt);
-        if is_oriented { plane.above(point.at).abs().min(most) } else { most }
+    let distances = |plane: &Patch| -> Vec<f64> {
+        let normal = plane.normal(plane.middle());
+        let distance = |point: &FitPoint| {
+            let is_oriented = is_oriented(point, normal, TUNING.surfaces.second_tilt);
+            if is_oriented { plane.above(point.at).abs().min(most) } else { most }
+        };
+        points.iter().map(distance).collect()
     };
-    let distances: Vec<Vec<f64>> = planes
-        .iter()
-        .map(|plane| points.iter().map(|point| distance(plane, point)).collect())
-        .collect();
+    let distances: Vec<Vec<f64>> = planes.iter().map(distances).collect();
     let cost = |of: &[usize]| {
         let least = |i: usize| {
             let is_near = points[i].distance <= TUNING.surfaces.wall_near * size;

@@ -28,10 +28,10 @@ fn fitted(low: [f64; 3], high: [f64; 3]) -> Polynomial {
 fn polynomials_are_reproduced_with_their_integrals_across_boxes() {
     let nodes = vec![
         Node::Halves { axis: 2, at: 0.5, below: 1, above: 2 },
-        Node::Polynomial(fitted([0.0; 3], [1.0, 1.0, 0.5])),
+        fitted([0.0; 3], [1.0, 1.0, 0.5]).into(),
         Node::Halves { axis: 0, at: 0.5, below: 3, above: 4 },
-        Node::Polynomial(fitted([0.0, 0.0, 0.5], [0.5, 1.0, 1.0])),
-        Node::Polynomial(fitted([0.5, 0.0, 0.5], [1.0; 3])),
+        fitted([0.0, 0.0, 0.5], [0.5, 1.0, 1.0]).into(),
+        fitted([0.5, 0.0, 0.5], [1.0; 3]).into(),
     ];
     let pieces = Pieces { nodes };
     for k in 0..40 {
