@@ -16,7 +16,8 @@
 //!   through faces;
 //! * `polynomial`, `pieces`: G within each region;
 //! * `crossings`, `rays`, `raster`: lines of sight, pixels and their errors;
-//! * `verification`: samples that took no part; `attempt`: all of it, with the decision.
+//! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
+//!   `attempt`: all of it, with the decision.
 
 mod columns;
 mod patch;
@@ -37,6 +38,8 @@ mod crossings;
 mod rays;
 mod raster;
 mod verification;
+mod net;
+mod found;
 mod attempt;
 mod render;
 
