@@ -86,7 +86,7 @@ mod tests {
         };
         let all = FoundSurfaces::joined([part(1.0), part(2.0)]);
         assert_eq!((all.len(), &all.triangles[..]), (6, &[[0, 1, 2], [3, 4, 5]][..]));
-        assert_eq!(all.positions[all.triangles[1][2] as usize], [2.0, 0.0, 1.0]);
+        assert_eq!(all.positions[3..], part(2.0).positions[..]);
         assert!(FoundSurfaces::joined([]).is_empty());
     }
 }
