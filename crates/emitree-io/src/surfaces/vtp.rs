@@ -1,7 +1,7 @@
 //! The .vtp file of VTK: polygons in XML, with arrays in base64.
 //!
-//! The format is described in "VTK File Formats", docs.vtk.org/en/latest/vtk_file_formats: each array is the
-//! number of its bytes and the bytes, both little-endian.
+//! The format is described in [VTK File Formats](https://docs.vtk.org/en/latest/vtk_file_formats/index.html):
+//! each array is the number of its bytes and the bytes, both little-endian.
 
 use super::Texts;
 use base64::Engine;
