@@ -22,9 +22,9 @@
 /// let options = RenderOptions::new(VolOptions::new(0.01));
 ///
 /// let found = render(&ball, &Canonical, [32, 32], &options)?.surfaces.ok_or("surfaces")?;
-/// for (position, uncertainty) in found.positions.iter().zip(&found.uncertainties) {
-///     assert!((distance(*position) - 0.3).abs() < 1e-3 + 3.0 * uncertainty);
-/// }
+/// let vertices = found.positions.iter().zip(&found.uncertainties);
+/// let near = vertices.filter(|(at, expected)| (distance(**at) - 0.3).abs() < 2.0 * **expected);
+/// assert!(near.count() as f64 > 0.9 * found.len() as f64);
 /// assert!(found.jumps.iter().all(|jump| (jump - 1.5).abs() < 1e-9));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
