@@ -18,6 +18,15 @@ pub(crate) fn vectors<'py>(
     PyArray1::from_slice(py, vectors.as_flattened()).reshape([vectors.len(), 3])
 }
 
+/// Numbers of vertices as an array of shape (n, 3).
+pub(crate) fn triangles<'py>(
+    py: Python<'py>,
+    triangles: &[[u32; 3]],
+) -> PyResult<Bound<'py, PyArray2<i64>>> {
+    let numbers = triangles.as_flattened().iter().map(|vertex| i64::from(*vertex));
+    PyArray1::from_iter(py, numbers).reshape([triangles.len(), 3])
+}
+
 /// An array (bands, height, width).
 pub(crate) fn voxels<'py>(py: Python<'py>, map: &Cube) -> PyResult<Bound<'py, PyAny>> {
     let [bands, height, width] = map.shape();

@@ -25,6 +25,7 @@ mod output;
 mod rendering;
 mod scene;
 mod session;
+mod surfaces;
 
 /// emitree's compiled half: use `emitree`.
 #[pyo3::pymodule]

@@ -2,6 +2,7 @@
 
 use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
+use crate::surfaces::{ReadSurfaceArrays, SurfaceArrays, arrays_of, encoded, surfaces_of};
 use emitree::{Cube, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
@@ -12,6 +13,7 @@ use numpy::{PyArray1, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple, PyType};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Rows of the map of a sky in a picture.
@@ -81,17 +83,20 @@ impl Rendered {
 impl Rendered {
     /// A rendering that was pickled: the arguments of `__reduce__`.
     #[new]
+    #[pyo3(signature = (account, values, errors, evaluations_per_pixel, surfaces=None))]
     fn new(
         account: &str,
         values: PyReadonlyArray3<'_, f64>,
         errors: Option<PyReadonlyArray3<'_, f64>>,
         evaluations_per_pixel: PyReadonlyArray3<'_, f64>,
+        surfaces: Option<ReadSurfaceArrays<'_>>,
     ) -> PyResult<Self> {
         let account = serde_json::from_str(account);
         let account = account.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let (error, evaluations) = (errors.as_ref().map(cube_of), cube_of(&evaluations_per_pixel));
         let rendered = RenderedScene::from_parts(account, cube_of(&values), error, evaluations);
-        let rendered = rendered.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let mut rendered = rendered.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        rendered.surfaces = surfaces.as_ref().map(surfaces_of).transpose()?.map(Arc::new);
         Ok(Self { rendered, counting: None })
     }
 
@@ -102,13 +107,37 @@ impl Rendered {
         let account = account.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let errors = error.as_ref().map(|error| voxels(py, error)).transpose()?;
         let evaluations = voxels(py, self.rendered.evaluations_per_pixel())?;
-        let arguments = (account, voxels(py, values)?, errors, evaluations);
+        let surfaces = self.surfaces(py)?;
+        let arguments = (account, voxels(py, values)?, errors, evaluations, surfaces);
         Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
     }
 
     /// The image, (height, width), or the cube, (bins, height, width); row 0 is the lowest y.
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.array_of(py, &self.rendered.values)
+    }
+
+    /// Positions (n, 3), normals (n, 3), jumps (n,) and uncertainties (n,) of the vertices of the found
+    /// surfaces, and the vertices of triangles (m, 3); `None` if the image is not made of such.
+    fn surfaces<'py>(&self, py: Python<'py>) -> PyResult<Option<SurfaceArrays<'py>>> {
+        self.rendered.surfaces.as_ref().map(|found| arrays_of(py, found)).transpose()
+    }
+
+    /// The units of their lengths and of their jumps, or "".
+    #[getter]
+    fn surface_units(&self) -> (&str, &str) {
+        let account = self.account();
+        (account.length_unit.as_deref().unwrap_or_default(), &account.rate_unit)
+    }
+
+    /// The bytes of a file of them, in the format that the ending of `path` chooses.
+    fn surfaces_file<'py>(
+        &self,
+        py: Python<'py>,
+        path: PathBuf,
+    ) -> PyResult<Option<Bound<'py, PyBytes>>> {
+        let found = self.rendered.surfaces.as_ref();
+        found.map(|found| encoded(py, found, self.account(), &path)).transpose()
     }
 
     /// The estimated |error| of each value, of the same shape, or `None`.

@@ -45,7 +45,7 @@ fn rendered(workspace: &Workspace, section: &str) -> Result<String, String> {
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut program = workspace.command(workspace.target_path("release/emitree"));
     for word in command.split_whitespace() {
-        let is_shown = !word.ends_with(".fits");
+        let is_shown = !(word.ends_with(".fits") || word.ends_with(".npz"));
         program.arg(if is_shown { PathBuf::from(word) } else { folder.join(word) });
     }
     let line = spelled(&program);

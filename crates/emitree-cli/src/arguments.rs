@@ -59,6 +59,10 @@ pub(crate) struct RenderArguments {
     /// scene; .fits, .npy or .png. May be repeated.
     #[arg(long = "counts", value_name = "FILE")]
     pub(crate) counts: Vec<PathBuf>,
+    /// Write the surfaces found at which the emission rate jumps here, as triangles; .vtp or .npz (vol).
+    /// May be repeated.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) surfaces: Vec<PathBuf>,
     /// Write a series of ever finer images (PNG and NPY) into this folder. vol: the image after
     /// each step and its error; paper: the coefficients projected by size, the largest first.
     #[arg(long, value_name = "DIR")]

@@ -38,6 +38,9 @@ pub struct Account {
     pub band_unit: String,
     /// What a sum of voxels times the widths of their bins is multiplied with for that unit.
     band_factor: f64,
+    /// The unit of the emission rate, or empty.
+    #[serde(default)]
+    pub rate_unit: String,
     /// The unit of length of the scene.
     pub length_unit: Option<String>,
     /// Whether the pixels are those of `HEALPix`.
@@ -143,6 +146,7 @@ impl Account {
             unit: scene.image_unit().to_owned(),
             band_unit: scene.band_unit().to_owned(),
             band_factor: scene.band_factor(),
+            rate_unit: scene.emission.rate_unit.clone(),
             length_unit: scene.length_unit.clone(),
             is_sky: scene.camera.description().is_sky(),
             wcs: scene.wcs(),

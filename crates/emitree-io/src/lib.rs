@@ -6,7 +6,7 @@
 //! [`Cube`](emitree::Cube) into bytes in memory:
 //! [`FitsFile`] with coordinates ([`Wcs`]), [`HealpixFile`] for the whole sky, [`mollweide()`] for a
 //! picture of it. An [`OutputFile`] turns bytes into a file that is whole or absent. Numbers leave as
-//! FITS or NPY; PNG is for display only.
+//! FITS or NPY, surfaces as VTP or NPZ ([`SurfaceFormat`]); PNG is for display only.
 //!
 //! ```
 //! use emitree_io::{Format, OutputFile, PictureStyle, RenderedScene, Scene};
@@ -46,6 +46,7 @@ mod product;
 mod rendered;
 mod report;
 pub mod scene;
+mod surfaces;
 mod tree_file;
 pub mod units;
 mod words;
@@ -72,6 +73,7 @@ pub use scene::{
     PlotScale, Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,
     cameras,
 };
+pub use surfaces::SurfaceFormat;
 pub use tree_file::{TreeFile, TreeFileError};
 
 /// The example of the README.

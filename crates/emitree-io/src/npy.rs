@@ -80,13 +80,37 @@ pub fn encode_npy_cube(cube: &Cube) -> Vec<u8> {
     encode(&cube.shape(), cube.voxels())
 }
 
-fn encode(shape: &[usize], values: impl Iterator<Item = f64>) -> Vec<u8> {
+/// The bytes of a .npy file with the numbers of `shape`, as many as it has room for.
+pub(crate) fn encode(shape: &[usize], values: impl Iterator<Item = f64>) -> Vec<u8> {
+    encode_numbers("<f8", shape, values.map(f64::to_le_bytes))
+}
+
+/// The bytes of a .npy file with the whole numbers of `shape`, its last axis varying fastest.
+pub(crate) fn encode_npy_integers(shape: &[usize], values: impl Iterator<Item = i64>) -> Vec<u8> {
+    encode_numbers("<i8", shape, values.map(i64::to_le_bytes))
+}
+
+/// The bytes of a .npy file with a text: an array without axes.
+pub(crate) fn encode_npy_text(text: &str) -> Vec<u8> {
+    let letters = text.chars().map(|letter| u32::from(letter).to_le_bytes());
+    // A type of no letters is none.
+    let filled = text.is_empty().then_some([0; 4]);
+    let descr = format!("<U{}", text.chars().count().max(1));
+    encode_numbers(&descr, &[], letters.chain(filled))
+}
+
+/// The bytes of a .npy file with `values`, of the type `descr`.
+fn encode_numbers<const LENGTH: usize>(
+    descr: &str,
+    shape: &[usize],
+    values: impl Iterator<Item = [u8; LENGTH]>,
+) -> Vec<u8> {
     let shape = match shape {
         // A tuple of one needs its comma in Python.
         [length] => format!("({length},)"),
         _ => format!("({})", shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
     };
-    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
+    let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     // The magic string, two bytes of length, and the header with its newline fill 64-byte blocks.
     let unpadded = MAGIC.len() + 2 + header.len() + 1;
     header.push_str(&" ".repeat(unpadded.next_multiple_of(64) - unpadded));
@@ -97,12 +121,12 @@ fn encode(shape: &[usize], values: impl Iterator<Item = f64>) -> Vec<u8> {
     )]
     let length = header.len() as u16;
 
-    let data = values.size_hint().0 * size_of::<f64>();
+    let data = values.size_hint().0 * LENGTH;
     let mut bytes = Vec::with_capacity(MAGIC.len() + 2 + header.len() + data);
     bytes.extend_from_slice(MAGIC);
     bytes.extend_from_slice(&length.to_le_bytes());
     bytes.extend_from_slice(header.as_bytes());
-    bytes.extend(values.flat_map(f64::to_le_bytes));
+    bytes.extend(values.flatten());
     bytes
 }
 
@@ -145,6 +169,18 @@ mod tests {
             let header = String::from_utf8_lossy(&bytes[10..128]);
             assert!(header.contains(&format!("'shape': {spelled}, }}")), "{header}");
         }
+    }
+
+    #[test]
+    fn whole_numbers_and_texts_have_types_of_their_own() {
+        let header = |bytes: &[u8]| String::from_utf8_lossy(&bytes[10..128]).into_owned();
+        let numbers = encode_npy_integers(&[1, 2], [-1, 2].into_iter());
+        assert!(header(&numbers).starts_with("{'descr': '<i8', "), "{}", header(&numbers));
+        assert_eq!(numbers[128..136], (-1_i64).to_le_bytes());
+        let text = encode_npy_text("R☉");
+        assert!(header(&text).starts_with("{'descr': '<U2', "), "{}", header(&text));
+        assert_eq!(text[128..], [0x52, 0, 0, 0, 0x09, 0x26, 0, 0]);
+        assert_eq!(encode_npy_text("").len(), 128 + 4);
     }
 
     #[test]

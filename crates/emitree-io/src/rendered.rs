@@ -7,10 +7,10 @@ use crate::grouped::grouped;
 use crate::product::{Bands, FitsProduct, Product, ProductMap};
 use crate::report::{CountsReport, Report};
 use crate::scene::Scene;
-use emitree::result::EvaluationCounts;
+use emitree::result::{EvaluationCounts, FoundSurfaces};
 use emitree::{Cube, Image, Rendering};
 use std::error::Error;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// A rendering in the quantity and the units of its scene. It needs neither the emission nor any file
 /// afterwards.
@@ -46,6 +46,9 @@ pub struct RenderedScene {
     pub band: Option<Cube>,
     /// The energy bins, if there are some.
     pub energies: Option<Energies>,
+    /// The surfaces at which the emission rate jumps, if the image is made of found surfaces. Jumps are in
+    /// [`Account::rate_unit`], lengths in [`Account::length_unit`].
+    pub surfaces: Option<Arc<FoundSurfaces>>,
 }
 
 /// Evaluations on the lines of sight of each pixel: few pixels of a large image have some, so that the map
@@ -79,10 +82,15 @@ impl RenderedScene {
         let account = Account::new(scene, found, estimated);
         let counts = Some(found.stats.evaluations_per_pixel.clone());
         let evaluations = EvaluationMap { counts, map: OnceLock::new() };
-        Self::of(account, values, error, evaluations, scene.energy.clone())
+        let surfaces = found.surfaces.as_deref().cloned().map(|mut surfaces| {
+            surfaces.jumps.iter_mut().for_each(|jump| *jump /= scene.emission.rate_factor);
+            Arc::new(surfaces)
+        });
+        let rendered = Self::of(account, values, error, evaluations, scene.energy.clone());
+        Self { surfaces, ..rendered }
     }
 
-    /// A rendering that was stored in its parts.
+    /// A rendering that was stored in its parts, without surfaces.
     ///
     /// # Errors
     ///
@@ -112,7 +120,7 @@ impl RenderedScene {
     ) -> Self {
         let band = energies.as_ref().map(|found| account.band_image(&values, found.axis()));
         let band = band.map(of_one);
-        Self { account, values, error, evaluations, band, energies }
+        Self { account, values, error, evaluations, band, energies, surfaces: None }
     }
 
     /// Evaluations on the lines of sight of each pixel, one band; made when it is asked for first.

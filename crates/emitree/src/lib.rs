@@ -79,6 +79,7 @@ mod memory;
 pub mod mesh;
 pub mod radiance;
 mod tile;
+mod found_surfaces;
 mod output;
 mod method;
 mod paper;

@@ -1,6 +1,7 @@
 //! The output of a method: values, their errors, and why the method ended.
 
 use crate::cube::Cube;
+use crate::found_surfaces::FoundSurfaces;
 use crate::mesh::frozen::Frozen;
 use crate::rendering::RenderedTree;
 use crate::tree::StopReason;
@@ -21,6 +22,8 @@ pub(crate) struct MethodOutput {
     pub(crate) smallest_feature: Option<f64>,
     /// The tree that was built, if there is one, and one only.
     pub(crate) tree: Option<RenderedTree>,
+    /// The surfaces that the image is made of, if they were found.
+    pub(crate) surfaces: Option<Arc<FoundSurfaces>>,
     /// The frozen quadrature, if it was asked for and there is one.
     pub(crate) frozen: Option<Arc<Frozen>>,
 }
@@ -35,6 +38,7 @@ impl MethodOutput {
             energies: Vec::new(),
             smallest_feature: None,
             tree: None,
+            surfaces: None,
             frozen: None,
         }
     }

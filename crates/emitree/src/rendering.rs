@@ -1,11 +1,13 @@
 //! The result of a rendering: an image or a cube, its estimated error, and its cost.
 
 use crate::cube::Cube;
+use crate::found_surfaces::FoundSurfaces;
 use crate::image::Image;
 use crate::tally::EvaluationCounts;
 use crate::tree::{SparseTree, StopReason};
 use core::fmt::Debug;
 use core::time::Duration;
+use std::sync::Arc;
 
 /// What is rendered: an [`Image`], or with an energy axis a [`Cube`].
 pub trait Values: Clone + Debug + Send + sealed::FromCube {
@@ -62,6 +64,10 @@ pub struct Rendering<V = Image> {
     pub stats: RenderStats,
     /// The tree that was built, if the method builds one, and one only.
     pub tree: Option<RenderedTree>,
+    /// The surfaces at which g jumps, if the image is made of found surfaces: only of
+    /// [`Method::Vol`](crate::Method::Vol), where it has found them and uses them. `None` does not mean that g
+    /// has no jumps: an image tree may have followed them, or products may represent them.
+    pub surfaces: Option<Arc<FoundSurfaces>>,
 }
 
 /// The cost of a rendering, and why it ended.
@@ -105,9 +111,9 @@ pub struct RenderedTree {
 
 impl From<Rendering> for Rendering<Cube> {
     /// A cube of one band.
-    fn from(Rendering { values, error, stats, tree }: Rendering) -> Self {
+    fn from(Rendering { values, error, stats, tree, surfaces }: Rendering) -> Self {
         let of_one = |image| Cube::from_bands(vec![image]);
-        Self { values: of_one(values), error: error.map(of_one), stats, tree }
+        Self { values: of_one(values), error: error.map(of_one), stats, tree, surfaces }
     }
 }
 

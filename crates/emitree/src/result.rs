@@ -1,5 +1,6 @@
 //! The parts of a [`Rendering`](crate::Rendering): the number of evaluations and how it ended, the
-//! evaluations of each pixel, the tree behind an image.
+//! evaluations of each pixel, the tree or the surfaces behind an image.
 
+pub use crate::found_surfaces::FoundSurfaces;
 pub use crate::rendering::{RenderStats, RenderedTree, Values};
 pub use crate::tally::EvaluationCounts;

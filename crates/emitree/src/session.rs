@@ -419,7 +419,7 @@ impl<'a, V: Values> Session<'a, V> {
             total_time,
         };
         let (values, error) = (V::from_cube(made.cube), made.error.map(V::from_cube));
-        Rendering { values, error, stats, tree: made.tree }
+        Rendering { values, error, stats, tree: made.tree, surfaces: made.surfaces }
     }
 }
 

@@ -45,6 +45,7 @@ from emitree._render import build_tree, render
 from emitree._result import Rendering
 from emitree._session import Session
 from emitree._spectrum import Spectrum
+from emitree._surfaces import Surfaces
 
 __all__ = [
     "Box",
@@ -74,6 +75,7 @@ __all__ = [
     "SparseMatrix",
     "Spectrum",
     "Sphere",
+    "Surfaces",
     "Tree",
     "__version__",
     "build_tree",

@@ -18,6 +18,7 @@ from emitree import _native, _units
 from emitree._files import written
 from emitree._function import Floats
 from emitree._spectrum import Spectrum
+from emitree._surfaces import Surfaces
 
 #: Expected counts, the sums of each step to them, and the number and energies of each channel.
 _Counted = tuple[
@@ -65,6 +66,28 @@ class Rendering:
     def error(self) -> Floats | None:
         """The estimated |error| of each value, of the shape of `image`, or None."""
         return self._found.errors()
+
+    @cached_property
+    def surfaces(self) -> Surfaces | None:
+        """The surfaces at which the rate jumps, or None if the image is not made of found surfaces.
+
+        Only method "vol" finds surfaces, and only where the image follows from them to the
+        tolerance. None does not mean that the rate has no jumps.
+
+        >>> import emitree, numpy as np
+        >>> def ball(position, direction):
+        ...     return np.where(np.linalg.norm(position - 0.5, axis=1) < 0.3, 2.0, 0.5)
+        >>> found = emitree.render(ball, emitree.Canonical(), (32, 32)).surfaces
+        >>> radius = np.linalg.norm(found.position - 0.5, axis=1)
+        >>> bool(np.median(abs(radius - 0.3)) < np.median(found.uncertainty))
+        True
+        >>> bool(np.allclose(found.jump, 1.5))
+        True
+        """
+        arrays = self._found.surfaces()
+        if arrays is None:
+            return None
+        return Surfaces(*arrays, *self._found.surface_units, self._found)
 
     @cached_property
     def flat_image(self) -> Floats:

@@ -73,7 +73,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
         // The files are written: a summary without a reader is not a failure.
         let _ = summary::print(&scene, &rendered, &written);
     }
-    // Counts that can't be had cost no more than themselves: the rendering may have taken hours.
+    // Counts and surfaces that can't be had cost no more than themselves: the rendering may have taken
+    // hours.
     if let Some(failure) = of_counts.or(of_files) {
         return Err(Failure::Request(format!("{failure}; all other outputs were written")));
     }

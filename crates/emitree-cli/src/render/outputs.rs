@@ -7,7 +7,9 @@ use crate::arguments::RenderArguments;
 use crate::failure::Failure;
 use emitree::Method;
 use emitree::los::Steps;
-use emitree_io::{Format, OutputFile, OutputSet, PictureStyle, Product, Scene, commit_all};
+use emitree_io::{
+    Format, OutputFile, OutputSet, PictureStyle, Product, Scene, SurfaceFormat, commit_all,
+};
 use std::path::{Path, PathBuf};
 
 /// An output file and the format that its ending chose.
@@ -20,6 +22,7 @@ pub(crate) struct Outputs {
     expected_counts: Vec<Target>,
     counts: Vec<Target>,
     error_map: Option<Target>,
+    surfaces: Vec<(OutputFile, SurfaceFormat)>,
     report: Option<OutputFile>,
     progressive: Option<PathBuf>,
     style: PictureStyle,
@@ -37,13 +40,17 @@ impl Outputs {
         let (expected, drawn) = (&arguments.expected_counts, &arguments.counts);
         let lists = [&images, bands, expected, drawn];
         let maps = || lists.into_iter().flatten().chain(error_map);
-        let paths = || maps().chain(&arguments.report);
+        let paths = || maps().chain(&arguments.surfaces).chain(&arguments.report);
         if let Some(path) = paths().find(|path| same_file(path, &arguments.scene)) {
             let path = path.display();
             let why = "is the scene itself: expected another name";
             return Err(Failure::Request(format!("the output {path} {why}")));
         }
         let formats: Vec<Format> = maps().map(Format::from_path).collect::<Result<_, _>>()?;
+        let of_surfaces = arguments.surfaces.iter().map(SurfaceFormat::from_path);
+        let of_surfaces: Vec<SurfaceFormat> = of_surfaces
+            .collect::<Result<_, _>>()
+            .map_err(|error| Failure::Request(format!("--surfaces: {error}")))?;
         let formats_of = |paths: &mut dyn Iterator<Item = &PathBuf>| -> Vec<Format> {
             paths.filter_map(|path| Format::from_path(path).ok()).collect()
         };
@@ -66,20 +73,31 @@ impl Outputs {
         let [images, bands, expected_counts, counts] =
             lengths.map(|length| targets.by_ref().take(length).collect());
         let error_map = targets.next();
+        let surfaces = files.by_ref().take(of_surfaces.len()).zip(of_surfaces).collect();
         let report = files.next();
         let progressive = arguments.progressive.clone();
-        Ok(Self { images, bands, expected_counts, counts, error_map, report, progressive, style })
+        Ok(Self {
+            images,
+            bands,
+            expected_counts,
+            counts,
+            error_map,
+            surfaces,
+            report,
+            progressive,
+            style,
+        })
     }
 
-    /// Writes everything and returns the names of the files; and why there are no files of counts, if
-    /// nothing but counts can't be written.
+    /// Writes everything and returns the names of the files; and why there are no files of counts or surfaces,
+    /// if nothing else can't be written.
     pub(crate) fn write(
         self,
         scene: &Scene,
         rendered: &Rendered,
     ) -> Result<(Vec<PathBuf>, Option<Failure>), Failure> {
         // All bytes are made before the first file is: a failure leaves none of them, but for one of
-        // counts.
+        // counts or surfaces.
         let images = self.images.into_iter().map(|target| (target, rendered.product(scene)));
         let bands = self.bands.into_iter();
         let bands = bands.filter_map(|target| Some((target, whole_band(scene, rendered)?)));
@@ -99,6 +117,14 @@ impl Outputs {
         for target in expected_counts.chain(counts) {
             match encode(target) {
                 Ok(file) => ready.push(file),
+                Err(error) => {
+                    failure.get_or_insert(error);
+                }
+            }
+        }
+        for (file, format) in self.surfaces {
+            match surfaces(rendered, format) {
+                Ok(bytes) => ready.push((file, bytes)),
                 Err(error) => {
                     failure.get_or_insert(error);
                 }
@@ -169,6 +195,18 @@ fn drawn<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
     Some(Product { meaning: "counts", provenance, ..Product::new(scene, map) })
 }
 
+/// A file of the surfaces that were found.
+fn surfaces(rendered: &Rendered, format: SurfaceFormat) -> Result<Vec<u8>, Failure> {
+    let Some(found) = &rendered.surfaces else {
+        return Err(Failure::Request(
+            "--surfaces: the image is not made of found surfaces: expected an emission rate that jumps, and no \
+             `base_level` above 3, no `smallest_feature`, no seeds and no tolerance below 0.0005"
+                .to_owned(),
+        ));
+    };
+    Ok(format.encode(found, &rendered.account)?)
+}
+
 /// The estimated error, if there is one.
 fn error<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
     let provenance = rendered.account.cards();
@@ -184,6 +222,17 @@ fn check_method(arguments: &RenderArguments, scene: &Scene) -> Result<(), Failur
     if !arguments.bands.is_empty() && scene.energy.is_none() {
         let why = "the scene has no `[energy]`, and its image no energy band";
         return refuse("--band", why, "a scene with an energy axis");
+    }
+    if !arguments.surfaces.is_empty() {
+        let name = scene.render.method.name();
+        if !matches!(scene.render.method, Method::Vol(_)) {
+            let why = format!("the method `{name}` finds no surfaces");
+            return refuse("--surfaces", &why, "the method `vol`");
+        }
+        if scene.energy.is_some() {
+            let why = "surfaces are not searched for in a cube";
+            return refuse("--surfaces", why, "a scene without `[energy]`");
+        }
     }
     let other = "another method";
     match scene.render.method {

@@ -54,6 +54,9 @@ pub(crate) fn print(
         let Some((low, high)) = map.map(Cube::min_max) else { continue };
         writeln!(out, "{}", format!("  {name:11}  {low:.4e} to {high:.4e} {unit}").trim_end())?;
     }
+    if let Some(surfaces) = &rendered.surfaces {
+        writeln!(out, "  surfaces     {} triangles", grouped(surfaces.triangles.len() as u64))?;
+    }
     if let Some((counts, instrument)) = rendered.counts.as_ref().zip(scene.instrument.as_ref()) {
         let exposure_s = instrument.instrument.exposure_s;
         writeln!(out, "  counts       {}", counted(counts, exposure_s, instrument.seed))?;

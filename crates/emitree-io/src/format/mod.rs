@@ -93,7 +93,7 @@ impl Format {
             format.description().endings.iter().any(|name| name.eq_ignore_ascii_case(ending))
         };
         let found = Self::ALL.into_iter().find(has_ending);
-        found.ok_or_else(|| UnknownEnding { path: path.to_owned() })
+        found.ok_or_else(|| UnknownEnding { path: path.to_owned(), expected: endings() })
     }
 
     /// The bytes of a file with a product; pictures look as `style` says.
@@ -130,10 +130,12 @@ impl Format {
 
 /// A file name whose ending stands for no format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{}`: no format for this ending: expected {}", path.display(), endings())]
+#[error("`{}`: no format for this ending: expected {expected}", path.display())]
 pub struct UnknownEnding {
     /// The path given.
     pub path: PathBuf,
+    /// The endings that there are.
+    pub expected: String,
 }
 
 /// The endings of all formats, for messages.
@@ -155,6 +157,12 @@ pub enum EncodeError {
     /// A picture can't.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// An archive of arrays can't.
+    #[error("can't make the archive: {reason}")]
+    Archive {
+        /// What is wrong with it.
+        reason: String,
+    },
     /// An annotated picture can't.
     #[cfg(feature = "figure")]
     #[error(transparent)]

@@ -103,6 +103,9 @@ pub struct SceneEmission {
     pub energy_factor: f64,
     /// What the source's rates are multiplied with.
     pub rate_factor: f64,
+    /// The unit of the source's rates as it is written, or empty: of a model that of its image over its length
+    /// unit.
+    pub rate_unit: String,
 }
 
 impl Emission for SceneEmission {
@@ -191,15 +194,30 @@ pub(super) fn resolve(
             None => error,
         },
     )?;
+    let rate_unit = rate_unit(&source, of_emission);
     // The source's rates are for its own length unit.
     let rate_factor = length_factor * factor;
     Ok(Radiometry {
-        emission: SceneEmission { source, length_factor, energy_factor, rate_factor },
+        emission: SceneEmission { source, length_factor, energy_factor, rate_factor, rate_unit },
         length_unit: scene_length,
         quantity,
         band: BandUnit::of(&unit, energies),
         unit,
     })
+}
+
+/// The unit of the rates of a source, or empty.
+fn rate_unit(source: &EmissionSource, of_emission: &EmissionUnits) -> String {
+    let of_file = match source {
+        EmissionSource::Grid(grid) => grid.unit.clone(),
+        _ => None,
+    };
+    let of_image = || match (source.image_unit(), source.length_unit()) {
+        ("", _) | (_, None) => String::new(),
+        (image, Some(length)) => format!("{image} {length}-1"),
+    };
+    let written = of_emission.unit.as_ref().map(|(unit, _)| unit.clone());
+    written.or(of_file).unwrap_or_else(of_image)
 }
 
 fn quantity(text: Option<&Text>, has_solid_angles: bool) -> Result<Quantity, SceneError> {

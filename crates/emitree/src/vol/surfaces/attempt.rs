@@ -1,11 +1,13 @@
 //! The attempt: surfaces, pieces and the image, with a verification.
 
+use crate::found_surfaces::FoundSurfaces;
 use crate::image::Image;
 use crate::projection::vector::{difference, norm};
 use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::found::found_surfaces;
 use crate::vol::surfaces::octree::{Cell, Grid, HIDDEN};
 use crate::vol::surfaces::pixel::KnownLines;
 use crate::vol::surfaces::raster::{Maps, Model};
@@ -38,6 +40,7 @@ pub(crate) struct Found {
     pub(crate) error: Image,
     /// The number of scattered samples.
     pub(crate) samples: usize,
+    pub(crate) surfaces: FoundSurfaces,
 }
 
 /// Searches for surfaces. Returns the image if it is within the tolerance, and all scattered samples.
@@ -73,7 +76,7 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     search.run().await?;
     let (mut rounds, mut improvements) = (0, 0);
     let mut lines = KnownLines::default();
-    let maps = loop {
+    let (model, maps) = loop {
         let model = model(&mut search).await?;
         let maps = model.maps(&search.aim, tolerance, &mut lines);
         search.aim.target = tolerance * maps.image.largest();
@@ -89,7 +92,7 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         let verdict = search.verify(&model, &maps, rounds).await?;
         rounds += 1;
         if verdict.has_passed {
-            break maps;
+            break (model, maps);
         }
         if rounds == TUNING.surfaces.verifications {
             return Ok(None);
@@ -101,7 +104,8 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         search.refine(active).await?;
     };
     let Maps { image, error } = maps;
-    Ok(Some(Found { image, error, samples: rates.len() }))
+    let surfaces = found_surfaces(&*request.view.part.chart, &model);
+    Ok(Some(Found { image, error, samples: rates.len(), surfaces }))
 }
 
 /// Refines the leaves on the lines of the pixels with the largest errors. Returns whether there are any.

@@ -18,7 +18,8 @@
 //!   through faces;
 //! * `polynomial`, `pieces`: G within each region;
 //! * `crossings`, `beam`, `rays`, `pixel`, `raster`: lines of sight, pixels and their errors;
-//! * `verification`: samples that took no part; `attempt`: all of it, with the decision.
+//! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
+//!   `attempt`: all of it, with the decision.
 
 mod columns;
 mod nearest;
@@ -45,6 +46,8 @@ mod rays;
 mod pixel;
 mod raster;
 mod verification;
+mod net;
+mod found;
 mod attempt;
 mod render;
 

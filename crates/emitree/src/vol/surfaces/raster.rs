@@ -4,7 +4,7 @@ use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::beam::Beam;
-use crate::vol::surfaces::octree::Octree;
+use crate::vol::surfaces::octree::{Label, Octree};
 use crate::vol::surfaces::pieces::Pieces;
 use crate::vol::surfaces::pixel::{KnownLines, Pixel};
 use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
@@ -74,8 +74,13 @@ impl Model {
 
     /// G at a point of the grid.
     pub(super) fn value(&self, at: [f64; 3]) -> f64 {
-        let label = usize::from(self.tree.leaf(at).region(at));
-        self.pieces.get(label).and_then(Option::as_ref).map_or(0.0, |of| of.value(at))
+        self.value_of(self.tree.leaf(at).region(at), at)
+    }
+
+    /// G of a region at a point of the grid, continued there if the point is outside of the region.
+    pub(super) fn value_of(&self, region: Label, at: [f64; 3]) -> f64 {
+        let pieces = self.pieces.get(usize::from(region)).and_then(Option::as_ref);
+        pieces.map_or(0.0, |of| of.value(at))
     }
 
     /// The numbers of the leaves that contribute to the errors of the pixels with the largest ones:

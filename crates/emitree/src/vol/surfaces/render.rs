@@ -3,6 +3,7 @@
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
+use crate::found_surfaces::FoundSurfaces;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::tile::Tile;
@@ -15,6 +16,7 @@ use crate::vol::surfaces::attempt::{Request, attempt};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::{Parts, image_plane};
 use crate::vol::view::scattered::{PartSamples, size_detected};
+use std::sync::Arc;
 
 /// The image of a view in which G jumps; `None` if it does not, or if surfaces do not give the image to
 /// the tolerance. The scattered samples are added to those known.
@@ -77,5 +79,6 @@ pub(crate) async fn render(
     made.base_level = Some(vol.base_level);
     let passes = TUNING.lowrank.least_detected_rate;
     made.smallest_feature = Some(size_detected(found.samples, passes));
+    made.surfaces = Some(Arc::new(FoundSurfaces::joined([found.surfaces])));
     Ok(Some(made))
 }
