@@ -344,7 +344,7 @@ impl Attempt<'_> {
             }
             let ranks = self.search.interpolant.ranks();
             if ranks.iter().any(|&rank| rank > TUNING.lowrank.most_functions) {
-                return Err(self.search.not_separable(&assessment).await);
+                return Err(End::NotSeparable);
             }
             if self.meter.evaluations() as f64 > self.most
                 || self.meter.share_of_time_left() < 1.0 - TUNING.lowrank.most_budget_share
@@ -357,7 +357,7 @@ impl Attempt<'_> {
             let deadline = self.meter.deadline();
             let interpolant = &self.search.interpolant;
             if forecast.prefers_tree(interpolant, self.spent(), missing, shape, deadline) {
-                return Err(self.search.not_separable(&assessment).await);
+                return Err(End::NotSeparable);
             }
             self.coarse_largest = None;
             let before = self.search.interpolant.clone();

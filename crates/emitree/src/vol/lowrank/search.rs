@@ -250,17 +250,6 @@ impl<'a> Search<'a> {
         if is_first {
             self.check_for_jumps(most).await?;
         }
-        match self.extend_bases(is_first, most).await {
-            Err(End::NotSeparable) if !is_first => {
-                self.check_for_jumps(most).await?;
-                Err(End::NotSeparable)
-            }
-            result => result,
-        }
-    }
-
-    /// Adds what is new of the newest fibers to the functions of each axis.
-    async fn extend_bases(&mut self, is_first: bool, most: f64) -> Result<(), End> {
         let resolved = if is_first {
             TUNING.lowrank.first_fiber_resolution
         } else {
@@ -273,7 +262,7 @@ impl<'a> Search<'a> {
             let part = self.view.part;
             for (axis, is_new) in is_new.iter_mut().enumerate() {
                 let is_in_view = |at: [f64; 2], along: f64| {
-                    let [u, v, _] = point(axis, at, along);
+                    let [u, v, _] = self::point(axis, at, along);
                     part.is_in_view([u, v])
                 };
                 let fibers = &mut self.interpolant.axes[axis];
@@ -308,14 +297,8 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// The end of a search that is not worth going on, after a look for jumps.
-    pub(super) async fn not_separable(&mut self, assessment: &Assessment) -> End {
-        let jumps = self.check_for_jumps(assessment.worst.1).await;
-        jumps.err().unwrap_or(End::NotSeparable)
-    }
-
-    /// Ends the search if G jumps on one of the newest fibers, given the largest residual.
-    pub(super) async fn check_for_jumps(&mut self, most: f64) -> Result<(), End> {
+    /// Ends the search if G jumps on one of the newest fibers.
+    async fn check_for_jumps(&mut self, most: f64) -> Result<(), End> {
         let axes = &self.interpolant.axes;
         let newest = |axis: usize| axes[axis].at.last().copied().unwrap_or_default();
         let mut steep: Vec<(usize, Steep)> =

@@ -1,0 +1,38 @@
+//! Method `vol` on shapes with sharp surfaces in views with an opaque planet: the surfaces are found in
+//! front of it, beside it and around it, and g is not evaluated inside.
+
+use emitree::{FromFn, RenderOptions, VolOptions, render};
+use emitree_problems::planets::random_planet;
+use emitree_problems::relative_error;
+use rayon::prelude::*;
+
+const TOLERANCE: f64 = 0.02;
+
+/// Some scenes, and the evaluations of all.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn check(seeds: &[u64], evaluations: u64) {
+    let outcome = |&seed: &u64| {
+        let scene = random_planet(seed);
+        let exact = scene.reference_image([64, 64]);
+        let options = RenderOptions::new(VolOptions::new(TOLERANCE));
+        let emission = FromFn(|position, _| scene.rate(position));
+        let rendering = render(&emission, &*scene.camera(), [64, 64], &options).unwrap();
+        let error = relative_error(&rendering.values, &exact.image);
+        let is_kept = rendering.converged() && error <= TOLERANCE + exact.error;
+        (is_kept && rendering.surfaces.is_some(), rendering.stats.evaluations)
+    };
+    let outcomes: Vec<(bool, u64)> = seeds.par_iter().map(outcome).collect();
+    let found: u64 = outcomes.iter().map(|outcome| outcome.1).sum();
+    assert!(outcomes.iter().all(|outcome| outcome.0), "{outcomes:?}");
+    assert_eq!(found, evaluations);
+}
+
+#[test]
+fn orthographic_views() {
+    check(&[0, 2, 6, 10], 0);
+}
+
+#[test]
+fn perspective_views() {
+    check(&[1, 5, 7, 15], 0);
+}
