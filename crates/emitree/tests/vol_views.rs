@@ -44,14 +44,14 @@ macro_rules! tolerances_met {
 }
 
 tolerances_met! {
-    a_hundredth_seeds_0: 0..12, 1e-2, 37_063;
-    a_hundredth_seeds_12: 12..24, 1e-2, 103_128;
-    a_hundredth_seeds_24: 24..36, 1e-2, 189_563;
-    a_hundredth_seeds_160: 160..172, 1e-2, 60_246;
-    a_hundredth_seeds_172: 172..184, 1e-2, 66_340;
-    a_hundredth_seeds_184: 184..196, 1e-2, 108_943;
-    a_thousandth_seeds_0: 0..12, 1e-3, 181_686;
-    a_thousandth_seeds_12: 12..24, 1e-3, 361_266;
-    a_thousandth_seeds_160: 160..172, 1e-3, 366_111;
-    a_thousandth_seeds_172: 172..184, 1e-3, 221_555;
+    a_hundredth_seeds_0: 0..12, 1e-2, 42_780;
+    a_hundredth_seeds_12: 12..24, 1e-2, 107_073;
+    a_hundredth_seeds_24: 24..36, 1e-2, 190_026;
+    a_hundredth_seeds_160: 160..172, 1e-2, 65_932;
+    a_hundredth_seeds_172: 172..184, 1e-2, 74_053;
+    a_hundredth_seeds_184: 184..196, 1e-2, 112_446;
+    a_thousandth_seeds_0: 0..12, 1e-3, 190_552;
+    a_thousandth_seeds_12: 12..24, 1e-3, 363_798;
+    a_thousandth_seeds_160: 160..172, 1e-3, 373_661;
+    a_thousandth_seeds_172: 172..184, 1e-3, 227_287;
 }
