@@ -84,7 +84,8 @@ fn without_found_surfaces_there_is_no_file_and_all_others_are_written() {
     assert_eq!(
         run.stderr,
         "emitree: --surfaces: the image is not made of found surfaces: expected an emission rate that \
-         jumps, no `smallest_feature`, no seeds and no tolerance below 0.0005; all other outputs were written\n"
+         jumps, and no `base_level` above 3, no `smallest_feature`, no seeds and no tolerance below \
+         0.0005; all other outputs were written\n"
     );
     folder.holds(&["a.npy", "scene.toml"]);
 }

@@ -199,8 +199,8 @@ fn drawn<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
 fn surfaces(rendered: &Rendered, format: SurfaceFormat) -> Result<Vec<u8>, Failure> {
     let Some(found) = &rendered.surfaces else {
         return Err(Failure::Request(
-            "--surfaces: the image is not made of found surfaces: expected an emission rate that jumps, no \
-             `smallest_feature`, no seeds and no tolerance below 0.0005"
+            "--surfaces: the image is not made of found surfaces: expected an emission rate that jumps, and no \
+             `base_level` above 3, no `smallest_feature`, no seeds and no tolerance below 0.0005"
                 .to_owned(),
         ));
     };

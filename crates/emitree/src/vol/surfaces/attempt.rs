@@ -31,8 +31,6 @@ pub(crate) struct Request<'a> {
     pub(crate) known: &'a [f64],
     /// The parts of the view, if lines of sight may end at opaque bodies.
     pub(crate) limbs: Option<&'a Parts<'a>>,
-    /// By how many levels the base lattice is finer than usually.
-    pub(crate) finer: u8,
 }
 
 /// The image of surfaces and the pieces beside them.
@@ -57,7 +55,7 @@ pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec
 
 async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Found>, Failure> {
     let tolerance = request.tolerance;
-    let grid = grid(request.view, tolerance, request.finer);
+    let grid = grid(request.view, tolerance);
     let allowed = 1e-2 / tolerance.max(1e-6);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "far below 2⁶⁴")]
     let most = (TUNING.surfaces.most_evaluations * allowed.powf(TUNING.surfaces.growth)) as u64;
@@ -147,7 +145,7 @@ async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
 }
 
 /// Cells that are about cubes in the world.
-fn grid(view: &WeightedView<'_>, tolerance: f64, finer: u8) -> Grid {
+fn grid(view: &WeightedView<'_>, tolerance: f64) -> Grid {
     const POINTS: usize = 64;
     const STEP: f64 = 1e-3;
     let mut lengths = [0.0; 3];
@@ -171,8 +169,7 @@ fn grid(view: &WeightedView<'_>, tolerance: f64, finer: u8) -> Grid {
         }
     }
     let lengths = lengths.map(|sum: f64| (sum / f64::max(count, 1.0)).exp());
-    let cells = TUNING.surfaces.base_cells * 8_f64.powi(i32::from(finer));
-    let size = (lengths.iter().product::<f64>() / cells).cbrt();
+    let size = (lengths.iter().product::<f64>() / TUNING.surfaces.base_cells).cbrt();
     // Powers of two, so that places are exact.
     let base = lengths.map(|length| {
         let level = (length / size).log2().round().clamp(1.0, 6.0);
@@ -184,7 +181,7 @@ fn grid(view: &WeightedView<'_>, tolerance: f64, finer: u8) -> Grid {
     let edges = lengths.map(|length| length / longest);
     let is_fine = tolerance < TUNING.surfaces.fine_below;
     let finest = if is_fine { TUNING.surfaces.fine_levels } else { TUNING.surfaces.levels };
-    Grid { edges, base, finest: finest.saturating_sub(finer) }
+    Grid { edges, base, finest }
 }
 
 #[cfg(test)]

@@ -32,7 +32,9 @@ pub(crate) async fn render(
     let has_charts = parts.parts.iter().any(|part| !part.footing.is_of_pixels());
     let plane = has_charts.then(|| image_plane(tiles));
     let [part] = &plane.as_ref().unwrap_or(parts).parts[..] else { return Ok(None) };
-    let is_usual = vol.smallest_feature.is_none() && vol.seeds.is_empty();
+    let is_usual = vol.smallest_feature.is_none()
+        && vol.seeds.is_empty()
+        && vol.base_level <= VolOptions::default().base_level;
     let is_possible = attempted.has_jump
         && axis.is_none()
         && is_usual
@@ -52,12 +54,10 @@ pub(crate) async fn render(
     let left = meter.evaluations_left() as f64;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
     let most = (TUNING.surfaces.most_budget_share * left) as u64;
-    // A base lattice that is finer than the default is requested for small structure.
-    let finer = vol.base_level.saturating_sub(VolOptions::default().base_level);
     let limbs = has_charts.then_some(parts);
     let tolerance = vol.tolerance.min(TUNING.engine.loosest_tolerance);
     let request =
-        Request { view: &view, scale: &part.scale, tolerance, most, known: &known, limbs, finer };
+        Request { view: &view, scale: &part.scale, tolerance, most, known: &known, limbs };
     let (found, rates) = match attempt(&request).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),

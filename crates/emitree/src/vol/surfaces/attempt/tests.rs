@@ -32,8 +32,8 @@ fn found(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64, most: u64) -> (O
     let part = part_of(PANE);
     let view = WeightedView { meter: &meter, part: &part, tiles: 1 };
     let scale = uniform(SHAPE, 1.0);
-    let (known, limbs, finer) = (&[][..], None, 0);
-    let request = Request { view: &view, scale: &scale, tolerance, most, known, limbs, finer };
+    let (known, limbs) = (&[][..], None);
+    let request = Request { view: &view, scale: &scale, tolerance, most, known, limbs };
     let (found, samples) = answered(&meter, |at, _| rate(at), attempt(&request)).unwrap();
     assert!(found.is_none() || samples.len() >= TUNING.surfaces.scattered);
     (found, meter.evaluations())
@@ -84,6 +84,6 @@ fn cells_are_about_cubes() {
     let meter = meter(0);
     let part = part_of(PANE);
     let view = WeightedView { meter: &meter, part: &part, tiles: 1 };
-    let grid = grid(&view, 0.01, 0);
+    let grid = grid(&view, 0.01);
     assert_eq!((grid.base, grid.finest), ([8; 3], TUNING.surfaces.levels));
 }
