@@ -8,30 +8,16 @@ use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::found::found_surfaces;
+use crate::vol::surfaces::model::Model;
 use crate::vol::surfaces::octree::{Cell, Grid, HIDDEN};
 use crate::vol::surfaces::pixel::KnownLines;
-use crate::vol::surfaces::raster::{Maps, Model};
+use crate::vol::surfaces::raster::Maps;
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::surfaces::search::{Failure, Search};
-use crate::vol::surfaces::start::Start;
+use crate::vol::surfaces::start::{Request, Start};
 use crate::vol::surfaces::visible::Visible;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::part::Parts;
 use std::collections::BTreeMap;
-
-/// What surfaces are searched for.
-pub(crate) struct Request<'a> {
-    pub(crate) view: &'a WeightedView<'a>,
-    /// The ratio of each pixel to the mean of G over it.
-    pub(crate) scale: &'a Image,
-    pub(crate) tolerance: f64,
-    /// The evaluations that may be made.
-    pub(crate) most: u64,
-    /// The first points of the scattered lattice have been sampled.
-    pub(crate) known: &'a [f64],
-    /// The parts of the view, if lines of sight may end at opaque bodies.
-    pub(crate) limbs: Option<&'a Parts<'a>>,
-}
 
 /// The image of surfaces and the pieces beside them.
 #[derive(Debug)]
@@ -72,7 +58,7 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let bucket = 0.25 * grid.cell_size(0);
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
     let mut search = Search::new(request.view, grid, aim, samples, left);
-    search.find_regions(start).await?;
+    search.find_regions(start.base, start.whole, start.scattered).await?;
     search.run().await?;
     let (mut rounds, mut improvements) = (0, 0);
     let mut lines = KnownLines::default();

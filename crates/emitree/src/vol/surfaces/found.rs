@@ -4,9 +4,9 @@ use crate::found_surfaces::FoundSurfaces;
 use crate::parallel::prelude::*;
 use crate::projection::Chart;
 use crate::projection::vector::{along, cross, difference, dot, norm, unit};
+use crate::vol::surfaces::model::Model;
 use crate::vol::surfaces::net::{Net, Vertex};
 use crate::vol::surfaces::octree::Grid;
-use crate::vol::surfaces::raster::Model;
 
 /// The step of differences of world coordinates, in canonical ones.
 const STEP: f64 = 1e-4;

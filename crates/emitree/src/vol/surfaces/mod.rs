@@ -17,7 +17,7 @@
 //!   the base lattice, points of surfaces on the edges of cells, patches of cells, their continuation
 //!   through faces;
 //! * `polynomial`, `pieces`: G within each region;
-//! * `crossings`, `beam`, `rays`, `pixel`, `raster`: lines of sight, pixels and their errors;
+//! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
 //!   `attempt`: all of it, with the decision.
 
@@ -43,6 +43,7 @@ mod pieces;
 mod crossings;
 mod beam;
 mod rays;
+mod model;
 mod pixel;
 mod raster;
 mod verification;

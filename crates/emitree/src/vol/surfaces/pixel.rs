@@ -3,8 +3,8 @@
 
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::beam::Beam;
+use crate::vol::surfaces::model::Model;
 use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree};
-use crate::vol::surfaces::raster::Model;
 use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
 use crate::vol::view::pixel_rule::RuleNode;
 

@@ -3,7 +3,6 @@
 use crate::vol::surfaces::focus::CellBox;
 use crate::vol::surfaces::octree::Grid;
 use crate::vol::surfaces::search::{Failure, Search};
-use crate::vol::surfaces::start::Start;
 use crate::vol::tuning::TUNING;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
@@ -174,10 +173,13 @@ impl BaseLattice {
 }
 
 impl Search<'_> {
-    /// Divides the base lattice into regions, and adds all first samples.
+    /// Divides a lattice into regions, and adds the samples of the lattice of the whole view, if that is
+    /// another one, and the other samples known.
     pub(super) async fn find_regions(
         &mut self,
-        Start { mut base, whole, scattered: known, .. }: Start,
+        mut base: BaseLattice,
+        whole: Option<BaseLattice>,
+        known: Vec<([f64; 3], f64)>,
     ) -> Result<(), Failure> {
         let scattered: Vec<f64> = known.iter().map(|(_, rate)| *rate).collect();
         let edges = base.join_smooth(&scattered, self.samples.negligible);

@@ -1,13 +1,29 @@
 //! The first samples: a lattice in which regions are found, and scattered points.
 
+use crate::image::Image;
 use crate::vol::lattice;
+use crate::vol::lowrank::WeightedView;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::attempt::Request;
 use crate::vol::surfaces::focus::CellBox;
 use crate::vol::surfaces::octree::Grid;
 use crate::vol::surfaces::regions::BaseLattice;
 use crate::vol::surfaces::search::Failure;
 use crate::vol::tuning::TUNING;
+use crate::vol::view::part::Parts;
+
+/// What surfaces are searched for.
+pub(crate) struct Request<'a> {
+    pub(crate) view: &'a WeightedView<'a>,
+    /// The ratio of each pixel to the mean of G over it.
+    pub(crate) scale: &'a Image,
+    pub(crate) tolerance: f64,
+    /// The evaluations that may be made.
+    pub(crate) most: u64,
+    /// The first points of the scattered lattice have been sampled.
+    pub(crate) known: &'a [f64],
+    /// The parts of the view, if lines of sight may end at opaque bodies.
+    pub(crate) limbs: Option<&'a Parts<'a>>,
+}
 
 /// The first samples of a search.
 pub(super) struct Start {

@@ -1,8 +1,9 @@
 //! The verification: sides of surfaces and values of pieces on lines of sight that took no part.
 
 use crate::vol::lattice;
+use crate::vol::surfaces::model::Model;
 use crate::vol::surfaces::octree::{Cell, Leaf};
-use crate::vol::surfaces::raster::{Maps, Model};
+use crate::vol::surfaces::raster::Maps;
 use crate::vol::surfaces::rays::Ray;
 use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;

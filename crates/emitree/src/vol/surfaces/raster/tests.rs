@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::vol::lattice;
-use crate::vol::surfaces::octree::{Facet, Grid, Leaf};
+use crate::vol::surfaces::octree::{Facet, Grid, Leaf, Octree};
 use crate::vol::surfaces::patch::{FitPoint, Patch};
+use crate::vol::surfaces::pieces::Pieces;
 
 #[test]
 fn each_line_of_a_lattice_has_its_own_row_and_column() {
