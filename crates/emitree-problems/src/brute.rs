@@ -2,6 +2,29 @@
 
 use crate::gauss::Gauss;
 
+/// The steps of [`check_line_integrals`].
+const STEPS: u32 = 4000;
+
+/// Compares the integrals over the depths of 20 lines, `integral(line)`, with midpoint sums of
+/// `rate([x, y, z])` up to where it is NaN. The rule is wrong by at most a step for each of `crossings`
+/// of a surface, at which the rate jumps by no more than `most`.
+pub(crate) fn check_line_integrals(
+    name: &str,
+    rate: impl Fn([f64; 3]) -> f64,
+    integral: impl Fn([f64; 2]) -> f64,
+    crossings: f64,
+    most: f64,
+) {
+    for k in 0..20 {
+        let line = [f64::from(k) / 20.0, f64::from(k * 7 % 20) / 20.0];
+        let z = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
+        let rates = (0..STEPS).map(|i| rate([line[0], line[1], z(i)]));
+        let sum: f64 = rates.take_while(|rate| !rate.is_nan()).sum();
+        let difference = (sum / f64::from(STEPS) - integral(line)).abs();
+        assert!(difference < crossings * most / f64::from(STEPS), "{name} {line:?}: {difference}");
+    }
+}
+
 /// The mean of ∫ rate dz over pixel \[row, column\] of `shape`: `across` nodes along each side of
 /// the pixel, 40 panels of 10 nodes along z.
 pub(crate) fn pixel(

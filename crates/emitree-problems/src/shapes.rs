@@ -257,20 +257,15 @@ impl Shape {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brute::check_line_integrals;
 
-    /// The midpoint rule is wrong by at most a step for each of the four crossings of a line.
+    /// A line crosses up to four surfaces.
     #[test]
     fn line_integrals_agree_with_many_samples_of_the_rate() {
-        const STEPS: u32 = 4000;
         for seed in 0..40 {
             let shape = random_shape(seed);
-            for k in 0..20 {
-                let line = [f64::from(k) / 20.0, f64::from(k * 7 % 20) / 20.0];
-                let z = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
-                let sum: f64 = (0..STEPS).map(|i| shape.rate([line[0], line[1], z(i)])).sum();
-                let difference = (sum / f64::from(STEPS) - shape.line_integral(line)).abs();
-                assert!(difference < 4.0 * 1.5 / f64::from(STEPS), "{seed} {line:?}: {difference}");
-            }
+            let (rate, integral) = (|r| shape.rate(r), |line| shape.line_integral(line));
+            check_line_integrals(&seed.to_string(), rate, integral, 4.0, 1.5);
         }
     }
 

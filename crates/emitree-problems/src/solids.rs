@@ -171,20 +171,14 @@ fn means(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brute::check_line_integrals;
 
-    /// The midpoint rule is wrong by at most a step for each surface that a line crosses.
     #[test]
     fn line_integrals_agree_with_many_samples_of_the_rate() {
-        const STEPS: u32 = 4000;
         for seed in 0..30 {
             let solids = random_solids(seed);
-            for k in 0..20 {
-                let line = [f64::from(k) / 20.0, f64::from(k * 7 % 20) / 20.0];
-                let z = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
-                let sum: f64 = (0..STEPS).map(|i| solids.rate([line[0], line[1], z(i)])).sum();
-                let difference = (sum / f64::from(STEPS) - solids.line_integral(line)).abs();
-                assert!(difference < 4.0 * 4.0 / f64::from(STEPS), "{seed} {line:?}: {difference}");
-            }
+            let (rate, integral) = (|r| solids.rate(r), |line| solids.line_integral(line));
+            check_line_integrals(&seed.to_string(), rate, integral, 4.0, 4.0);
         }
     }
 

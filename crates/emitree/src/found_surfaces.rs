@@ -54,39 +54,4 @@ impl FoundSurfaces {
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
     }
-
-    /// The surfaces of several parts of a view, one after the other.
-    pub(crate) fn joined(parts: impl IntoIterator<Item = Self>) -> Self {
-        let mut all = Self::default();
-        for part in parts {
-            let before = u32::try_from(all.len()).unwrap_or(u32::MAX);
-            all.positions.extend(part.positions);
-            all.normals.extend(part.normals);
-            all.jumps.extend(part.jumps);
-            all.uncertainties.extend(part.uncertainties);
-            let moved = |triangle: [u32; 3]| triangle.map(|vertex| vertex.saturating_add(before));
-            all.triangles.extend(part.triangles.into_iter().map(moved));
-        }
-        all
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn triangles_of_several_parts_have_the_numbers_of_their_own_vertices() {
-        let part = |x: f64| FoundSurfaces {
-            positions: vec![[x, 0.0, 0.0], [x, 1.0, 0.0], [x, 0.0, 1.0]],
-            normals: vec![[1.0, 0.0, 0.0]; 3],
-            jumps: vec![x; 3],
-            uncertainties: vec![0.0; 3],
-            triangles: vec![[0, 1, 2]],
-        };
-        let all = FoundSurfaces::joined([part(1.0), part(2.0)]);
-        assert_eq!((all.len(), &all.triangles[..]), (6, &[[0, 1, 2], [3, 4, 5]][..]));
-        assert_eq!(all.positions[3..], part(2.0).positions[..]);
-        assert!(FoundSurfaces::joined([]).is_empty());
-    }
 }

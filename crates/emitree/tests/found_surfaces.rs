@@ -172,12 +172,14 @@ fn bounds_are_no_surfaces() {
     let camera = camera.with_bounds(bounds);
     let surfaces = found(|at| ball_in_shell(at) + 0.4, &camera, 0.02);
     assert!(surfaces.len() > 1_000);
-    for position in &surfaces.positions {
+    let off = surfaces.positions.iter().map(|position| {
         let r = norm(from_centre(*position));
-        let off = (r - RADII[0]).abs().min((r - RADII[1]).abs());
-        // Nearly all of the bounds are further away.
-        assert!(off < 0.05, "{position:?} {off}");
-    }
+        (r - RADII[0]).abs().min((r - RADII[1]).abs())
+    });
+    let off: Vec<f64> = off.collect();
+    assert!(quantile(off.clone(), 0.999) < 0.02);
+    // The bounds are 0.15 from the spheres at the least.
+    assert!(quantile(off, 1.0) < 0.05);
 }
 
 #[test]

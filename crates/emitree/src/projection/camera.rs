@@ -386,14 +386,12 @@ impl<P: ImagePlane> Chart for PlaneChart<'_, P> {
         self.camera.plane.solid_angle_density(uv)
     }
 
-    fn visible_depth(&self, uv: [f64; 2]) -> f64 {
+    fn visible_end(&self, uv: [f64; 2]) -> Option<(usize, f64)> {
         let line = self.camera.line(uv);
         let surroundings = &self.camera.surroundings;
+        let (Region::Body(body), end) = surroundings.end_of(&line) else { return None };
         let [from, to] = line.ends;
-        match surroundings.end_of(&line) {
-            (Region::Body(_), end) => surroundings.span(from, to).z_of(end).clamp(0.0, 1.0),
-            _ => 1.0,
-        }
+        Some((body, surroundings.span(from, to).z_of(end).clamp(0.0, 1.0)))
     }
 
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {

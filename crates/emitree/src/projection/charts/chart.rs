@@ -29,10 +29,10 @@ pub trait Chart: Send + Sync + core::fmt::Debug {
         None
     }
 
-    /// The depth at which the line of sight at (u, v) ends at an opaque body; 1 if it meets none, or if
-    /// the chart ends there itself.
-    fn visible_depth(&self, _uv: [f64; 2]) -> f64 {
-        1.0
+    /// The number of the opaque body at which the line of sight at (u, v) ends, and the depth there;
+    /// `None` if it meets none, or if the chart ends there itself.
+    fn visible_end(&self, _uv: [f64; 2]) -> Option<(usize, f64)> {
+        None
     }
 
     /// Whether some points of the chart are inside an opaque body, where g has no value.

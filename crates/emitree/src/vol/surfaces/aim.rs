@@ -61,7 +61,7 @@ impl Aim<'_> {
         let Some(visible) = &self.visible else { return false };
         let [low, high] = [0.0, 1.0]
             .map(|side| grid.canonical(grid.point(level, at.map(|k| f64::from(k) + side))));
-        low[2] > visible.deepest([low[0], low[1]], [high[0], high[1]])
+        visible.end_before([[low[0], low[1]], [high[0], high[1]]], low[2])
     }
 
     /// The longest edge of a pixel in the coordinates of a grid.

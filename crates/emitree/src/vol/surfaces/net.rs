@@ -234,16 +234,19 @@ impl Lattice<'_> {
     fn vertex(&self, (_, sides): Place, found: &Crossings) -> Vertex {
         let mean = found.sum.map(|sum| sum / found.count.max(1.0));
         let size = self.tree.grid.cell_size(self.level);
-        let mut leaves = found.leaves.clone();
-        leaves.push(self.tree.find(mean));
-        let facets = leaves.iter().flat_map(|leaf| match &self.tree.leaves[*leaf].1 {
+        let facets = |leaf: usize| match &self.tree.leaves[leaf].1 {
             Leaf::Cut(facets) => &facets[..],
             Leaf::Uncut(_) | Leaf::Unresolved(..) | Leaf::Hidden => &[],
-        });
+        };
         let between = |of: &&Facet| sides.contains(&of.below) && sides.contains(&of.above);
-        let walls = facets.filter(between).map(|of| (of, of.wall.above(mean).abs()));
+        // The patches of other leaves are continued to this place.
+        let own = self.tree.find(mean);
+        let has_own = facets(own).iter().any(|of| between(&of));
+        let leaves = if has_own { &[own][..] } else { &found.leaves[..] };
+        let walls = leaves.iter().flat_map(|leaf| facets(*leaf)).filter(between);
+        let walls = walls.map(|of| (of, of.wall.above(mean).abs()));
         let Some((facet, _)) = walls.min_by(|a, b| a.1.total_cmp(&b.1)) else {
-            // Nobody knows where in its leaf the surface is.
+            // The place of the surface in its leaf is not known.
             let normal = unit(found.direction).unwrap_or([0.0, 0.0, 1.0]);
             let sizes =
                 leaves.iter().map(|leaf| self.tree.grid.cell_size(self.tree.leaves[*leaf].0.0));

@@ -3,7 +3,6 @@
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
-use crate::found_surfaces::FoundSurfaces;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::tile::Tile;
@@ -15,7 +14,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::surfaces::attempt::attempt;
 use crate::vol::surfaces::start::Request;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::part::{Parts, image_plane};
+use crate::vol::view::part::{Parts, parts as parts_of};
 use crate::vol::view::scattered::{PartSamples, size_detected};
 use std::sync::Arc;
 
@@ -31,7 +30,7 @@ pub(crate) async fn render(
 ) -> Result<Option<MethodOutput>, MethodError> {
     // Bodies hide a part of the lines of sight, but do not end the chart of the image plane.
     let has_charts = parts.parts.iter().any(|part| !part.footing.is_of_pixels());
-    let plane = has_charts.then(|| image_plane(tiles));
+    let plane = has_charts.then(|| parts_of(tiles, None));
     let [part] = &plane.as_ref().unwrap_or(parts).parts[..] else { return Ok(None) };
     let is_usual = vol.smallest_feature.is_none()
         && vol.seeds.is_empty()
@@ -40,8 +39,7 @@ pub(crate) async fn render(
         && axis.is_none()
         && is_usual
         && vol.tolerance >= TUNING.surfaces.least_tolerance
-        && part.footing.is_raster_of_pixels()
-        && !part.chart.has_gaps();
+        && part.footing.is_raster_of_pixels();
     if !is_possible {
         return Ok(None);
     }
@@ -80,6 +78,6 @@ pub(crate) async fn render(
     made.base_level = Some(vol.base_level);
     let passes = TUNING.lowrank.least_detected_rate;
     made.smallest_feature = Some(size_detected(found.samples, passes));
-    made.surfaces = Some(Arc::new(FoundSurfaces::joined([found.surfaces])));
+    made.surfaces = Some(Arc::new(found.surfaces));
     Ok(Some(made))
 }

@@ -110,13 +110,16 @@ impl<'a> Search<'a> {
     /// Samples G at points, as far as lines of sight reach them. Returns the numbers of the samples,
     /// whose regions follow from their values.
     pub(super) async fn sample(&mut self, points: &[[f64; 3]]) -> Result<Vec<usize>, Failure> {
-        let seen: Vec<[f64; 3]> = points.iter().copied().filter(|at| !self.hides(*at)).collect();
+        let is_seen: Vec<bool> = points.iter().map(|at| !self.hides(*at)).collect();
+        let both = || points.iter().copied().zip(is_seen.iter().copied());
+        let seen: Vec<[f64; 3]> =
+            both().filter_map(|(at, is_seen)| is_seen.then_some(at)).collect();
         let mut rates = self.rates(&seen).await?.into_iter();
-        let of_point = |at: &[f64; 3]| match self.hides(*at) {
-            true => Ok(self.samples.add_hidden(*at)),
-            false => self.add(*at, rates.next().unwrap_or(0.0)),
+        let of_point = |(at, is_seen)| match is_seen {
+            true => self.add(at, rates.next().unwrap_or(0.0)),
+            false => Ok(self.samples.add_hidden(at)),
         };
-        points.iter().map(of_point).collect()
+        both().map(of_point).collect()
     }
 
     /// Adds a sample to the region that its value belongs to, or to a new one.
@@ -203,12 +206,17 @@ impl<'a> Search<'a> {
         let (mut cut, mut uncut, mut next) = (Vec::new(), Vec::new(), Vec::new());
         for cell in cells.drain(..) {
             match self.labels(&cell).len() {
-                // A line may reach the cell between these samples.
+                // Between two bodies lines may reach the cell.
                 0 if level < self.grid.finest => {
                     next.extend(children(cell.cell.1).map(|child| (child, Guess::NONE)));
                 }
                 0 => {
-                    self.leaves.insert(cell.cell, Leaf::Hidden);
+                    let near = self.samples.nearest(self.grid.centre(cell.cell), 1);
+                    let unresolved = |&(_, i): &(f64, usize)| {
+                        Leaf::Unresolved(self.samples.label(i), self.samples.get(i).rate.abs())
+                    };
+                    let leaf = near.first().map_or(Leaf::Hidden, unresolved);
+                    self.leaves.insert(cell.cell, leaf);
                 }
                 1 => uncut.push(cell),
                 _ => cut.push(cell),

@@ -7,10 +7,6 @@ use crate::projection::Chart;
 use crate::vol::view::part::Parts;
 use crate::vol::view::pixel_rule::RuleNode;
 
-/// The places along each edge of a rectangle at which depths are computed. Behind one convex body the
-/// corners suffice; the others detect a gap between two.
-const PLACES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-
 /// The ends of lines of sight at opaque bodies.
 pub(super) struct Visible<'a> {
     chart: &'a dyn Chart,
@@ -26,15 +22,16 @@ impl<'a> Visible<'a> {
 
     /// The depth at which the line at canonical (x, y) ends.
     pub(super) fn depth(&self, xy: [f64; 2]) -> f64 {
-        self.chart.visible_depth(xy)
+        self.chart.visible_end(xy).map_or(1.0, |(_, depth)| depth)
     }
 
-    /// The largest such depth at places of a rectangle.
-    pub(super) fn deepest(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
-        let along = |k: usize| PLACES.map(|share| low[k] + share * (high[k] - low[k]));
-        let [columns, rows] = [along(0), along(1)];
-        let places = columns.iter().flat_map(|x| rows.iter().map(move |y| [*x, *y]));
-        places.map(|xy| self.depth(xy)).fold(0.0, f64::max)
+    /// Whether all lines in a rectangle of the image end before a depth: those at its corners do, at one
+    /// body. A body is convex, so that all lines between them meet it, none further away than at a corner.
+    pub(super) fn end_before(&self, [low, high]: [[f64; 2]; 2], depth: f64) -> bool {
+        let corners = [low, [high[0], low[1]], [low[0], high[1]], high];
+        let ends = corners.map(|xy| self.chart.visible_end(xy));
+        let [Some((first, _)), ..] = ends else { return false };
+        ends.iter().all(|end| end.is_some_and(|(body, end)| body == first && end < depth))
     }
 
     /// Whether a limb crosses a pixel.

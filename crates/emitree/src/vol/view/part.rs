@@ -81,12 +81,7 @@ pub(crate) fn atlas<'a>(tiles: &[Tile<'a>], found: &[FoundEdge]) -> Option<Atlas
     Atlas::new(planes.collect(), found)
 }
 
-/// The image plane of each tile as a part, whatever limbs there are.
-pub(crate) fn image_plane<'a>(tiles: &[Tile<'a>]) -> Parts<'a> {
-    parts(tiles, None)
-}
-
-/// The parts of a view with this atlas.
+/// The parts of a view with this atlas; without one, the image plane of each tile, whatever limbs there are.
 pub(crate) fn parts<'a>(tiles: &[Tile<'a>], atlas: Option<&'a Atlas<'a>>) -> Parts<'a> {
     let scales: Vec<Image> =
         tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape)).collect();
