@@ -39,6 +39,7 @@ pub mod recorded;
 pub mod shapes;
 pub mod shell;
 pub mod shock;
+pub mod smile;
 pub mod solids;
 pub mod tails;
 pub mod views;

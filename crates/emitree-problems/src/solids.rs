@@ -149,7 +149,7 @@ pub(crate) fn mean_of_lines(
 }
 
 /// The mean of `lines` × `lines` lines for each pixel.
-fn means(
+pub(crate) fn means(
     [height, width]: [usize; 2],
     lines: usize,
     line_integral: &(impl Fn([f64; 2]) -> f64 + Sync),

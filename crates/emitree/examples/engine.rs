@@ -6,6 +6,7 @@
 //! `… -- peaks 0 40 1e-2` anisotropic peaks, `… -- solids 0 120 1e-2` sums of random solids with sharp
 //! surfaces, `… -- shapes 0 80 1e-2` random boxes, ellipsoids, cylinders, unions and shells,
 //! `… -- planets 0 80 1e-2` these around an opaque planet, in orthographic and perspective views,
+//! `… -- smile 0 40 1e-2` the magnetosheath from random viewpoints,
 //! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- monotone 0 60` and
 //! `… -- monotone 0 40 peaks` search for tolerances that cost more than tighter ones, and
 //! `… -- paper 0 72 1e-2` searches for the cheapest threshold of method `paper` for each random scene.
@@ -20,6 +21,7 @@ use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene
 use emitree_problems::planets::random_planet;
 use emitree_problems::relative_error;
 use emitree_problems::shapes::random_shape;
+use emitree_problems::smile::random_smile;
 use emitree_problems::solids::random_solids;
 use emitree_problems::views::{Outcome, RandomView, random_view};
 use std::error::Error;
@@ -55,6 +57,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scenes = (from.parse()?..to.parse()?).map(planet_scene).collect();
             many(scenes, &numbers(tolerances)?)
         }
+        ["smile", from, to, tolerances] => {
+            let scenes = (from.parse()?..to.parse()?).map(smile_scene).collect();
+            many(scenes, &numbers(tolerances)?)
+        }
         ["views", from, to, tolerances] => views(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["monotone", from, to] => monotone((from.parse()?..to.parse()?).map(random_scene)),
         ["monotone", from, to, "peaks"] => monotone((from.parse()?..to.parse()?).map(random_peak)),
@@ -63,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
         _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
                   solids FROM TO T,… | shapes FROM TO T,… | planets FROM TO T,… | \
-                  views FROM TO T,… | monotone FROM TO [peaks] | \
+                  smile FROM TO T,… | views FROM TO T,… | monotone FROM TO [peaks] | \
                   paper [FROM TO] T,… | trace NAME T"
             .into()),
     }
@@ -76,12 +82,13 @@ fn numbers(text: &str) -> Result<Vec<f64>, Box<dyn Error>> {
 fn vol(
     rate: impl Fn([f64; 3]) -> f64 + Sync,
     camera: &dyn Projection,
+    shape: [usize; 2],
     tolerance: f64,
 ) -> Result<Rendering, Box<dyn Error>> {
     let emission = FromFn(|position, _| rate(position));
     let options = VolOptions::new(tolerance);
     let options = RenderOptions::new(options).with_max_evaluations(3_000_000);
-    Ok(render(&emission, camera, SHAPE, &options)?)
+    Ok(render(&emission, camera, shape, &options)?)
 }
 
 /// The share of the pixels that are within their own estimate, and `slack` of the largest pixel.
@@ -103,7 +110,7 @@ fn named(tolerances: &[f64], only: &str) -> Result<(), Box<dyn Error>> {
         let exact = problem.exact_image(SHAPE);
         for &tolerance in tolerances {
             let start = Instant::now();
-            let rendering = vol(|r| problem.rate(r), &Canonical, tolerance)?;
+            let rendering = vol(|r| problem.rate(r), &Canonical, SHAPE, tolerance)?;
             println!(
                 "| {} | {tolerance:.0e} | {} | {} | {:.1e} | {:.1e}{} | {:.4} | {:.2} |",
                 problem.name,
@@ -178,13 +185,21 @@ fn planet_scene(seed: u64) -> Scene {
     Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference }
 }
 
+fn smile_scene(seed: u64) -> Scene {
+    let scene = random_smile(seed);
+    let (name, reference) = (scene.name(), scene.reference_image([32; 2]));
+    let camera = scene.camera();
+    Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference }
+}
+
 /// How often a tolerance is met, and at what cost.
 fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     for &tolerance in tolerances {
         let (mut kept, mut logs, mut ratios, mut insides) = (0, 0.0, Vec::new(), 0.0);
         for Scene { name, rate, camera, reference } in &scenes {
             let (exact, slack) = (&reference.image, reference.error);
-            let rendering = vol(rate, &**camera, tolerance)?;
+            let shape = [exact.height(), exact.width()];
+            let rendering = vol(rate, &**camera, shape, tolerance)?;
             let error = relative_error(&rendering.values, exact);
             let estimate = rendering.estimated_error().unwrap_or(f64::NAN);
             let is_kept = error <= tolerance + slack && rendering.converged();
@@ -283,7 +298,7 @@ fn monotone(scenes: impl Iterator<Item = RandomScene>) -> Result<(), Box<dyn Err
     for scene in scenes {
         let mut costs = [0.0; LADDER.len()];
         for (cost, tolerance) in costs.iter_mut().zip(LADDER) {
-            *cost = vol(|r| scene.rate(r), &Canonical, tolerance)?.stats.evaluations as f64;
+            *cost = vol(|r| scene.rate(r), &Canonical, SHAPE, tolerance)?.stats.evaluations as f64;
         }
         let cheapest_from = |k: usize| costs[k..].iter().copied().fold(f64::INFINITY, f64::min);
         let worst = (0..costs.len()).map(|k| costs[k] / cheapest_from(k)).fold(0.0, f64::max);
