@@ -32,10 +32,23 @@ pub(crate) struct Found {
 /// Searches for surfaces. Returns the image if it is within the tolerance, and all scattered samples.
 pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec<f64>), Stop> {
     let mut rates = request.known.to_vec();
-    match find(request, &mut rates).await {
+    let dbg = find(request, &mut rates).await;
+    eprintln!("DBG end {}", match &dbg { Ok(Some(_)) => "found".into(), Ok(None) => "none".into(), Err(e) => format!("{e:?}") });
+    match dbg {
         Ok(found) => Ok((found, rates)),
         Err(Failure::TooComplex) | Err(Failure::Stopped(Stop::Budget)) => Ok((None, rates)),
         Err(Failure::Stopped(stop)) => Err(stop),
+    }
+}
+
+fn dump(search: &Search<'_>, name: &str) {
+    use std::io::Write;
+    let Ok(dir) = std::env::var("DUMP") else { return };
+    let mut file = std::io::BufWriter::new(std::fs::File::create(format!("{dir}/{name}.csv")).unwrap());
+    for i in 0..search.samples.len() {
+        let s = search.samples.get(i);
+        let w = search.view.part.chart.world_from_chart(search.grid.canonical(s.at)).position;
+        writeln!(file, "{i},{},{},{},{},{},{},{},{}", w[0], w[1], w[2], s.rate, search.samples.label(i), s.at[0], s.at[1], s.at[2]).unwrap();
     }
 }
 
@@ -59,13 +72,16 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
     let mut search = Search::new(request.view, grid, aim, samples, left);
     search.find_regions(start.base, start.whole, start.scattered).await?;
-    search.run().await?;
+    dump(&search, "start");
+    eprintln!("DBG regions {} left {} of {most} target {} largest {}", search.samples.regions(), search.left, search.aim.target, start.largest);
+    let dbg = search.run().await; dump(&search, "run"); eprintln!("DBG run {dbg:?} regions {} samples {} left {}", search.samples.regions(), search.samples.len(), search.left); dbg?;
     let (mut rounds, mut improvements) = (0, 0);
     let mut lines = KnownLines::default();
     let (model, maps) = loop {
         let model = model(&mut search).await?;
         let maps = model.maps(&search.aim, tolerance, &mut lines);
         search.aim.target = tolerance * maps.image.largest();
+        eprintln!("DBG error {} T largest {} left {}", maps.error.largest() / search.aim.target, maps.image.largest(), search.left);
         if maps.error.largest() > TUNING.surfaces.accepted_share * search.aim.target {
             improvements += 1;
             if improvements > TUNING.surfaces.improvements
@@ -77,6 +93,7 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         }
         let verdict = search.verify(&model, &maps, rounds).await?;
         rounds += 1;
+        eprintln!("DBG verify {} wrong {}", verdict.has_passed, verdict.wrong.len());
         if verdict.has_passed {
             break (model, maps);
         }

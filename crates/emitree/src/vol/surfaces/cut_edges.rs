@@ -69,9 +69,10 @@ impl Search<'_> {
             let least = if is_same { least } else { 0.0 };
             if across([low, high]) <= least.max(self.samples.negligible) {
                 // G does not jump here.
-                self.samples.merge(a, b);
+                self.samples.note_border(a, b, false);
                 continue;
             }
+            self.samples.note_border(a, b, true);
             let (at, point) = search.root();
             let place = f64::from(from) + at * f64::from(step);
             let number = self.points.len();
@@ -93,7 +94,7 @@ impl Search<'_> {
                         && ![a, b].contains(&HIDDEN)
                         && (to - from).abs() <= self.samples.negligible
                     {
-                        self.samples.merge(a, b);
+                        self.samples.note_border(a, b, false);
                     }
                 }
             }

@@ -4,7 +4,7 @@ use crate::vol::surfaces::focus::CellBox;
 use crate::vol::surfaces::octree::Grid;
 use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
 
 /// The most edges that are tested at once, and how often.
@@ -12,6 +12,10 @@ const MOST_TESTS: usize = 96;
 const ROUNDS: usize = 8;
 /// The number of jumps found between two parts after which no more edges between them are tested.
 const ENOUGH_JUMPS: usize = 2;
+/// The number of edges within a part that are tested at once, and of those without a jump after which no
+/// more are tested.
+const TESTS_WITHIN: usize = 8;
+const ENOUGH_WITHIN: usize = 8;
 
 /// An edge of the base lattice between two corners.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +24,10 @@ struct Edge {
     rates: [f64; 2],
     /// |difference| over the sum of the |values|.
     change: f64,
+    /// Whether values nearby predict the difference.
+    is_smooth: bool,
+    /// Whether G jumps on the edge, once this has been tested.
+    is_jump: Option<bool>,
 }
 
 /// Two points of an edge with their values.
@@ -34,17 +42,16 @@ pub(super) struct BaseLattice {
     pub(super) rates: Vec<Option<f64>>,
     /// The representative of the part of each corner, or another of it.
     part: Vec<usize>,
-    tested: FxHashMap<usize, bool>,
-    /// Whether the value of each corner is that of a plateau.
-    plateau: Vec<bool>,
+    /// The value of the plateau of each corner that is on one.
+    plateau: Vec<Option<f64>>,
 }
 
 impl BaseLattice {
     pub(super) fn new(cells: CellBox, rates: Vec<Option<f64>>) -> Self {
         let count = cells.cells.map(|k| k as usize + 1);
         let corners = count.iter().product();
-        let (part, plateau) = ((0..corners).collect(), vec![false; corners]);
-        Self { cells, count, rates, part, tested: FxHashMap::default(), plateau }
+        let (part, plateau) = ((0..corners).collect(), vec![None; corners]);
+        Self { cells, count, rates, part, plateau }
     }
 
     /// The number of a corner.
@@ -101,15 +108,37 @@ impl BaseLattice {
         [false, true].iter().any(|&k| self.beyond([corner; 2], axis, k).is_some_and(equals))
     }
 
-    /// Finds the values of plateaus: a scattered sample has exactly the same value, as happens to no
-    /// function that varies.
-    fn find_plateaus(&mut self, scattered: &[f64]) {
+    /// Finds the corners on plateaus: a scattered sample has exactly the same value, as happens to no
+    /// function that varies, or the value differs little from that of a plateau next to it.
+    fn find_plateaus(&mut self, scattered: &[f64], negligible: f64) {
         let mut scattered = scattered.to_vec();
         scattered.sort_by(f64::total_cmp);
-        let recurs = |rate: &Option<f64>| {
-            rate.is_some_and(|rate| scattered.binary_search_by(|of| of.total_cmp(&rate)).is_ok())
-        };
-        self.plateau = self.rates.iter().map(recurs).collect();
+        let recurs =
+            |rate: &f64| scattered.binary_search_by(|of| of.total_cmp(rate)).is_ok();
+        self.plateau = self.rates.iter().map(|rate| rate.filter(recurs)).collect();
+        let mut next: Vec<usize> =
+            (0..self.plateau.len()).filter(|&corner| self.plateau[corner].is_some()).collect();
+        while let Some(corner) = next.pop() {
+            for beside in self.beside(corner) {
+                let [own, value] = [self.plateau[corner], self.rates[beside]];
+                let is_level = own.zip(value).is_some_and(|(a, b)| (b - a).abs() <= negligible);
+                if is_level && self.plateau[beside].is_none() {
+                    self.plateau[beside] = own;
+                    next.push(beside);
+                }
+            }
+        }
+    }
+
+    /// The corners next to one.
+    fn beside(&self, corner: usize) -> impl Iterator<Item = usize> + use<> {
+        let (at, count) = (self.corner(corner), self.count);
+        let strides = [count[1] * count[2], count[2], 1];
+        (0..3).flat_map(move |axis| {
+            let below = (at[axis] > 0).then(|| corner - strides[axis]);
+            let above = (at[axis] + 1 < count[axis]).then(|| corner + strides[axis]);
+            below.into_iter().chain(above)
+        })
     }
 
     /// Whether an edge is between parts of constant values: the values recur next to its ends, and
@@ -137,10 +166,11 @@ impl BaseLattice {
         !both.is_empty() && both.iter().all(|error| *error <= allowed)
     }
 
-    /// Joins the corners between which G changes little or steadily. Returns the other edges.
+    /// Joins the corners between which G changes little or steadily. Returns all edges between others, and
+    /// whether each is such a smooth one. Those between plateaus are none of them.
     fn join_smooth(&mut self, scattered: &[f64], negligible: f64) -> Vec<Edge> {
-        self.find_plateaus(scattered);
-        let mut others = Vec::new();
+        self.find_plateaus(scattered, negligible);
+        let mut edges = Vec::new();
         for number in 0..self.rates.len() {
             for axis in 0..3 {
                 let mut end = self.corner(number);
@@ -151,24 +181,81 @@ impl BaseLattice {
                 let ends = [number, self.number(end)];
                 let [Some(a), Some(b)] = ends.map(|i| self.rates[i]) else { continue };
                 let difference = (b - a).abs();
-                let is_step = difference > negligible && ends.iter().all(|&end| self.plateau[end]);
-                if is_step {
-                    // A jump, or a slope that is as steep.
-                    continue;
-                }
-                if difference <= negligible || self.is_slope(ends, [a, b], axis, negligible) {
-                    self.join(ends);
-                } else {
-                    others.push(Edge {
-                        ends,
-                        rates: [a, b],
-                        change: difference / (a.abs() + b.abs()),
-                    });
-                }
+                let is_smooth = match ends.map(|end| self.plateau[end]) {
+                    [None, None] => {
+                        difference <= negligible || self.is_slope(ends, [a, b], axis, negligible)
+                    }
+                    [Some(a), Some(b)] if (b - a).abs() <= negligible => true,
+                    // A plateau has all values close to its own, and no others.
+                    _ => continue,
+                };
+                let change = if difference > 0.0 { difference / (a.abs() + b.abs()) } else { 0.0 };
+                edges.push(Edge { ends, rates: [a, b], change, is_smooth, is_jump: None });
             }
         }
-        others.sort_by(|a, b| a.change.total_cmp(&b.change).then(a.ends.cmp(&b.ends)));
-        others
+        edges.sort_by(|a, b| a.change.total_cmp(&b.change).then(a.ends.cmp(&b.ends)));
+        self.divide(&edges);
+        edges
+    }
+
+    /// Divides the corners into parts, each connected by edges that do not jump, in ascending order of
+    /// change. No part has both ends of an edge that jumps: where a jump fades out along a surface, the
+    /// parts on its two sides meet, but remain two.
+    fn divide(&mut self, edges: &[Edge]) {
+        self.part = (0..self.part.len()).collect();
+        let jumps: Vec<[usize; 2]> =
+            edges.iter().filter(|of| of.is_jump == Some(true)).map(|of| of.ends).collect();
+        let joins = |of: &&Edge| !of.is_jump.unwrap_or(!of.is_smooth);
+        for edge in edges.iter().filter(joins) {
+            let own = self.parts(edge.ends);
+            let is_divided = |ends: &[usize; 2]| self.parts(*ends) == own;
+            if own[0] != own[1] && !jumps.iter().any(is_divided) {
+                self.join(own);
+            }
+        }
+    }
+
+    /// The parts of two corners, the smaller number first.
+    fn parts(&self, ends: [usize; 2]) -> [usize; 2] {
+        let [a, b] = ends.map(|end| self.find(end));
+        [a.min(b), a.max(b)]
+    }
+
+    /// The next edges to be tested: those that join parts of few known jumps between them, and the steepest
+    /// of those within a part, as long as these jump.
+    fn next_tests(&self, edges: &[Edge]) -> Vec<usize> {
+        let mut jumps: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+        let mut smooth: BTreeMap<usize, usize> = BTreeMap::new();
+        for edge in edges {
+            let parts = self.parts(edge.ends);
+            match edge.is_jump {
+                Some(true) => *jumps.entry(parts).or_default() += 1,
+                Some(false) if parts[0] == parts[1] => *smooth.entry(parts[0]).or_default() += 1,
+                _ => {}
+            }
+        }
+        let mut seen = FxHashSet::default();
+        let mut tests = Vec::new();
+        let is_open = |edge: &Edge| edge.is_jump.is_none() && !edge.is_smooth;
+        for (number, edge) in edges.iter().enumerate().filter(|(_, edge)| is_open(edge)) {
+            let parts = self.parts(edge.ends);
+            let is_enough = jumps.get(&parts).is_some_and(|count| *count >= ENOUGH_JUMPS);
+            if parts[0] != parts[1] && !is_enough && seen.insert(parts) {
+                tests.push(number);
+            }
+        }
+        tests.truncate(MOST_TESTS);
+        let mut within: BTreeMap<usize, usize> = BTreeMap::new();
+        for (number, edge) in edges.iter().enumerate().rev().filter(|(_, edge)| is_open(edge)) {
+            let parts = self.parts(edge.ends);
+            let tested = within.entry(parts[0]).or_default();
+            let known = smooth.get(&parts[0]).copied().unwrap_or(0);
+            if parts[0] == parts[1] && known < ENOUGH_WITHIN && *tested < TESTS_WITHIN {
+                *tested += 1;
+                tests.push(number);
+            }
+        }
+        tests
     }
 }
 
@@ -182,41 +269,31 @@ impl Search<'_> {
         known: Vec<([f64; 3], f64)>,
     ) -> Result<(), Failure> {
         let scattered: Vec<f64> = known.iter().map(|(_, rate)| *rate).collect();
-        let edges = base.join_smooth(&scattered, self.samples.negligible);
+        let mut edges = base.join_smooth(&scattered, self.samples.negligible);
         let mut found: Vec<([f64; 3], f64)> = Vec::new();
         for _ in 0..ROUNDS {
-            let mut jumps: FxHashMap<[usize; 2], usize> = FxHashMap::default();
-            let parts = |base: &BaseLattice, edge: &Edge| {
-                let [a, b] = edge.ends.map(|end| base.find(end));
-                [a.min(b), a.max(b)]
-            };
-            for (number, edge) in edges.iter().enumerate() {
-                if base.tested.get(&number) == Some(&true) {
-                    *jumps.entry(parts(&base, edge)).or_default() += 1;
-                }
-            }
-            let mut seen = FxHashSet::default();
-            let is_open = |(number, edge): &(usize, &Edge)| {
-                let parts = parts(&base, edge);
-                parts[0] != parts[1]
-                    && !base.tested.contains_key(number)
-                    && jumps.get(&parts).is_none_or(|count| *count < ENOUGH_JUMPS)
-                    && seen.insert(parts)
-            };
-            let tests = edges.iter().enumerate().filter(is_open).take(MOST_TESTS);
-            let tests: Vec<(usize, Edge)> = tests.map(|(number, edge)| (number, *edge)).collect();
+            let tests = base.next_tests(&edges);
             if tests.is_empty() {
                 break;
             }
-            let are_jumps = self.test(&base, &tests, &mut found).await?;
-            for ((number, edge), is_jump) in tests.into_iter().zip(are_jumps) {
-                base.tested.insert(number, is_jump);
-                if !is_jump {
-                    base.join(edge.ends);
-                }
+            let tested: Vec<Edge> = tests.iter().map(|&number| edges[number]).collect();
+            let are_jumps = self.test(&base, &tested, &mut found).await?;
+            for (number, is_jump) in tests.into_iter().zip(are_jumps) {
+                edges[number].is_jump = Some(is_jump);
+            }
+            base.divide(&edges);
+        }
+        eprintln!("DBG jumps {:?}", edges.iter().filter_map(|e| e.is_jump).fold([0, 0], |mut c, j| { c[usize::from(j)] += 1; c }));
+        self.label_base(&base)?;
+        for edge in edges.iter().filter(|edge| edge.is_jump == Some(true)) {
+            let label = |end: usize| {
+                let corner = base.cells.finest(&self.grid, base.corner(end));
+                self.corners.get(&corner).map(|&i| self.samples.label(i))
+            };
+            if let [Some(a), Some(b)] = edge.ends.map(label) {
+                self.samples.note_border(a, b, true);
             }
         }
-        self.label_base(&base)?;
         if let Some(whole) = whole {
             self.add_corners(&whole)?;
         }
@@ -250,13 +327,13 @@ impl Search<'_> {
     async fn test(
         &mut self,
         base: &BaseLattice,
-        tests: &[(usize, Edge)],
+        tests: &[Edge],
         found: &mut Vec<([f64; 3], f64)>,
     ) -> Result<Vec<bool>, Failure> {
         let point = |number: usize| base.point(&self.grid, number);
         let mut brackets: Vec<Bracket> = tests
             .iter()
-            .map(|(_, edge)| [0, 1].map(|k| (point(edge.ends[k]), edge.rates[k])))
+            .map(|edge| [0, 1].map(|k| (point(edge.ends[k]), edge.rates[k])))
             .collect();
         // The differences before the last two halvings: an edge may cross several surfaces, and a slope
         // leaves little of a difference behind.
@@ -274,7 +351,7 @@ impl Search<'_> {
                 bracket[usize::from(a > b)] = (at, rate);
             }
         }
-        let is_jump = |(([a, b], before), (_, edge)): ((&Bracket, f64), &(usize, Edge))| {
+        let is_jump = |(([a, b], before), edge): ((&Bracket, f64), &Edge)| {
             let [from, to] = edge.rates;
             let left = (b.1 - a.1).abs();
             left > TUNING.surfaces.jump_share * before

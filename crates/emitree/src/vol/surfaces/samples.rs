@@ -6,6 +6,7 @@ use crate::vol::surfaces::nearest::keep_nearest;
 use crate::vol::surfaces::octree::{HIDDEN, Label};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 
 /// One sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +46,8 @@ pub(super) struct Samples {
     /// The least and the largest value with each label, and the number of its samples.
     ends: Vec<[f64; 2]>,
     counts: Vec<usize>,
+    /// How often G jumps between two regions, the smaller label first, and how often it does not.
+    borders: BTreeMap<[Label; 2], [usize; 2]>,
     /// Differences of G below this do not matter.
     pub(super) negligible: f64,
 }
@@ -55,8 +58,8 @@ const RINGS: i32 = 6;
 impl Samples {
     pub(super) fn new(bucket: f64, negligible: f64) -> Self {
         let (all, merged, ends) = (Vec::new(), Vec::new(), Vec::new());
-        let (buckets, counts) = (FxHashMap::default(), Vec::new());
-        Self { all, buckets, bucket, merged, ends, counts, negligible }
+        let (buckets, counts, borders) = (FxHashMap::default(), Vec::new(), BTreeMap::new());
+        Self { all, buckets, bucket, merged, ends, counts, borders, negligible }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -92,8 +95,22 @@ impl Samples {
         label
     }
 
+    /// Notes that G jumps, or that it does not, where two regions meet. They become one if it jumps nowhere:
+    /// where a jump fades out, its sides remain two regions.
+    pub(super) fn note_border(&mut self, a: Label, b: Label, is_jump: bool) {
+        let [a, b] = [self.current(a), self.current(b)];
+        if a == b {
+            return;
+        }
+        let [jumps, others] = self.borders.entry([a.min(b), a.max(b)]).or_default();
+        *if is_jump { &mut *jumps } else { &mut *others } += 1;
+        if *jumps == 0 && *others > 0 {
+            self.merge(a, b);
+        }
+    }
+
     /// Makes one region of two.
-    pub(super) fn merge(&mut self, a: Label, b: Label) {
+    fn merge(&mut self, a: Label, b: Label) {
         let [a, b] = [self.current(a), self.current(b)];
         let (kept, lost) = (a.min(b), a.max(b));
         if kept == lost {
@@ -104,6 +121,13 @@ impl Samples {
         let ends = &mut self.ends[usize::from(kept)];
         *ends = [ends[0].min(of_lost[0]), ends[1].max(of_lost[1])];
         self.counts[usize::from(kept)] += self.counts[usize::from(lost)];
+        for ([a, b], counts) in core::mem::take(&mut self.borders) {
+            let [a, b] = [self.current(a), self.current(b)];
+            if a != b {
+                let of_pair = self.borders.entry([a.min(b), a.max(b)]).or_default();
+                *of_pair = [0, 1].map(|k| of_pair[k] + counts[k]);
+            }
+        }
     }
 
     /// Whether all values of a region are equal, so that no other value belongs to it. With few values
@@ -210,10 +234,13 @@ impl Samples {
             }
         }
         let misfit = |of: &Predicted| (rate - of.rate).abs();
+        // A constant region has no other values.
+        predicted.retain(|of| {
+            !self.is_constant_near(of) || (rate - of.rate).abs() <= 2.0 * self.negligible
+        });
         let best = predicted.iter().min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
-        let is_locally = best.spread <= self.negligible && best.count >= FOR_CONSTANT;
-        if is_locally || self.is_constant(best.label) {
-            return (misfit(best) <= 2.0 * self.negligible).then_some(best.label);
+        if self.is_constant_near(best) {
+            return Some(best.label);
         }
         // Where G varies, a region has all that is nearer to it than to others.
         let others = predicted.iter().filter(|of| of.label != best.label);
@@ -223,6 +250,12 @@ impl Samples {
         let expected = expected.max(TUNING.surfaces.spread_share * best.spread);
         let allowed = (TUNING.surfaces.misfit * expected).max(0.5 * gap) + self.negligible;
         (misfit(best) <= allowed).then_some(best.label)
+    }
+
+    /// Whether all values of a region are equal, or those nearby.
+    fn is_constant_near(&self, of: &Predicted) -> bool {
+        let is_locally = of.spread <= self.negligible && of.count >= FOR_CONSTANT;
+        is_locally || self.is_constant(of.label)
     }
 
     /// The value of a region at a point from its nearest samples, by a plane if there are enough.
