@@ -67,6 +67,9 @@ impl Search<'_> {
             let [a, b] = of([low, high]);
             let is_same = of(search.ends) == [a, b];
             let least = if is_same { least } else { 0.0 };
+            // A slope leaves as much as the bracket is wide.
+            let width = TUNING.surfaces.slope_excess * search.width_share();
+            let least = least.max(width * across(search.ends));
             if across([low, high]) <= least.max(self.samples.negligible) {
                 // G does not jump here.
                 self.samples.note_border(a, b, false);

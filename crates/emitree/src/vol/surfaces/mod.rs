@@ -42,6 +42,7 @@ mod polynomial;
 mod pieces;
 mod crossings;
 mod beam;
+mod borders;
 mod rays;
 mod model;
 mod pixel;

@@ -73,6 +73,11 @@ impl RootSearch {
         })
     }
 
+    /// The width of the bracket, as a fraction of the edge.
+    pub(super) fn width_share(&self) -> f64 {
+        self.high - self.low
+    }
+
     /// Takes the sample at that point, and its region.
     pub(super) fn update(&mut self, sample: usize, label: Label) {
         let Some(next) = self.next() else { return };

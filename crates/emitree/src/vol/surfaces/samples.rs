@@ -34,6 +34,9 @@ const FOR_CONSTANT: usize = 4;
 /// The most that a prediction differs from the mean, in largest differences of the samples from it.
 const MOST_BEYOND: f64 = 2.0;
 
+/// Two regions are one if G jumps between them less often than once in so many times and one more.
+const RARE: usize = 3;
+
 /// All samples, in buckets.
 #[derive(Debug)]
 pub(super) struct Samples {
@@ -104,9 +107,22 @@ impl Samples {
         }
         let [jumps, others] = self.borders.entry([a.min(b), a.max(b)]).or_default();
         *if is_jump { &mut *jumps } else { &mut *others } += 1;
-        if *jumps == 0 && *others > 0 {
+        if *others > RARE * *jumps {
             self.merge(a, b);
         }
+    }
+
+    pub(super) fn dbg_borders(&self) {
+        for ([a, b], [jumps, others]) in &self.borders {
+            eprintln!("DBG border {a} {b}: {jumps} jumps, {others} none; ends {:?} {:?}", self.ends[usize::from(*a)], self.ends[usize::from(*b)]);
+        }
+        for k in 0..self.merged.len() { if usize::from(self.merged[k]) == k { eprintln!("DBG region {k} {} samples {:?}", self.counts[k], self.ends[k]); } }
+    }
+
+    /// Whether nothing is known about the border of two regions.
+    pub(super) fn is_unknown_border(&self, a: Label, b: Label) -> bool {
+        let [a, b] = [self.current(a), self.current(b)];
+        a != b && !self.borders.contains_key(&[a.min(b), a.max(b)])
     }
 
     /// Makes one region of two.

@@ -203,6 +203,7 @@ impl<'a> Search<'a> {
             cells.into_iter().partition(|(at, _)| is_hidden(at));
         self.leaves.extend(hidden.into_keys().map(|at| ((level, at), Leaf::Hidden)));
         let mut cells = self.with_corners(level, cells).await?;
+        self.test_borders(&cells).await?;
         let (mut cut, mut uncut, mut next) = (Vec::new(), Vec::new(), Vec::new());
         for cell in cells.drain(..) {
             match self.labels(&cell).len() {
