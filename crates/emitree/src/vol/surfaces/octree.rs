@@ -49,6 +49,15 @@ impl Leaf {
         }
     }
 
+    /// Whether a part of the cell may be in a region.
+    pub(super) fn has(&self, label: Label) -> bool {
+        match self {
+            Self::Uncut(own) | Self::Unresolved(own, _) => *own == label,
+            Self::Hidden => false,
+            Self::Cut(facets) => facets.iter().any(|of| of.below == label || of.above == label),
+        }
+    }
+
     /// How far a point is from a region that is another one than that at the point, in units of the
     /// displacements allowed; infinite if no wall leads there.
     pub(super) fn distance_to(&self, label: Label, at: [f64; 3]) -> f64 {

@@ -92,8 +92,9 @@ struct OpenBox {
     low: [f64; 3],
     high: [f64; 3],
     level: u8,
-    /// Samples of the region in it.
+    /// Samples of the region in it, and leaves that may contain some of the region.
     samples: Vec<usize>,
+    leaves: Vec<usize>,
 }
 
 impl OpenBox {
@@ -101,43 +102,79 @@ impl OpenBox {
     fn zero(&self) -> Polynomial {
         Polynomial::zero(self.low, self.high)
     }
+
+    /// Leaves out the leaves that are not in the box, and then the part of the box without leaves.
+    fn tightened(mut self, tree: &Octree) -> Self {
+        let overlap = |leaf: usize, axis: usize| {
+            let [from, to] = tree.ends(leaf, axis);
+            [from.max(self.low[axis]), to.min(self.high[axis])]
+        };
+        self.leaves.retain(|&leaf| {
+            (0..3).all(|axis| {
+                let [from, to] = overlap(leaf, axis);
+                from < to
+            })
+        });
+        let bounds = |axis: usize| {
+            let ends = self.leaves.iter().map(|&leaf| overlap(leaf, axis));
+            let join = |[a, b]: [f64; 2], [from, to]: [f64; 2]| [a.min(from), b.max(to)];
+            ends.fold([f64::INFINITY, f64::NEG_INFINITY], join)
+        };
+        if !self.leaves.is_empty() {
+            let bounds = [0, 1, 2].map(bounds);
+            (self.low, self.high) = (bounds.map(|of| of[0]), bounds.map(|of| of[1]));
+        }
+        self
+    }
+
+    /// The two halves along an axis, whose nodes follow.
+    fn halves(&self, axis: usize, node: usize, is_below: impl Fn(usize) -> bool) -> [Self; 2] {
+        let at = 0.5 * (self.low[axis] + self.high[axis]);
+        [0, 1].map(|half| {
+            let (mut low, mut high) = (self.low, self.high);
+            if half == 0 {
+                high[axis] = at;
+            } else {
+                low[axis] = at;
+            }
+            let is_in = |i: &&usize| is_below(**i) == (half == 0);
+            let samples = self.samples.iter().filter(is_in).copied().collect();
+            let (node, leaves) = (node + half, self.leaves.clone());
+            Self { node, low, high, level: self.level + 1, samples, leaves }
+        })
+    }
+
+    /// The axis along which the box is longest.
+    fn longest_axis(&self) -> usize {
+        let edges = difference(self.high, self.low);
+        (1..3).fold(0, |best, axis| if edges[axis] > edges[best] { axis } else { best })
+    }
 }
 
 impl Search<'_> {
     /// The polynomials of a region, to an error `allowed` in G.
     pub(super) async fn pieces(&mut self, tree: &Octree, label: Label) -> Result<Pieces, Failure> {
         let known = (0..self.samples.len()).filter(|&i| self.samples.label(i) == label);
+        let leaves = (0..tree.leaves.len()).filter(|&leaf| tree.leaves[leaf].1.has(label));
         let first = OpenBox {
             node: 0,
             low: [0.0; 3],
             high: self.grid.edges,
             level: 0,
             samples: known.collect(),
+            leaves: leaves.collect(),
         };
         let mut nodes: Vec<Node> = vec![first.zero().into()];
         let mut open = vec![first];
         while !open.is_empty() {
             // One batch for all boxes of a level.
             let (mut wanted, mut numbers) = (Vec::new(), Vec::new());
-            let mut plans = Vec::new();
-            let outline = |of: &OpenBox| {
-                let candidates = candidates(of, &|at| self.is_well_inside(tree, label, at));
-                if candidates.len() < FEW {
-                    return Err(Node::from(self.continued(of, label)));
+            let outlines: Vec<(OpenBox, Outline)> =
+                open.into_par_iter().map(|of| self.outline(tree, label, of)).collect();
+            for (_, outline) in &outlines {
+                if let Outline::Samples(plan) = outline {
+                    wanted.extend(plan.new.iter().chain(&plan.checks).copied());
                 }
-                Ok(self.plan(of, &candidates))
-            };
-            let outlines: Vec<Result<Plan, Node>> = open.par_iter().map(outline).collect();
-            for (of, outline) in open.into_iter().zip(outlines) {
-                let plan = match outline {
-                    Ok(plan) => plan,
-                    Err(continued) => {
-                        nodes[of.node] = continued;
-                        continue;
-                    }
-                };
-                wanted.extend(plan.new.iter().chain(&plan.checks).copied());
-                plans.push((of, plan));
             }
             let rates = self.rates(&wanted).await?;
             for (at, rate) in wanted.iter().zip(rates) {
@@ -146,41 +183,38 @@ impl Search<'_> {
             }
             let mut numbers = numbers.into_iter();
             let mut next = Vec::new();
-            for (of, plan) in plans {
-                let new: Vec<usize> = numbers.by_ref().take(plan.new.len()).collect();
-                let checks: Vec<usize> = numbers.by_ref().take(plan.checks.len()).collect();
-                let mut used = plan.known;
-                used.extend(&new);
-                let mut polynomial = self.polynomial(of.low, of.high, &used);
-                let allowed = self.allowed(&of);
-                let differs = |&i: &usize| {
-                    let sample = self.samples.get(i);
-                    (sample.rate - polynomial.value(sample.at)).abs()
-                };
-                let worst = checks.iter().map(differs).fold(0.0, f64::max);
-                let is_good = polynomial.error <= allowed && worst <= 2.0 * allowed;
-                if is_good || of.level >= TUNING.surfaces.piece_levels {
-                    polynomial.error = polynomial.error.max(0.5 * worst);
-                    nodes[of.node] = polynomial.into();
-                    continue;
-                }
-                let all: Vec<usize> =
-                    of.samples.iter().chain(&new).chain(&checks).copied().collect();
-                let axis = polynomial.roughest_axis();
-                let at = 0.5 * (of.low[axis] + of.high[axis]);
-                let halves = [0, 1].map(|half| {
-                    let (mut low, mut high) = (of.low, of.high);
-                    if half == 0 {
-                        high[axis] = at;
-                    } else {
-                        low[axis] = at;
+            for (mut of, outline) in outlines {
+                let axis = match outline {
+                    Outline::Known(polynomial) => {
+                        nodes[of.node] = polynomial.into();
+                        continue;
                     }
-                    let is_in = |&&i: &&usize| (self.samples.get(i).at[axis] < at) == (half == 0);
-                    let samples = all.iter().filter(is_in).copied().collect();
-                    let node = nodes.len() + half;
-                    OpenBox { node, low, high, level: of.level + 1, samples }
-                });
+                    Outline::Divided => of.longest_axis(),
+                    Outline::Samples(plan) => {
+                        let new: Vec<usize> = numbers.by_ref().take(plan.new.len()).collect();
+                        let checks: Vec<usize> =
+                            numbers.by_ref().take(plan.checks.len()).collect();
+                        let used: Vec<usize> = plan.known.iter().chain(&new).copied().collect();
+                        let mut polynomial = self.polynomial(of.low, of.high, &used);
+                        let allowed = self.allowed(&of);
+                        let differs = |&i: &usize| {
+                            let sample = self.samples.get(i);
+                            (sample.rate - polynomial.value(sample.at)).abs()
+                        };
+                        let worst = checks.iter().map(differs).fold(0.0, f64::max);
+                        let is_good = polynomial.error <= allowed && worst <= 2.0 * allowed;
+                        if is_good || of.level >= TUNING.surfaces.piece_levels {
+                            polynomial.error = polynomial.error.max(0.5 * worst);
+                            nodes[of.node] = polynomial.into();
+                            continue;
+                        }
+                        of.samples.extend(new.iter().chain(&checks));
+                        polynomial.roughest_axis()
+                    }
+                };
+                let at = 0.5 * (of.low[axis] + of.high[axis]);
                 let [below, above] = [0, 1].map(|half| nodes.len() + half);
+                let halves = of.halves(axis, below, |i| self.samples.get(i).at[axis] < at);
                 nodes.extend(halves.each_ref().map(|half| Node::from(half.zero())));
                 nodes[of.node] = Node::Halves { axis, at, below, above };
                 next.extend(halves);
@@ -188,6 +222,26 @@ impl Search<'_> {
             open = next;
         }
         Ok(Pieces { nodes })
+    }
+
+    /// What is to be done with a box, which is tightened around the region.
+    fn outline(&self, tree: &Octree, label: Label, of: OpenBox) -> (OpenBox, Outline) {
+        let of = of.tightened(tree);
+        if of.leaves.is_empty() {
+            let zero = of.zero();
+            return (of, Outline::Known(zero));
+        }
+        let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
+        if candidates.len() >= FEW {
+            let plan = self.plan(&of, &candidates);
+            return (of, Outline::Samples(plan));
+        }
+        let continued = self.continued(&of, label);
+        let is_good = continued.error <= self.allowed(&of);
+        if is_good || of.level >= TUNING.surfaces.piece_levels {
+            return (of, Outline::Known(continued));
+        }
+        (of, Outline::Divided)
     }
 
     /// Whether a point is in view, in a region and not near its surfaces.
@@ -297,6 +351,16 @@ impl Search<'_> {
         let samples: Vec<([f64; 3], f64)> = samples.map(|of| (of.at, of.rate)).collect();
         Polynomial::fit(low, high, &samples)
     }
+}
+
+/// What is to be done with a box.
+enum Outline {
+    /// Its polynomial follows from known samples.
+    Known(Polynomial),
+    /// It is fitted to samples in the box.
+    Samples(Plan),
+    /// The box is divided: little of it is in the region.
+    Divided,
 }
 
 /// What the polynomial of a box is fitted to.
