@@ -267,11 +267,18 @@ impl Search<'_> {
         self.polynomial(low, high, &samples)
     }
 
-    /// The error allowed in a box.
+    /// The error allowed in a box. That of a box which is a small part of the lines of a pixel may be larger.
     fn allowed(&self, of: &OpenBox) -> f64 {
         let middle = core::array::from_fn(|k| 0.5 * (of.low[k] + of.high[k]));
         let [x, y, _] = self.grid.canonical(middle);
-        TUNING.surfaces.piece_share * self.aim.of_line([x, y]).min(self.largest_allowed())
+        let edges = difference(of.high, of.low);
+        let [height, width] = [self.aim.scale.height(), self.aim.scale.width()];
+        let share = (edges[0] / self.grid.edges[0] * width as f64).min(1.0)
+            * (edges[1] / self.grid.edges[1] * height as f64).min(1.0)
+            * (edges[2] / self.grid.edges[2]);
+        let larger = (1.0 / (TUNING.surfaces.piece_boxes * share)).max(1.0);
+        let of_line = self.aim.of_line([x, y]).min(self.largest_allowed());
+        TUNING.surfaces.piece_share * larger * of_line
     }
 
     /// A limit where there is no image.
