@@ -162,8 +162,24 @@ async fn improve(
     Ok(!cells.is_empty())
 }
 
-/// The surfaces with the pieces beside them.
+/// The surfaces with the pieces beside them. Cells in which a piece finds values of other regions are divided.
 async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
+    for _ in 0..TUNING.surfaces.rounds {
+        match pieces(search).await? {
+            Ok(model) => return Ok(model),
+            Err(wrong) => {
+                eprintln!("DBG wrong {} left {}", wrong.len(), search.left);
+                let mut active = vec![BTreeMap::new(); usize::from(search.grid.finest) + 1];
+                wrong.iter().for_each(|cell| search.open(*cell, 1.0, &mut active));
+                search.refine(active).await?;
+            }
+        }
+    }
+    Err(Failure::TooComplex)
+}
+
+/// The pieces of all regions; or the cells that are wrong.
+async fn pieces(search: &mut Search<'_>) -> Result<Result<Model, Vec<Cell>>, Failure> {
     let tree = search.octree();
     let mut labels: Vec<u16> = (0..search.samples.len()).map(|i| search.samples.label(i)).collect();
     labels.sort_unstable();
@@ -172,9 +188,12 @@ async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
     let mut pieces = Vec::new();
     for label in labels {
         pieces.resize_with(usize::from(label), || None);
-        pieces.push(Some(search.pieces(&tree, label).await?));
+        match search.pieces(&tree, label).await? {
+            Ok(of_label) => pieces.push(Some(of_label)),
+            Err(wrong) => return Ok(Err(wrong)),
+        }
     }
-    Ok(Model { tree, pieces })
+    Ok(Ok(Model { tree, pieces }))
 }
 
 /// Cells that are about cubes in the world.

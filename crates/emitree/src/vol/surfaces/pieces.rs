@@ -3,7 +3,7 @@
 use crate::parallel::prelude::*;
 use crate::projection::vector::{difference, norm};
 use crate::vol::lattice;
-use crate::vol::surfaces::octree::{Label, Octree};
+use crate::vol::surfaces::octree::{Cell, Label, Octree};
 use crate::vol::surfaces::polynomial::{DEGREE, Polynomial, TERMS};
 use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
@@ -152,8 +152,13 @@ impl OpenBox {
 }
 
 impl Search<'_> {
-    /// The polynomials of a region, to an error `allowed` in G.
-    pub(super) async fn pieces(&mut self, tree: &Octree, label: Label) -> Result<Pieces, Failure> {
+    /// The polynomials of a region; or the cells in which values of other regions were found, as far as they
+    /// can be divided.
+    pub(super) async fn pieces(
+        &mut self,
+        tree: &Octree,
+        label: Label,
+    ) -> Result<Result<Pieces, Vec<Cell>>, Failure> {
         let known = (0..self.samples.len()).filter(|&i| self.samples.label(i) == label);
         let leaves = (0..tree.leaves.len()).filter(|&leaf| tree.leaves[leaf].1.has(label));
         let first = OpenBox {
@@ -177,9 +182,37 @@ impl Search<'_> {
                 }
             }
             let rates = self.rates(&wanted).await?;
-            for (at, rate) in wanted.iter().zip(rates) {
-                // They are in the region by their places, whatever their values.
-                numbers.push(self.samples.add(*at, rate, label));
+            let allowed: Vec<f64> = outlines
+                .iter()
+                .flat_map(|(of, outline)| match outline {
+                    Outline::Samples(plan) => {
+                        vec![self.allowed(of); plan.new.len() + plan.checks.len()]
+                    }
+                    _ => Vec::new(),
+                })
+                .collect();
+            let all = wanted.par_iter().zip(&rates).zip(&allowed);
+            let is_foreign: Vec<bool> = all
+                .map(|((at, rate), allowed)| {
+                    let least = TUNING.surfaces.piece_foreign * allowed;
+                    self.samples.is_foreign(*at, *rate, label, least)
+                })
+                .collect();
+            let mut wrong = Vec::new();
+            for ((at, rate), is_foreign) in wanted.iter().zip(rates).zip(is_foreign) {
+                let cell = tree.leaves[tree.find(*at)].0;
+                numbers.push(if is_foreign && cell.0 < self.grid.finest {
+                    wrong.push(cell);
+                    self.add(*at, rate)?
+                } else {
+                    // It is in the region by its place.
+                    self.samples.add(*at, rate, label)
+                });
+            }
+            if !wrong.is_empty() {
+                wrong.sort_unstable();
+                wrong.dedup();
+                return Ok(Err(wrong));
             }
             let mut numbers = numbers.into_iter();
             let mut next = Vec::new();
@@ -221,7 +254,7 @@ impl Search<'_> {
             }
             open = next;
         }
-        Ok(Pieces { nodes })
+        Ok(Ok(Pieces { nodes }))
     }
 
     /// What is to be done with a box, which is tightened around the region.

@@ -236,8 +236,8 @@ impl Samples {
         [few, 8 * few].into_iter().find_map(|count| self.classify_by(at, rate, count))
     }
 
-    /// The same by the values of so many samples.
-    fn classify_by(&self, at: [f64; 3], rate: f64, count: usize) -> Option<Label> {
+    /// What each region predicts at a point from so many of the nearest samples.
+    fn predictions(&self, at: [f64; 3], count: usize) -> Vec<Predicted> {
         let near = self.nearest(at, count);
         let mut predicted: Vec<Predicted> = Vec::new();
         for &(_, i) in &near {
@@ -249,6 +249,24 @@ impl Samples {
                 predicted.push(self.predict(at, label, &own));
             }
         }
+        predicted
+    }
+
+    /// Whether a value differs from what a region predicts, by more than `least` and than from what another
+    /// region does.
+    pub(super) fn is_foreign(&self, at: [f64; 3], rate: f64, label: Label, least: f64) -> bool {
+        let predicted = self.predictions(at, 8 * TUNING.surfaces.nearest_samples);
+        let misfit = |of: &Predicted| (rate - of.rate).abs();
+        let [own, others]: [Vec<&Predicted>; 2] =
+            [true, false].map(|own| predicted.iter().filter(|of| (of.label == label) == own).collect());
+        let own = own.first().map_or(f64::INFINITY, |of| misfit(of));
+        let other = others.into_iter().map(misfit).fold(f64::INFINITY, f64::min);
+        own > least && 2.0 * other < own
+    }
+
+    /// The region by the values of so many samples.
+    fn classify_by(&self, at: [f64; 3], rate: f64, count: usize) -> Option<Label> {
+        let mut predicted = self.predictions(at, count);
         let misfit = |of: &Predicted| (rate - of.rate).abs();
         // A constant region has no other values.
         predicted.retain(|of| {

@@ -95,6 +95,9 @@ group! {
         unresolved_share: f64 = 0.1, 0.05..=0.2;
         /// The share of T that the polynomials of the regions may change a line of sight by.
         piece_share: f64 = 0.25, 0.15..=0.5;
+        /// A sample for a polynomial is of another region if it differs from its own by so many times the
+        /// error allowed, and less from the other one.
+        piece_foreign: f64 = 4.0, 2.0..=8.0;
         /// The number of polynomials on a line that have equal shares of it.
         piece_boxes: f64 = 16.0, 8.0..=32.0;
         /// The ratio of the samples of a polynomial to its coefficients.
