@@ -46,7 +46,8 @@ fn worst(search: &Search<'_>, model: &Model, maps: &Maps) {
     use crate::vol::surfaces::rays::Ray;
     let pixels = maps.error.pixels();
     let mut order: Vec<usize> = (0..pixels.len()).collect();
-    order.sort_by(|a, b| pixels[*b].total_cmp(&pixels[*a]));
+    let by = if std::env::var("BRIGHT").is_ok() { maps.image.pixels() } else { pixels };
+    order.sort_by(|a, b| by[*b].total_cmp(&by[*a]));
     let w = maps.error.width();
     let above = pixels.iter().filter(|e| **e > 0.9 * search.aim.target).count();
     let labels: Vec<u16> = (0..search.samples.len()).map(|i| search.samples.label(i)).collect();
@@ -155,8 +156,9 @@ async fn improve(
     let leaves = model.leaves_to_improve(&search.aim, maps, least);
     let cells = leaves.iter().map(|leaf| model.tree.leaves[*leaf].0);
     let cells: Vec<Cell> = cells.filter(|(level, _)| *level < grid.finest).collect();
+    let share = TUNING.surfaces.improved_share.powf(number as f64);
     for cell in &cells {
-        search.open(*cell, TUNING.surfaces.improved_share, &mut active);
+        search.open(*cell, share, &mut active);
     }
     search.refine(active).await?;
     Ok(!cells.is_empty())

@@ -65,6 +65,17 @@ impl Columns {
         coefficients
     }
 
+    /// The components along the orthonormal columns of another row of entries, from those of the columns
+    /// before `known`. The sum of their squares is the ratio of the variance of the fit there to that of a
+    /// value.
+    pub(super) fn extend_row(&self, row: &[f64], known: &mut Vec<f64>) {
+        for k in known.len()..self.components.len() {
+            let of_column = &self.upper[k * (k + 1) / 2..][..=k];
+            let former: f64 = known.iter().zip(of_column).map(|(a, b)| a * b).sum();
+            known.push((row[k] - former) / of_column[k]);
+        }
+    }
+
     /// The |difference| of value number `i` from the fit to all others.
     pub(super) fn left_out(&self, i: usize) -> f64 {
         self.residuals.left_out(i, LEAST_INDEPENDENCE)
@@ -91,6 +102,20 @@ mod tests {
             let [a, b] = fit(Some(i)).coefficients()[..] else { panic!("two columns") };
             assert!(((a + b * x[i] - y[i]).abs() - all.left_out(i)).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_row_beyond_the_values_has_the_variance_of_the_extrapolation() {
+        // The variance of a straight line at x is 1/n + (x − mean)²/Σ(x − mean)².
+        let x = [0.0, 1.0, 2.0, 3.0];
+        let mut columns = Columns::new(vec![1.0, 3.0, 2.0, 5.0], 2);
+        let mut row = Vec::new();
+        assert!(columns.add([1.0; 4].into_iter()));
+        columns.extend_row(&[1.0, 7.5], &mut row);
+        assert!(columns.add(x.into_iter()));
+        columns.extend_row(&[1.0, 7.5], &mut row);
+        let variance: f64 = row.iter().map(|of| of * of).sum();
+        assert!((variance - (0.25 + 36.0 / 5.0)).abs() < 1e-12);
     }
 
     #[test]

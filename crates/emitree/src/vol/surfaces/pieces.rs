@@ -12,6 +12,9 @@ use crate::vol::tuning::TUNING;
 const CANDIDATES: usize = 512;
 /// The fewest candidates in a region for a polynomial of samples in its box alone.
 const FEW: usize = 8;
+/// The places of a box at which the error of its polynomial counts, and the points tried for them.
+const PLACES: usize = 24;
+const TRIES: usize = 512;
 /// A box with a polynomial, or two halves.
 #[derive(Clone, Debug)]
 enum Node {
@@ -36,7 +39,7 @@ impl Pieces {
     #[cfg(test)]
     pub(super) fn constant(value: f64) -> Self {
         let samples = [([0.25; 3], value), ([0.75; 3], value)];
-        let polynomial = Polynomial::fit([0.0; 3], [1.0; 3], &samples);
+        let polynomial = Polynomial::fit([0.0; 3], [1.0; 3], &samples, &[]);
         Self { nodes: vec![polynomial.into()] }
     }
 
@@ -228,7 +231,8 @@ impl Search<'_> {
                         let checks: Vec<usize> =
                             numbers.by_ref().take(plan.checks.len()).collect();
                         let used: Vec<usize> = plan.known.iter().chain(&new).copied().collect();
-                        let mut polynomial = self.polynomial(of.low, of.high, &used);
+                        let mut polynomial =
+                            self.polynomial([of.low, of.high], &used, &plan.places);
                         let allowed = self.allowed(&of);
                         let differs = |&i: &usize| {
                             let sample = self.samples.get(i);
@@ -264,12 +268,14 @@ impl Search<'_> {
             let zero = of.zero();
             return (of, Outline::Known(zero));
         }
+        let places = self.places(tree, label, &of);
         let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
         if candidates.len() >= FEW {
-            let plan = self.plan(&of, &candidates);
+            let mut plan = self.plan(&of, &candidates);
+            plan.places = places;
             return (of, Outline::Samples(plan));
         }
-        let continued = self.continued(&of, label);
+        let continued = self.continued(&of, label, &places);
         let is_good = continued.error <= self.allowed(&of);
         if is_good || of.level >= TUNING.surfaces.piece_levels {
             return (of, Outline::Known(continued));
@@ -287,17 +293,38 @@ impl Search<'_> {
 
     /// The polynomial of a box of which little is in the region, from the samples around it, too: those
     /// of a small part of the box would be extrapolated to all of it.
-    fn continued(&self, of: &OpenBox, label: Label) -> Polynomial {
+    fn continued(&self, of: &OpenBox, label: Label, places: &[[f64; 3]]) -> Polynomial {
         let edges = difference(of.high, of.low);
-        let low = core::array::from_fn(|k| of.low[k] - edges[k]);
-        let high = core::array::from_fn(|k| of.high[k] + edges[k]);
-        let is_near = |&i: &usize| {
-            let at = self.samples.get(i).at;
-            self.samples.label(i) == label && (0..3).all(|k| low[k] <= at[k] && at[k] <= high[k])
-        };
-        let samples: Vec<usize> = (0..self.samples.len()).filter(is_near).collect();
-        let samples: Vec<usize> = thinned(&samples).collect();
-        self.polynomial(low, high, &samples)
+        let mut reach = 1.0;
+        loop {
+            let low = core::array::from_fn(|k| of.low[k] - reach * edges[k]);
+            let high = core::array::from_fn(|k| of.high[k] + reach * edges[k]);
+            let is_near = |&i: &usize| {
+                let at = self.samples.get(i).at;
+                let is_in = (0..3).all(|k| low[k] <= at[k] && at[k] <= high[k]);
+                is_in && self.samples.label(i) == label
+            };
+            let samples: Vec<usize> = (0..self.samples.len()).filter(is_near).collect();
+            let is_whole = (0..3).all(|k| low[k] <= 0.0 && high[k] >= self.grid.edges[k]);
+            if samples.len() >= FEW || is_whole {
+                let samples: Vec<usize> = thinned(&samples).collect();
+                return self.polynomial([low, high], &samples, places);
+            }
+            reach = 2.0 * reach + 1.0;
+        }
+    }
+
+    /// Places of a box that are in the region, up to its surfaces; those of its leaves if it is thin.
+    fn places(&self, tree: &Octree, label: Label, of: &OpenBox) -> Vec<[f64; 3]> {
+        let edges = difference(of.high, of.low);
+        let scattered = (0..TRIES).map(lattice::point).map(|u| along_each(of.low, u, edges));
+        let is_inside = |at: &[f64; 3]| tree.leaf(*at).region(*at) == label;
+        let found: Vec<[f64; 3]> = scattered.filter(is_inside).take(PLACES).collect();
+        if !found.is_empty() {
+            return found;
+        }
+        let stride = of.leaves.len() / PLACES + 1;
+        of.leaves.iter().step_by(stride).map(|&leaf| self.grid.centre(tree.leaves[leaf].0)).collect()
     }
 
     /// The error allowed in a box. That of a box which is a small part of the lines of a pixel may be larger.
@@ -386,10 +413,15 @@ impl Search<'_> {
     }
 
     /// The polynomial in a box through samples.
-    fn polynomial(&self, low: [f64; 3], high: [f64; 3], samples: &[usize]) -> Polynomial {
+    fn polynomial(
+        &self,
+        [low, high]: [[f64; 3]; 2],
+        samples: &[usize],
+        places: &[[f64; 3]],
+    ) -> Polynomial {
         let samples = samples.iter().map(|&i| self.samples.get(i));
         let samples: Vec<([f64; 3], f64)> = samples.map(|of| (of.at, of.rate)).collect();
-        Polynomial::fit(low, high, &samples)
+        Polynomial::fit(low, high, &samples, places)
     }
 }
 
@@ -410,11 +442,18 @@ struct Plan {
     new: Vec<[f64; 3]>,
     /// Points that take no part in the fit.
     checks: Vec<[f64; 3]>,
+    /// Places at which the polynomial is used.
+    places: Vec<[f64; 3]>,
 }
 
 /// At most so many of the samples of a box, evenly.
 fn thinned(samples: &[usize]) -> impl Iterator<Item = usize> + '_ {
     samples.iter().step_by(samples.len() / CANDIDATES + 1).copied()
+}
+
+/// The point at shares `u` of the edges of a box from its corner.
+fn along_each(low: [f64; 3], u: [f64; 3], edges: [f64; 3]) -> [f64; 3] {
+    core::array::from_fn(|k| low[k] + u[k] * edges[k])
 }
 
 /// Scattered points of a box that are in the region.
@@ -423,7 +462,7 @@ fn candidates(of: &OpenBox, is_in_region: &dyn Fn([f64; 3]) -> bool) -> Vec<[f64
     let mut found = Vec::new();
     for k in 0..16 * CANDIDATES {
         let u = lattice::point(k);
-        let at = core::array::from_fn(|k| of.low[k] + u[k] * edges[k]);
+        let at = along_each(of.low, u, edges);
         if is_in_region(at) {
             found.push(at);
         }

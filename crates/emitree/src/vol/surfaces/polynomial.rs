@@ -48,17 +48,27 @@ impl Polynomial {
     }
 
     /// The polynomial in the box between two corners that fits points and their rates, of the degree with
-    /// the least leave-one-out error.
-    pub(super) fn fit(low: [f64; 3], high: [f64; 3], samples: &[([f64; 3], f64)]) -> Self {
+    /// the least error at the places where it is used: the leave-one-out error, multiplied by the standard
+    /// deviation of the fit there in units of that of a value if this is larger, as in an extrapolation.
+    pub(super) fn fit(
+        low: [f64; 3],
+        high: [f64; 3],
+        samples: &[([f64; 3], f64)],
+        places: &[[f64; 3]],
+    ) -> Self {
         let mut best = Self::zero(low, high);
-        if samples.is_empty() {
+        best.error = f64::INFINITY;
+        if samples.len() < 2 {
+            best.coefficients[0] = samples.first().map_or(0.0, |of| of.1);
             return best;
         }
         let mut columns =
             Columns::new(samples.iter().map(|(_, rate)| *rate).collect(), TERMS[DEGREE]);
-        let rows: Vec<Vec<f64>> = samples.iter().map(|(at, _)| best.terms(*at).collect()).collect();
+        let terms_at = |at: &[f64; 3]| best.terms(*at).collect();
+        let rows: Vec<Vec<f64>> = samples.iter().map(|(at, _)| terms_at(at)).collect();
+        let mut places: Vec<(Vec<f64>, Vec<f64>)> =
+            places.iter().map(|at| (terms_at(at), Vec::new())).collect();
         let mut term = 0;
-        best.error = f64::INFINITY;
         for (degree, terms) in TERMS.into_iter().enumerate() {
             if terms > 1 && (samples.len() as f64) < 1.25 * terms as f64 + 1.0 {
                 break;
@@ -71,7 +81,12 @@ impl Polynomial {
             }
             let square = |i: usize| columns.left_out(i).powi(2);
             let mean = (0..samples.len()).map(square).sum::<f64>() / samples.len() as f64;
-            let error = TUNING.surfaces.piece_margin * mean.sqrt();
+            let mut variance: f64 = 1.0;
+            for (row, known) in &mut places {
+                columns.extend_row(row, known);
+                variance = variance.max(known.iter().map(|of| of * of).sum());
+            }
+            let error = TUNING.surfaces.piece_margin * (mean * variance).sqrt();
             if error < best.error {
                 best = Self { degree, error, ..best };
                 let of_columns = columns.coefficients();
