@@ -49,7 +49,8 @@ impl Polynomial {
 
     /// The polynomial in the box between two corners that fits points and their rates, of the degree with
     /// the least error at the places where it is used: the leave-one-out error, multiplied by the standard
-    /// deviation of the fit there in units of that of a value if this is larger, as in an extrapolation.
+    /// deviation of the fit there in units of that of a value, as far as this is larger than at the border
+    /// of the samples: an extrapolation.
     pub(super) fn fit(
         low: [f64; 3],
         high: [f64; 3],
@@ -84,7 +85,8 @@ impl Polynomial {
             let mut variance: f64 = 1.0;
             for (row, known) in &mut places {
                 columns.extend_row(row, known);
-                variance = variance.max(known.iter().map(|of| of * of).sum());
+                let of_place: f64 = known.iter().map(|of| of * of).sum();
+                variance = variance.max(of_place / TUNING.surfaces.piece_variance);
             }
             let error = TUNING.surfaces.piece_margin * (mean * variance).sqrt();
             if error < best.error {

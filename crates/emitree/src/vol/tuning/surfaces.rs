@@ -95,6 +95,9 @@ group! {
         unresolved_share: f64 = 0.1, 0.05..=0.2;
         /// The share of T that the polynomials of the regions may change a line of sight by.
         piece_share: f64 = 0.25, 0.15..=0.5;
+        /// The variance of a polynomial, in units of that of a value, above which it is extrapolated: the
+        /// leave-one-out residuals of samples at the border of a box know less than this.
+        piece_variance: f64 = 9.0, 4.0..=16.0;
         /// A sample for a polynomial is of another region if it differs from its own by so many times the
         /// error allowed, and less from the other one.
         piece_foreign: f64 = 4.0, 2.0..=8.0;
