@@ -252,6 +252,21 @@ impl Samples {
         predicted
     }
 
+    /// The largest difference between what regions predict at a point, and the sum of the two largest errors
+    /// of the predictions; none if a region has few samples nearby.
+    pub(super) fn largest_jump(&self, at: [f64; 3], labels: &[Label]) -> Option<[f64; 2]> {
+        let predicted = self.predictions(at, 8 * TUNING.surfaces.nearest_samples);
+        let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut errors = [0.0; 2];
+        for label in labels {
+            let of = predicted.iter().find(|of| of.label == *label && of.count >= FOR_CONSTANT)?;
+            ends = [ends[0].min(of.rate), ends[1].max(of.rate)];
+            let [first, second] = errors;
+            errors = [of.error.max(first), of.error.min(first).max(second)];
+        }
+        Some([(ends[1] - ends[0]).max(0.0), errors[0] + errors[1]])
+    }
+
     /// Whether a value differs from what a region predicts, by more than `least` and than from what another
     /// region does.
     pub(super) fn is_foreign(&self, at: [f64; 3], rate: f64, label: Label, least: f64) -> bool {

@@ -220,7 +220,12 @@ impl<'a> Search<'a> {
                     self.leaves.insert(cell.cell, leaf);
                 }
                 1 => uncut.push(cell),
-                _ => cut.push(cell),
+                _ => match self.faded(&cell) {
+                    Some(leaf) => {
+                        self.leaves.insert(cell.cell, leaf);
+                    }
+                    None => cut.push(cell),
+                },
             }
         }
         for batch in 0..TUNING.surfaces.batches {
@@ -271,7 +276,26 @@ impl<'a> Search<'a> {
         let facets =
             cell.facets.iter().flatten().chain(cell.guess.facets.iter().flat_map(|of| of.iter()));
         let jump = facets.map(|of| of.jump).fold((high - low).max(0.0), f64::max);
-        let edges = self.grid.cell_edges(level);
+        if self.matters(cell, jump) && level < self.grid.finest {
+            return None;
+        }
+        if let Some(facets) = self.near_enough(cell, &labels) {
+            return Some(Leaf::Cut(facets.to_vec()));
+        }
+        Some(Leaf::Unresolved(self.main_label(cell, &labels), jump))
+    }
+
+    /// The label of most samples in a cell.
+    fn main_label(&self, cell: &OpenCell, labels: &[Label]) -> Label {
+        let is = |label: Label| move |&&i: &&usize| self.samples.label(i) == label;
+        let count = |label: Label| self.seen_samples(cell).filter(is(label)).count();
+        let most = labels.iter().max_by_key(|label| (count(**label), Label::MAX - **label));
+        most.copied().unwrap_or(0)
+    }
+
+    /// Whether a jump between unknown parts of a cell changes pixels by too much.
+    fn matters(&self, cell: &OpenCell, jump: f64) -> bool {
+        let edges = self.grid.cell_edges(cell.cell.0);
         let canonical = self.grid.canonical(self.grid.centre(cell.cell));
         let [height, width] = [self.aim.scale.height(), self.aim.scale.width()];
         let share = (edges[0] / self.grid.edges[0] * width as f64).min(1.0)
@@ -279,16 +303,16 @@ impl<'a> Search<'a> {
         let effect = 0.25 * jump * share * edges[2] / self.grid.edges[2];
         let allowed =
             TUNING.surfaces.unresolved_share * self.aim.of_line([canonical[0], canonical[1]]);
-        let allowed = cell.guess.share * allowed;
-        if effect > allowed && level < self.grid.finest {
-            return None;
-        }
-        if let Some(facets) = self.near_enough(cell, &labels) {
-            return Some(Leaf::Cut(facets.to_vec()));
-        }
-        let count = |label: &Label| samples().filter(|&&i| self.samples.label(i) == *label).count();
-        let most = labels.iter().max_by_key(|label| (count(label), Label::MAX - **label));
-        Some(Leaf::Unresolved(most.copied().unwrap_or(0), jump))
+        effect > cell.guess.share * allowed
+    }
+
+    /// The leaf of a cell with several regions between which the jump has faded out: the regions predict
+    /// nearly the same values.
+    fn faded(&self, cell: &OpenCell) -> Option<Leaf> {
+        let labels = self.labels(cell);
+        let [jump, error] = self.samples.largest_jump(self.grid.centre(cell.cell), &labels)?;
+        let is_faded = !self.matters(cell, TUNING.surfaces.faded_cells * (jump + error));
+        is_faded.then(|| Leaf::Unresolved(self.main_label(cell, &labels), jump))
     }
 
     /// The patches of a cell that need not be divided: with their errors they are nearer to the surfaces

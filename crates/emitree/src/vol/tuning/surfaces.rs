@@ -93,6 +93,8 @@ group! {
         rounds: usize = 40, 20..=60;
         /// A cell whose regions change no pixel by more than this share of T remains unresolved.
         unresolved_share: f64 = 0.1, 0.05..=0.2;
+        /// The number of cells on a line in which a jump may have faded out.
+        faded_cells: f64 = 8.0, 4.0..=16.0;
         /// The share of T that the polynomials of the regions may change a line of sight by.
         piece_share: f64 = 0.25, 0.15..=0.5;
         /// The variance of a polynomial, in units of that of a value, above which it is extrapolated: the
