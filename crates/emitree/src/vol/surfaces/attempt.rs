@@ -64,7 +64,7 @@ fn worst(search: &Search<'_>, model: &Model, maps: &Maps) {
             let ray = Ray::new(&model.tree, [x, y], end);
             let z = search.grid.edges[2];
             let segs: Vec<String> = ray.segments.iter().map(|s| { let [v, e] = model.pieces[usize::from(s.label)].as_ref().map_or([0.0;2], |p| p.integral([x, y], s.ends)); format!("{}:{:.3}-{:.3} {:.2}/{:.2}", s.label, s.ends[0] / z, s.ends[1] / z, v / z * scale, e / z * scale) }).collect();
-            let cross: Vec<String> = ray.crossings.iter().map(|c| format!("{:.4} {:.2}", c[0] / z, c[1] / z * scale)).collect();
+            let cross: Vec<String> = ray.crossings.iter().map(|c| { let l = model.tree.find([x, y, c[0]]); let (cell, leaf) = &model.tree.leaves[l]; let f = if let Leaf::Cut(f) = leaf { f.iter().map(|f| format!("{:.1e}/{:.1e}", f.error, f.allowed)).collect::<Vec<_>>().join(";") } else { format!("{leaf:?}") }; format!("{:.4} {:.2} L{} {f}", c[0] / z, c[1] / z * scale, cell.0) }).collect();
             let un: Vec<String> = ray.unresolved_leaves.iter().map(|l| { let (c, Leaf::Unresolved(_, j)) = &model.tree.leaves[*l] else { return String::new() }; format!("L{} {:.2e}", c.0, j / search.aim.target * search.aim.scale.pixels()[pixel]) }).collect();
             eprintln!("DBG    unresolved {:.2} [{}] segments {} crossings {}", ray.unresolved / z * scale, un.join(" "), segs.join(", "), cross.join(", "));
         }
@@ -153,7 +153,7 @@ async fn improve(
     let finer = TUNING.surfaces.improved_step.powf(number.saturating_sub(1) as f64);
     let least = TUNING.surfaces.improved_first * finer;
     let mut active = vec![BTreeMap::new(); usize::from(grid.finest) + 1];
-    let leaves = model.leaves_to_improve(&search.aim, maps, least);
+    let leaves = model.leaves_to_improve(&search.aim, maps, least, number.saturating_sub(1));
     let cells = leaves.iter().map(|leaf| model.tree.leaves[*leaf].0);
     let cells: Vec<Cell> = cells.filter(|(level, _)| *level < grid.finest).collect();
     let share = TUNING.surfaces.improved_share.powf(number as f64);

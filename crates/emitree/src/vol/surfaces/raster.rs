@@ -23,6 +23,9 @@ const CHANGE: f64 = 0.05;
 /// lines.
 const SPREAD: f64 = 0.02;
 
+/// The lines of a pixel on which leaves to improve are searched for, for each improvement.
+const LINES_TO_IMPROVE: [usize; 4] = [13, 34, 89, 233];
+
 /// Image and error.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Maps {
@@ -32,8 +35,15 @@ pub(super) struct Maps {
 
 impl Model {
     /// The numbers of the leaves that contribute to the errors of the pixels with the largest ones:
-    /// unresolved ones, and patches whose share of the error allowed is above `least`.
-    pub(super) fn leaves_to_improve(&self, aim: &Aim<'_>, maps: &Maps, least: f64) -> Vec<usize> {
+    /// unresolved ones, and patches whose share of the error allowed is above `least`. They are searched for
+    /// on more lines of a pixel each time, as leaves are smaller.
+    pub(super) fn leaves_to_improve(
+        &self,
+        aim: &Aim<'_>,
+        maps: &Maps,
+        least: f64,
+        number: usize,
+    ) -> Vec<usize> {
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         let mut found = Vec::new();
         let errors = maps.error.pixels().iter().enumerate();
@@ -41,8 +51,9 @@ impl Model {
         let mut ray = Ray::default();
         for (pixel, _) in errors.filter(|(_, error)| **error > from) {
             let ([column, row], beam) = (aim.corner(pixel), self.beam(aim, pixel));
-            for k in 0..9 {
-                let [u, v] = fibonacci(k, 13);
+            let lines = LINES_TO_IMPROVE[number.min(LINES_TO_IMPROVE.len() - 1)];
+            for k in 0..lines {
+                let [u, v] = fibonacci(k, lines);
                 let at = [column + u, row + v];
                 let xy = self.place(aim, at);
                 ray.follow(&beam, xy, aim.end_of_line(&self.tree.grid, xy));
