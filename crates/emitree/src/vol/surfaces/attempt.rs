@@ -54,6 +54,7 @@ fn worst(search: &Search<'_>, model: &Model, maps: &Maps) {
     let mut counts = BTreeMap::new();
     for l in labels { *counts.entry(l).or_insert(0) += 1; }
     eprintln!("DBG above {above} samples {counts:?}");
+    if let Ok(p) = std::env::var("PIXEL") { order[0] = p.parse().unwrap(); }
     for &pixel in &order[..4] {
         let scale = search.aim.scale.pixels()[pixel] / search.aim.target;
         eprintln!("DBG  pixel {} {} error {} T", pixel / w, pixel % w, pixels[pixel] / search.aim.target);

@@ -146,12 +146,6 @@ impl OpenBox {
             Self { node, low, high, level: self.level + 1, samples, leaves }
         })
     }
-
-    /// The axis along which the box is longest.
-    fn longest_axis(&self) -> usize {
-        let edges = difference(self.high, self.low);
-        (1..3).fold(0, |best, axis| if edges[axis] > edges[best] { axis } else { best })
-    }
 }
 
 impl Search<'_> {
@@ -179,21 +173,12 @@ impl Search<'_> {
             let (mut wanted, mut numbers) = (Vec::new(), Vec::new());
             let outlines: Vec<(OpenBox, Outline)> =
                 open.into_par_iter().map(|of| self.outline(tree, label, of)).collect();
-            for (_, outline) in &outlines {
-                if let Outline::Samples(plan) = outline {
-                    wanted.extend(plan.new.iter().chain(&plan.checks).copied());
-                }
+            let mut allowed: Vec<f64> = Vec::new();
+            for (of, outline) in &outlines {
+                wanted.extend(outline.points());
+                allowed.resize(wanted.len(), self.allowed(of));
             }
             let rates = self.rates(&wanted).await?;
-            let allowed: Vec<f64> = outlines
-                .iter()
-                .flat_map(|(of, outline)| match outline {
-                    Outline::Samples(plan) => {
-                        vec![self.allowed(of); plan.new.len() + plan.checks.len()]
-                    }
-                    _ => Vec::new(),
-                })
-                .collect();
             let all = wanted.par_iter().zip(&rates).zip(&allowed);
             let is_foreign: Vec<bool> = all
                 .map(|((at, rate), allowed)| {
@@ -220,35 +205,34 @@ impl Search<'_> {
             let mut numbers = numbers.into_iter();
             let mut next = Vec::new();
             for (mut of, outline) in outlines {
-                let axis = match outline {
-                    Outline::Known(polynomial) => {
-                        nodes[of.node] = polynomial.into();
+                let mut take = |count: usize| numbers.by_ref().take(count).collect::<Vec<usize>>();
+                let (mut polynomial, checks) = match outline {
+                    Outline::Empty(zero) => {
+                        nodes[of.node] = zero.into();
                         continue;
                     }
-                    Outline::Divided => of.longest_axis(),
+                    Outline::Continued(polynomial, checks) => (polynomial, take(checks.len())),
                     Outline::Samples(plan) => {
-                        let new: Vec<usize> = numbers.by_ref().take(plan.new.len()).collect();
-                        let checks: Vec<usize> =
-                            numbers.by_ref().take(plan.checks.len()).collect();
+                        let (new, checks) = (take(plan.new.len()), take(plan.checks.len()));
                         let used: Vec<usize> = plan.known.iter().chain(&new).copied().collect();
-                        let mut polynomial =
-                            self.polynomial([of.low, of.high], &used, &plan.places);
-                        let allowed = self.allowed(&of);
-                        let differs = |&i: &usize| {
-                            let sample = self.samples.get(i);
-                            (sample.rate - polynomial.value(sample.at)).abs()
-                        };
-                        let worst = checks.iter().map(differs).fold(0.0, f64::max);
-                        let is_good = polynomial.error <= allowed && worst <= 2.0 * allowed;
-                        if is_good || of.level >= TUNING.surfaces.piece_levels {
-                            polynomial.error = polynomial.error.max(0.5 * worst);
-                            nodes[of.node] = polynomial.into();
-                            continue;
-                        }
-                        of.samples.extend(new.iter().chain(&checks));
-                        polynomial.roughest_axis()
+                        of.samples.extend(new);
+                        (self.polynomial([of.low, of.high], &used, &plan.places), checks)
                     }
                 };
+                let allowed = self.allowed(&of);
+                let differs = |&i: &usize| {
+                    let sample = self.samples.get(i);
+                    (sample.rate - polynomial.value(sample.at)).abs()
+                };
+                let worst = checks.iter().map(differs).fold(0.0, f64::max);
+                let is_good = polynomial.error <= allowed && worst <= 2.0 * allowed;
+                if is_good || of.level >= TUNING.surfaces.piece_levels {
+                    polynomial.error = polynomial.error.max(0.5 * worst);
+                    nodes[of.node] = polynomial.into();
+                    continue;
+                }
+                of.samples.extend(checks);
+                let axis = polynomial.roughest_axis();
                 let at = 0.5 * (of.low[axis] + of.high[axis]);
                 let [below, above] = [0, 1].map(|half| nodes.len() + half);
                 let halves = of.halves(axis, below, |i| self.samples.get(i).at[axis] < at);
@@ -266,7 +250,7 @@ impl Search<'_> {
         let of = of.tightened(tree);
         if of.leaves.is_empty() {
             let zero = of.zero();
-            return (of, Outline::Known(zero));
+            return (of, Outline::Empty(zero));
         }
         let places = self.places(tree, label, &of);
         let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
@@ -276,11 +260,18 @@ impl Search<'_> {
             return (of, Outline::Samples(plan));
         }
         let continued = self.continued(&of, label, &places);
-        let is_good = continued.error <= self.allowed(&of);
-        if is_good || of.level >= TUNING.surfaces.piece_levels {
-            return (of, Outline::Known(continued));
-        }
-        (of, Outline::Divided)
+        // Those that are furthest inside, as far as they are in the region for certain.
+        let clearance = |at: &[f64; 3]| tree.leaf(*at).clearance(*at);
+        let mut inside: Vec<(f64, [f64; 3])> = places
+            .into_iter()
+            .filter(|at| tree.leaf(*at).region(*at) == label && !self.hides(*at))
+            .map(|at| (clearance(&at), at))
+            .filter(|(clearance, _)| *clearance > 1.0)
+            .collect();
+        inside.sort_by(|a, b| b.0.total_cmp(&a.0));
+        inside.truncate(TUNING.surfaces.piece_checks);
+        let checks = inside.into_iter().map(|(_, at)| at).collect();
+        (of, Outline::Continued(continued, checks))
     }
 
     /// Whether a point is in view, in a region and not near its surfaces.
@@ -427,12 +418,24 @@ impl Search<'_> {
 
 /// What is to be done with a box.
 enum Outline {
-    /// Its polynomial follows from known samples.
-    Known(Polynomial),
-    /// It is fitted to samples in the box.
+    /// Nothing of it is in the region.
+    Empty(Polynomial),
+    /// Little of it is in the region: its polynomial follows from samples around it, and is checked at points.
+    Continued(Polynomial, Vec<[f64; 3]>),
+    /// Its polynomial is fitted to samples in the box.
     Samples(Plan),
-    /// The box is divided: little of it is in the region.
-    Divided,
+}
+
+impl Outline {
+    /// The points at which G is evaluated.
+    fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let [new, checks]: [&[[f64; 3]]; 2] = match self {
+            Self::Empty(_) => [&[], &[]],
+            Self::Continued(_, checks) => [&[], checks],
+            Self::Samples(plan) => [&plan.new, &plan.checks],
+        };
+        new.iter().chain(checks).copied()
+    }
 }
 
 /// What the polynomial of a box is fitted to.
