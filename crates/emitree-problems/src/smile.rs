@@ -18,12 +18,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The lines in a pixel of the reference image, along each axis.
-const LINES: usize = 8;
+const LINES: usize = 16;
 /// Equal panels of a line. A panel whose ends differ by more than `JUMP` of the larger is searched for a jump.
-const PANELS: usize = 300;
+const PANELS: usize = 160;
 const JUMP: f64 = 0.05;
 const HALVINGS: usize = 36;
 
+/// The emission.
 #[derive(Debug)]
 enum Model {
     Cmem(Cmem),
@@ -76,11 +77,8 @@ fn draw(seed: u64, generator: &mut Generator) -> Option<RandomSmile> {
         Model::Cmem(Cmem::new(&wind).ok()?)
     };
     let [towards, _, up] = generator.axes();
-    let target = [
-        generator.between(2.0, 9.0),
-        generator.between(-3.0, 3.0),
-        generator.between(-3.0, 3.0),
-    ];
+    let target =
+        [generator.between(2.0, 9.0), generator.between(-3.0, 3.0), generator.between(-3.0, 3.0)];
     let distance = generator.between(15.0, 40.0);
     let position = core::array::from_fn(|k| target[k] + distance * towards[k]);
     let viewpoint = Viewpoint { position, target, up };
@@ -171,19 +169,45 @@ impl RandomSmile {
         sum
     }
 
-    /// The image of `shape` = \[height, width\] pixels: means of 8 × 8 lines, weighted with solid angle. Its
-    /// error is the difference to 4 × 4 lines of half as many panels.
+    /// The image of `shape` = \[height, width\] pixels: means of 16 × 16 lines, weighted with solid angle.
+    /// Its error is the difference to 8 × 8 lines of fewer panels.
     pub fn reference_image(&self, shape: [usize; 2]) -> Reference {
         let density = |xy| self.bare.solid_angle_density(xy);
         let mean = |lines: usize, panels: usize| {
             let of_line = |xy| density(xy) * self.line_integral(xy, panels);
-            let [mut image, weights] = [means(shape, lines, &of_line), means(shape, lines, &density)];
+            let [mut image, weights] =
+                [means(shape, lines, &of_line), means(shape, lines, &density)];
             let pixels = image.pixels_mut().iter_mut().zip(weights.pixels());
             pixels.for_each(|(pixel, weight)| *pixel /= weight);
             image
         };
-        let [image, coarser]: [Image; 2] = [1, 2].map(|k| mean(LINES / k, PANELS / k));
+        let [image, coarser]: [Image; 2] = [mean(LINES, PANELS), mean(LINES / 2, PANELS * 3 / 4)];
         let error = image.max_difference(&coarser) / image.min_max().1;
         Reference { image, error }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brute::check_line_integrals;
+
+    #[test]
+    fn line_integrals_agree_with_many_samples_of_the_rate() {
+        for seed in [0, 3, 8] {
+            let scene = random_smile(seed);
+            // A line ends at the Earth.
+            let rate = |u| {
+                let at = scene.bare.world_from_canonical(u).position;
+                let square: f64 = at.iter().map(|along| along * along).sum();
+                if square < 1.0 { f64::NAN } else { scene.length * scene.rate(at) }
+            };
+            let integral = |xy| scene.line_integral(xy, PANELS);
+            let places = (0..8000).map(|k| [k % 20, k * 7 % 20, k / 20]);
+            let places = places
+                .map(|[x, y, z]| [f64::from(x) / 20.0, f64::from(y) / 20.0, f64::from(z) / 400.0]);
+            let scale = places.map(rate).fold(0.0, f64::max);
+            check_line_integrals(&scene.name(), rate, integral, 6.0, scale);
+        }
     }
 }

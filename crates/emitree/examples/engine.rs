@@ -187,18 +187,6 @@ fn planet_scene(seed: u64) -> Scene {
 
 fn smile_scene(seed: u64) -> Scene {
     let scene = random_smile(seed);
-    // LINEOF
-    if let Ok(at) = std::env::var("AT") {
-        let at: Vec<f64> = at.split(',').map(|x| x.parse().unwrap()).collect();
-        for k in 0..9 {
-            let x = (at[1] + (0.5 + f64::from(k % 3)) / 3.0) / 32.0;
-            let y = (at[0] + (0.5 + f64::from(k / 3)) / 3.0) / 32.0;
-            let mut last = -1.0; let mut out = String::new();
-            for i in 0..=4000 { let z = f64::from(i) / 4000.0; let v = scene.rate(scene.camera().world_from_canonical([x, y, z]).position);
-              if (v - last).abs() > 0.2 * v.abs().max(last.abs()) { out += &format!("{z:.4}: {last:.2e} to {v:.2e}; "); } last = v; }
-            println!("LINE {out}");
-        }
-    }
     let (name, reference) = (scene.name(), scene.reference_image([32; 2]));
     let camera = scene.camera();
     Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference }
@@ -220,10 +208,6 @@ fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
             ratios.push(estimate / error.max(1e-15));
             insides += inside(&rendering, exact, slack);
             if !is_kept || std::env::var("DBG").is_ok() {
-                let pairs = rendering.values.pixels().iter().zip(exact.pixels());
-                let (pixel, _) = pairs.enumerate().fold((0, 0.0), |best, (k, (a, b))| if (a - b).abs() > best.1 { (k, (a - b).abs()) } else { best });
-                let largest = exact.pixels().iter().fold(0.0, |m: f64, p| m.max(p.abs()));
-                println!("slack {slack:.1e}, worst pixel {} {}: {:.3e} exact {:.3e} estimate {:.3e}", pixel / exact.width(), pixel % exact.width(), rendering.values.pixels()[pixel] / largest, exact.pixels()[pixel] / largest, rendering.error.as_ref().map_or(0.0, |e| e.pixels()[pixel] / largest));
                 println!(
                     "{name}: {} evaluations, true {error:.1e}, estimate {estimate:.1e}, converged {}",
                     rendering.stats.evaluations,

@@ -9,7 +9,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::found::found_surfaces;
 use crate::vol::surfaces::model::Model;
-use crate::vol::surfaces::octree::{Cell, Grid, HIDDEN, Leaf};
+use crate::vol::surfaces::octree::{Cell, Grid, HIDDEN};
 use crate::vol::surfaces::pixel::KnownLines;
 use crate::vol::surfaces::raster::Maps;
 use crate::vol::surfaces::samples::Samples;
@@ -32,54 +32,10 @@ pub(crate) struct Found {
 /// Searches for surfaces. Returns the image if it is within the tolerance, and all scattered samples.
 pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec<f64>), Stop> {
     let mut rates = request.known.to_vec();
-    let dbg = find(request, &mut rates).await;
-    eprintln!("DBG end {}", match &dbg { Ok(Some(_)) => "found".into(), Ok(None) => "none".into(), Err(e) => format!("{e:?}") });
-    if std::env::var("ONLY").is_ok() && !matches!(dbg, Ok(Some(_))) { std::process::exit(0); }
-    match dbg {
+    match find(request, &mut rates).await {
         Ok(found) => Ok((found, rates)),
         Err(Failure::TooComplex) | Err(Failure::Stopped(Stop::Budget)) => Ok((None, rates)),
         Err(Failure::Stopped(stop)) => Err(stop),
-    }
-}
-
-fn worst(search: &Search<'_>, model: &Model, maps: &Maps) {
-    use crate::vol::surfaces::rays::Ray;
-    let pixels = maps.error.pixels();
-    let mut order: Vec<usize> = (0..pixels.len()).collect();
-    let by = if std::env::var("BRIGHT").is_ok() { maps.image.pixels() } else { pixels };
-    order.sort_by(|a, b| by[*b].total_cmp(&by[*a]));
-    let w = maps.error.width();
-    let above = pixels.iter().filter(|e| **e > 0.9 * search.aim.target).count();
-    let labels: Vec<u16> = (0..search.samples.len()).map(|i| search.samples.label(i)).collect();
-    let mut counts = BTreeMap::new();
-    for l in labels { *counts.entry(l).or_insert(0) += 1; }
-    eprintln!("DBG above {above} samples {counts:?}");
-    if let Ok(p) = std::env::var("PIXEL") { order[0] = p.parse().unwrap(); }
-    for &pixel in &order[..4] {
-        let scale = search.aim.scale.pixels()[pixel] / search.aim.target;
-        eprintln!("DBG  pixel {} {} error {} T", pixel / w, pixel % w, pixels[pixel] / search.aim.target);
-        for k in 0..9 {
-            let at = [(pixel % w) as f64 + (0.5 + f64::from(k % 3)) / 3.0, (pixel / w) as f64 + (0.5 + f64::from(k / 3)) / 3.0];
-            let [x, y] = model.place(&search.aim, at);
-            let end = search.aim.end_of_line(&search.grid, [x, y]);
-            let ray = Ray::new(&model.tree, [x, y], end);
-            let z = search.grid.edges[2];
-            let segs: Vec<String> = ray.segments.iter().map(|s| { let [v, e] = model.pieces[usize::from(s.label)].as_ref().map_or([0.0;2], |p| p.integral([x, y], s.ends)); format!("{}:{:.3}-{:.3} {:.2}/{:.2}", s.label, s.ends[0] / z, s.ends[1] / z, v / z * scale, e / z * scale) }).collect();
-            let cross: Vec<String> = ray.crossings.iter().map(|c| { let l = model.tree.find([x, y, c[0]]); let (cell, leaf) = &model.tree.leaves[l]; let f = if let Leaf::Cut(f) = leaf { f.iter().map(|f| format!("{:.1e}/{:.1e}", f.error, f.allowed)).collect::<Vec<_>>().join(";") } else { format!("{leaf:?}") }; format!("{:.4} {:.2} L{} {f}", c[0] / z, c[1] / z * scale, cell.0) }).collect();
-            let un: Vec<String> = ray.unresolved_leaves.iter().map(|l| { let (c, Leaf::Unresolved(_, j)) = &model.tree.leaves[*l] else { return String::new() }; format!("L{} {:.2e}", c.0, j / search.aim.target * search.aim.scale.pixels()[pixel]) }).collect();
-            eprintln!("DBG    unresolved {:.2} [{}] segments {} crossings {}", ray.unresolved / z * scale, un.join(" "), segs.join(", "), cross.join(", "));
-        }
-    }
-}
-
-fn dump(search: &Search<'_>, name: &str) {
-    use std::io::Write;
-    let Ok(dir) = std::env::var("DUMP") else { return };
-    let mut file = std::io::BufWriter::new(std::fs::File::create(format!("{dir}/{name}.csv")).unwrap());
-    for i in 0..search.samples.len() {
-        let s = search.samples.get(i);
-        let w = search.view.part.chart.world_from_chart(search.grid.canonical(s.at)).position;
-        writeln!(file, "{i},{},{},{},{},{},{},{},{}", w[0], w[1], w[2], s.rate, search.samples.label(i), s.at[0], s.at[1], s.at[2]).unwrap();
     }
 }
 
@@ -103,17 +59,13 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
     let mut search = Search::new(request.view, grid, aim, samples, left);
     search.find_regions(start.base, start.whole, start.scattered).await?;
-    dump(&search, "start"); search.samples.dbg_borders();
-    eprintln!("DBG regions {} left {} of {most} target {} largest {}", search.samples.regions(), search.left, search.aim.target, start.largest);
-    let dbg = search.run().await; dump(&search, "run"); search.samples.dbg_borders(); eprintln!("DBG run {dbg:?} regions {} samples {} left {}", search.samples.regions(), search.samples.len(), search.left); dbg?;
+    search.run().await?;
     let (mut rounds, mut improvements) = (0, 0);
     let mut lines = KnownLines::default();
     let (model, maps) = loop {
         let model = model(&mut search).await?;
         let maps = model.maps(&search.aim, tolerance, &mut lines);
         search.aim.target = tolerance * maps.image.largest();
-        if std::env::var("WORST").is_ok() { worst(&search, &model, &maps); }
-        eprintln!("DBG error {} T largest {} left {}", maps.error.largest() / search.aim.target, maps.image.largest(), search.left);
         if maps.error.largest() > TUNING.surfaces.accepted_share * search.aim.target {
             improvements += 1;
             if improvements > TUNING.surfaces.improvements
@@ -125,7 +77,6 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         }
         let verdict = search.verify(&model, &maps, rounds).await?;
         rounds += 1;
-        eprintln!("DBG verify {} wrong {}", verdict.has_passed, verdict.wrong.len());
         if verdict.has_passed {
             break (model, maps);
         }
@@ -171,7 +122,6 @@ async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
         match pieces(search).await? {
             Ok(model) => return Ok(model),
             Err(wrong) => {
-                eprintln!("DBG wrong {} left {}", wrong.len(), search.left);
                 let mut active = vec![BTreeMap::new(); usize::from(search.grid.finest) + 1];
                 wrong.iter().for_each(|cell| search.open(*cell, 1.0, &mut active));
                 search.refine(active).await?;

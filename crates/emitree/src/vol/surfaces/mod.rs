@@ -13,10 +13,10 @@
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`: the part of the view that is not constant; `start`: the first samples;
-//! * `search`, `regions`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves: regions of
-//!   the base lattice, points of surfaces on the edges of cells, patches of cells, their continuation
-//!   through faces;
-//! * `polynomial`, `pieces`: G within each region;
+//! * `search`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves:
+//!   regions of the base lattice, regions that are one, points of surfaces on the edges of cells, patches of
+//!   cells, their continuation through faces;
+//! * `polynomial`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
 //! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
 //!   `attempt`: all of it, with the decision.
@@ -36,13 +36,15 @@ mod cut_edges;
 mod focus;
 mod start;
 mod regions;
+mod borders;
 mod facets;
 mod faces;
 mod polynomial;
+mod boxes;
+mod outline;
 mod pieces;
 mod crossings;
 mod beam;
-mod borders;
 mod rays;
 mod model;
 mod pixel;

@@ -113,8 +113,7 @@ impl BaseLattice {
     fn find_plateaus(&mut self, scattered: &[f64], negligible: f64) {
         let mut scattered = scattered.to_vec();
         scattered.sort_by(f64::total_cmp);
-        let recurs =
-            |rate: &f64| scattered.binary_search_by(|of| of.total_cmp(rate)).is_ok();
+        let recurs = |rate: &f64| scattered.binary_search_by(|of| of.total_cmp(rate)).is_ok();
         self.plateau = self.rates.iter().map(|rate| rate.filter(recurs)).collect();
         let mut next: Vec<usize> =
             (0..self.plateau.len()).filter(|&corner| self.plateau[corner].is_some()).collect();
@@ -283,7 +282,6 @@ impl Search<'_> {
             }
             base.divide(&edges);
         }
-        eprintln!("DBG jumps {:?}", edges.iter().filter_map(|e| e.is_jump).fold([0, 0], |mut c, j| { c[usize::from(j)] += 1; c }));
         self.label_base(&base)?;
         for edge in edges.iter().filter(|edge| edge.is_jump == Some(true)) {
             let label = |end: usize| {
@@ -331,10 +329,8 @@ impl Search<'_> {
         found: &mut Vec<([f64; 3], f64)>,
     ) -> Result<Vec<bool>, Failure> {
         let point = |number: usize| base.point(&self.grid, number);
-        let mut brackets: Vec<Bracket> = tests
-            .iter()
-            .map(|edge| [0, 1].map(|k| (point(edge.ends[k]), edge.rates[k])))
-            .collect();
+        let mut brackets: Vec<Bracket> =
+            tests.iter().map(|edge| [0, 1].map(|k| (point(edge.ends[k]), edge.rates[k]))).collect();
         // The differences before the last two halvings: an edge may cross several surfaces, and a slope
         // leaves little of a difference behind.
         let mut before = vec![f64::INFINITY; brackets.len()];

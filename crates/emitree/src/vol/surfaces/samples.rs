@@ -112,13 +112,6 @@ impl Samples {
         }
     }
 
-    pub(super) fn dbg_borders(&self) {
-        for ([a, b], [jumps, others]) in &self.borders {
-            eprintln!("DBG border {a} {b}: {jumps} jumps, {others} none; ends {:?} {:?}", self.ends[usize::from(*a)], self.ends[usize::from(*b)]);
-        }
-        for k in 0..self.merged.len() { if usize::from(self.merged[k]) == k { eprintln!("DBG region {k} {} samples {:?}", self.counts[k], self.ends[k]); } }
-    }
-
     /// Whether nothing is known about the border of two regions.
     pub(super) fn is_unknown_border(&self, a: Label, b: Label) -> bool {
         let [a, b] = [self.current(a), self.current(b)];
@@ -272,8 +265,8 @@ impl Samples {
     pub(super) fn is_foreign(&self, at: [f64; 3], rate: f64, label: Label, least: f64) -> bool {
         let predicted = self.predictions(at, 8 * TUNING.surfaces.nearest_samples);
         let misfit = |of: &Predicted| (rate - of.rate).abs();
-        let [own, others]: [Vec<&Predicted>; 2] =
-            [true, false].map(|own| predicted.iter().filter(|of| (of.label == label) == own).collect());
+        let [own, others]: [Vec<&Predicted>; 2] = [true, false]
+            .map(|own| predicted.iter().filter(|of| (of.label == label) == own).collect());
         let own = own.first().map_or(f64::INFINITY, |of| misfit(of));
         let other = others.into_iter().map(misfit).fold(f64::INFINITY, f64::min);
         own > least && 2.0 * other < own

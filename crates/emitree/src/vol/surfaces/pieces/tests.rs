@@ -1,6 +1,7 @@
 //! Polynomials in boxes, and their integrals along lines.
 
 use super::*;
+use crate::vol::lattice;
 
 fn cubic([x, y, z]: [f64; 3]) -> f64 {
     1.0 + x - 2.0 * y * z + 3.0 * z * z * x - 0.5 * z * z * z
@@ -48,4 +49,30 @@ fn polynomials_are_reproduced_with_their_integrals_across_boxes() {
 #[test]
 fn a_region_without_samples_is_dark() {
     assert!(Pieces { nodes: Vec::new() }.value([0.5; 3]).abs() < 1e-300);
+}
+
+/// Samples in one corner of a box: in the rest of it the error is larger.
+#[test]
+fn errors_are_those_at_the_places_where_a_polynomial_is_used() {
+    let rate = |[x, y, z]: [f64; 3]| (-3.0 * (x + y + z)).exp();
+    let samples: Vec<([f64; 3], f64)> = (0..60)
+        .map(|k| lattice::point(k).map(|along| 0.3 * along))
+        .map(|at| (at, rate(at)))
+        .collect();
+    let places = |size: f64| -> Vec<[f64; 3]> {
+        (100..130).map(|k| lattice::point(k).map(|along| size * along)).collect()
+    };
+    let fit = |places: &[[f64; 3]]| Polynomial::fit([0.0; 3], [1.0; 3], &samples, places);
+    let (near, far) = (places(0.3), places(1.0));
+    let [inside, beyond] = [&near, &far].map(|places| fit(places));
+    let worst = near.iter().map(|at| (inside.value(*at) - rate(*at)).abs()).fold(0.0, f64::max);
+    assert!(worst < inside.error, "{worst} {}", inside.error);
+    assert!(beyond.error > 10.0 * inside.error, "{} {}", inside.error, beyond.error);
+}
+
+#[test]
+fn one_sample_is_no_known_value() {
+    let found = Polynomial::fit([0.0; 3], [1.0; 3], &[([0.5; 3], 2.0)], &[]);
+    assert!(found.error.is_infinite());
+    assert!((found.value([0.1; 3]) - 2.0).abs() < 1e-15);
 }

@@ -70,3 +70,48 @@ fn merging_a_region_with_itself_changes_nothing() {
     assert_eq!(samples.regions(), 3);
     assert!(samples.is_constant(0));
 }
+
+#[test]
+fn regions_are_one_if_g_jumps_between_them_rarely() {
+    let mut samples = samples(|_| 0.0);
+    let label = samples.new_label();
+    assert!(samples.is_unknown_border(0, label) && !samples.is_unknown_border(0, 0));
+    samples.note_border(0, label, true);
+    for _ in 0..RARE {
+        samples.note_border(label, 0, false);
+    }
+    assert!(!samples.is_unknown_border(0, label));
+    assert_eq!((samples.regions(), samples.current(label)), (3, label));
+    samples.note_border(0, label, false);
+    assert_eq!((samples.regions(), samples.current(label)), (2, 0));
+    // The counts of a region that has become another one are added to those of that.
+    let [third, fourth] = [samples.new_label(), samples.new_label()];
+    samples.note_border(1, third, true);
+    samples.note_border(1, fourth, true);
+    samples.merge(third, fourth);
+    for _ in 0..2 * RARE {
+        samples.note_border(1, third, false);
+    }
+    assert_eq!(samples.current(third), third);
+    samples.note_border(1, fourth, false);
+    assert_eq!(samples.current(fourth), 1);
+}
+
+#[test]
+fn foreign_values_and_jumps_that_fade_out_follow_from_predictions() {
+    let below = |[x, y, _]: [f64; 3]| 1.0 + 0.5 * x + 0.3 * y;
+    let jump = |[x, ..]: [f64; 3]| 1.0 - x;
+    let rate = |at: [f64; 3]| below(at) + if at[2] > 0.5 { jump(at) } else { 0.0 };
+    let samples = samples(rate);
+    let at = [0.1, 0.5, 0.5];
+    assert!(samples.is_foreign(at, below(at) + jump(at), 0, 0.1));
+    assert!(!samples.is_foreign(at, below(at) + 0.01, 0, 0.1));
+    // Another value than that of both regions.
+    assert!(!samples.is_foreign(at, below(at) - 5.0, 0, 0.1));
+    for x in [0.1, 0.5, 0.9] {
+        let at = [x, 0.5, 0.5];
+        let [found, error] = samples.largest_jump(at, &[0, 1]).unwrap();
+        assert!((found - jump(at)).abs() < 0.03 && error < 0.2, "{x}: {found} {error}");
+    }
+    assert_eq!(samples.largest_jump(at, &[0, 7]), None);
+}
