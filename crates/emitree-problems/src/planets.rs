@@ -9,7 +9,7 @@
 use crate::family::Reference;
 use crate::family::generator::Generator;
 use crate::shapes::{Line, Shape, random_shape};
-use crate::solids::mean_of_lines;
+use crate::solids::{LINES, reference, weighted_means};
 use emitree::projection::{Ellipsoid, GeometryError};
 use emitree::{Orthographic, Perspective, Projection, Viewpoint};
 use std::sync::Arc;
@@ -131,11 +131,9 @@ impl RandomPlanet {
     /// angle. Its error is the difference to 16 × 16.
     pub fn reference_image(&self, shape: [usize; 2]) -> Reference {
         let density = |xy| self.bare.solid_angle_density(xy);
-        let mut reference = mean_of_lines(shape, |xy| density(xy) * self.line_integral(xy));
-        let weights = mean_of_lines(shape, density).image;
-        let pixels = reference.image.pixels_mut().iter_mut().zip(weights.pixels());
-        pixels.for_each(|(pixel, weight)| *pixel /= weight);
-        reference
+        let mean =
+            |lines: usize| weighted_means(shape, lines, &density, &|xy| self.line_integral(xy));
+        reference(mean(LINES), &mean(LINES / 2))
     }
 }
 

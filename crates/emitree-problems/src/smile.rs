@@ -9,8 +9,7 @@
 use crate::family::Reference;
 use crate::family::generator::Generator;
 use crate::gauss::Gauss;
-use crate::solids::means;
-use emitree::Image;
+use crate::solids::{reference, weighted_means};
 use emitree::projection::{Ellipsoid, GeometryError};
 use emitree::{Equirectangular, Orthographic, Perspective, Projection, Viewpoint};
 use emitree_models::models::{Cmem, Jorgensen};
@@ -174,16 +173,10 @@ impl RandomSmile {
     pub fn reference_image(&self, shape: [usize; 2]) -> Reference {
         let density = |xy| self.bare.solid_angle_density(xy);
         let mean = |lines: usize, panels: usize| {
-            let of_line = |xy| density(xy) * self.line_integral(xy, panels);
-            let [mut image, weights] =
-                [means(shape, lines, &of_line), means(shape, lines, &density)];
-            let pixels = image.pixels_mut().iter_mut().zip(weights.pixels());
-            pixels.for_each(|(pixel, weight)| *pixel /= weight);
-            image
+            weighted_means(shape, lines, &density, &|xy| self.line_integral(xy, panels))
         };
-        let [image, coarser]: [Image; 2] = [mean(LINES, PANELS), mean(LINES / 2, PANELS * 3 / 4)];
-        let error = image.max_difference(&coarser) / image.min_max().1;
-        Reference { image, error }
+        let (image, coarser) = (mean(LINES, PANELS), mean(LINES / 2, PANELS * 3 / 4));
+        reference(image, &coarser)
     }
 }
 

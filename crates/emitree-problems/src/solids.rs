@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 /// Lines for each pixel along each axis. The root at a limb is what they find hardest: their mean
 /// is then wrong in proportion to their distance to the power 3/2.
-const LINES: usize = 32;
+pub(crate) const LINES: usize = 32;
 /// A cavity leaves at least this share of the shortest semi-axis to itself.
 const LEAST_CAVITY: f64 = 0.3;
 /// What rounding can do to an image, relative to its largest pixel.
@@ -141,15 +141,33 @@ pub(crate) fn mean_of_lines(
     shape: [usize; 2],
     line_integral: impl Fn([f64; 2]) -> f64 + Sync,
 ) -> Reference {
-    let image = means(shape, LINES, &line_integral);
-    let coarser = means(shape, LINES / 2, &line_integral);
+    let mean = |lines: usize| means(shape, lines, &line_integral);
+    reference(mean(LINES), &mean(LINES / 2))
+}
+
+/// An image whose error is the difference to a coarser one.
+pub(crate) fn reference(image: Image, coarser: &Image) -> Reference {
     let (_, largest) = image.min_max();
-    let error = image.max_difference(&coarser) / largest + ROUNDING;
+    let error = image.max_difference(coarser) / largest + ROUNDING;
     Reference { image, error }
 }
 
+/// The mean of `lines` × `lines` lines for each pixel, weighted with the density of solid angle.
+pub(crate) fn weighted_means(
+    shape: [usize; 2],
+    lines: usize,
+    density: &(impl Fn([f64; 2]) -> f64 + Sync),
+    line_integral: &(impl Fn([f64; 2]) -> f64 + Sync),
+) -> Image {
+    let mut image = means(shape, lines, &|xy| density(xy) * line_integral(xy));
+    let weights = means(shape, lines, density);
+    let pixels = image.pixels_mut().iter_mut().zip(weights.pixels());
+    pixels.for_each(|(pixel, weight)| *pixel /= weight);
+    image
+}
+
 /// The mean of `lines` × `lines` lines for each pixel.
-pub(crate) fn means(
+fn means(
     [height, width]: [usize; 2],
     lines: usize,
     line_integral: &(impl Fn([f64; 2]) -> f64 + Sync),

@@ -17,7 +17,6 @@ use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::surfaces::start::{Request, Start};
 use crate::vol::surfaces::visible::Visible;
 use crate::vol::tuning::TUNING;
-use std::collections::BTreeMap;
 
 /// The image of surfaces and the pieces beside them.
 #[derive(Debug)]
@@ -67,12 +66,12 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         let maps = model.maps(&search.aim, tolerance, &mut lines);
         search.aim.target = tolerance * maps.image.largest();
         if maps.error.largest() > TUNING.surfaces.accepted_share * search.aim.target {
-            improvements += 1;
-            if improvements > TUNING.surfaces.improvements
+            if improvements == TUNING.surfaces.improvements
                 || !improve(&mut search, &model, &maps, improvements).await?
             {
                 return Ok(None);
             }
+            improvements += 1;
             continue;
         }
         let verdict = search.verify(&model, &maps, rounds).await?;
@@ -83,11 +82,7 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         if rounds == TUNING.surfaces.verifications {
             return Ok(None);
         }
-        let mut active = vec![BTreeMap::new(); usize::from(search.grid.finest) + 1];
-        for cell in &verdict.wrong {
-            search.open(*cell, 1.0, &mut active);
-        }
-        search.refine(active).await?;
+        search.divide(&verdict.wrong, 1.0).await?;
     };
     let Maps { image, error } = maps;
     let surfaces = found_surfaces(&*request.view.part.chart, &model);
@@ -102,17 +97,13 @@ async fn improve(
     number: usize,
 ) -> Result<bool, Failure> {
     let grid = search.grid;
-    let finer = TUNING.surfaces.improved_step.powf(number.saturating_sub(1) as f64);
+    let finer = TUNING.surfaces.improved_step.powf(number as f64);
     let least = TUNING.surfaces.improved_first * finer;
-    let mut active = vec![BTreeMap::new(); usize::from(grid.finest) + 1];
-    let leaves = model.leaves_to_improve(&search.aim, maps, least, number.saturating_sub(1));
+    let leaves = model.leaves_to_improve(&search.aim, maps, least, number);
     let cells = leaves.iter().map(|leaf| model.tree.leaves[*leaf].0);
     let cells: Vec<Cell> = cells.filter(|(level, _)| *level < grid.finest).collect();
-    let share = TUNING.surfaces.improved_share.powf(number as f64);
-    for cell in &cells {
-        search.open(*cell, share, &mut active);
-    }
-    search.refine(active).await?;
+    let share = TUNING.surfaces.improved_share.powf((number + 1) as f64);
+    search.divide(&cells, share).await?;
     Ok(!cells.is_empty())
 }
 
@@ -121,11 +112,7 @@ async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
     for _ in 0..TUNING.surfaces.rounds {
         match pieces(search).await? {
             Ok(model) => return Ok(model),
-            Err(wrong) => {
-                let mut active = vec![BTreeMap::new(); usize::from(search.grid.finest) + 1];
-                wrong.iter().for_each(|cell| search.open(*cell, 1.0, &mut active));
-                search.refine(active).await?;
-            }
+            Err(wrong) => search.divide(&wrong, 1.0).await?,
         }
     }
     Err(Failure::TooComplex)

@@ -18,9 +18,9 @@ const TRIES: usize = 512;
 #[derive(Debug)]
 pub(super) enum Outline {
     /// Nothing of it is in the region.
-    Empty(Polynomial),
+    Empty,
     /// Little of it is in the region: its polynomial follows from samples around it, and is checked at points.
-    Continued(Polynomial, Vec<[f64; 3]>),
+    Continued(Box<Polynomial>, Vec<[f64; 3]>),
     /// Its polynomial is fitted to samples in the box.
     Samples(Plan),
 }
@@ -29,7 +29,7 @@ impl Outline {
     /// The points at which G is evaluated.
     pub(super) fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         let [new, checks]: [&[[f64; 3]]; 2] = match self {
-            Self::Empty(_) => [&[], &[]],
+            Self::Empty => [&[], &[]],
             Self::Continued(_, checks) => [&[], checks],
             Self::Samples(plan) => [&plan.new, &plan.checks],
         };
@@ -58,8 +58,7 @@ impl Search<'_> {
     pub(super) fn outline(&self, tree: &Octree, label: Label, of: OpenBox) -> (OpenBox, Outline) {
         let of = of.tightened(tree);
         if of.leaves.is_empty() {
-            let zero = of.zero();
-            return (of, Outline::Empty(zero));
+            return (of, Outline::Empty);
         }
         let places = self.places(tree, label, &of);
         let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
@@ -80,7 +79,7 @@ impl Search<'_> {
         inside.sort_by(|a, b| b.0.total_cmp(&a.0));
         inside.truncate(TUNING.surfaces.piece_checks);
         let checks = inside.into_iter().map(|(_, at)| at).collect();
-        (of, Outline::Continued(continued, checks))
+        (of, Outline::Continued(Box::new(continued), checks))
     }
 
     /// Whether a point is in view, in a region and not near its surfaces.

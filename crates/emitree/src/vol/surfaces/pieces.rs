@@ -127,7 +127,8 @@ impl Search<'_> {
                     wrong.push(cell);
                     self.add(*at, rate)?
                 } else {
-                    // It is in the region by its place.
+                    // It is in the region by its place. A leaf of the finest level can't be divided: there a
+                    // foreign value makes the error of the polynomial larger.
                     self.samples.add(*at, rate, label)
                 });
             }
@@ -141,11 +142,8 @@ impl Search<'_> {
             for (mut of, outline) in outlines {
                 let mut take = |count: usize| numbers.by_ref().take(count).collect::<Vec<usize>>();
                 let (mut polynomial, checks) = match outline {
-                    Outline::Empty(zero) => {
-                        nodes[of.node] = zero.into();
-                        continue;
-                    }
-                    Outline::Continued(polynomial, checks) => (polynomial, take(checks.len())),
+                    Outline::Empty => continue,
+                    Outline::Continued(polynomial, checks) => (*polynomial, take(checks.len())),
                     Outline::Samples(plan) => {
                         let (new, checks) = (take(plan.new.len()), take(plan.checks.len()));
                         let used: Vec<usize> = plan.known.iter().chain(&new).copied().collect();

@@ -34,9 +34,6 @@ const FOR_CONSTANT: usize = 4;
 /// The most that a prediction differs from the mean, in largest differences of the samples from it.
 const MOST_BEYOND: f64 = 2.0;
 
-/// Two regions are one if G jumps between them less often than once in so many times and one more.
-const RARE: usize = 3;
-
 /// All samples, in buckets.
 #[derive(Debug)]
 pub(super) struct Samples {
@@ -98,8 +95,8 @@ impl Samples {
         label
     }
 
-    /// Notes that G jumps, or that it does not, where two regions meet. They become one if it jumps nowhere:
-    /// where a jump fades out, its sides remain two regions.
+    /// Notes that G jumps, or that it does not, where two regions meet. They become one if it jumps rarely:
+    /// a steep slope may look like a jump. Where a jump fades out, its sides remain two regions.
     pub(super) fn note_border(&mut self, a: Label, b: Label, is_jump: bool) {
         let [a, b] = [self.current(a), self.current(b)];
         if a == b {
@@ -107,7 +104,7 @@ impl Samples {
         }
         let [jumps, others] = self.borders.entry([a.min(b), a.max(b)]).or_default();
         *if is_jump { &mut *jumps } else { &mut *others } += 1;
-        if *others > RARE * *jumps {
+        if *others > TUNING.surfaces.rare_jumps * *jumps {
             self.merge(a, b);
         }
     }

@@ -146,11 +146,15 @@ impl<'a> Search<'a> {
         self.refine(active).await
     }
 
+    /// Replaces leaves by their children, with a share of the displacements allowed, and refines these.
+    pub(super) async fn divide(&mut self, cells: &[Cell], share: f64) -> Result<(), Failure> {
+        let mut active = vec![BTreeMap::new(); usize::from(self.grid.finest) + 1];
+        cells.iter().for_each(|cell| self.open(*cell, share, &mut active));
+        self.refine(active).await
+    }
+
     /// Refines cells, and then those that disagree with their neighbours, until all agree.
-    pub(super) async fn refine(
-        &mut self,
-        mut active: Vec<BTreeMap<[u32; 3], Guess>>,
-    ) -> Result<(), Failure> {
+    async fn refine(&mut self, mut active: Vec<BTreeMap<[u32; 3], Guess>>) -> Result<(), Failure> {
         for _ in 0..TUNING.surfaces.rounds {
             for level in 0..=self.grid.finest {
                 let cells = core::mem::take(&mut active[usize::from(level)]);
@@ -174,12 +178,7 @@ impl<'a> Search<'a> {
     }
 
     /// Replaces a leaf by its children, which are refined next.
-    pub(super) fn open(
-        &mut self,
-        cell: Cell,
-        share: f64,
-        active: &mut [BTreeMap<[u32; 3], Guess>],
-    ) {
+    fn open(&mut self, cell: Cell, share: f64, active: &mut [BTreeMap<[u32; 3], Guess>]) {
         let (level, at) = cell;
         let Some(next) = active.get_mut(usize::from(level) + 1) else { return };
         if let Some(leaf) = self.leaves.remove(&cell) {

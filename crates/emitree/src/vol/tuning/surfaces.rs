@@ -32,6 +32,9 @@ group! {
         slope_left: f64 = 0.15, 0.1..=0.25;
         /// A jump leaves so many times more of a difference in a bracket than a constant slope.
         slope_excess: f64 = 3.0, 2.0..=5.0;
+        /// Two regions are one if edges between them that do not jump are more than so many times those that
+        /// do.
+        rare_jumps: usize = 3, 2..=6;
         /// A difference along an edge is a slope if neighbouring differences predict it with an
         /// error below this share of it.
         slope_share: f64 = 0.5, 0.25..=0.6;

@@ -77,7 +77,7 @@ fn regions_are_one_if_g_jumps_between_them_rarely() {
     let label = samples.new_label();
     assert!(samples.is_unknown_border(0, label) && !samples.is_unknown_border(0, 0));
     samples.note_border(0, label, true);
-    for _ in 0..RARE {
+    for _ in 0..TUNING.surfaces.rare_jumps {
         samples.note_border(label, 0, false);
     }
     assert!(!samples.is_unknown_border(0, label));
@@ -89,7 +89,7 @@ fn regions_are_one_if_g_jumps_between_them_rarely() {
     samples.note_border(1, third, true);
     samples.note_border(1, fourth, true);
     samples.merge(third, fourth);
-    for _ in 0..2 * RARE {
+    for _ in 0..2 * TUNING.surfaces.rare_jumps {
         samples.note_border(1, third, false);
     }
     assert_eq!(samples.current(third), third);
