@@ -17,8 +17,8 @@ fn check(seed: u64, evaluations: u64) {
     let emission = FromFn(|position, _| scene.rate(position));
     let rendering = render(&emission, &*scene.camera(), SHAPE, &options).unwrap();
     let error = relative_error(&rendering.values, &exact.image);
-    assert!(exact.error < 0.02, "{}", exact.error);
-    assert!(rendering.converged() && error <= TOLERANCE + exact.error, "{error}");
+    assert!(exact.error < 0.015, "{}", exact.error);
+    assert!(rendering.converged() && error <= TOLERANCE, "{error}");
     assert!(rendering.surfaces.is_some());
     assert_eq!(rendering.stats.evaluations, evaluations);
 }
