@@ -7,6 +7,7 @@
 //! surfaces, `… -- shapes 0 80 1e-2` random boxes, ellipsoids, cylinders, unions and shells,
 //! `… -- planets 0 80 1e-2` these around an opaque planet, in orthographic and perspective views,
 //! `… -- smile 0 40 1e-2` the magnetosheath from random viewpoints,
+//! `… -- deep 0 40 10 1e-2` Gaussians in a depth range ten times as long as needed,
 //! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- monotone 0 60` and
 //! `… -- monotone 0 40 peaks` search for tolerances that cost more than tighter ones, and
 //! `… -- paper 0 72 1e-2` searches for the cheapest threshold of method `paper` for each random scene.
@@ -17,6 +18,7 @@ use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Rendering, VolOptions, render};
 use emitree_problems::catalogue::{problem, problems};
+use emitree_problems::deep::random_deep;
 use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
 use emitree_problems::planets::random_planet;
 use emitree_problems::relative_error;
@@ -61,6 +63,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scenes = (from.parse()?..to.parse()?).map(smile_scene).collect();
             many(scenes, &numbers(tolerances)?)
         }
+        ["deep", from, to, factor, tolerances] => {
+            let factor: f64 = factor.parse()?;
+            let scenes = (from.parse()?..to.parse()?).map(|seed| deep_scene(seed, factor));
+            many(scenes.collect(), &numbers(tolerances)?)
+        }
         ["views", from, to, tolerances] => views(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["monotone", from, to] => monotone((from.parse()?..to.parse()?).map(random_scene)),
         ["monotone", from, to, "peaks"] => monotone((from.parse()?..to.parse()?).map(random_peak)),
@@ -69,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
         _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
                   solids FROM TO T,… | shapes FROM TO T,… | planets FROM TO T,… | \
-                  smile FROM TO T,… | views FROM TO T,… | monotone FROM TO [peaks] | \
+                  smile FROM TO T,… | deep FROM TO FACTOR T,… | views FROM TO T,… | monotone FROM TO [peaks] | \
                   paper [FROM TO] T,… | trace NAME T"
             .into()),
     }
@@ -190,6 +197,18 @@ fn smile_scene(seed: u64) -> Scene {
     let (name, reference) = (scene.name(), scene.reference_image([32; 2]));
     let camera = scene.camera();
     Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference }
+}
+
+fn deep_scene(seed: u64, factor: f64) -> Scene {
+    let scene = random_deep(seed, factor);
+    let reference = Reference { image: scene.exact_image(SHAPE), error: 0.0 };
+    let camera = Arc::new(Canonical);
+    Scene {
+        name: format!("deep-{seed}"),
+        rate: Box::new(move |r| scene.rate(r)),
+        camera,
+        reference,
+    }
 }
 
 /// How often a tolerance is met, and at what cost.

@@ -6,6 +6,7 @@ use crate::exchange::MethodError;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::projection::charts::depth::Weights;
+use crate::projection::charts::stretch::Stretch;
 use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
@@ -31,9 +32,10 @@ pub(crate) async fn render(
     let found = edges(meter, tiles, axis, vol).await?;
     let mut cuts: Vec<FoundCut> = Vec::new();
     let mut depths: Vec<(usize, Weights)> = Vec::new();
+    let mut stretch: Option<Stretch> = None;
     loop {
         let atlas = atlas(tiles, &found).map(|atlas| atlas.with_weights(&depths).with_cuts(&cuts));
-        let parts = parts(tiles, atlas.as_ref());
+        let parts = parts(tiles, atlas.as_ref(), stretch);
         meter.check_time()?;
         let attempted = match axis {
             None => lowrank::attempt(meter, tiles, &parts, vol).await?,
@@ -41,6 +43,10 @@ pub(crate) async fn render(
         };
         if !attempted.depths.is_empty() {
             depths = attempted.depths;
+            continue;
+        }
+        if attempted.stretch.is_some() {
+            stretch = attempted.stretch;
             continue;
         }
         // Charts that end at the kinks found replace the first ones; once, which bounds the cost.

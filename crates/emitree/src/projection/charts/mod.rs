@@ -10,13 +10,15 @@
 //! * `shells`: concentric surfaces, and lines of sight relative to them;
 //! * `sectors`: parts of the azimuth between planes on which g jumps or has a kink;
 //! * `piece`: the pieces of lines between surfaces, their coordinates and depths;
-//! * `chart`: a piece in view as a map from the unit cube.
+//! * `chart`: a piece in view as a map from the unit cube;
+//! * `stretch`: a chart with more places where the emission is.
 
 pub(crate) mod chart;
 pub(crate) mod depth;
 mod piece;
 mod sectors;
 mod shells;
+pub(crate) mod stretch;
 
 use crate::projection::ViewGeometry;
 use crate::projection::bounds::Bounds;

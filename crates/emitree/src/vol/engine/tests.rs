@@ -18,7 +18,7 @@ const TOLERANCE: f64 = 0.01;
 
 /// The unit cube as the only part of a view, with so many pieces of a line.
 fn whole_view(pieces_of_line: usize) -> Parts<'static> {
-    let mut view = parts(&TILES, None);
+    let mut view = parts(&TILES, None, None);
     let scale = Arc::new(uniform(SHAPE, 1.0));
     let part = view.parts.remove(0);
     view.parts.push(Part { chart: Box::new(PANE), scale, pieces_of_line, ..part });
@@ -43,7 +43,7 @@ fn engine<'a>(
         seeds: &[],
         sheets: Vec::new(),
         energies: Energies::none(),
-        spectra: axis.map(|axis| Spectra::new(axis, &[])),
+        spectra: axis.map(|axis| Spectra::new(axis, None)),
         requested: TOLERANCE,
         goal: TOLERANCE,
         tolerance: TOLERANCE,

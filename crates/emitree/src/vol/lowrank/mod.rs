@@ -34,6 +34,7 @@ use crate::output::MethodOutput;
 use crate::parallel::prelude::*;
 use crate::projection::charts::chart::Window;
 use crate::projection::charts::depth::Weights;
+use crate::projection::charts::stretch::Stretch;
 use crate::radiance::rows_at_once;
 use crate::tile::Tile;
 use crate::tree::StopReason;
@@ -48,7 +49,7 @@ use crate::vol::lowrank::search::{End, Search};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::depths::fitted;
+use crate::vol::view::depths::{fitted, fitted_stretch};
 use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::part::{Footing, Part, Parts, ProductImage};
 use crate::vol::view::scattered::{KnownParts, fraction_of_view, size_detected};
@@ -86,10 +87,7 @@ pub(crate) async fn attempt(
         .map(|(number, part)| {
             let attempt = Attempt {
                 meter,
-                search: Search::new(
-                    WeightedView { meter, part, tiles: tiles.len() },
-                    vol.tolerance,
-                ),
+                search: Search::new(WeightedView { meter, part, tiles: tiles.len() }),
                 part,
                 parts: parts.parts.len(),
                 coarse_scale: coarse_scale(part),
@@ -119,7 +117,8 @@ pub(crate) async fn attempt(
     if !parts.has_fitted_depths() {
         let fitted = |(_, attempt): &(usize, Attempt<'_>)| attempt.fitted_depth(parts);
         attempted.depths = attempts.iter().filter_map(fitted).collect();
-        if !attempted.depths.is_empty() {
+        attempted.stretch = attempts.iter().find_map(|(_, attempt)| attempt.fitted_stretch());
+        if !attempted.depths.is_empty() || attempted.stretch.is_some() {
             return Ok(attempted);
         }
     }
@@ -167,6 +166,9 @@ pub(crate) struct Attempted {
     /// The charts for which other weights of the coordinates of depth are better, in which case the
     /// search has stopped.
     pub(crate) depths: Vec<(usize, Weights)>,
+    /// The stretch of the depth of an image plane that is better, in which case the search has
+    /// stopped.
+    pub(crate) stretch: Option<Stretch>,
     /// Whether a search has ended since G jumps.
     pub(crate) has_jump: bool,
 }
@@ -189,6 +191,7 @@ impl Attempted {
             known: KnownParts::none(parts.parts.len()),
             kinks: Vec::new(),
             depths: Vec::new(),
+            stretch: None,
             has_jump: false,
         }
     }
@@ -359,6 +362,7 @@ impl Attempt<'_> {
             if forecast.prefers_tree(interpolant, self.spent(), missing, shape, deadline) {
                 return Err(End::NotSeparable);
             }
+            self.search.allow_fine_fibers(self.tolerance, error);
             self.coarse_largest = None;
             let before = self.search.interpolant.clone();
             if let Err(end) = self.search.grow(&assessment).await {
@@ -396,6 +400,15 @@ impl Attempt<'_> {
         let present = parts.weights(*chart)?;
         let found = fitted(&present, &samples);
         Some((*chart, found?))
+    }
+
+    /// The stretch of the depth of an image plane that is better for the probes.
+    fn fitted_stretch(&self) -> Option<Stretch> {
+        if !self.part.footing.is_of_pixels() {
+            return None;
+        }
+        let samples = self.search.probed().map(|([_, _, z], rate)| (rate * rate, z));
+        fitted_stretch(&samples.collect::<Vec<_>>())
     }
 
     /// The share of the tolerance that the error may have in the end. Beside other parts, some of

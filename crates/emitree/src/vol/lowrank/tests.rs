@@ -28,7 +28,7 @@ fn step([x, y, z]: [f64; 3]) -> f64 {
 }
 
 fn search<'a>(meter: &'a Meter, part: &'a Part<'a>) -> Search<'a> {
-    Search::new(WeightedView { meter, part, tiles: 1 }, 0.01)
+    Search::new(WeightedView { meter, part, tiles: 1 })
 }
 
 /// The largest |rate − interpolant| at points that the search has not sampled.
@@ -148,8 +148,8 @@ fn half_in_view() -> Part<'static> {
     let body = Ellipsoid::sphere([0.0; 3], 1.0).unwrap();
     let camera = camera.with_occulters(vec![body]).unwrap();
     let tiles = [Tile { projection: &camera, shape: [8, 8], place: (0, 1) }];
-    let atlas = atlas(&tiles, &[]).unwrap();
-    let footing = parts(&tiles, Some(&atlas)).parts[0].footing.clone();
+    let atlas = atlas(&tiles, None).unwrap();
+    let footing = parts(&tiles, Some(&atlas), None).parts[0].footing.clone();
     let scale = Arc::new(Image::from_pixels(1, 2, vec![1.0, 0.0]));
     Part { footing, scale, ..part_of(PANE) }
 }
@@ -222,7 +222,7 @@ fn attempted(
     let meter = meter(allowed);
     let tile = |number| Tile { projection: &Canonical, shape: [16, 16], place: (number, tiles) };
     let tiles: Vec<Tile<'_>> = (0..tiles).map(tile).collect();
-    let parts = parts(&tiles, None);
+    let parts = parts(&tiles, None, None);
     let attempted = answered(&meter, |at, _| rate(at), attempt(&meter, &tiles, &parts, vol));
     (attempted.unwrap_or_else(|_| Attempted::none(&parts)), meter.evaluations())
 }
@@ -289,7 +289,7 @@ fn a_search_takes_a_quarter_of_the_budget_and_returns_its_image() {
 fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
     let meter = meter(0);
     let tiles = [Tile { projection: &Canonical, shape: [16, 16], place: (0, 1) }];
-    let parts = parts(&tiles, None);
+    let parts = parts(&tiles, None, None);
     let needed = |vol: &VolOptions, wanted: Option<f64>| {
         let attempt = Attempt {
             failed: None,
@@ -332,7 +332,7 @@ fn a_feature_size_of_0_is_refused() {
     let tiles = [Tile { projection: &Canonical, shape: [16, 16], place: (0, 1) }];
     let smallest_feature = Some(FeatureSize::Fraction(0.0));
     let vol = VolOptions { smallest_feature, ..VolOptions::default() };
-    let parts = parts(&tiles, None);
+    let parts = parts(&tiles, None, None);
     assert!(answered(&meter, |_, _| 1.0, attempt(&meter, &tiles, &parts, &vol)).is_err());
 }
 

@@ -43,7 +43,7 @@ pub(super) fn evaluations_of_tree(
     let meter = Meter::new([0, 0], limits, None, false);
     let vol = VolOptions { tolerance, ..VolOptions::default() };
     let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
-    let parts = parts(&tiles, None);
+    let parts = parts(&tiles, None, None);
     let mut tree = pin!(by_tree(&meter, &tiles, &parts, None, &vol, KnownParts::none(1)));
     let calls = Calls::new(&emission, &meter, None);
     let is_too_expensive = || meter.evaluations() as f64 > most;

@@ -30,7 +30,7 @@ pub(crate) async fn render(
 ) -> Result<Option<MethodOutput>, MethodError> {
     // Bodies hide a part of the lines of sight, but do not end the chart of the image plane.
     let has_charts = parts.parts.iter().any(|part| !part.footing.is_of_pixels());
-    let plane = has_charts.then(|| parts_of(tiles, None));
+    let plane = has_charts.then(|| parts_of(tiles, None, None));
     let [part] = &plane.as_ref().unwrap_or(parts).parts[..] else { return Ok(None) };
     let is_usual = vol.smallest_feature.is_none()
         && vol.seeds.is_empty()

@@ -102,6 +102,9 @@ group! {
         /// The finest level of fibers for tolerances from `moderate_tolerance` on. G that needs
         /// finer fibers is left to the image tree.
         finest_fiber_level_if_moderate: u8 = 7, 6..=8;
+        /// The error in units of the tolerance up to which `finest_fiber_level` is used at all
+        /// tolerances.
+        advanced_error: f64 = 5.0, 2.5..=10.0;
         /// The finest level of fibers for tolerances below `moderate_tolerance`.
         finest_fiber_level: u8 = 8, 7..=9;
         /// The number of probes at the beginning. It doubles when the error is within the

@@ -24,6 +24,12 @@ group! {
         /// The least ratio of the mean square of samples with the usual weights to that with fitted
         /// ones for which all charts are sampled anew.
         least_gain: f64 = 1.5, 1.2..=3.0;
+        /// The least ratio of the mean square of samples along an image plane's own depth to that along
+        /// a stretched one for which the view is sampled anew.
+        least_stretch_gain: f64 = 3.0, 2.0..=6.0;
+        /// The share of the places of a stretched depth that are uniform. With smaller ones features
+        /// outside of the stretched part are missed.
+        uniform_places: f64 = 0.5, 0.25..=0.75;
         /// The square of the distance at which the weight of a value of a local fit is a quarter,
         /// in units of the square of the nearest distance.
         fit_quarter_weight: f64 = 2.0, 1.0..=4.0;

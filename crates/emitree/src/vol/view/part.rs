@@ -7,6 +7,7 @@ use crate::image::Image;
 use crate::projection::Chart;
 use crate::projection::charts::chart::Window;
 use crate::projection::charts::depth::Weights;
+use crate::projection::charts::stretch::{Stretch, Stretched};
 use crate::projection::charts::{Atlas, FoundEdge};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
@@ -62,6 +63,8 @@ pub(crate) struct Parts<'a> {
     quadrature: Quadrature<'a>,
     /// Whether edges cross the pixels, if there is an atlas.
     crossings: Vec<Crossing>,
+    /// Whether the depth of the image plane is stretched.
+    is_stretched: bool,
 }
 
 /// The image of products on the rasters of one part.
@@ -81,8 +84,13 @@ pub(crate) fn atlas<'a>(tiles: &[Tile<'a>], found: &[FoundEdge]) -> Option<Atlas
     Atlas::new(planes.collect(), found)
 }
 
-/// The parts of a view with this atlas; without one, the image plane of each tile, whatever limbs there are.
-pub(crate) fn parts<'a>(tiles: &[Tile<'a>], atlas: Option<&'a Atlas<'a>>) -> Parts<'a> {
+/// The parts of a view with this atlas; without one, the image plane of each tile, whatever limbs there are,
+/// with this stretch of its depth.
+pub(crate) fn parts<'a>(
+    tiles: &[Tile<'a>],
+    atlas: Option<&'a Atlas<'a>>,
+    stretch: Option<Stretch>,
+) -> Parts<'a> {
     let scales: Vec<Image> =
         tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape)).collect();
     let scale = scales.iter().flat_map(Image::pixels).enumerate();
@@ -103,7 +111,8 @@ pub(crate) fn parts<'a>(tiles: &[Tile<'a>], atlas: Option<&'a Atlas<'a>>) -> Par
             let coarser = u8::from(is_small);
             Part { chart, footing, scale, share, coarser, pieces_of_line: most_pieces }
         });
-        return Parts { parts: parts.collect(), outside, quadrature, crossings };
+        let parts = parts.collect();
+        return Parts { parts, outside, quadrature, crossings, is_stretched: false };
     }
     let of_tile = |(number, (tile, scale)): (usize, (&Tile<'a>, &Image))| {
         let first_row = number * tile.shape[0];
@@ -112,8 +121,13 @@ pub(crate) fn parts<'a>(tiles: &[Tile<'a>], atlas: Option<&'a Atlas<'a>>) -> Par
             outside.extend(beyond.into_iter().map(|pixel| first_row * tile.shape[1] + pixel));
             nodes
         });
+        let chart = tile.projection.chart(number);
+        let chart = match stretch {
+            Some(stretch) => Box::new(Stretched { chart, stretch }),
+            None => chart,
+        };
         Part {
-            chart: tile.projection.chart(number),
+            chart,
             footing: Arc::new(Footing::Pixels { first_row, rim }),
             scale: Arc::new(scale.clone()),
             share: 1.0 / tiles.len() as f64,
@@ -124,7 +138,8 @@ pub(crate) fn parts<'a>(tiles: &[Tile<'a>], atlas: Option<&'a Atlas<'a>>) -> Par
         }
     };
     let parts = tiles.iter().zip(&scales).enumerate().map(of_tile).collect();
-    Parts { parts, outside, quadrature, crossings: Vec::new() }
+    let is_stretched = stretch.is_some();
+    Parts { parts, outside, quadrature, crossings: Vec::new(), is_stretched }
 }
 
 impl Part<'_> {
@@ -187,9 +202,9 @@ impl Parts<'_> {
         Some(self.quadrature.atlas?.weights(chart))
     }
 
-    /// Whether the depths of some charts have been fitted to samples.
+    /// Whether the depths of some charts or of the image plane have been fitted to samples.
     pub(crate) fn has_fitted_depths(&self) -> bool {
-        self.quadrature.atlas.is_some_and(Atlas::has_fitted_depths)
+        self.is_stretched || self.quadrature.atlas.is_some_and(Atlas::has_fitted_depths)
     }
 
     /// The number of parts along each side of a pixel that a limb crosses; `None` for other pixels.

@@ -1,0 +1,157 @@
+//! The depth of a chart, stretched where the emission is.
+//!
+//! If depths reach far beyond the emission, most places of z are dark. The density dt/dz of places is
+//! the sum of a Lorentzian where the emission is and of the uniform density, so that no depth is without
+//! samples. Both are analytic, with the nearest singularity as far from the interval as the Lorentzian
+//! is wide: G is as smooth along t as it is along z.
+
+use super::chart::{AcrossGap, Chart};
+use super::depth::Weights;
+use crate::projection::MappedPoint;
+
+/// The map from t to the depth z, both in \[0, 1\], with more places around a centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stretch {
+    centre: f64,
+    /// Half of the width of the Lorentzian at half of its maximum.
+    width: f64,
+    /// The share of places that are uniform.
+    uniform: f64,
+    /// The arc tangents of the distances of both ends from the centre, in units of the width.
+    ends: [f64; 2],
+}
+
+impl Stretch {
+    pub(crate) fn about(centre: f64, width: f64, uniform: f64) -> Self {
+        let ends = [0.0, 1.0].map(|end| ((end - centre) / width).atan());
+        Self { centre, width, uniform, ends }
+    }
+
+    /// The place t of the depth z, beyond \[0, 1\] if z is, and dt/dz.
+    fn place_and_density(&self, z: f64) -> (f64, f64) {
+        let x = (z - self.centre) / self.width;
+        let [from, to] = self.ends;
+        let share = (1.0 - self.uniform) / (to - from);
+        let place = self.uniform * z + share * (x.atan() - from);
+        (place, self.uniform + share / (self.width * (1.0 + x * x)))
+    }
+
+    fn place_of(&self, z: f64) -> f64 {
+        self.place_and_density(z).0
+    }
+
+    /// dz/dt at the depth z.
+    pub(crate) fn slope_at(&self, z: f64) -> f64 {
+        1.0 / self.place_and_density(z).1
+    }
+
+    /// The depth z at the place t, and dz/dt.
+    pub(crate) fn at(&self, t: f64) -> (f64, f64) {
+        /// As many bisections find z to rounding; Newton's steps need about five.
+        const MOST_STEPS: usize = 60;
+        if t <= 0.0 || t >= 1.0 {
+            let z = t.clamp(0.0, 1.0);
+            return (z, self.slope_at(z));
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        let [from, to] = self.ends;
+        let lorentzian = self.centre + self.width * (from + t * (to - from)).tan();
+        let mut z = lorentzian.clamp(0.0, 1.0);
+        for _ in 0..MOST_STEPS {
+            let (place, density) = self.place_and_density(z);
+            if place < t {
+                low = z
+            } else {
+                high = z
+            }
+            let next = z - (place - t) / density;
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            let is_found = (next - z).abs() <= f64::EPSILON;
+            z = next;
+            if is_found {
+                break;
+            }
+        }
+        (z, self.slope_at(z))
+    }
+}
+
+/// A chart whose depth is stretched.
+#[derive(Debug)]
+pub(crate) struct Stretched<'a> {
+    pub(crate) chart: Box<dyn Chart + 'a>,
+    pub(crate) stretch: Stretch,
+}
+
+impl Chart for Stretched<'_> {
+    fn world_from_chart(&self, [u, v, t]: [f64; 3]) -> MappedPoint {
+        let (z, slope) = self.stretch.at(t);
+        let mut point = self.chart.world_from_chart([u, v, z]);
+        point.path_per_depth *= slope;
+        point
+    }
+
+    fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
+        let [u, v, z] = self.chart.chart_from_world(position)?;
+        Some([u, v, self.stretch.place_of(z)])
+    }
+
+    fn density(&self, uv: [f64; 2]) -> f64 {
+        self.chart.density(uv)
+    }
+
+    fn depth_shares(&self, [u, v, t]: [f64; 3]) -> Option<Weights> {
+        self.chart.depth_shares([u, v, self.stretch.at(t).0])
+    }
+
+    fn visible_end(&self, uv: [f64; 2]) -> Option<(usize, f64)> {
+        let (body, z) = self.chart.visible_end(uv)?;
+        Some((body, self.stretch.place_of(z)))
+    }
+
+    fn has_gaps(&self) -> bool {
+        self.chart.has_gaps()
+    }
+
+    fn across_gap(&self, [u, v, t]: [f64; 3]) -> Option<AcrossGap> {
+        let (z, slope) = self.stretch.at(t);
+        let mut gap = self.chart.across_gap([u, v, z])?;
+        gap.weights.iter_mut().for_each(|weight| *weight *= slope);
+        Some(gap)
+    }
+
+    fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
+        self.chart.image_place(uv)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_stay_and_places_are_inverted() {
+        for (centre, width) in [(0.2, 0.02), (0.9, 0.3), (0.5, 0.015)] {
+            let stretch = Stretch::about(centre, width, 0.2);
+            assert!(stretch.at(0.0).0.abs() < 1e-14 && (stretch.at(1.0).0 - 1.0).abs() < 1e-14);
+            for t in (0..=20).map(|i| f64::from(i) / 20.0) {
+                let (z, slope) = stretch.at(t);
+                assert!((stretch.place_of(z) - t).abs() < 1e-12, "{t}");
+                assert!((stretch.slope_at(z) / slope - 1.0).abs() < 1e-12, "{t}");
+                let step = 1e-5;
+                let [below, above] = [t - step, t + step].map(|t| stretch.at(t).0);
+                if (step..=1.0 - step).contains(&t) {
+                    let difference = (above - below) / (2.0 * step);
+                    assert!((difference / slope - 1.0).abs() < 1e-6, "{t}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_tenth_of_the_depth_has_a_third_of_the_places() {
+        let stretch = Stretch::about(0.3, 0.05, 0.5);
+        let share = stretch.place_of(0.35) - stretch.place_of(0.25);
+        assert!((0.3..0.35).contains(&share), "{share}");
+    }
+}
