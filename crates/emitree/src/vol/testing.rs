@@ -36,7 +36,15 @@ pub(crate) const PANE: Pane = Pane { is_open: |_| true, density: |_| 1.0, path: 
 pub(crate) fn part_of(pane: Pane) -> Part<'static> {
     let footing = Footing::Pixels { first_row: 0, rim: None };
     let (footing, scale) = (Arc::new(footing), Arc::new(uniform([1, 1], 1.0)));
-    Part { chart: Box::new(pane), footing, scale, share: 1.0, coarser: 0, pieces_of_line: 1 }
+    Part {
+        chart: Box::new(pane),
+        footing,
+        scale,
+        share: 1.0,
+        coarser: 0,
+        pieces_of_line: 1,
+        least_feature: 1.0,
+    }
 }
 
 impl Chart for Pane {

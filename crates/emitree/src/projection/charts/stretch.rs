@@ -16,7 +16,7 @@ pub(crate) struct Stretch {
     /// Half of the width of the Lorentzian at half of its maximum.
     width: f64,
     /// The share of places that are uniform.
-    uniform: f64,
+    pub(crate) uniform: f64,
     /// The arc tangents of the distances of both ends from the centre, in units of the width.
     ends: [f64; 2],
 }

@@ -59,10 +59,10 @@ impl Engine<'_> {
         // Those of the first energy.
         let sheets = self.sheets.partition_point(|sheet| sheet.id.energy == 0);
         let of_evaluations = TUNING.verification.sample_share * self.meter.evaluations() as f64;
-        let of_feature = self
-            .coverage
-            .wanted
-            .map_or(0, |size| lattice::points_to_detect(size, TUNING.verification.detection_share));
+        let in_parts = self.parts.iter().fold(1.0, |least, part| part.least_feature.min(least));
+        let of_feature = self.coverage.wanted.map_or(0, |size| {
+            lattice::points_to_detect(in_parts * size, TUNING.verification.detection_share)
+        });
         let number = TUNING.verification.least_samples.max(whole(of_evaluations)).max(of_feature);
         let mut number = (number / parts).next_power_of_two();
         for _ in 0..=TUNING.verification.most_doublings {
@@ -131,6 +131,6 @@ impl Engine<'_> {
             .filter(|(_, of)| verified.effect(of) > TUNING.verification.sample_line_from);
         let lines = lines.map(|(point, _)| verified.line_through(*point)).collect();
         let size = verified.size_covered(&samples.points, &deviations, passed);
-        Ok((lines, Some(size)))
+        Ok((lines, Some(size / self.parts[sheet.id.part].least_feature)))
     }
 }

@@ -43,7 +43,7 @@ fn engine<'a>(
         seeds: &[],
         sheets: Vec::new(),
         energies: Energies::none(),
-        spectra: axis.map(|axis| Spectra::new(axis, None)),
+        spectra: axis.map(|axis| Spectra::new(axis, &[])),
         requested: TOLERANCE,
         goal: TOLERANCE,
         tolerance: TOLERANCE,

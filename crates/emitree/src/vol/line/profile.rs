@@ -24,6 +24,11 @@ pub(crate) fn depth_of(k: usize) -> u32 {
     crate::cell::to_u32(k) * spacing(DEPTH_LEVEL)
 }
 
+/// The number of levels by which depth `k` of [`DEPTHS`] is finer than the ends of the line.
+pub(crate) fn level_of(k: usize) -> u32 {
+    if k == 0 { 0 } else { u32::from(DEPTH_LEVEL).saturating_sub(k.trailing_zeros()) }
+}
+
 /// Whether a line has a resolved jump: no depth rule is fitted to it.
 pub(crate) fn has_jump(line: &Line) -> bool {
     line.has_jump_within(spacing(TUNING.line.resolved_jump_level))

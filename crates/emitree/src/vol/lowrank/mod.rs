@@ -326,10 +326,9 @@ impl Attempt<'_> {
                     // A small structure may have affected one of the samples only.
                     let of_rate = self.effect_of_rate(largest);
                     let passes = of_rate * self.search.last_followed();
-                    self.smallest = Some(size_detected(
-                        self.search.probes(),
-                        passes.max(TUNING.lowrank.least_detected_rate),
-                    ));
+                    let passes = passes.max(TUNING.lowrank.least_detected_rate);
+                    let size = size_detected(self.search.probes(), passes);
+                    self.smallest = Some(size / self.part.least_feature);
                     assessment = self.search.ascend(&assessment).await?;
                     // The errors including the residuals found by ascents, which are larger than
                     // those of the probes.
@@ -452,8 +451,9 @@ impl Attempt<'_> {
     /// The number of probes that have to agree before the interpolant is accepted.
     fn probes_needed(&self) -> usize {
         let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
-        let least = of_tolerance
-            .map_or(0, |(_, size)| points_to_detect(*size, TUNING.lowrank.probe_detection_share));
+        let in_part = |size: f64| self.part.least_feature * size;
+        let detected = TUNING.lowrank.probe_detection_share;
+        let least = of_tolerance.map_or(0, |(_, size)| points_to_detect(in_part(*size), detected));
         // Each part is a part of the view only, and small ones have structure too.
         let share = self.part.share.max(0.5 / self.parts as f64);
         let least = crate::cell::whole(share * least as f64);
@@ -465,7 +465,7 @@ impl Attempt<'_> {
         let of_base = if is_fine { base_evaluations(self.vol.base_level) } else { 0 };
         let of_feature = self
             .wanted
-            .map_or(0, |size| points_to_detect(size, TUNING.verification.detection_share));
+            .map_or(0, |size| points_to_detect(in_part(size), TUNING.verification.detection_share));
         of_level.max(of_feature).max(usize::try_from(of_base).unwrap_or(usize::MAX))
     }
 

@@ -148,7 +148,7 @@ fn half_in_view() -> Part<'static> {
     let body = Ellipsoid::sphere([0.0; 3], 1.0).unwrap();
     let camera = camera.with_occulters(vec![body]).unwrap();
     let tiles = [Tile { projection: &camera, shape: [8, 8], place: (0, 1) }];
-    let atlas = atlas(&tiles, None).unwrap();
+    let atlas = atlas(&tiles, &[]).unwrap();
     let footing = parts(&tiles, Some(&atlas), None).parts[0].footing.clone();
     let scale = Arc::new(Image::from_pixels(1, 2, vec![1.0, 0.0]));
     Part { footing, scale, ..part_of(PANE) }

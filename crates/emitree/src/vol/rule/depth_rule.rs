@@ -6,7 +6,7 @@
 //! integrated in full: depths by QR with column pivoting, weights by least squares, and the error
 //! from leave-one-out residuals.
 
-use crate::vol::line::profile::{DEPTHS, Profile, depth_of};
+use crate::vol::line::profile::{DEPTHS, Profile, depth_of, level_of};
 use crate::vol::tuning::TUNING;
 use nalgebra::{DMatrix, DVector};
 
@@ -43,7 +43,9 @@ impl DepthRule {
 
         let most_depths =
             most_depths.min(lines.len() / TUNING.rule.lines_per_depth).min(candidates.len());
-        let mut factors = Factors::new(&rates, most_depths);
+        let preference = |&k: &usize| TUNING.rule.finer_depth.powf(f64::from(level_of(k)));
+        let preferences = candidates.iter().map(preference).collect();
+        let mut factors = Factors::new(&rates, preferences, most_depths);
         let mut residuals = integrals.clone();
         let mut leverages = DVector::zeros(lines.len());
         while factors.chosen.len() < most_depths {
@@ -119,12 +121,13 @@ impl DepthRule {
 }
 
 /// The QR factors of some columns of a matrix, each the one with the largest remainder after
-/// projection on the former ones.
+/// projection on the former ones, whose square is multiplied by the preference for the column.
 ///
 /// They are computed one by one, since few are needed: nalgebra's `ColPivQR` factors all columns
 /// and pivots by their largest entry.
 struct Factors<'a> {
     matrix: &'a DMatrix<f64>,
+    preferences: Vec<f64>,
     /// The matrix less its projection on the chosen columns.
     remainder: DMatrix<f64>,
     chosen: Vec<usize>,
@@ -133,15 +136,16 @@ struct Factors<'a> {
 }
 
 impl<'a> Factors<'a> {
-    fn new(matrix: &'a DMatrix<f64>, most: usize) -> Self {
+    fn new(matrix: &'a DMatrix<f64>, preferences: Vec<f64>, most: usize) -> Self {
         let q = DMatrix::zeros(matrix.nrows(), most);
-        Self { matrix, remainder: matrix.clone(), chosen: Vec::new(), q }
+        Self { matrix, preferences, remainder: matrix.clone(), chosen: Vec::new(), q }
     }
 
     /// Adds a column and returns its direction; `None` if all other columns depend on the chosen
     /// ones.
     fn push(&mut self) -> Option<DVector<f64>> {
-        let squares = self.remainder.column_iter().map(|column| column.norm_squared());
+        let columns = self.remainder.column_iter().zip(&self.preferences);
+        let squares = columns.map(|(column, preference)| preference * column.norm_squared());
         let pivot = DVector::from_iterator(self.remainder.ncols(), squares).argmax().0;
         let mut direction = self.remainder.column(pivot).into_owned();
         // A second orthogonalisation: two suffice for orthogonality to rounding (Giraud et al.
@@ -224,10 +228,20 @@ mod tests {
     }
 
     #[test]
+    fn of_nearly_equal_depths_the_coarsest_one_is_chosen() {
+        // Largest at 0.49, and nearly as large in the middle.
+        let rate = |amplitude: f64| move |z: f64| amplitude * (-(z - 0.49).powi(2)).exp();
+        let profiles: Vec<Profile> = (1..=20).map(|i| profile(7, rate(f64::from(i)))).collect();
+        let lines: Vec<&Profile> = profiles.iter().collect();
+        let rule = DepthRule::fit(&lines, 1e-9, 6).unwrap();
+        assert_eq!(rule.depths, [depth_of(1 << 6)]);
+    }
+
+    #[test]
     fn factors_are_those_of_least_squares() {
         let entry = |i: usize, j: usize| 1.0 / (1.0 + i as f64 + 2.0 * j as f64);
         let matrix = DMatrix::from_fn(9, 6, entry);
-        let mut factors = Factors::new(&matrix, 4);
+        let mut factors = Factors::new(&matrix, vec![1.0; 6], 4);
         for _ in 0..4 {
             factors.push().unwrap();
         }

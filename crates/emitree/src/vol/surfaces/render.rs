@@ -77,7 +77,7 @@ pub(crate) async fn render(
     let mut made = MethodOutput::new(cube, Some(error), StopReason::Complete);
     made.base_level = Some(vol.base_level);
     let passes = TUNING.lowrank.least_detected_rate;
-    made.smallest_feature = Some(size_detected(found.samples, passes));
+    made.smallest_feature = Some(size_detected(found.samples, passes) / part.least_feature);
     made.surfaces = Some(Arc::new(found.surfaces));
     Ok(Some(made))
 }

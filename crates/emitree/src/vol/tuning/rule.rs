@@ -29,6 +29,9 @@ group! {
         /// edge. Larger margins give more lines, and rules that have to hold on a larger part of
         /// the image.
         training_margin: f64 = 0.26, 0.13..=0.52;
+        /// The factor for each level of a depth on its square sum among those from which the next
+        /// depth of a rule is chosen. With 1 rules for different tolerances have few depths in common.
+        finer_depth: f64 = 0.8, 0.6..=1.0;
         /// The most depths of a rule, as a share of the mean number of samples of a full line.
         /// Longer rules save too little.
         most_depths_share: f64 = 0.7, 0.35..=0.85;

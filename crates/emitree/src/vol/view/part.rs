@@ -34,6 +34,9 @@ pub(crate) struct Part<'a> {
     pub(crate) coarser: u8,
     /// The largest number of parts in which a line of sight is: the errors of their lines add up.
     pub(crate) pieces_of_line: usize,
+    /// The edge of a feature in the part as a share of that in the view's cube, where the samples of
+    /// the part are least dense: features of all depths have to be detected.
+    pub(crate) least_feature: f64,
 }
 
 /// Where the function of a part is in the image.
@@ -109,7 +112,8 @@ pub(crate) fn parts<'a>(
             let scale = Arc::new(nodes.cells_in_view());
             let footing = Arc::new(Footing::Nodes { chart: number, window, nodes });
             let coarser = u8::from(is_small);
-            Part { chart, footing, scale, share, coarser, pieces_of_line: most_pieces }
+            let pieces_of_line = most_pieces;
+            Part { chart, footing, scale, share, coarser, pieces_of_line, least_feature: 1.0 }
         });
         let parts = parts.collect();
         return Parts { parts, outside, quadrature, crossings, is_stretched: false };
@@ -135,6 +139,7 @@ pub(crate) fn parts<'a>(
             // in the view.
             coarser: u8::from(tiles.len() > 1),
             pieces_of_line: 1,
+            least_feature: stretch.map_or(1.0, |stretch| stretch.uniform.cbrt()),
         }
     };
     let parts = tiles.iter().zip(&scales).enumerate().map(of_tile).collect();

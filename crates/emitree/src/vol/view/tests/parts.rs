@@ -22,7 +22,7 @@ fn viewpoint(target: [f64; 3]) -> Viewpoint {
 fn see<T>(projection: &dyn Projection, shape: [usize; 2], look: impl FnOnce(&Parts<'_>) -> T) -> T {
     let tiles = [Tile { projection, shape, place: (0, 1) }];
     let atlas = atlas(&tiles, &[]);
-    look(&parts(&tiles, atlas.as_ref()))
+    look(&parts(&tiles, atlas.as_ref(), None))
 }
 
 /// The means of a function over the cells of a raster, by `fine`² × 4 Gauss–Legendre nodes.
@@ -418,7 +418,7 @@ fn without_limbs_each_tile_is_a_part() {
     let shape = [3, 4];
     let tiles = [0, 1].map(|number| Tile { projection: &camera, shape, place: (number, 2) });
     assert!(atlas(&tiles, &[]).is_none());
-    let Parts { parts, outside, .. } = parts(&tiles, None);
+    let Parts { parts, outside, .. } = parts(&tiles, None, None);
     assert!(outside.is_empty() && parts.len() == 2);
     let map = Image::from_pixels(6, 4, (0..24).map(f64::from).collect());
     for (number, part) in parts.iter().enumerate() {
@@ -445,7 +445,7 @@ fn a_settled_quadrature_is_closer_to_the_mean_of_a_function_with_a_kink() {
     let kinked = |u: f64| (u - 0.52).abs();
     let tiles = [Tile { projection: &camera, shape, place: (0, 1) }];
     let atlas = atlas(&tiles, &[]).unwrap();
-    let view = parts(&tiles, Some(&atlas));
+    let view = parts(&tiles, Some(&atlas), None);
     assert_eq!(view.parts.len(), 1);
     let of_raster = |raster| means(raster, 4, |[u, _]| kinked(u));
     let image = |footing: &Footing| footing.image(of_raster, &view.parts[0].scale).1;
