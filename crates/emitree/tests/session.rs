@@ -74,8 +74,7 @@ fn a_cube_is_sampled_at_its_energies() {
     assert_eq!(rendering.stats.energies, at_once.stats.energies);
 }
 
-/// A session continued to 0.1 % gives the result of 0.1 % at once. Of the evaluations for 1 %, depth rules and
-/// the final verification do not use all again.
+/// A session continued to 0.1 % gives the result of 0.1 % at once, for at most 1.1 times its evaluations.
 #[test]
 fn a_tighter_tolerance_gives_what_it_gives_at_once() {
     let (mut together, mut alone) = (0, 0);
@@ -96,7 +95,8 @@ fn a_tighter_tolerance_gives_what_it_gives_at_once() {
         together += rendering.stats.evaluations;
         alone += at_once.stats.evaluations;
     }
-    assert_eq!((together, alone), (525_922, 461_766));
+    assert_eq!((together, alone), (488_809, 456_994));
+    assert!(together as f64 <= 1.1 * alone as f64);
 }
 
 #[test]

@@ -22,5 +22,5 @@ fn evaluations(seed: u64, factor: f64) -> u64 {
 #[test]
 fn a_long_depth_range_costs_a_few_times_what_a_short_one_costs() {
     let total = |factor: f64| (0..12).map(|seed| evaluations(seed, factor)).sum::<u64>();
-    assert_eq!([1.0, 10.0].map(total), [0, 0]);
+    assert_eq!([1.0, 10.0].map(total), [23_827, 91_095]);
 }

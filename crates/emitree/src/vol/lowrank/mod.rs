@@ -87,7 +87,10 @@ pub(crate) async fn attempt(
         .map(|(number, part)| {
             let attempt = Attempt {
                 meter,
-                search: Search::new(WeightedView { meter, part, tiles: tiles.len() }),
+                search: Search::new(
+                    WeightedView { meter, part, tiles: tiles.len() },
+                    vol.tolerance,
+                ),
                 part,
                 parts: parts.parts.len(),
                 coarse_scale: coarse_scale(part),
@@ -361,7 +364,6 @@ impl Attempt<'_> {
             if forecast.prefers_tree(interpolant, self.spent(), missing, shape, deadline) {
                 return Err(End::NotSeparable);
             }
-            self.search.allow_fine_fibers(self.tolerance, error);
             self.coarse_largest = None;
             let before = self.search.interpolant.clone();
             if let Err(end) = self.search.grow(&assessment).await {
@@ -459,6 +461,9 @@ impl Attempt<'_> {
         let least = crate::cell::whole(share * least as f64);
         let beyond =
             self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_fiber_level);
+        // A view without emission in any sample has no fiber that shows its structure.
+        let is_dark = self.largest_of_others <= 0.0 && self.search.mean_rate() <= 0.0;
+        let least = if is_dark { TUNING.lowrank.dark_factor * least } else { least };
         let of_level = least << beyond;
         // A base lattice that is finer than the default is requested for small structure.
         let is_fine = self.vol.base_level > VolOptions::default().base_level;

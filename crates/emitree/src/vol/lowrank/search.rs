@@ -110,24 +110,20 @@ impl From<Stop> for End {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(view: WeightedView<'a>) -> Self {
+    pub(super) fn new(view: WeightedView<'a>, tolerance: f64) -> Self {
+        let finest_level = if tolerance >= TUNING.lowrank.moderate_tolerance {
+            TUNING.lowrank.finest_fiber_level_if_moderate
+        } else {
+            TUNING.lowrank.finest_fiber_level
+        };
         let interpolant = Interpolant::new(TUNING.lowrank.first_fiber_level);
         Self {
             view,
             interpolant,
             probes: Probes::default(),
             of_fibers: None,
-            finest_level: TUNING.lowrank.finest_fiber_level_if_moderate,
+            finest_level,
             has_jump: false,
-        }
-    }
-
-    /// Allows the finest fibers if the tolerance is tight, or if the error is not far above it: a
-    /// search that is given up then has nearly been paid for.
-    pub(super) fn allow_fine_fibers(&mut self, tolerance: f64, error: f64) {
-        let is_tight = tolerance < TUNING.lowrank.moderate_tolerance;
-        if is_tight || error <= TUNING.lowrank.advanced_error * tolerance {
-            self.finest_level = TUNING.lowrank.finest_fiber_level;
         }
     }
 

@@ -102,14 +102,14 @@ group! {
         /// The finest level of fibers for tolerances from `moderate_tolerance` on. G that needs
         /// finer fibers is left to the image tree.
         finest_fiber_level_if_moderate: u8 = 7, 6..=8;
-        /// The error in units of the tolerance up to which `finest_fiber_level` is used at all
-        /// tolerances.
-        advanced_error: f64 = 5.0, 2.5..=10.0;
         /// The finest level of fibers for tolerances below `moderate_tolerance`.
         finest_fiber_level: u8 = 8, 7..=9;
         /// The number of probes at the beginning. It doubles when the error is within the
         /// tolerance.
         first_probes: usize = 128, 64..=256;
+        /// The number of probes of a view that is dark at all of them, in units of the usual number. A
+        /// small shape is the only emission of some views.
+        dark_factor: usize = 8, 4..=16;
         /// Fibers are refined until the sum of their highest coefficients is below this share of
         /// the largest residual. Smaller values take more samples on each fiber.
         fiber_resolution: f64 = 0.2, 0.1..=0.4;

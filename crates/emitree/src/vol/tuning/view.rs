@@ -26,7 +26,7 @@ group! {
         least_gain: f64 = 1.5, 1.2..=3.0;
         /// The least ratio of the mean square of samples along an image plane's own depth to that along
         /// a stretched one for which the view is sampled anew.
-        least_stretch_gain: f64 = 3.0, 2.0..=6.0;
+        least_stretch_gain: f64 = 5.0, 2.5..=10.0;
         /// The share of the places of a stretched depth that are uniform. With smaller ones features
         /// outside of the stretched part are missed.
         uniform_places: f64 = 0.5, 0.25..=0.75;
