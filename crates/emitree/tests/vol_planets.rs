@@ -34,5 +34,5 @@ fn orthographic_views() {
 
 #[test]
 fn perspective_views() {
-    check(&[1, 5, 7, 15], 52_258);
+    check(&[1, 5, 7, 15], 56_120);
 }

@@ -462,7 +462,9 @@ impl Attempt<'_> {
         let beyond =
             self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_fiber_level);
         // A view without emission in any sample has no fiber that shows its structure.
-        let is_dark = self.largest_of_others <= 0.0 && self.search.mean_rate() <= 0.0;
+        let is_dark = self.search.probes() > 0
+            && self.search.mean_rate() <= 0.0
+            && self.largest_of_others <= 0.0;
         let least = if is_dark { TUNING.lowrank.dark_factor * least } else { least };
         let of_level = least << beyond;
         // A base lattice that is finer than the default is requested for small structure.

@@ -1,0 +1,80 @@
+//! The evaluations and errors of the named scenes in the documents are those of `vol`: a change that costs
+//! more or less fails here.
+
+use emitree::{Canonical, FromFn, RenderOptions, VolOptions, render};
+use emitree_problems::catalogue::problem;
+use emitree_problems::relative_error;
+use std::fs;
+use std::path::Path;
+
+const RESULTS: &str = "../../docs/results/engine.md";
+const README: &str = "../../README.md";
+/// The scenes of the first table of the results, with their names there and in the README, if they are.
+const SCENES: [(&str, &str, Option<&str>); 7] = [
+    ("eq8", "eq. (8)", Some("eq. (8) of the paper")),
+    ("shell", "shell", Some("a shell")),
+    ("shock", "shock", Some("a shock (g jumps)")),
+    ("beta", "β model, core 0.04", Some("a β model with a small core")),
+    ("gaussians", "gaussians", None),
+    ("ball", "uniform ball", None),
+    ("nebula", "nebula (shells with jumps)", None),
+];
+const TOLERANCES: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
+
+/// The cells of the first row of a document that begins with a name, without the name.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn row(document: &str, name: &str) -> Vec<String> {
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(document)).unwrap();
+    let begin = format!("| {name} |");
+    let line = text.lines().find(|line| line.starts_with(&begin)).unwrap();
+    line.split('|').skip(2).map(|cell| cell.trim().to_owned()).collect()
+}
+
+/// 12345 as 12,345.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let is_first = |i: usize| i > 0 && (digits.len() - i) % 3 == 0;
+    let pairs = digits.chars().enumerate();
+    pairs.flat_map(|(i, digit)| is_first(i).then_some(',').into_iter().chain([digit])).collect()
+}
+
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn check((name, in_results, in_readme): (&str, &str, Option<&str>)) {
+    let problem = problem(name).unwrap();
+    let exact = problem.exact_image([64, 64]);
+    let cells = row(RESULTS, in_results);
+    let filled: Vec<_> = TOLERANCES.iter().zip(&cells).filter(|(_, c)| !c.is_empty()).collect();
+    assert!(filled.len() >= 3, "{in_results}: {cells:?}");
+    for (&tolerance, cell) in filled {
+        let emission = FromFn(|position, _| problem.rate(position));
+        let options = RenderOptions::new(VolOptions::new(tolerance));
+        let rendering = render(&emission, &Canonical, [64, 64], &options).unwrap();
+        let error = relative_error(&rendering.values, &exact);
+        assert!(rendering.converged() && error <= tolerance, "{name} {tolerance}: {error}");
+        let found = format!("{} ({error:.1e})", grouped(rendering.stats.evaluations));
+        assert_eq!(&found, cell, "{name} at {tolerance} in {RESULTS}");
+    }
+    if let Some(in_readme) = in_readme {
+        let at_one_percent = cells[1].split(' ').next();
+        assert_eq!(row(README, in_readme).first().map(String::as_str), at_one_percent);
+    }
+}
+
+macro_rules! as_documented {
+    ($($test:ident: $scene:literal;)*) => {$(
+        #[test]
+        fn $test() {
+            check(SCENES[$scene]);
+        }
+    )*};
+}
+
+as_documented! {
+    equation_8: 0;
+    shell: 1;
+    shock: 2;
+    beta_model: 3;
+    gaussians: 4;
+    uniform_ball: 5;
+    nebula: 6;
+}
