@@ -33,6 +33,7 @@ pub struct DeepScene {
 /// ```
 pub fn random_deep(seed: u64, factor: f64) -> DeepScene {
     let mut generator = Generator::new(FIRST_STREAM + seed);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "2 to 7")]
     let count = generator.between(COUNT[0], COUNT[1]) as usize;
     let gaussian = |generator: &mut Generator| {
         let amplitude = generator.between(0.3, 1.0);

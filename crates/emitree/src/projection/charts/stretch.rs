@@ -60,9 +60,9 @@ impl Stretch {
         for _ in 0..MOST_STEPS {
             let (place, density) = self.place_and_density(z);
             if place < t {
-                low = z
+                low = z;
             } else {
-                high = z
+                high = z;
             }
             let next = z - (place - t) / density;
             let next = if next > low && next < high { next } else { 0.5 * (low + high) };
