@@ -33,7 +33,7 @@ fn row(document: &str, name: &str) -> Vec<String> {
 /// 12345 as 12,345.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
-    let is_first = |i: usize| i > 0 && (digits.len() - i) % 3 == 0;
+    let is_first = |i: usize| i > 0 && (digits.len() - i).is_multiple_of(3);
     let pairs = digits.chars().enumerate();
     pairs.flat_map(|(i, digit)| is_first(i).then_some(',').into_iter().chain([digit])).collect()
 }
