@@ -204,6 +204,8 @@ fn a_continued_session_has_the_mesh_of_its_last_tolerance() {
     let evaluations = session.rendering().unwrap().stats.evaluations;
     let fine = check(&session, rate, "continued");
     assert_ne!(fine.points().len(), coarse.points().len());
+    let at_once = ended(CAMERA, [20, 16], &vol(0.005), rate).mesh().unwrap();
+    assert_eq!(fine.points().positions(), at_once.points().positions());
     assert_eq!(session.rendering().unwrap().stats.evaluations, evaluations);
 }
 

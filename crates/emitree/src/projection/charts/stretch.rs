@@ -22,6 +22,7 @@ pub(crate) struct Stretch {
 }
 
 impl Stretch {
+    /// More places around the depth `centre`, and a share `uniform` of all places everywhere.
     pub(crate) fn about(centre: f64, width: f64, uniform: f64) -> Self {
         let ends = [0.0, 1.0].map(|end| ((end - centre) / width).atan());
         Self { centre, width, uniform, ends }
