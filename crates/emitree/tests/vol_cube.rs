@@ -119,7 +119,7 @@ fn cubes_cost_what_they_cost() {
         ("mixture", 15_103, 49_088),
         ("narrow-line", 13_890, 49_059),
         ("edge", 13_387, 47_959),
-        ("bremsstrahlung", 12_199, 76_277),
+        ("bremsstrahlung", 11_893, 76_277),
         ("ena-ring", 24_904, 295_651),
     ] {
         let found = checked(name, SHAPE, BINS, &vol(0.01));
