@@ -10,9 +10,11 @@ use crate::vol::tuning::TUNING;
 
 /// The fewest candidates in a region for a polynomial of samples in its box alone.
 const FEW: usize = 8;
-/// The places of a box at which the error of its polynomial counts, and the points tried for them.
+/// The places of a box at which the error of its polynomial counts, those among which they are chosen, and
+/// the points tried for these.
 const PLACES: usize = 24;
-const TRIES: usize = 512;
+const CHOICE: usize = 512;
+const TRIES: usize = 4096;
 
 /// What is to be done with a box.
 #[derive(Debug)]
@@ -60,13 +62,13 @@ impl Search<'_> {
         if of.leaves.is_empty() {
             return (of, Outline::Empty);
         }
-        let places = self.places(tree, label, &of);
         let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
         if candidates.len() >= FEW {
             let mut plan = self.plan(&of, &candidates);
-            plan.places = places;
+            plan.places = self.far_places(&of, &plan, self.places(tree, label, &of, CHOICE));
             return (of, Outline::Samples(plan));
         }
+        let places = self.places(tree, label, &of, PLACES);
         let continued = self.continued(&of, label, &places);
         // Those that are furthest inside, as far as they are in the region for certain.
         let clearance = |at: &[f64; 3]| tree.leaf(*at).clearance(*at);
@@ -113,12 +115,30 @@ impl Search<'_> {
         }
     }
 
-    /// Places of a box that are in the region, up to its surfaces; those of its leaves if it is thin.
-    fn places(&self, tree: &Octree, label: Label, of: &OpenBox) -> Vec<[f64; 3]> {
+    /// Those places of a box that are furthest from its samples: a part of the region may be far from all.
+    fn far_places(&self, of: &OpenBox, plan: &Plan, places: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+        let known = plan.known.iter().map(|&i| self.samples.get(i).at);
+        let samples: Vec<[f64; 3]> = known.chain(plan.new.iter().copied()).collect();
+        let edges = difference(of.high, of.low);
+        let square = |a: [f64; 3], b: [f64; 3]| {
+            (0..3).map(|k| ((a[k] - b[k]) / edges[k]).powi(2)).sum::<f64>()
+        };
+        let distance = |at: [f64; 3]| {
+            samples.iter().map(|sample| square(at, *sample)).fold(f64::INFINITY, f64::min)
+        };
+        let mut far: Vec<(f64, [f64; 3])> =
+            places.into_iter().map(|at| (distance(at), at)).collect();
+        far.sort_by(|a, b| b.0.total_cmp(&a.0));
+        far.into_iter().take(PLACES).map(|(_, at)| at).collect()
+    }
+
+    /// At most `most` places of a box that are in the region, up to its surfaces; those of its leaves if it is
+    /// thin.
+    fn places(&self, tree: &Octree, label: Label, of: &OpenBox, most: usize) -> Vec<[f64; 3]> {
         let edges = difference(of.high, of.low);
         let scattered = (0..TRIES).map(lattice::point).map(|u| along_each(of.low, u, edges));
         let is_inside = |at: &[f64; 3]| tree.leaf(*at).region(*at) == label;
-        let found: Vec<[f64; 3]> = scattered.filter(is_inside).take(PLACES).collect();
+        let found: Vec<[f64; 3]> = scattered.filter(is_inside).take(most).collect();
         if !found.is_empty() {
             return found;
         }
