@@ -120,7 +120,7 @@ fn cubes_cost_what_they_cost() {
         ("narrow-line", 13_890, 49_059),
         ("edge", 13_387, 47_959),
         ("bremsstrahlung", 11_893, 76_277),
-        ("ena-ring", 22_421, 295_651),
+        ("ena-ring", 22_421, 280_461),
     ] {
         let found = checked(name, SHAPE, BINS, &vol(0.01));
         assert_eq!(found.rendering.stats.evaluations, evaluations, "{name}");
