@@ -1,8 +1,9 @@
-//! The evaluations and errors of the named scenes in the documents are those of `vol`: a change that costs
-//! more or less fails here.
+//! The evaluations and errors of the named scenes and cubes in the documents are those of `vol`: a change
+//! that costs more or less fails here.
 
-use emitree::{Canonical, FromFn, RenderOptions, VolOptions, render};
+use emitree::{Canonical, FromFn, FromSpectralFn, RenderOptions, VolOptions, render, render_cube};
 use emitree_problems::catalogue::problem;
+use emitree_problems::cubes;
 use emitree_problems::relative_error;
 use std::fs;
 use std::path::Path;
@@ -20,6 +21,10 @@ const SCENES: [(&str, &str, Option<&str>); 7] = [
     ("nebula", "nebula (shells with jumps)", None),
 ];
 const TOLERANCES: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
+/// The cubes of the results that take less than some seconds, and the number of their bins.
+const CUBES: [&str; 6] =
+    ["separable", "mixture", "narrow-line", "edge", "bremsstrahlung", "ena-ring"];
+const BINS: usize = 32;
 
 /// The cells of the first row of a document that begins with a name, without the name.
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -77,4 +82,29 @@ as_documented! {
     gaussians: 4;
     uniform_ball: 5;
     nebula: 6;
+}
+
+/// The second cell of a row describes the cube; the last one is the number of selected energies at 1 %.
+#[test]
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn cubes_of_the_results() {
+    for name in CUBES {
+        let problem = cubes::problem(name).unwrap();
+        let axis = problem.default_axis(BINS).unwrap();
+        let exact = problem.exact([64, 64], &axis);
+        let cells = row(RESULTS, name);
+        assert_eq!(cells.len(), 7, "{name}: {cells:?}");
+        for (&tolerance, cell) in TOLERANCES[..3].iter().zip(&cells[1..]) {
+            let emission = FromSpectralFn(|position, _, energy| problem.rate(position, energy));
+            let options = RenderOptions::new(VolOptions::new(tolerance));
+            let found = render_cube(&emission, &Canonical, [64, 64], &axis, &options).unwrap();
+            let error = found.values.max_difference(&exact) / exact.largest();
+            assert!(found.converged() && error <= tolerance, "{name} {tolerance}: {error}");
+            let of_cube = format!("{} ({error:.1e})", grouped(found.stats.evaluations));
+            assert_eq!(&of_cube, cell, "{name} at {tolerance} in {RESULTS}");
+            if (tolerance - 0.01).abs() < 1e-9 {
+                assert_eq!(found.stats.energies.len().to_string(), cells[5], "{name}");
+            }
+        }
+    }
 }
