@@ -55,6 +55,18 @@ fn thinned(samples: &[usize]) -> impl Iterator<Item = usize> + '_ {
     samples.iter().step_by(samples.len() / CANDIDATES + 1).copied()
 }
 
+/// Those places that are furthest from all samples, in edges of a box: there a polynomial is extrapolated most.
+fn furthest(places: Vec<[f64; 3]>, samples: &[[f64; 3]], edges: [f64; 3]) -> Vec<[f64; 3]> {
+    let square =
+        |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| ((a[k] - b[k]) / edges[k]).powi(2)).sum::<f64>();
+    let nearest = |at: [f64; 3]| {
+        samples.iter().map(|sample| square(at, *sample)).fold(f64::INFINITY, f64::min)
+    };
+    let mut far: Vec<(f64, [f64; 3])> = places.into_iter().map(|at| (nearest(at), at)).collect();
+    far.sort_by(|a, b| b.0.total_cmp(&a.0));
+    far.into_iter().take(PLACES).map(|(_, at)| at).collect()
+}
+
 impl Search<'_> {
     /// What is to be done with a box, which is tightened around the region.
     pub(super) fn outline(&self, tree: &Octree, label: Label, of: OpenBox) -> (OpenBox, Outline) {
@@ -65,7 +77,10 @@ impl Search<'_> {
         let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
         if candidates.len() >= FEW {
             let mut plan = self.plan(&of, &candidates);
-            plan.places = self.far_places(&of, &plan, self.places(tree, label, &of, CHOICE));
+            let known = plan.known.iter().map(|&i| self.samples.get(i).at);
+            let samples: Vec<[f64; 3]> = known.chain(plan.new.iter().copied()).collect();
+            let edges = difference(of.high, of.low);
+            plan.places = furthest(self.places(tree, label, &of, CHOICE), &samples, edges);
             return (of, Outline::Samples(plan));
         }
         let places = self.places(tree, label, &of, PLACES);
@@ -113,23 +128,6 @@ impl Search<'_> {
             }
             reach = 2.0 * reach + 1.0;
         }
-    }
-
-    /// Those places of a box that are furthest from its samples: a part of the region may be far from all.
-    fn far_places(&self, of: &OpenBox, plan: &Plan, places: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
-        let known = plan.known.iter().map(|&i| self.samples.get(i).at);
-        let samples: Vec<[f64; 3]> = known.chain(plan.new.iter().copied()).collect();
-        let edges = difference(of.high, of.low);
-        let square = |a: [f64; 3], b: [f64; 3]| {
-            (0..3).map(|k| ((a[k] - b[k]) / edges[k]).powi(2)).sum::<f64>()
-        };
-        let distance = |at: [f64; 3]| {
-            samples.iter().map(|sample| square(at, *sample)).fold(f64::INFINITY, f64::min)
-        };
-        let mut far: Vec<(f64, [f64; 3])> =
-            places.into_iter().map(|at| (distance(at), at)).collect();
-        far.sort_by(|a, b| b.0.total_cmp(&a.0));
-        far.into_iter().take(PLACES).map(|(_, at)| at).collect()
     }
 
     /// At most `most` places of a box that are in the region, up to its surfaces; those of its leaves if it is
@@ -245,5 +243,28 @@ impl Search<'_> {
         let samples = samples.iter().map(|&i| self.samples.get(i));
         let samples: Vec<([f64; 3], f64)> = samples.map(|of| (of.at, of.rate)).collect();
         Polynomial::fit(low, high, &samples, places)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sliver of a region, one in a hundred of its places, is far from the samples of the rest of it.
+    #[test]
+    fn the_places_that_count_are_those_far_from_samples() {
+        let edges = [1.0, 0.5, 2.0];
+        let at = |u: [f64; 3]| along_each([0.0; 3], u, edges);
+        let samples: Vec<[f64; 3]> =
+            (0..60).map(lattice::point).map(|[x, y, z]| at([0.5 * x, y, z])).collect();
+        let sliver = |k: usize| k % 100 == 99;
+        let places = (0..400).map(|k| {
+            let [x, y, z] = lattice::point(1000 + k);
+            at(if sliver(k) { [0.95 + 0.05 * x, 0.1 * y, z] } else { [0.5 * x, y, z] })
+        });
+        let found = furthest(places.collect(), &samples, edges);
+        assert_eq!(found.len(), PLACES);
+        assert!(found[..4].iter().all(|[x, _, _]| *x > 0.9), "{found:?}");
+        assert!(found[4..].iter().all(|[x, _, _]| *x <= 0.5), "{found:?}");
     }
 }
