@@ -86,7 +86,6 @@ as_documented! {
 
 /// The second cell of a row describes the cube; the last one is the number of selected energies at 1 %.
 #[test]
-#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn cubes_of_the_results() {
     for name in CUBES {
         let problem = cubes::problem(name).unwrap();
