@@ -1,10 +1,16 @@
 //! The evaluations and errors of the named scenes and cubes in the documents are those of `vol`: a change
 //! that costs more or less fails here.
 
+// Shared with the messages of the command.
+#[expect(unreachable_pub, reason = "it is public there")]
+#[path = "../../emitree-io/src/grouped.rs"]
+mod grouped;
+
 use emitree::{Canonical, FromFn, FromSpectralFn, RenderOptions, VolOptions, render, render_cube};
 use emitree_problems::catalogue::problem;
 use emitree_problems::cubes;
 use emitree_problems::relative_error;
+use grouped::grouped;
 use std::fs;
 use std::path::Path;
 
@@ -33,14 +39,6 @@ fn row(document: &str, name: &str) -> Vec<String> {
     let begin = format!("| {name} |");
     let line = text.lines().find(|line| line.starts_with(&begin)).unwrap();
     line.split('|').skip(2).map(|cell| cell.trim().to_owned()).collect()
-}
-
-/// 12345 as 12,345.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let is_first = |i: usize| i > 0 && (digits.len() - i).is_multiple_of(3);
-    let pairs = digits.chars().enumerate();
-    pairs.flat_map(|(i, digit)| is_first(i).then_some(',').into_iter().chain([digit])).collect()
 }
 
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
