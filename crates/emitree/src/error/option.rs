@@ -21,6 +21,44 @@ pub enum OptionError {
     /// A tolerance of method `vol`, or of a tree in the world, that is no fraction.
     #[error("`tolerance` is {0}: expected a fraction above 0 and below 1")]
     Tolerance(f64),
+    /// A relative tolerance by pixel that is no fraction, or 0 without an absolute one.
+    #[error("`rtol` is {0}: expected a fraction above 0 and below 1, or 0 with `atol` above 0")]
+    RelativeTolerance(f64),
+    /// An absolute tolerance by pixel that is not finite or below 0.
+    #[error("`atol` is {0}: expected a finite error of 0 or more, in the unit of the image")]
+    AbsoluteTolerance(f64),
+    /// A floor of relative tolerances that is no fraction.
+    #[error("`floor` is {0}: expected a fraction of the largest pixel from 0 to below 1")]
+    Floor(f64),
+    /// Weights of pixels in another shape than the image.
+    #[error(
+        "`weights` have the shape ({}, {}): expected ({}, {}), a weight for each pixel", given[0],
+        given[1], expected[0], expected[1]
+    )]
+    WeightsShape {
+        /// Height and width of the weights.
+        given: [usize; 2],
+        /// Height and width of the image.
+        expected: [usize; 2],
+    },
+    /// A weight that is not finite or below 0.
+    #[error(
+        "`weights` has {weight} in row {row}, column {column}: expected finite weights of 0 or more"
+    )]
+    Weight {
+        /// The weight.
+        weight: f64,
+        /// Its row, from the lowest.
+        row: usize,
+        /// Its column.
+        column: usize,
+    },
+    /// Weights that are all 0.
+    #[error("`weights` are 0 in all pixels: expected a pixel that matters")]
+    NoWeights,
+    /// Tolerances by band without an energy axis.
+    #[error("`per_band` is given without an energy axis: expected an energy axis")]
+    PerBand,
     /// A tolerance of adaptive steps that is not above 0.
     #[error("`tolerance` is {0}: expected a number above 0")]
     StepTolerance(f64),
@@ -117,6 +155,11 @@ impl OptionError {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Tolerance(_) | Self::StepTolerance(_) => "tolerance",
+            Self::RelativeTolerance(_) => "rtol",
+            Self::AbsoluteTolerance(_) => "atol",
+            Self::Floor(_) => "floor",
+            Self::WeightsShape { .. } | Self::Weight { .. } | Self::NoWeights => "weights",
+            Self::PerBand => "per_band",
             Self::BaseLevel { .. } | Self::WorldTreeBaseLevel(_) => "base_level",
             Self::WorldTreeOrder(_) => "order",
             Self::Lines(_) => "lines",

@@ -3,6 +3,7 @@
 use crate::energy::EnergyAxis;
 use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
+use crate::image::Image;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::projection::charts::depth::Weights;
@@ -18,7 +19,7 @@ use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::part::{Parts, atlas, parts};
-use crate::vol::{BASE_LEVELS, VolOptions};
+use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
 
 /// Renders an image, or a cube in the bins of `axis`, to the tolerance of `vol`.
 pub(crate) async fn render(
@@ -27,8 +28,10 @@ pub(crate) async fn render(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
 ) -> Result<MethodOutput, MethodError> {
-    check(vol)?;
+    check(vol, shape_of(tiles), axis)?;
     check_seeds(&vol.seeds)?;
+    // From here on, the tolerance is that of the largest pixel.
+    let vol = &VolOptions { tolerance: vol.of_largest(), ..vol.clone() };
     let found = edges(meter, tiles, axis, vol).await?;
     let mut cuts: Vec<FoundCut> = Vec::new();
     let mut depths: Vec<(usize, Weights)> = Vec::new();
@@ -117,16 +120,65 @@ async fn edges(
     }
 }
 
+/// Height and width of the image.
+fn shape_of(tiles: &[Tile<'_>]) -> [usize; 2] {
+    let [height, width] = tiles[0].shape;
+    [height * tiles.len(), width]
+}
+
 /// Returns an error if an option is out of range.
-fn check(vol: &VolOptions) -> Result<(), MethodError> {
+fn check(
+    vol: &VolOptions,
+    shape: [usize; 2],
+    axis: Option<&EnergyAxis>,
+) -> Result<(), MethodError> {
     if !(vol.tolerance > 0.0 && vol.tolerance < 1.0) {
         return Err(OptionError::Tolerance(vol.tolerance).into());
+    }
+    if let Some(by_pixel) = &vol.by_pixel {
+        check_by_pixel(by_pixel)?;
+    }
+    if let Some(weights) = &vol.weights {
+        check_weights(weights, shape)?;
+    }
+    if vol.per_band && axis.is_none() {
+        return Err(OptionError::PerBand.into());
     }
     if !BASE_LEVELS.contains(&vol.base_level) {
         let expected = [*BASE_LEVELS.start(), *BASE_LEVELS.end()];
         return Err(OptionError::BaseLevel { level: vol.base_level, expected }.into());
     }
     Ok(())
+}
+
+fn check_by_pixel(by_pixel: &PixelTolerance) -> Result<(), OptionError> {
+    let PixelTolerance { rtol, atol, floor } = *by_pixel;
+    if !(atol >= 0.0 && atol.is_finite()) {
+        return Err(OptionError::AbsoluteTolerance(atol));
+    }
+    if !(rtol >= 0.0 && rtol < 1.0) || (rtol == 0.0 && atol == 0.0) {
+        return Err(OptionError::RelativeTolerance(rtol));
+    }
+    if !(0.0..1.0).contains(&floor) {
+        return Err(OptionError::Floor(floor));
+    }
+    Ok(())
+}
+
+fn check_weights(weights: &Image, shape: [usize; 2]) -> Result<(), OptionError> {
+    let given = [weights.height(), weights.width()];
+    if given != shape {
+        return Err(OptionError::WeightsShape { given, expected: shape });
+    }
+    let is_weight = |weight: &f64| *weight >= 0.0 && weight.is_finite();
+    if let Some(pixel) = weights.pixels().iter().position(|weight| !is_weight(weight)) {
+        let [row, column] = [pixel / shape[1], pixel % shape[1]];
+        return Err(OptionError::Weight { weight: weights.pixels()[pixel], row, column });
+    }
+    match weights.largest() > 0.0 {
+        true => Ok(()),
+        false => Err(OptionError::NoWeights),
+    }
 }
 
 #[cfg(test)]

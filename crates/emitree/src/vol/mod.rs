@@ -33,6 +33,7 @@ mod ascent;
 mod choose;
 mod dyadic;
 mod engine;
+mod error_weights;
 mod image;
 mod lattice;
 mod least_squares;
@@ -59,6 +60,7 @@ mod testing;
 mod tests;
 
 pub(crate) use choose::render;
+pub use options::PixelTolerance;
 pub(crate) use options::VolOptions;
 pub use seeds::Seed;
 

@@ -1,6 +1,70 @@
 //! Options of method `vol`.
 
 use super::{FeatureSize, Seed};
+use crate::image::Image;
+use std::sync::Arc;
+
+/// The part of the brightest pixel below which relative errors are not asked for, unless another one is
+/// given: images fall to 0.
+pub(crate) const DARKEST: f64 = 1e-5;
+
+/// The error allowed in each pixel, from the pixel itself: `atol` + `rtol` · max(|pixel|, `floor` · largest
+/// |pixel|).
+///
+/// This is the criterion of `numpy.isclose` with a floor under the pixel: without any floor, a relative
+/// error could not be reached where an image falls to 0.
+///
+/// ```
+/// use emitree::VolOptions;
+/// use emitree::vol::PixelTolerance;
+///
+/// // 1 % of every pixel above 1e-4 of the brightest.
+/// let by_pixel = PixelTolerance::relative(0.01).with_floor(1e-4);
+/// assert_eq!(by_pixel.allowed(0.5, 2.0), 0.005);
+/// assert_eq!(by_pixel.allowed(0.0, 2.0), 0.01 * 1e-4 * 2.0);
+/// let options = VolOptions::default().with_pixel_tolerance(by_pixel);
+/// assert_eq!(options.by_pixel, Some(by_pixel));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PixelTolerance {
+    /// The error allowed relative to the |pixel|; from 0 to below 1, and above 0 if `atol` is 0.
+    pub rtol: f64,
+    /// The error allowed in every pixel, in the unit of the image; 0 or more.
+    pub atol: f64,
+    /// The brightness below which `rtol` is relative to this brightness, as a fraction of the largest
+    /// |pixel|; from 0 to below 1.
+    pub floor: f64,
+}
+
+impl PixelTolerance {
+    /// An error of at most `rtol` times each |pixel|, down to pixels of 1e-5 of the largest one.
+    pub fn relative(rtol: f64) -> Self {
+        Self { rtol, atol: 0.0, floor: DARKEST }
+    }
+
+    /// An error of at most `atol` in each pixel, in the unit of the image.
+    pub fn absolute(atol: f64) -> Self {
+        Self { rtol: 0.0, atol, floor: 0.0 }
+    }
+
+    /// Sets the error allowed in every pixel, in the unit of the image.
+    #[must_use]
+    pub fn with_atol(self, atol: f64) -> Self {
+        Self { atol, ..self }
+    }
+
+    /// Sets the brightness, as a fraction of the largest |pixel|, below which `rtol` is relative to it.
+    #[must_use]
+    pub fn with_floor(self, floor: f64) -> Self {
+        Self { floor, ..self }
+    }
+
+    /// The error allowed in a pixel, in its unit, if the largest |pixel| is `largest`.
+    pub fn allowed(&self, pixel: f64, largest: f64) -> f64 {
+        self.atol + self.rtol * pixel.abs().max(self.floor * largest)
+    }
+}
 
 /// Options of method [`Vol`](crate::Method::Vol).
 ///
@@ -18,12 +82,21 @@ use super::{FeatureSize, Seed};
 #[non_exhaustive]
 pub struct VolOptions {
     /// The largest error of a pixel that is allowed, relative to the largest |pixel|; above 0 and
-    /// below 1.
+    /// below 1. With [`by_pixel`](Self::by_pixel) it is not used.
     ///
     /// It is met for the structure that the samples detect. A structure between all samples, the
     /// lines and depths of the base lattice and a thousand scattered points, is not detected: for
     /// such structure there are [`Seed`]s at known places and finer base lattices.
     pub tolerance: f64,
+    /// The error allowed in each pixel from the pixel itself, instead of `tolerance`.
+    pub by_pixel: Option<PixelTolerance>,
+    /// A weight for each pixel of the image: the error allowed there is divided by it. A pixel with the
+    /// weight 0 does not matter: its error is not limited, and it is not among those whose largest one
+    /// is meant. In the [order of images](crate::Image#axis-order-and-orientation), of the same shape.
+    pub weights: Option<Arc<Image>>,
+    /// For cubes: each band to the largest |voxel| of its own, instead of that of the cube; bands that are
+    /// darker than 1e-5 of the brightest one to that brightness.
+    pub per_band: bool,
     /// The base lattice has 2^`base_level` intervals along each axis of the image and in depth; one
     /// of [`BASE_LEVELS`](super::BASE_LEVELS). With a finer level than the default there are at
     /// least as many scattered points as base samples.
@@ -45,6 +118,9 @@ impl Default for VolOptions {
     fn default() -> Self {
         Self {
             tolerance: 0.01,
+            by_pixel: None,
+            weights: None,
+            per_band: false,
             base_level: 3,
             smallest_feature: None,
             seeds: Vec::new(),
@@ -58,6 +134,37 @@ impl VolOptions {
     /// with the [defaults](Self::default) of all others.
     pub fn new(tolerance: f64) -> Self {
         Self { tolerance, ..Self::default() }
+    }
+
+    /// Sets the error allowed in each pixel from the pixel itself.
+    #[must_use]
+    pub fn with_pixel_tolerance(mut self, by_pixel: impl Into<Option<PixelTolerance>>) -> Self {
+        self.by_pixel = by_pixel.into();
+        self
+    }
+
+    /// Sets the weight of each pixel, in an image of the shape of that to be rendered.
+    #[must_use]
+    pub fn with_weights(mut self, weights: Image) -> Self {
+        self.weights = Some(Arc::new(weights));
+        self
+    }
+
+    /// Sets whether each band of a cube is rendered to the largest |voxel| of its own.
+    #[must_use]
+    pub fn with_per_band(mut self, per_band: bool) -> Self {
+        self.per_band = per_band;
+        self
+    }
+
+    /// Whether the same error is allowed in all pixels.
+    pub(crate) fn is_uniform(&self) -> bool {
+        self.by_pixel.is_none() && self.weights.is_none() && !self.per_band
+    }
+
+    /// The tolerance of the largest pixel.
+    pub(crate) fn of_largest(&self) -> f64 {
+        self.by_pixel.map(|of| of.rtol).filter(|rtol| *rtol > 0.0).unwrap_or(self.tolerance)
     }
 
     /// Sets the level of the base lattice, which has 2^`base_level` intervals along each axis; one

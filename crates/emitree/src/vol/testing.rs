@@ -151,6 +151,7 @@ pub(crate) fn scan<'a>(meter: &'a Meter, chart: &'a dyn Chart, base_level: u8) -
         tree: ImageTree::default(),
         node_lines: NodeLines::default(),
         seeds: SeedTargets::default(),
+        weights: None,
     }
 }
 
@@ -161,12 +162,14 @@ pub(crate) fn sheet<'a>(
     base_level: u8,
     [height, width]: [usize; 2],
 ) -> Sheet<'a> {
+    let scale = Arc::new(uniform([height, width], 1.0));
     Sheet {
         id: SheetId { part: 0, energy: 0 },
         scan: scan(meter, chart, base_level),
         pieces_of_line: 1,
         footing: Arc::new(Footing::Pixels { first_row: 0, rim: None }),
-        scale: Arc::new(uniform([height, width], 1.0)),
+        weighted_scale: scale.clone(),
+        scale,
         verification: Verification::default(),
     }
 }

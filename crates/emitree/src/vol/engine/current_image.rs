@@ -4,6 +4,7 @@ use crate::cube::Cube;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::vol::engine::Engine;
+use crate::vol::error_weights::ErrorWeights;
 use crate::vol::view::part::Part;
 use crate::vol::view::sheet::SheetState;
 use std::borrow::Cow;
@@ -14,35 +15,54 @@ pub(crate) struct CurrentImage {
     pub(crate) maps: Vec<[Image; 2]>,
     /// The state of each sheet.
     pub(crate) states: Vec<SheetState>,
+    /// The weights of the errors of each bin.
+    weights: ErrorWeights,
+    /// The weighted errors of each bin; none if all weights are 1.
+    weighted_errors: Vec<Image>,
 }
 
 impl CurrentImage {
+    /// The largest |pixel| of those that matter.
     pub(crate) fn largest_pixel(&self) -> f64 {
-        self.largest(0)
+        self.weights.largest
     }
 
+    /// The largest weighted error of a pixel.
     pub(crate) fn largest_error(&self) -> f64 {
-        self.largest(1)
+        self.weights.largest_error(self.maps.iter().map(|[_, error]| error))
     }
 
-    /// The error of each energy bin on the raster of a part.
+    /// The weighted error of each energy bin on the raster of a part.
     pub(crate) fn errors(&self, part: &Part<'_>) -> Vec<Cow<'_, Image>> {
-        self.maps.iter().map(|[_, error]| part.on_raster(error)).collect()
+        if self.weighted_errors.is_empty() {
+            return self.maps.iter().map(|[_, error]| part.on_raster(error)).collect();
+        }
+        self.weighted_errors.iter().map(|error| part.on_raster(error)).collect()
+    }
+
+    /// For each pixel the largest of its weights in the bins; `None` if all are 1.
+    pub(crate) fn largest_weights(&self) -> Option<Image> {
+        let mut maps = self.weights.maps.as_ref()?.iter();
+        let first = maps.next()?.clone();
+        Some(maps.fold(first, |largest, map| largest_of(largest, map, 1.0)))
     }
 
     /// The guarded details of the nodes of a sheet.
     pub(crate) fn guarded(&self, sheet: usize) -> &[f64] {
         &self.states[sheet].guarded
     }
+}
 
-    fn largest(&self, kind: usize) -> f64 {
-        self.maps.iter().map(|maps| maps[kind].largest()).fold(0.0, f64::max)
-    }
+/// The larger of two images, of which `factor` is multiplied with the second one, pixel by pixel.
+fn largest_of(mut largest: Image, other: &Image, factor: f64) -> Image {
+    let pixels = largest.pixels_mut().iter_mut().zip(other.pixels());
+    pixels.for_each(|(largest, other)| *largest = largest.max(factor * other));
+    largest
 }
 
 impl Engine<'_> {
     /// The image and its estimated error in each bin, from all samples so far.
-    pub(crate) fn assemble(&self) -> Result<CurrentImage, MethodError> {
+    pub(crate) fn assemble(&mut self) -> Result<CurrentImage, MethodError> {
         let nodal = self.energies.nodal_weights();
         let unexplained = self.spectra.as_ref().map_or(&[0.0][..], |spectra| &spectra.unexplained);
         // The values of spectra that have not been sampled are not bounded by the sampled ones.
@@ -91,7 +111,29 @@ impl Engine<'_> {
             let first_row = tile.place.0 * tile.shape[0];
             maps.iter().try_for_each(|[image, _]| tile.check_finite(image, first_row))?;
         }
-        Ok(CurrentImage { maps, states })
+        let bands: Vec<[&Image; 2]> = maps.iter().map(|[image, error]| [image, error]).collect();
+        let weights = ErrorWeights::new(self.vol, &bands, &self.view.outside);
+        let errors = maps.iter().map(|[_, error]| error).enumerate();
+        let weighted_errors = errors.map_while(|(bin, error)| weights.weighted(bin, error));
+        let weighted_errors = weighted_errors.collect();
+        self.weigh_sheets(&weights);
+        Ok(CurrentImage { maps, states, weights, weighted_errors })
+    }
+
+    /// Sets the weights of the errors of all sheets: for each pixel the largest of the bins that a sheet is
+    /// in, each times its weight there relative to the largest one.
+    fn weigh_sheets(&mut self, weights: &ErrorWeights) {
+        let Some(maps) = &weights.maps else { return };
+        for sheet in &mut self.sheets {
+            let of_bins = &self.energies.selected[sheet.id.energy].weights;
+            let largest = of_bins.iter().fold(0.0, |most: f64, weight| most.max(weight.abs()));
+            let mut of_sheet = Image::zeros(maps[0].height(), maps[0].width());
+            for (map, weight) in maps.iter().zip(of_bins) {
+                let share = if largest > 0.0 { weight.abs() / largest } else { 1.0 };
+                of_sheet = largest_of(of_sheet, map, share);
+            }
+            sheet.set_weights(&self.parts[sheet.id.part].on_raster(&of_sheet));
+        }
     }
 
     /// The image and its error as one cube each, and NaN at pixels where the projection has no

@@ -22,7 +22,6 @@ use crate::vol::engine::current_image::CurrentImage;
 use crate::vol::engine::spectra::Spectra;
 use crate::vol::image::pixels::pixel_means;
 use crate::vol::sampling::Stop;
-use crate::vol::seeds::Seed;
 use crate::vol::spectrum::energies::Energies;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
@@ -58,7 +57,7 @@ pub(crate) async fn by_tree(
         parts,
         footings: parts.iter().map(|part| part.footing.clone()).collect(),
         quadrature_error: None,
-        seeds: &vol.seeds,
+        vol,
         sheets: Vec::new(),
         energies: Energies::none(),
         spectra: axis.map(|axis| Spectra::new(axis, &vol.line_energies)),
@@ -127,7 +126,7 @@ pub(crate) struct Engine<'b> {
     footings: Vec<Arc<Footing>>,
     /// The error of that quadrature, once it has been compared with a finer one.
     pub(crate) quadrature_error: Option<Image>,
-    pub(crate) seeds: &'b [Seed],
+    pub(crate) vol: &'b VolOptions,
     /// The image trees: all parts at the first energy, then all at the second, and so on.
     pub(crate) sheets: Vec<Sheet<'b>>,
     /// The energies of the sheets, and their weights in the bins.
@@ -203,7 +202,10 @@ impl Engine<'_> {
         };
         let all: Vec<Vec<f64>> = (0..self.parts.len()).map(means).collect();
         let allowed = TUNING.view.quadrature_share * target;
-        let Some((footings, error)) = self.view.settle(&all, allowed) else { return false };
+        let weights = current.largest_weights();
+        let Some((footings, error)) = self.view.settle(&all, allowed, weights.as_ref()) else {
+            return false;
+        };
         for sheet in &mut self.sheets {
             sheet.footing = footings[sheet.id.part].clone();
         }

@@ -107,7 +107,8 @@ impl<'b> Engine<'b> {
                 depth_level: base_level,
                 tree: ImageTree::default(),
                 node_lines: NodeLines::default(),
-                seeds: SeedTargets::at(self.seeds, chart, base_level, self.finest_level),
+                seeds: SeedTargets::at(&self.vol.seeds, chart, base_level, self.finest_level),
+                weights: None,
             };
             self.sheets.push(Sheet {
                 id: SheetId { part: part_number, energy: number },
@@ -115,6 +116,7 @@ impl<'b> Engine<'b> {
                 pieces_of_line: part.pieces_of_line,
                 footing: self.footings[part_number].clone(),
                 scale: part.scale.clone(),
+                weighted_scale: part.scale.clone(),
                 verification: Verification::default(),
             });
         }

@@ -22,6 +22,11 @@ impl Block {
         Self::around(place, self.level + 1)
     }
 
+    /// A place in its middle.
+    pub(crate) fn middle(self) -> Place {
+        [self.column, self.row].map(|number| (2 * number + 1) * (STEPS >> (self.level + 1)))
+    }
+
     /// Whether a place is in the block widened by `margin` of its edge on each side.
     pub(crate) fn contains(&self, place: Place, margin: f64) -> bool {
         let edge = f64::from(STEPS >> self.level);

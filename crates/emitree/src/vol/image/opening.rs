@@ -20,6 +20,7 @@ pub(crate) struct Choice<'a> {
     pub(crate) footprints: &'a [Option<Footprint>],
     /// The factors of the tree's image in each energy bin.
     pub(crate) weights: &'a [f64],
+    /// The factor from means of values to weighted pixels.
     pub(crate) scale: &'a Image,
     pub(crate) limits: ChoiceLimits,
 }
@@ -36,7 +37,7 @@ pub(crate) struct ChoiceLimits {
 }
 
 /// The nodes to be opened of each of several trees whose images are added, the largest
-/// contributions first. The trees compete for the same error maps, one for each energy bin.
+/// contributions first. The trees compete for the same maps of weighted errors, one for each energy bin.
 pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<usize>> {
     let mut opened = vec![Vec::new(); choices.len()];
     let of_tree = |(tree, choice): (usize, &Choice<'_>)| {

@@ -35,7 +35,9 @@ impl NodeLines {
         base_level: u8,
     ) -> Wanted {
         let places: Vec<Place> = numbers.iter().map(|&i| tree.nodes()[i].place).collect();
-        let starts = self.starts(tree, &places, before, tolerance, base_level);
+        let tolerances: Vec<f64> =
+            numbers.iter().map(|&i| self.tolerance_of(i, tolerance)).collect();
+        let starts = self.starts(tree, &places, before, &tolerances, base_level);
         let of_line = |(&i, (depths, brackets))| {
             self.expect(i, brackets);
             (i, depths)
@@ -43,22 +45,23 @@ impl NodeLines {
         numbers.iter().zip(starts).map(of_line).collect()
     }
 
-    /// The depths and the brackets of jumps of new lines at any `places`, given the full lines
-    /// before node `before`.
+    /// The depths and the brackets of jumps of new lines at any `places`, each with a tolerance, given
+    /// the full lines before node `before`.
     pub(crate) fn starts(
         &self,
         tree: &ImageTree,
         places: &[Place],
         before: usize,
-        tolerance: f64,
+        tolerances: &[f64],
         base_level: u8,
     ) -> Vec<(Vec<u32>, Vec<Bracket>)> {
         let full = self.nearest_full(tree, before);
-        let of_line = |&place: &Place| {
+        let of_line = |(&place, &tolerance): (&Place, &f64)| {
             let near = full.find(place, TUNING.jumps.most_neighbours);
             self.starting_depths(tree, place, &near, tolerance, base_level)
         };
-        places.par_iter().with_min_len(LINES_ASSESSED).map(of_line).collect()
+        let lines = places.par_iter().zip(tolerances).with_min_len(LINES_ASSESSED);
+        lines.map(of_line).collect()
     }
 
     /// The full lines before node `before`, for searches by place.
@@ -176,7 +179,7 @@ impl NodeLines {
     ) -> Wanted {
         let node = &tree.nodes()[i];
         let step = spacing(node.level.max(base_level));
-        let depths = self.shared_depths(i, tolerance, base_level);
+        let depths = self.shared_depths(i, self.tolerance_of(i, tolerance), base_level);
         let own = if self.tracks_jumps { self.jumps(i) } else { &[] };
         if own.is_empty() && depths.is_empty() {
             return Vec::new();

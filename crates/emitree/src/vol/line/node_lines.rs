@@ -45,6 +45,8 @@ pub(crate) struct NodeLines {
     pub(crate) tracks_jumps: bool,
     /// The intervals in which jumps are expected on lines that have not been refined yet.
     pub(crate) brackets: Vec<Vec<Bracket>>,
+    /// The weight of the error of each line: its tolerance is divided by it.
+    pub(crate) error_weights: Vec<f64>,
     /// Cached results for each line.
     derived: Vec<Derived>,
 }
@@ -72,6 +74,12 @@ impl NodeLines {
         self.sources.resize(nodes, LineSource::Unknown);
         self.brackets.resize(nodes, Vec::new());
         self.derived.resize_with(nodes, Derived::default);
+        self.error_weights.resize(nodes, 1.0);
+    }
+
+    /// The tolerance of line `i`, from that of a line with the weight 1.
+    pub(crate) fn tolerance_of(&self, i: usize, tolerance: f64) -> f64 {
+        tolerance / self.error_weights[i]
     }
 
     pub(crate) fn truncate(&mut self, nodes: usize) {
@@ -79,6 +87,7 @@ impl NodeLines {
         self.sources.truncate(nodes);
         self.brackets.truncate(nodes);
         self.derived.truncate(nodes);
+        self.error_weights.truncate(nodes);
     }
 
     /// The present rules and integrals of all lines that are not full, for
@@ -215,6 +224,7 @@ impl NodeLines {
         let lines = chosen(&mut self.lines, numbers.iter().copied());
         let brackets = chosen(&mut self.brackets, numbers.iter().copied());
         let derived = chosen(&mut self.derived, numbers.iter().copied());
+        let weights = &self.error_weights;
         let lines = lines.into_par_iter().zip(brackets).zip(derived).zip(&numbers);
         let lines = lines.with_min_len(LINES_ASSESSED);
         let wanted = lines.map(|(((line, brackets), derived), &i)| {
@@ -222,7 +232,7 @@ impl NodeLines {
             let searched: Vec<u32> = brackets.iter_mut().filter_map(|b| b.next(line)).collect();
             if searched.is_empty() {
                 brackets.clear();
-                (i, line.assess(tolerance, base_level))
+                (i, line.assess(tolerance / weights[i], base_level))
             } else {
                 (i, searched)
             }

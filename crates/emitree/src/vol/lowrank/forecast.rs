@@ -1,6 +1,7 @@
 //! The forecast: the expected cost of the rest of a search, compared with that of the image tree.
 
 use crate::meter::Deadline;
+use crate::vol::PixelTolerance;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::trial_run::evaluations_of_tree;
 use crate::vol::tuning::TUNING;
@@ -12,6 +13,8 @@ const MOST_EXPENSIVE: f64 = 1e6;
 pub(super) struct Forecast {
     /// The error that ends the search, relative to the largest pixel.
     goal: f64,
+    /// The tolerance by pixel, if there is one.
+    by_pixel: Option<PixelTolerance>,
     /// Ranks, with the smallest error up to each.
     course: Vec<(f64, f64)>,
     /// The number of evaluations at the next forecast.
@@ -21,8 +24,9 @@ pub(super) struct Forecast {
 }
 
 impl Forecast {
-    pub(super) fn new(goal: f64) -> Self {
-        Self { goal, course: Vec::new(), next: TUNING.lowrank.first_forecast, for_tree: 0 }
+    pub(super) fn new(goal: f64, by_pixel: Option<PixelTolerance>) -> Self {
+        let next = TUNING.lowrank.first_forecast;
+        Self { goal, by_pixel, course: Vec::new(), next, for_tree: 0 }
     }
 
     /// Records the relative error for the given `ranks` along the axes.
@@ -59,7 +63,10 @@ impl Forecast {
         let trial_tolerance = (tolerance * TUNING.engine.loosest_tolerance).sqrt();
         let cost_ratio = (trial_tolerance / tolerance).powf(TUNING.engine.cost_exponent);
         let most = TUNING.lowrank.trial_run_limit * remaining / cost_ratio;
-        let tree = evaluations_of_tree(interpolant, shape, trial_tolerance, most, deadline);
+        let by_pixel =
+            self.by_pixel.map(|of| PixelTolerance { rtol: trial_tolerance, atol: 0.0, ..of });
+        let tree =
+            evaluations_of_tree(interpolant, shape, trial_tolerance, by_pixel, most, deadline);
         let is_cheaper =
             tree.is_some_and(|tree| tree * cost_ratio < TUNING.lowrank.safety_factor * remaining);
         self.for_tree = if is_cheaper { self.for_tree + 1 } else { 0 };
@@ -91,7 +98,7 @@ mod tests {
 
     #[test]
     fn an_error_that_falls_exponentially_ends_at_the_rank_that_it_reaches_the_goal_with() {
-        let mut forecast = Forecast::new(1e-3);
+        let mut forecast = Forecast::new(1e-3, None);
         for rank in 1..=6 {
             forecast.record([rank; 3], 10.0_f64.powf(-0.25 * rank as f64));
         }
@@ -104,7 +111,7 @@ mod tests {
 
     #[test]
     fn there_is_no_forecast_before_the_first_error_estimates() {
-        let mut forecast = Forecast::new(1e-3);
+        let mut forecast = Forecast::new(1e-3, None);
         let interpolant = Interpolant::new(4);
         assert!(!forecast.prefers_tree(&interpolant, 1e5, 0, [16, 16], None));
         forecast.record([1, 1, 1], 5.0);

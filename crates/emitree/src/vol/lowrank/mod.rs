@@ -13,6 +13,7 @@
 //! * `jump`: detection of discontinuities;
 //! * `kinks`: kinks and jumps at an azimuth of a chart;
 //! * `search`: new crosses at the largest residuals;
+//! * `weights`: the weights of errors while the image becomes known;
 //! * `forecast`, `trial_run`: the expected costs of the rest of the search and of the image tree.
 
 mod chebyshev;
@@ -25,6 +26,7 @@ mod kinks;
 mod probes;
 mod trial_run;
 mod search;
+mod weights;
 
 use crate::cube::Cube;
 use crate::exchange::MethodError;
@@ -43,15 +45,14 @@ use crate::vol::engine::{base_evaluations, base_evaluations_of, finest_level};
 use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::kinks::Fiber;
-use crate::vol::lowrank::probes::CellResiduals;
 pub(crate) use crate::vol::lowrank::search::WeightedView;
-use crate::vol::lowrank::search::{End, Search};
+use crate::vol::lowrank::search::{Assessment, End, Search};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::depths::{fitted, fitted_stretch};
 use crate::vol::view::frozen::FrozenView;
-use crate::vol::view::part::{Footing, Part, Parts, ProductImage};
+use crate::vol::view::part::{Footing, Part, Parts, ProductImage, add};
 use crate::vol::view::scattered::{KnownParts, fraction_of_view, size_detected};
 use std::sync::Arc;
 
@@ -97,6 +98,9 @@ pub(crate) async fn attempt(
                 coarse_largest: None,
                 pixel_share: 1.0,
                 largest_of_others: 0.0,
+                of_others: None,
+                error: None,
+                largest_weighed: None,
                 outside: &parts.outside,
                 tolerance: vol.tolerance.min(TUNING.engine.loosest_tolerance),
                 most: TUNING.lowrank.most_budget_share * budget as f64,
@@ -127,9 +131,11 @@ pub(crate) async fn attempt(
     }
     attempts.sort_by(|a, b| b.1.brightness().total_cmp(&a.1.brightness()));
     let mut largest: f64 = 0.0;
+    let mut done: Option<[Image; 2]> = None;
     let is_only = parts.parts.len() == 1;
     for (number, mut attempt) in attempts {
         attempt.largest_of_others = largest;
+        attempt.of_others = done.clone();
         attempt.before = meter.evaluations();
         let found = match attempt.run().await {
             Ok(found) => Some(found),
@@ -152,6 +158,9 @@ pub(crate) async fn attempt(
         attempted.known.samples[number] = attempt.search.samples();
         let Some((maps, ending)) = found else { continue };
         largest = largest.max(maps.largest);
+        if !vol.is_uniform() {
+            add(&mut done, attempt.on_pixels(&maps));
+        }
         attempted.add(number, &attempt, maps, ending, parts);
     }
     Ok(attempted)
@@ -231,7 +240,7 @@ impl Attempted {
             let products: Option<Vec<ProductImage>> = known.products.iter().cloned().collect();
             let Some(products) = products else { return };
             let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance * known.largest;
-            let (maps, footings) = parts.image_of_products(&products, allowed);
+            let (maps, footings) = parts.image_of_products(&products, allowed, None);
             for ((product, part), footing) in products.iter().zip(&parts.parts).zip(&footings) {
                 product.frozen.iter().for_each(|of| placed.add_products(of, part, footing));
             }
@@ -280,6 +289,12 @@ struct Attempt<'a> {
     outside: &'a [usize],
     /// The largest |pixel| of other parts, as far as they are known.
     largest_of_others: f64,
+    /// The image of other parts with its error, as far as they are known and weights depend on it.
+    of_others: Option<[Image; 2]>,
+    /// The error of the image so far, if weights depend on it.
+    error: Option<Image>,
+    /// The largest |pixel| of those that matter, if the weights of errors are not all 1.
+    largest_weighed: Option<f64>,
     tolerance: f64,
     /// The number of evaluations that the search may take.
     most: f64,
@@ -296,10 +311,12 @@ struct Attempt<'a> {
 
 impl Attempt<'_> {
     async fn run(&mut self) -> Result<(Maps, StopReason), End> {
-        let mut forecast = Forecast::new(TUNING.engine.stopping_share * self.tolerance());
+        let goal = TUNING.engine.stopping_share * self.tolerance();
+        let mut forecast = Forecast::new(goal, self.vol.by_pixel);
         loop {
+            self.weigh();
             let mut assessment = self.search.assess();
-            self.show(&assessment.cell_residuals);
+            self.show(&assessment);
             let largest = *self.coarse_largest.get_or_insert_with(|| {
                 let pixels = self.search.interpolant.pixels(shape_of(&self.coarse_scale));
                 largest_of_rows(&self.coarse_scale, |row, values| pixels.row(row, values))
@@ -309,23 +326,23 @@ impl Attempt<'_> {
                 return Err(End::NotSeparable);
             }
             let largest = (self.pixel_share * largest).max(self.largest_of_others);
+            let largest = self.largest_weighed.unwrap_or(largest);
             let errors = assessment.cell_residuals.errors(shape_of(&self.coarse_scale));
             let error = largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values));
+            self.keep_error(&assessment);
             // A dark part has no error, and no largest pixel.
             let error = if error > 0.0 { error / largest } else { 0.0 };
-            if error <= TUNING.engine.stopping_share * self.tolerance()
-                && self.search.probes() < self.probes_needed()
-            {
+            if error <= goal && self.search.probes() < self.probes_needed() {
                 self.search.probe().await?;
                 continue;
             }
-            if error <= TUNING.engine.stopping_share * self.tolerance() {
+            if error <= goal {
                 // The error has to be within the tolerance on the requested image, too.
-                let mut maps = self.maps(&assessment.cell_residuals);
+                let mut maps = self.maps(&assessment);
                 self.find_pixel_share(&mut maps);
                 let of_image = maps.largest.max(self.largest_of_others);
-                if maps.largest_error <= TUNING.engine.stopping_share * self.tolerance() * of_image
-                {
+                let of_image = self.largest_weighed.unwrap_or(of_image);
+                if maps.largest_error <= goal * of_image {
                     // A small structure may have affected one of the samples only.
                     let of_rate = self.effect_of_rate(largest);
                     let passes = of_rate * self.search.last_followed();
@@ -335,7 +352,7 @@ impl Attempt<'_> {
                     assessment = self.search.ascend(&assessment).await?;
                     // The errors including the residuals found by ascents, which are larger than
                     // those of the probes.
-                    let mut maps = self.maps(&assessment.cell_residuals);
+                    let mut maps = self.maps(&assessment);
                     maps.largest *= self.pixel_share;
                     let is_complete =
                         maps.largest_error <= self.accepted_share() * self.tolerance() * of_image;
@@ -477,10 +494,10 @@ impl Attempt<'_> {
     }
 
     /// Image and error on the raster of the part.
-    fn maps(&self, cell_residuals: &CellResiduals) -> Maps {
+    fn maps(&self, assessment: &Assessment) -> Maps {
         let shape @ [height, width] = shape_of(&self.part.scale);
         let (pixels, errors) =
-            (self.search.interpolant.pixels(shape), cell_residuals.errors(shape));
+            (self.search.interpolant.pixels(shape), assessment.cell_residuals.errors(shape));
         let (mut image, mut error) = (Image::zeros(height, width), Image::zeros(height, width));
         let of_row = |(row, (image, error)): (usize, (&mut [f64], &mut [f64]))| {
             let scale = self.part.scale.row(row);
@@ -495,14 +512,15 @@ impl Attempt<'_> {
             .with_min_len(rows_at_once(width))
             .map(of_row)
             .reduce(|| [0.0; 2], |a, b| [larger(a[0], b[0]), larger(a[1], b[1])]);
+        self.remove_weights(&mut error, assessment);
         Maps { image, error, largest, largest_error }
     }
 
     /// Passes the current image to the observer of the rendering, if there is one, the rank is not
     /// 0 and the image is that of the only part.
-    fn show(&self, cell_residuals: &CellResiduals) {
+    fn show(&self, assessment: &Assessment) {
         if self.meter.keeps_images() && !self.search.interpolant.ranks().contains(&0) {
-            self.show_maps(&self.maps(cell_residuals));
+            self.show_maps(&self.maps(assessment));
         }
     }
 
@@ -529,13 +547,13 @@ impl Attempt<'_> {
 
     /// The image of a search that ended before its goal.
     fn unfinished(&mut self) -> (Maps, StopReason) {
-        let cell_residuals = self.search.assess().cell_residuals;
-        (self.maps(&cell_residuals), StopReason::Budget)
+        let assessment = self.search.assess();
+        (self.maps(&assessment), StopReason::Budget)
     }
 }
 
-/// An image and its error, with the largest |pixel| of each, which is infinite or NaN if a pixel
-/// is.
+/// An image and its error, with the largest |pixel| and the largest weighted error, which are infinite or
+/// NaN if a pixel is.
 struct Maps {
     image: Image,
     error: Image,

@@ -1,6 +1,7 @@
 //! The search for an interpolant: new crosses at the largest residuals, until the residuals are
 //! small everywhere.
 
+use crate::image::Image;
 use crate::meter::Meter;
 use crate::site::Site;
 use crate::vol::ascent::{self, Ascents};
@@ -12,6 +13,7 @@ use crate::vol::lowrank::probes::CellResiduals;
 use crate::vol::sampling::{Stop, evaluate_across_gaps};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::Part;
+use crate::vol::view::raster::cell_at;
 use crate::vol::view::scattered::{PartSamples, WIDTH_OF_GAUSSIAN};
 use nalgebra::DVector;
 
@@ -61,7 +63,7 @@ struct Probes {
     values: Vec<f64>,
 }
 
-/// A point with its residual.
+/// A point with its weighted |residual|.
 type Worst = ([f64; 3], f64);
 
 fn worse(worst: Worst, (point, residual): Worst) -> Worst {
@@ -72,6 +74,8 @@ fn worse(worst: Worst, (point, residual): Worst) -> Worst {
 pub(super) struct Search<'a> {
     pub(super) view: WeightedView<'a>,
     pub(super) interpolant: Interpolant,
+    /// The weights of errors on the raster of the part; `None` if all are 1.
+    pub(super) weights: Option<Image>,
     probes: Probes,
     /// The largest residual on the fibers, once it has been computed for the present interpolant.
     of_fibers: Option<Worst>,
@@ -80,9 +84,11 @@ pub(super) struct Search<'a> {
     pub(super) has_jump: bool,
 }
 
-/// The residuals of an interpolant.
+/// The residuals of an interpolant, times the weights of errors there.
 pub(super) struct Assessment {
     pub(super) cell_residuals: CellResiduals,
+    /// The same without weights, if these are not all 1.
+    pub(super) unweighted: Option<CellResiduals>,
     worst: Worst,
 }
 
@@ -120,6 +126,7 @@ impl<'a> Search<'a> {
         Self {
             view,
             interpolant,
+            weights: None,
             probes: Probes::default(),
             of_fibers: None,
             finest_level,
@@ -127,11 +134,33 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Discards what has been computed with other weights.
+    pub(super) fn forget_weighted(&mut self) {
+        self.of_fibers = None;
+    }
+
+    /// The weight of an error at a point.
+    fn weight(&self, [u, v, _]: [f64; 3]) -> f64 {
+        self.weights.as_ref().map_or(1.0, |weights| {
+            weights.pixels()[cell_at([u, v], [weights.height(), weights.width()])]
+        })
+    }
+
+    /// Residuals at points, each with the weighted one.
+    fn assessment(&self, points: &[[f64; 3]], residual: &[f64], of_others: Worst) -> Assessment {
+        let weighted: Vec<f64> =
+            points.iter().zip(residual).map(|(point, of)| of * self.weight(*point)).collect();
+        let unweighted = self.weights.as_ref().map(|_| CellResiduals::new(points, residual));
+        let worst = points.iter().copied().zip(weighted.iter().copied());
+        let worst = worst.chain([of_others]).fold(([0.0; 3], 0.0), worse);
+        Assessment { cell_residuals: CellResiduals::new(points, &weighted), unweighted, worst }
+    }
+
     /// The scattered points with the largest residuals, in descending order, from which ascents
     /// begin.
     fn followed(&self) -> Vec<Worst> {
         let Probes { number, points, rates, values } = &self.probes;
-        let residual = |i: usize| (rates[i] - values[i]).abs();
+        let residual = |i: usize| (rates[i] - values[i]).abs() * self.weight(points[i]);
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| residual(b).total_cmp(&residual(a)).then(a.cmp(&b)));
         order.truncate(ascent::number(*number));
@@ -156,7 +185,8 @@ impl<'a> Search<'a> {
             let rates = self.view.rates(&points).await?;
             let values = self.interpolant.values(&points);
             let residual = |((rate, value), point): ((&f64, &f64), &[f64; 3])| {
-                if self.is_in_view(*point) { (rate - value).abs() } else { 0.0 }
+                let weight = if self.is_in_view(*point) { self.weight(*point) } else { 0.0 };
+                (rate - value).abs() * weight
             };
             let all = rates.iter().zip(&values).zip(&points);
             ascents.update(all.map(residual).collect(), |residual| *residual);
@@ -166,10 +196,12 @@ impl<'a> Search<'a> {
         let residual = rates.iter().zip(values).map(|(rate, value)| rate - value);
         let (mut points, mut residual): (Vec<[f64; 3]>, Vec<f64>) =
             (points.clone(), residual.collect());
-        points.extend(found.iter().map(|(point, _)| *point));
-        residual.extend(found.iter().map(|(_, residual)| *residual));
-        let worst = found.into_iter().fold(assessment.worst, worse);
-        Ok(Assessment { cell_residuals: CellResiduals::new(&points, &residual), worst })
+        for (point, weighted) in found {
+            let weight = self.weight(point);
+            points.push(point);
+            residual.push(if weight > 0.0 { weighted / weight } else { 0.0 });
+        }
+        Ok(self.assessment(&points, &residual, assessment.worst))
     }
 
     /// The mean |rate| of the probes.
@@ -213,23 +245,22 @@ impl<'a> Search<'a> {
         values.extend(self.interpolant.values(&points[values.len()..]));
         let residual: Vec<f64> =
             rates.iter().zip(values).map(|(rate, value)| rate - *value).collect();
-        let cell_residuals = CellResiduals::new(&self.probes.points, &residual);
         let of_fibers = self.of_fibers.unwrap_or_else(|| {
             (0..3).flat_map(|axis| self.worst_of_fibers(axis)).fold(([0.0; 3], 0.0), worse)
         });
         self.of_fibers = Some(of_fibers);
-        let of_probes = self.probes.points.iter().copied().zip(residual);
-        let worst = of_probes.chain([of_fibers]).fold(([0.0; 3], 0.0), worse);
-        Assessment { cell_residuals, worst }
+        self.assessment(&self.probes.points, &residual, of_fibers)
     }
 
     /// The largest residual on each fiber along an axis, with its point.
     fn worst_of_fibers(&self, axis: usize) -> Vec<Worst> {
         let fibers = &self.interpolant.axes[axis];
         let worst = |((&at, rates), values): ((&[f64; 2], &Vec<f64>), DVector<f64>)| {
-            let residual: Vec<f64> =
-                rates.iter().zip(values.iter()).map(|(rate, value)| rate - value).collect();
-            let is_in_view = |i: usize| self.is_in_view(point(axis, at, fibers.places()[i]));
+            let place = |i: usize| point(axis, at, fibers.places()[i]);
+            let both = rates.iter().zip(values.iter()).enumerate();
+            let weighted = |(i, (rate, value))| (rate - value) * self.weight(place(i));
+            let residual: Vec<f64> = both.map(weighted).collect();
+            let is_in_view = |i: usize| self.is_in_view(place(i));
             let place = largest(&residual, is_in_view);
             place.map_or(([0.0; 3], 0.0), |place| {
                 (point(axis, at, fibers.places()[place]), residual[place])
@@ -242,7 +273,9 @@ impl<'a> Search<'a> {
     /// Adds the fibers through the point of the largest residual, as far as they are not in the
     /// span of others.
     pub(super) async fn grow(&mut self, assessment: &Assessment) -> Result<(), End> {
-        let (point, most) = assessment.worst;
+        let (point, weighted) = assessment.worst;
+        let weight = self.weight(point);
+        let most = if weight > 0.0 { weighted / weight } else { weighted };
         self.probes.values.clear();
         self.of_fibers = None;
         let is_first = self.interpolant.ranks() == [0; 3];

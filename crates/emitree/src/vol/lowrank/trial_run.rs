@@ -7,11 +7,11 @@ use crate::exchange::drive;
 use crate::meter::{Deadline, Limits, Meter};
 use crate::projection::Canonical;
 use crate::tile::Tile;
-use crate::vol::VolOptions;
 use crate::vol::engine::by_tree;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::view::part::parts;
 use crate::vol::view::scattered::KnownParts;
+use crate::vol::{PixelTolerance, VolOptions};
 use core::convert::Infallible;
 use core::pin::pin;
 
@@ -28,11 +28,12 @@ impl Emission for InterpolantEmission<'_> {
 }
 
 /// The number of evaluations of an image tree for the interpolant's image of `shape` to
-/// `tolerance`; `None` if they are more than `most` or the deadline passes.
+/// `tolerance`, or to one by pixel; `None` if they are more than `most` or the deadline passes.
 pub(super) fn evaluations_of_tree(
     interpolant: &Interpolant,
     shape: [usize; 2],
     tolerance: f64,
+    by_pixel: Option<PixelTolerance>,
     most: f64,
     deadline: Option<Deadline>,
 ) -> Option<f64> {
@@ -41,7 +42,7 @@ pub(super) fn evaluations_of_tree(
     let (max_evaluations, batch_size, whole_batches) = (u64::MAX, u64::MAX, false);
     let limits = Limits { max_evaluations, batch_size, whole_batches, deadline };
     let meter = Meter::new([0, 0], limits, None, false);
-    let vol = VolOptions { tolerance, ..VolOptions::default() };
+    let vol = VolOptions { tolerance, by_pixel, ..VolOptions::default() };
     let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
     let parts = parts(&tiles, None, None);
     let mut tree = pin!(by_tree(&meter, &tiles, &parts, None, &vol, KnownParts::none(1)));
@@ -61,8 +62,8 @@ mod tests {
     #[test]
     fn a_zero_interpolant_costs_two_levels_and_a_limit_ends_the_trial_run() {
         let zero = Interpolant::new(4);
-        let found = evaluations_of_tree(&zero, [16, 16], 0.01, 1e6, None).unwrap();
+        let found = evaluations_of_tree(&zero, [16, 16], 0.01, None, 1e6, None).unwrap();
         assert!((729.0..5000.0).contains(&found), "{found}");
-        assert_eq!(evaluations_of_tree(&zero, [16, 16], 0.01, 100.0, None), None);
+        assert_eq!(evaluations_of_tree(&zero, [16, 16], 0.01, None, 100.0, None), None);
     }
 }

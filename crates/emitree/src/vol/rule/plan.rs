@@ -81,7 +81,9 @@ impl Scan<'_> {
         // Most blocks of an image with jumps have no rule: profiles are computed only where one is
         // fitted.
         let lines: Vec<&Profile> = near.par_iter().map(|&i| self.node_lines.profile(i)).collect();
-        let rule = DepthRule::fit(&lines, tolerance, most_depths)?;
+        // The strictest of the lines in the block: its middle is a node of the next level.
+        let weight = self.weight_around(block.middle(), block.level + 1);
+        let rule = DepthRule::fit(&lines, tolerance / weight, most_depths)?;
         Some(BlockRule { block, rule })
     }
 

@@ -42,8 +42,11 @@ impl Scan<'_> {
     /// Refines the older full lines whose error is above the tolerance, which follows the largest
     /// pixel, and returns the other nodes with such errors.
     async fn beyond_tolerance(&mut self, first: usize, tolerance: f64) -> Result<Vec<usize>, Stop> {
-        let beyond = (0..first)
-            .filter(|&i| self.node_lines.error(i) > TUNING.rule.refinement_margin * tolerance);
+        let is_beyond = |&i: &usize| {
+            let tolerance = self.node_lines.tolerance_of(i, tolerance);
+            self.node_lines.error(i) > TUNING.rule.refinement_margin * tolerance
+        };
+        let beyond = (0..first).filter(is_beyond);
         let (full, ruled): (Vec<usize>, Vec<usize>) =
             beyond.partition(|&i| self.node_lines.is_full(i));
         self.refine(full.into_iter().map(|i| (i, Vec::new())).collect(), tolerance).await?;
@@ -83,7 +86,8 @@ impl Scan<'_> {
             let line = &self.node_lines.lines[i];
             let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
             let error = (rule.integral(&rates) - line.integral).abs();
-            if error > TUNING.rule.failure_tolerance * tolerance {
+            let allowed = self.node_lines.tolerance_of(i, tolerance);
+            if error > TUNING.rule.failure_tolerance * allowed {
                 failed.insert((*block, block.quarter(self.tree.nodes()[i].place)));
             } else {
                 let rule = &mut plan.rules[number].rule;
@@ -146,6 +150,7 @@ impl Scan<'_> {
         let mut kept: FxHashMap<usize, usize> = FxHashMap::default();
         for (&i, &number) in &plan.ruled {
             let BlockRule { block, rule } = &plan.rules[number];
+            let allowed = self.node_lines.tolerance_of(i, tolerance);
             let line = &mut self.node_lines.lines[i];
             let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
             line.integral = rule.integral(&rates);
@@ -156,7 +161,7 @@ impl Scan<'_> {
             });
             self.node_lines.sources[i] =
                 LineSource::Rule { block: *block, error: rule.error, rule: number };
-            if rule.is_outlier(&rates, tolerance) {
+            if rule.is_outlier(&rates, allowed) {
                 outliers.push(i);
             }
         }

@@ -9,7 +9,7 @@ pub(crate) mod part;
 pub(crate) mod pixel_rule;
 pub(crate) mod products;
 mod quadrature;
-mod raster;
+pub(crate) mod raster;
 pub(crate) mod scattered;
 mod settle;
 pub(crate) mod sheet;

@@ -227,12 +227,14 @@ impl Parts<'_> {
     }
 
     /// Compares the quadrature of pixels in charts with a finer one, and replaces it where they
-    /// differ by more than `allowed`; `means` are those of each part over its raster of values.
-    /// Returns the footings of all parts and the error of each pixel; `None` without charts.
+    /// differ by more than `allowed`, divided by the weight of each pixel's error; `means` are those of
+    /// each part over its raster of values. Returns the footings of all parts and the error of each pixel;
+    /// `None` without charts.
     pub(crate) fn settle(
         &self,
         means: &[Vec<f64>],
         allowed: f64,
+        weights: Option<&Image>,
     ) -> Option<(Vec<Arc<Footing>>, Image)> {
         let of_part = |(part, means): (&'_ Part<'_>, &'_ Vec<f64>)| match &*part.footing {
             Footing::Nodes { chart, window, .. } => Some((*chart, *window, means.clone())),
@@ -249,7 +251,8 @@ impl Parts<'_> {
             .zip(nodes)
             .map(|((chart, window, means), nodes)| (*chart, *window, nodes, &means[..]))
             .collect();
-        let Settled { nodes, error } = self.quadrature.settle(&self.crossings, &all, allowed);
+        let Settled { nodes, error } =
+            self.quadrature.settle(&self.crossings, &all, allowed, weights);
         let footing = |(nodes, (chart, window, _)): (ChartNodes, &(usize, Window, Vec<f64>))| {
             Arc::new(Footing::Nodes { chart: *chart, window: *window, nodes })
         };
@@ -257,15 +260,17 @@ impl Parts<'_> {
     }
 
     /// The image of products of all parts, with its error, for a quadrature error of at most
-    /// `allowed` in a pixel where that is possible, and the footings of the parts in it.
+    /// `allowed` in a pixel, divided by its weight, where that is possible, and the footings of the parts
+    /// in it.
     pub(crate) fn image_of_products(
         &self,
         products: &[ProductImage],
         allowed: f64,
+        weights: Option<&Image>,
     ) -> ([Image; 2], Vec<Arc<Footing>>) {
         let means: Vec<Vec<f64>> = products.iter().map(|of_part| of_part.means.clone()).collect();
         let own = || self.parts.iter().map(|part| part.footing.clone()).collect();
-        let (footings, error) = match self.settle(&means, allowed) {
+        let (footings, error) = match self.settle(&means, allowed, weights) {
             Some((footings, error)) => (footings, Some(error)),
             None => (own(), None),
         };
@@ -341,6 +346,14 @@ impl Footing {
     pub(crate) fn maps_of_product(&self, product: &ProductImage, scale: &Image) -> [Image; 2] {
         let (_, image) = self.image(|_| product.means.clone(), scale);
         [image, self.errors(product.errors.clone())]
+    }
+
+    /// Height and width of the rows of the image that the part is in, given its scale.
+    pub(crate) fn shape_of_image(&self, scale: &Image) -> [usize; 2] {
+        match self {
+            Self::Pixels { .. } => [scale.height(), scale.width()],
+            Self::Nodes { nodes, .. } => nodes.image_shape(),
+        }
     }
 
     /// The errors of pixels from those on the raster of the part.

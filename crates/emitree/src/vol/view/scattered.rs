@@ -213,7 +213,7 @@ impl ScatteredSheet<'_, '_> {
         let (value, error) = estimate(&known).map_or((0.0, 0.0), |of| (of.value, of.error));
         let density = scan.view.chart.density([point[0], point[1]]);
         let [row, column] = self.sheet.pixel(place);
-        let effect = density * self.sheet.scale[(row, column)] / self.target;
+        let effect = density * self.sheet.weighted_scale[(row, column)] / self.target;
         Deviation { excess: (rate - value).abs() - error, error, effect }
     }
 

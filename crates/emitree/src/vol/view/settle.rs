@@ -31,18 +31,20 @@ struct SettledPixel {
 
 impl Quadrature<'_> {
     /// Compares the quadrature of pixels with that of their quarters, and replaces it where they
-    /// differ by more than `allowed`; `charts` have the numbers of charts, their windows and nodes,
+    /// differ by more than `allowed`, divided by the weight of each pixel's error; `charts` have the numbers of charts, their windows and nodes,
     /// and the means of their functions over the rasters of values.
     pub(crate) fn settle(
         &self,
         crossings: &[Crossing],
         charts: &[(usize, Window, &ChartNodes, &[f64])],
         allowed: f64,
+        weights: Option<&Image>,
     ) -> Settled {
         let [height, width] = self.shape();
+        let allowed = |pixel: usize| allowed / weights.map_or(1.0, |of| of.pixels()[pixel]);
         let varies = |pixel: usize| {
             let mut range = charts.iter().map(|(_, _, nodes, means)| nodes.range(pixel, means));
-            range.any(|range| range > VARIATION * allowed)
+            range.any(|range| range > VARIATION * allowed(pixel))
         };
         let is_checked = |pixel: &usize| {
             self.has_large_pixels() || crossings[*pixel] != Crossing::None || varies(*pixel)
@@ -68,7 +70,7 @@ impl Quadrature<'_> {
                 let of_finer: f64 = finer.iter().map(value_of).sum();
                 let change = (of_finer - value).abs();
                 error = f64::max(change, before);
-                agreed = if change <= allowed { agreed + 1 } else { 0 };
+                agreed = if change <= allowed(pixel) { agreed + 1 } else { 0 };
                 if agreed == wanted {
                     break;
                 }

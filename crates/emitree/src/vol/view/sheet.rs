@@ -4,6 +4,7 @@ use crate::cell::whole;
 use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, spacing, unit};
+use crate::vol::error_weights::{WeightsOfSquares, errors_of_lines, product};
 use crate::vol::image::error_map::Footprint;
 use crate::vol::image::opening::{Choice, ChoiceLimits};
 use crate::vol::image::pixels::pixel_means;
@@ -38,6 +39,8 @@ pub(crate) struct Sheet<'a> {
     /// For each cell of its raster, the ratio of a pixel to the mean of the function there; 0 in
     /// cells that no pixel is in.
     pub(crate) scale: Arc<Image>,
+    /// The scale times the weights of errors.
+    pub(crate) weighted_scale: Arc<Image>,
     /// Lines that are not part of the image, for its verification.
     pub(crate) verification: Verification,
 }
@@ -192,8 +195,17 @@ impl<'a> Sheet<'a> {
         let Scan { tree, node_lines, .. } = &self.scan;
         let shape @ [rows, columns] = [self.scale.height(), self.scale.width()];
         let (first_row, image) = self.footing.image(|shape| pixel_means(tree, shape), &self.scale);
-        let of_a_line = (0..tree.len()).map(|i| node_lines.error(i)).fold(0.0, f64::max);
-        let of_lines = Image::from_pixels(rows, columns, vec![of_a_line; rows * columns]);
+        let of_lines = match &self.scan.weights {
+            None => {
+                let of_a_line = (0..tree.len()).map(|i| node_lines.error(i)).fold(0.0, f64::max);
+                Image::from_pixels(rows, columns, vec![of_a_line; rows * columns])
+            }
+            Some(_) => {
+                let nodes = tree.nodes().iter().enumerate();
+                let nodes = nodes.map(|(i, node)| (node.place, node.level, node_lines.error(i)));
+                errors_of_lines(nodes, shape)
+            }
+        };
         let of_lines = self.footing.errors(of_lines);
         let mut error = Image::zeros(rows, columns);
         let guarded = guarded_details(tree);
@@ -215,6 +227,12 @@ impl<'a> Sheet<'a> {
         (SheetImage { first_row, image, error, of_lines }, state)
     }
 
+    /// Sets the weights of errors on its raster: the largest of the bins that it is in.
+    pub(crate) fn set_weights(&mut self, weights: &Image) {
+        self.weighted_scale = Arc::new(product(&self.scale, weights));
+        self.scan.set_weights(WeightsOfSquares::new(weights));
+    }
+
     /// The input of the choice of nodes; `weights` are those of the sheet in each bin.
     pub(crate) fn choice<'s>(
         &'s self,
@@ -227,7 +245,7 @@ impl<'a> Sheet<'a> {
             remaining: &state.remaining,
             footprints: &state.footprints,
             weights,
-            scale: &self.scale,
+            scale: &self.weighted_scale,
             limits: *limits,
         }
     }

@@ -43,6 +43,7 @@ impl Verification {
 
     /// The depths at which the samples of a line are significant.
     pub(crate) fn significant_depths(&self, line: usize, tolerance: f64) -> Vec<u32> {
+        let tolerance = self.node_lines.tolerance_of(line, tolerance);
         let samples = self.node_lines.lines[line].samples.iter();
         let significant = samples.filter(|of| {
             of.opened || of.significance > TUNING.verification.shared_significance * tolerance

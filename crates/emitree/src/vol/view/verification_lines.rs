@@ -101,8 +101,8 @@ impl Sheet<'_> {
     /// Integrates lines at new places to `tolerance`, from the given depths and those of the nodes
     /// nearby.
     pub(crate) async fn verify_lines(&mut self, places: Lines, tolerance: f64) -> Result<(), Stop> {
-        let Self { scan: Scan { view, tree, node_lines, depth_level, .. }, verification, .. } =
-            self;
+        let Self { scan, verification, .. } = self;
+        let Scan { view, tree, node_lines, depth_level, weights, .. } = scan;
         let first = verification.places.len();
         let mut own = Vec::new();
         let level = (tree.finest_level() + TUNING.verification.levels_below_nodes)
@@ -118,7 +118,13 @@ impl Sheet<'_> {
         let new: Vec<Place> =
             verification.places.nodes()[first..].iter().map(|node| node.place).collect();
         verification.node_lines.grow(verification.places.len());
-        let starts = node_lines.starts(tree, &new, tree.len(), tolerance, *depth_level);
+        for (weight, place) in verification.node_lines.error_weights[first..].iter_mut().zip(&new) {
+            *weight = weights.as_ref().map_or(1.0, |weights| weights.around(*place, level));
+        }
+        let tolerances: Vec<f64> = (first..verification.places.len())
+            .map(|i| verification.node_lines.tolerance_of(i, tolerance))
+            .collect();
+        let starts = node_lines.starts(tree, &new, tree.len(), &tolerances, *depth_level);
         let [mut usual, mut finer]: [Wanted; 2] = [Vec::new(), Vec::new()];
         for (i, (own, (depths, brackets))) in (first..).zip(own.into_iter().zip(starts)) {
             verification.node_lines.sources[i] = LineSource::Full;
@@ -135,8 +141,8 @@ impl Sheet<'_> {
         sampled
     }
 
-    /// Whether the finer depths have changed a pixel by more than `most`, in the unit of the image,
-    /// on a line of this verification, one from number `first` on.
+    /// Whether the finer depths have changed a pixel by more than `most`, in the unit of the image
+    /// and times its weight, on a line of this verification, one from number `first` on.
     pub(crate) fn is_changed_by_depths(&self, first: usize, most: f64) -> bool {
         let mut nodes = self.verification.places.nodes()[first..]
             .iter()
@@ -144,13 +150,13 @@ impl Sheet<'_> {
         let has_changed = |(node, change): (&Node, &f64)| {
             let density = self.scan.view.chart.density(node.place.map(unit));
             let [row, column] = self.pixel(node.place);
-            density * change * self.scale[(row, column)] > most
+            density * change * self.weighted_scale[(row, column)] > most
         };
         nodes.any(has_changed)
     }
 
-    /// The differences of the lines from number `first` on from the tree, as errors of a pixel in
-    /// the unit of the image; `earlier` and `of_earlier` as in [`set_values`](Self::set_values).
+    /// The differences of the lines from number `first` on from the tree, as weighted errors of a
+    /// pixel in the unit of the image; `earlier` and `of_earlier` as in [`set_values`](Self::set_values).
     pub(crate) fn differences(
         &self,
         first: usize,
@@ -169,7 +175,7 @@ impl Sheet<'_> {
             let distance = unit(spacing(self.level_around(place)));
             let share = (distance * width as f64).min(1.0) * (distance * height as f64).min(1.0);
             let [row, column] = self.pixel(place);
-            size * share * self.scale[(row, column)]
+            size * share * self.weighted_scale[(row, column)]
         };
         let ghosts = || (Ghosts::default(), vec![Ghosts::default(); earlier.len()]);
         let lines = (first..nodes.len()).into_par_iter().with_min_len(LINES_PER_TASK);

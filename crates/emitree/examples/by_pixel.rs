@@ -1,0 +1,108 @@
+//! Errors by pixel: kept promises and evaluations of random scenes.
+#![expect(clippy::print_stdout, reason = "this program prints tables")]
+//!
+//! `cargo run --release -p emitree --example by_pixel -- family 0 60 1e-2 1e-3` renders random smooth
+//! scenes so that each pixel has an error of 1 % of its own value, or of 1e-3 of the brightest one, and
+//! compares the evaluations with those for 1 % of the brightest; `… -- views 0 60 1e-2 1e-3` does the same
+//! for views with opaque bodies.
+
+use emitree::vol::PixelTolerance;
+use emitree::{
+    Canonical, FromFn, Projection, RenderError, RenderOptions, Rendering, VolOptions, render,
+};
+use emitree_problems::family::{Reference, random_scene};
+use emitree_problems::views::random_view;
+use std::convert::Infallible;
+use std::error::Error;
+
+/// A scene with its exact image.
+struct Scene {
+    name: String,
+    render: Box<dyn Fn(VolOptions) -> Result<Rendering, RenderError<Infallible>>>,
+    reference: Reference,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let [family, from, to, rtol, floor] = words.as_slice() else {
+        return Err("expected: family|views FROM TO RTOL FLOOR".into());
+    };
+    let by_pixel = PixelTolerance::relative(rtol.parse()?).with_floor(floor.parse()?);
+    let make = match *family {
+        "family" => smooth_scene,
+        "views" => view_scene,
+        _ => return Err("expected: family or views".into()),
+    };
+    compare((from.parse()?..to.parse()?).map(make), by_pixel)
+}
+
+fn smooth_scene(seed: u64) -> Scene {
+    let scene = random_scene(seed);
+    let (name, reference) = (scene.name(), scene.reference_image([64, 64]));
+    let render = move |options| render_with(|r| scene.rate(r), &Canonical, [64, 64], options);
+    Scene { name, render: Box::new(render), reference }
+}
+
+fn view_scene(seed: u64) -> Scene {
+    let view = random_view(seed);
+    let (name, reference) = (view.name(), view.reference());
+    let render = move |options| render_with(|r| view.rate(r), view.camera(), view.shape(), options);
+    Scene { name, render: Box::new(render), reference }
+}
+
+fn render_with(
+    rate: impl Fn([f64; 3]) -> f64 + Sync,
+    camera: &dyn Projection,
+    shape: [usize; 2],
+    options: VolOptions,
+) -> Result<Rendering, RenderError<Infallible>> {
+    let emission = FromFn(|position, _| rate(position));
+    let options = RenderOptions::new(options).with_max_evaluations(5_000_000);
+    render(&emission, camera, shape, &options)
+}
+
+fn compare(
+    scenes: impl Iterator<Item = Scene>,
+    by_pixel: PixelTolerance,
+) -> Result<(), Box<dyn Error>> {
+    let (mut count, mut kept, mut logs, mut uniform_logs) = (0, 0, 0.0, 0.0);
+    for scene in scenes {
+        let options = VolOptions::default().with_pixel_tolerance(by_pixel);
+        let found = (scene.render)(options)?;
+        let uniform = (scene.render)(VolOptions::new(by_pixel.rtol))?;
+        let exact = &scene.reference.image;
+        let largest = exact.pixels().iter().fold(0.0, |most: f64, pixel| most.max(pixel.abs()));
+        let of_reference = scene.reference.error * largest;
+        let ratio = |(found, exact): (&f64, &f64)| {
+            ((found - exact).abs() - of_reference) / by_pixel.allowed(*exact, largest)
+        };
+        let mut ratios: Vec<f64> =
+            found.values.pixels().iter().zip(exact.pixels()).map(ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        let within = ratios.iter().filter(|ratio| **ratio <= 1.0).count() as f64;
+        let is_kept = found.converged() && within >= 0.999 * ratios.len() as f64;
+        let [evaluations, of_uniform] = [&found, &uniform].map(|of| of.stats.evaluations as f64);
+        count += 1;
+        kept += usize::from(is_kept);
+        logs += evaluations.ln();
+        uniform_logs += of_uniform.ln();
+        if !is_kept || std::env::var("DBG").is_ok() {
+            println!(
+                "{}: {evaluations} evaluations ({of_uniform} for the brightest), {:.4} of the pixels \
+                 within, worst {:.2}, converged {}",
+                scene.name,
+                within / ratios.len() as f64,
+                ratios.last().copied().unwrap_or(f64::NAN),
+                found.converged(),
+            );
+        }
+    }
+    let [mean, of_uniform] = [logs, uniform_logs].map(|logs| (logs / f64::from(count)).exp());
+    println!(
+        "{kept} of {count} kept, {mean:.0} evaluations (geometric mean), {of_uniform:.0} for the same \
+         tolerance of the brightest pixel: {:.2} times",
+        mean / of_uniform
+    );
+    Ok(())
+}

@@ -1,0 +1,170 @@
+//! The error allowed in each pixel, as weights of errors.
+//!
+//! The engine compares errors with one number, the tolerance times the largest pixel. A pixel in which
+//! another error is allowed has a *weight*: that number over the error allowed there. Where all weights
+//! are 1 there are no maps of them.
+
+use crate::image::Image;
+use crate::vol::VolOptions;
+use crate::vol::dyadic::{Place, spacing, unit};
+use crate::vol::options::DARKEST;
+use crate::vol::tuning::TUNING;
+
+/// The smallest error allowed in a pixel, relative to the largest one: that of rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// The weights of the errors of an image or a cube.
+#[derive(Clone, Debug)]
+pub(crate) struct ErrorWeights {
+    /// The largest |pixel| of those that matter.
+    pub(crate) largest: f64,
+    /// The weights of each band; `None` if all are 1.
+    pub(crate) maps: Option<Vec<Image>>,
+}
+
+impl ErrorWeights {
+    /// The weights for the present `bands`, images with their errors; the pixels with the numbers `outside`
+    /// belong to no image.
+    ///
+    /// A pixel may be as bright as its value and its error together. As long as the error is large, the
+    /// weights of dark pixels are therefore moderate.
+    pub(crate) fn new(vol: &VolOptions, bands: &[[&Image; 2]], outside: &[usize]) -> Self {
+        let given = vol.weights.as_deref().map(Image::pixels);
+        let weight = |pixel: usize| given.map_or(1.0, |weights| weights[pixel]);
+        let largest_of = |[band, _]: &[&Image; 2]| {
+            let pixels = band.pixels().iter().enumerate().filter(|(i, _)| weight(*i) > 0.0);
+            pixels.fold(0.0, |largest: f64, (_, pixel)| largest.max(pixel.abs()))
+        };
+        let of_bands: Vec<f64> = bands.iter().map(largest_of).collect();
+        let largest = of_bands.iter().copied().fold(0.0, f64::max);
+        if vol.is_uniform() {
+            return Self { largest, maps: None };
+        }
+        let reference = vol.tolerance * largest;
+        let loosest = TUNING.engine.loosest_tolerance * largest;
+        let of_band = |([band, errors], of_band): (&[&Image; 2], &f64)| {
+            let of_band = if vol.per_band { *of_band } else { largest };
+            let pixels = band.pixels().iter().zip(errors.pixels());
+            let weight_of = |(i, (pixel, error)): (usize, (&f64, &f64))| {
+                let allowed = match vol.by_pixel {
+                    Some(by_pixel) => by_pixel.allowed(pixel.abs() + error, of_band),
+                    None => vol.tolerance * of_band.max(DARKEST * largest),
+                };
+                let allowed = allowed.min(loosest).max(ROUNDING * largest);
+                weight(i) * if allowed > 0.0 { reference / allowed } else { 1.0 }
+            };
+            let mut weights: Vec<f64> = pixels.enumerate().map(weight_of).collect();
+            outside.iter().for_each(|&pixel| weights[pixel] = 0.0);
+            Image::from_pixels(band.height(), band.width(), weights)
+        };
+        let maps = bands.iter().zip(&of_bands).map(of_band).collect();
+        Self { largest, maps: Some(maps) }
+    }
+
+    /// The errors of a band times their weights.
+    pub(crate) fn weighted(&self, band: usize, error: &Image) -> Option<Image> {
+        Some(product(error, &self.maps.as_ref()?[band]))
+    }
+
+    /// The largest weighted error of the bands.
+    pub(crate) fn largest_error<'e>(&self, errors: impl Iterator<Item = &'e Image>) -> f64 {
+        let of_band = |(band, error): (usize, &Image)| match &self.maps {
+            None => error.largest(),
+            Some(maps) => {
+                let pixels = error.pixels().iter().zip(maps[band].pixels());
+                // No weight and no error: 0, and not NaN.
+                pixels.fold(0.0, |most: f64, (error, weight)| most.max((error * weight).abs()))
+            }
+        };
+        errors.enumerate().map(of_band).fold(0.0, f64::max)
+    }
+}
+
+/// The product of two images, pixel by pixel.
+pub(crate) fn product(a: &Image, b: &Image) -> Image {
+    let pixels = a.pixels().iter().zip(b.pixels()).map(|(a, b)| a * b);
+    Image::from_pixels(a.height(), a.width(), pixels.collect())
+}
+
+/// The largest weights of errors in dyadic squares of a raster.
+#[derive(Clone, Debug)]
+pub(crate) struct WeightsOfSquares {
+    /// For each level ℓ the largest weight in each of 2^ℓ × 2^ℓ squares, row by row.
+    levels: Vec<Vec<f64>>,
+}
+
+impl WeightsOfSquares {
+    pub(crate) fn new(weights: &Image) -> Self {
+        let [height, width] = [weights.height(), weights.width()];
+        let finest = height.max(width).next_power_of_two().trailing_zeros();
+        let side = 1_usize << finest;
+        // The squares that overlap each pixel along one axis.
+        let squares = |pixel: usize, pixels: usize| {
+            pixel * side / pixels..((pixel + 1) * side).div_ceil(pixels).min(side)
+        };
+        let mut of_finest = vec![0.0; side * side];
+        for (row, weights) in weights.rows().enumerate() {
+            for (column, weight) in weights.iter().enumerate() {
+                for i in squares(row, height) {
+                    for square in &mut of_finest[i * side..][squares(column, width)] {
+                        *square = f64::max(*square, *weight);
+                    }
+                }
+            }
+        }
+        let mut levels = vec![of_finest];
+        while let Some(finer) = levels.last().filter(|finer| finer.len() > 1) {
+            let side = finer.len().isqrt() / 2;
+            let of_square = |k: usize| {
+                let first = k / side * 4 * side + k % side * 2;
+                let below = first + 2 * side;
+                finer[first].max(finer[first + 1]).max(finer[below]).max(finer[below + 1])
+            };
+            let coarser = (0..side * side).map(of_square).collect();
+            levels.push(coarser);
+        }
+        levels.reverse();
+        Self { levels }
+    }
+
+    /// The largest weight within one spacing of `level` of a place.
+    pub(crate) fn around(&self, place: Place, level: u8) -> f64 {
+        let (level, squares) = (0..=level).zip(&self.levels).last().unwrap_or((0, &self.levels[0]));
+        let side = squares.len().isqrt();
+        let step = spacing(level);
+        let beside = |along: u32| {
+            let [from, to] = [along.saturating_sub(step) / step, (along + step).div_ceil(step)];
+            from as usize..(to as usize).min(side)
+        };
+        let (columns, rows) = (beside(place[0]), beside(place[1]));
+        let of_row = |row: usize| squares[row * side..][columns.clone()].iter().copied();
+        rows.flat_map(of_row).fold(0.0, f64::max)
+    }
+}
+
+/// The largest error of the lines within one spacing of each node, on a raster: `nodes` are the places and
+/// levels of nodes, each with the error of its line.
+pub(crate) fn errors_of_lines(
+    nodes: impl Iterator<Item = (Place, u8, f64)>,
+    [rows, columns]: [usize; 2],
+) -> Image {
+    let mut errors = Image::zeros(rows, columns);
+    for (place, level, error) in nodes {
+        let half_width = unit(spacing(level));
+        let cells = |along: u32, cells: usize| {
+            let [from, to] = [-half_width, half_width]
+                .map(|beside| ((unit(along) + beside) * cells as f64).clamp(0.0, cells as f64));
+            crate::cell::whole(from.floor())..crate::cell::whole(to.ceil())
+        };
+        let of_row = cells(place[0], columns);
+        for row in cells(place[1], rows) {
+            for cell in &mut errors.row_mut(row)[of_row.clone()] {
+                *cell = cell.max(error);
+            }
+        }
+    }
+    errors
+}
+
+#[cfg(test)]
+mod tests;
