@@ -77,8 +77,8 @@ fn compare(
         let ratio = |(found, exact): (&f64, &f64)| {
             ((found - exact).abs() - of_reference) / by_pixel.allowed(*exact, largest)
         };
-        let mut ratios: Vec<f64> =
-            found.values.pixels().iter().zip(exact.pixels()).map(ratio).collect();
+        let pixels = found.values.pixels().iter().zip(exact.pixels());
+        let mut ratios: Vec<f64> = pixels.map(ratio).filter(|ratio| !ratio.is_nan()).collect();
         ratios.sort_by(f64::total_cmp);
         let within = ratios.iter().filter(|ratio| **ratio <= 1.0).count() as f64;
         let is_kept = found.converged() && within >= 0.999 * ratios.len() as f64;

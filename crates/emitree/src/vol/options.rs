@@ -167,6 +167,12 @@ impl VolOptions {
         self.by_pixel.map(|of| of.rtol).filter(|rtol| *rtol > 0.0).unwrap_or(self.tolerance)
     }
 
+    /// The smallest tolerance of a pixel, relative to the largest one.
+    pub(crate) fn of_darkest(&self) -> f64 {
+        let floor = self.by_pixel.map_or(1.0, |of| if of.rtol > 0.0 { of.floor } else { 1.0 });
+        self.tolerance * floor
+    }
+
     /// Sets the level of the base lattice, which has 2^`base_level` intervals along each axis; one
     /// of [`BASE_LEVELS`](super::BASE_LEVELS).
     #[must_use]

@@ -60,11 +60,16 @@ impl Forecast {
         // The interpolant is not accurate enough for the tolerance itself: the tolerance of the
         // trial run is between that and the loosest one.
         let tolerance = self.goal / TUNING.engine.stopping_share;
-        let trial_tolerance = (tolerance * TUNING.engine.loosest_tolerance).sqrt();
-        let cost_ratio = (trial_tolerance / tolerance).powf(TUNING.engine.cost_exponent);
+        let trial = |tolerance: f64| (tolerance * TUNING.engine.loosest_tolerance).sqrt();
+        let trial_tolerance = trial(tolerance);
+        // In dark pixels, too, the tolerance of the trial run is in between.
+        let floor = self.by_pixel.map_or(1.0, |of| of.floor.max(f64::MIN_POSITIVE));
+        let trial_floor = trial(floor * tolerance) / trial_tolerance;
+        let by_pixel = PixelTolerance::relative(trial_tolerance).with_floor(trial_floor);
+        let by_pixel = self.by_pixel.map(|_| by_pixel);
+        let ratio = trial_tolerance / tolerance * (trial_floor / floor);
+        let cost_ratio = ratio.powf(TUNING.engine.cost_exponent);
         let most = TUNING.lowrank.trial_run_limit * remaining / cost_ratio;
-        let by_pixel =
-            self.by_pixel.map(|of| PixelTolerance { rtol: trial_tolerance, atol: 0.0, ..of });
         let tree =
             evaluations_of_tree(interpolant, shape, trial_tolerance, by_pixel, most, deadline);
         let is_cheaper =
@@ -86,7 +91,8 @@ impl Forecast {
         let &(before, larger) = half.unwrap_or(&self.course[0]);
         let slope =
             ((larger / error).ln() / (rank - before).max(1.0)).max(TUNING.lowrank.least_slope);
-        let last = rank + (error / self.goal).ln().max(0.0) / slope;
+        let goal = self.goal * self.by_pixel.map_or(1.0, |of| of.floor.max(f64::MIN_POSITIVE));
+        let last = rank + (error / goal).ln().max(0.0) / slope;
         // A fiber along each axis for each rank, and all triples of pivots.
         interpolant.places() as f64 * (last - rank) + last.powi(3) - rank.powi(3)
     }

@@ -90,7 +90,7 @@ pub(crate) async fn attempt(
                 meter,
                 search: Search::new(
                     WeightedView { meter, part, tiles: tiles.len() },
-                    vol.tolerance,
+                    vol.of_darkest(),
                 ),
                 part,
                 parts: parts.parts.len(),
@@ -331,7 +331,8 @@ impl Attempt<'_> {
             let error = largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values));
             self.keep_error(&assessment);
             // A dark part has no error, and no largest pixel.
-            let error = if error > 0.0 { error / largest } else { 0.0 };
+            let relative = |error: f64| if error > 0.0 { error / largest } else { 0.0 };
+            let error = relative(error);
             if error <= goal && self.search.probes() < self.probes_needed() {
                 self.search.probe().await?;
                 continue;
@@ -373,7 +374,12 @@ impl Attempt<'_> {
             {
                 return Err(Stop::Budget.into());
             }
-            forecast.record(ranks, error);
+            // Weights grow as errors fall: those without weights show the course.
+            let without_weights = assessment.unweighted.as_ref().map_or(error, |unweighted| {
+                let errors = unweighted.errors(shape_of(&self.coarse_scale));
+                relative(largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values)))
+            });
+            forecast.record(ranks, without_weights);
             let missing = self.probes_needed().saturating_sub(self.search.probes());
             let shape = shape_of(&self.coarse_scale);
             let deadline = self.meter.deadline();

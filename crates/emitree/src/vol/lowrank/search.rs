@@ -63,7 +63,7 @@ struct Probes {
     values: Vec<f64>,
 }
 
-/// A point with its weighted |residual|.
+/// A point with its |residual|, times a weight.
 type Worst = ([f64; 3], f64);
 
 fn worse(worst: Worst, (point, residual): Worst) -> Worst {
@@ -89,6 +89,9 @@ pub(super) struct Assessment {
     pub(super) cell_residuals: CellResiduals,
     /// The same without weights, if these are not all 1.
     pub(super) unweighted: Option<CellResiduals>,
+    /// The largest weighted |residual|.
+    largest: f64,
+    /// The next pivot, with the |residual| in the weights of pivots.
     worst: Worst,
 }
 
@@ -98,7 +101,7 @@ impl Assessment {
     /// the error of a pixel for a rate of 1 along a unit of depth, in units of the error allowed.
     pub(super) fn is_significant_feature(&self, of_rate: f64, samples: usize) -> bool {
         let size = smallest_detected(samples, TUNING.verification.detection_share);
-        self.worst.1 * of_rate * WIDTH_OF_GAUSSIAN * size > TUNING.verification.sample_line_from
+        self.largest * of_rate * WIDTH_OF_GAUSSIAN * size > TUNING.verification.sample_line_from
     }
 }
 
@@ -139,6 +142,12 @@ impl<'a> Search<'a> {
         self.of_fibers = None;
     }
 
+    /// The weight of a residual in the choice of pivots: between that of the error and none, since fibers
+    /// through dark places alone show little of the functions of bright ones.
+    fn pivot_weight(&self, point: [f64; 3]) -> f64 {
+        self.weight(point).powf(TUNING.lowrank.pivot_weight)
+    }
+
     /// The weight of an error at a point.
     fn weight(&self, [u, v, _]: [f64; 3]) -> f64 {
         self.weights.as_ref().map_or(1.0, |weights| {
@@ -146,14 +155,22 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Residuals at points, each with the weighted one.
+    /// The assessment of residuals at points; `of_others` is the worst of other points, in the weights of
+    /// pivots.
     fn assessment(&self, points: &[[f64; 3]], residual: &[f64], of_others: Worst) -> Assessment {
         let weighted: Vec<f64> =
             points.iter().zip(residual).map(|(point, of)| of * self.weight(*point)).collect();
         let unweighted = self.weights.as_ref().map(|_| CellResiduals::new(points, residual));
-        let worst = points.iter().copied().zip(weighted.iter().copied());
+        let pivoted: Vec<f64> =
+            points.iter().zip(residual).map(|(point, of)| of * self.pivot_weight(*point)).collect();
+        let worst = points.iter().copied().zip(pivoted);
         let worst = worst.chain([of_others]).fold(([0.0; 3], 0.0), worse);
-        Assessment { cell_residuals: CellResiduals::new(points, &weighted), unweighted, worst }
+        let (at, residual) = of_others;
+        let of_pivot = self.pivot_weight(at);
+        let first = if of_pivot > 0.0 { residual / of_pivot * self.weight(at) } else { 0.0 };
+        let largest = weighted.iter().fold(first, |most: f64, of| most.max(of.abs()));
+        let cell_residuals = CellResiduals::new(points, &weighted);
+        Assessment { cell_residuals, unweighted, largest, worst }
     }
 
     /// The scattered points with the largest residuals, in descending order, from which ascents
@@ -258,7 +275,7 @@ impl<'a> Search<'a> {
         let worst = |((&at, rates), values): ((&[f64; 2], &Vec<f64>), DVector<f64>)| {
             let place = |i: usize| point(axis, at, fibers.places()[i]);
             let both = rates.iter().zip(values.iter()).enumerate();
-            let weighted = |(i, (rate, value))| (rate - value) * self.weight(place(i));
+            let weighted = |(i, (rate, value))| (rate - value) * self.pivot_weight(place(i));
             let residual: Vec<f64> = both.map(weighted).collect();
             let is_in_view = |i: usize| self.is_in_view(place(i));
             let place = largest(&residual, is_in_view);
@@ -274,7 +291,7 @@ impl<'a> Search<'a> {
     /// span of others.
     pub(super) async fn grow(&mut self, assessment: &Assessment) -> Result<(), End> {
         let (point, weighted) = assessment.worst;
-        let weight = self.weight(point);
+        let weight = self.pivot_weight(point);
         let most = if weight > 0.0 { weighted / weight } else { weighted };
         self.probes.values.clear();
         self.of_fibers = None;

@@ -1,9 +1,10 @@
 //! The image tree of a layer with its lines, and where they are sampled.
 
-use crate::vol::dyadic::Place;
+use crate::parallel::prelude::*;
+use crate::vol::dyadic::{Place, around, spacing};
 use crate::vol::error_weights::WeightsOfSquares;
-use crate::vol::image::tree::ImageTree;
-use crate::vol::line::node_lines::{NodeLines, Wanted};
+use crate::vol::image::tree::{ImageTree, Node};
+use crate::vol::line::node_lines::{LINES_CACHED, NodeLines, Wanted};
 use crate::vol::sampling::{Stop, View};
 use crate::vol::seeds::SeedTargets;
 
@@ -27,9 +28,8 @@ impl Scan<'_> {
     /// Adds nodes without radiances.
     pub(crate) fn add(&mut self, places: &[Place]) {
         places.iter().for_each(|&place| self.tree.add(place));
-        let first = self.node_lines.lines.len();
         self.node_lines.grow(self.tree.len());
-        self.weigh_lines(first);
+        self.weigh_lines(0);
     }
 
     /// Replaces the weights of errors.
@@ -39,12 +39,23 @@ impl Scan<'_> {
     }
 
     /// Sets the weights of the lines from number `first` on. The error of a line affects the image up to
-    /// the next nodes of its level.
+    /// the next nodes.
     fn weigh_lines(&mut self, first: usize) {
         let Some(weights) = &self.weights else { return };
-        let nodes = self.tree.nodes()[first..].iter();
-        let of_lines = self.node_lines.error_weights[first..].iter_mut();
-        of_lines.zip(nodes).for_each(|(of, node)| *of = weights.around(node.place, node.level));
+        let nodes = &self.tree.nodes()[first..];
+        let of_node = |node: &Node| weights.around(node.place, self.level_of_next(node));
+        let found: Vec<f64> = nodes.par_iter().with_min_len(LINES_CACHED).map(of_node).collect();
+        self.node_lines.error_weights[first..].copy_from_slice(&found);
+    }
+
+    /// The finest level for which a node has a neighbour in all directions.
+    pub(crate) fn level_of_next(&self, node: &Node) -> u8 {
+        let has_all = |level: &u8| {
+            let mut next = around(node.place, spacing(*level), 1);
+            next.all(|(_, _, place)| self.tree.find(place).is_some())
+        };
+        let finer = (node.level + 1..=self.tree.finest_level()).take_while(has_all);
+        finer.last().unwrap_or(node.level)
     }
 
     /// The weight of the error of a line at a place among nodes of `level`.

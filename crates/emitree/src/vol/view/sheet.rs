@@ -202,7 +202,9 @@ impl<'a> Sheet<'a> {
             }
             Some(_) => {
                 let nodes = tree.nodes().iter().enumerate();
-                let nodes = nodes.map(|(i, node)| (node.place, node.level, node_lines.error(i)));
+                let nodes = nodes.map(|(i, node)| {
+                    (node.place, self.scan.level_of_next(node), node_lines.error(i))
+                });
                 errors_of_lines(nodes, shape)
             }
         };
