@@ -33,11 +33,17 @@ impl Scene {
 
 #[pymethods]
 impl Scene {
-    /// Reads the scene file at `path`; `changes` replace values of it.
+    /// Reads the scene file at `path`; `changes` replace values of it. `aliases` are as of `parse`.
     #[staticmethod]
-    fn open(path: PathBuf, changes: Changes) -> PyResult<Self> {
+    fn open(path: PathBuf, changes: Changes, aliases: Vec<(String, String)>) -> PyResult<Self> {
         let scene = emitree_io::Scene::open(&path, &overrides(changes));
-        Ok(Self(Arc::new(scene.map_err(|error| of_scene(&error, true, &[]))?)))
+        let mut scene = scene.map_err(|error| of_scene(&error, true, &aliases))?;
+        for (file, alias) in &aliases {
+            for change in &mut scene.overrides {
+                *change = change.replace(file, alias);
+            }
+        }
+        Ok(Self(Arc::new(scene)))
     }
 
     /// Reads a scene from its text, which was made from keywords; `name` is what reports call it.

@@ -81,6 +81,24 @@ pub(crate) struct RenderArguments {
     /// The largest image error, relative to the largest pixel (los: along each line).
     #[arg(long, value_name = "T")]
     tolerance: Option<String>,
+    /// The error allowed relative to each pixel, instead of --tolerance (vol).
+    #[arg(long, value_name = "R")]
+    rtol: Option<String>,
+    /// The error allowed in every pixel, in the unit of the image; with --rtol the sum of both (vol).
+    #[arg(long, value_name = "A")]
+    atol: Option<String>,
+    /// Below this fraction of the largest pixel, --rtol is relative to that brightness; 1e-5 without it.
+    #[arg(long, value_name = "F")]
+    floor: Option<String>,
+    /// A weight for each pixel, which its error is multiplied with; 0: it does not matter. .fits, .npy (vol).
+    #[arg(long, value_name = "FILE")]
+    weights: Option<String>,
+    /// The pixels that matter: those that are not 0 in this map; .fits, .npy (vol).
+    #[arg(long, value_name = "FILE")]
+    mask: Option<String>,
+    /// Render each band of a cube to its own largest voxel (vol).
+    #[arg(long)]
+    per_band: bool,
     /// Drop details below this, in the units of g, or of the largest cell average with a %.
     #[arg(long, value_name = "SIZE")]
     threshold: Option<String>,
@@ -142,6 +160,12 @@ impl RenderArguments {
         let options = [
             ("render.method", "method", &self.method),
             ("render.tolerance", "tolerance", &self.tolerance),
+            ("render.rtol", "rtol", &self.rtol),
+            ("render.atol", "atol", &self.atol),
+            ("render.floor", "floor", &self.floor),
+            ("render.weights", "weights", &self.weights),
+            ("render.mask", "mask", &self.mask),
+            ("render.per_band", "per-band", &self.per_band.then(|| "true".to_owned())),
             ("render.threshold", "threshold", &self.threshold),
             ("render.order", "order", &self.order),
             ("render.base_level", "base-level", &self.base_level),

@@ -28,6 +28,15 @@ pub struct Account {
     pub method: String,
     /// The tolerance, relative to the largest |value|, if the method has one.
     pub tolerance: Option<f64>,
+    /// The error allowed in each pixel from the pixel itself, if it is given so.
+    #[serde(default)]
+    pub by_pixel: Option<ByPixel>,
+    /// Whether the errors of pixels have weights.
+    #[serde(default)]
+    pub is_weighted: bool,
+    /// Whether each band has a tolerance of its own.
+    #[serde(default)]
+    pub per_band: bool,
     /// Options that were given and that the method does not have.
     pub ignored: Vec<String>,
     /// The name of the quantity: `radiance` or `irradiance`.
@@ -61,6 +70,9 @@ pub struct Account {
     pub ending: String,
     /// The largest estimated error over the largest |value|, if there is an estimate.
     pub estimated_error: Option<f64>,
+    /// The largest estimated error of a value over the error allowed there, if the method has such.
+    #[serde(default)]
+    pub error_over_allowed: Option<f64>,
     /// How many energies were evaluated, if the method selects some.
     pub energies: Option<usize>,
     /// The threshold of a tree, in the unit of g.
@@ -80,6 +92,18 @@ pub struct Account {
     pub emission_seconds: f64,
     /// The most memory that the process had taken, if the system tells.
     pub peak_memory_bytes: Option<u64>,
+}
+
+/// The error allowed in each pixel: `atol` + `rtol` · max(|pixel|, `floor` · largest |pixel|).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ByPixel {
+    /// The error relative to the pixel.
+    pub rtol: f64,
+    /// The error in the unit of the image.
+    pub atol: f64,
+    /// The brightness below which `rtol` is relative to it, as a fraction of the largest pixel.
+    pub floor: f64,
 }
 
 /// Energy bins, as scenes and reports have them: [`Energies`] as plain data.
@@ -134,6 +158,10 @@ impl Account {
     ) -> Self {
         let (settings, stats, tree) = (&scene.render, &found.stats, found.tree.as_ref());
         let instrument = scene.instrument.as_ref();
+        let vol = match &settings.method {
+            Method::Vol(vol) => Some(vol),
+            _ => None,
+        };
         Self {
             scene: scene.name.clone(),
             text: scene.text.clone(),
@@ -141,6 +169,13 @@ impl Account {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             method: settings.method.name().to_owned(),
             tolerance: settings.tolerance,
+            by_pixel: vol.and_then(|vol| vol.by_pixel).map(|of| ByPixel {
+                rtol: of.rtol,
+                atol: of.atol,
+                floor: of.floor,
+            }),
+            is_weighted: vol.is_some_and(|vol| vol.weights.is_some()),
+            per_band: vol.is_some_and(|vol| vol.per_band),
             ignored: settings.ignored.iter().map(|&key| key.to_owned()).collect(),
             quantity: scene.quantity.name().to_owned(),
             unit: scene.image_unit().to_owned(),
@@ -157,6 +192,7 @@ impl Account {
             batches: stats.batches,
             ending: ending(stats.ending).to_owned(),
             estimated_error,
+            error_over_allowed: stats.error_over_allowed,
             energies: Some(stats.energies.len()).filter(|&energies| energies > 0),
             threshold: tree.map(|built| built.threshold),
             order: match &settings.method {
@@ -224,8 +260,27 @@ impl Account {
         let length_unit = self.length_unit.as_deref();
         let length_unit =
             length_unit.map(|unit| Card::new("LENUNIT", unit, "unit of length of the scene"));
+        let by_pixel = self.by_pixel.map(|of| {
+            let floor = (of.rtol > 0.0)
+                .then(|| Card::new("FLOOR", of.floor, format!("of RTOL / largest {value}")));
+            let rtol = (of.rtol > 0.0)
+                .then(|| Card::new("RTOL", of.rtol, format!("error allowed / {value}")));
+            let atol = (of.atol > 0.0)
+                .then(|| Card::new("ATOL", of.atol, format!("error allowed in every {value}")));
+            [rtol, floor, atol]
+        });
+        let weighted = self.is_weighted.then(|| {
+            Card::new("WEIGHTED", true, format!("the error allowed depends on the {value}"))
+        });
+        let per_band = self.per_band.then(|| Card::new("PERBAND", true, "each band to its own"));
+        let share = self.error_over_allowed.filter(|_| by_pixel.is_some() || self.is_weighted);
+        let share =
+            share.map(|share| Card::new("ERRSHARE", share, "largest error / error allowed"));
+        let by_pixel = by_pixel.into_iter().flatten().flatten();
         let known = [energies, tolerance, error, threshold, order, base_level, length_unit];
-        always.into_iter().chain(known.into_iter().flatten()).collect()
+        let known = known.into_iter().flatten().chain(by_pixel);
+        let known = known.chain([weighted, per_band, share].into_iter().flatten());
+        always.into_iter().chain(known).collect()
     }
 
     /// The same of counts, with their exposure and, if they were drawn, their seed.

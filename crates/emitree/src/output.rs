@@ -20,6 +20,8 @@ pub(crate) struct MethodOutput {
     pub(crate) energies: Vec<f64>,
     /// The smallest feature that would have been detected, as a fraction of the view's cube.
     pub(crate) smallest_feature: Option<f64>,
+    /// The largest error of a value over the error allowed there, if the method has such.
+    pub(crate) error_over_allowed: Option<f64>,
     /// The tree that was built, if there is one, and one only.
     pub(crate) tree: Option<RenderedTree>,
     /// The surfaces that the image is made of, if they were found.
@@ -37,6 +39,7 @@ impl MethodOutput {
             base_level: None,
             energies: Vec::new(),
             smallest_feature: None,
+            error_over_allowed: None,
             tree: None,
             surfaces: None,
             frozen: None,

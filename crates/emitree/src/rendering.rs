@@ -94,6 +94,9 @@ pub struct RenderStats {
     /// [`FEATURE_CONTRAST`](crate::vol::FEATURE_CONTRAST) times the tolerance; only of
     /// [`Method::Vol`](crate::Method::Vol).
     pub smallest_feature: Option<f64>,
+    /// The largest estimated |error| of a value over the error that is allowed there: at most 1 if the
+    /// tolerance is met; only of [`Method::Vol`](crate::Method::Vol).
+    pub error_over_allowed: Option<f64>,
     /// Time spent in g, of one thread.
     pub emission_time: Duration,
     /// The total time.

@@ -415,6 +415,7 @@ impl<'a, V: Values> Session<'a, V> {
             energies: made.energies,
             base_level: made.base_level,
             smallest_feature: made.smallest_feature,
+            error_over_allowed: made.error_over_allowed,
             emission_time,
             total_time,
         };

@@ -13,6 +13,12 @@ MOST_THREADS = 1024
 #: Options of a scene's `[render]` by the methods that use them, where not all do.
 _METHODS = {
     "tolerance": "`vol` and `los`",
+    "rtol": "`vol`",
+    "atol": "`vol`",
+    "floor": "`vol`",
+    "weights": "`vol`",
+    "mask": "`vol`",
+    "per_band": "`vol`",
     "base_level": "`vol` and `paper`",
     "order": "`paper`",
     "finest_level": "`paper`",

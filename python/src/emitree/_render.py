@@ -31,6 +31,12 @@ def render(
     shape: Sequence[int] | int | None = None,
     *,
     tolerance: float | None = None,
+    rtol: float | None = None,
+    atol: Any = None,
+    floor: float | None = None,
+    weights: Any = None,
+    mask: Any = None,
+    per_band: bool | None = None,
     method: str | None = None,
     max_evaluations: int | None = None,
     max_seconds: Any = None,
@@ -75,6 +81,13 @@ def render(
     camera: a `Camera`, such as `Perspective` or `Healpix`.
     shape: (height, width) in pixels.
     tolerance: the largest error of a pixel, relative to the largest |pixel|; 0.01 by default.
+    rtol, atol, floor: instead of `tolerance`, the error allowed in each pixel:
+        atol + rtol * max(|pixel|, floor * largest |pixel|). `atol` is in the unit of the image, a
+        number or a quantity; `floor` is 1e-5 by default, and 0 beside `atol`.
+    weights: an image (height, width) by which the error allowed in each pixel is divided; a pixel
+        with the weight 0 does not matter. An array, or the name of a FITS or NPY file.
+    mask: an image (height, width) that is not 0 in the pixels that matter; an array or a file.
+    per_band: whether each band of a cube is rendered to the largest |voxel| of its own.
     method: "vol" (the default), "paper" or "los".
     max_evaluations: how often the emission may be evaluated.
     max_seconds: how long the rendering may take [s], a number or a quantity; it ends with the best
@@ -124,6 +137,12 @@ def render(
     settings = {
         "method": method,
         "tolerance": tolerance,
+        "rtol": rtol,
+        "atol": atol,
+        "floor": floor,
+        "weights": weights,
+        "mask": mask,
+        "per_band": per_band,
         "max_evaluations": max_evaluations,
         "max_seconds": max_seconds,
         "smallest_feature": smallest_feature,
@@ -152,7 +171,7 @@ def render(
         for name, given in of_view.items():
             if given is not None and not (isinstance(given, Sequence) and len(given) == 0):
                 raise TypeError(f"`{name}` is for a camera: the scene file has its own")
-        scene = _opened(emission, shape, _values(settings), changes)
+        scene = _opened(emission, shape, _values(settings, image_unit), changes)
         _refuse_unused(scene, settings, energy, seeds, changes)
         function = None
     else:
@@ -189,11 +208,13 @@ def scene_of_camera(
     """The scene of an emission before a camera, with keywords of `render` as options."""
     of_view = {key: value for key, value in options.items() if key in OF_VIEW}
     settings = {key: value for key, value in options.items() if key not in OF_VIEW}
-    of_scene = _values(settings)
+    of_scene = _values(settings, of_view.get("image_unit"))
     # Of `los`, uniform steps and a tolerance exclude each other.
     method, steps = of_scene.get("method"), of_scene.get("steps")
     if (
         of_scene.get("tolerance") is None
+        and of_scene.get("rtol") is None
+        and of_scene.get("atol") is None
         and method != "paper"
         and not (method == "los" and steps is not None)
     ):
@@ -203,9 +224,14 @@ def scene_of_camera(
     return scene
 
 
-def _values(settings: Mapping[str, Any]) -> dict[str, Any]:
+def _values(settings: Mapping[str, Any], image_unit: Any) -> dict[str, Any]:
     """Settings as the table `[render]` has them."""
     values = dict(settings)
+    if _units.is_quantity(values.get("atol")):
+        if image_unit is None:
+            atol = values["atol"]
+            raise _native.SceneError(f"`atol` is {atol}: expected an `image_unit` too")
+        values["atol"] = _units.value_in(values["atol"], _units.to_text(image_unit), "atol")
     values["max_seconds"] = _units.value_in(values.get("max_seconds"), "s", "max_seconds")
     feature = values.get("smallest_feature")
     values["smallest_feature"] = _units.length_text(feature, "smallest_feature")

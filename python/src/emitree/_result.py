@@ -245,6 +245,14 @@ class Rendering:
         return self._found.estimated_error
 
     @property
+    def error_over_allowed(self) -> float | None:
+        """The largest estimated error of a value over the error allowed there, or None.
+
+        It is at most 1 if the tolerance is met; only method "vol" has it.
+        """
+        return self.report["error_over_allowed"]
+
+    @property
     def smallest_feature(self) -> float | None:
         """The standard deviation of the smallest Gaussian that would have been detected, or None.
 

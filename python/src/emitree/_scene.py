@@ -135,6 +135,8 @@ def compose(
         of_rates = _units.to_text(unit)
         of_emission, aliases = emission_table(emission, folder, length_unit, of_rates)
         of_emission = {"unit": of_rates} | of_emission
+        render, of_maps = with_maps(render, folder)
+        aliases = aliases + of_maps
         tables: dict[str, Any] = {
             "emission": of_emission,
             "projection": projection,
@@ -189,5 +191,35 @@ def is_scene_file(emission: Any) -> bool:
 
 def open_scene(path: Any, changes: Mapping[str, Any]) -> _native.Scene:
     """The scene file at `path` with values replaced."""
-    given = [(key, toml(value)) for key, value in changes.items() if value is not None]
-    return _native.Scene.open(path, given)
+    with tempfile.TemporaryDirectory(prefix="emitree-") as folder:
+        changes, aliases = with_maps(changes, folder)
+        given = [(key, toml(value)) for key, value in changes.items() if value is not None]
+        return _native.Scene.open(path, given, aliases)
+
+
+#: Keys of `[render]` that name files of maps.
+_MAPS = ("weights", "mask")
+
+
+def with_maps(table: Mapping[str, Any], folder: str) -> tuple[dict[str, Any], Aliases]:
+    """The keys of `[render]` with the names of files for arrays of weights, and their aliases."""
+    found, aliases = dict(table), Aliases()
+    for key, value in table.items():
+        name = key.removeprefix("render.")
+        if name not in _MAPS or value is None:
+            continue
+        if isinstance(value, str | os.PathLike):
+            found[key] = os.path.abspath(value)
+            continue
+        try:
+            array = np.ascontiguousarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise _native.SceneError(
+                f"`{name}` is {type(value).__name__}: expected an array (height, width) of numbers"
+            ) from None
+        file = os.path.join(folder, f"{name}.npy")
+        np.save(file, array)
+        alias = f"array of shape {array.shape}"
+        aliases += [(file, alias), (json.dumps(file)[1:-1], alias)]
+        found[key] = file
+    return found, aliases

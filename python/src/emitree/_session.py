@@ -18,6 +18,12 @@ from emitree._result import Rendering
 _OF_METHOD = frozenset(
     [
         "tolerance",
+        "rtol",
+        "atol",
+        "floor",
+        "weights",
+        "mask",
+        "per_band",
         "method",
         "max_evaluations",
         "max_seconds",
@@ -41,8 +47,8 @@ class Session:
     point is evaluated twice, and the result is, bit by bit, that of the new options at once.
 
     camera, shape: as of `render`.
-    options: keywords of `render` that define the rendering: tolerance, method, max_evaluations,
-        max_seconds, smallest_feature, energy, unit, image_unit, quantity, bounds, occulters, edges,
+    options: keywords of `render` that define the rendering: tolerance, rtol, atol, floor,
+        weights, mask, per_band, method, max_evaluations, max_seconds, smallest_feature, energy, unit, image_unit, quantity, bounds, occulters, edges,
         seeds, instrument, and the options of the methods.
 
     >>> import emitree, numpy as np

@@ -7,7 +7,7 @@ use crate::numbers::{percent, seconds};
 use emitree::los::Steps;
 use emitree::refinement::Threshold;
 use emitree::vol::FEATURE_CONTRAST;
-use emitree::{Cube, Method, StopReason};
+use emitree::{Cube, Method, StopReason, VolOptions};
 use emitree_io::{PixelLayout, Scene, grouped};
 use std::io::Write;
 use std::path::PathBuf;
@@ -120,13 +120,37 @@ fn stopped(method: &Method, ending: StopReason, evaluations: u64) -> Option<Stri
     }
 }
 
+/// The error that is allowed.
+fn promise(options: &VolOptions, value: &str) -> String {
+    let of_band = if options.per_band { " of its band" } else { "" };
+    let weighted = if options.weights.is_some() { ", over its weight" } else { "" };
+    let Some(by_pixel) = options.by_pixel else {
+        return format!(
+            "to {} of the largest {value}{of_band}{weighted}",
+            percent(options.tolerance)
+        );
+    };
+    let brightest = match options.per_band {
+        true => "the brightest of its band",
+        false => "the brightest",
+    };
+    let floor = match by_pixel.floor > 0.0 {
+        true => format!(" or of {:e} of {brightest}", by_pixel.floor),
+        false => String::new(),
+    };
+    let relative =
+        (by_pixel.rtol > 0.0).then(|| format!("{} of itself{floor}", percent(by_pixel.rtol)));
+    let absolute = (by_pixel.atol > 0.0).then(|| format!("{:e}", by_pixel.atol));
+    let allowed: Vec<String> = relative.into_iter().chain(absolute).collect();
+    format!("every {value} within {}{weighted}", allowed.join(" plus "))
+}
+
 /// The method, of an image of pixels or a cube of voxels.
 fn method(method: &Method, value: &str) -> String {
     match method {
         Method::Vol(options) => {
             let lines = (1_u32 << options.base_level) + 1;
-            let tolerance = percent(options.tolerance);
-            format!("vol: to {tolerance} of the largest {value}, base {lines} x {lines} lines")
+            format!("vol: {}, base {lines} x {lines} lines", promise(options, value))
         }
         Method::Paper(options) => {
             let cells = 1_u32 << options.base_level;
@@ -160,7 +184,15 @@ fn error(scene: &Scene, rendered: &Rendered, value: &str) -> String {
         Method::Los(_) => "estimated, along the lines only",
         _ => "estimated",
     };
-    format!("{error:.2e} of the largest {value} ({kind})")
+    let of_largest = format!("{error:.2e} of the largest {value} ({kind})");
+    let is_uniform = match &scene.render.method {
+        Method::Vol(vol) => vol.by_pixel.is_none() && vol.weights.is_none() && !vol.per_band,
+        _ => true,
+    };
+    match rendered.account.error_over_allowed.filter(|_| !is_uniform) {
+        Some(share) => format!("{of_largest}, at most {share:.2} of the error allowed"),
+        None => of_largest,
+    }
 }
 
 /// The smallest feature that would have been detected.

@@ -42,6 +42,17 @@ impl Array {
         }
     }
 
+    /// The values of an array of two axes, row after row.
+    pub(super) fn into_rows(self) -> Vec<f64> {
+        let [rows, columns] = [self.shape[0], self.shape[1]];
+        let [of_row, of_column] = [self.strides[0], self.strides[1]];
+        if of_column == 1 {
+            return self.values;
+        }
+        let row = |i: usize| (0..columns).map(move |j| i * of_row + j * of_column);
+        (0..rows).flat_map(row).map(|at| self.values[at]).collect()
+    }
+
     /// The order of the axes: the requested one, which must not contradict their names, or the one
     /// that the names give, or z, y, x.
     pub(super) fn order(&self, asked: Option<ArrayOrder>) -> Result<ArrayOrder, GridReadError> {

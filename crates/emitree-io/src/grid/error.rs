@@ -68,6 +68,12 @@ pub enum GridReadError {
         /// The length of each axis.
         shape: Vec<usize>,
     },
+    /// The values are no map of pixels.
+    #[error("the values are an array of shape {shape:?}: expected two axes")]
+    NotAMap {
+        /// The length of each axis.
+        shape: Vec<usize>,
+    },
     /// The nodes of an axis are in an array of more than one axis.
     #[error("it is an array of shape {shape:?}: expected one axis")]
     NotALine {
@@ -122,7 +128,7 @@ impl GridReadError {
     /// `values`, `order`, `x`, `y` or `z`.
     pub fn concerns(&self) -> &'static str {
         match self {
-            Self::Missing { .. } | Self::NotACube { .. } => "values",
+            Self::Missing { .. } | Self::NotACube { .. } | Self::NotAMap { .. } => "values",
             Self::Order { .. } => "order",
             Self::Axis { axis, .. }
             | Self::Grid(

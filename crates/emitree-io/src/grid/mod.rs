@@ -35,6 +35,7 @@ pub use request::{AxisNodes, GridFormat, GridRequest};
 
 use array::{Array, Container};
 use budget::Budget;
+use emitree::Image;
 use emitree_models::{Grid, GridError};
 use std::fs::{self, File};
 use std::io::{self, BufReader, Cursor, Read, Seek};
@@ -79,6 +80,21 @@ pub struct GridFile {
 ///
 /// [`GridFileError`] names the file, what is wrong in it, and what was expected.
 pub fn read_grid(path: &Path, request: &GridRequest) -> Result<GridFile, GridFileError> {
+    read(path, request, assemble)
+}
+
+/// Reads a map of pixels, such as weights: the first image of a FITS file, or the array of an NPY file; row 0
+/// is the lowest.
+///
+/// # Errors
+///
+/// [`GridFileError`] names the file, what is wrong in it, and what was expected.
+pub fn read_map(path: &Path) -> Result<Image, GridFileError> {
+    read(path, &GridRequest::default(), map)
+}
+
+/// What `make` makes of the file at `path`.
+fn read<T>(path: &Path, request: &GridRequest, make: Make<T>) -> Result<T, GridFileError> {
     let in_file = |cause| GridFileError { path: path.to_owned(), cause };
     let format = match request.format {
         Some(format) => format,
@@ -91,7 +107,8 @@ pub fn read_grid(path: &Path, request: &GridRequest) -> Result<GridFile, GridFil
         Ok((File::open(path)?, metadata.len()))
     });
     let (file, length) = opened.map_err(|cause| in_file(GridReadError::Unreadable(cause)))?;
-    decode(BufReader::with_capacity(BUFFER, file), length, format, request).map_err(in_file)
+    let file = BufReader::with_capacity(BUFFER, file);
+    decode(file, length, format, request, make).map_err(in_file)
 }
 
 /// Bytes that are read from a file at once.
@@ -108,16 +125,20 @@ pub fn decode_grid(
     request: &GridRequest,
 ) -> Result<GridFile, GridReadError> {
     let length = bytes.len() as u64;
-    decode(Cursor::new(bytes), length, format, request)
+    decode(Cursor::new(bytes), length, format, request, assemble)
 }
 
-/// Reads the grid in `length` bytes.
-fn decode<R: Read + Seek>(
+/// What is made of an opened file.
+type Make<T> = fn(&mut dyn Container, &GridRequest, Budget) -> Result<T, GridReadError>;
+
+/// What `make` makes of `length` bytes.
+fn decode<R: Read + Seek, T>(
     source: R,
     length: u64,
     format: GridFormat,
     request: &GridRequest,
-) -> Result<GridFile, GridReadError> {
+    make: Make<T>,
+) -> Result<T, GridReadError> {
     let budget = Budget::of(request);
     let container: &mut dyn Container = match format {
         GridFormat::Fits => &mut fits::FitsCube::open(source, budget)?,
@@ -130,7 +151,20 @@ fn decode<R: Read + Seek>(
         #[cfg(not(feature = "hdf5"))]
         GridFormat::Hdf5 | GridFormat::NetCdf => return Err(GridReadError::NotBuilt(format)),
     };
-    assemble(container, request, budget)
+    make(container, request, budget)
+}
+
+/// The map of pixels in a file.
+fn map(
+    container: &mut dyn Container,
+    request: &GridRequest,
+    _: Budget,
+) -> Result<Image, GridReadError> {
+    let array = container.values(request.values.as_deref())?;
+    let &[height, width] = array.shape.as_slice() else {
+        return Err(GridReadError::NotAMap { shape: array.shape });
+    };
+    Ok(Image::from_pixels(height, width, array.into_rows()))
 }
 
 fn assemble(

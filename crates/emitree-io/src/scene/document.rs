@@ -23,7 +23,7 @@ pub(super) enum Value {
     Text(String),
     Integer(i64),
     Real(f64),
-    Boolean,
+    Boolean(bool),
     Datetime,
     Array(Vec<Node>),
     Table(BTreeMap<String, Entry>),
@@ -43,7 +43,7 @@ impl Value {
             Self::Text(_) => "a string",
             Self::Integer(_) => "an integer",
             Self::Real(_) => "a number",
-            Self::Boolean => "a boolean",
+            Self::Boolean(_) => "a boolean",
             Self::Datetime => "a date",
             Self::Array(_) => "an array",
             Self::Table(_) => "a table",
@@ -113,7 +113,7 @@ fn node(
         DeValue::Float(real) => {
             real.as_str().parse().map(Value::Real).map_err(|_| not_held("no number"))?
         }
-        DeValue::Boolean(_) => Value::Boolean,
+        DeValue::Boolean(value) => Value::Boolean(*value),
         DeValue::Datetime(_) => Value::Datetime,
         DeValue::Array(items) => {
             let item = |(i, item)| node(source, format!("{path}[{i}]"), item);

@@ -4,6 +4,7 @@
 //! that are merged into the file, so every value is checked in one place and every error names the
 //! place that the value came from.
 
+mod accuracy;
 mod camera;
 mod document;
 mod emission;
@@ -334,7 +335,13 @@ impl Scene {
             radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
         let render = {
             let lines = energy.as_ref().map_or_else(Vec::new, |energies| energies.lines().to_vec());
-            settings::read(render, seeds, lines, found.length_unit.as_deref())?
+            let view = settings::RenderedView {
+                shape,
+                has_energies: energy.is_some(),
+                quantity: found.quantity,
+                length_unit: found.length_unit.as_deref(),
+            };
+            settings::read(render, seeds, lines, &view)?
         };
         let observer = Observer {
             camera: &camera,

@@ -1,8 +1,10 @@
 //! `[render]`: the method and its options, as the library takes them.
 
+use super::accuracy::Accuracy;
 use super::document::{Node, Value};
 use super::error::SceneError;
 use super::feature;
+use super::radiometry::Quantity;
 use super::source::Place;
 use super::table::Table;
 use emitree::cell::CellIndex;
@@ -43,13 +45,22 @@ enum Kind {
     Los,
 }
 
-/// `line_energies` are in the unit of the energy axis; `length_unit` is that of the scene, for lengths with
-/// a unit of their own.
+/// What is rendered, for the settings that depend on it.
+pub(super) struct RenderedView<'a> {
+    /// Height and width of the image.
+    pub(super) shape: [usize; 2],
+    pub(super) has_energies: bool,
+    pub(super) quantity: Quantity,
+    /// The unit of the scene, for lengths with a unit of their own.
+    pub(super) length_unit: Option<&'a str>,
+}
+
+/// `line_energies` are in the unit of the energy axis.
 pub(super) fn read(
     mut table: Table,
     seeds: Vec<Seed>,
     line_energies: Vec<f64>,
-    length_unit: Option<&str>,
+    view: &RenderedView<'_>,
 ) -> Result<RenderSettings, SceneError> {
     let kind = match table.text("method")? {
         None => Kind::Vol,
@@ -60,6 +71,7 @@ pub(super) fn read(
     let batch_size = table.take("batch_size");
     let smallest_feature = table.take("smallest_feature");
     let tolerance = table.take("tolerance");
+    let accuracy = Accuracy::take(&mut table);
     let base_level = table.take("base_level");
     let of_trees = ["order", "finest_level", "rule", "threshold"].map(|key| (key, table.take(key)));
     let of_lines = ["lines", "steps"].map(|key| (key, table.take(key)));
@@ -70,7 +82,7 @@ pub(super) fn read(
         .transpose()?;
     let max_seconds = max_seconds.map(|node| seconds(&node)).transpose()?;
     let smallest_feature =
-        smallest_feature.map(|node| feature::read(node, length_unit)).transpose()?;
+        smallest_feature.map(|node| feature::read(node, view.length_unit)).transpose()?;
     let batch_size = batch_size
         .map(|node| at_least_one(&node, "a number of evaluations in a batch, 1 or more"))
         .transpose()?;
@@ -97,24 +109,27 @@ pub(super) fn read(
             ignored.extend(given(&of_trees));
             ignored.extend(given(&of_lines));
             let mut options = VolOptions::default();
-            if let Some(node) = tolerance {
+            if let Some(node) = &tolerance {
                 options.tolerance = node.number()?;
             }
+            accuracy.set(&mut options, tolerance.as_ref(), view)?;
             options.base_level = base_level.unwrap_or(options.base_level);
             options.smallest_feature = smallest_feature;
             options.seeds = seeds;
             options.line_energies = line_energies;
-            let tolerance = options.tolerance;
-            (Method::Vol(options), Some(tolerance))
+            let tolerance = options.by_pixel.is_none().then_some(options.tolerance);
+            (Method::Vol(options), tolerance)
         }
         Kind::Paper => {
             ignored.extend(given(&of_lines));
             ignored.extend(tolerance.map(|_| "tolerance"));
+            ignored.extend(accuracy.given());
             (Method::Paper(build_options), None)
         }
         Kind::Los => {
             ignored.extend(base_level.map(|_| "base_level"));
             ignored.extend(given(&of_trees));
+            ignored.extend(accuracy.given());
             let tolerance = match los_options.steps {
                 Steps::Adaptive(tolerance) => Some(tolerance),
                 Steps::Fixed(_) => None,

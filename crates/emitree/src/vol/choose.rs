@@ -12,6 +12,7 @@ use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::engine::by_tree;
+use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank::{self, Attempted};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::check_seeds;
@@ -60,8 +61,22 @@ pub(crate) async fn render(
                 continue;
             }
         }
-        return finish(meter, tiles, &parts, axis, vol, attempted).await;
+        let made = finish(meter, tiles, &parts, axis, vol, attempted).await?;
+        return Ok(with_share_of_allowed(made, vol));
     }
+}
+
+/// Adds the largest error in units of the error allowed. By pixel, that is the final check of the image of
+/// all parts together.
+fn with_share_of_allowed(mut made: MethodOutput, vol: &VolOptions) -> MethodOutput {
+    if let Some(errors) = &made.error {
+        let share = ErrorWeights::over_allowed(vol, &made.cube, errors);
+        made.error_over_allowed = Some(share);
+        if !vol.is_uniform() && share > 1.0 && made.ending == StopReason::Complete {
+            made.ending = StopReason::MaxLevel;
+        }
+    }
+    made
 }
 
 /// The image of products, of surfaces, or of trees of the parts that have none.

@@ -4,6 +4,7 @@
 //! another error is allowed has a *weight*: that number over the error allowed there. Where all weights
 //! are 1 there are no maps of them.
 
+use crate::cube::Cube;
 use crate::image::Image;
 use crate::vol::VolOptions;
 use crate::vol::dyadic::{Place, spacing, unit};
@@ -59,6 +60,15 @@ impl ErrorWeights {
         };
         let maps = bands.iter().zip(&of_bands).map(of_band).collect();
         Self { largest, maps: Some(maps) }
+    }
+
+    /// The largest error of a finished cube over the error allowed there; 0 without any error.
+    pub(crate) fn over_allowed(vol: &VolOptions, values: &Cube, errors: &Cube) -> f64 {
+        let bands: Vec<[&Image; 2]> =
+            values.bands().iter().zip(errors.bands()).map(|(a, b)| [a, b]).collect();
+        let weights = Self::new(vol, &bands, &[]);
+        let most = weights.largest_error(errors.bands().iter());
+        if most > 0.0 { most / (vol.tolerance * weights.largest) } else { 0.0 }
     }
 
     /// The errors of a band times their weights.

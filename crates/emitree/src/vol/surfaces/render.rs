@@ -36,6 +36,7 @@ pub(crate) async fn render(
         && vol.seeds.is_empty()
         && vol.base_level <= VolOptions::default().base_level;
     let is_possible = attempted.has_jump
+        && vol.is_uniform()
         && axis.is_none()
         && is_usual
         && vol.tolerance >= TUNING.surfaces.least_tolerance
