@@ -56,13 +56,19 @@ impl ErrorWeights {
             };
             let mut weights: Vec<f64> = pixels.enumerate().map(weight_of).collect();
             outside.iter().for_each(|&pixel| weights[pixel] = 0.0);
-            Image::from_pixels(band.height(), band.width(), weights)
+            let mut map = Image::from_pixels(band.height(), band.width(), weights);
+            if vol.weights.is_some() {
+                spread(&mut map);
+                outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = 0.0);
+            }
+            map
         };
         let maps = bands.iter().zip(&of_bands).map(of_band).collect();
         Self { largest, maps: Some(maps) }
     }
 
-    /// The largest error of a finished cube over the error allowed there; 0 without any error.
+    /// The largest error of a finished cube over the error allowed there, or in a pixel beside one that
+    /// matters; 0 without any error.
     pub(crate) fn over_allowed(vol: &VolOptions, values: &Cube, errors: &Cube) -> f64 {
         let bands: Vec<[&Image; 2]> =
             values.bands().iter().zip(errors.bands()).map(|(a, b)| [a, b]).collect();
@@ -88,6 +94,23 @@ impl ErrorWeights {
         };
         errors.enumerate().map(of_band).fold(0.0, f64::max)
     }
+}
+
+/// Raises each weight to a share of the largest one beside it. A pixel is predicted from values around it,
+/// so that structure beside a pixel that matters is resolved to a few pixels from it.
+fn spread(map: &mut Image) {
+    let [height, width] = [map.height(), map.width()];
+    let pixels = map.pixels_mut();
+    let mut raise = |pixel: usize| {
+        let (row, column) = (pixel / width, pixel % width);
+        let rows = row.saturating_sub(1)..(row + 2).min(height);
+        let columns = column.saturating_sub(1)..(column + 2).min(width);
+        let beside = rows.flat_map(|row| columns.clone().map(move |column| row * width + column));
+        let largest = beside.fold(0.0, |most: f64, other| most.max(pixels[other]));
+        pixels[pixel] = pixels[pixel].max(TUNING.engine.weight_beside * largest);
+    };
+    (0..height * width).for_each(&mut raise);
+    (0..height * width).rev().for_each(raise);
 }
 
 /// The product of two images, pixel by pixel.

@@ -25,6 +25,12 @@ fn whole_view(pieces_of_line: usize) -> Parts<'static> {
     view
 }
 
+/// The usual options.
+fn default_options() -> &'static VolOptions {
+    static OPTIONS: std::sync::OnceLock<VolOptions> = std::sync::OnceLock::new();
+    OPTIONS.get_or_init(|| VolOptions::new(TOLERANCE))
+}
+
 /// An engine for the unit cube, with lines that may take a fifth of 1 %.
 fn engine<'a>(
     meter: &'a Meter,
@@ -40,7 +46,7 @@ fn engine<'a>(
         parts: &view.parts,
         footings: view.parts.iter().map(|part| part.footing.clone()).collect(),
         quadrature_error: None,
-        seeds: &[],
+        vol: default_options(),
         sheets: Vec::new(),
         energies: Energies::none(),
         spectra: axis.map(|axis| Spectra::new(axis, &[])),

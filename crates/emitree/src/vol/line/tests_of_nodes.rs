@@ -136,7 +136,7 @@ fn a_new_line_starts_with_the_depths_refined_on_the_nearest_lines() {
         line.samples.iter_mut().for_each(|sample| sample.opened = sample.depth == own_depth(i));
     }
     let starts = |node_lines: &NodeLines, before| {
-        let starts = node_lines.starts(&tree, &[[0, 0]], before, 1e-3, 2);
+        let starts = node_lines.starts(&tree, &[[0, 0]], before, &[1e-3], 2);
         assert!(starts[0].1.is_empty());
         starts[0].0.clone()
     };
@@ -185,7 +185,7 @@ fn a_jump_on_a_plane_is_expected_where_the_plane_is() {
     let mut node_lines = stepped(&tree);
     let place = at(4, 7, 5);
     let depth = 0.3 + 0.2 * 7.0 / 16.0;
-    let starts = node_lines.starts(&tree, &[place], tree.len(), 1e-4, 3);
+    let starts = node_lines.starts(&tree, &[place], tree.len(), &[1e-4], 3);
     let (depths, brackets) = &starts[0];
     assert_eq!(brackets.len(), 1);
     let [low, high] = [brackets[0].low, brackets[0].high];
@@ -194,7 +194,7 @@ fn a_jump_on_a_plane_is_expected_where_the_plane_is() {
     // The depths that bracket the jumps of neighbours are not taken over.
     assert_eq!(depths.len(), base_depths(3).len() + 2);
     node_lines.tracks_jumps = false;
-    assert!(node_lines.starts(&tree, &[place], tree.len(), 1e-4, 3)[0].1.is_empty());
+    assert!(node_lines.starts(&tree, &[place], tree.len(), &[1e-4], 3)[0].1.is_empty());
 }
 
 #[test]

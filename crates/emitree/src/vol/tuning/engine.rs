@@ -7,6 +7,9 @@ group! {
         /// tolerances narrow structure stays undetected; smaller ones make loose requests more
         /// expensive.
         loosest_tolerance: f64 = 0.05, 0.025..=0.1;
+        /// The least weight of the error of a pixel, in terms of the largest one of the pixels beside it,
+        /// where weights are given. With 0 the pixels beside a mask do not converge.
+        weight_beside: f64 = 0.25, 0.125..=0.5;
         /// The error that a line or a depth rule may have, as a share of T. Smaller values take
         /// more evaluations for each line; larger ones leave less of T for the interpolation
         /// between lines.

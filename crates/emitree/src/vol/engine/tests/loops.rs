@@ -3,7 +3,9 @@
 use super::{SHAPE, TILES, TOLERANCE, assert_plane, engine, plane, whole_view};
 use crate::cube::Cube;
 use crate::tree::StopReason;
+use crate::vol::VolOptions;
 use crate::vol::dyadic::{Place, STEPS, unit};
+use crate::vol::engine::Engine;
 use crate::vol::line::node_lines::base_depths;
 use crate::vol::seeds::Seed;
 use crate::vol::testing::{answered, assert_close, meter};
@@ -78,9 +80,9 @@ fn later_energies_have_tolerances_of_their_own() {
 fn depths_around_a_seed_are_sampled_on_the_lines_of_the_base() {
     let meter = meter(100_000);
     let parts = whole_view(1);
-    let mut engine = engine(&meter, &TILES, &parts, 3, None);
     let seeds = [Seed { position: [0.5, 0.5, 0.3], radius: 0.01 }];
-    engine.seeds = &seeds;
+    let vol = VolOptions::new(TOLERANCE).with_seeds(seeds);
+    let mut engine = Engine { vol: &vol, ..engine(&meter, &TILES, &parts, 3, None) };
     assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(true));
     let scan = &engine.sheets[0].scan;
     let [seeded, other] = [[STEPS / 2, STEPS / 2], [0, 0]].map(|at| scan.tree.find(at).unwrap());

@@ -131,6 +131,7 @@ fn the_difference_of_a_sample_is_that_from_the_fit_to_the_lines_around() {
     let pane = Pane { density: |_| 2.0, ..PANE };
     let mut sheet = sheet(&meter, &pane, 3, SHAPE);
     sheet.scale = Arc::new(uniform(SHAPE, 3.0));
+    sheet.weighted_scale = sheet.scale.clone();
     fill(&mut sheet, &lattice(3), plane);
     let of_target = |target: f64, number: usize, more: f64| {
         let verified = scattered(&sheet, target, number);

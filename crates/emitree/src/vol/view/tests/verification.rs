@@ -49,6 +49,7 @@ fn the_worst_lines_are_in_the_worst_pixels_far_from_each_other() {
     let mut scale = uniform(SHAPE, 1.0);
     scale[(15, 15)] = 0.0;
     sheet.scale = Arc::new(scale);
+    sheet.weighted_scale = sheet.scale.clone();
     let lines = sheet.worst_lines(&[Cow::Borrowed(&one), Cow::Borrowed(&other)], 3);
     let places: Vec<Place> = lines.iter().map(|(place, _)| *place).collect();
     assert_eq!(places[..2], [at(5, 9, 9), at(5, 5, 19)]);
@@ -106,6 +107,7 @@ fn a_line_through_a_bump_differs_by_its_part_of_a_pixel() {
         let pane = Pane { density: |_| 2.0, ..PANE };
         let mut sheet = sheet(&meter, &pane, 3, shape);
         sheet.scale = Arc::new(uniform(shape, 3.0));
+        sheet.weighted_scale = sheet.scale.clone();
         fill(&mut sheet, &lattice(3), plane);
         let lines = vec![(at(6, 50, 9), vec![]), (place, base_depths(4))];
         answered(&meter, |at, _| bumpy(at), sheet.verify_lines(lines, 1e-6)).unwrap();
