@@ -1,4 +1,4 @@
-//! Errors by pixel: kept promises and evaluations of random scenes.
+//! Errors by pixel: tolerances met and evaluations of random scenes.
 #![expect(clippy::print_stdout, reason = "this program prints tables")]
 //!
 //! `cargo run --release -p emitree --example by_pixel -- family 0 60 1e-2 1e-3` renders random smooth

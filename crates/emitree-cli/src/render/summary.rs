@@ -121,7 +121,7 @@ fn stopped(method: &Method, ending: StopReason, evaluations: u64) -> Option<Stri
 }
 
 /// The error that is allowed.
-fn promise(options: &VolOptions, value: &str) -> String {
+fn allowed_error(options: &VolOptions, value: &str) -> String {
     let of_band = if options.per_band { " of its band" } else { "" };
     let weighted = if options.weights.is_some() { ", over its weight" } else { "" };
     let Some(by_pixel) = options.by_pixel else {
@@ -150,7 +150,7 @@ fn method(method: &Method, value: &str) -> String {
     match method {
         Method::Vol(options) => {
             let lines = (1_u32 << options.base_level) + 1;
-            format!("vol: {}, base {lines} x {lines} lines", promise(options, value))
+            format!("vol: {}, base {lines} x {lines} lines", allowed_error(options, value))
         }
         Method::Paper(options) => {
             let cells = 1_u32 << options.base_level;

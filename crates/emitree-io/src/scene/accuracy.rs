@@ -3,13 +3,22 @@
 use super::document::{Node, Value};
 use super::error::SceneError;
 use super::radiometry::Quantity;
-use super::settings::RenderedView;
 use super::table::Table;
 use super::{beside_scene, is_option};
 use crate::grid::read_map;
 use emitree::vol::PixelTolerance;
 use emitree::{Image, VolOptions};
 use std::sync::Arc;
+
+/// What is rendered, for the settings that depend on it.
+pub(super) struct RenderedView<'a> {
+    /// Height and width of the image.
+    pub(super) shape: [usize; 2],
+    pub(super) has_energies: bool,
+    pub(super) quantity: Quantity,
+    /// The unit of the scene, for lengths with a unit of their own.
+    pub(super) length_unit: Option<&'a str>,
+}
 
 /// The keys, with their values.
 pub(super) struct Accuracy {
@@ -73,10 +82,11 @@ impl Accuracy {
                 None => map,
             }));
         }
-        if let (Some(weights), Some(node)) = (&options.weights, self.mask.or(self.weights)) {
-            if weights.pixels().iter().all(|weight| *weight == 0.0) {
-                return Err(node.refuse("0 in all pixels", "a pixel that matters"));
-            }
+        let is_dark = |weights: &Image| weights.pixels().iter().all(|weight| *weight == 0.0);
+        if let (true, Some(node)) =
+            (options.weights.as_deref().is_some_and(is_dark), self.mask.or(self.weights))
+        {
+            return Err(node.refuse("0 in all pixels", "a pixel that matters"));
         }
         options.by_pixel = by_pixel(self.rtol, self.atol, self.floor, tolerance)?;
         Ok(())

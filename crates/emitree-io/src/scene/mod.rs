@@ -335,7 +335,7 @@ impl Scene {
             radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
         let render = {
             let lines = energy.as_ref().map_or_else(Vec::new, |energies| energies.lines().to_vec());
-            let view = settings::RenderedView {
+            let view = accuracy::RenderedView {
                 shape,
                 has_energies: energy.is_some(),
                 quantity: found.quantity,

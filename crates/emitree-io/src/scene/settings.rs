@@ -1,10 +1,9 @@
 //! `[render]`: the method and its options, as the library takes them.
 
-use super::accuracy::Accuracy;
+use super::accuracy::{Accuracy, RenderedView};
 use super::document::{Node, Value};
 use super::error::SceneError;
 use super::feature;
-use super::radiometry::Quantity;
 use super::source::Place;
 use super::table::Table;
 use emitree::cell::CellIndex;
@@ -43,16 +42,6 @@ enum Kind {
     Vol,
     Paper,
     Los,
-}
-
-/// What is rendered, for the settings that depend on it.
-pub(super) struct RenderedView<'a> {
-    /// Height and width of the image.
-    pub(super) shape: [usize; 2],
-    pub(super) has_energies: bool,
-    pub(super) quantity: Quantity,
-    /// The unit of the scene, for lengths with a unit of their own.
-    pub(super) length_unit: Option<&'a str>,
 }
 
 /// `line_energies` are in the unit of the energy axis.

@@ -171,7 +171,7 @@ fn check_by_pixel(by_pixel: &PixelTolerance) -> Result<(), OptionError> {
     if !(atol >= 0.0 && atol.is_finite()) {
         return Err(OptionError::AbsoluteTolerance(atol));
     }
-    if !(rtol >= 0.0 && rtol < 1.0) || (rtol == 0.0 && atol == 0.0) {
+    if !(0.0..1.0).contains(&rtol) || (rtol == 0.0 && atol == 0.0) {
         return Err(OptionError::RelativeTolerance(rtol));
     }
     if !(0.0..1.0).contains(&floor) {

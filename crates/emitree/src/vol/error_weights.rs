@@ -7,7 +7,7 @@
 use crate::cube::Cube;
 use crate::image::Image;
 use crate::vol::VolOptions;
-use crate::vol::dyadic::{Place, spacing, unit};
+use crate::vol::dyadic::{Place, STEPS, spacing, unit};
 use crate::vol::options::DARKEST;
 use crate::vol::tuning::TUNING;
 
@@ -162,9 +162,10 @@ impl WeightsOfSquares {
 
     /// The largest weight within one spacing of `level` of a place.
     pub(crate) fn around(&self, place: Place, level: u8) -> f64 {
-        let (level, squares) = (0..=level).zip(&self.levels).last().unwrap_or((0, &self.levels[0]));
+        let level = usize::from(level).min(self.levels.len() - 1);
+        let squares = &self.levels[level];
         let side = squares.len().isqrt();
-        let step = spacing(level);
+        let step = STEPS >> level;
         let beside = |along: u32| {
             let [from, to] = [along.saturating_sub(step) / step, (along + step).div_ceil(step)];
             from as usize..(to as usize).min(side)
