@@ -1,4 +1,5 @@
 //! Errors by pixel: relative and absolute tolerances, weights and bands, against exact images.
+#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use emitree::vol::PixelTolerance;
 use emitree::{Canonical, FromFn, Image, RenderOptions, Rendering, VolOptions, render};
@@ -8,10 +9,7 @@ const SHAPE: [usize; 2] = [64, 64];
 
 fn rendering(rate: impl Fn([f64; 3]) -> f64 + Sync, options: VolOptions) -> Rendering {
     let emission = FromFn(|position, _| rate(position));
-    match render(&emission, &Canonical, SHAPE, &RenderOptions::new(options)) {
-        Ok(rendering) => rendering,
-        Err(error) => panic!("{error}"),
-    }
+    render(&emission, &Canonical, SHAPE, &RenderOptions::new(options)).unwrap()
 }
 
 /// The largest error over the error allowed, an error of the reference left out.
