@@ -73,7 +73,9 @@ def test_intermediate_images():
 
 
 def test_what_is_wrong_is_named():
-    with pytest.raises(TypeError, match="unknown option `executor`: expected one of base_level"):
+    with pytest.raises(
+        TypeError, match="unknown option `executor`: expected one of atol, base_level"
+    ):
         emitree.Session(CUBE, (4, 4), executor=None)
     with pytest.raises(emitree.SceneError, match="`steps`"):
         emitree.Session(CUBE, (4, 4), steps=4)

@@ -69,7 +69,9 @@ class Mesh:
 @final
 class Scene:
     @staticmethod
-    def open(path: str | PathLike[str], changes: list[tuple[str, str]]) -> Scene: ...
+    def open(
+        path: str | PathLike[str], changes: list[tuple[str, str]], aliases: list[tuple[str, str]]
+    ) -> Scene: ...
     @staticmethod
     def parse(name: str, text: str, aliases: list[tuple[str, str]]) -> Scene: ...
     @property

@@ -47,9 +47,10 @@ class Session:
     point is evaluated twice, and the result is, bit by bit, that of the new options at once.
 
     camera, shape: as of `render`.
-    options: keywords of `render` that define the rendering: tolerance, rtol, atol, floor,
-        weights, mask, per_band, method, max_evaluations, max_seconds, smallest_feature, energy, unit, image_unit, quantity, bounds, occulters, edges,
-        seeds, instrument, and the options of the methods.
+    options: keywords of `render` that define the rendering: tolerance, rtol, atol, floor, weights,
+        mask, per_band, method, max_evaluations, max_seconds, smallest_feature, energy, unit,
+        image_unit, quantity, bounds, occulters, edges, seeds, instrument, and the options of the
+        methods.
 
     >>> import emitree, numpy as np
     >>> session = emitree.Session(emitree.Canonical(), (16, 16), tolerance=0.01)
