@@ -156,8 +156,8 @@ fn boolean(node: &Node) -> Result<bool, SceneError> {
 fn map(node: &Node, is_mask: bool, shape: [usize; 2]) -> Result<Image, SceneError> {
     let (file, place) = node.text()?;
     let refuse = |reason: String| SceneError::at(&place, format!("`{}`: {reason}", node.path));
-    let mut map =
-        read_map(&beside_scene(&file, &place)).map_err(|error| refuse(error.to_string()))?;
+    let mut map = read_map(&beside_scene(&file, &place))
+        .map_err(|error| refuse(format!("the map {}: {}", error.path.display(), error.cause)))?;
     let found = [map.height(), map.width()];
     if found != shape {
         let [rows, columns] = found;

@@ -11,6 +11,7 @@
 //! * `dyadic`: places on the unit interval and on the image plane, predictions and polynomials;
 //! * `lattice`, `ascent`: scattered samples, the size of the structure that they detect, and
 //!   ascents from them; `orthonormal`, `least_squares`: local fits to scattered values;
+//! * `error_weights`: the error allowed in each pixel, as weights of errors;
 //! * `image`: the tree of the image plane: values and details of its nodes, the remaining error
 //!   around them, the error of each pixel, the nodes to be refined, means over pixels;
 //! * `sampling`: samples of G in batches;
