@@ -90,11 +90,12 @@ fn compare(
         if !is_kept || std::env::var("DBG").is_ok() {
             println!(
                 "{}: {evaluations} evaluations ({of_uniform} for the brightest), {:.4} of the pixels \
-                 within, worst {:.2}, converged {}",
+                 within, worst {:.2}, estimate {:.2} of the error allowed, {:?}",
                 scene.name,
                 within / ratios.len() as f64,
                 ratios.last().copied().unwrap_or(f64::NAN),
-                found.converged(),
+                found.stats.error_over_allowed.unwrap_or(f64::NAN),
+                found.stats.ending,
             );
         }
     }

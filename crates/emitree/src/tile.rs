@@ -16,6 +16,12 @@ pub(crate) struct Tile<'a> {
 }
 
 impl<'a> Tile<'a> {
+    /// Height and width of the image of all tiles.
+    pub(crate) fn shape_of_image(&self) -> [usize; 2] {
+        let [height, width] = self.shape;
+        [height * self.place.1, width]
+    }
+
     /// The tiles of a projection's image, the lowest first.
     pub(crate) fn of<E>(
         projection: &'a dyn Projection,

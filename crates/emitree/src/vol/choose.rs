@@ -29,7 +29,7 @@ pub(crate) async fn render(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
 ) -> Result<MethodOutput, MethodError> {
-    check(vol, shape_of(tiles), axis)?;
+    check(vol, tiles[0].shape_of_image(), axis)?;
     check_seeds(&vol.seeds)?;
     // From here on, the tolerance is that of the largest pixel.
     let vol = &VolOptions { tolerance: vol.of_largest(), ..vol.clone() };
@@ -133,12 +133,6 @@ async fn edges(
         Err(Stop::Budget) => Ok(Vec::new()),
         Err(Stop::Failed(error)) => Err(error),
     }
-}
-
-/// Height and width of the image.
-fn shape_of(tiles: &[Tile<'_>]) -> [usize; 2] {
-    let [height, width] = tiles[0].shape;
-    [height * tiles.len(), width]
 }
 
 /// Returns an error if an option is out of range.

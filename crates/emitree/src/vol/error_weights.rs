@@ -14,6 +14,10 @@ use crate::vol::tuning::TUNING;
 /// The smallest error allowed in a pixel, relative to the largest one: that of rounding.
 const ROUNDING: f64 = 1e-14;
 
+/// The weight beside pixels that matter below which structure is not resolved: ten pixels from those of
+/// weight 1.
+const NEGLIGIBLE: f64 = 1e-6;
+
 /// The weights of the errors of an image or a cube.
 #[derive(Clone, Debug)]
 pub(crate) struct ErrorWeights {
@@ -27,8 +31,8 @@ impl ErrorWeights {
     /// The weights for the present `bands`, images with their errors; the pixels with the numbers `outside`
     /// belong to no image.
     ///
-    /// A pixel may be as bright as its value and its error together. As long as the error is large, the
-    /// weights of dark pixels are therefore moderate.
+    /// A pixel whose error is larger than its value is taken to be as bright as the error. As long as errors
+    /// are large, the weights of dark pixels are therefore moderate; and no such pixel is within `rtol`.
     pub(crate) fn new(vol: &VolOptions, bands: &[[&Image; 2]], outside: &[usize]) -> Self {
         let given = vol.weights.as_deref().map(Image::pixels);
         let weight = |pixel: usize| given.map_or(1.0, |weights| weights[pixel]);
@@ -48,7 +52,7 @@ impl ErrorWeights {
             let pixels = band.pixels().iter().zip(errors.pixels());
             let weight_of = |(i, (pixel, error)): (usize, (&f64, &f64))| {
                 let allowed = match vol.by_pixel {
-                    Some(by_pixel) => by_pixel.allowed(pixel.abs() + error, of_band),
+                    Some(by_pixel) => by_pixel.allowed(pixel.abs().max(*error), of_band),
                     None => vol.tolerance * of_band.max(DARKEST * largest),
                 };
                 let allowed = allowed.min(loosest).max(ROUNDING * largest);
@@ -70,8 +74,9 @@ impl ErrorWeights {
     /// The largest error of a finished cube over the error allowed there, or in a pixel beside one that
     /// matters; 0 without any error.
     pub(crate) fn over_allowed(vol: &VolOptions, values: &Cube, errors: &Cube) -> f64 {
-        let bands: Vec<[&Image; 2]> =
-            values.bands().iter().zip(errors.bands()).map(|(a, b)| [a, b]).collect();
+        let [_, height, width] = values.shape();
+        let none = Image::zeros(height, width);
+        let bands: Vec<[&Image; 2]> = values.bands().iter().map(|band| [band, &none]).collect();
         let weights = Self::new(vol, &bands, &[]);
         let most = weights.largest_error(errors.bands().iter());
         if most > 0.0 { most / (vol.tolerance * weights.largest) } else { 0.0 }
@@ -107,7 +112,10 @@ fn spread(map: &mut Image) {
         let columns = column.saturating_sub(1)..(column + 2).min(width);
         let beside = rows.flat_map(|row| columns.clone().map(move |column| row * width + column));
         let largest = beside.fold(0.0, |most: f64, other| most.max(pixels[other]));
-        pixels[pixel] = pixels[pixel].max(TUNING.engine.weight_beside * largest);
+        let beside = TUNING.engine.weight_beside * largest;
+        if beside >= NEGLIGIBLE {
+            pixels[pixel] = pixels[pixel].max(beside);
+        }
     };
     (0..height * width).for_each(&mut raise);
     (0..height * width).rev().for_each(raise);

@@ -2,6 +2,7 @@
 
 use super::{FeatureSize, Seed};
 use crate::image::Image;
+use crate::vol::tuning::TUNING;
 use std::sync::Arc;
 
 /// The part of the brightest pixel below which relative errors are not asked for, unless another one is
@@ -162,15 +163,20 @@ impl VolOptions {
         self.by_pixel.is_none() && self.weights.is_none() && !self.per_band
     }
 
-    /// The tolerance of the largest pixel.
+    /// The tolerance of the largest pixel: the number that weighted errors are compared with.
     pub(crate) fn of_largest(&self) -> f64 {
-        self.by_pixel.map(|of| of.rtol).filter(|rtol| *rtol > 0.0).unwrap_or(self.tolerance)
+        if self.is_uniform() {
+            return self.tolerance;
+        }
+        let relative = self.by_pixel.map(|of| of.rtol).filter(|rtol| *rtol > 0.0);
+        relative.unwrap_or(self.tolerance).min(TUNING.engine.loosest_tolerance)
     }
 
-    /// The smallest tolerance of a pixel, relative to the largest one.
-    pub(crate) fn of_darkest(&self) -> f64 {
-        let floor = self.by_pixel.map_or(1.0, |of| if of.rtol > 0.0 { of.floor } else { 1.0 });
-        self.tolerance * floor
+    /// The error allowed in the darkest pixel in terms of that in the largest one, which is `largest`: at
+    /// most 1, and no less than what rounding allows.
+    pub(crate) fn share_of_darkest(&self, largest: f64) -> f64 {
+        let Some(by_pixel) = self.by_pixel.filter(|_| largest > 0.0) else { return 1.0 };
+        (by_pixel.allowed(0.0, largest) / (self.tolerance * largest)).clamp(1e-10, 1.0)
     }
 
     /// Sets the level of the base lattice, which has 2^`base_level` intervals along each axis; one

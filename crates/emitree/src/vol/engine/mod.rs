@@ -161,8 +161,7 @@ pub(crate) struct Engine<'b> {
 impl Engine<'_> {
     /// Height and width of the image.
     pub(crate) fn shape(&self) -> [usize; 2] {
-        let [height, width] = self.tiles[0].shape;
-        [height * self.tiles.len(), width]
+        self.tiles[0].shape_of_image()
     }
 
     /// Makes the image of the parts that have products.

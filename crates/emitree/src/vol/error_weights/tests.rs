@@ -37,11 +37,14 @@ fn by_pixel_a_weight_is_the_error_of_the_brightest_over_that_allowed() {
 }
 
 #[test]
-fn a_pixel_with_a_large_error_may_be_as_bright_as_both_together() {
+fn a_pixel_with_an_error_larger_than_itself_is_taken_to_be_as_bright_as_that() {
     let by_pixel = PixelTolerance::relative(0.01).with_floor(1e-3);
     let vol = VolOptions::new(0.01).with_pixel_tolerance(by_pixel);
     let found = ErrorWeights::new(&vol, &[[&image(), &uniform([1, 4], 2.0)]], &[]);
     assert_close(found.maps.unwrap()[0].pixels()[2], 4.0, 1e-12);
+    // In the end the values alone count: an error of 2 where 0.01 · 8 · 1e-3 is allowed.
+    let [values, errors] = [image(), uniform([1, 4], 2.0)].map(|map| Cube::from_bands(vec![map]));
+    assert_close(ErrorWeights::over_allowed(&vol, &values, &errors), 2.0 / 8e-5, 1e-6);
 }
 
 #[test]

@@ -123,12 +123,15 @@ impl NodeLines {
         self.derived[i].jumps.get_or_init(|| jumps(&self.lines[i]))
     }
 
-    /// The largest ∫ |G| dz of a full line.
+    /// The largest ∫ |G| dz of a full line, times the weight of its error if that is below 1: lines that do
+    /// not matter are not compared with.
     pub(crate) fn brightest(&self) -> f64 {
         let all = (0..self.lines.len()).into_par_iter().with_min_len(LINES_CACHED);
         let full = all.filter(|&i| self.is_full(i));
-        let brightness =
-            |i: usize| *self.derived[i].brightness.get_or_init(|| self.lines[i].brightness());
+        let brightness = |i: usize| {
+            let of_line = self.derived[i].brightness.get_or_init(|| self.lines[i].brightness());
+            of_line * self.error_weights[i].min(1.0)
+        };
         full.map(brightness).reduce(|| 0.0, f64::max)
     }
 

@@ -13,8 +13,10 @@ const MOST_EXPENSIVE: f64 = 1e6;
 pub(super) struct Forecast {
     /// The error that ends the search, relative to the largest pixel.
     goal: f64,
-    /// The tolerance by pixel, if there is one.
-    by_pixel: Option<PixelTolerance>,
+    /// Whether errors are relative to the pixel, and not to the largest one.
+    is_relative: bool,
+    /// The error allowed in the darkest pixel in terms of that in the largest one.
+    pub(super) darkest: f64,
     /// Ranks, with the smallest error up to each.
     course: Vec<(f64, f64)>,
     /// The number of evaluations at the next forecast.
@@ -24,9 +26,9 @@ pub(super) struct Forecast {
 }
 
 impl Forecast {
-    pub(super) fn new(goal: f64, by_pixel: Option<PixelTolerance>) -> Self {
+    pub(super) fn new(goal: f64, is_relative: bool) -> Self {
         let next = TUNING.lowrank.first_forecast;
-        Self { goal, by_pixel, course: Vec::new(), next, for_tree: 0 }
+        Self { goal, is_relative, darkest: 1.0, course: Vec::new(), next, for_tree: 0 }
     }
 
     /// Records the relative error for the given `ranks` along the axes.
@@ -59,16 +61,14 @@ impl Forecast {
         let remaining = (self.remaining_cost(interpolant) + missing as f64).min(MOST_EXPENSIVE);
         // The interpolant is not accurate enough for the tolerance itself: the tolerance of the
         // trial run is between that and the loosest one.
-        let tolerance = self.goal / TUNING.engine.stopping_share;
         let trial = |tolerance: f64| (tolerance * TUNING.engine.loosest_tolerance).sqrt();
-        let trial_tolerance = trial(tolerance);
-        // In dark pixels, too, the tolerance of the trial run is in between.
-        let floor = self.by_pixel.map_or(1.0, |of| of.floor.max(f64::MIN_POSITIVE));
-        let trial_floor = trial(floor * tolerance) / trial_tolerance;
+        let of_largest = self.goal / TUNING.engine.stopping_share;
+        let of_darkest = self.darkest * of_largest;
+        let trial_tolerance = trial(if self.is_relative { of_largest } else { of_darkest });
+        let trial_floor = trial(of_darkest) / trial_tolerance;
         let by_pixel = PixelTolerance::relative(trial_tolerance).with_floor(trial_floor);
-        let by_pixel = self.by_pixel.map(|_| by_pixel);
-        let ratio = trial_tolerance / tolerance * (trial_floor / floor);
-        let cost_ratio = ratio.powf(TUNING.engine.cost_exponent);
+        let by_pixel = self.is_relative.then_some(by_pixel);
+        let cost_ratio = (trial(of_darkest) / of_darkest).powf(TUNING.engine.cost_exponent);
         let most = TUNING.lowrank.trial_run_limit * remaining / cost_ratio;
         let tree =
             evaluations_of_tree(interpolant, shape, trial_tolerance, by_pixel, most, deadline);
@@ -91,8 +91,7 @@ impl Forecast {
         let &(before, larger) = half.unwrap_or(&self.course[0]);
         let slope =
             ((larger / error).ln() / (rank - before).max(1.0)).max(TUNING.lowrank.least_slope);
-        let goal = self.goal * self.by_pixel.map_or(1.0, |of| of.floor.max(f64::MIN_POSITIVE));
-        let last = rank + (error / goal).ln().max(0.0) / slope;
+        let last = rank + (error / (self.darkest * self.goal)).ln().max(0.0) / slope;
         // A fiber along each axis for each rank, and all triples of pivots.
         interpolant.places() as f64 * (last - rank) + last.powi(3) - rank.powi(3)
     }
@@ -104,7 +103,7 @@ mod tests {
 
     #[test]
     fn an_error_that_falls_exponentially_ends_at_the_rank_that_it_reaches_the_goal_with() {
-        let mut forecast = Forecast::new(1e-3, None);
+        let mut forecast = Forecast::new(1e-3, false);
         for rank in 1..=6 {
             forecast.record([rank; 3], 10.0_f64.powf(-0.25 * rank as f64));
         }
@@ -117,7 +116,7 @@ mod tests {
 
     #[test]
     fn there_is_no_forecast_before_the_first_error_estimates() {
-        let mut forecast = Forecast::new(1e-3, None);
+        let mut forecast = Forecast::new(1e-3, false);
         let interpolant = Interpolant::new(4);
         assert!(!forecast.prefers_tree(&interpolant, 1e5, 0, [16, 16], None));
         forecast.record([1, 1, 1], 5.0);

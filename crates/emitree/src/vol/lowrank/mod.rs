@@ -42,6 +42,7 @@ use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::engine::{base_evaluations, base_evaluations_of, finest_level};
+use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::kinks::Fiber;
@@ -90,7 +91,8 @@ pub(crate) async fn attempt(
                 meter,
                 search: Search::new(
                     WeightedView { meter, part, tiles: tiles.len() },
-                    vol.of_darkest(),
+                    // In dark pixels, fibers may have to be as fine as for small tolerances.
+                    if vol.is_uniform() { vol.tolerance } else { 0.0 },
                 ),
                 part,
                 parts: parts.parts.len(),
@@ -239,8 +241,20 @@ impl Attempted {
             known.products[number] = Some(ProductImage { means, errors: error, frozen });
             let products: Option<Vec<ProductImage>> = known.products.iter().cloned().collect();
             let Some(products) = products else { return };
-            let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance * known.largest;
-            let (maps, footings) = parts.image_of_products(&products, allowed, None);
+            let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance;
+            let (maps, footings) = match attempt.vol.is_uniform() {
+                true => parts.image_of_products(&products, allowed * known.largest, None),
+                false => {
+                    // The error allowed in a pixel depends on the image itself.
+                    let ([image, error], _) =
+                        parts.image_of_products(&products, f64::INFINITY, None);
+                    let weights =
+                        ErrorWeights::new(attempt.vol, &[[&image, &error]], &parts.outside);
+                    let allowed = allowed * weights.largest;
+                    let weights = weights.maps.into_iter().flatten().next();
+                    parts.image_of_products(&products, allowed, weights.as_ref())
+                }
+            };
             for ((product, part), footing) in products.iter().zip(&parts.parts).zip(&footings) {
                 product.frozen.iter().for_each(|of| placed.add_products(of, part, footing));
             }
@@ -312,7 +326,8 @@ struct Attempt<'a> {
 impl Attempt<'_> {
     async fn run(&mut self) -> Result<(Maps, StopReason), End> {
         let goal = TUNING.engine.stopping_share * self.tolerance();
-        let mut forecast = Forecast::new(goal, self.vol.by_pixel);
+        let is_relative = self.vol.by_pixel.is_some_and(|of| of.rtol > 0.0);
+        let mut forecast = Forecast::new(goal, is_relative);
         loop {
             self.weigh();
             let mut assessment = self.search.assess();
@@ -379,6 +394,7 @@ impl Attempt<'_> {
                 let errors = unweighted.errors(shape_of(&self.coarse_scale));
                 relative(largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values)))
             });
+            forecast.darkest = self.vol.share_of_darkest(largest);
             forecast.record(ranks, without_weights);
             let missing = self.probes_needed().saturating_sub(self.search.probes());
             let shape = shape_of(&self.coarse_scale);

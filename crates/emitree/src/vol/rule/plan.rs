@@ -81,10 +81,16 @@ impl Scan<'_> {
         // Most blocks of an image with jumps have no rule: profiles are computed only where one is
         // fitted.
         let lines: Vec<&Profile> = near.par_iter().map(|&i| self.node_lines.profile(i)).collect();
-        // The strictest of the lines in the block: its middle is a node of the next level.
-        let weight = self.weight_around(block.middle(), block.level + 1);
-        let rule = DepthRule::fit(&lines, tolerance / weight, most_depths)?;
+        let tolerance = self.tolerance_of_block(block, tolerance);
+        let rule = DepthRule::fit(&lines, tolerance, most_depths)?;
         Some(BlockRule { block, rule })
+    }
+
+    /// The tolerance of a rule, that of the strictest of the lines in its block, from that of a line with the
+    /// weight 1.
+    pub(crate) fn tolerance_of_block(&self, block: Block, tolerance: f64) -> f64 {
+        // Lines affect the image up to their next nodes, which may be beyond the block.
+        tolerance / self.weight_around(block.middle(), block.level)
     }
 
     /// The rules of all blocks around some nodes for which one can be fitted.

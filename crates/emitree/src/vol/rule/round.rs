@@ -86,7 +86,8 @@ impl Scan<'_> {
             let line = &self.node_lines.lines[i];
             let rates: Vec<f64> = rule.depths.iter().map(|&depth| line.rate(depth)).collect();
             let error = (rule.integral(&rates) - line.integral).abs();
-            let allowed = self.node_lines.tolerance_of(i, tolerance);
+            // All nodes of the rule get this error.
+            let allowed = self.tolerance_of_block(*block, tolerance);
             if error > TUNING.rule.failure_tolerance * allowed {
                 failed.insert((*block, block.quarter(self.tree.nodes()[i].place)));
             } else {
@@ -161,7 +162,8 @@ impl Scan<'_> {
             });
             self.node_lines.sources[i] =
                 LineSource::Rule { block: *block, error: rule.error, rule: number };
-            if rule.is_outlier(&rates, allowed) {
+            let is_stricter = rule.error > TUNING.rule.failure_tolerance * allowed;
+            if is_stricter || rule.is_outlier(&rates, allowed) {
                 outliers.push(i);
             }
         }

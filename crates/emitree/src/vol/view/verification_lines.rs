@@ -102,7 +102,7 @@ impl Sheet<'_> {
     /// nearby.
     pub(crate) async fn verify_lines(&mut self, places: Lines, tolerance: f64) -> Result<(), Stop> {
         let Self { scan, verification, .. } = self;
-        let Scan { view, tree, node_lines, depth_level, weights, .. } = scan;
+        let Scan { view, tree, node_lines, depth_level, .. } = &*scan;
         let first = verification.places.len();
         let mut own = Vec::new();
         let level = (tree.finest_level() + TUNING.verification.levels_below_nodes)
@@ -119,7 +119,7 @@ impl Sheet<'_> {
             verification.places.nodes()[first..].iter().map(|node| node.place).collect();
         verification.node_lines.grow(verification.places.len());
         for (weight, place) in verification.node_lines.error_weights[first..].iter_mut().zip(&new) {
-            *weight = weights.as_ref().map_or(1.0, |weights| weights.around(*place, level));
+            *weight = scan.weight_around(*place, level);
         }
         let tolerances: Vec<f64> = (first..verification.places.len())
             .map(|i| verification.node_lines.tolerance_of(i, tolerance))
