@@ -8,6 +8,7 @@ use super::frame::GeometryError;
 use super::healpix::{FACES, face_of_direction, face_pixel};
 use super::plane::FacePlane;
 use super::region::Region;
+use super::singularity::Singularity;
 use super::vector::difference;
 use super::{MappedPoint, Projection, ViewGeometry};
 use crate::image::Image;
@@ -70,6 +71,14 @@ impl Healpix {
     #[must_use]
     pub fn with_edges(self, edges: Vec<Edge>) -> Self {
         let faces = self.faces.into_iter().map(|face| face.with_edges(edges.clone())).collect();
+        Self { faces, ..self }
+    }
+
+    /// As [`Camera::with_singularities`].
+    #[must_use]
+    pub fn with_singularities(self, singularities: Vec<Singularity>) -> Self {
+        let faces = self.faces.into_iter();
+        let faces = faces.map(|face| face.with_singularities(singularities.clone())).collect();
         Self { faces, ..self }
     }
 

@@ -10,6 +10,7 @@ use super::plane::{
     TangentPlane,
 };
 use super::region::Region;
+use super::singularity::Singularity;
 use super::span::Depth;
 use super::surroundings::{Observer, SightLine, Surroundings};
 use super::vector::{along, difference, dot, norm};
@@ -261,6 +262,23 @@ impl<P: ImagePlane> Camera<P> {
     #[must_use]
     pub fn with_edges(mut self, edges: Vec<Edge>) -> Self {
         self.surroundings.edges = edges;
+        self
+    }
+
+    /// The same camera with the points and axes at which the emission is singular, or has a peak far smaller
+    /// than a pixel.
+    ///
+    /// ```
+    /// use emitree::Orthographic;
+    /// use emitree::projection::Singularity;
+    ///
+    /// let cusp = Singularity::point([0.5; 3])?;
+    /// let camera = Orthographic::of_unit_cube().with_singularities(vec![cusp]);
+    /// # Ok::<(), emitree::projection::GeometryError>(())
+    /// ```
+    #[must_use]
+    pub fn with_singularities(mut self, singularities: Vec<Singularity>) -> Self {
+        self.surroundings.singularities = singularities;
         self
     }
 

@@ -5,7 +5,8 @@
 //! the geometry: the trees and the renderers work on functions on the unit cube.
 //!
 //! A [`Camera`] is an [image plane](ImagePlane) (which line of sight belongs to which pixel) at a
-//! [`Viewpoint`](crate::Viewpoint), with a range of depths, [`Bounds`] and [`Edge`]s of the emission, and opaque bodies.
+//! [`Viewpoint`](crate::Viewpoint), with a range of depths, [`Bounds`], [`Edge`]s and
+//! [singularities](Singularity) of the emission, and opaque bodies.
 
 #[cfg(feature = "healpix")]
 pub(crate) mod all_sky;
@@ -19,6 +20,7 @@ pub(crate) mod frame;
 pub mod healpix;
 pub(crate) mod charts;
 mod region;
+mod singularity;
 mod surroundings;
 pub(crate) mod map;
 mod plane;
@@ -41,6 +43,7 @@ pub use plane::{
     TangentPlane,
 };
 pub use region::Region;
+pub use singularity::Singularity;
 pub use surroundings::{SightLine, Surroundings};
 pub use view_geometry::ViewGeometry;
 

@@ -7,6 +7,7 @@ use super::bounds::Bounds;
 use super::edge::Edge;
 use super::ellipsoid::Ellipsoid;
 use super::region::Region;
+use super::singularity::Singularity;
 use super::span::{Depth, Span};
 use super::vector::{along, difference, dot, unit};
 
@@ -46,11 +47,14 @@ pub struct Surroundings {
     pub(super) bodies: Vec<Ellipsoid>,
     /// Surfaces on which the emission jumps or has a kink.
     pub(super) edges: Vec<Edge>,
+    /// Points and axes at which the emission is singular.
+    pub(super) singularities: Vec<Singularity>,
 }
 
 impl Surroundings {
     pub(super) fn new(observer: Observer, depth: Depth) -> Self {
-        Self { observer, depth, bounds: None, bodies: Vec::new(), edges: Vec::new() }
+        let (bodies, edges, singularities) = (Vec::new(), Vec::new(), Vec::new());
+        Self { observer, depth, bounds: None, bodies, edges, singularities }
     }
 
     /// The line of sight from `origin` along a unit vector.

@@ -21,7 +21,8 @@ pub trait Chart: Send + Sync + core::fmt::Debug {
     fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]>;
 
     /// The weight of the radiance at (u, v): dΩ/(dx dy) \[sr\] on the image plane, continued
-    /// smoothly where there is no image, and 1 in angles at a body.
+    /// smoothly where there is no image; in angles at a body 1, and less where a pixel is larger than the
+    /// distance from a singularity.
     fn density(&self, uv: [f64; 2]) -> f64;
 
     /// How much each coordinate of depth changes with z, if there are several.
@@ -163,8 +164,8 @@ impl Chart for PieceChart<'_> {
         Some([u, v, self.depth(&line).z_of(distance)])
     }
 
-    fn density(&self, _uv: [f64; 2]) -> f64 {
-        1.0
+    fn density(&self, uv: [f64; 2]) -> f64 {
+        self.shells.density(self.piece, self.window.natural(uv)[0])
     }
 
     fn depth_shares(&self, [u, v, z]: [f64; 3]) -> Option<Weights> {

@@ -6,6 +6,7 @@
 //! is one for each other centre, the angle there. A feature occupies at least its share in each of
 //! them, times a constant weight.
 
+use crate::projection::charts::singular;
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::span::Span;
 use crate::projection::surroundings::SightLine;
@@ -27,6 +28,8 @@ pub(super) enum Own {
     /// Even in the angle at the centre, given the distance at which the line is nearest to it, and how
     /// near.
     Angle { nearest: f64, miss: f64 },
+    /// About a singularity, given the distance at which the line is nearest to it, and how near.
+    Singular { nearest: f64, miss: f64 },
     /// As on lines without surfaces.
     Plain,
 }
@@ -88,6 +91,13 @@ impl Depth {
     /// The depth along the part of a line with the ends of `plain`.
     pub(super) fn new(own: Own, plain: Span, weights: Weights) -> Self {
         let centres = [None; MOST_CENTRES];
+        let own = match own {
+            // The logarithm of the distance has no infinite end; the angle has.
+            Own::Singular { nearest, miss } if !plain.ends().iter().all(|end| end.is_finite()) => {
+                Own::Angle { nearest, miss }
+            }
+            own => own,
+        };
         Self { own, ends: plain.ends(), plain, weights, centres }
     }
 
@@ -199,6 +209,10 @@ impl Depth {
                 let (t, dt_dz) = by_angle([from - nearest, to - nearest], miss, z);
                 (nearest + t, dt_dz)
             }
+            Own::Singular { nearest, miss } => {
+                let (t, dt_dz) = singular::at_part([from - nearest, to - nearest], miss, z);
+                (nearest + t, dt_dz)
+            }
         }
     }
 
@@ -215,6 +229,9 @@ impl Depth {
                 let angle = |at: f64| angle_between(from - nearest, at - nearest, miss);
                 let whole = angle(to);
                 if whole > 0.0 { angle(distance) / whole } else { 0.0 }
+            }
+            Own::Singular { nearest, miss } => {
+                singular::part_of([from - nearest, to - nearest], miss, distance - nearest)
             }
         }
     }

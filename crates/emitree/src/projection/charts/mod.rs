@@ -8,16 +8,22 @@
 //! of all kinds, and the faces of a sky, have the same charts.
 //!
 //! * `shells`: concentric surfaces, and lines of sight relative to them;
+//! * `axis`: lines of sight relative to an axis at which the emission is singular;
+//! * `singular`: coordinates of lines that pass a singularity;
+//! * `singularities`: the coordinates about those of a view, and where they are in the image;
 //! * `sectors`: parts of the azimuth between planes on which g jumps or has a kink;
 //! * `piece`: the pieces of lines between surfaces, their coordinates and depths;
 //! * `chart`: a piece in view as a map from the unit cube;
 //! * `stretch`: a chart with more places where the emission is.
 
+mod axis;
 pub(crate) mod chart;
 pub(crate) mod depth;
 mod piece;
 mod sectors;
 mod shells;
+mod singular;
+mod singularities;
 pub(crate) mod stretch;
 
 use crate::projection::ViewGeometry;
@@ -31,6 +37,7 @@ use core::f64::consts::TAU;
 use depth::Weights;
 use piece::Piece;
 use shells::Shells;
+pub(crate) use singularities::NearSingularity;
 
 /// The charts of a view.
 #[derive(Debug)]
@@ -53,6 +60,8 @@ pub(crate) struct PieceOfLine {
     pub(crate) chart: usize,
     /// The coordinates (c, φ) of the line in the chart.
     pub(crate) place: [f64; 2],
+    /// The factor of the radiance in the chart.
+    pub(crate) density: f64,
 }
 
 /// A surface of the shape of a body at which samples found the beginning of the emission.
@@ -73,9 +82,13 @@ pub(crate) struct FoundCut {
 }
 
 impl<'a> Atlas<'a> {
-    /// The atlas of a view on `tiles`, with the declared edges and those `found`; `None` if no
-    /// surface has a limb.
-    pub(crate) fn new(tiles: Vec<&'a dyn ViewGeometry>, found: &[FoundEdge]) -> Option<Self> {
+    /// The atlas of a view on `tiles` with this height and width, with the declared edges and those `found`;
+    /// `None` if no surface has a limb and the emission is nowhere singular.
+    pub(crate) fn new(
+        tiles: Vec<&'a dyn ViewGeometry>,
+        tile_shape: [usize; 2],
+        found: &[FoundEdge],
+    ) -> Option<Self> {
         let surroundings = tiles.first()?.surroundings()?;
         let mut shells = shells_of(surroundings);
         for edge in found {
@@ -93,7 +106,9 @@ impl<'a> Atlas<'a> {
             let others = centres.iter().filter(|centre| centre.longest() > size);
             shells.others = others.take(depth::MOST_CENTRES).copied().collect();
         }
-        shells.retain(|shells| shells.limbs > 0);
+        let centres = &centres[..centres.len().min(depth::MOST_CENTRES)];
+        singularities::insert(&mut shells, surroundings, centres, (tiles[0], tile_shape));
+        shells.retain(|shells| shells.limbs > 0 || shells.singular.is_some());
         if shells.is_empty() {
             return None;
         }
@@ -252,8 +267,9 @@ impl<'a> Atlas<'a> {
         for (chart, (_, piece, _)) in own {
             let [from, to] = shells.range(*piece, line, &aim);
             if shells.has(zone, *piece, ends_at_body) && to > from {
-                let place = [shells.coordinate(*piece, &aim), aim.azimuth];
-                pieces.push(PieceOfLine { chart, place });
+                let c = shells.coordinate(*piece, &aim);
+                let density = shells.density(*piece, c);
+                pieces.push(PieceOfLine { chart, place: [c, aim.azimuth], density });
             }
         }
     }

@@ -13,10 +13,13 @@
 //! min(R/3, T): an atmosphere above the surface and the square root that its rate may have there
 //! are resolved, and so is a power law towards infinity. Past a surface the depth is the angle at
 //! the centre, which is smooth for lines that look away from the body, too.
+//!
+//! Where a piece contains a singularity at the centre, its coordinate is the logarithm of this one.
 
 use crate::projection::MappedPoint;
 use crate::projection::charts::depth::{Depth, Own, Weights, usual_weights};
 use crate::projection::charts::shells::{Aim, Shells};
+use crate::projection::charts::singular::Logarithm;
 use crate::projection::surroundings::{SightLine, Surroundings};
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -42,13 +45,13 @@ const BESIDE_EDGE: f64 = 1e-9;
 impl Shells {
     /// All pieces that lines of sight may have.
     pub(super) fn pieces(&self) -> Vec<Piece> {
-        let last = self.radii.len() - 1;
-        let is_dark = |number: usize| self.is_dark_beyond && number == last;
+        let surfaces = self.radii.len();
+        let is_dark = |number: usize| self.is_dark_beyond && number + 1 == surfaces;
         let first_inside = usize::from(self.body.is_some());
         let near = (0..self.limbs).filter(|&j| !is_dark(j)).map(Piece::Near);
         let chords = (first_inside..self.limbs).map(Piece::Chord);
-        let far = (0..=last).filter(|&j| !is_dark(j)).map(Piece::Far);
-        let has_sky = !(self.is_dark_beyond && self.limbs == last + 1);
+        let far = (0..surfaces).filter(|&j| !is_dark(j)).map(Piece::Far);
+        let has_sky = !(self.is_dark_beyond && self.limbs == surfaces);
         near.chain(chords).chain(far).chain(has_sky.then_some(Piece::Sky)).collect()
     }
 
@@ -80,8 +83,47 @@ impl Shells {
         if self.is_parallel() { radius } else { (radius / self.distance).asin() }
     }
 
+    /// The logarithm that replaces the coordinate c of a piece that contains a singularity.
+    fn logarithm(&self, piece: Piece) -> Option<Logarithm> {
+        let logarithm = self.singular?;
+        match piece {
+            Piece::Sky if self.limbs == 0 => Some(logarithm),
+            Piece::Chord(number) if self.inner_radius(number) == 0.0 => {
+                // The angle, or the distance of parallel lines, per central angle on the axis.
+                let radius = self.radii[number];
+                let parallel = self.is_parallel();
+                let slope = if parallel { radius } else { radius / (self.distance - radius) };
+                Some(logarithm.in_units(slope))
+            }
+            _ => None,
+        }
+    }
+
+    /// The density of a piece at its coordinate c, which multiplies the radiance; 1 without a singularity.
+    pub(super) fn density(&self, piece: Piece, c: f64) -> f64 {
+        self.logarithm(piece).map_or(1.0, |logarithm| logarithm.density(c))
+    }
+
     /// The coordinate c of a line in a piece.
     pub(super) fn coordinate(&self, piece: Piece, aim: &Aim) -> f64 {
+        let c = self.smooth_coordinate(piece, aim);
+        self.logarithm(piece).map_or(c, |logarithm| logarithm.of(c))
+    }
+
+    /// The angle, or the distance of parallel lines, at the coordinate c of a piece.
+    pub(super) fn angle(&self, piece: Piece, c: f64) -> f64 {
+        let c = self.logarithm(piece).map_or(c, |logarithm| logarithm.distance(c));
+        self.smooth_angle(piece, c)
+    }
+
+    /// The ends of the coordinate c at limbs and on the axis.
+    pub(super) fn natural_ends(&self, piece: Piece) -> [f64; 2] {
+        let ends = self.smooth_ends(piece);
+        self.logarithm(piece).map_or(ends, |logarithm| ends.map(|end| logarithm.of(end)))
+    }
+
+    /// The coordinate c where no singularity is in the piece.
+    fn smooth_coordinate(&self, piece: Piece, aim: &Aim) -> f64 {
         let incidence = |number: usize| (aim.miss / self.radii[number]).min(1.0).acos();
         let central = |number: usize, side: f64| match self.is_parallel() {
             // The angle of the point from the axis, on the side of the observer or beyond.
@@ -107,8 +149,7 @@ impl Shells {
         }
     }
 
-    /// The angle, or the distance of parallel lines, at the coordinate c of a piece.
-    pub(super) fn angle(&self, piece: Piece, c: f64) -> f64 {
+    fn smooth_angle(&self, piece: Piece, c: f64) -> f64 {
         let of_point = |number: usize| {
             let radius = self.radii[number];
             let (sin, cos) = c.sin_cos();
@@ -133,8 +174,7 @@ impl Shells {
         }
     }
 
-    /// The ends of the coordinate c at limbs and on the axis.
-    pub(super) fn natural_ends(&self, piece: Piece) -> [f64; 2] {
+    fn smooth_ends(&self, piece: Piece) -> [f64; 2] {
         match piece {
             Piece::Near(number) => [0.0, self.limb_angle(number)],
             Piece::Chord(number) if self.inner_radius(number) == 0.0 => {
@@ -142,7 +182,9 @@ impl Shells {
             }
             Piece::Chord(_) => [0.0, 1.0],
             Piece::Far(number) => [self.limb_angle(number), PI],
-            Piece::Sky if self.limbs == 0 => [0.0, PI],
+            Piece::Sky if self.limbs == 0 => {
+                [0.0, if self.is_parallel() { f64::INFINITY } else { PI }]
+            }
             Piece::Sky if self.is_parallel() => [0.0, f64::INFINITY],
             Piece::Sky => [0.0, (PI - self.outer_limb()).sqrt()],
         }
@@ -175,6 +217,9 @@ impl Shells {
 
     /// The coordinate of depth that resolves what is close to the surfaces of a piece.
     fn own_depth(&self, piece: Piece, aim: &Aim) -> Own {
+        if self.logarithm(piece).is_some() {
+            return Own::Singular { nearest: aim.nearest, miss: aim.miss / aim.stretch };
+        }
         let scale = |number: usize| DEPTH_SCALE * self.radii[number] / aim.stretch;
         match piece {
             Piece::Near(number) => Own::Inwards(scale(number)),
@@ -193,8 +238,9 @@ impl Shells {
             Piece::Chord(number) => self.inner_radius(number) == 0.0,
             Piece::Sky => self.limbs == 0,
             Piece::Near(_) | Piece::Far(_) => false,
-        };
-        usual_weights(is_plain, self.reference.longest() * self.radii[0], &self.others)
+        } && self.logarithm(piece).is_none();
+        let smallest = self.radii.first().copied().unwrap_or(1.0);
+        usual_weights(is_plain, self.reference.longest() * smallest, &self.others)
     }
 
     /// The depth along a piece of a line.

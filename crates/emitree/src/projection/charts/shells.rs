@@ -7,7 +7,9 @@
 //! the limbs of two successive surfaces are one *zone*, and all lines of a zone consist of the same
 //! *pieces*, the parts between successive crossings.
 
+use crate::projection::charts::axis::{SIDES, SeenAxis};
 use crate::projection::charts::sectors::Sectors;
+use crate::projection::charts::singular::Logarithm;
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::region::Region;
 use crate::projection::surroundings::{Observer, SightLine, Surroundings};
@@ -25,7 +27,7 @@ const ON_AXIS: f64 = 1e-9;
 pub(crate) struct Shells {
     /// The surface of radius 1.
     pub(super) reference: Ellipsoid,
-    /// The radii, in ascending order.
+    /// The radii, in ascending order; none around a singularity without surfaces.
     pub(super) radii: Vec<f64>,
     /// The number of the opaque body whose surface has the smallest radius.
     pub(super) body: Option<usize>,
@@ -38,6 +40,9 @@ pub(crate) struct Shells {
     pub(super) sectors: Sectors,
     /// The bodies and edges around other centres, the largest ones first.
     pub(super) others: Vec<Ellipsoid>,
+    /// The coordinate of lines that pass a singularity at the centre, or on an axis instead of a centre.
+    pub(super) singular: Option<Logarithm>,
+    axis: Option<SeenAxis>,
     observer: Observer,
     /// The distance of the observer from the centre, infinite for parallel lines.
     pub(super) distance: f64,
@@ -66,6 +71,17 @@ pub(crate) struct Aim {
 impl Shells {
     /// Shells around `reference`, the surface of radius 1 that may be that of the opaque `body`.
     pub(super) fn new(reference: Ellipsoid, body: Option<usize>, observer: Observer) -> Self {
+        let mut shells = Self::without_surfaces(reference, body, observer);
+        shells.insert(1.0);
+        shells
+    }
+
+    /// Coordinates about the centre of `reference`.
+    pub(super) fn without_surfaces(
+        reference: Ellipsoid,
+        body: Option<usize>,
+        observer: Observer,
+    ) -> Self {
         let (towards, distance) = match observer {
             Observer::Point(position) => {
                 let from = reference.scaled_point(position);
@@ -83,7 +99,7 @@ impl Shells {
             [None, None] => [0.0, 1.0, 0.0],
         };
         let axes = [first, cross(forward, first), forward];
-        let mut shells = Self {
+        Self {
             reference,
             radii: Vec::new(),
             body,
@@ -91,13 +107,25 @@ impl Shells {
             is_dark_beyond: false,
             sectors: Sectors::default(),
             others: Vec::new(),
+            singular: None,
+            axis: None,
             observer,
             distance,
             limbs: 0,
             axes,
-        };
-        shells.insert(1.0);
-        shells
+        }
+    }
+
+    /// Coordinates about an axis near the centre of `reference`.
+    pub(super) fn about_axis(reference: Ellipsoid, axis: SeenAxis, observer: Observer) -> Self {
+        let mut shells = Self::without_surfaces(reference, None, observer);
+        SIDES.into_iter().for_each(|azimuth| shells.sectors.cut(azimuth));
+        Self { distance: axis.distance, axis: Some(axis), ..shells }
+    }
+
+    /// Whether the singularity is an axis.
+    pub(super) fn has_axis(&self) -> bool {
+        self.axis.is_some()
     }
 
     /// Adds a surface.
@@ -119,6 +147,9 @@ impl Shells {
     /// Divides the azimuth at a plane, given by a point and its unit normal, if it contains the axis.
     /// Its tolerance includes the rounding of positions far from the origin.
     pub(super) fn cut_at_plane(&mut self, position: [f64; 3], normal: [f64; 3]) {
+        if self.axis.is_some() {
+            return;
+        }
         let centre = self.reference.centre();
         let [x, y, forward] = self.axes.map(|axis| self.reference.unscaled(axis));
         let rounding = ON_AXIS * 1e-3 * norm(centre).max(norm(position));
@@ -150,6 +181,9 @@ impl Shells {
 
     /// A line of sight relative to the centre.
     pub(super) fn aim(&self, line: &SightLine) -> Aim {
+        if let Some(axis) = &self.axis {
+            return axis.aim(line);
+        }
         let (from, along_line) =
             (self.reference.scaled_point(line.origin), self.reference.scaled(line.direction));
         let [x, y, forward] = self.axes;
@@ -177,6 +211,10 @@ impl Shells {
 
     /// The line of sight of an angle (a distance from the centre for parallel lines) and an azimuth.
     pub(super) fn line(&self, surroundings: &Surroundings, angle: f64, azimuth: f64) -> SightLine {
+        if let Some(axis) = &self.axis {
+            let (origin, direction) = axis.line(self.observer, angle, azimuth);
+            return surroundings.line(origin, direction);
+        }
         let [x, y, forward] = self.axes;
         let (sin, cos) = azimuth.sin_cos();
         let across: [f64; 3] = core::array::from_fn(|i| cos * x[i] + sin * y[i]);
@@ -226,14 +264,16 @@ impl Shells {
         self.radii[..self.limbs].partition_point(|radius| *radius <= aim.miss)
     }
 
-    /// How close a line is to a limb, in units of its radius; infinite for lines away from the
-    /// centre.
+    /// How close a line is to a limb, in units of its radius, or to a singularity, in units of the
+    /// reference; infinite for lines away from the centre.
     pub(super) fn clearance(&self, aim: &Aim) -> f64 {
         if !aim.is_ahead {
             return f64::INFINITY;
         }
+        let unit = if self.axis.is_some() { self.reference.longest() } else { 1.0 };
+        let of_singularity = self.singular.map_or(f64::INFINITY, |_| aim.miss / unit);
         let limbs = self.radii[..self.limbs].iter();
-        limbs.map(|radius| (aim.miss / radius - 1.0).abs()).fold(f64::INFINITY, f64::min)
+        limbs.map(|radius| (aim.miss / radius - 1.0).abs()).fold(of_singularity, f64::min)
     }
 
     /// Whether the only surface is that of the bounds.

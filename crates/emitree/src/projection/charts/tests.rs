@@ -23,7 +23,7 @@ fn saturn() -> Ellipsoid {
 fn check<P: ImagePlane>(camera: &Camera<P>) -> usize {
     let geometry: &dyn ViewGeometry = camera;
     let surroundings = geometry.surroundings().unwrap();
-    let atlas = Atlas::new(vec![geometry], &[]).unwrap();
+    let atlas = Atlas::new(vec![geometry], [8; 2], &[]).unwrap();
     let mut seen = vec![false; atlas.len()];
     let (mut pieces, mut checked) = (Vec::new(), 0);
     for k in 0..400 {
@@ -341,7 +341,7 @@ fn infinite_lines_are_integrated_over_few_depths() {
     let sphere = Ellipsoid::sphere([0.0; 3], 1.0).unwrap();
     let around = with(None, vec![sphere], Surroundings::new(observer, depth));
     let view = View(around.clone());
-    let atlas = Atlas::new(vec![&view], &[]).unwrap();
+    let atlas = Atlas::new(vec![&view], [8; 2], &[]).unwrap();
     // No line is in the chart behind the body.
     assert_eq!(atlas.len(), 3);
     let shells = &atlas.shells[0];
@@ -389,7 +389,7 @@ fn windows_of_azimuth_have_a_beginning_and_an_end() {
     // Both ends of a full circle are the same lines.
     let around = surroundings(OBSERVERS[0], false);
     let view = View(around.clone());
-    let atlas = Atlas::new(vec![&view], &[]).unwrap();
+    let atlas = Atlas::new(vec![&view], [8; 2], &[]).unwrap();
     let window = Window { c: [0.1, 0.9], azimuth_rad: [0.3, TAU] };
     assert!(window.is_closed());
     let chart = atlas.chart(0, window);
@@ -402,7 +402,7 @@ fn windows_of_azimuth_have_a_beginning_and_an_end() {
 fn zones_change_at_limbs_where_misses_are_1() {
     let around = surroundings(OBSERVERS[0], false);
     let view = View(around.clone());
-    let atlas = Atlas::new(vec![&view], &[]).unwrap();
+    let atlas = Atlas::new(vec![&view], [8; 2], &[]).unwrap();
     // The bounds have the shape of the body.
     assert_eq!((atlas.shells.len(), atlas.shells[0].limbs), (1, 2));
     let shells = &atlas.shells[0];
@@ -431,7 +431,7 @@ fn without_limbs_there_is_no_atlas() {
     let depth = Depth::new([0.0, 9.0], 6.0, false).unwrap();
     let empty = Surroundings::new(observer, depth);
     let atlas =
-        |around: Surroundings| Atlas::new(vec![&View(around)], &[]).map(|atlas| atlas.len());
+        |around: Surroundings| Atlas::new(vec![&View(around)], [8; 2], &[]).map(|atlas| atlas.len());
     assert_eq!(atlas(empty.clone()), None);
     let room = Bounds::cuboid([-1.0; 3], [1.0; 3]).unwrap();
     assert_eq!(atlas(with(Some(room), vec![], empty.clone())), None);
@@ -448,7 +448,7 @@ fn pieces_behind_a_body_in_front_continue_those_beside_it() {
     let bodies = vec![sphere(0.0, 1.0), sphere(-3.0, 0.2)];
     let around = with(None, bodies, Surroundings::new(observer, depth));
     let view = View(around.clone());
-    let atlas = Atlas::new(vec![&view], &[]).unwrap();
+    let atlas = Atlas::new(vec![&view], [8; 2], &[]).unwrap();
     let window = Window { c: [0.0, 1.4], azimuth_rad: [0.0, TAU] };
     let mut pieces = Vec::new();
     // The small one is seen up to asin(0.2/3).

@@ -25,10 +25,10 @@ fn plane(normal: [f64; 3]) -> Edge {
 fn check<P: ImagePlane + Clone>(camera: Camera<P>, normal: [f64; 3]) -> usize {
     let camera = camera.with_occulters(vec![body()]).unwrap();
     let other = camera.clone().with_edges(vec![plane([0.1, 1.0, 0.3])]);
-    let whole = Atlas::new(vec![&camera], &[]).unwrap().len();
-    assert_eq!(Atlas::new(vec![&other], &[]).unwrap().len(), whole);
+    let whole = Atlas::new(vec![&camera], [8; 2], &[]).unwrap().len();
+    assert_eq!(Atlas::new(vec![&other], [8; 2], &[]).unwrap().len(), whole);
     let camera = camera.with_edges(vec![plane(normal), plane(normal.map(|along| -along))]);
-    let atlas = Atlas::new(vec![&camera], &[]).unwrap();
+    let atlas = Atlas::new(vec![&camera], [8; 2], &[]).unwrap();
     let found = whole_with_cuts(&camera, &atlas);
     assert_eq!([atlas.len(), found], [2 * whole; 2]);
     let above =
@@ -63,7 +63,7 @@ fn whole_with_cuts<P: ImagePlane>(camera: &Camera<P>, atlas: &Atlas<'_>) -> usiz
     let azimuth_rad = atlas.sector_rad(0).unwrap();
     let window = Window { c: [0.0, 1.0], azimuth_rad };
     let cuts = [0.0, 1.0].map(|v| atlas.cut(0, &window, v));
-    Atlas::new(vec![camera], &[]).unwrap().with_cuts(&cuts).len()
+    Atlas::new(vec![camera], [8; 2], &[]).unwrap().with_cuts(&cuts).len()
 }
 
 #[test]

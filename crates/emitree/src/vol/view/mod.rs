@@ -13,6 +13,7 @@ pub(crate) mod raster;
 pub(crate) mod scattered;
 mod settle;
 pub(crate) mod sheet;
+mod squares;
 pub(crate) mod verification;
 mod verification_lines;
 mod windows;

@@ -84,7 +84,7 @@ pub(crate) struct ProductImage {
 /// The atlas of a view with the edges found, if there are limbs.
 pub(crate) fn atlas<'a>(tiles: &[Tile<'a>], found: &[FoundEdge]) -> Option<Atlas<'a>> {
     let planes = tiles.iter().filter_map(|tile| tile.projection.view_geometry());
-    Atlas::new(planes.collect(), found)
+    Atlas::new(planes.collect(), tiles.first()?.shape, found)
 }
 
 /// The parts of a view with this atlas; without one, the image plane of each tile, whatever limbs there are,

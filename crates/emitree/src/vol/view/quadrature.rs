@@ -13,6 +13,7 @@ use crate::tile::Tile;
 use crate::vol::view::chart_nodes::ChartNodes;
 use crate::vol::view::crossings::crossings_of_row;
 use crate::vol::view::pixel_rule::{Crossing, PixelRules, RuleNode};
+use crate::vol::view::squares::{Square, squares_about_singularities};
 use crate::vol::view::windows::{NaturalNode, in_window, window};
 
 /// The number of nodes along each side of an image: those of a pixel follow from it, within limits. A
@@ -173,7 +174,19 @@ impl<'a> Quadrature<'a> {
             let Some(atlas) = self.atlas else { return is_inside(xy).then_some(0) };
             Some(atlas.zones(&geometry.line(xy).filter(|_| is_inside(xy))?))
         };
-        self.rules.nodes(crossing, level, &label)
+        if !self.atlas.is_some_and(Atlas::has_singularities) {
+            return self.rules.nodes(crossing, level, &label);
+        }
+        // Squares smaller than their distance from a singularity.
+        let nearness = |place: [f64; 2]| {
+            self.atlas?.near_singularity(&geometry.line(at(place))?)
+        };
+        let squares = squares_about_singularities(level, &nearness);
+        if squares.iter().all(Square::is_whole_pixel) {
+            return self.rules.nodes(crossing, level, &label);
+        }
+        let nodes = |square| self.rules.nodes_of_square(square, crossing, &label);
+        squares.iter().flat_map(nodes).collect()
     }
 
     /// The nodes of a pixel whose sides are halved `level` times.
@@ -197,14 +210,14 @@ impl<'a> Quadrature<'a> {
                 atlas.pieces(&line, &mut pieces);
             } else {
                 pieces.clear();
-                pieces.push(PieceOfLine { chart: 0, place: xy });
+                pieces.push(PieceOfLine { chart: 0, place: xy, density: 1.0 });
             }
             found.most_pieces = found.most_pieces.max(pieces.len());
-            let natural = |&PieceOfLine { chart, place }: &PieceOfLine| NaturalNode {
+            let natural = |&PieceOfLine { chart, place, density }: &PieceOfLine| NaturalNode {
                 chart,
                 pixel,
                 place,
-                weight,
+                weight: weight / density,
             };
             found.nodes.extend(pieces.iter().map(natural).filter(|node| node.weight != 0.0));
         }
