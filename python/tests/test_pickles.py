@@ -35,6 +35,8 @@ PLAIN = [
     emitree.Ellipsoid(center=(0, 0, 0), semi_axes=(1, 2, 3)),
     emitree.Box(min=(0, 0, 0), max=(1, 1, 1)),
     emitree.Plane(position=(0, 0, 0), normal=(0, 0, 1)),
+    emitree.SingularPoint(position=(0, 0, 0), exponent=2.5),
+    emitree.SingularAxis(position=(0, 0, 0), direction=(0, 0, 1)),
     emitree.Expression("a * x", {"a": 2.0}),
     emitree.Model("cmem", density=5.0),
     emitree.Grid(file="cube.nc", variable="g"),

@@ -99,6 +99,23 @@ def test_bounds_bodies_and_seeds():
     assert hidden.image[middle] == pytest.approx(1.5, abs=0.03)
 
 
+def test_a_singular_point_is_in_a_pixel():
+    def rate(position, _):
+        return 1 / (position**2).sum(axis=1)
+
+    camera = emitree.Orthographic(position=(0, 0, 9), target=(0, 0, 0), extent=(2, 2), far=18)
+    centre = emitree.SingularPoint(position=(0, 0, 0))
+    image = emitree.render(rate, camera, (31, 31), singularities=[centre]).image
+    # The radiance at the distance b is 2 atan(9/b) / b; its mean over a square of half side h.
+    h, (nodes, weights) = 1 / 31, np.polynomial.legendre.leggauss(40)
+    phi = np.pi / 8 * (1 + nodes)
+    edge = h / np.cos(phi)
+    u = 0.5 * (1 + nodes)[:, None] * edge
+    inner = (2 * np.arctan(9 / u) * 0.5 * weights[:, None]).sum(axis=0) * edge
+    exact = 8 * (inner * np.pi / 8 * weights).sum() / (2 * h) ** 2
+    assert image[15, 15] == pytest.approx(exact, rel=0.01)
+
+
 EDGES = [
     emitree.Sphere(center=(0, 0, 0), radius=1),
     emitree.Ellipsoid(center=(0, 0, 1), semi_axes=(1, 2, 3), pole=(0, 1, 0)),
@@ -212,6 +229,10 @@ def test_a_budget_is_no_error():
      r"`normal` is \[0.0, 0.0, 0.0\]: expected a finite vector that is not zero"),
     (dict(edges=[emitree.Box(min=(0, 0, 0), max=(1, 1, 1))]),
      "unknown edge `box`: expected `sphere`, `ellipsoid` or `plane`"),
+    (dict(singularities=[emitree.SingularPoint(position=(0, 0, 0), exponent=3)]),
+     "`exponent` is 3: expected a number from 0 to below 3"),
+    (dict(singularities=[emitree.SingularAxis(position=(0, 0, 0), direction=(0, 0, 0))]),
+     r"`direction` is \[0.0, 0.0, 0.0\]: expected a finite vector that is not zero"),
     (dict(occulters=[emitree.Plane(position=(0, 0, 0), normal=(0, 0, 1))]),
      "unknown body `plane`: expected `sphere` or `ellipsoid`"),
 ])  # fmt: skip

@@ -31,6 +31,8 @@ from emitree._cameras import (
     Perspective,
     Plane,
     Polar,
+    SingularAxis,
+    SingularPoint,
     Sphere,
 )
 from emitree._emissions import Expression, Model, Tree
@@ -72,6 +74,8 @@ __all__ = [
     "Rendering",
     "SceneError",
     "Session",
+    "SingularAxis",
+    "SingularPoint",
     "SparseMatrix",
     "Spectrum",
     "Sphere",

@@ -1,4 +1,4 @@
-"""Cameras and shapes: `[projection]`, `[bounds]`, `[[occulter]]` and `[[edge]]` of a scene.
+"""Cameras and shapes: `[projection]`, `[bounds]`, `[[occulter]]`, `[[edge]]`, `[[singularity]]`.
 
 Keywords are the keys of the scene file. Lengths are in `length_unit`, angles in degrees; astropy
 quantities are converted to these. What a scene calls a camera, and which of its keys are lengths or
@@ -216,4 +216,42 @@ class Plane(_Table):
     position: Vector
     normal: Vector
     _type = "plane"
+    _lengths = ("position",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SingularPoint(_Table):
+    """A point near which the emission grows as a power of the distance, or has a tiny peak.
+
+    position: (3,), lengths; exponent: the rate grows as the distance to the power of -exponent, from 0
+        to below 3, 2 by default.
+
+    >>> import emitree
+    >>> emitree.SingularPoint(position=(0, 0, 0.5), exponent=1.5)
+    SingularPoint(position=(0, 0, 0.5), exponent=1.5)
+    """
+
+    position: Vector
+    exponent: float | None = None
+    _type = "point"
+    _lengths = ("position",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SingularAxis(_Table):
+    """A straight line near which the emission grows as a power of the distance from it.
+
+    position: (3,), a point of the line, lengths; direction: (3,), a vector of any length along it;
+        exponent: the rate grows as the distance to the power of -exponent, from 0 to below 2, 1 by
+        default.
+
+    >>> import emitree
+    >>> emitree.SingularAxis(position=(0, 0, 0), direction=(0, 0, 1)).exponent is None
+    True
+    """
+
+    position: Vector
+    direction: Vector
+    exponent: float | None = None
+    _type = "axis"
     _lengths = ("position",)

@@ -49,6 +49,7 @@ def render(
     bounds: Any = None,
     occulters: Sequence[Any] = (),
     edges: Sequence[Any] = (),
+    singularities: Sequence[Any] = (),
     seeds: Sequence[tuple[Any, Any]] = (),
     instrument: Any = None,
     base_level: int | None = None,
@@ -105,6 +106,8 @@ def render(
     occulters: opaque `Sphere`s and `Ellipsoid`s.
     edges: `Sphere`s, `Ellipsoid`s and `Plane`s: surfaces on which the emission jumps or has a kink.
         They describe the emission and do not change it.
+    singularities: `SingularPoint`s and `SingularAxis`es: where the emission is singular, or has a
+        peak far smaller than a pixel. They describe the emission, too.
     seeds: pairs (position (3,), radius) of structures too small for the base lattice.
     instrument: a camera that counts photons: an `Instrument`, or a dictionary with the same keys;
         needs `energy`.
@@ -162,6 +165,7 @@ def render(
         "bounds": bounds,
         "occulters": occulters,
         "edges": edges,
+        "singularities": singularities,
         "seeds": seeds,
         "instrument": instrument,
     }
@@ -196,6 +200,7 @@ OF_VIEW = frozenset(
         "bounds",
         "occulters",
         "edges",
+        "singularities",
         "seeds",
         "instrument",
     ]

@@ -118,13 +118,15 @@ def compose(
     bounds: Any = None,
     occulters: Any = (),
     edges: Any = (),
+    singularities: Any = (),
     seeds: Any = (),
     instrument: Any = None,
     render: Mapping[str, Any],
     build: Mapping[str, Any] | None = None,
 ) -> _native.Scene:
     """The scene of these keywords, read and checked."""
-    shapes = [*([bounds] if bounds is not None else []), *occulters, *edges]
+    given = [bounds] if bounds is not None else []
+    shapes = [*given, *occulters, *edges, *singularities]
     length_unit = length_unit_of(camera, shapes)
     projection = camera.table(length_unit)
     if length_unit is not None:
@@ -146,6 +148,7 @@ def compose(
             "bounds": bounds.table(length_unit) if bounds is not None else None,
             "occulter": [body.table(length_unit) for body in occulters],
             "edge": [edge.table(length_unit) for edge in edges],
+            "singularity": [of.table(length_unit) for of in singularities],
             "seed": [seed_table(seed, length_unit) for seed in seeds],
             "render": render,
             "build": build,

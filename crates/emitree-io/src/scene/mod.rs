@@ -317,7 +317,9 @@ impl Scene {
         let occulters = table.tables("occulter", "tables `[[occulter]]`, each with a `type`")?;
         let bounds = table.table("bounds")?;
         let edges = table.tables("edge", "tables `[[edge]]`, each with a `type`")?;
-        let shapes = ShapeTables { bounds, occulters, edges };
+        let expected = "tables `[[singularity]]`, each with a `type`";
+        let singularities = table.tables("singularity", expected)?;
+        let shapes = ShapeTables { bounds, occulters, edges, singularities };
         let (camera, length_unit) = camera::read(projection, shapes, &start)?;
         let layout = camera.description().pixels;
         let (shape, of_image) = read_image(table.table("image")?, layout, &start)?;

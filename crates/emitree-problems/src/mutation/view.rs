@@ -16,8 +16,8 @@ const EMISSIONS: [&str; 7] = [
 const METHODS: [&str; 6] = ["vol", "vol", "vol", "vol", "paper", "los"];
 
 impl Mutator {
-    /// A scene of a random emission and a random camera, with or without bounds, bodies, edges, seeds
-    /// and energies. Its image has a few pixels, and its budget is a few thousand evaluations at most.
+    /// A scene of a random emission and a random camera, with or without bounds, bodies, edges,
+    /// singularities, seeds and energies. Its image has a few pixels, and its budget is a few thousand evaluations at most.
     pub fn view(&mut self) -> String {
         let mut scene = String::new();
         let emission = self.choice(&EMISSIONS).copied().unwrap_or_default();
@@ -32,6 +32,9 @@ impl Mutator {
         }
         while self.one_in(4) {
             let _ = writeln!(scene, "[[edge]]\n{}", self.edge());
+        }
+        while self.one_in(5) {
+            let _ = writeln!(scene, "[[singularity]]\n{}", self.singularity());
         }
         if self.one_in(5) {
             let place = self.place(3.0);
@@ -125,6 +128,17 @@ impl Mutator {
         }
         let [position, normal] = [3.0, 1.0].map(|most| self.place(most));
         format!("type = \"plane\"\nposition = {position}\nnormal = {normal}\n")
+    }
+
+    /// The keys of a singularity, which the emission need not have.
+    fn singularity(&mut self) -> String {
+        let position = self.place(3.0);
+        if self.one_in(2) {
+            let direction = self.place(1.0);
+            return format!("type = \"axis\"\nposition = {position}\ndirection = {direction}\n");
+        }
+        let exponent = self.random.between(0.0, 2.99);
+        format!("type = \"point\"\nposition = {position}\nexponent = {exponent}\n")
     }
 
     /// A point at most so far away along each axis; often on an axis, sometimes the origin.

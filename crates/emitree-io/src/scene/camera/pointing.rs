@@ -200,7 +200,7 @@ pub(super) fn with_shapes<P: ImagePlane>(
         Some(bounds) => camera.with_bounds(bounds),
         None => camera,
     };
-    let camera = camera.with_edges(shapes.edges);
+    let camera = camera.with_edges(shapes.edges).with_singularities(shapes.singularities);
     camera.with_occulters(shapes.bodies).map_err(|error| of_body(&error, &shapes.places, place))
 }
 

@@ -1,17 +1,18 @@
-//! `[bounds]`, `[[occulter]]` and `[[edge]]`: what lines of sight are clipped to, what they end at, and where
-//! the emission jumps or has a kink.
+//! `[bounds]`, `[[occulter]]`, `[[edge]]` and `[[singularity]]`: what lines of sight are clipped to, what they
+//! end at, where the emission jumps or has a kink, and where it is singular.
 
 use super::super::document::Node;
 use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
-use emitree::projection::{Bounds, Edge, Ellipsoid, GeometryError};
+use emitree::projection::{Bounds, Edge, Ellipsoid, GeometryError, Singularity};
 
 /// The tables of shapes of a scene.
 pub(in crate::scene) struct ShapeTables {
     pub(in crate::scene) bounds: Option<Table>,
     pub(in crate::scene) occulters: Vec<Table>,
     pub(in crate::scene) edges: Vec<Table>,
+    pub(in crate::scene) singularities: Vec<Table>,
 }
 
 /// The shapes of a scene.
@@ -21,11 +22,15 @@ pub(super) struct Shapes {
     /// Where each body was written.
     pub(super) places: Vec<Place>,
     pub(super) edges: Vec<Edge>,
+    pub(super) singularities: Vec<Singularity>,
 }
 
 impl Shapes {
     pub(super) fn is_empty(&self) -> bool {
-        self.bounds.is_none() && self.bodies.is_empty() && self.edges.is_empty()
+        self.bounds.is_none()
+            && self.bodies.is_empty()
+            && self.edges.is_empty()
+            && self.singularities.is_empty()
     }
 }
 
@@ -34,12 +39,14 @@ const DIRECTION: &str = "three numbers [x, y, z]";
 const LENGTH: &str = "a length in `length_unit`";
 
 pub(super) fn read(tables: ShapeTables) -> Result<Shapes, SceneError> {
-    let ShapeTables { bounds, occulters, edges } = tables;
+    let ShapeTables { bounds, occulters, edges, singularities } = tables;
     let places = occulters.iter().map(|table| table.place().clone()).collect();
     let bodies = occulters.into_iter().map(read_body).collect::<Result<_, _>>()?;
     let bounds = bounds.map(read_bounds).transpose()?;
     let edges = edges.into_iter().map(read_edge).collect::<Result<_, _>>()?;
-    Ok(Shapes { bounds, bodies, places, edges })
+    let singularities =
+        singularities.into_iter().map(read_singularity).collect::<Result<_, _>>()?;
+    Ok(Shapes { bounds, bodies, places, edges, singularities })
 }
 
 fn read_body(mut table: Table) -> Result<Ellipsoid, SceneError> {
@@ -78,6 +85,34 @@ fn read_edge(mut table: Table) -> Result<Edge, SceneError> {
     };
     table.finish()?;
     Ok(edge)
+}
+
+fn read_singularity(mut table: Table) -> Result<Singularity, SceneError> {
+    const KINDS: &str = "`point` or `axis`";
+    let (kind, place) = table.require("type", KINDS)?.text()?;
+    let position = table.require("position", POINT)?;
+    let (direction, found) = match kind.as_str() {
+        "point" => (None, Singularity::point(position.vector(POINT)?)),
+        "axis" => {
+            let direction = table.require("direction", DIRECTION)?;
+            let (at, along) = (position.vector(POINT)?, direction.vector(DIRECTION)?);
+            (Some(direction), Singularity::axis(at, along))
+        }
+        _ => return Err(unknown("singularity", &kind, &place, KINDS)),
+    };
+    let exponent = table.take("exponent");
+    let of_exponent = exponent.as_ref().map(Node::number).transpose()?;
+    let found = found.and_then(|found| match of_exponent {
+        Some(exponent) => found.with_exponent(exponent),
+        None => Ok(found),
+    });
+    let found = found.map_err(|error| {
+        let direction = direction.as_ref().unwrap_or(&position);
+        let exponent = exponent.as_ref().unwrap_or(&position);
+        refuse(&error, &position, &[("direction", direction), ("exponent", exponent)])
+    })?;
+    table.finish()?;
+    Ok(found)
 }
 
 fn unknown(what: &str, kind: &str, place: &Place, kinds: &str) -> SceneError {

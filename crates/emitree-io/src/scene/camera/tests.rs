@@ -5,7 +5,7 @@ use crate::fits::{Wcs, WcsAxis};
 use crate::scene::{Scene, SceneError};
 use crate::units::Unit;
 use crate::words::alternatives;
-use emitree::projection::{Edge, Ellipsoid, Region};
+use emitree::projection::{Edge, Ellipsoid, Region, Singularity};
 use emitree::{Perspective, Viewpoint};
 
 /// A scene with the given lines in `[projection]`, and tables after it.
@@ -144,6 +144,40 @@ fn edges_of_the_scene_are_those_of_the_camera() {
     assert_eq!(format!("{:?}", edged.camera.projection()), format!("{expected:?}"));
     let bare = scene(&keys, "").unwrap();
     assert_ne!(format!("{:?}", bare.camera.projection()), format!("{expected:?}"));
+}
+
+#[test]
+fn singularities_of_the_scene_are_those_of_the_camera() {
+    let keys = format!("{LOOKING}type = \"perspective\"\nfield_of_view = [60, 60]\nfar = 30");
+    let tables = "[[singularity]]\ntype = \"point\"\nposition = [1, 0, 2]\nexponent = 1.5\n\
+                  [[singularity]]\ntype = \"axis\"\nposition = [0, 1, 0]\ndirection = [0, 0, 3]";
+    let found = scene(&keys, tables).unwrap();
+    let [position, target, up] = [[10.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]];
+    let viewpoint = Viewpoint { position, target, up };
+    let camera = Perspective::new(viewpoint, [60_f64.to_radians(); 2], [0.0, 30.0]).unwrap();
+    let point = Singularity::point([1.0, 0.0, 2.0]).unwrap().with_exponent(1.5).unwrap();
+    let axis = Singularity::axis([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]).unwrap();
+    let expected = camera.with_singularities(vec![point, axis]);
+    assert_eq!(format!("{:?}", found.camera.projection()), format!("{expected:?}"));
+    let is = |tables: &str, message: &str, expected: &str| {
+        let found = error(&keys, &format!("[[singularity]]\n{tables}"));
+        assert_eq!((found.1.as_str(), found.2.as_str()), (message, expected));
+    };
+    is(
+        "type = \"ring\"\nposition = [0, 0, 0]",
+        "unknown singularity `ring`",
+        "expected `point` or `axis`",
+    );
+    is(
+        "type = \"axis\"\nposition = [0, 0, 0]\ndirection = [0, 0, 0]",
+        "`direction` is [0.0, 0.0, 0.0]: expected a finite vector that is not zero",
+        "",
+    );
+    is(
+        "type = \"point\"\nposition = [0, 0, 0]\nexponent = 3",
+        "`exponent` is 3: expected a number from 0 to below 3, so that the integral is finite",
+        "",
+    );
 }
 
 fn scene_of_cube(tables: &str) -> Scene {

@@ -5,16 +5,17 @@
 
 use crate::projection::charts::NearSingularity;
 
-/// A square is divided while its middle is closer to a singularity than so many times its size, and twice as many
-/// at each level of a finer quadrature.
+/// A square is divided while its middle is closer to a singularity than so many times its size,
+/// and `FINER` times as many at each level of a finer quadrature, which has about twice as many squares.
 const LEAST_DISTANCE: f64 = 1.5;
+const FINER: f64 = 1.5;
 /// A singularity whose distance from the middle is larger, in units of the size, is outside of a square; pixels
 /// are not exactly square.
 const OUTSIDE: f64 = 0.9;
 /// How often the sides of squares at a point are halved: what is left of the pixel is 1e-12 of its area. And of
 /// those at an axis, which rules for lines up to the axis integrate.
 const LEVELS_AT_POINT: u8 = 20;
-const LEVELS_AT_AXIS: u8 = 3;
+const LEVELS_AT_AXIS: u8 = 2;
 
 /// A square of a pixel, whose sides are from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +57,7 @@ pub(crate) fn squares_about_singularities(
     if is_near(&Square::WHOLE, LEAST_DISTANCE).is_none() {
         return vec![Square::WHOLE];
     }
-    let times = LEAST_DISTANCE * f64::from(1_u32 << level);
+    let times = LEAST_DISTANCE * FINER.powi(i32::from(level));
     let mut squares = Vec::new();
     let mut open = vec![(Square::WHOLE, 0)];
     while let Some((square, depth)) = open.pop() {
@@ -105,6 +106,6 @@ mod tests {
         assert!(squares.len() < 64, "{}", squares.len());
         let at_axis = squares.iter().filter(|square| square.touches_axis);
         assert!(at_axis.clone().count() > 7);
-        assert!(at_axis.into_iter().all(|square| square.size <= 0.125));
+        assert!(at_axis.into_iter().all(|square| square.size <= 0.25));
     }
 }

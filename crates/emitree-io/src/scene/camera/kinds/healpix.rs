@@ -42,7 +42,8 @@ fn read(table: &mut Table, shapes: Shapes, _: &Place) -> Result<Optics, SceneErr
         None => sky,
     };
     let places = shapes.places;
-    let bodied = sky.with_edges(shapes.edges).with_occulters(shapes.bodies);
+    let sky = sky.with_edges(shapes.edges).with_singularities(shapes.singularities);
+    let bodied = sky.with_occulters(shapes.bodies);
     let sky = bodied.map_err(|error| of_body(&error, &places, &position.place))?;
     Ok(Optics { coordinates: Arc::new(Sky), projection: Arc::new(sky) })
 }
