@@ -72,6 +72,8 @@ fn decimal_factors_are_exact() {
         ("AU", "m", 149_597_870_700.0),
         ("ly", "m", 9_460_730_472_580_800.0),
         ("Yg", "yg", 1e48),
+        ("GeV2 cm-5", "TeV2 m-5", 1e4),
+        ("GeV cm-2 sr-1", "MeV m-2 sr-1", 1e7),
     ] {
         assert_eq!(factor(from, to), expected, "{from} to {to}");
     }
@@ -336,5 +338,20 @@ proptest! {
                 prop_assert!(Unit::parse(&read.to_string()).is_ok(), "{}", read);
             }
         }
+    }
+}
+
+/// The squared density of dark matter over kiloparsecs: a J-factor for each steradian.
+#[test]
+fn j_factors_and_d_factors() {
+    let kiloparsecs = unit("kpc");
+    for (density, image) in
+        [("GeV2 cm-6 sr-1", "GeV2 cm-5 sr-1"), ("GeV/(cm3 sr)", "GeV cm-2 sr-1")]
+    {
+        let (found, factor) = image_unit(&unit(density), &kiloparsecs).unwrap();
+        assert_eq!(found.to_string(), image);
+        assert!((factor / 3.085_677_581_491_367e21 - 1.0).abs() < 2e-16, "{factor:e}");
+        let of_pixel = found.times(&unit("sr"));
+        assert_eq!(of_pixel.to_string(), image.trim_end_matches(" sr-1"));
     }
 }

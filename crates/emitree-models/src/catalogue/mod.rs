@@ -3,17 +3,19 @@
 mod error;
 mod model;
 pub(crate) mod parameter;
+pub(crate) mod singular;
 
 pub use error::ModelError;
 pub use model::{Model, ModelDescription};
 pub use parameter::{AcceptedRange, Derivation, ParameterDefault, ParameterDescription};
+pub use singular::SingularPoint;
 
 use crate::models;
 use crate::spelling::closest;
 use std::collections::BTreeMap;
 
 /// All models, one line each.
-static CATALOGUE: [ModelDescription; 16] = [
+static CATALOGUE: [ModelDescription; 22] = [
     models::CMEM,
     models::JORGENSEN,
     models::GEOCORONA,
@@ -26,6 +28,12 @@ static CATALOGUE: [ModelDescription; 16] = [
     models::K_CORONA,
     models::BETA_MODEL,
     models::BREMSSTRAHLUNG,
+    models::NFW,
+    models::NFW_DECAY,
+    models::EINASTO,
+    models::EINASTO_DECAY,
+    models::BURKERT,
+    models::BURKERT_DECAY,
     models::SHELL_NEBULA,
     models::POWER_LAW,
     models::UNIFORM,

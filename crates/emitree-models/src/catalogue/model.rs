@@ -2,6 +2,7 @@
 
 use super::error::ModelError;
 use super::parameter::{ParameterDefault, ParameterDescription, Values};
+use super::singular::SingularPoint;
 use crate::spelling::closest;
 use core::convert::Infallible;
 use core::fmt;
@@ -30,6 +31,7 @@ pub struct ModelDescription {
     pub energy_unit: Option<&'static str>,
     /// Its parameters; those with a derived default after the ones that they derive from.
     pub parameters: &'static [ParameterDescription],
+    pub(crate) singular_points: fn(&Values) -> Vec<SingularPoint>,
     pub(crate) build: fn(&Values) -> Result<Arc<dyn ModelEmission>, ModelError>,
 }
 
@@ -138,6 +140,15 @@ impl Model {
     /// ```
     pub fn needs_energy(&self) -> bool {
         self.description.needs_energy()
+    }
+
+    /// The points at which the rate is infinite or has a sharp peak, for these parameters; most models
+    /// have none.
+    ///
+    /// Everywhere else the rate is finite, except that a square of the distance from such a point may
+    /// be below the smallest number.
+    pub fn singular_points(&self) -> Vec<SingularPoint> {
+        (self.description.singular_points)(&self.values)
     }
 
     /// The names and values of all parameters, given or not, in the order of the description.

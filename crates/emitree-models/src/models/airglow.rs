@@ -4,6 +4,7 @@ use super::constants::RAYLEIGH_PER_COLUMN_CM2;
 use super::radial::radius;
 use super::{BLOCK, fill_radial_rates, one};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::{Elementary, apply};
 use core::convert::Infallible;
@@ -55,6 +56,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             range: AcceptedRange::NonNegative,
         },
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(Airglow::from_values(values))),
 };
 

@@ -3,6 +3,7 @@
 use super::radial::{AMPLITUDE, CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
 use super::{fill_radial_rates, one};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::raise_all;
 use core::convert::Infallible;
@@ -38,6 +39,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         CENTRE_Y,
         CENTRE_Z,
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(BetaModel::from_values(values))),
 };
 

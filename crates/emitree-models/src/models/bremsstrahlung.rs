@@ -4,6 +4,7 @@ use super::BLOCK;
 use super::constants::{BOLTZMANN_CONSTANT, JOULE_PER_KEV, KILOPARSEC_CM, PLANCK_CONSTANT_ERG_S};
 use super::radial::{CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance, distances};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::{Elementary, apply, raise_all};
 use core::convert::Infallible;
@@ -112,6 +113,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         ParameterDescription { unit: "kpc", ..CENTRE_Y },
         ParameterDescription { unit: "kpc", ..CENTRE_Z },
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(Bremsstrahlung::from_values(values))),
 };
 

@@ -5,6 +5,7 @@ use super::fill_rates;
 use super::incomplete_gamma::p_three_halves;
 use super::radial::radius;
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
@@ -56,6 +57,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             range: AcceptedRange::Positive,
         },
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(Chamberlain::from_values(values)?)),
 };
 

@@ -6,6 +6,7 @@ use super::constants::{BOLTZMANN_CONSTANT, PROTON_MASS_KG};
 use super::mars_exosphere::{COEFFICIENT, EXOBASE_RADIUS, EXPONENT, MarsExosphere, OFFSET};
 use super::speed_integral::SpeedIntegral;
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::{Elementary, apply};
 use core::convert::Infallible;
@@ -57,6 +58,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         ParameterDescription { name: "neutral_exponent", ..EXPONENT },
         EXOBASE_RADIUS,
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(Ena::from_values(values)?)),
 };
 

@@ -6,6 +6,7 @@ use super::fill_blocks;
 use super::geocorona::{EXOBASE, fill_hydrogen_block_cm3};
 use super::radial::radius;
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use core::convert::Infallible;
 use core::f64::consts::PI;
@@ -77,6 +78,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             range: AcceptedRange::Between(0.1, 1e6),
         },
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(EnaRing::from_values(values))),
 };
 

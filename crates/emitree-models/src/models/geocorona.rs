@@ -4,6 +4,7 @@ use super::constants::{EARTH_RADIUS_CM, RAYLEIGH_PER_COLUMN_CM2};
 use super::radial::radius;
 use super::{fill_radial_block, fill_radial_rates, one};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::{Elementary, apply, raise_all};
 use core::convert::Infallible;
@@ -46,6 +47,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             range: AcceptedRange::Between(EXOBASE, 100.0),
         },
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(Geocorona::from_values(values)?)),
 };
 

@@ -2,6 +2,7 @@
 
 use super::{BLOCK, fill_blocks};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::{Elementary, apply};
 use crate::means;
@@ -27,6 +28,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         meaning: "sharpness of the bump, whose width falls as 1/sqrt(alpha)",
         range: AcceptedRange::NonNegative,
     }],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(Holmstrom::from_values(values))),
 };
 

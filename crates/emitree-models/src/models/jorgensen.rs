@@ -10,6 +10,7 @@ use super::sun_angles::SunAngles;
 use crate::catalogue::parameter::{
     AcceptedRange, Derivation, ParameterDefault, ParameterDescription, Values,
 };
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
@@ -114,6 +115,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         ALPHA_PARAMETER,
         BETA_PARAMETER,
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(Jorgensen::from_values(values)?)),
 };
 

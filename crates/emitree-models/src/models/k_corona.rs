@@ -5,6 +5,7 @@ use super::fill_directional_rates;
 use super::radial::radius;
 use super::thomson::VanDeHulst;
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
@@ -27,6 +28,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         meaning: "u of the Sun's brightness 1 - u + u cos(theta) across its disk",
         range: AcceptedRange::Between(0.0, 1.0),
     }],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(KCorona::from_values(values))),
 };
 

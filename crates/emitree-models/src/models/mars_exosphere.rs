@@ -3,6 +3,7 @@
 use super::radial::radius;
 use super::{fill_blocks, fill_radial_block, one};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::raise_all;
 use core::convert::Infallible;
@@ -54,6 +55,7 @@ pub(crate) const HYDROGEN: ModelDescription = ModelDescription {
     image_unit: "m-2",
     energy_unit: None,
     parameters: &[COEFFICIENT, OFFSET, EXPONENT, EXOBASE_RADIUS],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(MarsExosphere::from_values(&HYDROGEN, values)?)),
 };
 
@@ -68,6 +70,7 @@ pub(crate) const OXYGEN: ModelDescription = ModelDescription {
         ParameterDescription { default: ParameterDefault::Value(2.1), ..EXPONENT },
         EXOBASE_RADIUS,
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(MarsExosphere::from_values(&OXYGEN, values)?)),
     ..HYDROGEN
 };

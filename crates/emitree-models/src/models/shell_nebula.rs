@@ -3,6 +3,7 @@
 use super::fill_rates;
 use super::radial::{AMPLITUDE, CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
@@ -37,6 +38,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         CENTRE_Y,
         CENTRE_Z,
     ],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(ShellNebula::from_values(values)?)),
 };
 

@@ -2,6 +2,7 @@
 
 use super::radial::AMPLITUDE;
 use crate::catalogue::parameter::Values;
+use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
@@ -17,6 +18,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     image_unit: "",
     energy_unit: None,
     parameters: &[AMPLITUDE],
+    singular_points: nowhere,
     build: |values| Ok(std::sync::Arc::new(Uniform::from_values(values))),
 };
 

@@ -181,6 +181,38 @@ def uniform(position, direction, amplitude="1"):
     return mpf(amplitude)
 
 
+def halo(position, profile, power, local_density, local_radius, scale_radius, outer_radius,
+         core_radius, centre):
+    """The density to a power, times the centimetres of a kpc of 648000/pi AU."""
+    r, scale = from_centre(position, *centre), mpf(scale_radius)
+    if r > mpf(outer_radius):
+        return mpf(0)
+    softened = sqrt(r**2 + mpf(core_radius) ** 2)
+    density = (mpf(local_density) * profile(softened / scale)
+               / profile(mpf(local_radius) / scale))
+    return density**power * 1000 * 648000 / pi * mpf("14959787070000")
+
+
+def halo_of(name, power, profile, default_scale):
+    def model(position, direction, local_density="0.3", local_radius="8.33",
+              scale_radius=default_scale, alpha="0.17", outer_radius="250", core_radius="0",
+              centre_x="0", centre_y="0", centre_z="0"):
+        return halo(position, lambda x: profile(x, mpf(alpha)), power, local_density,
+                    local_radius, scale_radius, outer_radius, core_radius,
+                    (centre_x, centre_y, centre_z))
+    model.__name__ = name
+    return model
+
+
+PROFILES = [
+    ("nfw", lambda x, alpha: 1 / (x * (1 + x) ** 2), "24.42"),
+    ("einasto", lambda x, alpha: exp(-2 / alpha * (x**alpha - 1)), "28.44"),
+    ("burkert", lambda x, alpha: 1 / ((1 + x) * (1 + x**2)), "12.67"),
+]
+HALOS = [halo_of(name + ending, power, profile, scale)
+         for name, profile, scale in PROFILES for ending, power in [("", 2), ("_decay", 1)]]
+
+
 def unit(vector):
     length = norm(vector)
     return tuple(float(component / length) for component in vector)
@@ -243,6 +275,15 @@ def cases():
             yield model, "", position, ANY
             yield model, parameters, position, ANY
         yield uniform, "amplitude=0.125", position, ANY
+
+    far = "centre_x=1 centre_y=-2 centre_z=0.5 outer_radius=8.5 core_radius=0.03"
+    here = "local_density=0.39 local_radius=8.5 scale_radius=20"
+    for model in HALOS:
+        for position in [(1e-6, 0.0, 0.0), (1.25, -2.0, 0.5), (3.0, 4.0, -3.0), (200.0, 9.0, 200.0)]:
+            yield model, "", position, ANY
+            yield model, f"{here} {far}", position, ANY
+        if model.__name__.startswith("einasto"):
+            yield model, "alpha=0.3", (0.0, 0.0, 2.0), ANY
 
 
 def main():
