@@ -25,6 +25,7 @@ pub mod beta_model;
 mod brute;
 pub mod catalogue;
 pub mod cubes;
+pub mod cusps;
 pub mod deep;
 pub mod equation8;
 pub mod family;
