@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 /// Nodes of the coarser and of the finer rules, as [`Rules`] has them.
 const RULES: [([usize; 4], [usize; 3]); 2] =
-    [([7, 16, 7, 6], [8, 5, 3]), ([10, 26, 10, 9], [12, 7, 4])];
+    [([8, 16, 8, 6], [9, 6, 4]), ([11, 26, 11, 9], [12, 8, 5])];
 /// Nodes along each side of a pixel for what is smooth.
 const SMOOTH: usize = 5;
 /// What rounding can do to a pixel.
