@@ -62,6 +62,9 @@ pub struct Account {
     pub exposure_s: Option<f64>,
     /// The seed of its counts.
     pub seed: Option<u64>,
+    /// Where the largest rate was evaluated, in the scene's unit of length.
+    #[serde(default)]
+    pub largest_rate_position: Option<[f64; 3]>,
     /// Evaluations of the emission rate.
     pub evaluations: u64,
     /// In how many batches.
@@ -188,6 +191,7 @@ impl Account {
             bins: scene.energy.as_ref().map(Bins::from),
             exposure_s: instrument.map(|found| found.instrument.exposure_s),
             seed: instrument.map(|found| found.seed),
+            largest_rate_position: stats.largest_rate.map(|of| of.position),
             evaluations: stats.evaluations,
             batches: stats.batches,
             ending: ending(stats.ending).to_owned(),
@@ -291,6 +295,16 @@ impl Account {
         self.cards().into_iter().chain(exposure).chain(seed).collect()
     }
 }
+
+impl Account {
+    /// Whether the rendering ended at the finest level of method `vol`, where the emission may be singular.
+    pub(crate) fn ended_at_finest_level(&self) -> bool {
+        self.method == VOL && self.ending == ending(StopReason::MaxLevel)
+    }
+}
+
+/// The method that has coordinates about singularities.
+const VOL: &str = "vol";
 
 /// The names of endings in reports.
 fn ending(ending: StopReason) -> &'static str {

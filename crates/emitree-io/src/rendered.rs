@@ -231,10 +231,15 @@ impl RenderedScene {
         file.encode()
     }
 
-    /// The likely reason why every value is 0; none if one is not.
+    /// The likely reason why every value is 0, or why the tolerance is not met at the finest level; otherwise
+    /// none.
     pub fn hint(&self) -> Option<String> {
         let is_dark = self.values.voxels().all(|value| value.is_nan() || value == 0.0);
-        is_dark.then(|| nothing_in_view(self.account.evaluations))
+        if is_dark {
+            return Some(nothing_in_view(self.account.evaluations));
+        }
+        let position = self.account.largest_rate_position?;
+        self.account.ended_at_finest_level().then(|| may_be_singular(position))
     }
 
     /// The name of the values among the parts of a file.
@@ -259,6 +264,14 @@ fn of_one(image: Image) -> Cube {
 
 fn no_pixels() -> Image {
     Image::zeros(0, 0)
+}
+
+fn may_be_singular([x, y, z]: [f64; 3]) -> String {
+    format!(
+        "the emission rate is largest at [{x:.6}, {y:.6}, {z:.6}]: if it is singular near there, or has a peak \
+         far smaller than a pixel, add [[singularity]] with type = \"point\" (or \"axis\") and its exact \
+         position; surfaces at which it jumps are [[edge]]"
+    )
 }
 
 fn nothing_in_view(evaluations: u64) -> String {

@@ -8,6 +8,7 @@ use crate::known::KnownRates;
 use crate::parallel::prelude::*;
 use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{AsyncIntegrand, Points};
+use crate::rendering::RateAt;
 use crate::site::{Mapping, Site, SiteSource, Stretch};
 use crate::tally::{EvaluationCounts, Tally};
 use crate::tree::StopReason;
@@ -33,6 +34,8 @@ pub(crate) struct Meter {
     of_pixels: Tally,
     /// The arrays of the last batch, for the next one.
     used: Mutex<Batch>,
+    /// The largest |rate| so far.
+    largest_rate: Mutex<Option<RateAt>>,
     /// Evaluations that were not known before.
     new_evaluations: AtomicU64,
     known: Option<Arc<Mutex<KnownRates>>>,
@@ -124,6 +127,7 @@ impl Meter {
             emission_nanoseconds: AtomicU64::new(0),
             of_pixels: Tally::new(shape),
             used: Mutex::default(),
+            largest_rate: Mutex::default(),
             new_evaluations: AtomicU64::new(0),
             known,
             shown: keeps_images.then(Mutex::default),
@@ -322,8 +326,26 @@ impl Meter {
                 energy: batch.energies.get(k).copied(),
             });
         }
+        self.note_largest(&batch);
         *locked(&self.used) = batch;
         Ok(())
+    }
+
+    /// Stores the first of the largest |rates| of a batch if it is above all before.
+    fn note_largest(&self, batch: &Batch) {
+        let mut largest = locked(&self.largest_rate);
+        let mut most = largest.map_or(0.0, |of: RateAt| of.rate.abs());
+        for (rate, position) in batch.rates.iter().zip(&batch.positions) {
+            if rate.abs() > most {
+                most = rate.abs();
+                *largest = Some(RateAt { rate: *rate, position: *position });
+            }
+        }
+    }
+
+    /// The largest |rate| so far.
+    pub(crate) fn largest_rate(&self) -> Option<RateAt> {
+        *locked(&self.largest_rate)
     }
 
     /// The rates at all points of a batch; those that are not stored are requested.

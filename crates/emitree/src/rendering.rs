@@ -97,10 +97,22 @@ pub struct RenderStats {
     /// The largest estimated |error| of a value over the error that is allowed there: at most 1 if the
     /// tolerance is met; only of [`Method::Vol`](crate::Method::Vol).
     pub error_over_allowed: Option<f64>,
+    /// The largest |rate| of all evaluations, the first one if there are several; `None` if all are 0. If the
+    /// image does not converge, g may be [singular](crate::projection::Singularity) there.
+    pub largest_rate: Option<RateAt>,
     /// Time spent in g, of one thread.
     pub emission_time: Duration,
     /// The total time.
     pub total_time: Duration,
+}
+
+/// A rate and where it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateAt {
+    /// The rate, in the unit of g.
+    pub rate: f64,
+    /// The position, in the length unit of the scene.
+    pub position: [f64; 3],
 }
 
 /// The tree behind an image.

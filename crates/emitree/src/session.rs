@@ -416,6 +416,7 @@ impl<'a, V: Values> Session<'a, V> {
             base_level: made.base_level,
             smallest_feature: made.smallest_feature,
             error_over_allowed: made.error_over_allowed,
+            largest_rate: self.course.meter.largest_rate(),
             emission_time,
             total_time,
         };

@@ -1,7 +1,7 @@
 //! Lines of sight near a point, by geometry of its own: exact however close to the point they are.
 
 use super::cusp::{Line, Vector, advanced, dot};
-use emitree::projection::{Bounds, GeometryError};
+use emitree::projection::{Bounds, GeometryError, Singularity};
 use emitree::{Equirectangular, Orthographic, Perspective, Projection, Viewpoint};
 
 /// The kind of a camera, and with it what coordinates of its image plane are.
@@ -39,13 +39,14 @@ impl Lens {
     pub(super) fn camera(
         &self,
         bounds: Option<Bounds>,
+        singularities: Vec<Singularity>,
     ) -> Result<Box<dyn Projection>, GeometryError> {
         let target = advanced(self.position, 1.0, [0.0, 1.0, 0.0]);
         let viewpoint = Viewpoint { position: self.position, target, up: [0.0, 0.0, 1.0] };
         let full = self.half.map(|half| 2.0 * half);
         macro_rules! bounded {
             ($camera:expr) => {{
-                let camera = $camera;
+                let camera = $camera.with_singularities(singularities);
                 match bounds {
                     Some(bounds) => Box::new(camera.with_bounds(bounds)),
                     None => Box::new(camera),

@@ -30,7 +30,7 @@ mod reference;
 use crate::family::Reference;
 use cusp::{Cusp, End};
 use emitree::Projection;
-use emitree::projection::{Bounds, Ellipsoid, GeometryError};
+use emitree::projection::{Bounds, Ellipsoid, GeometryError, Singularity};
 use lens::{Kind, Lens, Seen};
 pub use named::{GEV2_CM5_PER_KPC, Place, comet, nfw_halo, power_law};
 use pixel::Pixel;
@@ -70,7 +70,11 @@ impl CuspView {
             }
             End::Fading(_) => None,
         });
-        let camera = lens.camera(end.transpose()?)?;
+        let declared = |cusp: &Cusp| {
+            Singularity::point(cusp.position)?.with_exponent(cusp.radial.exponent())
+        };
+        let declared = cusps.iter().map(declared).collect::<Result<_, _>>()?;
+        let camera = lens.camera(end.transpose()?, declared)?;
         let seen = cusps.iter().map(|cusp| lens.seen(cusp.position)).collect();
         Ok(Self { name, lens, camera, shape, cusps, seen, background })
     }
@@ -80,7 +84,7 @@ impl CuspView {
         &self.name
     }
 
-    /// The camera, with bounds if the emission has an end.
+    /// The camera, with its singular points, and with bounds if the emission has an end.
     pub fn camera(&self) -> &dyn Projection {
         &*self.camera
     }

@@ -56,8 +56,9 @@ pub enum RenderError<E> {
     /// g returned NaN or an infinite value.
     #[error(
         "the emission rate is {rate:e} at position {position:?}, emission direction {direction:?}{}: \
-         expected a finite number, along the line of sight too",
-        energy.map(|energy| format!(", energy {energy}")).unwrap_or_default()
+         expected a finite number, along the line of sight too{}",
+        energy.map(|energy| format!(", energy {energy}")).unwrap_or_default(),
+        if rate.is_infinite() { " (where g is singular, declare a singularity)" } else { "" }
     )]
     NotFinite {
         /// The value returned.
