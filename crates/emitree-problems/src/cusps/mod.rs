@@ -70,9 +70,8 @@ impl CuspView {
             }
             End::Fading(_) => None,
         });
-        let declared = |cusp: &Cusp| {
-            Singularity::point(cusp.position)?.with_exponent(cusp.radial.exponent())
-        };
+        let declared =
+            |cusp: &Cusp| Singularity::point(cusp.position)?.with_exponent(cusp.radial.exponent());
         let declared = cusps.iter().map(declared).collect::<Result<_, _>>()?;
         let camera = lens.camera(end.transpose()?, declared)?;
         let seen = cusps.iter().map(|cusp| lens.seen(cusp.position)).collect();

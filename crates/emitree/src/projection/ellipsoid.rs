@@ -80,6 +80,11 @@ impl Ellipsoid {
         self.semi_axes.iter().copied().fold(0.0, f64::max)
     }
 
+    /// The shortest semi-axis.
+    pub(crate) fn shortest(&self) -> f64 {
+        self.semi_axes.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
     /// The components of a vector along the axes, in units of the semi-axes: the body becomes the
     /// unit sphere.
     pub(super) fn scaled(&self, vector: [f64; 3]) -> [f64; 3] {

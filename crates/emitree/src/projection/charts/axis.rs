@@ -59,6 +59,11 @@ impl SeenAxis {
         }
     }
 
+    /// The unit vector along the axis.
+    pub(super) fn direction(&self) -> [f64; 3] {
+        self.direction
+    }
+
     /// A line of sight relative to the axis.
     pub(super) fn aim(&self, line: &SightLine) -> Aim {
         let rise = dot(line.direction, self.direction);

@@ -12,7 +12,8 @@ use core::f64::consts::TAU;
 /// piece of the lines of sight is integrated. The first two axes are the image plane, or angles at
 /// a body.
 pub trait Chart: Send + Sync + core::fmt::Debug {
-    /// The world point, emission direction and ds/dz at the coordinates `u`.
+    /// The world point, emission direction and ds/dz at the coordinates `u`; near a singularity ds/dz times a
+    /// density, by which the weights of pixels are divided.
     fn world_from_chart(&self, u: [f64; 3]) -> MappedPoint;
 
     /// The coordinates of a world point: the inverse of
@@ -21,8 +22,7 @@ pub trait Chart: Send + Sync + core::fmt::Debug {
     fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]>;
 
     /// The weight of the radiance at (u, v): dΩ/(dx dy) \[sr\] on the image plane, continued
-    /// smoothly where there is no image; in angles at a body 1, and less where a pixel is larger than the
-    /// distance from a singularity.
+    /// smoothly where there is no image, and 1 in angles at a body.
     fn density(&self, uv: [f64; 2]) -> f64;
 
     /// How much each coordinate of depth changes with z, if there are several.
@@ -142,6 +142,12 @@ impl PieceChart<'_> {
         self.shells.line(self.surroundings, self.shells.angle(self.piece, c), azimuth)
     }
 
+    /// The factor of the path, which is below 1 where a pixel is larger than the distance from a singularity: the
+    /// errors of all lines of sight then have the same effect on pixels.
+    fn density_at_singularity(&self, u: f64) -> f64 {
+        self.shells.density(self.piece, self.window.natural([u, 0.0])[0])
+    }
+
     fn depth(&self, line: &SightLine) -> Depth {
         self.shells.depth(self.surroundings, self.piece, self.weights, line)
     }
@@ -149,7 +155,10 @@ impl PieceChart<'_> {
 
 impl Chart for PieceChart<'_> {
     fn world_from_chart(&self, [u, v, z]: [f64; 3]) -> MappedPoint {
-        self.shells.point(self.surroundings, self.piece, self.weights, &self.line([u, v]), z)
+        let line = self.line([u, v]);
+        let mut point = self.shells.point(self.surroundings, self.piece, self.weights, &line, z);
+        point.path_per_depth *= self.density_at_singularity(u);
+        point
     }
 
     fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
@@ -164,8 +173,8 @@ impl Chart for PieceChart<'_> {
         Some([u, v, self.depth(&line).z_of(distance)])
     }
 
-    fn density(&self, uv: [f64; 2]) -> f64 {
-        self.shells.density(self.piece, self.window.natural(uv)[0])
+    fn density(&self, _uv: [f64; 2]) -> f64 {
+        1.0
     }
 
     fn depth_shares(&self, [u, v, z]: [f64; 3]) -> Option<Weights> {
@@ -181,6 +190,7 @@ impl Chart for PieceChart<'_> {
         let range = self.shells.range(self.piece, &line, &self.shells.aim(&line));
         // The point that `outside` has not moved.
         let (distance, path) = self.depth(&line).at(z)?;
+        let path = path * self.density_at_singularity(u);
         let gap = self.surroundings.gap(&line, range, distance, self.shells.body)?;
         let around = gap.distances.map(|distance| {
             let mut beside = line.sample(distance, 1.0);

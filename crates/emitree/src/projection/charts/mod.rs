@@ -60,7 +60,7 @@ pub(crate) struct PieceOfLine {
     pub(crate) chart: usize,
     /// The coordinates (c, φ) of the line in the chart.
     pub(crate) place: [f64; 2],
-    /// The factor of the radiance in the chart.
+    /// The factor of the path in the chart, below 1 near a singularity.
     pub(crate) density: f64,
 }
 
@@ -117,7 +117,9 @@ impl<'a> Atlas<'a> {
             shells.iter_mut().for_each(|shells| shells.cut_at_plane(position, normal));
         }
         let charts = charts_of(&shells);
-        Some(Self { surroundings, tiles, shells, charts, fitted: Vec::new() })
+        let mut atlas = Self { surroundings, tiles, shells, charts, fitted: Vec::new() };
+        atlas.exclude_singularities();
+        Some(atlas)
     }
 
     /// The same atlas with charts that end at these azimuths, too.

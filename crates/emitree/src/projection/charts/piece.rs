@@ -273,6 +273,9 @@ impl Shells {
         let mut point = line.sample(distance, path);
         point.position = self.beside_surfaces(piece, point.position);
         point.position = surroundings.outside(point.position);
+        for excluded in &self.excluded {
+            point.position = excluded.outside(point.position);
+        }
         point
     }
 

@@ -10,6 +10,7 @@
 use crate::projection::charts::axis::{SIDES, SeenAxis};
 use crate::projection::charts::sectors::Sectors;
 use crate::projection::charts::singular::Logarithm;
+use crate::projection::charts::singularities::Excluded;
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::region::Region;
 use crate::projection::surroundings::{Observer, SightLine, Surroundings};
@@ -43,6 +44,8 @@ pub(crate) struct Shells {
     /// The coordinate of lines that pass a singularity at the centre, or on an axis instead of a centre.
     pub(super) singular: Option<Logarithm>,
     axis: Option<SeenAxis>,
+    /// The singularities that other charts resolve.
+    pub(super) excluded: Vec<Excluded>,
     observer: Observer,
     /// The distance of the observer from the centre, infinite for parallel lines.
     pub(super) distance: f64,
@@ -109,6 +112,7 @@ impl Shells {
             others: Vec::new(),
             singular: None,
             axis: None,
+            excluded: Vec::new(),
             observer,
             distance,
             limbs: 0,
@@ -121,6 +125,16 @@ impl Shells {
         let mut shells = Self::without_surfaces(reference, None, observer);
         SIDES.into_iter().for_each(|azimuth| shells.sectors.cut(azimuth));
         Self { distance: axis.distance, axis: Some(axis), ..shells }
+    }
+
+    /// The direction of the axis, if there is one.
+    pub(super) fn axis_direction(&self) -> Option<[f64; 3]> {
+        self.axis.as_ref().map(SeenAxis::direction)
+    }
+
+    /// The distance in the world at which a line passes the centre, at least, or the axis.
+    pub(super) fn length_of_miss(&self, aim: &Aim) -> f64 {
+        if self.axis.is_some() { aim.miss } else { aim.miss * self.reference.shortest() }
     }
 
     /// Whether the singularity is an axis.

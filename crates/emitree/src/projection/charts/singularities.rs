@@ -8,7 +8,7 @@ use crate::projection::charts::{Atlas, depth};
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::singularity::Singularity;
 use crate::projection::surroundings::{Observer, SightLine, Surroundings};
-use crate::projection::vector::{difference, norm};
+use crate::projection::vector::{along, difference, dot, norm};
 
 /// The place on the image plane at which the size of a pixel is measured, beside the middle, at which a
 /// singularity is likely to be.
@@ -19,6 +19,11 @@ const STEP: f64 = 1e-3;
 const SHARE_OF_WAY: f64 = 0.5;
 /// The length over which the image of parallel lines extends along an axis, in pixels.
 const LENGTH_PIXELS: f64 = 100.0;
+
+/// The part of the distance at which lines of sight of a chart pass a singularity of another one that is excluded.
+const SHARE_EXCLUDED: f64 = 0.7;
+/// The number of places along each side of a tile at which that distance is measured.
+const LATTICE: usize = 48;
 
 /// How near a line of sight is to a singularity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,7 +115,91 @@ fn size_of_pixel(
     (size > 0.0 && size.is_finite()).then_some(size)
 }
 
+/// A singularity near which the lines of sight of a chart are not in view: they belong to other charts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Excluded {
+    position: [f64; 3],
+    axis: Option<[f64; 3]>,
+    radius: f64,
+}
+
+impl Excluded {
+    /// The nearest position at least `radius` away from the singularity: a chart has bounded values there, which no
+    /// pixel sees.
+    pub(super) fn outside(&self, position: [f64; 3]) -> [f64; 3] {
+        let from = difference(position, self.position);
+        let along_axis = self.axis.map_or([0.0; 3], |axis| axis.map(|x| x * dot(from, axis)));
+        let away = difference(from, along_axis);
+        let distance = norm(away);
+        if distance >= self.radius {
+            return position;
+        }
+        let away = if distance > 0.0 { away } else { [self.radius, 0.0, 0.0] };
+        let factor = self.radius / distance.max(f64::MIN_POSITIVE);
+        let factor = if distance > 0.0 { factor } else { 1.0 };
+        let foot = along(self.position, 1.0, along_axis);
+        along(foot, factor, away)
+    }
+}
+
 impl Atlas<'_> {
+    /// Excludes from the coordinates of all shells the singularities that are resolved by others.
+    pub(super) fn exclude_singularities(&mut self) {
+        let singular = |number: &usize| self.shells[*number].singular.is_some();
+        let singular: Vec<usize> = (0..self.shells.len()).filter(singular).collect();
+        let lines = self.lines_of_lattice();
+        for number in 0..self.shells.len() {
+            let others = singular.iter().filter(|other| **other != number);
+            let excluded = others.map(|&other| {
+                let about = &self.shells[other];
+                let (position, axis) = (about.reference.centre(), about.axis_direction());
+                let nearest = self.nearest_miss(number, other, &lines);
+                Excluded { position, axis, radius: SHARE_EXCLUDED * nearest }
+            });
+            let excluded = excluded.filter(|of| of.radius > 0.0 && of.radius.is_finite()).collect();
+            self.shells[number].excluded = excluded;
+        }
+    }
+
+    /// How near the lines of sight in the coordinates of some shells are at least to the singularity of others.
+    fn nearest_miss(&self, own: usize, other: usize, lines: &[(usize, SightLine)]) -> f64 {
+        let (own_shells, other_shells) = (&self.shells[own], &self.shells[other]);
+        let miss = |line: &SightLine| {
+            let aim = other_shells.aim(line);
+            if aim.is_ahead { other_shells.length_of_miss(&aim) } else { f64::INFINITY }
+        };
+        let of_lattice = || {
+            let lines = lines.iter().filter(|(number, _)| *number == own);
+            lines.map(|(_, line)| miss(line)).fold(f64::INFINITY, f64::min)
+        };
+        let has_point = |shells: &Shells| shells.singular.is_some() && !shells.has_axis();
+        if !(has_point(own_shells) && has_point(other_shells)) {
+            return of_lattice();
+        }
+        // On the way from one point to the other the clearances are equal where the way is divided in this ratio.
+        let line_to = |shells: &Shells| self.surroundings.line_to(shells.reference.centre());
+        let Some((to_own, to_other)) = line_to(own_shells).zip(line_to(other_shells)) else {
+            return 0.0;
+        };
+        let apart = [
+            own_shells.clearance(&own_shells.aim(&to_other)),
+            other_shells.clearance(&other_shells.aim(&to_own)),
+        ];
+        if apart.iter().all(|apart| apart.is_finite()) {
+            miss(&to_own) * apart[0] / (apart[0] + apart[1])
+        } else {
+            of_lattice()
+        }
+    }
+
+    /// Lines of sight in view, with the numbers of their shells.
+    fn lines_of_lattice(&self) -> Vec<(usize, SightLine)> {
+        let place = |k: usize| (k as f64 + 0.5) / LATTICE as f64;
+        let places = || (0..LATTICE * LATTICE).map(|k| [place(k % LATTICE), place(k / LATTICE)]);
+        let lines = self.tiles.iter().flat_map(|tile| places().filter_map(|xy| tile.line(xy)));
+        lines.filter_map(|line| Some((self.shells_of(&line)?, line))).collect()
+    }
+
     /// Whether the emission is singular somewhere.
     pub(crate) fn has_singularities(&self) -> bool {
         self.shells.iter().any(|shells| shells.singular.is_some())

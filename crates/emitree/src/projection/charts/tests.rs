@@ -430,8 +430,9 @@ fn without_limbs_there_is_no_atlas() {
     let observer = OBSERVERS[0];
     let depth = Depth::new([0.0, 9.0], 6.0, false).unwrap();
     let empty = Surroundings::new(observer, depth);
-    let atlas =
-        |around: Surroundings| Atlas::new(vec![&View(around)], [8; 2], &[]).map(|atlas| atlas.len());
+    let atlas = |around: Surroundings| {
+        Atlas::new(vec![&View(around)], [8; 2], &[]).map(|atlas| atlas.len())
+    };
     assert_eq!(atlas(empty.clone()), None);
     let room = Bounds::cuboid([-1.0; 3], [1.0; 3]).unwrap();
     assert_eq!(atlas(with(Some(room), vec![], empty.clone())), None);

@@ -88,9 +88,7 @@ impl PixelRules {
                 Crossing::None => product(&self.whole),
                 Crossing::Beside => product(&self.beside),
                 Crossing::Crossed(_) => {
-                    self.nodes_of_part([&self.lines, &self.of_line], &|inner| {
-                        label(place(inner))
-                    })
+                    self.nodes_of_part([&self.lines, &self.of_line], &|inner| label(place(inner)))
                 }
             };
             let of_pixel = |(inner, weight)| (place(inner), size * size * weight);
@@ -121,11 +119,7 @@ impl PixelRules {
 
     /// The nodes of a part that edges may cross, with a rule for the lines, and one for each line from one edge
     /// to the next.
-    fn nodes_of_part(
-        &self,
-        [lines, of_line_rule]: [&Rule; 2],
-        label: &Label<'_>,
-    ) -> Vec<RuleNode> {
+    fn nodes_of_part(&self, [lines, of_line_rule]: [&Rule; 2], label: &Label<'_>) -> Vec<RuleNode> {
         let at = |k: usize| k as f64 / PROBES as f64;
         let found: Vec<Vec<Option<u64>>> =
             (0..=PROBES).map(|j| (0..=PROBES).map(|i| label([at(i), at(j)])).collect()).collect();
@@ -177,11 +171,7 @@ impl PixelRules {
 
 /// The beginning of a part of the sequence of `lines`, and the places in it at which the labels on
 /// them change: where edges meet, and where one touches a line.
-fn with_corners(
-    lines: &Rule,
-    pair: &[f64],
-    of_line: &dyn Fn(f64, f64) -> Option<u64>,
-) -> Vec<f64> {
+fn with_corners(lines: &Rule, pair: &[f64], of_line: &dyn Fn(f64, f64) -> Option<u64>) -> Vec<f64> {
     let length = pair[1] - pair[0];
     let labels = |t: f64| labels_along(&|s| of_line(s, t));
     let lines = lines.iter().map(|(along, _)| pair[0] + along * length);

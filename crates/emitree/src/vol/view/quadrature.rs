@@ -178,9 +178,7 @@ impl<'a> Quadrature<'a> {
             return self.rules.nodes(crossing, level, &label);
         }
         // Squares smaller than their distance from a singularity.
-        let nearness = |place: [f64; 2]| {
-            self.atlas?.near_singularity(&geometry.line(at(place))?)
-        };
+        let nearness = |place: [f64; 2]| self.atlas?.near_singularity(&geometry.line(at(place))?);
         let squares = squares_about_singularities(level, &nearness);
         if squares.iter().all(Square::is_whole_pixel) {
             return self.rules.nodes(crossing, level, &label);
