@@ -13,6 +13,7 @@ mod ablate;
 mod astropy;
 mod circles;
 mod environment;
+mod errors;
 mod features;
 mod fuzz;
 mod gallery;
@@ -41,9 +42,10 @@ use workspace::Workspace;
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
 type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
 
-const TOOLS: [(&str, Tool); 6] = [
+const TOOLS: [(&str, Tool); 7] = [
     ("ablate", ablate::run),
     ("compare-peers", peers::run),
+    ("errors", errors::run),
     ("fuzz", fuzz::run),
     ("gallery", gallery::run),
     ("performance", performance::run),
@@ -118,6 +120,8 @@ fn help() -> String {
          cargo xtask compare-peers [NAME ...]\n\n  \
          compares emitree with other packages (bench/peers), only those or the scenes\n  \
          that are named, or with `users` what the table of users shows, and writes docs/peers.md\n\n\
+         cargo xtask errors\n\n  \
+         renders scenes with each kind of tolerance, and writes docs/errors.md and its pictures\n\n\
          cargo xtask fuzz [SECONDS] [SEED]\n\n  \
          reads files and renders scenes with something wrong in them, for a minute or so many seconds\n  \
          for each test, from a seed on; one failed case again: its seed, and 0 seconds\n\n\

@@ -45,7 +45,7 @@ pub(crate) fn run(workspace: &Workspace, sections: &[&str]) -> Result<(), String
             fs::create_dir_all(folder).map_err(in_file)?;
         }
         fs::write(&path, format!("{head}{numbers}")).map_err(in_file)?;
-        text = with_block(&text, name, &markdown(numbers))?;
+        text = with_block(DOCUMENT, &text, name, &markdown(numbers))?;
     }
     fs::write(&document, text).map_err(in_document)?;
     if measured.iter().any(|(name, _)| *name == PLOTTED) {
@@ -71,15 +71,20 @@ fn sections_of(printed: &str) -> Vec<(&str, &str)> {
     sections.filter_map(|section| section.split_once('\n')).collect()
 }
 
-/// `text` with `block` between the markers of `name`.
-fn with_block(text: &str, name: &str, block: &str) -> Result<String, String> {
+/// The `text` of a document with `block` between the markers of `name`.
+pub(crate) fn with_block(
+    document: &str,
+    text: &str,
+    name: &str,
+    block: &str,
+) -> Result<String, String> {
     let [begin, end] = ["begin", "end"].map(|which| format!("<!-- {name}: {which} -->"));
     let parts = text.split_once(&begin).and_then(|(before, rest)| {
         let (_, after) = rest.split_once(&end)?;
         Some((before, after))
     });
     let (before, after) =
-        parts.ok_or_else(|| format!("{DOCUMENT}: expected `{begin}` and, after it, `{end}`"))?;
+        parts.ok_or_else(|| format!("{document}: expected `{begin}` and, after it, `{end}`"))?;
     Ok(format!("{before}{begin}\n\n{block}\n{end}{after}"))
 }
 
@@ -191,9 +196,9 @@ mod tests {
         let text = "before\n<!-- a: begin -->\nold\n<!-- a: end -->\nafter <!-- b: begin -->";
         let expected =
             "before\n<!-- a: begin -->\n\nnew\n\n<!-- a: end -->\nafter <!-- b: begin -->";
-        assert_eq!(with_block(text, "a", "new\n").unwrap(), expected);
-        assert_eq!(with_block(expected, "a", "new\n").unwrap(), expected);
-        let error = with_block(text, "b", "new").unwrap_err();
+        assert_eq!(with_block("d", text, "a", "new\n").unwrap(), expected);
+        assert_eq!(with_block("d", expected, "a", "new\n").unwrap(), expected);
+        let error = with_block("d", text, "b", "new").unwrap_err();
         assert!(error.contains("`<!-- b: begin -->` and, after it, `<!-- b: end -->`"), "{error}");
     }
 
