@@ -108,7 +108,7 @@ impl Cusp {
     /// The rate at an offset from the point.
     fn at(&self, offset: Vector) -> f64 {
         let square = dot(offset, offset);
-        let softened = (square + self.core * self.core).sqrt();
+        let softened = libm::hypot(square.sqrt(), self.core);
         if matches!(self.end, End::Sphere(radius) if square > radius * radius) {
             return 0.0;
         }
@@ -131,7 +131,7 @@ impl Cusp {
         if from >= to {
             return 0.0;
         }
-        let a = (b2 + self.core * self.core).sqrt().max(LEAST_DISTANCE);
+        let a = libm::hypot(b2.sqrt(), self.core).max(LEAST_DISTANCE);
         let [low, high] = [from, to].map(|t| libm::asinh(t / a));
         let panels = panels(high - low).max(least_panels);
         rule.integrate_panels([low, high], panels, |u| {

@@ -56,7 +56,7 @@ fn draw(seed: u64, generator: &mut Generator) -> Result<CuspView, GeometryError>
 /// A camera whose image is about 2 wide at the origin.
 fn lens(seed: u64, generator: &mut Generator) -> Lens {
     let aspect = generator.between(0.7, 1.3);
-    if seed % 2 == 0 {
+    if seed.is_multiple_of(2) {
         let (position, depth) = ([0.0, -4.0, 0.0], [0.0, 8.0]);
         return Lens { kind: Kind::Parallel, position, half: [1.0, aspect], depth };
     }

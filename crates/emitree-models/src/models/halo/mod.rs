@@ -194,9 +194,10 @@ impl Halo {
 
     /// Turns distances into fᵖ.
     fn fill_relative(&self, distances: &mut [f64]) {
+        let core_squared = self.core_radius * self.core_radius;
         for distance in &mut *distances {
             let softened = if self.core_radius > 0.0 {
-                (*distance * *distance + self.core_radius * self.core_radius).sqrt()
+                (*distance * *distance + core_squared).sqrt()
             } else {
                 *distance
             };
