@@ -12,6 +12,7 @@ use super::table::Table;
 use super::tree;
 use crate::tree_file::TreeFile;
 use emitree::{Emission, Samples};
+use emitree_models::catalogue::SingularPoint;
 use emitree_models::{Expression, Model, ModelError, OutsideGrid, build_model};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -54,6 +55,14 @@ impl EmissionSource {
             Self::Expression(_) | Self::Grid(_) | Self::Function(_) => None,
             Self::Model(model) => Some(model.description().length_unit).filter(|&unit| unit != "1"),
             Self::Tree(file) => file.length_unit.as_deref(),
+        }
+    }
+
+    /// The points at which the rate is singular, as far as they are known, in its length unit.
+    pub(super) fn singular_points(&self) -> Vec<SingularPoint> {
+        match self {
+            Self::Model(model) => model.singular_points(),
+            Self::Expression(_) | Self::Grid(_) | Self::Tree(_) | Self::Function(_) => Vec::new(),
         }
     }
 

@@ -320,7 +320,7 @@ impl Scene {
         let expected = "tables `[[singularity]]`, each with a `type`";
         let singularities = table.tables("singularity", expected)?;
         let shapes = ShapeTables { bounds, occulters, edges, singularities };
-        let (camera, length_unit) = camera::read(projection, shapes, &start)?;
+        let (camera, length_unit) = camera::read(projection, shapes, &source, &start)?;
         let layout = camera.description().pixels;
         let (shape, of_image) = read_image(table.table("image")?, layout, &start)?;
         let seeds = table.tables("seed", "tables `[[seed]]`, each with `position` and `radius`")?;

@@ -240,7 +240,10 @@ fn quantity(text: Option<&Text>, has_solid_angles: bool) -> Result<Quantity, Sce
 }
 
 /// Length units of the source in one of the scene.
-fn length_factor(of_source: Option<&str>, of_scene: Option<&Text>) -> Result<f64, SceneError> {
+pub(super) fn length_factor(
+    of_source: Option<&str>,
+    of_scene: Option<&Text>,
+) -> Result<f64, SceneError> {
     let (Some(source), Some((scene, place))) = (of_source, of_scene) else { return Ok(1.0) };
     if source == scene {
         return Ok(1.0);

@@ -12,7 +12,9 @@ pub use description::{
 pub use kinds::cameras;
 pub(super) use shapes::ShapeTables;
 
+use super::emission::EmissionSource;
 use super::error::SceneError;
+use super::radiometry::length_factor;
 use super::source::Place;
 use super::table::Table;
 use crate::fits::Wcs;
@@ -54,10 +56,11 @@ impl Camera {
     }
 }
 
-/// The camera, and the length unit with its place.
+/// The camera, and the length unit with its place; singular points are those of the scene and of its emission.
 pub(super) fn read(
     projection: Option<Table>,
     shapes: ShapeTables,
+    emission: &EmissionSource,
     whole: &Place,
 ) -> Result<(Camera, Option<(String, Place)>), SceneError> {
     let names = || alternatives(cameras().iter().map(|camera| format!("`{}`", camera.name)));
@@ -65,9 +68,13 @@ pub(super) fn read(
         return Err(SceneError::at(whole, "the scene has no `[projection]`")
             .label(format!("expected a table `[projection]` with `type` = {}", names())));
     };
-    let shapes = shapes::read(shapes)?;
+    let mut shapes = shapes::read(shapes)?;
     let (name, place) = table.require("type", &names())?.text()?;
     let length_unit = table.text(LENGTH_UNIT.name)?;
+    // A length unit that can't be converted is refused with the other units.
+    if let Ok(factor) = length_factor(emission.length_unit(), length_unit.as_ref()) {
+        shapes.add_singular_points(emission.singular_points(), factor);
+    }
     let Some(description) = cameras().iter().find(|camera| camera.name == name) else {
         let message = format!("unknown projection `{name}`");
         return Err(SceneError::at(&place, message).label(format!("expected {}", names())));

@@ -6,6 +6,7 @@ use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
 use emitree::projection::{Bounds, Edge, Ellipsoid, GeometryError, Singularity};
+use emitree_models::catalogue::SingularPoint;
 
 /// The tables of shapes of a scene.
 pub(in crate::scene) struct ShapeTables {
@@ -31,6 +32,27 @@ impl Shapes {
             && self.bodies.is_empty()
             && self.edges.is_empty()
             && self.singularities.is_empty()
+    }
+
+    /// Adds the singular points of the emission, given `factor` of its length units in one of the scene. A
+    /// singularity of the scene at the same place replaces that of the emission.
+    pub(super) fn add_singular_points(&mut self, points: Vec<SingularPoint>, factor: f64) {
+        for point in points {
+            let position = point.position.map(|along| along / factor);
+            let size = position.iter().fold(0.0, |most: f64, along| most.max(along.abs()));
+            let is_there = |of: &Singularity| {
+                let pairs = of.position().into_iter().zip(position);
+                pairs.into_iter().all(|(a, b)| (a - b).abs() <= 1e-9 * size)
+            };
+            if self.singularities.iter().any(is_there) {
+                continue;
+            }
+            let found = Singularity::point(position).and_then(|found| match point.exponent {
+                Some(exponent) => found.with_exponent(exponent),
+                None => Ok(found),
+            });
+            self.singularities.extend(found.ok());
+        }
     }
 }
 
