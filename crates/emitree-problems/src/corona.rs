@@ -75,7 +75,9 @@ impl Corona {
         let side = self.extent / pixels as f64;
         let quarter: Vec<f64> = (0..half * half)
             .into_par_iter()
-            .map(|k| self.mean([k % half, k / half].map(|i| i as f64 * side), side, &in_pixel, &on_line))
+            .map(|k| {
+                self.mean([k % half, k / half].map(|i| i as f64 * side), side, &in_pixel, &on_line)
+            })
             .collect();
         let mirrored = |i: usize| if i < half { half - 1 - i } else { i - half };
         let value = |i: usize| quarter[mirrored(i / pixels) * half + mirrored(i % pixels)];
@@ -87,7 +89,8 @@ impl Corona {
         let limb = |a: f64| (1.0 - a * a).max(0.0).sqrt();
         // The columns in which the limb enters or leaves the pixel at its lower or upper side.
         let mut columns = vec![x, x + side];
-        columns.extend([limb(z), limb(z + side)].into_iter().filter(|at| x < *at && *at < x + side));
+        columns
+            .extend([limb(z), limb(z + side)].into_iter().filter(|at| x < *at && *at < x + side));
         columns.sort_by(f64::total_cmp);
         let of_column = |x: f64| {
             let at = limb(x).clamp(z, z + side);

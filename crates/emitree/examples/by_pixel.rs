@@ -34,7 +34,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         return cubes(bins.parse()?, by_pixel, name.first().unwrap_or(&""));
     }
     let [family, from, to, rtol, floor] = words.as_slice() else {
-        return Err("expected: family|views FROM TO RTOL FLOOR or cubes BINS RTOL FLOOR [NAME]".into());
+        return Err(
+            "expected: family|views FROM TO RTOL FLOOR or cubes BINS RTOL FLOOR [NAME]".into()
+        );
     };
     let by_pixel = PixelTolerance::relative(rtol.parse()?).with_floor(floor.parse()?);
     let make = match *family {
@@ -142,7 +144,8 @@ fn cubes(bins: usize, by_pixel: PixelTolerance, only: &str) -> Result<(), Box<dy
                 _ => by_pixel.allowed(voxel, largest),
             };
             let mut worst: f64 = 0.0;
-            for (band, (found, exact)) in found.values.bands().iter().zip(exact.bands()).enumerate() {
+            for (band, (found, exact)) in found.values.bands().iter().zip(exact.bands()).enumerate()
+            {
                 for (found, exact) in found.pixels().iter().zip(exact.pixels()) {
                     let error = (found - exact).abs() - problem.cube_error * largest;
                     worst = worst.max(error / allowed(band, *exact));

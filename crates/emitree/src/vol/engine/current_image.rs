@@ -149,7 +149,9 @@ impl Engine<'_> {
     fn add_unexplained(&mut self, bands: &mut [[Image; 2]], weights: &ErrorWeights) {
         let (Some(maps), Some(spectra)) = (&weights.maps, &mut self.spectra) else { return };
         spectra.weigh_residuals();
-        for (([_, errors], map), unexplained) in bands.iter_mut().zip(maps).zip(&spectra.unexplained) {
+        for (([_, errors], map), unexplained) in
+            bands.iter_mut().zip(maps).zip(&spectra.unexplained)
+        {
             for (error, weight) in errors.pixels_mut().iter_mut().zip(map.pixels()) {
                 if *weight > 0.0 {
                     *error += unexplained / weight;

@@ -389,10 +389,9 @@ impl Attempt<'_> {
             {
                 return Err(Stop::Budget.into());
             }
-            // Weights grow as errors fall: those without weights show the course, except where nothing
-            // matters, which is not approximated.
-            let without_weights = assessment.of_relevant.as_ref().map_or(error, |of_relevant| {
-                let errors = of_relevant.errors(shape_of(&self.coarse_scale));
+            // Weights grow as errors fall: those without weights show the course.
+            let without_weights = assessment.unweighted.as_ref().map_or(error, |unweighted| {
+                let errors = unweighted.errors(shape_of(&self.coarse_scale));
                 relative(largest_of_rows(&self.coarse_scale, |row, values| errors.row(row, values)))
             });
             forecast.darkest = self.vol.share_of_darkest(largest);

@@ -89,8 +89,6 @@ pub(super) struct Assessment {
     pub(super) cell_residuals: CellResiduals,
     /// The same without weights, if these are not all 1.
     pub(super) unweighted: Option<CellResiduals>,
-    /// The same with the weights below 1 alone: without what does not matter.
-    pub(super) of_relevant: Option<CellResiduals>,
     /// The largest weighted |residual|.
     largest: f64,
     /// The next pivot, with the |residual| in the weights of pivots.
@@ -163,11 +161,6 @@ impl<'a> Search<'a> {
         let weighted: Vec<f64> =
             points.iter().zip(residual).map(|(point, of)| of * self.weight(*point)).collect();
         let unweighted = self.weights.as_ref().map(|_| CellResiduals::new(points, residual));
-        let of_relevant = self.weights.as_ref().map(|_| {
-            let of_point = |(point, of): (&[f64; 3], &f64)| of * self.weight(*point).min(1.0);
-            let of_relevant: Vec<f64> = points.iter().zip(residual).map(of_point).collect();
-            CellResiduals::new(points, &of_relevant)
-        });
         let pivoted: Vec<f64> =
             points.iter().zip(residual).map(|(point, of)| of * self.pivot_weight(*point)).collect();
         let worst = points.iter().copied().zip(pivoted);
@@ -177,7 +170,7 @@ impl<'a> Search<'a> {
         let first = if of_pivot > 0.0 { residual / of_pivot * self.weight(at) } else { 0.0 };
         let largest = weighted.iter().fold(first, |most: f64, of| most.max(of.abs()));
         let cell_residuals = CellResiduals::new(points, &weighted);
-        Assessment { cell_residuals, unweighted, of_relevant, largest, worst }
+        Assessment { cell_residuals, unweighted, largest, worst }
     }
 
     /// The scattered points with the largest residuals, in descending order, from which ascents
