@@ -361,9 +361,4 @@ fn residuals_have_the_weights_of_their_place_in_each_bin() {
     let [above, below] = [0, STEPS].map(|row| ProbePoint { part: 0, place: [0, row], depth: 0 });
     assert_eq!([0, STEPS / 3, STEPS].map(|u| probes.weight_at(&above, u)), [1.0, 10.0, 2.0]);
     assert_eq!(probes.weight_at(&below, STEPS / 3), 5.0);
-    // The next energy is where the weighted residual is largest.
-    let mut energies = Energies::default();
-    let mut left = rests(&energies, &probes);
-    assert!(energies.select(&mut left, 0, None, &probes.bins));
-    assert_eq!(energies.selected[0].place / (STEPS / 4), 1);
 }
