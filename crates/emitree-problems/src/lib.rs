@@ -24,6 +24,7 @@ pub mod beta_model;
 #[cfg(test)]
 mod brute;
 pub mod catalogue;
+pub mod corona;
 pub mod cubes;
 pub mod cusps;
 pub mod deep;

@@ -2,7 +2,12 @@
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use emitree::vol::PixelTolerance;
-use emitree::{Canonical, FromFn, Image, RenderOptions, Rendering, VolOptions, render};
+use emitree::{
+    Canonical, FromFn, FromSpectralFn, Image, RenderOptions, Rendering, VolOptions, render,
+    render_cube,
+};
+use emitree_problems::corona::Corona;
+use emitree_problems::cubes::problem;
 use emitree_problems::family::random_scene;
 
 const SHAPE: [usize; 2] = [64, 64];
@@ -141,4 +146,72 @@ fn pixels_of_weight_0_are_not_among_the_brightest_and_do_not_count() {
         found.stats.error_over_allowed,
         found.stats.evaluations
     );
+}
+
+/// The largest error of a voxel over the error allowed, and the evaluations of a cube in 32 bins.
+fn cube(name: &str, vol: VolOptions, allowed: impl Fn(f64, f64, f64) -> f64) -> (f64, u64) {
+    let problem = problem(name).unwrap();
+    let axis = problem.default_axis(32).unwrap();
+    let exact = problem.exact(SHAPE, &axis);
+    let emission = FromSpectralFn(|position, _, energy| problem.rate(position, energy));
+    let found = render_cube(&emission, &Canonical, SHAPE, &axis, &RenderOptions::new(vol)).unwrap();
+    assert!(found.converged(), "{name}: {:?}", found.stats.ending);
+    assert!(found.stats.error_over_allowed.unwrap() <= 1.0);
+    let brightest = exact.largest();
+    let of_reference = problem.cube_error * brightest;
+    let bands = found.values.bands().iter().zip(exact.bands());
+    let of_band = |(found, exact_band): (&Image, &Image)| {
+        let of_band = largest(exact_band);
+        worst(found, exact_band, of_reference, |voxel| allowed(voxel, of_band, brightest))
+    };
+    (bands.map(of_band).fold(0.0, f64::max), found.stats.evaluations)
+}
+
+#[test]
+fn each_band_of_a_cube_is_within_one_per_cent_of_its_own_largest_voxel() {
+    let evaluations = [
+        ("separable", 7397),
+        ("mixture", 16_986),
+        ("narrow-line", 17_182),
+        ("edge", 15_652),
+        ("bremsstrahlung", 17_017),
+    ];
+    for (name, expected) in evaluations {
+        let vol = VolOptions::new(0.01).with_per_band(true);
+        let allowed = |_, of_band: f64, largest: f64| 0.01 * of_band.max(1e-5 * largest);
+        let (ratio, evaluations) = cube(name, vol, allowed);
+        assert!(ratio <= 1.0, "{name}: {ratio}");
+        assert_eq!(evaluations, expected, "{name}");
+    }
+}
+
+#[test]
+fn each_voxel_of_a_cube_is_within_one_per_cent_of_itself() {
+    let by_pixel = PixelTolerance::relative(0.01).with_floor(1e-3);
+    let evaluations = [("separable", 33_495), ("mixture", 88_877), ("edge", 65_131)];
+    for (name, expected) in evaluations {
+        let vol = VolOptions::default().with_pixel_tolerance(by_pixel);
+        let allowed = |voxel: f64, _, largest: f64| by_pixel.allowed(voxel, largest);
+        let (ratio, evaluations) = cube(name, vol, allowed);
+        assert!(ratio <= 1.0, "{name}: {ratio}");
+        assert_eq!(evaluations, expected, "{name}");
+    }
+}
+
+/// The corona falls by a factor of 7,400 over the image; 1 % of the brightest pixel says nothing outside.
+#[test]
+fn the_corona_is_within_one_per_cent_of_each_pixel() {
+    let corona = Corona::new(4.0);
+    let (exact, of_reference) = corona.reference(40);
+    assert!(of_reference < 3e-3, "{of_reference}");
+    let by_pixel = PixelTolerance::relative(0.01);
+    let emission = FromFn(|position, _| corona.rate(position));
+    let options = RenderOptions::new(VolOptions::default().with_pixel_tolerance(by_pixel));
+    let found = render(&emission, &corona.camera().unwrap(), [40, 40], &options).unwrap();
+    let brightest = largest(&exact);
+    let ratio = found.values.pixels().iter().zip(exact.pixels()).map(|(found, exact)| {
+        ((found - exact).abs() - of_reference * exact) / by_pixel.allowed(*exact, brightest)
+    });
+    let ratio = ratio.fold(0.0, f64::max);
+    assert!(found.converged() && ratio <= 1.0, "{ratio}, {} evaluations", found.stats.evaluations);
 }

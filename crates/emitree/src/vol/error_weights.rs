@@ -10,6 +10,7 @@ use crate::vol::VolOptions;
 use crate::vol::dyadic::{Place, STEPS, spacing, unit};
 use crate::vol::options::DARKEST;
 use crate::vol::tuning::TUNING;
+use std::sync::Arc;
 
 /// The smallest error allowed in a pixel, relative to the largest one: that of rounding.
 const ROUNDING: f64 = 1e-14;
@@ -24,8 +25,11 @@ pub(crate) struct ErrorWeights {
     /// The largest |pixel| of those that matter.
     pub(crate) largest: f64,
     /// The weights of each band; `None` if all are 1.
-    pub(crate) maps: Option<Vec<Image>>,
+    pub(crate) maps: Option<Vec<Arc<Image>>>,
 }
+
+/// The weights of each band on the raster of one part of the view.
+pub(crate) type WeightsOfPart = Vec<Arc<Image>>;
 
 impl ErrorWeights {
     /// The weights for the present `bands`, images with their errors; the pixels with the numbers `outside`
@@ -65,7 +69,7 @@ impl ErrorWeights {
                 spread(&mut map);
                 outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = 0.0);
             }
-            map
+            Arc::new(map)
         };
         let maps = bands.iter().zip(&of_bands).map(of_band).collect();
         Self { largest, maps: Some(maps) }

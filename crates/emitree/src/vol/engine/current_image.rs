@@ -4,10 +4,11 @@ use crate::cube::Cube;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::vol::engine::Engine;
-use crate::vol::error_weights::ErrorWeights;
+use crate::vol::error_weights::{ErrorWeights, WeightsOfPart, product};
 use crate::vol::view::part::Part;
 use crate::vol::view::sheet::SheetState;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// The current image with its estimated error.
 pub(crate) struct CurrentImage {
@@ -19,6 +20,8 @@ pub(crate) struct CurrentImage {
     weights: ErrorWeights,
     /// The weighted errors of each bin; none if all weights are 1.
     weighted_errors: Vec<Image>,
+    /// The weights on the raster of each part; none if all are 1.
+    of_parts: Vec<WeightsOfPart>,
 }
 
 impl CurrentImage {
@@ -43,8 +46,19 @@ impl CurrentImage {
     /// For each pixel the largest of its weights in the bins; `None` if all are 1.
     pub(crate) fn largest_weights(&self) -> Option<Image> {
         let mut maps = self.weights.maps.as_ref()?.iter();
-        let first = maps.next()?.clone();
+        let first = Image::clone(maps.next()?);
         Some(maps.fold(first, |largest, map| largest_of(largest, map, 1.0)))
+    }
+
+    /// The factors from means of values to weighted pixels of part `number` in each bin; none if all weights
+    /// are 1, or if there is one bin.
+    pub(crate) fn weighted_scales(&self, number: usize, part: &Part<'_>) -> Vec<Image> {
+        match self.of_parts.get(number) {
+            Some(bins) if bins.len() > 1 => {
+                bins.iter().map(|weights| product(&part.scale, weights)).collect()
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// The guarded details of the nodes of a sheet.
@@ -60,17 +74,26 @@ fn largest_of(mut largest: Image, other: &Image, factor: f64) -> Image {
     largest
 }
 
+/// Each |number| in terms of the largest; 1 if all are 0.
+fn relative(numbers: impl Iterator<Item = f64> + Clone) -> Vec<f64> {
+    let largest = numbers.clone().fold(0.0, |most: f64, number| most.max(number.abs()));
+    let share = |number: f64| if largest > 0.0 { number.abs() / largest } else { 1.0 };
+    numbers.map(share).collect()
+}
+
 impl Engine<'_> {
     /// The image and its estimated error in each bin, from all samples so far.
     pub(crate) fn assemble(&mut self) -> Result<CurrentImage, MethodError> {
         let nodal = self.energies.nodal_weights();
         let unexplained = self.spectra.as_ref().map_or(&[0.0][..], |spectra| &spectra.unexplained);
+        let is_uniform = self.vol.is_uniform();
         // The values of spectra that have not been sampled are not bounded by the sampled ones.
         let is_explained = self.spectra.as_ref().is_none_or(|spectra| spectra.are_explained);
         let least = if is_explained { 0.0 } else { self.brightest() };
         let [height, width] = self.shape();
         let empty = |&error: &f64| {
-            let error = f64::max(error, least);
+            // Weighted residuals are added as soon as there are weights.
+            let error = f64::max(if is_uniform { error } else { 0.0 }, least);
             let constant = Image::from_pixels(height, width, vec![error; height * width]);
             [Image::zeros(height, width), constant]
         };
@@ -113,27 +136,61 @@ impl Engine<'_> {
         }
         let bands: Vec<[&Image; 2]> = maps.iter().map(|[image, error]| [image, error]).collect();
         let weights = ErrorWeights::new(self.vol, &bands, &self.view.outside);
+        let of_parts = self.weigh_sheets(&weights, &nodal);
+        self.add_unexplained(&mut maps, &weights);
         let errors = maps.iter().map(|[_, error]| error).enumerate();
         let weighted_errors = errors.map_while(|(bin, error)| weights.weighted(bin, error));
         let weighted_errors = weighted_errors.collect();
-        self.weigh_sheets(&weights);
-        Ok(CurrentImage { maps, states, weights, weighted_errors })
+        Ok(CurrentImage { maps, states, weights, weighted_errors, of_parts })
     }
 
-    /// Sets the weights of the errors of all sheets: for each pixel the largest of the bins that a sheet is
-    /// in, each times its weight there relative to the largest one.
-    fn weigh_sheets(&mut self, weights: &ErrorWeights) {
-        let Some(maps) = &weights.maps else { return };
-        for sheet in &mut self.sheets {
-            let of_bins = &self.energies.selected[sheet.id.energy].weights;
-            let largest = of_bins.iter().fold(0.0, |most: f64, weight| most.max(weight.abs()));
-            let mut of_sheet = Image::zeros(maps[0].height(), maps[0].width());
-            for (map, weight) in maps.iter().zip(of_bins) {
-                let share = if largest > 0.0 { weight.abs() / largest } else { 1.0 };
-                of_sheet = largest_of(of_sheet, map, share);
+    /// Adds the residuals of spectra to the errors: the weighted residual of a pixel is taken to be no larger
+    /// than those of the sampled spectra.
+    fn add_unexplained(&mut self, bands: &mut [[Image; 2]], weights: &ErrorWeights) {
+        let (Some(maps), Some(spectra)) = (&weights.maps, &mut self.spectra) else { return };
+        spectra.weigh_residuals();
+        for (([_, errors], map), unexplained) in
+            bands.iter_mut().zip(maps).zip(&spectra.unexplained)
+        {
+            for (error, weight) in errors.pixels_mut().iter_mut().zip(map.pixels()) {
+                if *weight > 0.0 {
+                    *error += unexplained / weight;
+                }
             }
-            sheet.set_weights(&self.parts[sheet.id.part].on_raster(&of_sheet));
         }
+    }
+
+    /// Sets the weights of the errors of all sheets and spectra, and returns those on the raster of each part.
+    /// For each pixel of a sheet it is the largest of the bins that it is in, each times its weight there
+    /// relative to the largest one.
+    fn weigh_sheets(&mut self, weights: &ErrorWeights, nodal: &[Vec<f64>]) -> Vec<WeightsOfPart> {
+        let Some(maps) = &weights.maps else { return Vec::new() };
+        let on_raster = |part: &Part<'_>| {
+            let on_raster = |map: &Arc<Image>| match part.on_raster(map) {
+                Cow::Borrowed(_) => map.clone(),
+                Cow::Owned(map) => Arc::new(map),
+            };
+            maps.iter().map(on_raster).collect()
+        };
+        let of_parts: Vec<WeightsOfPart> = self.parts.iter().map(on_raster).collect();
+        for sheet in &mut self.sheets {
+            let number = sheet.id.energy;
+            let maps = &of_parts[sheet.id.part];
+            let largest = |shares: Vec<f64>| {
+                let zeros = Image::zeros(maps[0].height(), maps[0].width());
+                let shares = maps.iter().zip(shares).filter(|(_, share)| *share > 0.0);
+                shares.fold(zeros, |largest, (map, share)| largest_of(largest, map, share))
+            };
+            let of_image = relative(self.energies.selected[number].weights.iter().copied());
+            // The lines are in the images of later energies, too.
+            let of_lines = relative(nodal.iter().map(|of_bin| of_bin[number]));
+            let (of_image, of_lines) = (largest(of_image), largest(of_lines));
+            sheet.set_weights(&of_image, &of_lines);
+        }
+        if let Some(spectra) = &mut self.spectra {
+            spectra.set_weights(of_parts.clone());
+        }
+        of_parts
     }
 
     /// The image and its error as one cube each, and NaN at pixels where the projection has no

@@ -165,11 +165,12 @@ impl Engine<'_> {
         for (number, part) in self.parts.iter().enumerate() {
             let of_part: Vec<usize> =
                 (0..self.sheets.len()).filter(|&i| self.sheets[i].id.part == number).collect();
+            let scales = current.weighted_scales(number, part);
             let choice = |&i: &usize| {
                 let weights = &self.energies.selected[self.sheets[i].id.energy].weights;
                 let required_level = self.sheets[i].required_level();
                 let limits = ChoiceLimits { tolerance: target, finest_level, required_level };
-                self.sheets[i].choice(&current.states[i], weights, &limits)
+                self.sheets[i].choice(&current.states[i], weights, &scales, &limits)
             };
             let choices: Vec<Choice<'_>> = of_part.iter().map(choice).collect();
             let errors = current.errors(part);

@@ -6,6 +6,7 @@ use crate::exchange::MethodError;
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{STEPS, spacing, unit};
 use crate::vol::engine::{Engine, within_budget};
+use crate::vol::error_weights::WeightsOfPart;
 use crate::vol::image::tree::ImageTree;
 use crate::vol::line::Line;
 use crate::vol::line::node_lines::NodeLines;
@@ -31,8 +32,10 @@ const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 /// The sampled spectra, and the error that the selected energies leave.
 pub(crate) struct Spectra<'a> {
     probes: SpectralProbes<'a>,
-    /// The largest residual of the sampled spectra in a voxel of each bin, with a margin.
+    /// The largest weighted residual of the sampled spectra in a voxel of each bin, with a margin.
     pub(crate) unexplained: Vec<f64>,
+    /// The residual of each sampled spectrum in a voxel of each bin, without weights; none if these are 1.
+    residuals: Vec<Vec<f64>>,
     /// Whether all spectra could be sampled and are explained.
     pub(crate) are_explained: bool,
     share: f64,
@@ -52,6 +55,7 @@ impl<'a> Spectra<'a> {
         Self {
             probes,
             unexplained: vec![0.0; axis.bins()],
+            residuals: Vec::new(),
             are_explained: false,
             share: TUNING.spectra.energy_share,
             probed: Vec::new(),
@@ -73,6 +77,22 @@ impl<'a> Spectra<'a> {
         energies.sort_unstable();
         energies.dedup();
         energies
+    }
+
+    /// Replaces the weights of errors: those of each part on its raster, by bin.
+    pub(crate) fn set_weights(&mut self, weights: Vec<WeightsOfPart>) {
+        self.probes.set_weights(weights);
+    }
+
+    /// Weights the residuals with the present weights of errors.
+    pub(crate) fn weigh_residuals(&mut self) {
+        let mut largest = vec![0.0; self.unexplained.len()];
+        for (residual, probe) in self.residuals.iter().zip(&self.probes.probes) {
+            for ((most, effect), weight) in largest.iter_mut().zip(residual).zip(&probe.weights) {
+                *most = f64::max(*most, TUNING.spectra.unsampled_margin * effect * weight);
+            }
+        }
+        self.unexplained = largest;
     }
 
     /// Halves the residual that is allowed.
@@ -283,11 +303,14 @@ impl<'b> Engine<'b> {
         let most = TUNING.spectra.energies_per_bin * spectra.probes.bins.factors.len()
             + TUNING.spectra.more_energies;
         let mut sampled = within_budget(spectra.probes.sample(&views, allowed).await)?;
-        let Spectra { probes, unexplained, .. } = &mut *spectra;
+        let Spectra { probes, unexplained, residuals: of_probes, .. } = &mut *spectra;
         let residual = |probe| self.energies.residual(probe, &probes.bins);
         let mut residuals: Vec<ResidualSpectrum> = probes.probes.par_iter().map(residual).collect();
         let left = energies::unexplained(&residuals, &probes.bins);
         *unexplained = left.iter().map(|left| TUNING.spectra.unsampled_margin * left).collect();
+        if !self.vol.is_uniform() {
+            *of_probes = residuals.iter().map(|residual| residual.effects.clone()).collect();
+        }
         let mut goal = allowed;
         while sampled && self.energies.len() < most {
             let worst = (0..residuals.len())
@@ -397,6 +420,7 @@ impl<'b> Engine<'b> {
                     point,
                     energy,
                     path,
+                    weight: spectra.probes.weight_at(&point, energy),
                     expected: self.energies.explained(rates(), energy),
                 }));
             }

@@ -20,8 +20,10 @@ pub(crate) struct Choice<'a> {
     pub(crate) footprints: &'a [Option<Footprint>],
     /// The factors of the tree's image in each energy bin.
     pub(crate) weights: &'a [f64],
-    /// The factor from means of values to weighted pixels.
+    /// The factor from means of values to weighted pixels, the largest of all bins.
     pub(crate) scale: &'a Image,
+    /// This factor in each bin; none if it is the same in all.
+    pub(crate) scales: &'a [Image],
     pub(crate) limits: ChoiceLimits,
 }
 
@@ -56,19 +58,29 @@ pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<u
         let choice = &choices[tree];
         let Some(footprint) = &choice.footprints[i] else { continue };
         let ChoiceLimits { tolerance, .. } = choice.limits;
-        let matters = |weight: f64| contribution * weight.abs() >= least[tree];
-        let bins = || choice.weights.iter().enumerate().filter(|(_, weight)| matters(**weight));
+        let matters = |(bin, weight): &(usize, &f64)| {
+            // The share of the largest contribution.
+            let of_bin = match choice.scales {
+                [] => contribution,
+                scales => {
+                    contribution * footprint.largest_scale(&scales[*bin])
+                        / footprint.largest_scale(choice.scale)
+                }
+            };
+            of_bin * weight.abs() >= least[tree]
+        };
+        let bins: Vec<(usize, &f64)> = choice.weights.iter().enumerate().filter(matters).collect();
         let is_bad = |(bin, _): (usize, &f64)| {
             footprint.touches_above(
                 &expected[bin],
-                choice.scale,
+                choice.scale_in(bin),
                 TUNING.image.pixel_goal * tolerance,
             )
         };
-        if bins().any(is_bad) {
-            for (bin, weight) in bins() {
+        if bins.iter().copied().any(is_bad) {
+            for (bin, weight) in bins {
                 let gain = -TUNING.image.expected_gain * weight.abs();
-                footprint.add_to(&mut expected[bin], choice.scale, gain);
+                footprint.add_to(&mut expected[bin], choice.scale_in(bin), gain);
             }
             opened[tree].push(i);
         }
@@ -77,6 +89,11 @@ pub(crate) fn worthwhile(choices: &[Choice<'_>], errors: &[&Image]) -> Vec<Vec<u
 }
 
 impl Choice<'_> {
+    /// The factor from means of values to weighted pixels in a bin.
+    fn scale_in(&self, bin: usize) -> &Image {
+        self.scales.get(bin).unwrap_or(self.scale)
+    }
+
     fn largest_weight(&self) -> f64 {
         self.weights.iter().fold(0.0, |largest: f64, weight| largest.max(weight.abs()))
     }

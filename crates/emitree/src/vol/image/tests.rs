@@ -175,6 +175,7 @@ impl Opening {
             footprints,
             weights: &self.weights,
             scale: &self.scale,
+            scales: &[],
             limits: self.limits,
         }
     }

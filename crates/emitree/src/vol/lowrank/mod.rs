@@ -252,7 +252,7 @@ impl Attempted {
                         ErrorWeights::new(attempt.vol, &[[&image, &error]], &parts.outside);
                     let allowed = allowed * weights.largest;
                     let weights = weights.maps.into_iter().flatten().next();
-                    parts.image_of_products(&products, allowed, weights.as_ref())
+                    parts.image_of_products(&products, allowed, weights.as_deref())
                 }
             };
             for ((product, part), footing) in products.iter().zip(&parts.parts).zip(&footings) {

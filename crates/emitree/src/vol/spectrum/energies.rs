@@ -11,7 +11,7 @@ use crate::parallel::prelude::*;
 use crate::vol::dyadic::unit;
 use crate::vol::spectrum::Spectrum;
 use crate::vol::spectrum::bins::Bins;
-use crate::vol::spectrum::probes::SpectralProbe;
+use crate::vol::spectrum::probes::{SpectralProbe, weight_of_bin};
 use crate::vol::tuning::TUNING;
 use nalgebra::DMatrix;
 
@@ -42,23 +42,45 @@ pub(crate) struct ResidualSpectrum {
     /// The effective path along the line of sight, as a fraction of the unit depth.
     path: f64,
     /// The |mean| of the residual over each bin times the path: the error of a voxel.
-    effects: Vec<f64>,
+    pub(crate) effects: Vec<f64>,
+    /// The weight of an error in each bin; none if all are 1.
+    weights: Vec<f64>,
 }
 
 impl ResidualSpectrum {
-    fn new(spectrum: Spectrum, path: f64, bins: &Bins<'_>) -> Self {
+    fn new(spectrum: Spectrum, path: f64, weights: Vec<f64>, bins: &Bins<'_>) -> Self {
         let effects = bins.means(&spectrum).iter().map(|mean| mean.abs() * path).collect();
-        Self { spectrum, path, effects }
+        Self { spectrum, path, effects, weights }
     }
 
-    /// The largest error of a voxel.
+    /// The weighted error of a voxel in each bin.
+    fn weighted(&self) -> impl Iterator<Item = f64> + '_ {
+        let weights = self.weights.iter().copied().chain(core::iter::repeat(1.0));
+        self.effects.iter().zip(weights).map(|(effect, weight)| effect * weight)
+    }
+
+    /// The largest weighted error of a voxel.
     pub(crate) fn largest(&self) -> f64 {
-        self.effects.iter().copied().fold(0.0, f64::max)
+        self.weighted().fold(0.0, f64::max)
     }
 
     /// The |residual| at a place of the axis, per unit of energy, times the path.
     pub(crate) fn effect_at(&self, place: u32, bins: &Bins<'_>) -> f64 {
         self.path * size_at(&self.spectrum, bins, place)
+    }
+
+    /// The sampled place at which its weighted size is largest, per unit of energy, and that size.
+    fn largest_place(&self, bins: &Bins<'_>) -> (u32, f64) {
+        let larger = |best: (u32, f64), place: u32| {
+            let size = self.weighted_size_at(place, bins);
+            if size > best.1 { (place, size) } else { best }
+        };
+        self.spectrum.places().fold((0, -1.0), larger)
+    }
+
+    /// The weighted |residual| at a place of the axis, per unit of energy.
+    fn weighted_size_at(&self, place: u32, bins: &Bins<'_>) -> f64 {
+        size_at(&self.spectrum, bins, place) * weight_of_bin(&self.weights, place)
     }
 }
 
@@ -93,7 +115,7 @@ impl Energies {
         let left = self.selected.iter().fold(probe.spectrum.clone(), |residual, one| {
             residual.less(residual.rate(one.place), &one.function)
         });
-        ResidualSpectrum::new(left, probe.path, bins)
+        ResidualSpectrum::new(left, probe.path, probe.weights.clone(), bins)
     }
 
     /// Selects an energy whose function is one of the `residuals`, at `place` or where that is
@@ -106,12 +128,12 @@ impl Energies {
         place: Option<u32>,
         bins: &Bins<'_>,
     ) -> bool {
+        let (largest_place, largest) = residuals[from].largest_place(bins);
+        let place = place.unwrap_or(largest_place);
+        let least = TUNING.spectra.least_pivot * largest;
         let mut function = residuals[from].spectrum.clone();
-        let place = place.unwrap_or_else(|| largest_place(&function, bins));
         let pivot = function.rate(place);
-        let least =
-            TUNING.spectra.least_pivot * size_at(&function, bins, largest_place(&function, bins));
-        if !(1.0 / pivot).is_finite() || size_at(&function, bins, place) < least {
+        if !(1.0 / pivot).is_finite() || residuals[from].weighted_size_at(place, bins) < least {
             return false;
         }
         function.scale(1.0 / pivot);
@@ -119,7 +141,8 @@ impl Energies {
         let weights = bins.means(&function);
         residuals.par_iter_mut().for_each(|residual| {
             let left = residual.spectrum.less(residual.spectrum.rate(place), &function);
-            *residual = ResidualSpectrum::new(left, residual.path, bins);
+            let weights = core::mem::take(&mut residual.weights);
+            *residual = ResidualSpectrum::new(left, residual.path, weights, bins);
         });
         self.selected.push(SelectedEnergy { place, of_earlier, weights, function });
         true
@@ -158,23 +181,14 @@ fn size_at(spectrum: &Spectrum, bins: &Bins<'_>, place: u32) -> f64 {
     spectrum.rate(place).abs() / bins.density(unit(place))
 }
 
-/// The largest error of a voxel in each bin for any of the `residuals`.
+/// The largest weighted error of a voxel in each bin for any of the `residuals`.
 pub(crate) fn unexplained(residuals: &[ResidualSpectrum], bins: &Bins<'_>) -> Vec<f64> {
     let mut largest = vec![0.0; bins.factors.len()];
     for residual in residuals {
         largest
             .iter_mut()
-            .zip(&residual.effects)
+            .zip(residual.weighted())
             .for_each(|(most, effect)| *most = effect.max(*most));
     }
     largest
-}
-
-/// The sampled place at which a spectrum is largest per unit of energy.
-fn largest_place(spectrum: &Spectrum, bins: &Bins<'_>) -> u32 {
-    let larger = |best: (u32, f64), place: u32| {
-        let size = size_at(spectrum, bins, place);
-        if size > best.1 { (place, size) } else { best }
-    };
-    spectrum.places().fold((0, -1.0), larger).0
 }

@@ -6,8 +6,10 @@
 //! becomes a spectral probe.
 
 use crate::cell::{self, whole};
+use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::vol::dyadic::{Place, spacing, unit};
+use crate::vol::error_weights::WeightsOfPart;
 use crate::vol::sampling::{Stop, View, evaluate};
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::{BASE_LEVEL, Spectrum};
@@ -38,9 +40,24 @@ pub(crate) struct SpectralProbe {
     /// The factor on the error allowed in the spectrum, at most 1. It is smaller for a spectrum
     /// that becomes a function, which may be multiplied by larger values elsewhere.
     precision: f64,
+    /// The weight of an error in each bin; none if all are 1.
+    pub(crate) weights: Vec<f64>,
     /// Places at which spot checks were not explained.
     wanted: BTreeSet<u32>,
     pub(crate) spectrum: Spectrum,
+}
+
+impl SpectralProbe {
+    /// The weight of an error at a dyadic place of the axis, that of its bin.
+    fn weight_at(&self, place: u32) -> f64 {
+        weight_of_bin(&self.weights, place)
+    }
+}
+
+/// The weight of an error at a dyadic place of the axis, given those of the bins; 1 if there are none.
+pub(crate) fn weight_of_bin(weights: &[f64], place: u32) -> f64 {
+    let bin = whole(unit(place) * weights.len() as f64);
+    weights.get(bin).or(weights.last()).copied().unwrap_or(1.0)
 }
 
 /// A single sample that is compared with the selected energies.
@@ -51,6 +68,8 @@ pub(crate) struct SpotCheck {
     pub(crate) energy: u32,
     pub(crate) path: f64,
     pub(crate) expected: f64,
+    /// The weight of an error there.
+    pub(crate) weight: f64,
 }
 
 /// All spectral probes.
@@ -60,21 +79,47 @@ pub(crate) struct SpectralProbes<'a> {
     pub(crate) probes: Vec<SpectralProbe>,
     /// Places at which every spectrum is sampled, in addition to the lattice.
     common_energies: BTreeSet<u32>,
+    /// For each part of the view the weights of errors on its raster, by bin; none if all are 1.
+    weights: Vec<WeightsOfPart>,
 }
 
 impl<'a> SpectralProbes<'a> {
     pub(crate) fn new(bins: Bins<'a>) -> Self {
-        Self { bins, probes: Vec::new(), common_energies: BTreeSet::new() }
+        let common_energies = BTreeSet::new();
+        Self { bins, probes: Vec::new(), common_energies, weights: Vec::new() }
+    }
+
+    /// Replaces the weights of errors: those of each part on its raster, by bin.
+    pub(crate) fn set_weights(&mut self, weights: Vec<WeightsOfPart>) {
+        self.weights = weights;
+        for i in 0..self.probes.len() {
+            self.probes[i].weights = self.weights_at(&self.probes[i].point);
+        }
+    }
+
+    /// The weight of an error at a point in each bin; none if all are 1.
+    fn weights_at(&self, point: &ProbePoint) -> Vec<f64> {
+        let of_part = self.weights.get(point.part).into_iter().flatten();
+        of_part.map(|map| weight_in(map, point)).collect()
+    }
+
+    /// The weight of an error at a point and a place of the axis.
+    pub(crate) fn weight_at(&self, point: &ProbePoint, energy: u32) -> f64 {
+        let Some(of_part) = self.weights.get(point.part) else { return 1.0 };
+        let bin = whole(unit(energy) * of_part.len() as f64).min(of_part.len() - 1);
+        weight_in(&of_part[bin], point)
     }
 
     /// Adds a spectral probe at one sample of a line, unless there is one already.
     pub(crate) fn add(&mut self, point: ProbePoint, path: f64, full: bool) {
         if self.probes.iter().all(|probe| probe.point != point) {
+            let weights = self.weights_at(&point);
             self.probes.push(SpectralProbe {
                 point,
                 path,
                 full,
                 precision: 1.0,
+                weights,
                 wanted: BTreeSet::new(),
                 spectrum: Spectrum::default(),
             });
@@ -93,7 +138,7 @@ impl<'a> SpectralProbes<'a> {
         let rates = spectral_rates(parts, &points, &self.bins).await?;
         let unexplained = |(check, rate): (&SpotCheck, f64)| {
             let wrong = (rate - check.expected).abs() / self.bins.density(unit(check.energy));
-            (wrong * check.path, *check)
+            (wrong * check.path * check.weight, *check)
         };
         let mut found: Vec<(f64, SpotCheck)> = checks.iter().zip(rates).map(unexplained).collect();
         found.retain(|(wrong, _)| *wrong > allowed);
@@ -191,7 +236,9 @@ impl<'a> SpectralProbes<'a> {
     /// The places at which the structure of a spectrum has to be refined.
     fn structure(&self, probe: &SpectralProbe, allowed: f64) -> Vec<u32> {
         let allowed = TUNING.spectra.spectrum_share * probe.precision * allowed;
-        let effect = |place: u32| probe.path / (allowed * self.bins.density(unit(place)));
+        let effect = |place: u32| {
+            probe.weight_at(place) * probe.path / (allowed * self.bins.density(unit(place)))
+        };
         probe.spectrum.wanted(self.bins.factors.len(), effect)
     }
 
@@ -199,10 +246,18 @@ impl<'a> SpectralProbes<'a> {
     pub(crate) fn largest(&self) -> f64 {
         let of_probe = |probe: &SpectralProbe| {
             let means = self.bins.means(&probe.spectrum);
-            means.iter().map(|mean| mean.abs() * probe.path).fold(0.0, f64::max)
+            let matters = |bin: usize| probe.weights.get(bin).is_none_or(|weight| *weight > 0.0);
+            let means = means.iter().enumerate().filter(|(bin, _)| matters(*bin));
+            means.map(|(_, mean)| mean.abs() * probe.path).fold(0.0, f64::max)
         };
         self.probes.iter().map(of_probe).fold(0.0, f64::max)
     }
+}
+
+/// The weight at the place of a point on the raster of its part.
+fn weight_in(map: &Image, point: &ProbePoint) -> f64 {
+    let cell = |along: u32, cells: usize| whole(unit(along) * cells as f64).min(cells - 1);
+    map[(cell(point.place[1], map.height()), cell(point.place[0], map.width()))]
 }
 
 /// G at points of the `parts`, each at its own place on the energy axis, in one batch.

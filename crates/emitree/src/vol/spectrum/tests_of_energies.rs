@@ -2,6 +2,7 @@
 
 use crate::EnergyScale;
 use crate::energy::EnergyAxis;
+use crate::image::Image;
 use crate::vol::dyadic::{STEPS, spacing, unit};
 use crate::vol::sampling::View;
 use crate::vol::spectrum::Spectrum;
@@ -10,6 +11,7 @@ use crate::vol::spectrum::energies::{Energies, ResidualSpectrum, unexplained};
 use crate::vol::spectrum::probes::{LINE_LEVEL, ProbePoint, SpectralProbes, SpotCheck};
 use crate::vol::testing::{PANE, answered, assert_close, at, meter, view};
 use crate::vol::tuning::TUNING;
+use std::sync::Arc;
 
 fn axis(min: f64, max: f64, bins: usize, scale: EnergyScale) -> EnergyAxis {
     EnergyAxis::new(min, max, bins, scale).unwrap()
@@ -276,7 +278,7 @@ fn spot_checks_are_on_a_lattice_that_depends_on_the_bins() {
 
 fn check(row: u32, expected: f64) -> SpotCheck {
     let point = ProbePoint { part: 0, place: at(7, 3, row), depth: 0 };
-    SpotCheck { point, energy: 3 * spacing(7), path: 0.5, expected }
+    SpotCheck { point, energy: 3 * spacing(7), path: 0.5, expected, weight: 1.0 }
 }
 
 #[test]
@@ -341,4 +343,22 @@ fn a_short_budget_ends_the_sampling_of_spectra() {
     let views = [view(&meter, &PANE)];
     assert!(answered(&meter, |_, _| 1.0, probes.sample(&views, 1.0)).is_err());
     assert_eq!(meter.evaluations(), 0);
+}
+
+#[test]
+fn residuals_have_the_weights_of_their_place_in_each_bin() {
+    let axis = linear();
+    let mut probes = family(&axis, &MIXTURES);
+    let without = unexplained(&rests(&Energies::default(), &probes), &probes.bins);
+    let weights = [1.0, 10.0, 0.0, 2.0];
+    // The probes are in the upper one of two pixels.
+    let map = |weight: &f64| Arc::new(Image::from_pixels(2, 1, vec![*weight, 5.0]));
+    probes.set_weights(vec![weights.iter().map(map).collect()]);
+    let weighted = unexplained(&rests(&Energies::default(), &probes), &probes.bins);
+    for ((weighted, without), weight) in weighted.iter().zip(&without).zip(weights) {
+        assert_close(*weighted, weight * without, 1e-12);
+    }
+    let [above, below] = [0, STEPS].map(|row| ProbePoint { part: 0, place: [0, row], depth: 0 });
+    assert_eq!([0, STEPS / 3, STEPS].map(|u| probes.weight_at(&above, u)), [1.0, 10.0, 2.0]);
+    assert_eq!(probes.weight_at(&below, STEPS / 3), 5.0);
 }

@@ -229,17 +229,20 @@ impl<'a> Sheet<'a> {
         (SheetImage { first_row, image, error, of_lines }, state)
     }
 
-    /// Sets the weights of errors on its raster: the largest of the bins that it is in.
-    pub(crate) fn set_weights(&mut self, weights: &Image) {
-        self.weighted_scale = Arc::new(product(&self.scale, weights));
-        self.scan.set_weights(WeightsOfSquares::new(weights));
+    /// Sets the weights of errors on its raster: the largest of the bins that its image is in, and of those
+    /// that its lines are in.
+    pub(crate) fn set_weights(&mut self, of_image: &Image, of_lines: &Image) {
+        self.weighted_scale = Arc::new(product(&self.scale, of_image));
+        self.scan.set_weights(WeightsOfSquares::new(of_lines));
     }
 
-    /// The input of the choice of nodes; `weights` are those of the sheet in each bin.
+    /// The input of the choice of nodes; `weights` are those of the sheet in each bin, and `scales` the
+    /// factors from means of values to weighted pixels in each bin; none if all weights of errors are 1.
     pub(crate) fn choice<'s>(
         &'s self,
         state: &'s SheetState,
         weights: &'s [f64],
+        scales: &'s [Image],
         limits: &ChoiceLimits,
     ) -> Choice<'s> {
         Choice {
@@ -248,6 +251,7 @@ impl<'a> Sheet<'a> {
             footprints: &state.footprints,
             weights,
             scale: &self.weighted_scale,
+            scales,
             limits: *limits,
         }
     }

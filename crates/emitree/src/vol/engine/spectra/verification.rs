@@ -123,6 +123,7 @@ impl Engine<'_> {
                 point: of.point,
                 energy,
                 path: of.path,
+                weight: spectra.probes.weight_at(&of.point, energy),
                 expected: self.energies.explained(known.iter().copied(), energy),
             }));
         }

@@ -188,7 +188,7 @@ fn places_of_seeds_come_first_and_then_the_children_of_coarse_nodes() {
     assert!(seeded.iter().all(|&i| level_of_place(sheet.scan.tree.nodes()[i].place) < 3));
     let (_, seen) = sheet.assemble();
     let limits = ChoiceLimits { tolerance: 1.0, finest_level: 9, required_level: 3 };
-    let choice = sheet.choice(&seen, &[1.0], &limits);
+    let choice = sheet.choice(&seen, &[1.0], &[], &limits);
     let places = sheet.places(&seen, &choice, vec![]);
     assert_eq!(places[..12], missing);
     let mut all: Vec<Place> = places;
