@@ -209,6 +209,11 @@ impl Meter {
         self.of_pixels.counts()
     }
 
+    /// Counts the evaluations of pixels from 0 again: those of another image follow.
+    pub(crate) fn restart_evaluations_per_pixel(&self) {
+        self.of_pixels.restart();
+    }
+
     pub(crate) fn evaluations(&self) -> u64 {
         self.evaluations.load(Ordering::Relaxed)
     }

@@ -4,6 +4,7 @@ use crate::cube::Cube;
 use crate::found_surfaces::FoundSurfaces;
 use crate::mesh::frozen::Frozen;
 use crate::rendering::RenderedTree;
+use crate::sums::RegionSum;
 use crate::tree::StopReason;
 use std::sync::Arc;
 
@@ -22,6 +23,8 @@ pub(crate) struct MethodOutput {
     pub(crate) smallest_feature: Option<f64>,
     /// The largest error of a value over the error allowed there, if the method has such.
     pub(crate) error_over_allowed: Option<f64>,
+    /// The sums over regions, in the order of the options.
+    pub(crate) sums: Vec<RegionSum>,
     /// The tree that was built, if there is one, and one only.
     pub(crate) tree: Option<RenderedTree>,
     /// The surfaces that the image is made of, if they were found.
@@ -40,6 +43,7 @@ impl MethodOutput {
             energies: Vec::new(),
             smallest_feature: None,
             error_over_allowed: None,
+            sums: Vec::new(),
             tree: None,
             surfaces: None,
             frozen: None,

@@ -231,8 +231,9 @@ impl<'a, V: Values> Session<'a, V> {
         };
         // Before anything is allocated.
         check_options(shape, axis.as_ref().map(EnergyAxis::bins), options)?;
-        let known = kept.rates.then(Arc::default);
-        let limits = limits(options, whole_batches, kept.rates);
+        let keeps_rates = kept.rates || options.method.repeats_points();
+        let known = keeps_rates.then(Arc::default);
+        let limits = limits(options, whole_batches, keeps_rates);
         let meter = Meter::new(shape, limits, known.clone(), kept.images);
         let course = Course::begin(meter, &start, shape, &options.method);
         Ok(Self {
@@ -420,7 +421,8 @@ impl<'a, V: Values> Session<'a, V> {
             total_time,
         };
         let (values, error) = (V::from_cube(made.cube), made.error.map(V::from_cube));
-        Rendering { values, error, stats, tree: made.tree, surfaces: made.surfaces }
+        let (sums, tree, surfaces) = (made.sums, made.tree, made.surfaces);
+        Rendering { values, error, sums, stats, tree, surfaces }
     }
 }
 
