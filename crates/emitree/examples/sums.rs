@@ -158,7 +158,8 @@ fn measure(
     counts.logs[0] += (found.stats.evaluations as f64).ln();
     counts.logs[1] += (plain.stats.evaluations as f64).ln();
     for ((sum, weights), of_region) in sums.iter().zip(&lit).zip(&found.sums) {
-        let area: f64 = weights.pixels().iter().sum();
+        let pixels = weights.pixels().iter().zip(exact.pixels());
+        let area: f64 = pixels.filter(|(_, pixel)| pixel.is_finite()).map(|(w, _)| w).sum();
         let norm = if sum.kind == SumKind::Mean { area } else { 1.0 };
         let of_reference = scene.reference.error * largest * area / norm;
         let error = (of_region.value - value(weights, exact) / norm).abs();

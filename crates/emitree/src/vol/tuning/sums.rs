@@ -8,7 +8,7 @@ group! {
         first_pairs: usize = 16, 8..=32;
         /// The error in standard errors of the mean residual, which is added to the |mean|. Smaller values are
         /// exceeded more often; larger ones need more lines, in proportion to their square.
-        deviations: f64 = 3.0, 2.0..=4.0;
+        deviations: f64 = 2.0, 1.5..=3.0;
         /// The error of the lines, as a share of that allowed in the sum. Smaller values
         /// take more evaluations for each line.
         line_share: f64 = 0.1, 0.05..=0.2;
