@@ -24,6 +24,7 @@ _OF_METHOD = frozenset(
         "weights",
         "mask",
         "per_band",
+        "sums",
         "method",
         "max_evaluations",
         "max_seconds",
@@ -48,7 +49,7 @@ class Session:
 
     camera, shape: as of `render`.
     options: keywords of `render` that define the rendering: tolerance, rtol, atol, floor, weights,
-        mask, per_band, method, max_evaluations, max_seconds, smallest_feature, energy, unit,
+        mask, per_band, sums, method, max_evaluations, max_seconds, smallest_feature, energy, unit,
         image_unit, quantity, bounds, occulters, edges, seeds, instrument, and the options of the
         methods.
 
