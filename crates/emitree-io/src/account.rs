@@ -330,7 +330,11 @@ impl Account {
             let of = format!("{} of a region", sum.of);
             [
                 Card::new(format!("SUM{number}"), sum.name.as_str(), of),
-                Card::new(format!("SUMVAL{number}"), sum.value, format!("its value [{}]", sum.unit)),
+                Card::new(
+                    format!("SUMVAL{number}"),
+                    sum.value,
+                    format!("its value [{}]", sum.unit),
+                ),
                 Card::new(format!("SUMERR{number}"), sum.error, "its estimated error"),
             ]
         });

@@ -42,7 +42,8 @@ pub(super) fn read(
 ) -> Result<(Vec<SceneSum>, Vec<Sum>), SceneError> {
     let place = node.place.clone();
     let Value::Table(entries) = node.value else {
-        let expected = "a table of names, as in { on = { circle = { center = [32, 24], radius = 10 } } }";
+        let expected =
+            "a table of names, as in { on = { circle = { center = [32, 24], radius = 10 } } }";
         return Err(node.refuse(node.value.kind(), expected));
     };
     let (mut asked, mut sums) = (Vec::new(), Vec::new());
@@ -67,11 +68,7 @@ pub(super) fn read(
     Ok((asked, sums))
 }
 
-fn one(
-    name: &str,
-    node: Node,
-    view: &RenderedView<'_>,
-) -> Result<(SceneSum, Sum), SceneError> {
+fn one(name: &str, node: Node, view: &RenderedView<'_>) -> Result<(SceneSum, Sum), SceneError> {
     let (path, place) = (node.path.clone(), node.place.clone());
     // The name of a file alone is that of a mask.
     let mut table = match node.value {
@@ -112,8 +109,9 @@ fn one(
         Some(("mean", _)) => SumKind::Mean,
         Some(("flux", place)) => {
             if !view.camera.description().has_solid_angles {
-                return Err(SceneError::at(place, format!("`{path}.of` is `flux`"))
-                    .label("expected `sum` or `mean`: pixels of this camera have no solid angles"));
+                return Err(SceneError::at(place, format!("`{path}.of` is `flux`")).label(
+                    "expected `sum` or `mean`: pixels of this camera have no solid angles",
+                ));
             }
             SumKind::Flux
         }
@@ -247,7 +245,8 @@ impl Shape {
         if !is_on_axes {
             return Ok(self.region.weights(view.shape));
         }
-        let (PlotFrame::Axes { x, y } | PlotFrame::UnlikeAxes { x, y }) = view.camera.frame() else {
+        let (PlotFrame::Axes { x, y } | PlotFrame::UnlikeAxes { x, y }) = view.camera.frame()
+        else {
             return refuse("this camera has no axes for `coordinates`");
         };
         let [height, width] = view.shape;
@@ -293,7 +292,8 @@ impl Shape {
         };
         let share = |pixel: usize| {
             let [column, row] = [pixel % width * PARTS, pixel / width * PARTS];
-            let of_row = |y: &f64| xs[column..][..PARTS].iter().filter(|x| is_inside(**x, *y)).count();
+            let of_row =
+                |y: &f64| xs[column..][..PARTS].iter().filter(|x| is_inside(**x, *y)).count();
             let inside: usize = ys[row..][..PARTS].iter().map(of_row).sum();
             inside as f64 / (PARTS * PARTS) as f64
         };
@@ -319,7 +319,8 @@ fn signed_map(node: &Node, shape: [usize; 2]) -> Result<Image, SceneError> {
     if let Some(pixel) = map.pixels().iter().position(|weight| !weight.is_finite()) {
         let (row, column) = (pixel / shape[1], pixel % shape[1]);
         let weight = map.pixels()[pixel];
-        let message = format!("`{}`: the map has {weight} in row {row}, column {column}", node.path);
+        let message =
+            format!("`{}`: the map has {weight} in row {row}, column {column}", node.path);
         return Err(SceneError::at(&node.place, message).label("expected finite weights"));
     }
     Ok(map)

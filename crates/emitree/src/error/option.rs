@@ -83,7 +83,9 @@ pub enum OptionError {
     #[error("`steps` is {0}: expected 1 or more steps along each line")]
     Steps(usize),
     /// A sum without a name, or with that of a former one; its number, from 0.
-    #[error("`sums[{0}]` has no name of its own: expected names that differ, of one letter or more")]
+    #[error(
+        "`sums[{0}]` has no name of its own: expected names that differ, of one letter or more"
+    )]
     SumName(usize),
     /// The weights of a sum, for an image of another shape.
     #[error(

@@ -137,7 +137,8 @@ mod tests {
 
     #[test]
     fn a_region_within_the_image_has_its_area() {
-        for (center, radii) in [([5.0, 5.0], [4.0, 4.0]), ([5.3, 4.1], [0.3, 2.2]), ([5.0; 2], [0.1; 2])]
+        for (center, radii) in
+            [([5.0, 5.0], [4.0, 4.0]), ([5.3, 4.1], [0.3, 2.2]), ([5.0; 2], [0.1; 2])]
         {
             let area: f64 = Region::ellipse(center, radii).weights([10, 10]).pixels().iter().sum();
             assert!((area - PI * radii[0] * radii[1]).abs() < 1e-12, "{center:?} {area}");

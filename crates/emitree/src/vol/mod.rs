@@ -64,8 +64,8 @@ mod tests;
 
 pub use options::PixelTolerance;
 pub(crate) use options::VolOptions;
-pub(crate) use sums::render;
 pub use seeds::Seed;
+pub(crate) use sums::render;
 
 /// The size of a small feature: the standard deviation of a Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]

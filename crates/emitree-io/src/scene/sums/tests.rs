@@ -66,14 +66,32 @@ fn what_can_not_be_is_refused_with_the_key() {
         ("sums = 1", "`render.sums` is an integer"),
         ("sums = {}", "`render.sums` is empty"),
         ("sums.a = {}", "`render.sums.a` has no region of its own"),
-        ("sums.a = { circle = { center = [1, 1], radius = 0 } }", "`render.sums.a.circle.radius` is 0"),
+        (
+            "sums.a = { circle = { center = [1, 1], radius = 0 } }",
+            "`render.sums.a.circle.radius` is 0",
+        ),
         ("sums.a = { circle = { center = [90, 1], radius = 1 } }", "`render.sums.a` is empty"),
-        ("sums.a = { box = { min = [1, 1], max = [1, 2] } }", "`render.sums.a.box.max` is [1.0, 2.0]"),
+        (
+            "sums.a = { box = { min = [1, 1], max = [1, 2] } }",
+            "`render.sums.a.box.max` is [1.0, 2.0]",
+        ),
         ("sums.a = { mask = \"nowhere.npy\" }", "`render.sums.a.mask`: "),
-        ("sums.a = { box = { min = [0, 0], max = [1, 1] }, of = \"flux\" }", "`render.sums.a.of` is `flux`"),
-        ("sums.a = { box = { min = [0, 0], max = [1, 1] }, tolerance = 1 }", "`render.sums.a.tolerance` is 1"),
-        ("sums.a = { box = { min = [0, 0], max = [1, 1] }, sum = 1 }", "unknown key `render.sums.a.sum`"),
-        ("method = \"los\"\nsums.a = { box = { min = [0, 0], max = [1, 1] } }", "`render.sums` is given"),
+        (
+            "sums.a = { box = { min = [0, 0], max = [1, 1] }, of = \"flux\" }",
+            "`render.sums.a.of` is `flux`",
+        ),
+        (
+            "sums.a = { box = { min = [0, 0], max = [1, 1] }, tolerance = 1 }",
+            "`render.sums.a.tolerance` is 1",
+        ),
+        (
+            "sums.a = { box = { min = [0, 0], max = [1, 1] }, sum = 1 }",
+            "unknown key `render.sums.a.sum`",
+        ),
+        (
+            "method = \"los\"\nsums.a = { box = { min = [0, 0], max = [1, 1] } }",
+            "`render.sums` is given",
+        ),
         ("tolerance = 1", "`render.tolerance` is 1"),
     ] {
         let error = options(text, &[]).unwrap_err();

@@ -43,8 +43,10 @@ impl<'s> Functional<'s> {
             }
         };
         let of_pixels = Image::from_pixels(solid_angles.height(), solid_angles.width(), of_pixels);
-        let of_bands = axis
-            .map_or_else(|| vec![1.0], |axis| (0..axis.bins()).map(|bin| axis.width(bin)).collect());
+        let of_bands = axis.map_or_else(
+            || vec![1.0],
+            |axis| (0..axis.bins()).map(|bin| axis.width(bin)).collect(),
+        );
         Ok(Self { sum, of_pixels, of_bands })
     }
 

@@ -23,8 +23,7 @@ pub(super) struct LineOfSight {
 impl LineOfSight {
     fn site(&self, view: View<'_>, depth: u32) -> Site {
         let [x, y] = self.xy;
-        let mut point =
-            view.tiles[self.tile].projection.world_from_canonical([x, y, unit(depth)]);
+        let mut point = view.tiles[self.tile].projection.world_from_canonical([x, y, unit(depth)]);
         point.path_per_depth *= self.scale;
         Site { xy: self.xy, point, energy: self.energy, tile: (self.tile, view.tiles.len()) }
     }
@@ -45,7 +44,8 @@ pub(super) async fn integrals(
     while !wanted.is_empty() {
         let site = |k: usize| of[wanted[k].0].site(view, wanted[k].1);
         let rates = evaluate(view.meter, wanted.len(), &site).await?;
-        for of_line in wanted.iter().zip(rates).collect::<Vec<_>>().chunk_by(|a, b| a.0.0 == b.0.0) {
+        for of_line in wanted.iter().zip(rates).collect::<Vec<_>>().chunk_by(|a, b| a.0.0 == b.0.0)
+        {
             let samples = of_line.iter().map(|((_, depth), rate)| (*depth, *rate));
             lines[of_line[0].0.0].add(samples);
         }

@@ -156,10 +156,12 @@ impl Residuals {
         let found = integrals(view, &lines, tolerance).await;
         self.evaluations += view.meter.evaluations() - before;
         let found = found?;
-        self.pairs.extend(pairs.into_iter().zip(found.chunks_exact(2)).map(|(places, both)| Pair {
-            places,
-            value: 0.5 * (both[0][0] + both[1][0]),
-            error: 0.5 * (both[0][1] + both[1][1]),
+        self.pairs.extend(pairs.into_iter().zip(found.chunks_exact(2)).map(|(places, both)| {
+            Pair {
+                places,
+                value: 0.5 * (both[0][0] + both[1][0]),
+                error: 0.5 * (both[0][1] + both[1][1]),
+            }
         }));
         Ok(())
     }

@@ -45,12 +45,12 @@ impl Distribution {
             (0..coefficients.len()).filter(|&pixel| coefficients[pixel] != 0.0).collect();
         pixels.sort_by_key(|&pixel| along_curve(pixel / width, pixel % width));
         let bands = 0..functional.of_bands.len();
-        let voxels: Vec<Voxel> = bands
-            .flat_map(|band| pixels.iter().map(move |&pixel| Voxel { band, pixel }))
-            .collect();
+        let voxels: Vec<Voxel> =
+            bands.flat_map(|band| pixels.iter().map(move |&pixel| Voxel { band, pixel })).collect();
         let plain = |voxel: &Voxel| coefficient(functional, *voxel).abs();
         let error_of = |voxel: &Voxel| {
-            let error = errors.map_or(0.0, |errors| errors.bands()[voxel.band].pixels()[voxel.pixel]);
+            let error =
+                errors.map_or(0.0, |errors| errors.bands()[voxel.band].pixels()[voxel.pixel]);
             if error.is_finite() { plain(voxel) * error } else { 0.0 }
         };
         let sums: [f64; 2] = [voxels.iter().map(plain).sum(), voxels.iter().map(error_of).sum()];
@@ -120,9 +120,8 @@ impl PlacePair {
             [Some(a), Some(b), Some(c), Some(d)] => 0.25 * (a + b - c - d),
             _ => 0.0,
         };
-        let beside = |band: Option<usize>| {
-            cube.bands().get(band?).map(|image| image.pixels()[pixel])
-        };
+        let beside =
+            |band: Option<usize>| cube.bands().get(band?).map(|image| image.pixels()[pixel]);
         let along_energy = curvature(beside(band.checked_sub(1)), beside(band.checked_add(1)));
         centre
             + curvature(at(0, 1), at(0, -1)) * even(u)

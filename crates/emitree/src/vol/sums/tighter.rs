@@ -38,8 +38,7 @@ impl Tighter {
         functionals: &[Functional<'_>],
         is_uniform: bool,
     ) -> VolOptions {
-        let [height, width] =
-            [functionals[0].of_pixels.height(), functionals[0].of_pixels.width()];
+        let [height, width] = [functionals[0].of_pixels.height(), functionals[0].of_pixels.width()];
         let mut factors = Image::from_pixels(height, width, vec![1.0; height * width]);
         let mut in_regions = vec![false; height * width];
         for (functional, &of_sum) in functionals.iter().zip(&self.factors) {
