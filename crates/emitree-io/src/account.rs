@@ -128,8 +128,8 @@ pub struct SumAccount {
     pub tolerance: f64,
     /// The unit of value and errors, in the grammar of FITS, or empty.
     pub unit: String,
-    /// How many lines of sight the error is estimated from; 0 if it is the sum of those of the pixels.
-    pub lines: usize,
+    /// How many points or lines of sight the error is estimated from; 0 if it is the sum of those of the pixels.
+    pub samples: usize,
     /// Of a cube: the value and the |error| of each band, in `band_unit`.
     pub bands: Vec<[f64; 2]>,
     /// The unit of these, or empty.
@@ -147,7 +147,7 @@ fn sums(scene: &Scene, found: &Rendering<Cube>) -> Vec<SumAccount> {
         allowed: factor * found.allowed,
         tolerance: asked.tolerance,
         unit: asked.unit.clone(),
-        lines: found.lines,
+        samples: found.samples,
         bands: found.bands.clone(),
         band_unit: asked.band_unit.clone(),
     };

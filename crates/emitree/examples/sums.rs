@@ -173,13 +173,13 @@ fn measure(
         counts.bound_log += (bound / of_region.error).ln();
         if !is_within || !found.converged() || std::env::var("DBG").is_ok() {
             println!(
-                "{} {}: error {:.2} of the estimate, estimate {:.2} of the error allowed ({} lines, sum of \
+                "{} {}: error {:.2} of the estimate, estimate {:.2} of the error allowed ({} samples, sum of \
                  errors {:.1}), {} evaluations ({} without sums), {:?}",
                 scene.name,
                 of_region.name,
                 error / of_region.error,
                 of_region.error / of_region.allowed,
-                of_region.lines,
+                of_region.samples,
                 bound / of_region.allowed,
                 found.stats.evaluations,
                 plain.stats.evaluations,

@@ -3,10 +3,17 @@
 use crate::cube::Cube;
 use crate::found_surfaces::FoundSurfaces;
 use crate::mesh::frozen::Frozen;
+use crate::projection::charts::stretch::Stretch;
 use crate::rendering::RenderedTree;
 use crate::sums::RegionSum;
 use crate::tree::StopReason;
+use core::fmt::Debug;
 use std::sync::Arc;
+
+/// G · dΩ/(dx dy) at all points of the canonical cube, as an image is made of it.
+pub(crate) trait Model: Send + Sync + Debug {
+    fn values(&self, points: &[[f64; 3]]) -> Vec<f64>;
+}
 
 /// The result of a method.
 #[derive(Clone, Debug)]
@@ -29,6 +36,10 @@ pub(crate) struct MethodOutput {
     pub(crate) tree: Option<RenderedTree>,
     /// The surfaces that the image is made of, if they were found.
     pub(crate) surfaces: Option<Arc<FoundSurfaces>>,
+    /// What the image has the means of, if there is such a function and sums are asked for.
+    pub(crate) model: Option<Arc<dyn Model>>,
+    /// The stretch of the depths of that function.
+    pub(crate) stretch: Option<Stretch>,
     /// The frozen quadrature, if it was asked for and there is one.
     pub(crate) frozen: Option<Arc<Frozen>>,
 }
@@ -46,6 +57,8 @@ impl MethodOutput {
             sums: Vec::new(),
             tree: None,
             surfaces: None,
+            model: None,
+            stretch: None,
             frozen: None,
         }
     }

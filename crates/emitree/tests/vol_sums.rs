@@ -84,7 +84,7 @@ fn images_without_sums_are_those_of_before_and_a_sum_that_is_met_changes_no_pixe
     let sum = Sum::new("all", all.clone()).with_tolerance(0.5);
     let found = rendering(|r| scene.rate(r), VolOptions::new(0.01).with_sums([sum]));
     assert_eq!(found.values, plain.values);
-    assert_eq!(found.sums[0].lines, 0);
+    assert_eq!(found.sums[0].samples, 0);
     assert!((found.sums[0].value - weighted(&all, &plain.values)[0]).abs() < 1e-12);
 }
 

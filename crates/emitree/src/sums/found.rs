@@ -5,9 +5,8 @@ use super::SumKind;
 /// The sum over a region of a rendered image or cube.
 ///
 /// The error is that of the sum, and not the sum of the errors of its pixels, most of which cancel:
-/// it is estimated from lines of sight that took no part in the image
-/// ([engine](https://docs.rs/emitree/latest/emitree/vol/index.html)). Where so many lines would cost more
-/// than they are worth, it is that bound.
+/// it is estimated from points or lines of sight that took no part in the image. Where so many of them would cost
+/// more than they are worth, it is that limit.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RegionSum {
@@ -21,9 +20,9 @@ pub struct RegionSum {
     pub error: f64,
     /// The error that was allowed.
     pub allowed: f64,
-    /// The number of lines of sight that the error is estimated from; 0 if it is the sum of those of the
-    /// pixels.
-    pub lines: usize,
+    /// The number of points or lines of sight that the error is estimated from; 0 if it is the sum of those
+    /// of the pixels.
+    pub samples: usize,
     /// Of a cube: the value and the |error| of each band, without its width. These errors are the sums of
     /// those of the voxels, an upper limit.
     pub bands: Vec<[f64; 2]>,

@@ -61,7 +61,8 @@ pub(crate) async fn render(
                 continue;
             }
         }
-        let made = finish(meter, tiles, &parts, axis, vol, attempted).await?;
+        let mut made = finish(meter, tiles, &parts, axis, vol, attempted).await?;
+        made.stretch = stretch;
         return Ok(with_share_of_allowed(made, vol));
     }
 }

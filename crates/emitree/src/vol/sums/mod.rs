@@ -1,7 +1,7 @@
 //! Sums over regions, each to a tolerance of its own.
 //!
 //! The error of a sum is not the sum of the errors of its pixels, most of which cancel. It is estimated
-//! from lines of sight that take no part in the image, scattered over the region: the mean of their
+//! from lines of sight, or points, that take no part in the image, scattered over the region: the mean of their
 //! differences from the image is an unbiased estimate of the error of the sum, with a standard error. If
 //! that is too large, more lines are taken or, if they are expected to cost more, the image is made again
 //! with smaller errors in the region; rates that are known are not requested again.
@@ -9,11 +9,13 @@
 //! * `functional`: a sum as coefficients of voxels, its value, the sum of errors;
 //! * `scattered`: places in a region, and the part of a pixel that its neighbours explain;
 //! * `lines`: the integrals of lines of sight;
-//! * `residuals`: the lines of one sum, and the error that follows from them;
+//! * `points`: single points, where the image is made of a function of three coordinates;
+//! * `residuals`: the lines or points of one sum, and the error that follows from them;
 //! * `tighter`: options with smaller errors in regions.
 
 mod functional;
 mod lines;
+mod points;
 mod residuals;
 mod scattered;
 mod tighter;

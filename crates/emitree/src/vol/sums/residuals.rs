@@ -7,6 +7,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::sums::View;
 use crate::vol::sums::functional::Functional;
 use crate::vol::sums::lines::{LineOfSight, integrals};
+use crate::vol::sums::points::Points;
 use crate::vol::sums::scattered::{Distribution, PlacePair};
 use crate::vol::tuning::TUNING;
 
@@ -17,13 +18,17 @@ pub(super) struct Budget {
     pub(super) most: f64,
 }
 
-/// The lines of one sum. They take part in no image, and are compared with each.
+/// The lines and points of one sum. They take part in no image, and are compared with each: points
+/// where the image has a function of three coordinates, otherwise lines.
 #[derive(Default)]
 pub(super) struct Residuals {
     distribution: Option<Distribution>,
     pairs: Vec<Pair>,
-    /// Evaluations of all lines.
+    points: Points,
+    /// Evaluations of all lines and points.
     evaluations: u64,
+    /// Those of lines.
+    of_lines: u64,
 }
 
 /// Two lines of sight on opposite sides of the centre of a pixel.
@@ -46,6 +51,13 @@ struct Differences {
 }
 
 impl Differences {
+    fn of(all: &[f64], of_lines: f64) -> Self {
+        let number = all.len() as f64;
+        let mean = all.iter().sum::<f64>() / number;
+        let squares: f64 = all.iter().map(|of| (of - mean).powi(2)).sum();
+        Self { mean, deviation: (squares / (number - 1.0) / number).sqrt(), of_lines }
+    }
+
     /// The error of the sum.
     fn error(&self) -> f64 {
         self.mean.abs() + TUNING.sums.deviations * self.deviation + self.of_lines
@@ -94,7 +106,7 @@ impl Residuals {
             value,
             error,
             allowed,
-            lines: if by_lines { 2 * self.pairs.len() } else { 0 },
+            samples: if by_lines { self.samples(made) } else { 0 },
             bands,
         })
     }
@@ -110,12 +122,19 @@ impl Residuals {
         budget: Budget,
     ) -> Result<Option<Differences>, MethodError> {
         let tolerance = TUNING.sums.line_share * allowed / functional.total();
-        let mut wanted = TUNING.sums.first_pairs;
+        let mut wanted = match &made.model {
+            Some(_) => TUNING.sums.first_points,
+            None => TUNING.sums.first_pairs,
+        };
         let most = self.evaluations as f64 + budget.most;
         loop {
-            match self.sample(view, functional, made, wanted, tolerance).await {
+            let sampled = match &made.model {
+                Some(_) => self.sample_points(view, functional, made, wanted).await,
+                None => self.sample(view, functional, made, wanted, tolerance).await,
+            };
+            match sampled {
                 Ok(()) => {}
-                Err(Stop::Budget) if self.pairs.is_empty() => return Ok(None),
+                Err(Stop::Budget) if self.samples(made) == 0 => return Ok(None),
                 Err(Stop::Budget) => return Ok(Some(self.differences(view, made))),
                 Err(Stop::Failed(error)) => return Err(error),
             }
@@ -123,11 +142,16 @@ impl Residuals {
             let Some(factor) = found.more_for(allowed).filter(|_| found.error() > allowed) else {
                 return Ok(Some(found));
             };
-            let now = self.pairs.len() as f64;
-            let cost = self.evaluations as f64 / now;
+            let (now, cost) = match &made.model {
+                Some(_) => (self.points.len() as f64, 1.0),
+                None => {
+                    let pairs = self.pairs.len() as f64;
+                    (pairs, self.of_lines as f64 / pairs)
+                }
+            };
             // The next power of two: the places are most even there.
             let next = (factor.max(1.1) * now).log2().ceil().exp2();
-            if cost * next > most {
+            if self.evaluations as f64 + cost * (next - now) > most {
                 return Ok(Some(found));
             }
             wanted = crate::cell::whole(next);
@@ -155,6 +179,7 @@ impl Residuals {
         let before = view.meter.evaluations();
         let found = integrals(view, &lines, tolerance).await;
         self.evaluations += view.meter.evaluations() - before;
+        self.of_lines += view.meter.evaluations() - before;
         let found = found?;
         self.pairs.extend(pairs.into_iter().zip(found.chunks_exact(2)).map(|(places, both)| {
             Pair {
@@ -166,23 +191,46 @@ impl Residuals {
         Ok(())
     }
 
+    /// Samples points up to a number of them.
+    async fn sample_points(
+        &mut self,
+        view: View<'_>,
+        functional: &Functional<'_>,
+        made: &MethodOutput,
+        wanted: usize,
+    ) -> Result<(), Stop> {
+        let distribution = self
+            .distribution
+            .get_or_insert_with(|| Distribution::new(functional, made.error.as_ref()));
+        let before = view.meter.evaluations();
+        let pair = |i: usize| distribution.pair(functional, i);
+        let sampled = self.points.sample(view, made.stretch, &pair, wanted).await;
+        self.evaluations += view.meter.evaluations() - before;
+        sampled
+    }
+
+    /// The number of lines or points that an image is compared with.
+    fn samples(&self, made: &MethodOutput) -> usize {
+        if made.model.is_some() { self.points.len() } else { 2 * self.pairs.len() }
+    }
+
     fn differences(&self, view: View<'_>, made: &MethodOutput) -> Differences {
+        if let Some(model) = &made.model {
+            return Differences::of(&self.points.differences(&**model), 0.0);
+        }
         let number = self.pairs.len() as f64;
         let difference = |Pair { places, value, .. }: &Pair| {
             let tile = &view.tiles[tile_of(view, places)];
             places.weight * (value - places.expected(&made.cube, tile))
         };
         let all: Vec<f64> = self.pairs.iter().map(difference).collect();
-        let mean = all.iter().sum::<f64>() / number;
-        let squares: f64 = all.iter().map(|of| (of - mean).powi(2)).sum();
-        let deviation = (squares / (number - 1.0) / number).sqrt();
         let errors = self.pairs.iter().map(|pair| pair.places.weight.abs() * pair.error);
-        Differences { mean, deviation, of_lines: errors.sum::<f64>() / number }
+        Differences::of(&all, errors.sum::<f64>() / number)
     }
 }
 
 /// The number of the tile that a pair of places is on.
-fn tile_of(view: View<'_>, pair: &PlacePair) -> usize {
+pub(super) fn tile_of(view: View<'_>, pair: &PlacePair) -> usize {
     let [rows, columns] = view.tiles[0].shape;
     pair.voxel.pixel / columns / rows
 }

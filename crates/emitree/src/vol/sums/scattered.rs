@@ -31,7 +31,8 @@ pub(super) struct Voxel {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlacePair {
     pub(super) voxel: Voxel,
-    /// The distances from the centre along x, y and the energy, −½ to ½.
+    /// The distances from the centre along x, y and the energy, −½ to ½; of a point, the last one is that from
+    /// the middle of the depths.
     pub(super) offset: [f64; 3],
     /// The coefficient of the voxel over its probability.
     pub(super) weight: f64,

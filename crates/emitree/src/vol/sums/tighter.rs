@@ -53,7 +53,7 @@ impl Tighter {
         }
         let share =
             in_regions.iter().filter(|inside| **inside).count() as f64 / in_regions.len() as f64;
-        let mut options = VolOptions { sums: Vec::new(), ..vol.clone() };
+        let mut options = vol.clone();
         options.tolerance = options.tolerance.min(TUNING.engine.loosest_tolerance);
         if is_uniform || share >= MOST_OF_IMAGE {
             let most = self.factors.iter().copied().fold(1.0, f64::max);

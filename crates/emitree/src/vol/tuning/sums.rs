@@ -6,6 +6,9 @@ group! {
         /// The number of pairs of lines in a region before its error is estimated. Fewer pairs make
         /// the standard error itself uncertain; more of them add to the cost of every sum.
         first_pairs: usize = 16, 8..=32;
+        /// The number of points in a region before its error is estimated, where the image has a function
+        /// of three coordinates. Fewer points make the standard error itself uncertain.
+        first_points: usize = 256, 128..=512;
         /// The error in standard errors of the mean residual, which is added to the |mean|. Smaller values are
         /// exceeded more often; larger ones need more lines, in proportion to their square.
         deviations: f64 = 2.0, 1.5..=3.0;
