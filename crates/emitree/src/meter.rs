@@ -209,7 +209,7 @@ impl Meter {
         self.of_pixels.counts()
     }
 
-    /// Counts the evaluations of pixels from 0 again: those of another image follow.
+    /// Counts the evaluations on lines of each pixel from 0 again: those of another image follow.
     pub(crate) fn restart_evaluations_per_pixel(&self) {
         self.of_pixels.restart();
     }

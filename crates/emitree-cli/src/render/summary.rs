@@ -128,6 +128,9 @@ fn allowed_error(options: &VolOptions, value: &str) -> String {
     let of_band = if options.per_band { " of its band" } else { "" };
     let weighted = if options.weights.is_some() { ", over its weight" } else { "" };
     let Some(by_pixel) = options.by_pixel else {
+        if options.tolerance >= 1.0 {
+            return "as its sums need it".to_owned();
+        }
         return format!(
             "to {} of the largest {value}{of_band}{weighted}",
             percent(options.tolerance)

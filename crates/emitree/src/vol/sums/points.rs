@@ -6,7 +6,6 @@ use crate::projection::charts::stretch::Stretch;
 use crate::site::Site;
 use crate::vol::sampling::{Stop, evaluate};
 use crate::vol::sums::View;
-use crate::vol::sums::residuals::tile_of;
 use crate::vol::sums::scattered::PlacePair;
 
 /// Points with G · dΩ/(dx dy) there.
@@ -40,7 +39,7 @@ impl Points {
         let mut weights = Vec::new();
         for i in self.len()..wanted {
             let pair = pair(i);
-            let tile = &view.tiles[tile_of(view, &pair)];
+            let tile = &view.tiles[pair.tile(view.tiles)];
             let [height, width] = tile.shape;
             let pixel = pair.voxel.pixel;
             let (row, column) = (pixel / width % height, pixel % width);

@@ -220,7 +220,7 @@ impl Residuals {
         }
         let number = self.pairs.len() as f64;
         let difference = |Pair { places, value, .. }: &Pair| {
-            let tile = &view.tiles[tile_of(view, places)];
+            let tile = &view.tiles[places.tile(view.tiles)];
             places.weight * (value - places.expected(&made.cube, tile))
         };
         let all: Vec<f64> = self.pairs.iter().map(difference).collect();
@@ -229,15 +229,9 @@ impl Residuals {
     }
 }
 
-/// The number of the tile that a pair of places is on.
-pub(super) fn tile_of(view: View<'_>, pair: &PlacePair) -> usize {
-    let [rows, columns] = view.tiles[0].shape;
-    pair.voxel.pixel / columns / rows
-}
-
 /// The line of sight at one of two places, its integral in the unit of the voxel.
 fn line_of_sight(view: View<'_>, pair: &PlacePair, side: f64) -> LineOfSight {
-    let number = tile_of(view, pair);
+    let number = pair.tile(view.tiles);
     let tile = &view.tiles[number];
     let [height, width] = tile.shape;
     let [u, v, e] = pair.offset;

@@ -96,6 +96,12 @@ fn along_curve(row: usize, column: usize) -> u64 {
 }
 
 impl PlacePair {
+    /// The number of the tile that it is on.
+    pub(super) fn tile(&self, tiles: &[Tile<'_>]) -> usize {
+        let [rows, columns] = tiles[0].shape;
+        self.voxel.pixel / columns / rows
+    }
+
     /// The mean of the voxel and of what its neighbours let expect at both places: the image of a smooth
     /// emission within a voxel is nearly its mean plus a polynomial of degree 2, the odd terms of which
     /// cancel.
