@@ -55,7 +55,7 @@ def test_sums_are_in_reports_files_and_pickles(tmp_path):
     assert json.loads(json.dumps(found.report))["sums"]["on"]["value"] == found.sums["on"].value
     assert pickle.loads(pickle.dumps(found)).sums["on"].error == found.sums["on"].error
     fits = pytest.importorskip("astropy.io.fits")
-    found.save(tmp_path / "ball.fits")
+    found.to_fits(tmp_path / "ball.fits")
     header = fits.getheader(tmp_path / "ball.fits")
     assert (header["SUM1"], header["SUMVAL1"]) == ("on", found.sums["on"].value)
     assert header["SUMERR1"] == found.sums["on"].error
