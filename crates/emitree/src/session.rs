@@ -130,7 +130,7 @@ impl<'a> Course<'a> {
             Poll::Ready(Ok(mut made)) => {
                 made.ending = self.meter.reason_for(made.ending);
                 self.took = Some(self.started.elapsed());
-                State::Ended(made)
+                State::Ended(Box::new(made))
             }
             Poll::Ready(Err(error)) => State::Failed(error),
             Poll::Pending => {
@@ -154,7 +154,7 @@ impl<'a> Course<'a> {
 enum State {
     /// It waits for the rates at these points.
     Waiting(Batch),
-    Ended(MethodOutput),
+    Ended(Box<MethodOutput>),
     Failed(MethodError),
 }
 
@@ -338,7 +338,7 @@ impl<'a, V: Values> Session<'a, V> {
     /// the method has intermediate images (only [`Method::Vol`] has).
     pub fn rendering(&self) -> Option<Rendering<V>> {
         match &self.course.state {
-            State::Ended(made) => Some(self.finished(made.clone())),
+            State::Ended(made) => Some(self.finished((**made).clone())),
             State::Waiting(_) | State::Failed(_) => {
                 let [cube, error] = self.course.shown.last()?.maps.clone();
                 Some(self.finished(MethodOutput::new(cube, Some(error), StopReason::Unfinished)))
@@ -372,7 +372,7 @@ impl<'a, V: Values> Session<'a, V> {
     /// The rendering of a session that has ended.
     pub(crate) fn into_rendering<E>(mut self) -> Result<Rendering<V>, RenderError<E>> {
         match core::mem::replace(&mut self.course.state, State::Failed(RenderError::Interrupted)) {
-            State::Ended(made) => Ok(self.finished(made)),
+            State::Ended(made) => Ok(self.finished(*made)),
             State::Failed(error) => Err(of_method(error)),
             State::Waiting(_) => Err(RenderError::Interrupted),
         }

@@ -143,8 +143,8 @@ fn check(
     axis: Option<&EnergyAxis>,
 ) -> Result<(), MethodError> {
     // Where sums alone matter, the tolerance of pixels may be as loose as it can be.
-    let is_loosest = vol.tolerance == 1.0 && !vol.sums.is_empty();
-    if !(vol.tolerance > 0.0 && vol.tolerance < 1.0 || is_loosest) {
+    let is_below = vol.tolerance < 1.0 || (vol.tolerance <= 1.0 && !vol.sums.is_empty());
+    if !(vol.tolerance > 0.0 && is_below) {
         return Err(OptionError::Tolerance(vol.tolerance).into());
     }
     if let Some(by_pixel) = &vol.by_pixel {
