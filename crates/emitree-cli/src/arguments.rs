@@ -99,6 +99,10 @@ pub(crate) struct RenderArguments {
     /// Render each band of a cube to its own largest voxel (vol).
     #[arg(long)]
     per_band: bool,
+    /// A sum over a region, to a tolerance of its own: a mask (.fits, .npy), or as in
+    /// --sum 'on={circle={center=[32,24],radius=10},tolerance=1e-3}'. May be repeated (vol).
+    #[arg(long = "sum", value_name = "NAME=REGION", value_parser = name_value)]
+    sums: Vec<(String, String)>,
     /// Drop details below this, in the units of g, or of the largest cell average with a %.
     #[arg(long, value_name = "SIZE")]
     threshold: Option<String>,
@@ -181,7 +185,12 @@ impl RenderArguments {
             ("render.steps", "steps", &self.steps),
             ("instrument.seed", "seed", &self.seed),
         ];
-        overrides(&options, &self.set)
+        let sums = self.sums.iter().map(|(name, region)| Override {
+            key: format!("render.sums.\"{name}\""),
+            value: region.clone(),
+            option: "sum".into(),
+        });
+        sums.chain(overrides(&options, &self.set)).collect()
     }
 }
 
@@ -244,5 +253,14 @@ fn key_value(text: &str) -> Result<(String, String), String> {
             Ok((key.trim().to_owned(), value.trim().to_owned()))
         }
         _ => Err("expected KEY=VALUE, as in image.width=100".to_owned()),
+    }
+}
+
+fn name_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, region)) if !name.trim().is_empty() && !name.contains(['"', '\\']) => {
+            Ok((name.trim().to_owned(), region.trim().to_owned()))
+        }
+        _ => Err("expected NAME=REGION, as in on=mask.fits".to_owned()),
     }
 }

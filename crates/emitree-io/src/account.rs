@@ -5,8 +5,9 @@ use crate::energies::Energies;
 use crate::fits::{Card, Wcs};
 use crate::memory::peak_memory_bytes;
 use crate::product::scene_history;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneSum};
 use crate::units::Unit;
+use emitree::sums::RegionSum;
 use emitree::{Cube, EnergyAxis, EnergyScale, Image, Method, Rendering, StopReason};
 use serde::{Deserialize, Serialize};
 use std::error::Error;
@@ -37,6 +38,9 @@ pub struct Account {
     /// Whether each band has a tolerance of its own.
     #[serde(default)]
     pub per_band: bool,
+    /// Sums over regions, with their errors.
+    #[serde(default)]
+    pub sums: Vec<SumAccount>,
     /// Options that were given and that the method does not have.
     pub ignored: Vec<String>,
     /// The name of the quantity: `radiance` or `irradiance`.
@@ -109,6 +113,50 @@ pub struct ByPixel {
     pub floor: f64,
 }
 
+/// A sum over a region, with its error.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SumAccount {
+    /// The name.
+    pub name: String,
+    /// What was asked: `sum`, `mean` or `flux`.
+    pub of: String,
+    /// The sum; of a cube over all bands, with their widths.
+    pub value: f64,
+    /// The estimated |error| of the value.
+    pub error: f64,
+    /// The error that was allowed.
+    pub allowed: f64,
+    /// The error that was allowed relative to the value.
+    pub tolerance: f64,
+    /// The unit of value and errors, in the grammar of FITS, or empty.
+    pub unit: String,
+    /// How many points or lines of sight the error is estimated from; 0 if it is the sum of those of the pixels.
+    pub samples: usize,
+    /// Of a cube: the value and the |error| of each band, in `band_unit`.
+    pub bands: Vec<[f64; 2]>,
+    /// The unit of these, or empty.
+    pub band_unit: String,
+}
+
+/// The sums of a rendering in the units of its scene.
+fn sums(scene: &Scene, found: &Rendering<Cube>) -> Vec<SumAccount> {
+    let factor = if scene.energy.is_some() { scene.band_factor() } else { 1.0 };
+    let sum = |(asked, found): (&SceneSum, &RegionSum)| SumAccount {
+        name: asked.name.clone(),
+        of: asked.of.to_owned(),
+        value: factor * found.value,
+        error: factor * found.error,
+        allowed: factor * found.allowed,
+        tolerance: asked.tolerance,
+        unit: asked.unit.clone(),
+        samples: found.samples,
+        bands: found.bands.clone(),
+        band_unit: asked.band_unit.clone(),
+    };
+    scene.render.sums.iter().zip(&found.sums).map(sum).collect()
+}
+
 /// Energy bins, as scenes and reports have them: [`Energies`] as plain data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -179,6 +227,7 @@ impl Account {
             }),
             is_weighted: vol.is_some_and(|vol| vol.weights.is_some()),
             per_band: vol.is_some_and(|vol| vol.per_band),
+            sums: sums(scene, found),
             ignored: settings.ignored.iter().map(|&key| key.to_owned()).collect(),
             quantity: scene.quantity.name().to_owned(),
             unit: scene.image_unit().to_owned(),
@@ -281,10 +330,22 @@ impl Account {
         let share =
             share.map(|share| Card::new("ERRSHARE", share, "largest error / error allowed"));
         let by_pixel = by_pixel.into_iter().flatten().flatten();
+        let sums = self.sums.iter().zip(1..).flat_map(|(sum, number)| {
+            let of = format!("{} of a region", sum.of);
+            [
+                Card::new(format!("SUM{number}"), sum.name.as_str(), of),
+                Card::new(
+                    format!("SUMVAL{number}"),
+                    sum.value,
+                    format!("its value [{}]", sum.unit),
+                ),
+                Card::new(format!("SUMERR{number}"), sum.error, "its estimated error"),
+            ]
+        });
         let known = [energies, tolerance, error, threshold, order, base_level, length_unit];
         let known = known.into_iter().flatten().chain(by_pixel);
         let known = known.chain([weighted, per_band, share].into_iter().flatten());
-        always.into_iter().chain(known).collect()
+        always.into_iter().chain(known).chain(sums).collect()
     }
 
     /// The same of counts, with their exposure and, if they were drawn, their seed.

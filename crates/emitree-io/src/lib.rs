@@ -51,7 +51,7 @@ mod tree_file;
 pub mod units;
 mod words;
 
-pub use account::{Account, Bins};
+pub use account::{Account, Bins, SumAccount};
 pub use colour::{ColourMap, ValueRange};
 pub use energies::{Energies, energy_range};
 pub use fits::{
@@ -71,7 +71,7 @@ pub use scene::{
     BuildSettings, Camera, CameraDescription, CameraKey, EmissionFailure, EmissionSource,
     FitsCoordinates, GridEmission, KeyDefault, KeyUnit, Override, PixelLayout, PlotAxis, PlotFrame,
     PlotScale, Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,
-    cameras,
+    SceneSum, cameras,
 };
 pub use surfaces::SurfaceFormat;
 pub use tree_file::{TreeFile, TreeFileError};

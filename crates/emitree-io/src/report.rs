@@ -1,9 +1,9 @@
 //! The report of a rendering, for programs to read. Its keys are a contract.
 
-use crate::account::{Account, Bins};
+use crate::account::{Account, Bins, SumAccount};
 use emitree::Cube;
 use emitree_instrument::StepSum;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// report.json, and the report of a rendering in Python.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,6 +29,8 @@ pub struct Report<'a> {
     seconds: Seconds,
     peak_memory_bytes: Option<u64>,
     image: ImageReport<'a>,
+    #[serde(serialize_with = "by_name")]
+    sums: &'a [SumAccount],
     energy: Option<&'a Bins>,
     energies: Option<usize>,
     instrument: Option<CountsReport>,
@@ -37,6 +39,11 @@ pub struct Report<'a> {
     scene: &'a str,
     overrides: &'a [String],
     ignored: &'a [String],
+}
+
+/// Sums as a table whose keys are their names.
+fn by_name<S: Serializer>(sums: &&[SumAccount], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(sums.iter().map(|sum| (&sum.name, sum)))
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -142,6 +149,7 @@ impl<'a> Report<'a> {
                 quantity: &account.quantity,
                 unit: &account.unit,
             },
+            sums: &account.sums,
             energy: account.bins.as_ref(),
             energies: account.energies,
             instrument,

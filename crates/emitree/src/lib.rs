@@ -73,6 +73,7 @@ pub mod world_tree;
 pub mod vol;
 pub mod los;
 mod image;
+pub mod sums;
 pub mod energy;
 mod cube;
 mod memory;

@@ -213,6 +213,11 @@ impl Meter {
         self.of_pixels.counts()
     }
 
+    /// Counts the evaluations on lines of each pixel from 0 again: those of another image follow.
+    pub(crate) fn restart_evaluations_per_pixel(&self) {
+        self.of_pixels.restart();
+    }
+
     pub(crate) fn evaluations(&self) -> u64 {
         self.evaluations.load(Ordering::Relaxed)
     }

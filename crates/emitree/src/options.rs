@@ -40,6 +40,11 @@ impl From<LosOptions> for Method {
 }
 
 impl Method {
+    /// Whether the method may request a point again, whose rate has to be stored for that.
+    pub(crate) fn repeats_points(&self) -> bool {
+        matches!(self, Self::Vol(vol) if !vol.sums.is_empty())
+    }
+
     /// The name in scenes.
     pub fn name(&self) -> &'static str {
         match self {

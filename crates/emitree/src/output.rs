@@ -3,9 +3,17 @@
 use crate::cube::Cube;
 use crate::found_surfaces::FoundSurfaces;
 use crate::mesh::frozen::Frozen;
+use crate::projection::charts::stretch::Stretch;
 use crate::rendering::RenderedTree;
+use crate::sums::RegionSum;
 use crate::tree::StopReason;
+use core::fmt::Debug;
 use std::sync::Arc;
+
+/// G · dΩ/(dx dy) at all points of the canonical cube, as an image is made of it.
+pub(crate) trait Model: Send + Sync + Debug {
+    fn values(&self, points: &[[f64; 3]]) -> Vec<f64>;
+}
 
 /// The result of a method.
 #[derive(Clone, Debug)]
@@ -22,10 +30,16 @@ pub(crate) struct MethodOutput {
     pub(crate) smallest_feature: Option<f64>,
     /// The largest error of a value over the error allowed there, if the method has such.
     pub(crate) error_over_allowed: Option<f64>,
+    /// The sums over regions, in the order of the options.
+    pub(crate) sums: Vec<RegionSum>,
     /// The tree that was built, if there is one, and one only.
     pub(crate) tree: Option<RenderedTree>,
     /// The surfaces that the image is made of, if they were found.
     pub(crate) surfaces: Option<Arc<FoundSurfaces>>,
+    /// What the image has the means of, if there is such a function and sums are asked for.
+    pub(crate) model: Option<Arc<dyn Model>>,
+    /// The stretch of the depths of that function.
+    pub(crate) stretch: Option<Stretch>,
     /// The frozen quadrature, if it was asked for and there is one.
     pub(crate) frozen: Option<Arc<Frozen>>,
 }
@@ -40,8 +54,11 @@ impl MethodOutput {
             energies: Vec::new(),
             smallest_feature: None,
             error_over_allowed: None,
+            sums: Vec::new(),
             tree: None,
             surfaces: None,
+            model: None,
+            stretch: None,
             frozen: None,
         }
     }

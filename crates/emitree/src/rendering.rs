@@ -3,6 +3,7 @@
 use crate::cube::Cube;
 use crate::found_surfaces::FoundSurfaces;
 use crate::image::Image;
+use crate::sums::RegionSum;
 use crate::tally::EvaluationCounts;
 use crate::tree::{SparseTree, StopReason};
 use core::fmt::Debug;
@@ -60,6 +61,8 @@ pub struct Rendering<V = Image> {
     /// generation of cells. Adaptive `Los`: the error along the lines, without that of too few lines for
     /// a pixel. Fixed steps have no estimate.
     pub error: Option<V>,
+    /// The sums over regions that [`VolOptions::sums`](crate::VolOptions::sums) asks for, in that order.
+    pub sums: Vec<RegionSum>,
     /// Its cost, and why it ended.
     pub stats: RenderStats,
     /// The tree that was built, if the method builds one, and one only.
@@ -126,9 +129,9 @@ pub struct RenderedTree {
 
 impl From<Rendering> for Rendering<Cube> {
     /// A cube of one band.
-    fn from(Rendering { values, error, stats, tree, surfaces }: Rendering) -> Self {
+    fn from(Rendering { values, error, sums, stats, tree, surfaces }: Rendering) -> Self {
         let of_one = |image| Cube::from_bands(vec![image]);
-        Self { values: of_one(values), error: error.map(of_one), stats, tree, surfaces }
+        Self { values: of_one(values), error: error.map(of_one), sums, stats, tree, surfaces }
     }
 }
 

@@ -130,7 +130,7 @@ impl<'a> Course<'a> {
             Poll::Ready(Ok(mut made)) => {
                 made.ending = self.meter.reason_for(made.ending);
                 self.took = Some(self.started.elapsed());
-                State::Ended(made)
+                State::Ended(Box::new(made))
             }
             Poll::Ready(Err(error)) => State::Failed(error),
             Poll::Pending => {
@@ -154,7 +154,7 @@ impl<'a> Course<'a> {
 enum State {
     /// It waits for the rates at these points.
     Waiting(Batch),
-    Ended(MethodOutput),
+    Ended(Box<MethodOutput>),
     Failed(MethodError),
 }
 
@@ -231,8 +231,9 @@ impl<'a, V: Values> Session<'a, V> {
         };
         // Before anything is allocated.
         check_options(shape, axis.as_ref().map(EnergyAxis::bins), options)?;
-        let known = kept.rates.then(Arc::default);
-        let limits = limits(options, whole_batches, kept.rates);
+        let keeps_rates = kept.rates || options.method.repeats_points();
+        let known = keeps_rates.then(Arc::default);
+        let limits = limits(options, whole_batches, keeps_rates);
         let meter = Meter::new(shape, limits, known.clone(), kept.images);
         let course = Course::begin(meter, &start, shape, &options.method);
         Ok(Self {
@@ -337,7 +338,7 @@ impl<'a, V: Values> Session<'a, V> {
     /// the method has intermediate images (only [`Method::Vol`] has).
     pub fn rendering(&self) -> Option<Rendering<V>> {
         match &self.course.state {
-            State::Ended(made) => Some(self.finished(made.clone())),
+            State::Ended(made) => Some(self.finished((**made).clone())),
             State::Waiting(_) | State::Failed(_) => {
                 let [cube, error] = self.course.shown.last()?.maps.clone();
                 Some(self.finished(MethodOutput::new(cube, Some(error), StopReason::Unfinished)))
@@ -371,7 +372,7 @@ impl<'a, V: Values> Session<'a, V> {
     /// The rendering of a session that has ended.
     pub(crate) fn into_rendering<E>(mut self) -> Result<Rendering<V>, RenderError<E>> {
         match core::mem::replace(&mut self.course.state, State::Failed(RenderError::Interrupted)) {
-            State::Ended(made) => Ok(self.finished(made)),
+            State::Ended(made) => Ok(self.finished(*made)),
             State::Failed(error) => Err(of_method(error)),
             State::Waiting(_) => Err(RenderError::Interrupted),
         }
@@ -421,7 +422,8 @@ impl<'a, V: Values> Session<'a, V> {
             total_time,
         };
         let (values, error) = (V::from_cube(made.cube), made.error.map(V::from_cube));
-        Rendering { values, error, stats, tree: made.tree, surfaces: made.surfaces }
+        let (sums, tree, surfaces) = (made.sums, made.tree, made.surfaces);
+        Rendering { values, error, sums, stats, tree, surfaces }
     }
 }
 

@@ -53,6 +53,12 @@ impl Tally {
         block[column % BLOCK].fetch_add(evaluations, Ordering::Relaxed);
     }
 
+    /// Counts from 0 again.
+    pub(crate) fn restart(&self) {
+        let counts = self.blocks.iter().filter_map(OnceLock::get).flat_map(|block| &block[..]);
+        counts.for_each(|count| count.store(0, Ordering::Relaxed));
+    }
+
     /// The counts so far.
     pub(crate) fn counts(&self) -> EvaluationCounts {
         let of_block = |block: &OnceLock<Box<[AtomicU32]>>| {

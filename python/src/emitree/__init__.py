@@ -47,6 +47,7 @@ from emitree._render import build_tree, render
 from emitree._result import Rendering
 from emitree._session import Session
 from emitree._spectrum import Spectrum
+from emitree._sums import RegionSum
 from emitree._surfaces import Surfaces
 
 __all__ = [
@@ -70,6 +71,7 @@ __all__ = [
     "Plane",
     "Points",
     "Polar",
+    "RegionSum",
     "RenderError",
     "Rendering",
     "SceneError",

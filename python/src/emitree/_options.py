@@ -19,6 +19,7 @@ _METHODS = {
     "weights": "`vol`",
     "mask": "`vol`",
     "per_band": "`vol`",
+    "sums": "`vol`",
     "base_level": "`vol` and `paper`",
     "order": "`paper`",
     "finest_level": "`paper`",

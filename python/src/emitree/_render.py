@@ -37,6 +37,7 @@ def render(
     weights: Any = None,
     mask: Any = None,
     per_band: bool | None = None,
+    sums: Mapping[str, Any] | None = None,
     method: str | None = None,
     max_evaluations: int | None = None,
     max_seconds: Any = None,
@@ -89,6 +90,13 @@ def render(
         with the weight 0 does not matter. An array, or the name of a FITS or NPY file.
     mask: an image (height, width) that is not 0 in the pixels that matter; an array or a file.
     per_band: whether each band of a cube is rendered to the largest |voxel| of its own.
+    sums: regions by name whose sum is to be right to a tolerance of its own: for each a mask
+        (height, width) of weights, an array or a file, or a dictionary with one of
+        circle={"center": (x, y), "radius": r}, box={"min": (x, y), "max": (x, y)} and mask=...,
+        and with of="sum" (the default), "mean" or "flux", tolerance=0.01, atol, and
+        coordinates="pixels" (0 at the edge of the image) or "axes" (degrees or lengths of the
+        camera). The results are `Rendering.sums`. With sums, `tolerance` may be 1: then the pixels
+        matter for the sums alone.
     method: "vol" (the default), "paper" or "los".
     max_evaluations: how often the emission may be evaluated.
     max_seconds: how long the rendering may take [s], a number or a quantity; it ends with the best
@@ -146,6 +154,7 @@ def render(
         "weights": weights,
         "mask": mask,
         "per_band": per_band,
+        "sums": sums,
         "max_evaluations": max_evaluations,
         "max_seconds": max_seconds,
         "smallest_feature": smallest_feature,

@@ -18,6 +18,7 @@ from emitree import _native, _units
 from emitree._files import written
 from emitree._function import Floats
 from emitree._spectrum import Spectrum
+from emitree._sums import RegionSum, region_sums
 from emitree._surfaces import Surfaces
 
 #: Expected counts, the sums of each step to them, and the number and energies of each channel.
@@ -66,6 +67,11 @@ class Rendering:
     def error(self) -> Floats | None:
         """The estimated |error| of each value, of the shape of `image`, or None."""
         return self._found.errors()
+
+    @cached_property
+    def sums(self) -> dict[str, RegionSum]:
+        """The sums over the regions `sums`, by name; none if there were no regions."""
+        return region_sums(self.report)
 
     @cached_property
     def surfaces(self) -> Surfaces | None:

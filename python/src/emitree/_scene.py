@@ -209,20 +209,44 @@ def with_maps(table: Mapping[str, Any], folder: str) -> tuple[dict[str, Any], Al
     found, aliases = dict(table), Aliases()
     for key, value in table.items():
         name = key.removeprefix("render.")
-        if name not in _MAPS or value is None:
+        if value is None:
             continue
-        if isinstance(value, str | os.PathLike):
-            found[key] = os.path.abspath(value)
-            continue
-        try:
-            array = np.ascontiguousarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise _native.SceneError(
-                f"`{name}` is {type(value).__name__}: expected an array (height, width) of numbers"
-            ) from None
-        file = os.path.join(folder, f"{name}.npy")
-        np.save(file, array)
-        alias = f"array of shape {array.shape}"
-        aliases += [(file, alias), (json.dumps(file)[1:-1], alias)]
-        found[key] = file
+        if name in _MAPS:
+            found[key], of_map = _map_file(name, value, os.path.join(folder, f"{name}.npy"))
+            aliases += of_map
+        elif name == "sums":
+            found[key], of_maps = _sums_table(value, folder)
+            aliases += of_maps
+    return found, aliases
+
+
+def _map_file(name: str, value: Any, file: str) -> tuple[str, Aliases]:
+    """The file of a map, which is written if the map is an array."""
+    if isinstance(value, str | os.PathLike):
+        return os.path.abspath(value), Aliases()
+    try:
+        array = np.ascontiguousarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise _native.SceneError(
+            f"`{name}` is {type(value).__name__}: expected an array (height, width) of numbers"
+        ) from None
+    np.save(file, array)
+    alias = f"array of shape {array.shape}"
+    return file, Aliases([(file, alias), (json.dumps(file)[1:-1], alias)])
+
+
+def _sums_table(sums: Any, folder: str) -> tuple[dict[str, Any], Aliases]:
+    """The table `render.sums`: each mask that is an array has a file."""
+    if not isinstance(sums, Mapping):
+        raise _native.SceneError(
+            f"`sums` is {type(sums).__name__}: expected a dictionary of regions by name"
+        )
+    found, aliases = {}, Aliases()
+    for number, (name, value) in enumerate(sums.items()):
+        table = dict(value) if isinstance(value, Mapping) else {"mask": value}
+        if "mask" in table:
+            file = os.path.join(folder, f"sum-{number}.npy")
+            table["mask"], of_map = _map_file(f"sums.{name}.mask", table["mask"], file)
+            aliases += of_map
+        found[name] = table
     return found, aliases

@@ -24,6 +24,7 @@ _OF_METHOD = frozenset(
         "weights",
         "mask",
         "per_band",
+        "sums",
         "method",
         "max_evaluations",
         "max_seconds",
@@ -48,9 +49,9 @@ class Session:
 
     camera, shape: as of `render`.
     options: keywords of `render` that define the rendering: tolerance, rtol, atol, floor, weights,
-        mask, per_band, method, max_evaluations, max_seconds, smallest_feature, energy, unit,
-        image_unit, quantity, bounds, occulters, edges, singularities, seeds, instrument,
-        and the options of the methods.
+        mask, per_band, sums, method, max_evaluations, max_seconds, smallest_feature, energy, unit,
+        image_unit, quantity, bounds, occulters, edges, singularities, seeds, instrument, and the
+        options of the methods.
 
     >>> import emitree, numpy as np
     >>> session = emitree.Session(emitree.Canonical(), (16, 16), tolerance=0.01)

@@ -8,7 +8,7 @@ use emitree::los::Steps;
 use emitree::refinement::Threshold;
 use emitree::vol::FEATURE_CONTRAST;
 use emitree::{Cube, Method, StopReason, VolOptions};
-use emitree_io::{PixelLayout, Scene, grouped};
+use emitree_io::{PixelLayout, Scene, SumAccount, grouped};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -43,6 +43,9 @@ pub(crate) fn print(
         rendered.stats.evaluations as f64 / values,
     )?;
     writeln!(out, "  error        {}", error(scene, rendered, value))?;
+    for sum in &rendered.account.sums {
+        writeln!(out, "  sum          {}", region_sum(sum))?;
+    }
     if let Some(fraction) = rendered.stats.smallest_feature {
         writeln!(out, "  covered      {}", covered(fraction))?;
     }
@@ -125,6 +128,9 @@ fn allowed_error(options: &VolOptions, value: &str) -> String {
     let of_band = if options.per_band { " of its band" } else { "" };
     let weighted = if options.weights.is_some() { ", over its weight" } else { "" };
     let Some(by_pixel) = options.by_pixel else {
+        if options.tolerance >= 1.0 {
+            return "as its sums need it".to_owned();
+        }
         return format!(
             "to {} of the largest {value}{of_band}{weighted}",
             percent(options.tolerance)
@@ -193,6 +199,15 @@ fn error(scene: &Scene, rendered: &Rendered, value: &str) -> String {
         Some(share) => format!("{of_largest}, at most {share:.2} of the error allowed"),
         None => of_largest,
     }
+}
+
+/// A sum over a region with its error: `on = 1.2345e2 +- 1.2e-1 erg (0.1 % of it, 0.2 % allowed)`.
+fn region_sum(sum: &SumAccount) -> String {
+    let SumAccount { name, of, value, error, allowed, unit, .. } = sum;
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    let of = if of == "sum" { String::new() } else { format!(" ({of})") };
+    let missed = if error > allowed { ", NOT MET" } else { "" };
+    format!("{name}{of} = {value:.6e} +- {error:.1e}{unit}, {allowed:.1e} allowed{missed}")
 }
 
 /// The smallest feature that would have been detected.

@@ -1,5 +1,6 @@
 //! The error allowed in each pixel: `rtol`, `atol`, `floor`, `weights`, `mask` and `per_band` of `[render]`.
 
+use super::camera::Camera;
 use super::document::{Node, Value};
 use super::error::SceneError;
 use super::radiometry::Quantity;
@@ -18,6 +19,11 @@ pub(super) struct RenderedView<'a> {
     pub(super) quantity: Quantity,
     /// The unit of the scene, for lengths with a unit of their own.
     pub(super) length_unit: Option<&'a str>,
+    pub(super) camera: &'a Camera,
+    /// The units of the values and of their integral over all energies, or empty, and the factor of the latter.
+    pub(super) unit: &'a str,
+    pub(super) band_unit: &'a str,
+    pub(super) band_factor: f64,
 }
 
 /// The keys, with their values.
@@ -154,17 +160,7 @@ fn boolean(node: &Node) -> Result<bool, SceneError> {
 
 /// The map in the file that a node names: weights, or 1 where a mask is not 0.
 fn map(node: &Node, is_mask: bool, shape: [usize; 2]) -> Result<Image, SceneError> {
-    let (file, place) = node.text()?;
-    let refuse = |reason: String| SceneError::at(&place, format!("`{}`: {reason}", node.path));
-    let mut map = read_map(&beside_scene(&file, &place))
-        .map_err(|error| refuse(format!("the map {}: {}", error.path.display(), error.cause)))?;
-    let found = [map.height(), map.width()];
-    if found != shape {
-        let [rows, columns] = found;
-        let message = format!("the map has {rows} rows of {columns} pixels");
-        let [height, width] = shape;
-        return Err(refuse(message).label(format!("expected {height} rows of {width} pixels")));
-    }
+    let mut map = map_of_shape(node, shape)?;
     if is_mask {
         map.pixels_mut().iter_mut().for_each(|pixel| *pixel = f64::from(u8::from(*pixel != 0.0)));
     }
@@ -173,7 +169,26 @@ fn map(node: &Node, is_mask: bool, shape: [usize; 2]) -> Result<Image, SceneErro
         let (row, column) = (pixel / shape[1], pixel % shape[1]);
         let weight = map.pixels()[pixel];
         let message = format!("the map has {weight} in row {row}, column {column}");
-        return Err(refuse(message).label("expected finite weights of 0 or more"));
+        let message = format!("`{}`: {message}", node.path);
+        return Err(
+            SceneError::at(&node.place, message).label("expected finite weights of 0 or more")
+        );
+    }
+    Ok(map)
+}
+
+/// The map in the file that a node names.
+pub(super) fn map_of_shape(node: &Node, shape: [usize; 2]) -> Result<Image, SceneError> {
+    let (file, place) = node.text()?;
+    let refuse = |reason: String| SceneError::at(&place, format!("`{}`: {reason}", node.path));
+    let map = read_map(&beside_scene(&file, &place))
+        .map_err(|error| refuse(format!("the map {}: {}", error.path.display(), error.cause)))?;
+    let found = [map.height(), map.width()];
+    if found != shape {
+        let [rows, columns] = found;
+        let message = format!("the map has {rows} rows of {columns} pixels");
+        let [height, width] = shape;
+        return Err(refuse(message).label(format!("expected {height} rows of {width} pixels")));
     }
     Ok(map)
 }

@@ -17,6 +17,7 @@ mod radiometry;
 mod seed;
 mod settings;
 mod source;
+mod sums;
 mod table;
 mod tree;
 
@@ -29,6 +30,7 @@ pub use error::SceneError;
 pub use instrument::SceneInstrument;
 pub use radiometry::{Quantity, SceneEmission};
 pub use settings::RenderSettings;
+pub use sums::SceneSum;
 pub use tree::BuildSettings;
 
 use crate::energies::Energies;
@@ -342,6 +344,10 @@ impl Scene {
                 has_energies: energy.is_some(),
                 quantity: found.quantity,
                 length_unit: found.length_unit.as_deref(),
+                camera: &camera,
+                unit: &found.unit,
+                band_unit: if energy.is_some() { &found.band.unit } else { &found.unit },
+                band_factor: if energy.is_some() { found.band.factor } else { 1.0 },
             };
             settings::read(render, seeds, lines, &view)?
         };

@@ -5,6 +5,7 @@ use super::document::{Node, Value};
 use super::error::SceneError;
 use super::feature;
 use super::source::Place;
+use super::sums::{self, SceneSum};
 use super::table::Table;
 use emitree::cell::CellIndex;
 use emitree::los::{LosOptions, Steps};
@@ -31,6 +32,8 @@ pub struct RenderSettings {
     pub max_seconds: Option<f64>,
     /// The largest number of evaluations in one batch; no limit if it is not given.
     pub batch_size: Option<u64>,
+    /// Sums over regions, in the order of those of the method.
+    pub sums: Vec<SceneSum>,
     /// Options that the scene or the command line has and the method has not.
     pub ignored: Vec<&'static str>,
 }
@@ -61,6 +64,7 @@ pub(super) fn read(
     let smallest_feature = table.take("smallest_feature");
     let tolerance = table.take("tolerance");
     let accuracy = Accuracy::take(&mut table);
+    let sums = table.take("sums");
     let base_level = table.take("base_level");
     let of_trees = ["order", "finest_level", "rule", "threshold"].map(|key| (key, table.take(key)));
     let of_lines = ["lines", "steps"].map(|key| (key, table.take(key)));
@@ -76,7 +80,11 @@ pub(super) fn read(
         .map(|node| at_least_one(&node, "a number of evaluations in a batch, 1 or more"))
         .transpose()?;
     if let Some(node) = &tolerance {
-        check_tolerance(node, kind)?;
+        check_tolerance(node, kind, sums.is_some())?;
+    }
+    if let (Some(node), Kind::Paper | Kind::Los) = (&sums, kind) {
+        return Err(SceneError::at(&node.place, "`render.sums` is given")
+            .label("expected none, or method `vol`: the others have no errors of sums"));
     }
     let base_levels = match kind {
         Kind::Vol => BASE_LEVELS,
@@ -93,6 +101,8 @@ pub(super) fn read(
     };
     let mut ignored = Vec::new();
     let has_seeds = !seeds.is_empty();
+    let (sums, of_method) =
+        sums.map_or_else(|| Ok(Default::default()), |node| sums::read(node, view))?;
     let (method, tolerance) = match kind {
         Kind::Vol => {
             ignored.extend(given(&of_trees));
@@ -102,6 +112,7 @@ pub(super) fn read(
                 options.tolerance = node.number()?;
             }
             accuracy.set(&mut options, tolerance.as_ref(), view)?;
+            options.sums = of_method;
             options.base_level = base_level.unwrap_or(options.base_level);
             options.smallest_feature = smallest_feature;
             options.seeds = seeds;
@@ -130,7 +141,15 @@ pub(super) fn read(
         ignored.extend(smallest_feature.map(|_| "smallest_feature"));
         ignored.extend(has_seeds.then_some("seed"));
     }
-    Ok(RenderSettings { method, tolerance, max_evaluations, max_seconds, batch_size, ignored })
+    Ok(RenderSettings {
+        method,
+        tolerance,
+        max_evaluations,
+        max_seconds,
+        batch_size,
+        sums,
+        ignored,
+    })
 }
 
 fn kind_of_name((name, place): &(String, Place)) -> Result<Kind, SceneError> {
@@ -152,9 +171,12 @@ fn seconds(node: &Node) -> Result<f64, SceneError> {
     }
 }
 
-fn check_tolerance(node: &Node, kind: Kind) -> Result<(), SceneError> {
+fn check_tolerance(node: &Node, kind: Kind, has_sums: bool) -> Result<(), SceneError> {
     let tolerance = node.number()?;
     let (fits, expected) = match kind {
+        Kind::Vol if has_sums => {
+            (tolerance > 0.0 && tolerance <= 1.0, "a fraction above 0, at most 1")
+        }
         Kind::Vol => {
             (tolerance > 0.0 && tolerance < 1.0, "a fraction above 0 and below 1, as in 0.01")
         }

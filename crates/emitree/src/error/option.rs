@@ -82,6 +82,57 @@ pub enum OptionError {
     /// No step along each line of sight.
     #[error("`steps` is {0}: expected 1 or more steps along each line")]
     Steps(usize),
+    /// A sum without a name, or with that of a former one; its number, from 0.
+    #[error(
+        "`sums[{0}]` has no name of its own: expected names that differ, of one letter or more"
+    )]
+    SumName(usize),
+    /// The weights of a sum, for an image of another shape.
+    #[error(
+        "`sums[{sum}]` has {} rows of {} weights: expected those of the image, {} rows of {}",
+        given[0], given[1], expected[0], expected[1]
+    )]
+    SumShape {
+        /// The number of the sum, from 0.
+        sum: usize,
+        /// Height and width of the weights.
+        given: [usize; 2],
+        /// Height and width of the image.
+        expected: [usize; 2],
+    },
+    /// A weight of a sum that is not a finite number.
+    #[error(
+        "`sums[{sum}]` has the weight {weight} in row {row}, column {column}: expected a finite number"
+    )]
+    SumWeight {
+        /// The number of the sum, from 0.
+        sum: usize,
+        /// The weight.
+        weight: f64,
+        /// Its row, from 0.
+        row: usize,
+        /// Its column, from 0.
+        column: usize,
+    },
+    /// A sum over no pixel; its number, from 0.
+    #[error("`sums[{0}]` is empty: expected a pixel of the image in the region")]
+    EmptySum(usize),
+    /// A mean over weights that add up to 0; its number, from 0.
+    #[error("`sums[{0}]` is a mean, and its weights add up to 0: expected another sum of weights")]
+    MeanOfNothing(usize),
+    /// A tolerance of a sum that can't be met.
+    #[error(
+        "`sums[{sum}]` has the tolerance {rtol} and the absolute tolerance {atol}: expected a relative \
+         error from 0 to below 1 and an absolute one of 0 or more, one of them above 0"
+    )]
+    SumTolerance {
+        /// The number of the sum, from 0.
+        sum: usize,
+        /// The relative error.
+        rtol: f64,
+        /// The absolute error.
+        atol: f64,
+    },
     /// The size of the smallest feature is no fraction of the view.
     #[error("`smallest_feature` is {0}: expected a fraction of the view's cube above 0, at most 1")]
     FeatureFraction(f64),
@@ -159,6 +210,12 @@ impl OptionError {
             Self::AbsoluteTolerance(_) => "atol",
             Self::Floor(_) => "floor",
             Self::WeightsShape { .. } | Self::Weight { .. } | Self::NoWeights => "weights",
+            Self::SumName(_)
+            | Self::SumShape { .. }
+            | Self::SumWeight { .. }
+            | Self::EmptySum(_)
+            | Self::MeanOfNothing(_)
+            | Self::SumTolerance { .. } => "sums",
             Self::PerBand => "per_band",
             Self::BaseLevel { .. } | Self::WorldTreeBaseLevel(_) => "base_level",
             Self::WorldTreeOrder(_) => "order",

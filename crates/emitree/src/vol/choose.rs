@@ -61,7 +61,8 @@ pub(crate) async fn render(
                 continue;
             }
         }
-        let made = finish(meter, tiles, &parts, axis, vol, attempted).await?;
+        let mut made = finish(meter, tiles, &parts, axis, vol, attempted).await?;
+        made.stretch = stretch;
         return Ok(with_share_of_allowed(made, vol));
     }
 }
@@ -141,7 +142,9 @@ fn check(
     shape: [usize; 2],
     axis: Option<&EnergyAxis>,
 ) -> Result<(), MethodError> {
-    if !(vol.tolerance > 0.0 && vol.tolerance < 1.0) {
+    // Where sums alone matter, the tolerance of pixels may be as loose as it can be.
+    let is_below = vol.tolerance < 1.0 || (vol.tolerance <= 1.0 && !vol.sums.is_empty());
+    if !(vol.tolerance > 0.0 && is_below) {
         return Err(OptionError::Tolerance(vol.tolerance).into());
     }
     if let Some(by_pixel) = &vol.by_pixel {

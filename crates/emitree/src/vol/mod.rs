@@ -26,7 +26,8 @@
 //! * `engine`: the loop over all sheets, and the final verification;
 //! * `lowrank`: the low-rank approximation of each part, with forecasts of its cost and that of the tree;
 //! * `surfaces`: surfaces at which G jumps, and the image from them and from polynomials beside them;
-//! * `choose`: the low-rank approximation first, then surfaces if G jumps, then the tree.
+//! * `choose`: the low-rank approximation first, then surfaces if G jumps, then the tree;
+//! * `sums`: sums over regions, their errors, and images refined for them.
 //!
 //! The constants are in `tuning`. [`VolOptions::tolerance`] states what is not guaranteed.
 
@@ -46,6 +47,7 @@ mod rule;
 mod sampling;
 mod seeds;
 mod spectrum;
+mod sums;
 mod surfaces;
 #[cfg(not(feature = "ablate"))]
 mod tuning;
@@ -60,10 +62,10 @@ mod testing;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use choose::render;
 pub use options::PixelTolerance;
 pub(crate) use options::VolOptions;
 pub use seeds::Seed;
+pub(crate) use sums::render;
 
 /// The size of a small feature: the standard deviation of a Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,6 +2,7 @@
 
 use super::{FeatureSize, Seed};
 use crate::image::Image;
+use crate::sums::Sum;
 use crate::vol::tuning::TUNING;
 use std::sync::Arc;
 
@@ -98,6 +99,9 @@ pub struct VolOptions {
     /// For cubes: each band to the largest |voxel| of its own, instead of that of the cube; bands that are
     /// darker than 1e-5 of the brightest one to that brightness.
     pub per_band: bool,
+    /// Sums over regions, each with a tolerance of its own that the rendering meets too. Beside sums,
+    /// `tolerance` may be 1: the pixels matter for the sums alone, and have 5 % of the largest one.
+    pub sums: Vec<Sum>,
     /// The base lattice has 2^`base_level` intervals along each axis of the image and in depth; one
     /// of [`BASE_LEVELS`](super::BASE_LEVELS). With a finer level than the default there are at
     /// least as many scattered points as base samples.
@@ -122,6 +126,7 @@ impl Default for VolOptions {
             by_pixel: None,
             weights: None,
             per_band: false,
+            sums: Vec::new(),
             base_level: 3,
             smallest_feature: None,
             seeds: Vec::new(),
@@ -155,6 +160,13 @@ impl VolOptions {
     #[must_use]
     pub fn with_per_band(mut self, per_band: bool) -> Self {
         self.per_band = per_band;
+        self
+    }
+
+    /// Sets the sums over regions, which replace those set before.
+    #[must_use]
+    pub fn with_sums(mut self, sums: impl Into<Vec<Sum>>) -> Self {
+        self.sums = sums.into();
         self
     }
 

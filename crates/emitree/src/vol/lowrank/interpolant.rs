@@ -6,6 +6,7 @@
 //! exact where the functions of the fibers span those of G. Its integral along z is one sum for
 //! each pair of pivots, Σₖ G(xᵢ, yⱼ, zₖ) ∫ cₖ dz.
 
+use crate::output::Model;
 use crate::parallel::prelude::*;
 use crate::vol::lowrank::chebyshev::{LANES, places};
 use crate::vol::lowrank::fibers::Fibers;
@@ -24,6 +25,12 @@ pub(super) struct Interpolant {
     core: Vec<f64>,
     /// The number of pivots on each axis that the core contains.
     filled: [usize; 3],
+}
+
+impl Model for Interpolant {
+    fn values(&self, points: &[[f64; 3]]) -> Vec<f64> {
+        self.values(points)
+    }
 }
 
 impl Interpolant {

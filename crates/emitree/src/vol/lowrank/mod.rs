@@ -271,6 +271,9 @@ impl Attempted {
         let mut made = MethodOutput::new(cube, Some(error), ending);
         made.base_level = Some(attempt.vol.base_level);
         made.smallest_feature = known.smallest;
+        if footing.is_raster_of_pixels() && !attempt.vol.sums.is_empty() {
+            made.model = Some(Arc::new(attempt.search.interpolant.clone()));
+        }
         if attempt.meter.freezes() {
             let [_, height, width] = made.cube.shape();
             made.frozen = Some(Arc::new(placed.finish([1, height, width])));

@@ -100,6 +100,7 @@ mod view;
 mod edges;
 mod lowrank;
 mod surfaces;
+mod sums;
 #[cfg(feature = "ablate")]
 mod variants;
 
@@ -120,6 +121,7 @@ tuning! {
     edges: Edges,
     lowrank: Lowrank,
     surfaces: Surfaces,
+    sums: Sums,
 }
 
 /// The constants of this build.
