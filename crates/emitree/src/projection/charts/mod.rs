@@ -351,3 +351,5 @@ fn shells_of(surroundings: &Surroundings) -> Vec<Shells> {
 mod tests;
 #[cfg(test)]
 mod tests_of_sectors;
+#[cfg(test)]
+mod tests_of_singularities;
