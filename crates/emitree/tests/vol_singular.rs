@@ -121,7 +121,8 @@ fn mean_beside_axis(middle: f64, [a, b]: [f64; 2]) -> f64 {
 
 #[test]
 fn an_axis_through_pixels_is_within_its_tolerance() {
-    let (size, half) = (24, 1.2);
+    let (size, half) = (24_u32, 1.2);
+    let whole = |k: u32| usize::try_from(k).unwrap();
     // The axis is inclined in the image, and through no corner.
     let angle = 0.4_f64;
     let direction = [angle.sin(), 0.0, angle.cos()];
@@ -140,7 +141,7 @@ fn an_axis_through_pixels_is_within_its_tolerance() {
     for (tolerance, count) in [(1e-2, 17117), (1e-3, 31945)] {
         let options = RenderOptions::new(VolOptions::new(tolerance));
         let emission = FromFn(|position, _| rate(position));
-        let shape = [size as usize; 2];
+        let shape = [whole(size); 2];
         let found = render(&emission, &camera, shape, &options).unwrap();
         let (mut largest, mut wrong) = (0.0_f64, 0.0_f64);
         for row in 0..size {
@@ -150,7 +151,7 @@ fn an_axis_through_pixels_is_within_its_tolerance() {
                 let across = [0.5 * pixel * angle.cos(), 0.5 * pixel * angle.sin()];
                 let exact = mean_beside_axis(middle, across);
                 largest = largest.max(exact);
-                let value = found.values.row(row as usize)[column as usize];
+                let value = found.values.row(whole(row))[whole(column)];
                 wrong = wrong.max((value - exact).abs());
             }
         }

@@ -6,7 +6,7 @@
 //! it. Both sides of the axis have charts of their own: the azimuth of shells is the elevation ε on one side, and
 //! π − ε on the other.
 
-use crate::projection::charts::shells::Aim;
+use crate::projection::charts::aim::Aim;
 use crate::projection::surroundings::{Observer, SightLine};
 use crate::projection::vector::{along, cross, difference, dot, norm, unit};
 use core::f64::consts::{FRAC_PI_2, PI};

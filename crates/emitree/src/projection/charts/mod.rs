@@ -8,6 +8,7 @@
 //! of all kinds, and the faces of a sky, have the same charts.
 //!
 //! * `shells`: concentric surfaces, and lines of sight relative to them;
+//! * `aim`: a line of sight relative to a centre or an axis;
 //! * `axis`: lines of sight relative to an axis at which the emission is singular;
 //! * `singular`: coordinates of lines that pass a singularity;
 //! * `singularities`: the coordinates about those of a view, and where they are in the image;
@@ -16,9 +17,11 @@
 //! * `chart`: a piece in view as a map from the unit cube;
 //! * `stretch`: a chart with more places where the emission is.
 
+mod aim;
 mod axis;
 pub(crate) mod chart;
 pub(crate) mod depth;
+mod excluded;
 mod piece;
 mod sectors;
 mod shells;

@@ -17,8 +17,9 @@
 //! Where a piece contains a singularity at the centre, its coordinate is the logarithm of this one.
 
 use crate::projection::MappedPoint;
+use crate::projection::charts::aim::Aim;
 use crate::projection::charts::depth::{Depth, Own, Weights, usual_weights};
-use crate::projection::charts::shells::{Aim, Shells};
+use crate::projection::charts::shells::Shells;
 use crate::projection::charts::singular::Logarithm;
 use crate::projection::surroundings::{SightLine, Surroundings};
 use core::f64::consts::{FRAC_PI_2, PI};

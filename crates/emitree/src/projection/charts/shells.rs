@@ -7,10 +7,11 @@
 //! the limbs of two successive surfaces are one *zone*, and all lines of a zone consist of the same
 //! *pieces*, the parts between successive crossings.
 
+use crate::projection::charts::aim::Aim;
 use crate::projection::charts::axis::{SIDES, SeenAxis};
+use crate::projection::charts::excluded::Excluded;
 use crate::projection::charts::sectors::Sectors;
 use crate::projection::charts::singular::Logarithm;
-use crate::projection::charts::singularities::Excluded;
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::region::Region;
 use crate::projection::surroundings::{Observer, SightLine, Surroundings};
@@ -53,22 +54,6 @@ pub(crate) struct Shells {
     pub(super) limbs: usize,
     /// Scaled unit vectors, the last from the observer to the centre.
     axes: [[f64; 3]; 3],
-}
-
-/// A line of sight relative to the centre of shells; lengths are scaled.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Aim {
-    /// The angle from the direction to the centre; for parallel lines the distance from the centre.
-    pub(super) angle: f64,
-    pub(super) azimuth: f64,
-    /// The distance of the (infinite) line from the centre.
-    pub(super) miss: f64,
-    /// Whether the point nearest to the centre is ahead of the observer.
-    pub(super) is_ahead: bool,
-    /// The distance, in the world, at which the line is nearest to the centre.
-    pub(super) nearest: f64,
-    /// The scaled length of a unit of length along the line.
-    pub(super) stretch: f64,
 }
 
 impl Shells {

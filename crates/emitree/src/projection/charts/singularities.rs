@@ -2,13 +2,14 @@
 
 use crate::projection::ViewGeometry;
 use crate::projection::charts::axis::SeenAxis;
+use crate::projection::charts::excluded::Excluded;
 use crate::projection::charts::shells::Shells;
 use crate::projection::charts::singular::Logarithm;
 use crate::projection::charts::{Atlas, depth};
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::singularity::Singularity;
 use crate::projection::surroundings::{Observer, SightLine, Surroundings};
-use crate::projection::vector::{along, difference, dot, norm};
+use crate::projection::vector::{difference, norm};
 
 /// The place on the image plane at which the size of a pixel is measured, beside the middle, at which a
 /// singularity is likely to be.
@@ -113,33 +114,6 @@ fn size_of_pixel(
     let here = angle(0.0, 0.0)?;
     let size = f64::hypot(angle(1.0, 0.0)? - here, angle(0.0, 1.0)? - here) / STEP;
     (size > 0.0 && size.is_finite()).then_some(size)
-}
-
-/// A singularity near which the lines of sight of a chart are not in view: they belong to other charts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Excluded {
-    position: [f64; 3],
-    axis: Option<[f64; 3]>,
-    radius: f64,
-}
-
-impl Excluded {
-    /// The nearest position at least `radius` away from the singularity: a chart has bounded values there, which no
-    /// pixel sees.
-    pub(super) fn outside(&self, position: [f64; 3]) -> [f64; 3] {
-        let from = difference(position, self.position);
-        let along_axis = self.axis.map_or([0.0; 3], |axis| axis.map(|x| x * dot(from, axis)));
-        let away = difference(from, along_axis);
-        let distance = norm(away);
-        if distance >= self.radius {
-            return position;
-        }
-        let away = if distance > 0.0 { away } else { [self.radius, 0.0, 0.0] };
-        let factor = self.radius / distance.max(f64::MIN_POSITIVE);
-        let factor = if distance > 0.0 { factor } else { 1.0 };
-        let foot = along(self.position, 1.0, along_axis);
-        along(foot, factor, away)
-    }
 }
 
 impl Atlas<'_> {

@@ -359,6 +359,9 @@ fn residuals_have_the_weights_of_their_place_in_each_bin() {
         assert_close(*weighted, weight * without, 1e-12);
     }
     let [above, below] = [0, STEPS].map(|row| ProbePoint { part: 0, place: [0, row], depth: 0 });
-    assert_eq!([0, STEPS / 3, STEPS].map(|u| probes.weight_at(&above, u)), [1.0, 10.0, 2.0]);
-    assert_eq!(probes.weight_at(&below, STEPS / 3), 5.0);
+    let is = |weight: f64, expected: f64| assert!((weight - expected).abs() < 1e-12, "{weight}");
+    for (place, expected) in [(0, 1.0), (STEPS / 3, 10.0), (STEPS, 2.0)] {
+        is(probes.weight_at(&above, place), expected);
+    }
+    is(probes.weight_at(&below, STEPS / 3), 5.0);
 }
