@@ -223,8 +223,8 @@ class Plane(_Table):
 class SingularPoint(_Table):
     """A point near which the emission grows as a power of the distance, or has a tiny peak.
 
-    position: (3,), lengths; exponent: the rate grows as the distance to the power of -exponent, from 0
-        to below 3, 2 by default.
+    position: (3,), lengths; exponent: the rate grows as the distance to the power of -exponent,
+        from 0 to below 3, 2 by default.
 
     >>> import emitree
     >>> emitree.SingularPoint(position=(0, 0, 0.5), exponent=1.5)

@@ -32,7 +32,8 @@ class RegionSum:
     allowed: float
     #: The unit of value and errors, or an empty text.
     unit: str
-    #: How many points or lines of sight it is estimated from; 0 if it is the sum of those of pixels.
+    #: How many points or lines of sight it is estimated from; 0 if it is the sum of those of the
+    #: pixels.
     samples: int
     #: Of a cube: value and |error| of each band (bins, 2), in `band_unit`; otherwise (0, 2).
     bands: Floats
