@@ -13,7 +13,8 @@
 
 use crate::projection::singularity::Singularity;
 
-/// The share of a pixel that the lines closer than ψ₀ to a singularity contribute.
+/// The share of a pixel that the lines closer than ψ₀ to a singularity contribute; for a peak without a power law ψ₀ itself,
+/// in units of half of the side of a pixel.
 const INNER_SHARE: f64 = 1e-5;
 /// The smallest ψ₀, in units of half of the side of a pixel, so that positions are known to some digits.
 const LEAST_INNER: f64 = 1e-9;
@@ -37,8 +38,14 @@ impl Logarithm {
     pub(super) fn new(singularity: &Singularity, pixel: f64) -> Self {
         let dimensions = if singularity.axis.is_some() { 1.0 } else { 2.0 };
         let exponent = singularity.exponent;
-        let inner = INNER_SHARE.powf(1.0 / (dimensions + 1.0 - exponent)).max(LEAST_INNER) * pixel;
-        Self { inner, pixel, power: 0.5 * (exponent - 1.0).max(0.0) + 0.5 * dimensions }
+        // Without a power law it is a peak, of any width down to this part of a pixel.
+        let (order, least) = match exponent > 0.0 {
+            true => (dimensions + 1.0 - exponent, 0.0),
+            false => (1.0, dimensions - 1.0),
+        };
+        let inner = INNER_SHARE.powf(1.0 / order).max(LEAST_INNER) * pixel;
+        let power = 0.5 * (exponent - 1.0).max(least) + 0.5 * dimensions;
+        Self { inner, pixel, power }
     }
 
     /// The same for distances in units of which `slope` are the present unit.
