@@ -103,7 +103,7 @@ def test_a_singular_point_is_in_a_pixel():
     def rate(position, _):
         return 1 / (position**2).sum(axis=1)
 
-    camera = emitree.Orthographic(position=(0, 0, 9), target=(0, 0, 0), extent=(2, 2), far=18)
+    camera = emitree.Orthographic(position=(9, 0, 0), target=(0, 0, 0), extent=(2, 2), far=18)
     centre = emitree.SingularPoint(position=(0, 0, 0))
     image = emitree.render(rate, camera, (31, 31), singularities=[centre]).image
     # The radiance at the distance b is 2 atan(9/b) / b; its mean over a square of half side h.
