@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 /// Points, and the linear map from rates there to an image.
 #[pyclass(frozen, module = "emitree._native")]
+#[derive(Clone)]
 pub(crate) struct Mesh {
     pub(crate) scene: Arc<emitree_io::Scene>,
     pub(crate) mesh: emitree::mesh::Mesh<Cube>,

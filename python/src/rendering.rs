@@ -2,6 +2,7 @@
 
 use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding};
+use crate::mesh::Mesh;
 use crate::surfaces::{ReadSurfaceArrays, SurfaceArrays, arrays_of, encoded, surfaces_of};
 use emitree::{Cube, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
@@ -25,6 +26,8 @@ pub(crate) struct Rendered {
     rendered: RenderedScene,
     /// The scene, if it has an instrument whose counts are not known yet.
     counting: Option<Arc<Scene>>,
+    /// Its mesh, if it has one.
+    mesh: Option<Mesh>,
 }
 
 impl Rendered {
@@ -32,6 +35,7 @@ impl Rendered {
         Self {
             rendered: RenderedScene::new(scene, found),
             counting: scene.instrument.is_some().then(|| Arc::clone(scene)),
+            mesh: found.mesh.clone().map(|mesh| Mesh { scene: Arc::clone(scene), mesh }),
         }
     }
 
@@ -97,7 +101,7 @@ impl Rendered {
         let rendered = RenderedScene::from_parts(account, cube_of(&values), error, evaluations);
         let mut rendered = rendered.map_err(|error| PyValueError::new_err(error.to_string()))?;
         rendered.surfaces = surfaces.as_ref().map(surfaces_of).transpose()?.map(Arc::new);
-        Ok(Self { rendered, counting: None })
+        Ok(Self { rendered, counting: None, mesh: None })
     }
 
     /// For pickling and copying: plain data and arrays.
@@ -115,6 +119,13 @@ impl Rendered {
     /// The image, (height, width), or the cube, (bins, height, width); row 0 is the lowest y.
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.array_of(py, &self.rendered.values)
+    }
+
+    /// The frozen quadrature; `None` if there is none: of found surfaces, of more than a million
+    /// evaluations, of a rendering that was pickled.
+    #[getter]
+    fn plan(&self) -> Option<Mesh> {
+        self.mesh.clone()
     }
 
     /// Positions (n, 3), normals (n, 3), jumps (n,) and uncertainties (n,) of the vertices of the found

@@ -3,6 +3,7 @@
 use crate::bridge::{Caller, Hooks, run};
 use crate::emission::AnyEmission;
 use crate::error::{SceneError, of_encoding, of_rendering, of_scene, of_tree};
+use crate::mesh::Mesh;
 use crate::rendering::Rendered;
 use emitree::progress::Frame;
 use emitree::world_tree::{WorldTreeOptions, build_world_tree};
@@ -108,8 +109,13 @@ impl Scene {
     }
 
     /// Renders the scene, or a function in place of its emission:
-    /// `function(position, direction, energy | None) -> rates`.
-    #[pyo3(signature = (*, function=None, batch_size=None, threads=None, progress=None, frame=None))]
+    /// `function(position, direction, energy | None) -> rates`. It begins with the functions of the mesh
+    /// `start`, to which it may add others if it `extends` them.
+    #[pyo3(signature = (
+        *, function=None, batch_size=None, threads=None, progress=None, frame=None, start=None,
+        extends=true
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn render(
         &self,
         py: Python<'_>,
@@ -118,10 +124,19 @@ impl Scene {
         threads: Option<usize>,
         progress: Option<Py<PyAny>>,
         frame: Option<Py<PyAny>>,
+        start: Option<Py<Mesh>>,
+        extends: bool,
     ) -> PyResult<Rendered> {
         let hooks = Hooks { function, progress, frame };
         let scene = &self.0;
-        let found = run(py, &hooks, threads, |caller| rendered(scene, &hooks, caller, batch_size));
+        let mut options = options_of(scene).with_mesh_up_to(EVALUATIONS_OF_MESHES);
+        options.batch_size = batch_size.unwrap_or(options.batch_size);
+        let options = match start.as_ref().map(|start| &start.get().mesh) {
+            Some(mesh) if extends => options.with_start(mesh),
+            Some(mesh) => options.with_fixed_mesh(mesh),
+            None => options,
+        };
+        let found = run(py, &hooks, threads, |caller| rendered(scene, &hooks, caller, &options));
         found?.map_err(|error| of_rendering(py, error))
     }
 
@@ -197,15 +212,14 @@ fn rendered(
     scene: &Arc<emitree_io::Scene>,
     hooks: &Hooks,
     caller: &Caller,
-    batch_size: Option<u64>,
+    options: &RenderOptions<'static>,
 ) -> Result<Rendered, emitree::RenderError<crate::emission::EmissionStop>> {
     let progress = |evaluations| caller.progress(evaluations);
     let on_frame = |frame: &Frame<'_>| {
         let [image, error] = [frame.image, frame.error].map(|map| on_the_way(scene, map));
         caller.frame(frame, image, error)
     };
-    let mut options: RenderOptions<'_> = options_of(scene);
-    options.batch_size = batch_size.unwrap_or(options.batch_size);
+    let mut options: RenderOptions<'_> = options.clone();
     options.progress = Some(&progress);
     if hooks.frame.is_some() {
         options.frame = Some(&on_frame);
@@ -213,6 +227,9 @@ fn rendered(
     let found = scene.render(&emission(scene, hooks, caller), &options)?;
     Ok(Rendered::of(scene, &found))
 }
+
+/// The most evaluations with which a rendering has its mesh: some hundred bytes for each.
+const EVALUATIONS_OF_MESHES: u64 = 1_000_000;
 
 /// The options of a scene, with the same memory whatever is free: it may decide the way to the image.
 pub(crate) fn options_of(scene: &emitree_io::Scene) -> RenderOptions<'static> {

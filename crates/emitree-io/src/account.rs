@@ -373,6 +373,7 @@ fn ending(ending: StopReason) -> &'static str {
         StopReason::Complete => "complete",
         StopReason::MaxLevel => "deepest level",
         StopReason::Time => "time",
+        StopReason::FixedMesh => "fixed mesh",
         StopReason::Unfinished => "unfinished",
         _ => "budget",
     }

@@ -77,6 +77,7 @@ pub mod sums;
 pub mod energy;
 mod cube;
 mod memory;
+mod values;
 pub mod mesh;
 pub mod radiance;
 mod tile;

@@ -5,6 +5,7 @@ use crate::energy::EnergyAxis;
 use crate::error::RenderError;
 use crate::exchange::{Batch, Exchange, MethodError};
 use crate::known::KnownRates;
+use crate::mesh::start::Start;
 use crate::parallel::prelude::*;
 use crate::projection::{MappedPoint, Projection};
 use crate::quadrature::{AsyncIntegrand, Points};
@@ -41,8 +42,10 @@ pub(crate) struct Meter {
     known: Option<Arc<Mutex<KnownRates>>>,
     /// Intermediate images, if they are stored.
     shown: Option<Mutex<Vec<Shown>>>,
-    /// Whether the method makes a frozen quadrature at its end.
-    freezes: bool,
+    /// The most evaluations after which the method makes a frozen quadrature at its end.
+    freezes_up_to: u64,
+    /// What the method begins with.
+    start: Option<Start>,
 }
 
 /// An intermediate image.
@@ -131,19 +134,31 @@ impl Meter {
             new_evaluations: AtomicU64::new(0),
             known,
             shown: keeps_images.then(Mutex::default),
-            freezes: false,
+            freezes_up_to: 0,
+            start: None,
         }
     }
 
-    /// The same for a method that makes a frozen quadrature at its end.
-    pub(crate) fn with_frozen_quadrature(mut self) -> Self {
-        self.freezes = true;
+    /// The same for a method that makes a frozen quadrature at its end, after so many evaluations at most.
+    pub(crate) fn with_frozen_quadrature(mut self, up_to_evaluations: u64) -> Self {
+        self.freezes_up_to = up_to_evaluations;
         self
     }
 
-    /// Whether the method makes a frozen quadrature at its end.
+    /// The same for a method that begins with the structure of a mesh.
+    pub(crate) fn with_start(mut self, start: Option<Start>) -> Self {
+        self.start = start;
+        self
+    }
+
+    /// Whether the method would make a frozen quadrature if it ended now.
     pub(crate) fn freezes(&self) -> bool {
-        self.freezes
+        self.freezes_up_to > 0 && self.evaluations() <= self.freezes_up_to
+    }
+
+    /// The structure that the method begins with.
+    pub(crate) fn start(&self) -> Option<&Start> {
+        self.start.as_ref()
     }
 
     /// How often g may be called, and until when.

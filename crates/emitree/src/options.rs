@@ -1,6 +1,8 @@
 //! Options of a rendering: the method and its options, the limits, and the callbacks.
 
 use crate::los::{LosOptions, Steps};
+use crate::mesh::Mesh;
+use crate::mesh::start::Start;
 use crate::progress::{FrameCallback, Progress};
 use crate::tree::BuildOptions;
 use crate::vol::VolOptions;
@@ -91,6 +93,11 @@ pub struct RenderOptions<'a> {
     /// Called after each step that has made a better image, coarse first; may break. Only
     /// [`Method::Vol`] has intermediate images.
     pub frame: Option<&'a FrameCallback<'a>>,
+    /// The most evaluations with which the rendering has its [mesh](crate::Rendering::mesh), whose memory
+    /// and time grow with them; 0, the default, for no mesh.
+    pub mesh_up_to: u64,
+    /// What the rendering begins with.
+    pub(crate) start: Option<Start>,
 }
 
 /// A budget that ends a runaway refinement (a jump and a tiny threshold) while its tree still fits
@@ -121,6 +128,8 @@ impl<'a> RenderOptions<'a> {
             batch_size: u64::MAX,
             progress: None,
             frame: None,
+            mesh_up_to: 0,
+            start: None,
         }
     }
 
@@ -149,6 +158,35 @@ impl<'a> RenderOptions<'a> {
     #[must_use]
     pub fn with_batch_size(mut self, batch_size: u64) -> Self {
         self.batch_size = batch_size;
+        self
+    }
+
+    /// Sets the most evaluations with which the rendering has its mesh.
+    #[must_use]
+    pub fn with_mesh_up_to(mut self, evaluations: u64) -> Self {
+        self.mesh_up_to = evaluations;
+        self
+    }
+
+    /// Begins with the functions of the mesh of another emission in the same view, or in one like it, and adds
+    /// others where they do not suffice. The error is estimated, and the tolerance met, as without a mesh; an
+    /// emission of similar structure takes fewer evaluations. Only [products](crate::mesh::Mesh) have such
+    /// functions; a mesh without them has no effect.
+    #[must_use]
+    pub fn with_start<V>(mut self, mesh: &Mesh<V>) -> Self {
+        self.start = Some(mesh.start(true));
+        self
+    }
+
+    /// The same without other functions: g is evaluated at the points of the mesh, and at scattered points
+    /// that show the error. If the tolerance is not met the rendering ends with
+    /// [`StopReason::FixedMesh`](crate::StopReason::FixedMesh). Its image is [`Mesh::apply`] of the rates.
+    ///
+    /// A rendering that needs a part of the view for which the mesh has no functions is an error,
+    /// [`OptionError::FixedMesh`](crate::error::OptionError::FixedMesh).
+    #[must_use]
+    pub fn with_fixed_mesh<V>(mut self, mesh: &Mesh<V>) -> Self {
+        self.start = Some(mesh.start(false));
         self
     }
 

@@ -7,8 +7,9 @@ use crate::error::RenderError;
 use crate::image::Image;
 use crate::options::RenderOptions;
 use crate::projection::Projection;
-use crate::rendering::{Rendering, Values};
+use crate::rendering::Rendering;
 use crate::session::{Kept, Session};
+use crate::values::Values;
 
 /// The image of an emission from a camera, of `shape` = \[height, width\] pixels.
 ///

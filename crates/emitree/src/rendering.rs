@@ -3,50 +3,13 @@
 use crate::cube::Cube;
 use crate::found_surfaces::FoundSurfaces;
 use crate::image::Image;
+use crate::mesh::Mesh;
 use crate::sums::RegionSum;
 use crate::tally::EvaluationCounts;
 use crate::tree::{SparseTree, StopReason};
-use core::fmt::Debug;
+use crate::values::Values;
 use core::time::Duration;
 use std::sync::Arc;
-
-/// What is rendered: an [`Image`], or with an energy axis a [`Cube`].
-pub trait Values: Clone + Debug + Send + sealed::FromCube {
-    /// The largest |value|.
-    fn largest(&self) -> f64;
-}
-
-mod sealed {
-    /// Values from the bands of a method, of which an image has one.
-    pub trait FromCube {
-        #[doc(hidden)]
-        fn from_cube(cube: crate::Cube) -> Self;
-    }
-}
-
-impl sealed::FromCube for Image {
-    fn from_cube(cube: Cube) -> Self {
-        cube.into_first()
-    }
-}
-
-impl sealed::FromCube for Cube {
-    fn from_cube(cube: Cube) -> Self {
-        cube
-    }
-}
-
-impl Values for Image {
-    fn largest(&self) -> f64 {
-        Self::largest(self)
-    }
-}
-
-impl Values for Cube {
-    fn largest(&self) -> f64 {
-        Self::largest(self)
-    }
-}
 
 /// An image or a cube, its estimated error, and its cost.
 #[derive(Clone, Debug)]
@@ -71,6 +34,9 @@ pub struct Rendering<V = Image> {
     /// [`Method::Vol`](crate::Method::Vol), where it has found them and uses them. `None` does not mean that g
     /// has no jumps: an image tree may have followed them, or products may represent them.
     pub surfaces: Option<Arc<FoundSurfaces>>,
+    /// The frozen quadrature, if [`RenderOptions::with_mesh_up_to`](crate::RenderOptions::with_mesh_up_to)
+    /// asks for it and there is one: images of found surfaces have none.
+    pub mesh: Option<Mesh<V>>,
 }
 
 /// The cost of a rendering, and why it ended.
@@ -129,9 +95,11 @@ pub struct RenderedTree {
 
 impl From<Rendering> for Rendering<Cube> {
     /// A cube of one band.
-    fn from(Rendering { values, error, sums, stats, tree, surfaces }: Rendering) -> Self {
+    fn from(of_image: Rendering) -> Self {
+        let Rendering { values, error, sums, stats, tree, surfaces, mesh } = of_image;
         let of_one = |image| Cube::from_bands(vec![image]);
-        Self { values: of_one(values), error: error.map(of_one), sums, stats, tree, surfaces }
+        let (values, error) = (of_one(values), error.map(of_one));
+        Self { values, error, sums, stats, tree, surfaces, mesh: mesh.map(Mesh::retyped) }
     }
 }
 

@@ -11,6 +11,7 @@ use crate::error::RenderError;
 use crate::exchange::{Batch, MethodError};
 use crate::image::Image;
 use crate::known::KnownRates;
+use crate::mesh::start::Start;
 use crate::mesh::{Mesh, MeshError};
 use crate::meter::{Limits, Meter, Shown};
 use crate::method;
@@ -19,9 +20,10 @@ use crate::output::MethodOutput;
 use crate::polling::advance;
 use crate::progress::{Frame, FrameCallback, Progress};
 use crate::projection::Projection;
-use crate::rendering::{RenderStats, Rendering, Values};
+use crate::rendering::{RenderStats, Rendering};
 use crate::tile::Tile;
 use crate::tree::StopReason;
+use crate::values::Values;
 use core::borrow::Borrow;
 use core::convert::Infallible;
 use core::future::Future;
@@ -36,7 +38,7 @@ use std::time::Instant;
 type Running<'a> = Pin<Box<dyn Future<Output = Result<MethodOutput, MethodError>> + Send + 'a>>;
 
 /// What starts a method in the view of a session.
-type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + Sync + 'a;
+type Begin<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + Sync + 'a;
 
 /// One rendering that can be held between its batches (ask and tell): it returns the points at which
 /// rates are needed and takes the rates, so that the caller has the loop. The latest image can be read at
@@ -71,7 +73,7 @@ type Start<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + 
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Session<'a, V = Image> {
-    start: Box<Start<'a>>,
+    start: Box<Begin<'a>>,
     axis: Option<EnergyAxis>,
     known: Option<Arc<Mutex<KnownRates>>>,
     course: Course<'a>,
@@ -85,6 +87,7 @@ struct Course<'a> {
     shape: [usize; 2],
     limits: Limits,
     options: Method,
+    begins_with: Option<Start>,
     meter: Arc<Meter>,
     method: Running<'a>,
     state: State,
@@ -99,7 +102,7 @@ impl<'a> Course<'a> {
     /// Runs a method up to its first request for rates.
     fn begin(
         meter: Meter,
-        start: &Start<'a>,
+        start: &Begin<'a>,
         shape: [usize; 2],
         options: &Method,
     ) -> Result<Self, MethodError> {
@@ -108,6 +111,7 @@ impl<'a> Course<'a> {
             shape,
             limits: meter.limits(),
             options: options.clone(),
+            begins_with: meter.start().cloned(),
             method: start(Arc::clone(&meter), shape, options.clone()),
             meter,
             state: State::Failed(RenderError::Interrupted),
@@ -235,6 +239,8 @@ impl<'a, V: Values> Session<'a, V> {
         let known = keeps_rates.then(Arc::default);
         let limits = limits(options, whole_batches, keeps_rates);
         let meter = Meter::new(shape, limits, known.clone(), kept.images);
+        let meter =
+            meter.with_frozen_quadrature(options.mesh_up_to).with_start(options.start.clone());
         let course = Course::begin(meter, &start, shape, &options.method);
         Ok(Self {
             start: Box::new(start),
@@ -263,6 +269,8 @@ impl<'a, V: Values> Session<'a, V> {
         check_options(shape, self.axis.as_ref().map(EnergyAxis::bins), options)?;
         // Only a caller with the loop can resume a session, and then all rates are stored.
         let meter = Meter::new(shape, limits(options, true, true), self.known.clone(), true);
+        let meter =
+            meter.with_frozen_quadrature(options.mesh_up_to).with_start(options.start.clone());
         let course = Course::begin(meter, &*self.start, shape, &options.method);
         let course = course.map_err(of_method)?;
         self.before = self.so_far();
@@ -356,9 +364,14 @@ impl<'a, V: Values> Session<'a, V> {
     /// image of found surfaces, which is not linear in the rates.
     pub fn mesh(&self) -> Result<Mesh<V>, MeshError> {
         let State::Ended(ended) = &self.course.state else { return Err(MeshError::NotEnded) };
-        let Course { shape, limits, options, .. } = &self.course;
+        if let Some(frozen) = &ended.frozen {
+            return Ok(Mesh::new(Arc::clone(frozen)));
+        }
+        let Course { shape, limits, options, begins_with, .. } = &self.course;
         let limits = Limits { deadline: None, ..*limits };
-        let meter = Meter::new(*shape, limits, self.known.clone(), false).with_frozen_quadrature();
+        let meter = Meter::new(*shape, limits, self.known.clone(), false)
+            .with_frozen_quadrature(u64::MAX)
+            .with_start(begins_with.clone());
         let again = Course::begin(meter, &*self.start, *shape, options);
         // Without a time limit all points are known, and the values have the same bits.
         let again = again.map_err(|_| MeshError::TimeLimit)?;
@@ -423,7 +436,8 @@ impl<'a, V: Values> Session<'a, V> {
         };
         let (values, error) = (V::from_cube(made.cube), made.error.map(V::from_cube));
         let (sums, tree, surfaces) = (made.sums, made.tree, made.surfaces);
-        Rendering { values, error, sums, stats, tree, surfaces }
+        let mesh = made.frozen.map(Mesh::new);
+        Rendering { values, error, sums, stats, tree, surfaces, mesh }
     }
 }
 

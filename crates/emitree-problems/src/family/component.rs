@@ -33,6 +33,18 @@ impl Component {
         }
     }
 
+    /// The same part at another place.
+    pub(super) fn moved(self, by: [f64; 3]) -> Self {
+        match self {
+            Self::Ellipsoid(part) => Self::Ellipsoid(part.moved(by)),
+            Self::Wave(part) => Self::Wave(part.moved(by)),
+            Self::Core(part) => Self::Core(part.moved(by)),
+            Self::Torus(part) => Self::Torus(part.moved(by)),
+            Self::Sheet(part) => Self::Sheet(part.moved(by)),
+            Self::Constant => Self::Constant,
+        }
+    }
+
     /// The shortest length on which it changes: a width, a core radius, 1/k of a wave.
     pub(super) fn length(&self) -> f64 {
         match self {

@@ -25,6 +25,10 @@ impl Ellipsoid {
         Self { frame, widths: widths.map(|[from, to]| generator.log_between(from, to)) }
     }
 
+    pub(super) fn moved(self, by: [f64; 3]) -> Self {
+        Self { frame: self.frame.moved(by), ..self }
+    }
+
     pub(super) fn length(&self) -> f64 {
         self.widths.iter().copied().fold(f64::INFINITY, f64::min)
     }

@@ -15,6 +15,12 @@ impl Frame {
         Self { centre: centre(generator), axes: generator.axes() }
     }
 
+    /// The same orientation about a centre that is moved.
+    pub(super) fn moved(mut self, by: [f64; 3]) -> Self {
+        self.centre = core::array::from_fn(|i| self.centre[i] + by[i]);
+        self
+    }
+
     /// The coordinates of a point of the unit cube along the axes, from the centre.
     pub(super) fn local_from_canonical(&self, position: [f64; 3]) -> [f64; 3] {
         let offset: [f64; 3] = core::array::from_fn(|i| position[i] - self.centre[i]);

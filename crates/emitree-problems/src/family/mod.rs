@@ -50,6 +50,8 @@ const RESOLUTIONS: [Resolution; 6] = [
 ];
 /// Images of a part that differ by less than this times its largest pixel agree.
 const AGREEMENT: f64 = 2e-7;
+/// What the numbers for other parameters are apart from those of the seed.
+const CHANGED: u64 = 1 << 40;
 /// What rounding can do to an image, relative to its largest pixel.
 const ROUNDING: f64 = 1e-13;
 
@@ -161,6 +163,24 @@ impl RandomScene {
     /// this can miss it.
     pub fn shortest_length(&self) -> f64 {
         self.parts.iter().fold(f64::INFINITY, |length, (_, part)| length.min(part.length()))
+    }
+
+    /// The same scene with other parameters: each part is moved along each axis by up to `change` of its
+    /// shortest length, and its amplitude is another one by up to that fraction, at random.
+    ///
+    /// ```
+    /// let scene = emitree_problems::family::random_scene(3);
+    /// assert_ne!(scene.clone().changed(0.1).rate([0.5; 3]), scene.rate([0.5; 3]));
+    /// ```
+    #[must_use]
+    pub fn changed(mut self, change: f64) -> Self {
+        let generator = &mut Generator::new(self.seed ^ CHANGED);
+        for (amplitude, part) in &mut self.parts {
+            let most = change * part.length().min(1.0);
+            *part = part.moved(core::array::from_fn(|_| most * generator.between(-1.0, 1.0)));
+            *amplitude *= 1.0 + change * generator.between(-1.0, 1.0);
+        }
+        self
     }
 
     /// The emission rate at a point of the unit cube.

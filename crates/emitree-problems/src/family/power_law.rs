@@ -19,6 +19,11 @@ impl Core {
         })
     }
 
+    pub(super) fn moved(self, by: [f64; 3]) -> Self {
+        let centre = core::array::from_fn(|i| self.0.centre[i] + by[i]);
+        Self(BetaModel { centre, ..self.0 })
+    }
+
     pub(super) fn length(&self) -> f64 {
         self.0.core_radius
     }

@@ -29,6 +29,10 @@ impl Torus {
         }
     }
 
+    pub(super) fn moved(self, by: [f64; 3]) -> Self {
+        Self { frame: self.frame.moved(by), ..self }
+    }
+
     pub(super) fn length(&self) -> f64 {
         self.width
     }

@@ -30,6 +30,10 @@ impl Wave {
         }
     }
 
+    pub(super) fn moved(self, by: [f64; 3]) -> Self {
+        Self { frame: self.frame.moved(by), ..self }
+    }
+
     pub(super) fn length(&self) -> f64 {
         self.wave_numbers.iter().fold(self.width, |length, k| length.min(1.0 / k))
     }

@@ -66,6 +66,33 @@ impl Glow {
         }
     }
 
+    /// The same kind of emission with other parameters: positions by up to `change` of their lengths, lengths
+    /// by that factor, at random. A uniform one stays as it is.
+    pub(super) fn changed(&self, generator: &mut Generator, change: f64) -> Self {
+        let mut factor = |of: f64| of * (1.0 + change * generator.between(-1.0, 1.0));
+        match self {
+            Self::Uniform => Self::Uniform,
+            Self::Radial { centre, radius, fall, tilt, pole } => {
+                let fall = match *fall {
+                    Fall::Exponential(scale) => Fall::Exponential(factor(scale)),
+                    power @ Fall::Power(_) => power,
+                };
+                let tilt = tilt + factor(change) - change;
+                let pole = pole.map(&mut factor);
+                let pole = pole.map(|along| along / norm(pole));
+                Self::Radial { centre: *centre, radius: *radius, fall, tilt, pole }
+            }
+            Self::Blobs { level, blobs } => {
+                let blob = |&(centre, size): &(Vector, f64)| {
+                    let centre = centre.map(|along| along + factor(size) - size);
+                    (centre, factor(size))
+                };
+                let blobs = blobs.iter().map(blob).collect();
+                Self::Blobs { level: *level, blobs }
+            }
+        }
+    }
+
     pub(super) fn rate(&self, position: Vector) -> f64 {
         match self {
             Self::Uniform => 1.0,

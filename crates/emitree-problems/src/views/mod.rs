@@ -44,6 +44,8 @@ const DISC: usize = 4;
 const LEAST_PATH: f64 = 0.02;
 /// Lines along each axis of that lattice.
 const LATTICE: usize = 12;
+/// What the numbers for other parameters are apart from those of the seed.
+const CHANGED: u64 = 1 << 40;
 /// What draws of one seed are apart.
 const NEXT_DRAW: u64 = 1 << 32;
 
@@ -264,6 +266,19 @@ impl RandomView {
     /// NaN, as in renderings.
     pub fn reference(&self) -> Reference {
         reference::image(self.scene(), self.shape)
+    }
+
+    /// The same view of an emission with other parameters: they differ by up to the fraction `change`.
+    ///
+    /// ```
+    /// let view = emitree_problems::views::random_view(2).changed(0.1);
+    /// assert_eq!(view.name(), "equirectangular-2");
+    /// ```
+    #[must_use]
+    pub fn changed(mut self, change: f64) -> Self {
+        let generator = &mut Generator::new(self.seed ^ CHANGED);
+        self.scenery.glow = self.scenery.glow.changed(generator, change);
+        self
     }
 
     fn scene(&self) -> Scene<'_> {

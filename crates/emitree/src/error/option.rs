@@ -53,6 +53,12 @@ pub enum OptionError {
         /// Its column.
         column: usize,
     },
+    /// A fixed mesh without functions of all parts of the view.
+    #[error(
+        "the fixed mesh has no products for some part of the view: expected the mesh of a rendering by \
+         products in this view, or a rendering that may add points"
+    )]
+    FixedMesh,
     /// Weights that are all 0.
     #[error("`weights` are 0 in all pixels: expected a pixel that matters")]
     NoWeights,
@@ -216,6 +222,7 @@ impl OptionError {
             | Self::EmptySum(_)
             | Self::MeanOfNothing(_)
             | Self::SumTolerance { .. } => "sums",
+            Self::FixedMesh => "start",
             Self::PerBand => "per_band",
             Self::BaseLevel { .. } | Self::WorldTreeBaseLevel(_) => "base_level",
             Self::WorldTreeOrder(_) => "order",

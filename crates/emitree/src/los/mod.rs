@@ -92,6 +92,7 @@ pub(crate) async fn render(
                 if !found.converged {
                     ending = StopReason::Budget;
                 }
+                frozen = frozen.filter(|_| meter.freezes());
                 if let Some(frozen) = &mut frozen {
                     frozen.add(tile, &found.steps, energy, weight);
                 }

@@ -4,6 +4,7 @@ use crate::cube::Cube;
 use crate::exchange::Batch;
 use crate::known::{Point, key};
 use crate::mesh::sparse::SparseMatrix;
+use crate::mesh::start::Structure;
 use crate::site::Site;
 use core::fmt::Debug;
 use rustc_hash::FxHashMap;
@@ -22,6 +23,8 @@ pub(crate) struct Frozen {
     /// A row for each node, a column for each point.
     pub(crate) weights: SparseMatrix,
     image: Box<dyn NodesToCube>,
+    /// What renderings of other emissions can begin with.
+    pub(crate) structure: Option<Structure>,
 }
 
 impl Frozen {
@@ -46,7 +49,7 @@ impl Frozen {
             weights.append(&tile.weights);
             images.push((tile.weights.rows(), tile.image));
         }
-        Self { points, weights, image: Box::new(Stacked(images)) }
+        Self { points, weights, image: Box::new(Stacked(images)), structure: None }
     }
 }
 
@@ -102,6 +105,7 @@ impl Collector {
     }
 
     pub(crate) fn finish(self, image: impl NodesToCube + 'static) -> Frozen {
-        Frozen { points: self.points, weights: self.weights, image: Box::new(image) }
+        let Self { points, weights, .. } = self;
+        Frozen { points, weights, image: Box::new(image), structure: None }
     }
 }

@@ -6,18 +6,21 @@
 //!
 //! * `frozen`: what a method leaves for a mesh;
 //! * `sparse`: the weights;
-//! * `matrix`: the whole map as one matrix.
+//! * `matrix`: the whole map as one matrix;
+//! * `start`: what renderings of other emissions begin with.
 
 pub(crate) mod frozen;
 mod matrix;
 mod sparse;
+pub(crate) mod start;
 
 pub use sparse::SparseMatrix;
 
 use crate::emission::Samples;
 use crate::image::Image;
 use crate::mesh::frozen::Frozen;
-use crate::rendering::Values;
+use crate::mesh::start::Start;
+use crate::values::Values;
 use core::marker::PhantomData;
 use std::sync::Arc;
 
@@ -61,11 +64,23 @@ pub struct Mesh<V = Image> {
     values: PhantomData<fn() -> V>,
 }
 
-impl<V: Values> Mesh<V> {
+impl<V> Mesh<V> {
     pub(crate) fn new(frozen: Arc<Frozen>) -> Self {
         Self { frozen, values: PhantomData }
     }
 
+    /// The same map to values of another type.
+    pub(crate) fn retyped<W>(self) -> Mesh<W> {
+        Mesh::new(self.frozen)
+    }
+
+    /// The start of a rendering with the structure of the mesh.
+    pub(crate) fn start(&self, extends: bool) -> Start {
+        Start { structure: self.frozen.structure.clone(), extends }
+    }
+}
+
+impl<V: Values> Mesh<V> {
     /// The points at which rates are needed: positions in the scene's length unit, unit vectors of emission,
     /// and energies in the unit of the axis if there is one. No point is there twice.
     pub fn points(&self) -> Samples<'_> {

@@ -75,6 +75,8 @@ pub enum StopReason {
     Time,
     /// A cell of the maximum level would have had to be split.
     MaxLevel,
+    /// The functions of a mesh do not suffice, and none may be added.
+    FixedMesh,
     /// It has not ended yet.
     Unfinished,
 }

@@ -4,16 +4,17 @@ use crate::energy::EnergyAxis;
 use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::image::Image;
+use crate::mesh::start::Structure;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
-use crate::projection::charts::depth::Weights;
-use crate::projection::charts::stretch::Stretch;
 use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::engine::by_tree;
 use crate::vol::error_weights::ErrorWeights;
-use crate::vol::lowrank::{self, Attempted};
+use crate::vol::lowrank;
+use crate::vol::lowrank::attempted::Attempted;
+use crate::vol::lowrank::start::{Division, Start};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::check_seeds;
 use crate::vol::surfaces;
@@ -21,6 +22,7 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::part::{Parts, atlas, parts};
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
+use std::sync::Arc;
 
 /// Renders an image, or a cube in the bins of `axis`, to the tolerance of `vol`.
 pub(crate) async fn render(
@@ -33,38 +35,58 @@ pub(crate) async fn render(
     check_seeds(&vol.seeds)?;
     // From here on, the tolerance is that of the largest pixel.
     let vol = &VolOptions { tolerance: vol.of_largest(), ..vol.clone() };
-    let found = edges(meter, tiles, axis, vol).await?;
-    let mut cuts: Vec<FoundCut> = Vec::new();
-    let mut depths: Vec<(usize, Weights)> = Vec::new();
-    let mut stretch: Option<Stretch> = None;
+    let start = start(meter, tiles);
+    let mut division = match start {
+        Some(start) => start.division.clone(),
+        None => Division { edges: edges(meter, tiles, axis, vol).await?, ..Division::default() },
+    };
     loop {
-        let atlas = atlas(tiles, &found).map(|atlas| atlas.with_weights(&depths).with_cuts(&cuts));
-        let parts = parts(tiles, atlas.as_ref(), stretch);
+        let Division { edges, cuts, depths, stretch } = &division;
+        let atlas = atlas(tiles, edges).map(|atlas| atlas.with_weights(depths).with_cuts(cuts));
+        let parts = parts(tiles, atlas.as_ref(), *stretch);
         meter.check_time()?;
-        let attempted = match axis {
-            None => lowrank::attempt(meter, tiles, &parts, vol).await?,
+        let mut attempted = match axis {
+            None => {
+                let start = start.filter(|start| start.division == division);
+                lowrank::attempt(meter, tiles, &parts, vol, start).await?
+            }
             Some(_) => Attempted::none(&parts),
         };
         if !attempted.depths.is_empty() {
-            depths = attempted.depths;
+            division.depths = attempted.depths;
             continue;
         }
         if attempted.stretch.is_some() {
-            stretch = attempted.stretch;
+            division.stretch = attempted.stretch;
             continue;
         }
         // Charts that end at the kinks found replace the first ones; once, which bounds the cost.
         if let Some(atlas) = atlas.as_ref().filter(|_| cuts.is_empty()) {
             let kinks = attempted.kinks.iter();
-            cuts = kinks.map(|kink| atlas.cut(kink.chart, &kink.window, kink.v)).collect();
+            let cuts: Vec<FoundCut> =
+                kinks.map(|kink| atlas.cut(kink.chart, &kink.window, kink.v)).collect();
             if !cuts.is_empty() {
+                division.cuts = cuts;
                 continue;
             }
         }
+        let functions = core::mem::take(&mut attempted.functions);
         let mut made = finish(meter, tiles, &parts, axis, vol, attempted).await?;
-        made.stretch = stretch;
+        made.stretch = division.stretch;
+        if functions.iter().any(Option::is_some)
+            && let Some(frozen) = made.frozen.as_mut().and_then(Arc::get_mut)
+        {
+            frozen.structure = Some(Structure::new(Start { division, functions }));
+        }
         return Ok(with_share_of_allowed(made, vol));
     }
+}
+
+/// The division and the functions that the rendering begins with, if it begins with those of a view that has
+/// the same surfaces.
+fn start<'a>(meter: &'a Meter, tiles: &[Tile<'_>]) -> Option<&'a Start> {
+    let start: &Start = meter.start()?.structure.as_ref()?.of_method()?;
+    start.division.fits(atlas(tiles, &start.division.edges).as_ref()).then_some(start)
 }
 
 /// Adds the largest error in units of the error allowed. By pixel, that is the final check of the image of
@@ -89,7 +111,8 @@ async fn finish(
     vol: &VolOptions,
     mut attempted: Attempted,
 ) -> Result<MethodOutput, MethodError> {
-    let is_complete = |found: &MethodOutput| found.ending == StopReason::Complete;
+    let is_complete =
+        |found: &MethodOutput| matches!(found.ending, StopReason::Complete | StopReason::FixedMesh);
     let products = match attempted.found.take() {
         Some(products) if is_complete(&products) => return Ok(products),
         products => products,

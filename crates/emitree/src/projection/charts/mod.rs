@@ -168,6 +168,11 @@ impl<'a> Atlas<'a> {
         self.shells[number].sectors.azimuth_rad(sector)
     }
 
+    /// Whether there are shells with this number.
+    pub(crate) fn has_shells(&self, number: usize) -> bool {
+        number < self.shells.len()
+    }
+
     /// The number of tiles of the image.
     pub(crate) fn tiles(&self) -> usize {
         self.tiles.len()

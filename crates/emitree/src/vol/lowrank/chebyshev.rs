@@ -7,6 +7,7 @@
 
 use crate::vol::tuning::TUNING;
 use core::f64::consts::PI;
+use core::ops::RangeInclusive;
 use multiversion::multiversion;
 use nalgebra::DMatrix;
 
@@ -58,10 +59,24 @@ impl Analysis {
 
     /// The sum of the |coefficients| of the highest degrees.
     pub(super) fn tail(&self, values: impl Iterator<Item = f64> + Clone) -> f64 {
+        self.highest().map(|k| self.coefficient(k, values.clone()).abs()).sum()
+    }
+
+    /// The highest degrees: they show whether a function is resolved.
+    fn highest(&self) -> RangeInclusive<usize> {
         let length =
             ((self.last + 1) / TUNING.lowrank.tail_divisor).max(TUNING.lowrank.least_tail_length);
-        let highest = self.last + 1 - length..=self.last;
-        highest.map(|k| self.coefficient(k, values.clone()).abs()).sum()
+        self.last + 1 - length..=self.last
+    }
+
+    /// The integral over the unit interval of the function with these `values` at the places, and the
+    /// error that the [tail](Self::tail) may stand for: the integral of Tₖ is below 1/k.
+    pub(super) fn integral(&self, values: &[f64]) -> [f64; 2] {
+        let of_degree =
+            |(k, c): (usize, f64)| if k % 2 == 0 { c / (1.0 - (k * k) as f64) } else { 0.0 };
+        let integral = self.coefficients(values).enumerate().map(of_degree).sum();
+        let lowest = (*self.highest().start()).max(1) as f64;
+        [integral, self.tail(values.iter().copied()) / lowest]
     }
 }
 
@@ -186,6 +201,19 @@ mod tests {
         for (pixel, found) in means(&series, 7).iter().enumerate() {
             let exact = mean(pixel as f64 / 7.0, (pixel + 1) as f64 / 7.0);
             assert!((found - exact).abs() < 1e-14, "{pixel}: {found} {exact}");
+        }
+    }
+
+    #[test]
+    fn integrals_are_exact_for_polynomials_and_known_for_others() {
+        let [integral, error] = Analysis::new(3).integral(&sampled(3, |x| 3.0 * x.powi(4) - x));
+        assert!((integral - 0.1).abs() < 1e-14 && error < 1e-14, "{integral} {error}");
+        let bell = |x: f64| (-60.0 * (x - 0.4).powi(2)).exp();
+        // ∫ exp(-60 t²) dt over all t; the ends are 1e-5 of it away.
+        let exact = (PI / 60.0).sqrt() - 1e-6;
+        for level in 3..6 {
+            let [integral, error] = Analysis::new(level).integral(&sampled(level, bell));
+            assert!((integral - exact).abs() < error + 5e-6, "{level}: {integral} {exact} {error}");
         }
     }
 

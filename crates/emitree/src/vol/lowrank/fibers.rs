@@ -47,6 +47,11 @@ impl Fibers {
         }
     }
 
+    /// The same functions without the fibers: they are of another G.
+    pub(super) fn functions(&self) -> Self {
+        Self { at: Vec::new(), rates: Vec::new(), ..self.clone() }
+    }
+
     /// The number of functions.
     pub(super) fn rank(&self) -> usize {
         self.pivots.len()

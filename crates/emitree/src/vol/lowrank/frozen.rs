@@ -3,6 +3,7 @@
 use crate::site::Site;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::search::Search;
+use crate::vol::lowrank::start::Functions;
 use crate::vol::sampling::terms;
 use crate::vol::view::products::{CoreToMeans, FrozenProducts};
 use std::sync::Arc;
@@ -14,11 +15,16 @@ impl CoreToMeans for Interpolant {
 }
 
 impl Search<'_> {
-    /// The present interpolant with frozen functions.
-    pub(super) fn frozen(&self) -> FrozenProducts {
+    /// The present interpolant, whose functions are given, with frozen functions.
+    pub(super) fn frozen(&self, Functions(functions): &Functions) -> FrozenProducts {
         let chart = &*self.view.part.chart;
         let terms = |&u: &[f64; 3]| -> Vec<(Site, f64)> { terms(chart, u, self.view.site(u)) };
         let nodes = self.interpolant.triples().iter().map(terms).collect();
-        FrozenProducts { nodes: Arc::new(nodes), interpolant: Arc::new(self.interpolant.clone()) }
+        FrozenProducts { nodes: Arc::new(nodes), interpolant: functions.clone() }
+    }
+
+    /// The functions of the present interpolant.
+    pub(super) fn functions(&self) -> Functions {
+        Functions(Arc::new(self.interpolant.clone()))
     }
 }

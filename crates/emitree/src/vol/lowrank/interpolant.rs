@@ -39,6 +39,11 @@ impl Interpolant {
         Self { axes: [(); 3].map(|()| Fibers::new(level)), core: Vec::new(), filled: [0; 3] }
     }
 
+    /// The same functions for another G, of which no value is known yet.
+    pub(super) fn for_another(&self) -> Self {
+        Self { axes: self.axes.each_ref().map(Fibers::functions), core: Vec::new(), filled: [0; 3] }
+    }
+
     /// The number of functions along each axis.
     pub(super) fn ranks(&self) -> [usize; 3] {
         self.axes.each_ref().map(Fibers::rank)

@@ -9,32 +9,36 @@
 //! * `fibers`: G along one axis, and the functions that its fibers span;
 //! * `interpolant`: G on the cube and the image, from the fibers of all axes;
 //! * `probes`: residuals at scattered points, and the error of each pixel;
+//! * `attempted`: the result of the searches of all parts;
 //! * `frozen`: the interpolant as a linear map from its values at the pivots;
 //! * `jump`: detection of discontinuities;
 //! * `kinks`: kinks and jumps at an azimuth of a chart;
 //! * `search`: new crosses at the largest residuals;
 //! * `weights`: the weights of errors while the image becomes known;
+//! * `start`, `given`: functions of another G with which a search begins, and whether they suffice;
 //! * `forecast`, `trial_run`: the expected costs of the rest of the search and of the image tree.
 
+pub(crate) mod attempted;
 mod chebyshev;
 mod fibers;
 mod forecast;
 mod frozen;
+mod given;
 mod interpolant;
 mod jump;
 mod kinks;
 mod probes;
 mod trial_run;
 mod search;
+pub(crate) mod start;
 mod weights;
 
 use crate::cube::Cube;
+use crate::error::OptionError;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::output::MethodOutput;
 use crate::parallel::prelude::*;
-use crate::projection::charts::chart::Window;
 use crate::projection::charts::depth::Weights;
 use crate::projection::charts::stretch::Stretch;
 use crate::radiance::rows_at_once;
@@ -42,39 +46,44 @@ use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::engine::{base_evaluations, base_evaluations_of, finest_level};
-use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lattice::points_to_detect;
+use crate::vol::lowrank::attempted::{Attempted, Kink};
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::kinks::Fiber;
 pub(crate) use crate::vol::lowrank::search::WeightedView;
 use crate::vol::lowrank::search::{Assessment, End, Search};
+use crate::vol::lowrank::start::{Functions, Start};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::depths::{fitted, fitted_stretch};
-use crate::vol::view::frozen::FrozenView;
-use crate::vol::view::part::{Footing, Part, Parts, ProductImage, add};
-use crate::vol::view::scattered::{KnownParts, fraction_of_view, size_detected};
-use std::sync::Arc;
+use crate::vol::view::part::{Footing, Part, Parts, add};
+use crate::vol::view::scattered::{fraction_of_view, size_detected};
 
 /// For tolerances from the first number on, the standard deviation of the Gaussians, in edges of
 /// the cube, that the probes have to detect before the interpolant is accepted.
 const SMALLEST: [(f64, f64); 3] = [(0.2, 0.045), (0.03, 0.034), (0.0, 0.025)];
 
 /// Computes the image of each part of the view to the tolerance of `vol` from an interpolant of G, if
-/// that is possible.
+/// that is possible. The searches begin with the functions of `start`, if it is of these parts.
 pub(crate) async fn attempt(
     meter: &Meter,
     tiles: &[Tile<'_>],
     parts: &Parts<'_>,
     vol: &VolOptions,
+    start: Option<&Start>,
 ) -> Result<Attempted, MethodError> {
     let mut attempted = Attempted::none(parts);
+    let start = start.filter(|start| start.functions.len() == parts.parts.len());
+    let is_fixed = meter.start().is_some_and(|start| !start.extends);
+    if is_fixed && !start.is_some_and(Start::is_complete) {
+        return Err(OptionError::FixedMesh.into());
+    }
     let budget = meter.evaluations_left();
     let is_small =
         budget / TUNING.lowrank.least_budget < base_evaluations_of(&parts.parts, vol.base_level);
     let is_divided = parts.parts.iter().any(Part::is_tile_of_several);
-    if is_small || is_divided {
+    if (is_small && !is_fixed) || is_divided {
         return Ok(attempted);
     }
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
@@ -94,6 +103,8 @@ pub(crate) async fn attempt(
                     // In dark pixels, fibers may have to be as fine as for small tolerances.
                     if vol.is_uniform() { vol.tolerance } else { 0.0 },
                 ),
+                start: start.and_then(|start| start.functions[number].clone()),
+                is_fixed,
                 part,
                 parts: parts.parts.len(),
                 coarse_scale: coarse_scale(part),
@@ -115,6 +126,9 @@ pub(crate) async fn attempt(
             (number, attempt)
         })
         .collect();
+    if is_fixed && attempts.len() < parts.parts.len() {
+        return Err(OptionError::FixedMesh.into());
+    }
     // All parts are probed first: the brightest one determines the error allowed in all.
     for (_, attempt) in &mut attempts {
         match attempt.search.probe().await {
@@ -123,7 +137,7 @@ pub(crate) async fn attempt(
             Err(Stop::Failed(error)) => return Err(error),
         }
     }
-    if !parts.has_fitted_depths() {
+    if !parts.has_fitted_depths() && start.is_none() {
         let fitted = |(_, attempt): &(usize, Attempt<'_>)| attempt.fitted_depth(parts);
         attempted.depths = attempts.iter().filter_map(fitted).collect();
         attempted.stretch = attempts.iter().find_map(|(_, attempt)| attempt.fitted_stretch());
@@ -168,120 +182,6 @@ pub(crate) async fn attempt(
     Ok(attempted)
 }
 
-/// The result of the searches.
-pub(crate) struct Attempted {
-    /// The image to the tolerance, or the best one for a part of the budget; `None` if the image
-    /// tree is expected to cost less or G is not separable.
-    pub(crate) found: Option<MethodOutput>,
-    /// What is known of the parts.
-    pub(crate) known: KnownParts,
-    /// Where a chart had better end, in which case the search has stopped.
-    pub(crate) kinks: Vec<Kink>,
-    /// The charts for which other weights of the coordinates of depth are better, in which case the
-    /// search has stopped.
-    pub(crate) depths: Vec<(usize, Weights)>,
-    /// The stretch of the depth of an image plane that is better, in which case the search has
-    /// stopped.
-    pub(crate) stretch: Option<Stretch>,
-    /// Whether a search has ended since G jumps.
-    pub(crate) has_jump: bool,
-}
-
-/// An azimuth at which G has a kink or a jump in a chart.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Kink {
-    /// The number of the chart in the atlas, and what is in view of it.
-    pub(crate) chart: usize,
-    pub(crate) window: Window,
-    /// The place along the azimuth of the window.
-    pub(crate) v: f64,
-}
-
-impl Attempted {
-    /// Nothing is known.
-    pub(crate) fn none(parts: &Parts<'_>) -> Self {
-        Self {
-            found: None,
-            known: KnownParts::none(parts.parts.len()),
-            kinks: Vec::new(),
-            depths: Vec::new(),
-            stretch: None,
-            has_jump: false,
-        }
-    }
-
-    /// Adds the image of a part, and makes the output when all parts have one.
-    fn add(
-        &mut self,
-        number: usize,
-        attempt: &Attempt<'_>,
-        maps: Maps,
-        ending: StopReason,
-        parts: &Parts<'_>,
-    ) {
-        let known = &mut self.known;
-        known.largest = known.largest.max(maps.largest);
-        known.smallest = match (known.smallest, attempt.smallest) {
-            (Some(a), Some(b)) => Some(f64::max(a, b)),
-            (a, b) => a.or(b),
-        };
-        let Maps { image, error, .. } = maps;
-        let footing = &attempt.part.footing;
-        let frozen = attempt.meter.freezes().then(|| attempt.search.frozen());
-        let mut placed = FrozenView::new(&parts.outside);
-        let maps = if footing.is_of_pixels() {
-            let means = |shape| attempt.search.interpolant.means(shape);
-            let has_rim = !footing.is_raster_of_pixels();
-            frozen.iter().for_each(|of| placed.add_products(of, attempt.part, footing));
-            let image = if has_rim { footing.image(means, &attempt.part.scale).1 } else { image };
-            [image, error]
-        } else {
-            let shape = footing.values_shape(shape_of(&attempt.part.scale));
-            let means = attempt.search.interpolant.means(shape);
-            known.products[number] = Some(ProductImage { means, errors: error, frozen });
-            let products: Option<Vec<ProductImage>> = known.products.iter().cloned().collect();
-            let Some(products) = products else { return };
-            let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance;
-            let (maps, footings) = match attempt.vol.is_uniform() {
-                true => parts.image_of_products(&products, allowed * known.largest, None),
-                false => {
-                    // The error allowed in a pixel depends on the image itself.
-                    let ([image, error], _) =
-                        parts.image_of_products(&products, f64::INFINITY, None);
-                    let weights =
-                        ErrorWeights::new(attempt.vol, &[[&image, &error]], &parts.outside);
-                    let allowed = allowed * weights.largest;
-                    let weights = weights.maps.into_iter().flatten().next();
-                    parts.image_of_products(&products, allowed, weights.as_deref())
-                }
-            };
-            for ((product, part), footing) in products.iter().zip(&parts.parts).zip(&footings) {
-                product.frozen.iter().for_each(|of| placed.add_products(of, part, footing));
-            }
-            maps
-        };
-        let [cube, error] = maps.map(|mut map| {
-            parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
-            Cube::from_bands(vec![map])
-        });
-        if attempt.meter.keeps_images() && !attempt.part.footing.is_of_pixels() {
-            // The last frame is the image.
-            attempt.meter.show([cube.clone(), error.clone()]);
-        }
-        let mut made = MethodOutput::new(cube, Some(error), ending);
-        made.base_level = Some(attempt.vol.base_level);
-        made.smallest_feature = known.smallest;
-        if footing.is_raster_of_pixels() && !attempt.vol.sums.is_empty() {
-            made.model = Some(Arc::new(attempt.search.interpolant.clone()));
-        }
-        if attempt.meter.freezes() {
-            let [_, height, width] = made.cube.shape();
-            made.frozen = Some(Arc::new(placed.finish([1, height, width])));
-        }
-        self.found = Some(made);
-    }
-}
-
 /// The scale of a part on a raster that is not finer than needed for its largest pixel.
 fn coarse_scale(part: &Part<'_>) -> Image {
     let shape = [part.scale.height(), part.scale.width()];
@@ -292,6 +192,10 @@ struct Attempt<'a> {
     meter: &'a Meter,
     search: Search<'a>,
     part: &'a Part<'a>,
+    /// Functions of another G that may serve this one.
+    start: Option<Functions>,
+    /// Whether no function may be added to them.
+    is_fixed: bool,
     /// The number of parts of the view.
     parts: usize,
     /// The scale of the part on a coarser raster.
@@ -328,6 +232,13 @@ struct Attempt<'a> {
 
 impl Attempt<'_> {
     async fn run(&mut self) -> Result<(Maps, StopReason), End> {
+        if let Some(functions) = self.start.take() {
+            let found = self.by_functions(&functions).await?;
+            if self.is_fixed || found.1 == StopReason::Complete {
+                return Ok(found);
+            }
+            self.forget_functions();
+        }
         let goal = TUNING.engine.stopping_share * self.tolerance();
         let is_relative = self.vol.by_pixel.is_some_and(|of| of.rtol > 0.0);
         let mut forecast = Forecast::new(goal, is_relative);

@@ -42,6 +42,27 @@ impl CellResiduals {
         Errors { corners: self.corners(), parts: shape.map(Parts::new) }
     }
 
+    /// The same times a factor.
+    pub(super) fn scaled(mut self, factor: f64) -> Self {
+        self.cells.iter_mut().flatten().for_each(|cell| *cell *= factor);
+        self
+    }
+
+    /// The row and the column of the cell of a place.
+    pub(super) fn cell([u, v]: [f64; 2]) -> [usize; 2] {
+        [v, u].map(cell_of)
+    }
+
+    /// The error at a place of the image plane, as of a pixel that is a point.
+    pub(super) fn error_at(&self, place: [f64; 2]) -> f64 {
+        let corners = self.corners();
+        let [row, column] = Self::cell(place);
+        let [across, up] =
+            [place[0] * CELLS as f64 - column as f64, place[1] * CELLS as f64 - row as f64];
+        let along = |row: usize| between(corners[row][column], corners[row][column + 1], across);
+        TUNING.lowrank.error_margin * between(along(row), along(row + 1), up)
+    }
+
     fn corners(&self) -> [[f64; CELLS + 1]; CELLS + 1] {
         let mut corners = [[0.0_f64; CELLS + 1]; CELLS + 1];
         for (row, cells) in self.cells.iter().enumerate() {
@@ -152,6 +173,14 @@ mod tests {
             assert!((row[7] - 0.01 * TUNING.lowrank.error_margin).abs() < 1e-12);
             assert!(row.windows(2).all(|two| two[1] <= two[0] + 1e-12));
         }
+        // At a place it is that of a pixel around it.
+        let at = |x: f64| cell_residuals.error_at([x, 0.6]) / TUNING.lowrank.error_margin;
+        assert!((at(0.2) - 0.1).abs() < 1e-12 && (at(0.9) - 0.01).abs() < 1e-12);
+        assert!((at(0.3125) - 0.055).abs() < 1e-12, "{}", at(0.3125));
+        let halved = cell_residuals.clone().scaled(0.5);
+        assert!(
+            (2.0 * halved.error_at([0.2, 0.6]) - cell_residuals.error_at([0.2, 0.6])).abs() < 1e-12
+        );
         // The error of a pixel includes all of its cells: 0.1 up to the corner at a quarter, half
         // of the next cell in between, 0.01 in the others.
         let mut whole = [0.0];

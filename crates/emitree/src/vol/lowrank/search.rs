@@ -64,7 +64,7 @@ struct Probes {
 }
 
 /// A point with its |residual|, times a weight.
-type Worst = ([f64; 3], f64);
+pub(super) type Worst = ([f64; 3], f64);
 
 fn worse(worst: Worst, (point, residual): Worst) -> Worst {
     if residual.abs() > worst.1 { (point, residual.abs()) } else { worst }
@@ -96,6 +96,13 @@ pub(super) struct Assessment {
 }
 
 impl Assessment {
+    /// The same with errors times a factor.
+    pub(super) fn scaled(mut self, factor: f64) -> Self {
+        self.cell_residuals = self.cell_residuals.scaled(factor);
+        self.unweighted = self.unweighted.map(|of| of.scaled(factor));
+        self
+    }
+
     /// Whether the largest residual, as the peak of the smallest feature that this number of
     /// samples detects, would change a pixel by a relevant share of the error allowed; `of_rate` is
     /// the error of a pixel for a rate of 1 along a unit of depth, in units of the error allowed.
@@ -149,7 +156,7 @@ impl<'a> Search<'a> {
     }
 
     /// The weight of an error at a point.
-    fn weight(&self, [u, v, _]: [f64; 3]) -> f64 {
+    pub(super) fn weight(&self, [u, v, _]: [f64; 3]) -> f64 {
         self.weights.as_ref().map_or(1.0, |weights| {
             weights.pixels()[cell_at([u, v], [weights.height(), weights.width()])]
         })
@@ -176,18 +183,31 @@ impl<'a> Search<'a> {
     /// The scattered points with the largest residuals, in descending order, from which ascents
     /// begin.
     fn followed(&self) -> Vec<Worst> {
-        let Probes { number, points, rates, values } = &self.probes;
-        let residual = |i: usize| (rates[i] - values[i]).abs() * self.weight(points[i]);
-        let mut order: Vec<usize> = (0..values.len()).collect();
-        order.sort_by(|&a, &b| residual(b).total_cmp(&residual(a)).then(a.cmp(&b)));
-        order.truncate(ascent::number(*number));
-        order.into_iter().map(|i| (points[i], residual(i))).collect()
+        let mut all = self.residuals();
+        all.truncate(ascent::number(self.probes.number));
+        all
+    }
+
+    /// The scattered points with their residuals, in descending order.
+    pub(super) fn residuals(&self) -> Vec<Worst> {
+        let Probes { points, rates, values, .. } = &self.probes;
+        let of = |i: usize| (points[i], (rates[i] - values[i]).abs() * self.weight(points[i]));
+        let mut all: Vec<Worst> = (0..values.len()).map(of).collect();
+        all.sort_by(|a, b| b.1.total_cmp(&a.1));
+        all
     }
 
     /// Whether a point is on a line of sight in view. Residuals elsewhere do not matter: pivots and
     /// probes are in view.
-    fn is_in_view(&self, [u, v, _]: [f64; 3]) -> bool {
+    pub(super) fn is_in_view(&self, [u, v, _]: [f64; 3]) -> bool {
         self.view.part.is_in_view([u, v])
+    }
+
+    /// Evaluates G at the triples of pivots at which it is not known.
+    pub(super) async fn fill(&mut self) -> Result<(), Stop> {
+        let rates = self.view.rates(&self.interpolant.missing()).await?;
+        self.interpolant.fill(&rates);
+        Ok(())
     }
 
     /// The smallest residual from which an ascent begins.
@@ -326,13 +346,18 @@ impl<'a> Search<'a> {
             if has_grown {
                 let new = self.interpolant.axes.iter_mut().zip(is_new).filter(|(_, new)| *new);
                 new.for_each(|(fibers, _)| fibers.drop_last());
-                let rates = self.view.rates(&self.interpolant.missing()).await?;
-                self.interpolant.fill(&rates);
-                return Ok(());
+                return Ok(self.fill().await?);
             }
             allowed *= TUNING.lowrank.threshold_reduction;
         }
         Err(End::NotSeparable)
+    }
+
+    /// Replaces the interpolant by one whose residuals are not known yet.
+    pub(super) fn restart(&mut self, interpolant: Interpolant) {
+        self.interpolant = interpolant;
+        self.probes.values.clear();
+        self.of_fibers = None;
     }
 
     /// The fibers through a point, in one batch.

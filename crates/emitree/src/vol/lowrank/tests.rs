@@ -223,7 +223,7 @@ fn attempted(
     let tile = |number| Tile { projection: &Canonical, shape: [16, 16], place: (number, tiles) };
     let tiles: Vec<Tile<'_>> = (0..tiles).map(tile).collect();
     let parts = parts(&tiles, None, None);
-    let attempted = answered(&meter, |at, _| rate(at), attempt(&meter, &tiles, &parts, vol));
+    let attempted = answered(&meter, |at, _| rate(at), attempt(&meter, &tiles, &parts, vol, None));
     (attempted.unwrap_or_else(|_| Attempted::none(&parts)), meter.evaluations())
 }
 
@@ -292,6 +292,8 @@ fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
     let parts = parts(&tiles, None, None);
     let needed = |vol: &VolOptions, wanted: Option<f64>| {
         let attempt = Attempt {
+            start: None,
+            is_fixed: false,
             failed: None,
             meter: &meter,
             search: search(&meter, &parts.parts[0]),
@@ -336,7 +338,7 @@ fn a_feature_size_of_0_is_refused() {
     let smallest_feature = Some(FeatureSize::Fraction(0.0));
     let vol = VolOptions { smallest_feature, ..VolOptions::default() };
     let parts = parts(&tiles, None, None);
-    assert!(answered(&meter, |_, _| 1.0, attempt(&meter, &tiles, &parts, &vol)).is_err());
+    assert!(answered(&meter, |_, _| 1.0, attempt(&meter, &tiles, &parts, &vol, None)).is_err());
 }
 
 #[test]

@@ -1,0 +1,34 @@
+//! What a rendering begins with: the structure that another one has found.
+
+use core::any::Any;
+use std::sync::Arc;
+
+/// What a method has found about a view and an emission, for the same method.
+#[derive(Clone)]
+pub(crate) struct Structure(Arc<dyn Any + Send + Sync>);
+
+impl Structure {
+    pub(crate) fn new(of_method: impl Any + Send + Sync) -> Self {
+        Self(Arc::new(of_method))
+    }
+
+    /// The structure, if it is of this type.
+    pub(crate) fn of_method<T: Any>(&self) -> Option<&T> {
+        self.0.downcast_ref()
+    }
+}
+
+impl core::fmt::Debug for Structure {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Structure").finish_non_exhaustive()
+    }
+}
+
+/// The structure that a rendering begins with.
+#[derive(Clone, Debug)]
+pub(crate) struct Start {
+    /// `None` if the mesh has none for another emission.
+    pub(crate) structure: Option<Structure>,
+    /// Whether it may be extended.
+    pub(crate) extends: bool,
+}

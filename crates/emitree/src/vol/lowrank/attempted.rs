@@ -1,0 +1,141 @@
+//! The result of the searches on all parts of a view.
+
+use crate::cube::Cube;
+use crate::output::MethodOutput;
+use crate::projection::charts::chart::Window;
+use crate::projection::charts::depth::Weights;
+use crate::projection::charts::stretch::Stretch;
+use crate::tree::StopReason;
+use crate::vol::error_weights::ErrorWeights;
+use crate::vol::lowrank::start::Functions;
+use crate::vol::lowrank::{Attempt, Maps, shape_of};
+use crate::vol::tuning::TUNING;
+use crate::vol::view::frozen::FrozenView;
+use crate::vol::view::part::{Parts, ProductImage};
+use crate::vol::view::scattered::KnownParts;
+use std::sync::Arc;
+
+/// The result of the searches.
+pub(crate) struct Attempted {
+    /// The image to the tolerance, or the best one for a part of the budget; `None` if the image
+    /// tree is expected to cost less or G is not separable.
+    pub(crate) found: Option<MethodOutput>,
+    /// What is known of the parts.
+    pub(crate) known: KnownParts,
+    /// Where a chart had better end, in which case the search has stopped.
+    pub(crate) kinks: Vec<Kink>,
+    /// The charts for which other weights of the coordinates of depth are better, in which case the
+    /// search has stopped.
+    pub(crate) depths: Vec<(usize, Weights)>,
+    /// The stretch of the depth of an image plane that is better, in which case the search has
+    /// stopped.
+    pub(crate) stretch: Option<Stretch>,
+    /// Whether a search has ended since G jumps.
+    pub(crate) has_jump: bool,
+    /// The functions of the parts, if a frozen quadrature is made.
+    pub(crate) functions: Vec<Option<Functions>>,
+    /// Why the image of a part is not complete, if one is not.
+    ending: StopReason,
+}
+
+/// An azimuth at which G has a kink or a jump in a chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Kink {
+    /// The number of the chart in the atlas, and what is in view of it.
+    pub(crate) chart: usize,
+    pub(crate) window: Window,
+    /// The place along the azimuth of the window.
+    pub(crate) v: f64,
+}
+
+impl Attempted {
+    /// Nothing is known.
+    pub(crate) fn none(parts: &Parts<'_>) -> Self {
+        Self {
+            found: None,
+            known: KnownParts::none(parts.parts.len()),
+            kinks: Vec::new(),
+            depths: Vec::new(),
+            stretch: None,
+            has_jump: false,
+            functions: vec![None; parts.parts.len()],
+            ending: StopReason::Complete,
+        }
+    }
+
+    /// Adds the image of a part, and makes the output when all parts have one.
+    pub(super) fn add(
+        &mut self,
+        number: usize,
+        attempt: &Attempt<'_>,
+        maps: Maps,
+        ending: StopReason,
+        parts: &Parts<'_>,
+    ) {
+        let known = &mut self.known;
+        known.largest = known.largest.max(maps.largest);
+        known.smallest = match (known.smallest, attempt.smallest) {
+            (Some(a), Some(b)) => Some(f64::max(a, b)),
+            (a, b) => a.or(b),
+        };
+        let Maps { image, error, .. } = maps;
+        let footing = &attempt.part.footing;
+        if self.ending == StopReason::Complete {
+            self.ending = ending;
+        }
+        let functions = attempt.meter.freezes().then(|| attempt.search.functions());
+        let frozen = functions.as_ref().map(|functions| attempt.search.frozen(functions));
+        self.functions[number] = functions;
+        let mut placed = FrozenView::new(&parts.outside);
+        let maps = if footing.is_of_pixels() {
+            let means = |shape| attempt.search.interpolant.means(shape);
+            let has_rim = !footing.is_raster_of_pixels();
+            frozen.iter().for_each(|of| placed.add_products(of, attempt.part, footing));
+            let image = if has_rim { footing.image(means, &attempt.part.scale).1 } else { image };
+            [image, error]
+        } else {
+            let shape = footing.values_shape(shape_of(&attempt.part.scale));
+            let means = attempt.search.interpolant.means(shape);
+            known.products[number] = Some(ProductImage { means, errors: error, frozen });
+            let products: Option<Vec<ProductImage>> = known.products.iter().cloned().collect();
+            let Some(products) = products else { return };
+            let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance;
+            let (maps, footings) = match attempt.vol.is_uniform() {
+                true => parts.image_of_products(&products, allowed * known.largest, None),
+                false => {
+                    // The error allowed in a pixel depends on the image itself.
+                    let ([image, error], _) =
+                        parts.image_of_products(&products, f64::INFINITY, None);
+                    let weights =
+                        ErrorWeights::new(attempt.vol, &[[&image, &error]], &parts.outside);
+                    let allowed = allowed * weights.largest;
+                    let weights = weights.maps.into_iter().flatten().next();
+                    parts.image_of_products(&products, allowed, weights.as_deref())
+                }
+            };
+            for ((product, part), footing) in products.iter().zip(&parts.parts).zip(&footings) {
+                product.frozen.iter().for_each(|of| placed.add_products(of, part, footing));
+            }
+            maps
+        };
+        let [cube, error] = maps.map(|mut map| {
+            parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
+            Cube::from_bands(vec![map])
+        });
+        if attempt.meter.keeps_images() && !attempt.part.footing.is_of_pixels() {
+            // The last frame is the image.
+            attempt.meter.show([cube.clone(), error.clone()]);
+        }
+        let mut made = MethodOutput::new(cube, Some(error), self.ending);
+        made.base_level = Some(attempt.vol.base_level);
+        made.smallest_feature = known.smallest;
+        if footing.is_raster_of_pixels() && !attempt.vol.sums.is_empty() {
+            made.model = Some(Arc::new(attempt.search.interpolant.clone()));
+        }
+        if attempt.meter.freezes() {
+            let [_, height, width] = made.cube.shape();
+            made.frozen = Some(Arc::new(placed.finish([1, height, width])));
+        }
+        self.found = Some(made);
+    }
+}

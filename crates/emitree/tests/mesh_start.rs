@@ -1,0 +1,159 @@
+//! Renderings that begin with the mesh of another emission.
+
+use emitree::error::OptionError;
+use emitree::los::{LosOptions, Steps};
+use emitree::mesh::Mesh;
+use emitree::result::Values;
+use emitree::{
+    Canonical, FromFn, Image, Method, RenderError, RenderOptions, Rendering, Session, StopReason,
+    VolOptions, render,
+};
+use emitree_problems::family::random_scene;
+use emitree_problems::relative_error;
+use emitree_problems::views::{Outcome, random_view};
+
+const SHAPE: [usize; 2] = [48, 64];
+const WITH_MESH: u64 = 1_000_000;
+
+fn vol(tolerance: f64) -> RenderOptions<'static> {
+    RenderOptions::new(VolOptions::new(tolerance)).with_mesh_up_to(WITH_MESH)
+}
+
+/// Two Gaussians; `shift` moves both.
+fn clouds(shift: f64) -> impl Fn([f64; 3]) -> f64 {
+    move |[x, y, z]: [f64; 3]| {
+        let [x, y] = [x - shift, y + 0.5 * shift];
+        let near = (x - 0.4).powi(2) + (y - 0.6).powi(2) + 2.0 * (z - 0.3).powi(2) + x * y * z;
+        let far = (x - 0.6).powi(2) + (x + y - 0.9).powi(2) + (z - 0.7).powi(2);
+        (-12.0 * near).exp() + 0.5 * (-9.0 * far).exp()
+    }
+}
+
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn rendered(rate: impl Fn([f64; 3]) -> f64 + Sync, options: &RenderOptions<'_>) -> Rendering {
+    render(&FromFn(|at, _| rate(at)), &Canonical, SHAPE, options).unwrap()
+}
+
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn mesh_of(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> Mesh {
+    rendered(rate, &vol(tolerance)).mesh.unwrap()
+}
+
+#[test]
+fn a_rendering_has_its_mesh_up_to_a_number_of_evaluations() {
+    let found = rendered(clouds(0.0), &vol(1e-3));
+    let evaluations = found.stats.evaluations;
+    let options = RenderOptions::new(VolOptions::new(1e-3));
+    assert!(found.mesh.is_some());
+    assert!(rendered(clouds(0.0), &options).mesh.is_none());
+    assert!(rendered(clouds(0.0), &options.clone().with_mesh_up_to(evaluations)).mesh.is_some());
+    assert!(rendered(clouds(0.0), &options.with_mesh_up_to(evaluations - 1)).mesh.is_none());
+    for steps in [Steps::Fixed(8), Steps::Adaptive(1e-3)] {
+        let lines = RenderOptions::new(Method::Los(LosOptions::new(1, steps)));
+        let evaluations = rendered(clouds(0.0), &lines).stats.evaluations;
+        let up_to = |number| rendered(clouds(0.0), &lines.clone().with_mesh_up_to(number)).mesh;
+        assert!(up_to(evaluations).is_some() && up_to(evaluations / 2).is_none(), "{steps:?}");
+    }
+}
+
+/// The image of a fixed mesh is that of its linear map, and its evaluations are those at the points and those
+/// that show the error.
+#[test]
+fn a_fixed_mesh_gives_the_image_of_its_map() {
+    let mesh = mesh_of(clouds(0.0), 1e-3);
+    let other = clouds(0.01);
+    let found = rendered(&other, &vol(0.01).with_fixed_mesh(&mesh));
+    let rates: Vec<f64> = mesh.points().positions().iter().map(|&at| other(at)).collect();
+    let applied = mesh.apply(&rates).unwrap();
+    assert!(found.values.max_difference(&applied) < 1e-12 * applied.largest());
+    assert!(found.converged());
+    assert_eq!([mesh.points().len() as u64, found.stats.evaluations], [320, 576]);
+    let from_nothing = rendered(&other, &vol(0.01)).stats.evaluations;
+    assert_eq!(from_nothing, 2052);
+    // The same bits for any number of threads, and in a session.
+    let options = vol(0.01).with_fixed_mesh(&mesh);
+    let mut session =
+        Session::<Image>::new(&Canonical as &dyn emitree::Projection, SHAPE, &options).unwrap();
+    while !session.is_done() {
+        session.step(&FromFn(|at, _| other(at))).unwrap();
+    }
+    let of_session = session.rendering().unwrap();
+    assert_eq!(of_session.values, found.values);
+    assert_eq!(session.mesh().unwrap().points().len(), mesh.points().len());
+}
+
+/// An emission of another structure does not converge with a fixed mesh; it does if functions may be added, to
+/// the same error as without a mesh.
+#[test]
+fn a_mesh_that_does_not_suffice_is_not_called_converged() {
+    let mesh = mesh_of(clouds(0.0), 0.01);
+    let [x, y, z] = [0.2, 0.25, 0.6];
+    let other = move |at: [f64; 3]| {
+        let offset = (at[0] - x).powi(2) + (at[1] - y).powi(2) + (at[2] - z).powi(2);
+        (-60.0 * offset).exp()
+    };
+    let exact = rendered(other, &vol(1e-5)).values;
+    let fixed = rendered(other, &vol(0.01).with_fixed_mesh(&mesh));
+    assert_eq!(fixed.stats.ending, StopReason::FixedMesh);
+    let error = relative_error(&fixed.values, &exact);
+    assert!(error > 0.01 && fixed.estimated_error().unwrap() > error, "{error}");
+    let found = rendered(other, &vol(0.01).with_start(&mesh));
+    assert!(found.converged() && relative_error(&found.values, &exact) < 0.01);
+    assert!(found.mesh.unwrap().points().len() != mesh.points().len());
+}
+
+/// Lines, trees and cells have no functions: a rendering may begin with their mesh, but not be fixed to it.
+#[test]
+fn a_mesh_without_functions_has_no_effect_or_is_refused() {
+    let lines = RenderOptions::new(Method::Los(LosOptions::default())).with_mesh_up_to(WITH_MESH);
+    let mesh = rendered(clouds(0.0), &lines).mesh.unwrap();
+    let found = rendered(clouds(0.0), &vol(0.01).with_start(&mesh));
+    assert_eq!(found.values, rendered(clouds(0.0), &vol(0.01)).values);
+    let emission = FromFn(|at, _| clouds(0.0)(at));
+    let refused = render(&emission, &Canonical, SHAPE, &vol(0.01).with_fixed_mesh(&mesh)).err();
+    assert_eq!(refused, Some(RenderError::Option(OptionError::FixedMesh)));
+    assert_eq!(
+        OptionError::FixedMesh.to_string(),
+        "the fixed mesh has no products for some part of the view: expected the mesh of a rendering by \
+         products in this view, or a rendering that may add points"
+    );
+}
+
+/// Errors on random scenes and views with other parameters; the table in docs/results/engine.md has more
+/// of them.
+#[test]
+fn a_fixed_mesh_that_converges_is_within_the_tolerance() {
+    let (mut scenes, mut converged, mut evaluations, mut from_nothing) = (0, 0, 0, 0);
+    let mut check = |found: Rendering, error: f64, cold: Rendering, name: &str| {
+        scenes += 1;
+        if found.converged() {
+            converged += 1;
+            evaluations += found.stats.evaluations;
+            from_nothing += cold.stats.evaluations;
+            assert!(error < 0.01, "{name}: {error}");
+        }
+    };
+    for seed in (0..24).filter(|seed| seed % 6 < 4) {
+        let (scene, other) = (random_scene(seed), random_scene(seed).changed(0.03));
+        let [of_scene, of_other] = [&scene, &other].map(|scene| FromFn(|at, _| scene.rate(at)));
+        let mesh = render(&of_scene, &Canonical, [64; 2], &vol(0.01)).unwrap().mesh.unwrap();
+        let fixed = vol(0.01).with_fixed_mesh(&mesh);
+        let Ok(found) = render(&of_other, &Canonical, [64; 2], &fixed) else { continue };
+        let cold = render(&of_other, &Canonical, [64; 2], &vol(0.01)).unwrap();
+        let error = relative_error(&found.values, &other.reference_image([64; 2]).image);
+        check(found, error, cold, &scene.name());
+    }
+    for seed in [1, 2, 8, 13] {
+        let (view, other) = (random_view(seed), random_view(seed).changed(0.03));
+        let (camera, shape) = (view.camera(), view.shape());
+        let [of_view, of_other] = [&view, &other].map(|view| FromFn(|at, _| view.rate(at)));
+        let mesh = render(&of_view, camera, shape, &vol(0.01)).unwrap().mesh.unwrap();
+        let fixed = vol(0.01).with_fixed_mesh(&mesh);
+        let Ok(found) = render(&of_other, camera, shape, &fixed) else { continue };
+        let cold = render(&of_other, camera, shape, &vol(0.01)).unwrap();
+        let error = Outcome::of(&found, &other.reference()).error;
+        check(found, error, cold, &view.name());
+    }
+    assert_eq!([scenes, converged], [10, 8]);
+    assert_eq!([evaluations, from_nothing], [5649, 21_331]);
+}
