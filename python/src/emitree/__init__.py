@@ -37,18 +37,25 @@ from emitree._cameras import (
 )
 from emitree._emissions import Expression, Model, Tree
 from emitree._energies import Energies
+from emitree._forward import Forward
 from emitree._grid import Grid
 from emitree._instrument import Instrument
-from emitree._mesh import Mesh, SparseMatrix
+from emitree._jacobian import jacobian
 from emitree._native import EmissionError, RenderError, SceneError, __version__
+from emitree._plan import Plan
 from emitree._points import Points
 from emitree._progressive import Frame, progressive
 from emitree._render import build_tree, render
 from emitree._result import Rendering
 from emitree._session import Session
+from emitree._sparse import SparseMatrix
 from emitree._spectrum import Spectrum
 from emitree._sums import RegionSum
 from emitree._surfaces import Surfaces
+from emitree._sweep import Sweep, sweep
+
+#: The former name of `Plan`.
+Mesh = Plan
 
 __all__ = [
     "Box",
@@ -60,6 +67,7 @@ __all__ = [
     "Equirectangular",
     "Expression",
     "Fisheye",
+    "Forward",
     "Frame",
     "Grid",
     "Healpix",
@@ -68,6 +76,7 @@ __all__ = [
     "Model",
     "Orthographic",
     "Perspective",
+    "Plan",
     "Plane",
     "Points",
     "Polar",
@@ -82,9 +91,12 @@ __all__ = [
     "Spectrum",
     "Sphere",
     "Surfaces",
+    "Sweep",
     "Tree",
     "__version__",
     "build_tree",
+    "jacobian",
     "progressive",
     "render",
+    "sweep",
 ]

@@ -98,6 +98,8 @@ class Scene:
         threads: int | None = None,
         progress: Callable[[int], Any] | None = None,
         frame: Callable[[_Floats, _Floats, int, int], Any] | None = None,
+        start: Mesh | None = None,
+        extends: bool = True,
     ) -> Rendered: ...
     def build_tree(
         self,
@@ -119,6 +121,8 @@ class Rendered:
         surfaces: _SurfaceArrays | None = None,
     ) -> Rendered: ...
     def __reduce__(self) -> tuple[type[Rendered], tuple[Any, ...]]: ...
+    @property
+    def plan(self) -> Mesh | None: ...
     @property
     def flat_unit(self) -> str: ...
     @property

@@ -6,6 +6,8 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,24 @@ from emitree._scene import compose, is_scene_file, open_scene
 #: The most points of one call of a function: few enough for their arrays to stay in a cache of the
 #: processor, enough for the call to cost nothing.
 BATCH_SIZE = 65536
+
+
+@dataclass(frozen=True)
+class Setup:
+    """How an emission before a camera was rendered: all but the emission, for others like it."""
+
+    camera: Camera
+    shape: Sequence[int] | int
+    #: Keywords of `render` that define the scene and its method.
+    options: Mapping[str, Any]
+    quantities: bool = False
+    batch_size: int | None = None
+    threads: int | None = None
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of the rates."""
+        return _units.to_text(self.options.get("unit"))
 
 
 def render(
@@ -186,17 +206,68 @@ def render(
                 raise TypeError(f"`{name}` is for a camera: the scene file has its own")
         scene = _opened(emission, shape, _values(settings, image_unit), changes)
         _refuse_unused(scene, settings, energy, seeds, changes)
-        function = None
+        function, setup = None, None
     else:
         if shape is None:
             raise TypeError("expected `shape`, (height, width)")
         if changes is not None:
             raise TypeError("`changes` are for scene files: expected none")
-        scene = scene_of_camera(emission, camera, shape, of_view | settings)
+        setup = Setup(camera, shape, of_view | settings, quantities, batch_size, threads)
+        scene = scene_of_camera(emission, camera, shape, setup.options)
         function = _function(emission, scene, unit, quantities)
     if quantities and function is None:
         raise _native.SceneError("`quantities` is for functions: expected none with this emission")
-    return _rendered(scene, function, executor, batch_size, threads, cache, progress, frame)
+    return _rendered(
+        scene, function, executor, batch_size, threads, cache, progress, frame, setup=setup
+    )
+
+
+def rendered_from(
+    start: _native.Mesh,
+    extends: bool,
+    setup: Setup,
+    emission: Any,
+    *,
+    max_evaluations: int | None = None,
+    executor: Any = None,
+    progress: _progress.Progress = False,
+) -> Rendering:
+    """A rendering that starts from the functions of a mesh.
+
+    start: the mesh of another emission with the same setup.
+    extends: whether functions are added until the tolerance is met; without, the points are those
+        of the mesh, and some samples estimate the error.
+    setup, emission, executor, progress: as of the mesh's rendering, and of `render`.
+    max_evaluations: instead of that of the setup.
+    """
+    options = dict(setup.options)
+    if max_evaluations is not None:
+        options["max_evaluations"] = max_evaluations
+    scene = scene_of_camera(emission, setup.camera, setup.shape, options)
+    function = _function(emission, scene, setup.unit, setup.quantities)
+    return _rendered(
+        scene,
+        function,
+        executor,
+        setup.batch_size,
+        setup.threads,
+        None,
+        progress,
+        None,
+        setup=setup,
+        start=start,
+        extends=extends,
+    )
+
+
+def function_of(emission: Callable[..., Any], setup: Setup | None, unit: str | None) -> Function:
+    """A function as the emission of a setup; of none, one of plain arrays."""
+    if setup is None or not setup.quantities:
+        return Function(emission, unit=unit)
+    scene = scene_of_camera(emission, setup.camera, setup.shape, setup.options)
+    function = _function(emission, scene, unit, True)
+    assert function is not None
+    return function
 
 
 #: Keywords of `render` that belong to the camera; all others are of the table `[render]`.
@@ -305,6 +376,10 @@ def _rendered(
     cache: str | os.PathLike[str] | None,
     progress: _progress.Progress,
     frame: Callable[..., Any] | None,
+    *,
+    setup: Setup | None = None,
+    start: _native.Mesh | None = None,
+    extends: bool = True,
 ) -> Rendering:
     threads = _options.threads(threads)
     if frame is not None and scene.method != "vol":
@@ -314,7 +389,10 @@ def _rendered(
         )
     with ExitStack() as stack:
         evaluate, opened = _evaluator(stack, scene, function, executor, cache)
-        found = scene.render(
+        render_scene = scene.render
+        if start is not None:
+            render_scene = partial(scene.render, start=start, extends=extends)
+        found = render_scene(
             function=evaluate,
             batch_size=_batch_size(batch_size, function),
             threads=threads,
@@ -324,7 +402,7 @@ def _rendered(
     report = json.loads(found.report())
     if opened is not None:
         report["cache"] = opened.report
-    return Rendering(found, report)
+    return Rendering(found, report, setup)
 
 
 def _batch_size(given: int | None, function: Function | None) -> int | None:

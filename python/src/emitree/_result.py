@@ -10,21 +10,29 @@ import base64
 import html
 import os
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from emitree import _native, _units
 from emitree._files import written
 from emitree._function import Floats
+from emitree._plan import Plan
 from emitree._spectrum import Spectrum
 from emitree._sums import RegionSum, region_sums
 from emitree._surfaces import Surfaces
+
+if TYPE_CHECKING:
+    from emitree._render import Setup
 
 #: Expected counts, the sums of each step to them, and the number and energies of each channel.
 _Counted = tuple[
     Floats, list[tuple[str, tuple[float, float, float, float]]], list[tuple[int, float, float]]
 ]
+
+
+#: The most evaluations of a rendering that records its plan.
+MOST_EVALUATIONS_OF_PLANS = 1_000_000
 
 
 class Rendering:
@@ -39,14 +47,17 @@ class Rendering:
            [1.125, 1.375, 1.625, 1.875]])
     """
 
-    def __init__(self, found: _native.Rendered, report: dict[str, Any]) -> None:
+    def __init__(
+        self, found: _native.Rendered, report: dict[str, Any], setup: Setup | None = None
+    ) -> None:
         self._found = found
+        self._setup = setup
         #: The cost and the settings: report.json of the command, without the counts.
         self.report = report
 
     def __getstate__(self) -> dict[str, Any]:
         """What is pickled: arrays that can be made again are left out, counts are made for it."""
-        state = {"_found": self._found, "report": self.report}
+        state = {"_found": self._found, "report": self.report, "_setup": None, "_is_copy": True}
         if self._found.instrument is not None:
             try:
                 state["_counted"] = self._counted
@@ -67,6 +78,45 @@ class Rendering:
     def error(self) -> Floats | None:
         """The estimated |error| of each value, of the shape of `image`, or None."""
         return self._found.errors()
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The points of the rendering, and the linear map from rates there to the image.
+
+        It gives the images of neighbouring emissions without a new search; see `Plan`. Saved and
+        loaded again it stays, while a pickled rendering has none.
+
+        Raises `ValueError` with the reason if there is none.
+
+        >>> import emitree, numpy as np
+        >>> def ball(position, direction):
+        ...     return np.exp(-30 * ((position - 0.5) ** 2).sum(axis=1))
+        >>> rendering = emitree.render(ball, emitree.Canonical(), (16, 16))
+        >>> plan = rendering.plan
+        >>> bool(np.allclose(plan.apply(plan.rates(ball)), rendering.image, rtol=1e-9))
+        True
+        """
+        mesh = self._found.plan
+        if mesh is None:
+            raise ValueError(f"the rendering has no plan: {self._reason_for_no_plan()}")
+        return Plan.of_mesh(mesh, self._setup, None if self._setup is None else self._setup.unit)
+
+    def _reason_for_no_plan(self) -> str:
+        if self.__dict__.get("_is_copy"):
+            return "it was pickled or copied; expected the original, or `plan.save` before"
+        if self._found.surfaces() is not None:
+            return (
+                "its image is that of surfaces at which g jumps, whose places do not depend on "
+                'the rates linearly; expected method "paper" or "los"'
+            )
+        if self.evaluations > MOST_EVALUATIONS_OF_PLANS:
+            return (
+                f"it took {self.evaluations} evaluations; expected at most "
+                f"{MOST_EVALUATIONS_OF_PLANS}, or a `Session`, whose `mesh` has no limit"
+            )
+        if self.report["ending"] in ("time", "unfinished"):
+            return f"its end is {self.report['ending']!r}; expected a complete one"
+        return "it was not recorded; expected a rendering of `render` or `Plan.refine`"
 
     @cached_property
     def sums(self) -> dict[str, RegionSum]:

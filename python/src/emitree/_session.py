@@ -9,9 +9,9 @@ from typing import Any
 from emitree import _native, _units
 from emitree._cameras import Camera
 from emitree._function import Floats, as_rates
-from emitree._mesh import Mesh
+from emitree._plan import Plan
 from emitree._points import Points
-from emitree._render import OF_VIEW, scene_of_camera
+from emitree._render import OF_VIEW, Setup, scene_of_camera
 from emitree._result import Rendering
 
 #: Keywords of `render` that set how a view is rendered: `resume` may change them.
@@ -113,15 +113,21 @@ class Session:
         Before the rendering has ended it is the latest intermediate image, which has not converged.
         """
         found = self._native.rendering()
-        return Rendering(found, json.loads(found.report())) if found is not None else None
+        if found is None:
+            return None
+        return Rendering(found, json.loads(found.report()), self._setup())
 
-    def mesh(self) -> Mesh:
-        """The frozen quadrature of a session that has ended, which evaluates nothing again.
+    def _setup(self) -> Setup:
+        return Setup(self._camera, self._shape, self._options)
+
+    def mesh(self) -> Plan:
+        """The plan of a session that has ended, which evaluates nothing again.
 
         Raises `ValueError` before the end, `RenderError` if there is no mesh: the session depends
         on its time limit, or its image is that of surfaces found, which is not linear in the rates.
         """
-        return Mesh(self._native.mesh(), _units.to_text(self._options.get("unit")))
+        setup = self._setup()
+        return Plan.of_mesh(self._native.mesh(), setup, setup.unit)
 
 
 def _told(position: Floats, direction: Floats) -> Floats:

@@ -1,0 +1,443 @@
+"""A forward model: from parameters to an image, its Jacobian and its likelihood, for fits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any
+
+import numpy as np
+
+from emitree import _options
+from emitree._cameras import Camera
+from emitree._cash import cash, deviance_residuals
+from emitree._function import Floats
+from emitree._jacobian import Derivatives, ModelOf, checked_parameters
+from emitree._native import RenderError
+from emitree._plan import Plan
+from emitree._render import render
+from emitree._result import Rendering
+
+#: The most evaluations of a renewal, by default, in those of the first rendering: a search that
+#: tries parameters far off must not spend most of its evaluations there.
+RENEWAL_LIMIT = 3
+
+
+class Forward:
+    """A model of an image: from parameters to expected counts, for any optimizer or sampler.
+
+    The image at the first parameters is rendered in full. Its plan, a fixed set of points, then
+    gives the images of other parameters by a linear map, and the statistic is as smooth in the
+    parameters as the rates are. Where the parameters are further than `trust` from all those at
+    which the plan was checked, the nearest plan is checked there: some more samples estimate the
+    error. If it is not below the tolerance, points are added (a renewal). The former plans are
+    kept, for parameters near those at which they were checked. Between them the error is not
+    estimated: `rendering` estimates it at any parameters, such as the best ones.
+
+    At a change of plans the image of the same parameters changes, by less than the sum of both
+    errors. The statistic has a small step there: values before and after it are not of the same
+    function. Most optimizers pass it, as the next gradient is that of the new plan. One that ends
+    at it (a line search without progress) is started again from where it ended. After `freeze`
+    there are no checks and no changes, and the statistic is smooth everywhere.
+
+    model: model(*theta) returns a function of (position, direction[, energy]), as of `render`.
+    camera, shape, options: as of `render`.
+    bounds: the least and largest value of each parameter (p, 2), None for no limit; others raise
+        `ValueError`.
+    ranges: the range (p,) over which each parameter changes the image considerably; by default the
+        first value of each, or its bounds if they are narrower.
+    trust: the distance, as a fraction of `ranges`, within which a check is valid.
+    background: what is added to the image, a number or an array of the shape of the image [counts].
+    exposure: what the image is multiplied with before, a number or an array: area times time.
+    linear: numbers of the parameters that the rates are proportional to; they need no check and
+        their derivatives no evaluations.
+    derivative, steps: as of `jacobian`.
+    renewal_limit: the most evaluations of a renewal; by default 3 times those of the first
+        rendering. Where they do not suffice, the plan is the best so far, and `unconverged` has the
+        parameters: an optimizer may try some that are far off.
+    on_renewal: a function of (theta, plan) that is called after each renewal.
+
+    Plans are pickled without their setup: a `Forward` for other processes is frozen before.
+
+    >>> import emitree, numpy as np
+    >>> def ball(height, width):
+    ...     return lambda r, d: height * np.exp(-((r - 0.5) ** 2).sum(axis=1) / width**2)
+    >>> forward = emitree.Forward(ball, emitree.Canonical(), (8, 8), background=0.1, linear=[0])
+    >>> counts = forward((500.0, 0.3))
+    >>> forward.renewals, forward.jacobian((500.0, 0.3)).shape
+    (0, (2, 8, 8))
+    >>> from scipy.optimize import least_squares
+    >>> residuals, slopes = forward.cash_residuals, forward.cash_residuals_jacobian
+    >>> found = least_squares(residuals, (450.0, 0.31), slopes, args=(counts,), x_scale="jac")
+    >>> bool(np.allclose(found.x, (500, 0.3), rtol=1e-4))
+    True
+    """
+
+    def __init__(
+        self,
+        model: ModelOf,
+        camera: Camera,
+        shape: Sequence[int] | int,
+        *,
+        bounds: Sequence[Sequence[float | None]] | None = None,
+        ranges: Any = None,
+        trust: float = 0.1,
+        background: Any = 0.0,
+        exposure: Any = 1.0,
+        linear: Sequence[int] = (),
+        derivative: ModelOf | str | None = None,
+        steps: Any = None,
+        renewal_limit: int | None = None,
+        on_renewal: Callable[[Floats, Plan], Any] | None = None,
+        **options: Any,
+    ) -> None:
+        if not 0 < trust:
+            raise ValueError(f"`trust` is {trust}: expected a positive number")
+        self._model = model
+        self._camera = camera
+        self._shape = shape
+        self._options = options
+        self._bounds = _checked_bounds(bounds)
+        self._ranges = _checked_ranges(ranges, self._bounds)
+        self._trust = trust
+        self._background = _checked_amount("background", background)
+        self._exposure = _checked_amount("exposure", exposure)
+        self._linear = tuple(linear)
+        self._derivative = derivative
+        self._steps = steps
+        self._renewal_limit = _options.count("renewal_limit", renewal_limit, "evaluations")
+        self._on_renewal = on_renewal
+        self._derivatives: Derivatives | None = None
+        self._plans: list[_Served] = []
+        self._present: _Served | None = None
+        self._latest: tuple[bytes, Floats] | None = None
+        #: How often g was evaluated, everything counted; a point of a derivative counts as one.
+        self.evaluations = 0
+        #: How often the plan was checked at parameters far from the former ones.
+        self.checks = 0
+        #: How often a plan was extended.
+        self.renewals = 0
+        #: Parameters at which not even the extended plan met the tolerance.
+        self.unconverged: list[Floats] = []
+        #: Whether checks and renewals are off.
+        self.frozen = False
+
+    def __call__(self, theta: Any) -> Floats:
+        """The expected counts, exposure * image + background, of the shape of the image.
+
+        Where the tolerance is not met within the limits of the options, `unconverged` has theta.
+
+        Raises `ValueError` if a parameter is not finite or not within its bounds, `RenderError` if
+        the tolerance is not met at the first parameters, and what the model raises.
+        """
+        return self._expected(self._checked_theta(theta))
+
+    def jacobian(self, theta: Any) -> Floats:
+        """The derivatives of the expected counts by the parameters, (p, *image.shape)."""
+        parameters = self._checked_theta(theta)
+        plan, image = self._image(parameters)
+        derivatives = self._differentiated(parameters).images(plan, parameters, image)
+        return self._exposure * derivatives
+
+    def residuals(self, theta: Any, data: Any, sigma: Any = 1.0) -> Floats:
+        """(expected - data) / sigma, (pixels,), for `scipy.optimize.least_squares`.
+
+        data: the measured image; pixels that are NaN there or in the image give 0.
+        sigma: its standard deviations, a number or an array, positive.
+        """
+        measured, deviation = self._measured(data), _checked_sigma(sigma)
+        found = (self(theta) - measured) / deviation
+        return np.where(np.isnan(found), 0.0, found).ravel()
+
+    def residuals_jacobian(self, theta: Any, data: Any, sigma: Any = 1.0) -> Floats:
+        """The derivatives (pixels, p) of `residuals`, for `jac` of `least_squares`."""
+        measured, deviation = self._measured(data), _checked_sigma(sigma)
+        found = self.jacobian(theta) / deviation
+        found = np.where(np.isnan(measured) | np.isnan(found), 0.0, found)
+        return found.reshape(len(found), -1).T.copy()
+
+    def cash(self, theta: Any, counts: Any) -> float:
+        """The statistic of Cash (1979), 2 sum(mu - n log(mu)), of counts n and expected counts mu.
+
+        It is -2 log L of Poisson distributions but for a constant: parameters within one standard
+        deviation are those with at most 1 more than the least. Pixels that are NaN do not count.
+        Below mu = 1e-9 the logarithm is continued by its quadratic Taylor polynomial, so that the
+        statistic is finite and smooth where the image is not positive.
+        """
+        return cash(self(theta), self._counts(counts))[0]
+
+    def cash_gradient(self, theta: Any, counts: Any) -> Floats:
+        """The derivatives (p,) of `cash` by the parameters."""
+        return self.cash_and_gradient(theta, counts)[1]
+
+    def cash_and_gradient(self, theta: Any, counts: Any) -> tuple[float, Floats]:
+        """`cash` and `cash_gradient`: what `scipy.optimize.minimize` takes with `jac=True`."""
+        parameters, observed = self._checked_theta(theta), self._counts(counts)
+        statistic, slope = cash(self._expected(parameters), observed)
+        derivatives = self.jacobian(parameters).reshape(len(parameters), -1)
+        seen = slope.ravel() != 0
+        return statistic, derivatives[:, seen] @ slope.ravel()[seen]
+
+    def cash_residuals(self, theta: Any, counts: Any) -> Floats:
+        """Residuals (pixels,) whose squares add up to `cash`, but for a constant.
+
+        They are the signed roots of the deviance, sign(mu - n) sqrt(2 (mu - n + n log(n / mu))).
+        With them `scipy.optimize.least_squares` finds the least Cash statistic in few steps, none
+        of them far. Pixels that are NaN give 0; mu counts as 1e-9 at least.
+        """
+        return deviance_residuals(self(theta), self._counts(counts))[0].ravel()
+
+    def cash_residuals_jacobian(self, theta: Any, counts: Any) -> Floats:
+        """The derivatives (pixels, p) of `cash_residuals`, for `jac` of `least_squares`."""
+        parameters, observed = self._checked_theta(theta), self._counts(counts)
+        _, slope = deviance_residuals(self._expected(parameters), observed)
+        derivatives = np.where(slope == 0, 0.0, slope * self.jacobian(parameters))
+        return derivatives.reshape(len(parameters), -1).T.copy()
+
+    def rendering(self, theta: Any) -> Rendering:
+        """The image at some parameters by the present plan, with the estimate of its error.
+
+        It is that of the model, without exposure and background; nothing is renewed. `converged` is
+        False if the plan does not suffice there.
+        """
+        parameters = self._checked_theta(theta)
+        plan = self._first(parameters) if self._present is None else self._present.plan
+        return plan.render(self._emission(parameters))
+
+    def freeze(self) -> Forward:
+        """Ends checks and renewals: from now on there is one plan, and one smooth statistic.
+
+        It returns the same `Forward`. Far from the parameters where the plan was checked the errors
+        may be larger than the tolerance, which `rendering` tells.
+
+        Raises `ValueError` before the first parameters.
+        """
+        if self._present is None:
+            raise ValueError("there is no plan to freeze: expected an image before")
+        self.frozen = True
+        return self
+
+    def thaw(self) -> Forward:
+        """Checks and renews again, after `freeze`; it returns the same `Forward`."""
+        self.frozen = False
+        return self
+
+    @property
+    def plan(self) -> Plan | None:
+        """The present plan; None before the first parameters."""
+        return None if self._present is None else self._present.plan
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: without the function that is told of renewals."""
+        return self.__dict__ | {"_on_renewal": None}
+
+    def _checked_theta(self, theta: Any) -> Floats:
+        parameters = checked_parameters(theta)
+        for name, limits in (("bounds", self._bounds), ("ranges", self._ranges)):
+            if limits is not None and len(limits) != len(parameters):
+                raise ValueError(
+                    f"`{name}` are those of {len(limits)} parameters: expected {len(parameters)}, "
+                    "as many as in `theta`"
+                )
+        if self._bounds is not None:
+            for number, (value, (low, high)) in enumerate(
+                zip(parameters, self._bounds, strict=True)
+            ):
+                if not low <= value <= high:
+                    raise ValueError(
+                        f"parameter {number} of `theta` is {value}: expected {low} to {high}, its "
+                        "`bounds`"
+                    )
+        self._differentiated(parameters)
+        return parameters
+
+    def _differentiated(self, theta: Floats) -> Derivatives:
+        if self._derivatives is None:
+            count, steps, linear = len(theta), self._steps, self._linear
+            derivative = self._derivative
+            if callable(derivative):
+                derivative = self._counting(derivative)
+            self._derivatives = Derivatives(
+                self._counting(self._model), count, derivative, steps, linear
+            )
+        if len(theta) != self._derivatives.count:
+            raise ValueError(
+                f"`theta` has {len(theta)} parameters: expected {self._derivatives.count}, as "
+                "before"
+            )
+        return self._derivatives
+
+    def _counting(self, model: ModelOf) -> ModelOf:
+        """A model that counts its evaluations."""
+        return _Counting(self, model)
+
+    def _emission(self, theta: Floats) -> Callable[..., Any]:
+        return self._differentiated(theta).emission(theta)
+
+    def _expected(self, theta: Floats) -> Floats:
+        _, image = self._image(theta)
+        return self._exposure * image + self._background
+
+    def _image(self, theta: Floats) -> tuple[Plan, Floats]:
+        """The plan for some parameters, and their image by it."""
+        plan = self._plan_for(theta)
+        key = theta.tobytes()
+        if self._latest is None or self._latest[0] != key:
+            self._latest = (key, plan.apply(plan.rates(self._emission(theta))))
+        return plan, self._latest[1]
+
+    def _plan_for(self, theta: Floats) -> Plan:
+        """The plan for some parameters: the present one, as long as it was checked near them."""
+        if self._present is None:
+            return self._first(theta)
+        if self.frozen or self._is_near(self._present, theta):
+            return self._present.plan
+        near = min(self._plans, key=lambda served: self._distance(served, theta))
+        if not self._is_near(near, theta):
+            self.checks += 1
+            if near.plan.render(self._emission(theta)).converged:
+                near.checked.append(theta.copy())
+            else:
+                near = self._renewed(near, theta)
+        if near is not self._present:
+            self._latest = None
+        self._present = near
+        return near.plan
+
+    def _first(self, theta: Floats) -> Plan:
+        """The plan of a rendering in full."""
+        if self._ranges is None:
+            self._ranges = _default_ranges(theta, self._bounds, self._linear)
+        first = render(self._emission(theta), self._camera, self._shape, **self._options)
+        if not first.converged:
+            raise RenderError(
+                f"the tolerance is not met at theta = {theta.tolist()}: the estimated error is "
+                f"{first.estimated_error} of the largest pixel; expected a larger "
+                "`max_evaluations` or `tolerance`"
+            )
+        if self._renewal_limit is None:
+            self._renewal_limit = RENEWAL_LIMIT * first.evaluations
+        self._present = _Served(first.plan, [theta.copy()])
+        self._plans.append(self._present)
+        self._latest = (theta.tobytes(), first.image)
+        return self._present.plan
+
+    def _renewed(self, near: _Served, theta: Floats) -> _Served:
+        """A plan that is extended so that it serves some parameters."""
+        found = near.plan.refine(self._emission(theta), max_evaluations=self._renewal_limit)
+        if not found.converged:
+            self.unconverged.append(theta.copy())
+        served = _Served(found.plan, [theta.copy()])
+        self._plans.append(served)
+        self.renewals += 1
+        if self._on_renewal is not None:
+            self._on_renewal(theta.copy(), served.plan)
+        return served
+
+    def _distance(self, served: _Served, theta: Floats) -> float:
+        """The distance to the nearest parameters at which a plan was checked, in `ranges`."""
+        assert self._ranges is not None
+        distances = abs(np.array(served.checked) - theta) / self._ranges
+        distances[:, list(self._linear)] = 0.0
+        return float(distances.max(axis=1).min())
+
+    def _is_near(self, served: _Served, theta: Floats) -> bool:
+        return self._distance(served, theta) <= self._trust
+
+    def _measured(self, data: Any) -> Floats:
+        measured = np.asarray(data, dtype=np.float64)
+        shape = measured.shape if self.plan is None else self.plan.shape
+        if measured.shape != shape:
+            raise ValueError(f"the data have the shape {measured.shape}: expected {shape}")
+        return measured
+
+    def _counts(self, counts: Any) -> Floats:
+        observed = self._measured(counts)
+        if (observed < 0).any():
+            raise ValueError(f"the counts have {observed.min()}: expected 0 or more")
+        return observed
+
+
+@dataclass(frozen=True)
+class _Served:
+    """A plan, and the parameters at which it was checked."""
+
+    plan: Plan
+    checked: list[Floats]
+
+
+class _Counting:
+    """A model that adds its evaluations to those of a `Forward`."""
+
+    def __init__(self, forward: Forward, model: ModelOf) -> None:
+        self.forward = forward
+        self.model = model
+
+    def __call__(self, *theta: Any) -> Any:
+        emission = self.model(*theta)
+        if isinstance(emission, str) or not callable(emission):
+            return emission
+
+        @wraps(emission)
+        def counted(position: Any, *others: Any) -> Any:
+            self.forward.evaluations += len(position)
+            return emission(position, *others)
+
+        return counted
+
+
+def _checked_bounds(bounds: Any) -> Floats | None:
+    """Bounds (p, 2), infinite where there is no limit."""
+    if bounds is None:
+        return None
+    limits = []
+    for number, pair in enumerate(bounds):
+        if len(pair) != 2:
+            raise ValueError(f"the bounds of parameter {number} are {pair}: expected (low, high)")
+        low = -np.inf if pair[0] is None else float(pair[0])
+        high = np.inf if pair[1] is None else float(pair[1])
+        if not low < high:
+            raise ValueError(f"the bounds of parameter {number} are {pair}: expected low < high")
+        limits.append((low, high))
+    return np.array(limits)
+
+
+def _checked_ranges(ranges: Any, bounds: Floats | None) -> Floats | None:
+    if ranges is None:
+        return None
+    found = np.array(ranges, dtype=np.float64)
+    if found.ndim != 1 or not np.all(found > 0):
+        raise ValueError(f"`ranges` are {ranges}: expected a positive number for each parameter")
+    if bounds is not None and len(bounds) != len(found):
+        raise ValueError(f"`ranges` are {len(found)}: expected {len(bounds)}, as many as `bounds`")
+    return found
+
+
+def _default_ranges(theta: Floats, bounds: Floats | None, linear: tuple[int, ...]) -> Floats:
+    """The sizes of parameters, or the widths of their bounds if these are less."""
+    ranges = np.where(theta == 0, np.inf, abs(theta))
+    if bounds is not None:
+        ranges = np.minimum(ranges, bounds[:, 1] - bounds[:, 0])
+    ranges[list(linear)] = 1.0
+    for number, size in enumerate(ranges):
+        if not np.isfinite(size):
+            raise ValueError(
+                f"parameter {number} is 0 at first, and has no bounds: expected `ranges`, over "
+                "which each parameter changes the image"
+            )
+    return ranges
+
+
+def _checked_sigma(sigma: Any) -> Floats:
+    deviation = np.asarray(sigma, dtype=np.float64)
+    if not np.all(deviation > 0):
+        raise ValueError(f"`sigma` has {deviation.min()}: expected positive numbers")
+    return deviation
+
+
+def _checked_amount(name: str, amount: Any) -> Floats:
+    found = np.asarray(amount, dtype=np.float64)
+    if not np.isfinite(found).all():
+        raise ValueError(f"`{name}` is not finite: expected a number, or one for each pixel")
+    return found

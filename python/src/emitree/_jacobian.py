@@ -1,0 +1,234 @@
+"""Derivatives of an image by the parameters of its emission, all on one mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from functools import wraps
+from typing import Any
+
+import numpy as np
+
+from emitree._cameras import Camera
+from emitree._function import Floats
+from emitree._plan import Plan
+from emitree._render import render
+
+#: The steps of central differences, relative to each parameter: their error is about the square.
+RELATIVE_STEP = 1e-4
+
+#: A function of parameters that returns an emission: a function of (position, direction[, energy]).
+ModelOf = Callable[..., Any]
+
+
+def jacobian(
+    model: ModelOf,
+    theta: Any,
+    camera: Camera | None = None,
+    shape: Sequence[int] | int | None = None,
+    *,
+    plan: Plan | None = None,
+    derivative: ModelOf | str | None = None,
+    steps: Any = None,
+    linear: Sequence[int] = (),
+    **options: Any,
+) -> tuple[Floats, Floats]:
+    """The image of a model and its derivatives by the parameters: (image, (p, *image.shape)).
+
+    The image and all derivatives have the same points and weights, so no difference of two images
+    contains their errors. The mesh is that of the image: the errors of the derivatives are not
+    estimated, and are larger than the tolerance where a derivative has structure that the image
+    does not have. A smaller tolerance makes both smaller.
+
+    model: model(*theta) returns a function of (position, direction[, energy]), as of `render`.
+    theta: the parameters (p,).
+    camera, shape, options: as of `render`; needed without `plan`.
+    plan: a `Plan` that serves theta; by default that of a rendering at theta.
+    derivative: how g is differentiated; one of
+        * None: central differences at the same points, 2 evaluations at each point and parameter;
+        * a function: derivative(*theta) returns a function of (position, direction[, energy]) that
+          gives (n, p), the derivatives of the rates by all parameters;
+        * "jax": forward differentiation of model(*theta), written in `jax.numpy`, in 64 bits.
+    steps: the steps (p,) of the differences; by default 1e-4 of each parameter, or 1e-4 if it is 0.
+    linear: numbers of the parameters that the rates are proportional to. They cost no evaluation
+        unless they are 0.
+
+    Raises `ValueError` if a parameter is not finite, or if a number of steps or of derivatives is
+    not that of the parameters; `TypeError` if the model returns no function; and what `render` and
+    `Rendering.plan` raise.
+
+    >>> import emitree, numpy as np
+    >>> def ball(height, width):
+    ...     return lambda r, d: height * np.exp(-((r - 0.5) ** 2).sum(axis=1) / width**2)
+    >>> theta = (2.0, 0.2)
+    >>> image, derivatives = emitree.jacobian(
+    ...     ball, theta, emitree.Canonical(), (8, 8), linear=[0], tolerance=1e-3
+    ... )
+    >>> derivatives.shape, bool(np.allclose(derivatives[0], image / 2))
+    ((2, 8, 8), True)
+    """
+    parameters = checked_parameters(theta)
+    differentiated = Derivatives(model, len(parameters), derivative, steps, linear)
+    if plan is None:
+        if camera is None or shape is None:
+            raise TypeError("expected `camera` and `shape`, or a `plan`")
+        rendering = render(differentiated.emission(parameters), camera, shape, **options)
+        plan, image = rendering.plan, rendering.image
+    else:
+        given = (
+            sorted(options) + ["camera"] * (camera is not None) + ["shape"] * (shape is not None)
+        )
+        if given:
+            raise TypeError(f"`{given[0]}` is given beside a `plan`: expected one of them")
+        image = plan.apply(plan.rates(differentiated.emission(parameters)))
+    return image, differentiated.images(plan, parameters, image)
+
+
+def checked_parameters(theta: Any) -> Floats:
+    """Parameters (p,) as an array of finite numbers.
+
+    >>> checked_parameters((1, 2))
+    array([1., 2.])
+    """
+    parameters = np.array(theta, dtype=np.float64)
+    if parameters.ndim != 1:
+        raise ValueError(f"`theta` has the shape {parameters.shape}: expected (p,)")
+    for number, value in enumerate(parameters):
+        if not np.isfinite(value):
+            raise ValueError(f"parameter {number} of `theta` is {value}: expected a finite number")
+    return parameters
+
+
+class Derivatives:
+    """The derivatives of a model by `count` parameters; arguments as of `jacobian`."""
+
+    def __init__(
+        self,
+        model: ModelOf,
+        count: int,
+        derivative: ModelOf | str | None,
+        steps: Any,
+        linear: Sequence[int],
+    ) -> None:
+        if isinstance(derivative, str) and derivative != "jax":
+            raise ValueError(f'`derivative` is {derivative!r}: expected a function, "jax" or None')
+        if derivative is not None and steps is not None:
+            raise ValueError("`steps` are of differences: expected no `derivative` beside them")
+        if steps is not None and np.shape(steps) != (count,):
+            raise ValueError(f"`steps` have the shape {np.shape(steps)}: expected ({count},)")
+        for number in linear:
+            if not 0 <= number < count:
+                raise ValueError(f"`linear` has the parameter {number}: expected 0 to {count - 1}")
+        self.model = _in_64_bits(model) if derivative == "jax" else model
+        self.count = count
+        self.derivative = derivative
+        self.steps = None if steps is None else np.asarray(steps, dtype=np.float64)
+        if self.steps is not None and not np.all(np.isfinite(self.steps) & (self.steps != 0)):
+            raise ValueError(f"`steps` are {steps}: expected finite numbers that are not 0")
+        self.linear = tuple(linear)
+
+    def emission(self, theta: Floats) -> Callable[..., Any]:
+        """The emission at some parameters."""
+        emission = self.model(*theta.tolist())
+        if isinstance(emission, str) or not callable(emission):
+            raise TypeError(f"`model` returned {emission!r}: expected a function")
+        return emission  # type: ignore[no-any-return]
+
+    def images(self, plan: Plan, theta: Floats, image: Floats) -> Floats:
+        """The derivatives (p, *image.shape) of the image at some parameters."""
+        found = np.empty((self.count, *plan.shape))
+        others = [number for number in range(self.count) if number not in self.linear]
+        for number in self.linear:
+            found[number] = self._of_amplitude(plan, theta, image, number)
+        if others and self.derivative is not None:
+            found[others] = plan.apply(self._given(plan, theta)[:, others])
+        elif others:
+            for number in others:
+                found[number] = self._difference(plan, theta, number)
+        return found
+
+    def _of_amplitude(self, plan: Plan, theta: Floats, image: Floats, number: int) -> Floats:
+        if theta[number] != 0:
+            return image / theta[number]
+        one = theta.copy()
+        one[number] = 1.0
+        return plan.apply(plan.rates(self.emission(one)))
+
+    def _difference(self, plan: Plan, theta: Floats, number: int) -> Floats:
+        if self.steps is not None:
+            step = self.steps[number]
+        else:
+            step = RELATIVE_STEP * (abs(theta[number]) or 1.0)
+        rates, places = [], []
+        for sign in (1.0, -1.0):
+            moved = theta.copy()
+            moved[number] += sign * step
+            places.append(moved[number])
+            rates.append(plan.rates(self.emission(moved)))
+        return plan.apply((rates[0] - rates[1]) / (places[0] - places[1]))
+
+    def _given(self, plan: Plan, theta: Floats) -> Floats:
+        points = plan.points
+        arrays = (points.position, points.direction, points.energy)
+        given = [array for array in arrays if array is not None]
+        if self.derivative == "jax":
+            values = _jax_derivatives(self.model, theta, given)
+        else:
+            assert callable(self.derivative)
+            values = self.derivative(*theta.tolist())(*given)
+        found = np.asarray(values, dtype=np.float64)
+        if found.shape != (len(plan), self.count):
+            raise ValueError(
+                f"the derivatives have the shape {found.shape}: expected "
+                f"({len(plan)}, {self.count}), one for each point and parameter"
+            )
+        if not np.isfinite(found).all():
+            point, number = np.argwhere(~np.isfinite(found))[0]
+            raise ValueError(
+                f"the derivative by parameter {number} at {points.position[point].tolist()} is "
+                f"{found[point, number]}: expected a finite number"
+            )
+        return found
+
+
+def _jax_derivatives(model: ModelOf, theta: Floats, given: list[Floats]) -> Any:
+    """The derivatives (n, p) of the rates, by forward differentiation."""
+    import jax
+
+    with _64_bits():
+        arrays = [jax.numpy.asarray(array) for array in given]
+        derivatives = jax.jacfwd(lambda parameters: model(*parameters)(*arrays))(
+            jax.numpy.asarray(theta)
+        )
+        return np.asarray(derivatives)
+
+
+def _in_64_bits(model: ModelOf) -> ModelOf:
+    """A model of `jax.numpy` whose rates are computed in 64 bits."""
+
+    @wraps(model)
+    def model_of(*theta: Any) -> Any:
+        with _64_bits():
+            emission = model(*theta)
+
+        @wraps(emission)
+        def rates(*arrays: Any) -> Any:
+            with _64_bits():
+                return emission(*arrays)
+
+        return rates
+
+    return model_of
+
+
+def _64_bits() -> AbstractContextManager[Any]:
+    """Arithmetic of JAX in 64 bits, in this thread."""
+    try:
+        import jax
+    except ImportError as error:
+        raise ImportError('jax is missing: expected it for `derivative` "jax"') from error
+    if hasattr(jax, "enable_x64"):
+        return jax.enable_x64(True)  # type: ignore[no-any-return]
+    from jax.experimental import enable_x64
+
+    return enable_x64()  # type: ignore[no-any-return]
