@@ -35,6 +35,7 @@ from emitree._cameras import (
     SingularPoint,
     Sphere,
 )
+from emitree._components import Components
 from emitree._emissions import Expression, Model, Tree
 from emitree._energies import Energies
 from emitree._forward import Forward
@@ -61,6 +62,7 @@ __all__ = [
     "Box",
     "Camera",
     "Canonical",
+    "Components",
     "Ellipsoid",
     "EmissionError",
     "Energies",

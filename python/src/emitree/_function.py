@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 class Function:
     """A function f(position, direction) or f(position, direction, energy), called with arrays.
 
-    It gives n rates as 64-bit floats in `unit`. With `quantities` the function gets quantities in
+    It gives n rates as 64-bit floats in `unit`, or (n, k) where it takes components. With `quantities` the function gets quantities in
     `length_unit` and `energy_unit`; else plain arrays.
     """
 
@@ -30,10 +30,12 @@ class Function:
         length_unit: str | None = None,
         energy_unit: str | None = None,
         quantities: bool = False,
+        takes_components: bool = False,
     ) -> None:
         self.function = function
         self.name = name_of(function)
         self.unit = unit
+        self.takes_components = takes_components
         self.units = [length_unit, None, energy_unit] if quantities else [None] * 3
 
     def __call__(self, position: Floats, direction: Floats, energy: Floats | None) -> Floats:
@@ -42,7 +44,8 @@ class Function:
             values if unit is None else values << _units.to_astropy(unit)
             for values, unit in zip(given, self.units, strict=False)
         ]
-        return as_rates(self.function(*arguments), len(position), self.unit)
+        found = self.function(*arguments)
+        return as_rates(found, len(position), self.unit, self.takes_components)
 
 
 def name_of(function: Any) -> str:
@@ -58,8 +61,10 @@ def name_of(function: Any) -> str:
     return f"{module}.{named.__qualname__}"
 
 
-def as_rates(result: Any, count: int, unit: str | None) -> Floats:
-    """What a function returned as `count` rates in `unit`.
+def as_rates(
+    result: Any, count: int, unit: str | None, takes_components: bool = False
+) -> Floats:
+    """What a function returned as `count` rates in `unit`, or as rows of k components.
 
     >>> as_rates([1, 2], 2, None)
     array([1., 2.])
@@ -78,6 +83,7 @@ def as_rates(result: Any, count: int, unit: str | None) -> Floats:
     rates = np.asarray(result)
     if rates.dtype.kind not in "fiub":
         raise TypeError(f"the rates are of type {rates.dtype}: expected real numbers")
-    if rates.shape != (count,):
+    has_components = takes_components and rates.ndim == 2 and rates.shape[1] > 0
+    if rates.shape[:1] != (count,) or (rates.ndim != 1 and not has_components):
         raise ValueError(f"the rates have the shape {rates.shape}: expected ({count},)")
     return np.ascontiguousarray(rates, dtype=np.float64)

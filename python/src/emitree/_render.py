@@ -15,6 +15,7 @@ import numpy as np
 from emitree import _executor, _native, _options, _progress, _units
 from emitree._cache import Cache
 from emitree._cameras import Camera, Canonical
+from emitree._components import Columns, of_all
 from emitree._emissions import Tree
 from emitree._energies import energy_table
 from emitree._executor import Serial, Shared
@@ -94,7 +95,8 @@ def render(
         * a function f(position, direction) -> rates, or f(position, direction, energy) -> rates
           if `energy` is given. position (n, 3) is in the camera's length unit, direction (n, 3)
           are unit vectors of emission, from the point to the observer, energy (n,) is in the unit
-          of the bins, rates (n,). It is called with many points at once, in the thread that called
+          of the bins, rates (n,), or (n, k) for k components: then `Components` are returned.
+          It is called with many points at once, in the thread that called
           `render`; the rate of a point must not depend on the others. Arrays of other libraries
           are taken through DLPack;
         * a text with a formula, or an `Expression`;
@@ -214,7 +216,7 @@ def render(
             raise TypeError("`changes` are for scene files: expected none")
         setup = Setup(camera, shape, of_view | settings, quantities, batch_size, threads)
         scene = scene_of_camera(emission, camera, shape, setup.options)
-        function = _function(emission, scene, unit, quantities)
+        function = _function(emission, scene, unit, quantities, cache is None and frame is None)
     if quantities and function is None:
         raise _native.SceneError("`quantities` is for functions: expected none with this emission")
     return _rendered(
@@ -354,7 +356,9 @@ def _opened(
     return open_scene(path, values | dict(changes or {}))
 
 
-def _function(emission: Any, scene: _native.Scene, unit: Any, quantities: bool) -> Function | None:
+def _function(
+    emission: Any, scene: _native.Scene, unit: Any, quantities: bool, takes_components: bool = False
+) -> Function | None:
     if isinstance(emission, str) or not callable(emission):
         return None
     energies = scene.energies
@@ -364,6 +368,7 @@ def _function(emission: Any, scene: _native.Scene, unit: Any, quantities: bool) 
         length_unit=scene.length_unit,
         energy_unit=energies[1] if energies else None,
         quantities=quantities,
+        takes_components=takes_components,
     )
 
 
@@ -389,20 +394,27 @@ def _rendered(
         )
     with ExitStack() as stack:
         evaluate, opened = _evaluator(stack, scene, function, executor, cache)
+        columns = Columns(evaluate) if evaluate is not None else None
         render_scene = scene.render
         if start is not None:
             render_scene = partial(scene.render, start=start, extends=extends)
-        found = render_scene(
-            function=evaluate,
-            batch_size=_batch_size(batch_size, function),
-            threads=threads,
-            progress=stack.enter_context(_progress.hook(progress)),
-            frame=frame,
-        )
-    report = json.loads(found.report())
-    if opened is not None:
-        report["cache"] = opened.report
-    return Rendering(found, report, setup)
+        hook = stack.enter_context(_progress.hook(progress))
+
+        def rendering() -> Rendering:
+            found = render_scene(
+                function=columns,
+                batch_size=_batch_size(batch_size, function),
+                threads=threads,
+                progress=hook,
+                frame=frame,
+            )
+            report = json.loads(found.report())
+            if opened is not None:
+                report["cache"] = opened.report
+            return Rendering(found, report, setup)
+
+        first = rendering()
+        return first if columns is None else of_all(columns, first, rendering)
 
 
 def _batch_size(given: int | None, function: Function | None) -> int | None:
@@ -439,8 +451,9 @@ def _evaluator(
         return function, None
 
     def shared(position: Floats, direction: Floats, energy: Floats | None) -> Floats:
-        rates = np.empty(len(position))
-        for part, of_part in evaluator.parts(position, direction, energy):
+        parts = list(evaluator.parts(position, direction, energy))
+        rates = np.empty((len(position), *parts[0][1].shape[1:]))
+        for part, of_part in parts:
             rates[part] = of_part
         return rates
 

@@ -7,7 +7,7 @@
 
 use crate::tree::StopReason;
 use crate::vol::lattice;
-use crate::vol::lowrank::chebyshev::Analysis;
+use crate::vol::lowrank::chebyshev::{Analysis, all_places};
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::probes::CellResiduals;
 use crate::vol::lowrank::search::{Assessment, End, Search, along};
@@ -36,7 +36,8 @@ impl Attempt<'_> {
         self.weigh();
         let mut assessment = self.search.assess();
         let (mut maps, mut allowed) = self.maps_and_allowed(&assessment);
-        if maps.largest_error > allowed {
+        let most = TUNING.lowrank.lines_most_excess * allowed;
+        if maps.largest_error > allowed && maps.largest_error <= most {
             let share = self.search.share_along_lines(&assessment).await?;
             assessment = assessment.scaled(share);
             (maps, allowed) = self.maps_and_allowed(&assessment);
@@ -77,11 +78,14 @@ impl Search<'_> {
     /// The error along lines of sight, as a share of the error that probes show there; at most 1.
     async fn share_along_lines(&self, assessment: &Assessment) -> Result<f64, Stop> {
         let places = self.places_of_lines();
-        let depths = &self.interpolant.axes[DEPTH];
-        let lines = places.iter().map(|&place| along(DEPTH, place, depths.places()));
+        // The residual has no finer structure than the fibers, and what every second place leaves out is in
+        // the tail.
+        let level = self.interpolant.axes[DEPTH].level - 1;
+        let depths = all_places(level);
+        let lines = places.iter().map(|&place| along(DEPTH, place, &depths));
         let lines: Vec<Vec<[f64; 3]>> = lines.collect();
         let rates = self.view.rates_of_groups(&lines).await?;
-        let analysis = Analysis::new(depths.level);
+        let analysis = Analysis::new(level);
         let share = |number: usize| {
             let (place, values) = (places[number], self.interpolant.values(&lines[number]));
             let residual = rates[number].iter().zip(values).map(|(rate, value)| rate - value);

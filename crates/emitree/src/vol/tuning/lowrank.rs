@@ -119,6 +119,9 @@ group! {
         lines_of_functions: usize = 16, 8..=32;
         /// The ratio of the error of a pixel to that expected from these lines.
         lines_margin: f64 = 3.0, 2.0..=4.5;
+        /// The largest error that probes show, in units of the error allowed, for which lines are integrated:
+        /// they seldom show a smaller share of it.
+        lines_most_excess: f64 = 10.0, 5.0..=20.0;
         /// The number of probes of a view that is dark at all of them, in units of the usual number. A
         /// small shape is the only emission of some views.
         dark_factor: usize = 8, 4..=16;

@@ -1,0 +1,86 @@
+"""Emissions with several rates at each point."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import emitree
+
+CUBE = emitree.Canonical()
+CALLS: list[int] = []
+
+
+def gaussian(position, sharpness, centre=0.5):
+    return np.exp(-sharpness * ((position - centre) ** 2).sum(axis=1))
+
+
+def trio(position, direction):
+    """Two Gaussians about one place, and one about another."""
+    CALLS.append(len(position))
+    rates = [gaussian(position, 40.0), 3 * gaussian(position, 25.0), gaussian(position, 60.0, 0.4)]
+    return np.stack(rates, axis=1)
+
+
+def test_each_component_is_what_it_would_be_alone():
+    CALLS.clear()
+    found = emitree.render(trio, CUBE, (24, 32))
+    assert isinstance(found, emitree.Components)
+    assert len(found) == 3 and found.image.shape == found.error.shape == (3, 24, 32)
+    assert found.converged and found.estimated_error < 0.01
+    alone = [
+        emitree.render(lambda r, d, c=c: trio(r, d)[:, c], CUBE, (24, 32)) for c in range(3)
+    ]
+    for component, rendering in zip(found, alone, strict=True):
+        np.testing.assert_array_equal(component.image, rendering.image)
+        assert component.evaluations == rendering.evaluations
+    # Points that several components need are evaluated once.
+    assert found.evaluations < sum(rendering.evaluations for rendering in alone)
+
+
+def test_every_evaluation_is_counted_once():
+    CALLS.clear()
+    found = emitree.render(trio, CUBE, (24, 32))
+    assert sum(CALLS) == found.evaluations
+    seen = set()
+
+    def watched(position, direction):
+        keys = {row.tobytes() for row in position}
+        assert not keys & seen and len(keys) == len(position)
+        seen.update(keys)
+        return trio(position, direction)
+
+    assert emitree.render(watched, CUBE, (24, 32)).evaluations == len(seen)
+
+
+def test_components_with_energies_and_workers():
+    def pair(position, direction, energy):
+        rate = gaussian(position, 40.0) * np.exp(-energy)
+        return np.stack([rate, 2 * rate], axis=1)
+
+    energy = emitree.Energies(min=1, max=3, bins=4, unit="keV")
+    with ThreadPoolExecutor(2) as executor:
+        found = emitree.render(pair, CUBE, (8, 8), energy=energy, executor=executor)
+    assert found.image.shape == (2, 4, 8, 8)
+    np.testing.assert_allclose(found.image[1], 2 * found.image[0], rtol=1e-9)
+    # The second one needs the same points.
+    assert found.evaluations <= found[0].evaluations
+
+
+def test_a_single_column_is_a_component():
+    found = emitree.render(lambda r, d: gaussian(r, 40.0)[:, np.newaxis], CUBE, (8, 8))
+    assert found.image.shape == (1, 8, 8)
+
+
+def test_shapes_that_change_and_what_takes_one_rate_are_refused():
+    def changing(position, direction):
+        CALLS.append(1)
+        return np.ones((len(position), len(CALLS)))
+
+    CALLS.clear()
+    with pytest.raises(ValueError, match=r"the rates have the shape \(\d+, 2\): expected \(\d+, 1\)"):
+        emitree.render(changing, CUBE, (8, 8), method="los", batch_size=100)
+    with pytest.raises(ValueError, match=r"the rates have the shape \(\d+, 3\): expected \(\d+,\)"):
+        emitree.render(trio, CUBE, (8, 8), frame=print)
+    with pytest.raises(ValueError, match=r"expected \(\d+,\)"):
+        emitree.build_tree(trio, "tree.fits", emitree.Box(min=(0, 0, 0), max=(1, 1, 1)))
