@@ -15,25 +15,30 @@ from emitree._cash import cash, deviance_residuals
 from emitree._function import Floats
 from emitree._jacobian import Derivatives, ModelOf, checked_parameters
 from emitree._native import RenderError
+from emitree._neighbourhood import neighbourhood, plan_of_all, serves
 from emitree._plan import Plan
-from emitree._render import render
 from emitree._result import Rendering
 
 #: The most evaluations of a renewal, by default, in those of the first rendering: a search that
-#: tries parameters far off must not spend most of its evaluations there.
+#: tries parameters far off is not to spend most of its evaluations there.
 RENEWAL_LIMIT = 3
 
 
 class Forward:
     """A model of an image: from parameters to expected counts, for any optimizer or sampler.
 
-    The image at the first parameters is rendered in full. Its plan, a fixed set of points, then
-    gives the images of other parameters by a linear map, and the statistic is as smooth in the
-    parameters as the rates are. Where the parameters are further than `trust` from all those at
-    which the plan was checked, the nearest plan is checked there: some more samples estimate the
-    error. If it is not below the tolerance, points are added (a renewal). The former plans are
-    kept, for parameters near those at which they were checked. Between them the error is not
-    estimated: `rendering` estimates it at any parameters, such as the best ones.
+    A plan, a fixed set of points, gives the images of all parameters in a neighbourhood by a linear
+    map: the statistic is as smooth in the parameters as the rates are. The plan is that of the
+    emission at the first parameters. Samples show whether it meets the tolerance also where each of
+    them alone is changed by `trust`; if not, it is that of a mixture of these emissions. Where the
+    parameters are further than `trust` from all those at which a plan was checked, the nearest plan
+    is checked there, and where each parameter is changed by `trust` from there. If it does not
+    suffice, a new plan is made (a renewal). The former ones are kept for their neighbourhoods.
+    `rendering` estimates the error at any parameters, such as the best ones.
+
+    Only plans of products of functions (smooth emissions, method "vol") can be compared with
+    samples. Others are those of the emission at the centre alone; they serve within `trust` without
+    a check, and are made anew beyond.
 
     At a change of plans the image of the same parameters changes, by less than the sum of both
     errors. The statistic has a small step there: values before and after it are not of the same
@@ -53,8 +58,8 @@ class Forward:
     linear: numbers of the parameters that the rates are proportional to; they need no check and
         their derivatives no evaluations.
     derivative, steps: as of `jacobian`.
-    renewal_limit: the most evaluations of a renewal; by default 3 times those of the first
-        rendering. Where they do not suffice, the plan is the best so far, and `unconverged` has the
+    renewal_limit: the most evaluations of the rendering of a renewal; by default 3 times those of
+        the first. Where they do not suffice, the plan is the best so far, and `unconverged` has the
         parameters: an optimizer may try some that are far off.
     on_renewal: a function of (theta, plan) that is called after each renewal.
 
@@ -116,9 +121,9 @@ class Forward:
         self.evaluations = 0
         #: How often the plan was checked at parameters far from the former ones.
         self.checks = 0
-        #: How often a plan was extended.
+        #: How often a new plan was made after the first.
         self.renewals = 0
-        #: Parameters at which not even the extended plan met the tolerance.
+        #: Parameters whose plan was not found to meet the tolerance there and in all directions.
         self.unconverged: list[Floats] = []
         #: Whether checks and renewals are off.
         self.frozen = False
@@ -295,21 +300,17 @@ class Forward:
             return self._present.plan
         near = min(self._plans, key=lambda served: self._distance(served, theta))
         if not self._is_near(near, theta):
-            self.checks += 1
-            if near.plan.render(self._emission(theta)).converged:
-                near.checked.append(theta.copy())
-            else:
-                near = self._renewed(near, theta)
+            near = self._checked_there(near, theta)
         if near is not self._present:
             self._latest = None
         self._present = near
         return near.plan
 
     def _first(self, theta: Floats) -> Plan:
-        """The plan of a rendering in full."""
+        """The plan of the first parameters."""
         if self._ranges is None:
             self._ranges = _default_ranges(theta, self._bounds, self._linear)
-        first = render(self._emission(theta), self._camera, self._shape, **self._options)
+        self._present, first = self._made(theta, self._options)
         if not first.converged:
             raise RenderError(
                 f"the tolerance is not met at theta = {theta.tolist()}: the estimated error is "
@@ -318,22 +319,38 @@ class Forward:
             )
         if self._renewal_limit is None:
             self._renewal_limit = RENEWAL_LIMIT * first.evaluations
-        self._present = _Served(first.plan, [theta.copy()])
-        self._plans.append(self._present)
-        self._latest = (theta.tobytes(), first.image)
         return self._present.plan
 
-    def _renewed(self, near: _Served, theta: Floats) -> _Served:
-        """A plan that is extended so that it serves some parameters."""
-        found = near.plan.refine(self._emission(theta), max_evaluations=self._renewal_limit)
-        if not found.converged:
-            self.unconverged.append(theta.copy())
-        served = _Served(found.plan, [theta.copy()])
-        self._plans.append(served)
+    def _checked_there(self, near: _Served, theta: Floats) -> _Served:
+        """A plan for some parameters: the near one if it serves them, or a new one."""
+        self.checks += 1
+        if serves(near.plan, self._neighbourhood(theta)):
+            near.checked.append(theta.copy())
+            return near
+        limits = [self._renewal_limit, self._options.get("max_evaluations")]
+        limit = min(limit for limit in limits if limit is not None)
+        served, _ = self._made(theta, self._options | {"max_evaluations": limit})
         self.renewals += 1
         if self._on_renewal is not None:
             self._on_renewal(theta.copy(), served.plan)
         return served
+
+    def _made(self, theta: Floats, options: dict[str, Any]) -> tuple[_Served, Rendering]:
+        """A new plan for some parameters, and the rendering that it is of."""
+        emissions = self._neighbourhood(theta)
+        plan, suffices, found = plan_of_all(emissions, self._camera, self._shape, options)
+        if not suffices:
+            self.unconverged.append(theta.copy())
+        served = _Served(plan, [theta.copy()])
+        self._plans.append(served)
+        return served, found
+
+    def _neighbourhood(self, theta: Floats) -> list[Any]:
+        """The emissions at some parameters and where each of them alone is changed by `trust`."""
+        assert self._ranges is not None
+        distances = self._trust * self._ranges
+        distances[list(self._linear)] = 0.0
+        return neighbourhood(self._emission, theta, distances, self._bounds)
 
     def _distance(self, served: _Served, theta: Floats) -> float:
         """The distance to the nearest parameters at which a plan was checked, in `ranges`."""

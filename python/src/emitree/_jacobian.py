@@ -11,11 +11,15 @@ import numpy as np
 
 from emitree._cameras import Camera
 from emitree._function import Floats
+from emitree._neighbourhood import plan_of_all
 from emitree._plan import Plan
-from emitree._render import render
 
 #: The steps of central differences, relative to each parameter: their error is about the square.
 RELATIVE_STEP = 1e-4
+
+#: The changes whose images a plan of derivatives serves, relative to each parameter: they are as
+#: large as the image, as a change by a third is.
+_CHANGE = 0.3
 
 #: A function of parameters that returns an emission: a function of (position, direction[, energy]).
 ModelOf = Callable[..., Any]
@@ -36,9 +40,11 @@ def jacobian(
     """The image of a model and its derivatives by the parameters: (image, (p, *image.shape)).
 
     The image and all derivatives have the same points and weights, so no difference of two images
-    contains their errors. The mesh is that of the image: the errors of the derivatives are not
-    estimated, and are larger than the tolerance where a derivative has structure that the image
-    does not have. A smaller tolerance makes both smaller.
+    contains their errors. The points are those of the image at theta; samples show whether they
+    suffice for each derivative, and if not, they are those of a mixture of g and its derivatives
+    (smooth emissions of method "vol"). Then the image and each derivative meet the tolerance, each
+    relative to its own largest pixel. Where no such points are found, and for other methods, the
+    errors of the derivatives are not estimated.
 
     model: model(*theta) returns a function of (position, direction[, energy]), as of `render`.
     theta: the parameters (p,).
@@ -72,15 +78,14 @@ def jacobian(
     if plan is None:
         if camera is None or shape is None:
             raise TypeError("expected `camera` and `shape`, or a `plan`")
-        rendering = render(differentiated.emission(parameters), camera, shape, **options)
-        plan, image = rendering.plan, rendering.image
+        emissions = [differentiated.emission(parameters), *differentiated.changes(parameters)]
+        plan, _, _ = plan_of_all(emissions, camera, shape, options)
     else:
-        given = (
-            sorted(options) + ["camera"] * (camera is not None) + ["shape"] * (shape is not None)
-        )
+        named = options | {"camera": camera, "shape": shape}
+        given = [name for name, value in named.items() if value is not None]
         if given:
             raise TypeError(f"`{given[0]}` is given beside a `plan`: expected one of them")
-        image = plan.apply(plan.rates(differentiated.emission(parameters)))
+    image = plan.apply(plan.rates(differentiated.emission(parameters)))
     return image, differentiated.images(plan, parameters, image)
 
 
@@ -134,6 +139,34 @@ class Derivatives:
             raise TypeError(f"`model` returned {emission!r}: expected a function")
         return emission  # type: ignore[no-any-return]
 
+    def changes(self, theta: Floats) -> list[Callable[..., Any]]:
+        """The derivatives of g by all parameters but the linear ones, times changes of these."""
+        numbers = [number for number in range(self.count) if number not in self.linear]
+        return [self._change(theta, number) for number in numbers]
+
+    def _change(self, theta: Floats, number: int) -> Callable[..., Any]:
+        (above, below), width = self._moved(theta, number)
+        scale = _CHANGE * (abs(theta[number]) or 1.0) / width
+
+        def change(*arguments: Any) -> Any:
+            return scale * (above(*arguments) - below(*arguments))
+
+        return change
+
+    def _moved(self, theta: Floats, number: int) -> tuple[list[Callable[..., Any]], float]:
+        """The emissions one step above and below a parameter, and the distance between them."""
+        if self.steps is not None:
+            step = float(self.steps[number])
+        else:
+            step = RELATIVE_STEP * (abs(float(theta[number])) or 1.0)
+        emissions, places = [], []
+        for moved_by in (step, -step):
+            moved = theta.copy()
+            moved[number] += moved_by
+            places.append(float(moved[number]))
+            emissions.append(self.emission(moved))
+        return emissions, places[0] - places[1]
+
     def images(self, plan: Plan, theta: Floats, image: Floats) -> Floats:
         """The derivatives (p, *image.shape) of the image at some parameters."""
         found = np.empty((self.count, *plan.shape))
@@ -155,17 +188,8 @@ class Derivatives:
         return plan.apply(plan.rates(self.emission(one)))
 
     def _difference(self, plan: Plan, theta: Floats, number: int) -> Floats:
-        if self.steps is not None:
-            step = self.steps[number]
-        else:
-            step = RELATIVE_STEP * (abs(theta[number]) or 1.0)
-        rates, places = [], []
-        for sign in (1.0, -1.0):
-            moved = theta.copy()
-            moved[number] += sign * step
-            places.append(moved[number])
-            rates.append(plan.rates(self.emission(moved)))
-        return plan.apply((rates[0] - rates[1]) / (places[0] - places[1]))
+        (above, below), width = self._moved(theta, number)
+        return plan.apply((plan.rates(above) - plan.rates(below)) / width)
 
     def _given(self, plan: Plan, theta: Floats) -> Floats:
         points = plan.points
@@ -214,7 +238,9 @@ def _in_64_bits(model: ModelOf) -> ModelOf:
         @wraps(emission)
         def rates(*arrays: Any) -> Any:
             with _64_bits():
-                return emission(*arrays)
+                found = emission(*arrays)
+                # Arrays of 64 bits are not for the arithmetic outside.
+                return np.asarray(found) if isinstance(arrays[0], np.ndarray) else found
 
         return rates
 

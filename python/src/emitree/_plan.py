@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -200,6 +200,30 @@ class Plan:
             raise ValueError("the plan was loaded or unpickled: expected `matrix` instead")
         return compressed_rows(self._native.weights())
 
+    @cached_property
+    def is_of_products(self) -> bool:
+        """Whether the points are those of products of functions (smooth emissions, method "vol").
+
+        Only these can be checked by `render` and extended by `refine`; with others `render` raises
+        `SceneError`, and `refine` renders in full.
+        """
+        if isinstance(self._native, _Stored) or self._setup is None:
+            return False
+        # The nodes of products are the points themselves; lines and cells have several points.
+        nodes, points = self._native.weights()[3]
+        method = self._setup.options.get("method") or "vol"
+        return bool(method == "vol" and nodes == points)
+
+    def with_options(self, options: Mapping[str, Any]) -> Plan:
+        """The same plan with other options of the method, as of `render`, for `render`, `refine`.
+
+        Raises `ValueError` of a loaded plan, which is not rendered.
+        """
+        if self._setup is None:
+            raise ValueError("the plan was loaded or unpickled: expected one of `render`")
+        setup = replace(self._setup, options={**self._setup.options, **options})
+        return Plan(self._native, self.points, self.shape, self._unit, setup)
+
     def render(
         self, emission: Any, *, executor: Any = None, progress: _progress.Progress = False
     ) -> Rendering:
@@ -211,7 +235,8 @@ class Plan:
 
         emission, executor, progress: as of `render`.
 
-        Raises `ValueError` of a loaded plan, and what `render` raises.
+        Raises `ValueError` of a loaded plan, `SceneError` of one that `is_of_products` is not true
+        of, and what `render` raises.
         """
         return self._rendered(emission, False, None, executor, progress)
 

@@ -65,14 +65,14 @@ def content(path: str | os.PathLike[str]) -> Content:
     name = os.fspath(path)
     expected = f'expected a plan, .npz with the `format` "{FORMAT}"'
     try:
-        with np.load(path, allow_pickle=False) as file:
-            if isinstance(file, np.ndarray):
-                raise ValueError(f"{name}: an array: {expected}")
-            arrays = {key: file[key] for key in file.files}
+        with open(path, "rb") as file:
+            loaded = np.load(file, allow_pickle=False)
+            is_array = isinstance(loaded, np.ndarray)
+            arrays = {} if is_array else {key: loaded[key] for key in loaded}
     except (zipfile.BadZipFile, EOFError, ValueError) as error:
-        if str(error).startswith(f"{name}: "):
-            raise
         raise ValueError(f"{name}: not a file of NumPy, or damaged: {expected}") from error
+    if is_array:
+        raise ValueError(f"{name}: an array: {expected}")
     found = str(arrays["format"]) if "format" in arrays else None
     if found != FORMAT:
         raise ValueError(f"{name}: the `format` is {found!r}: {expected}")
