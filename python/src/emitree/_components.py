@@ -91,26 +91,26 @@ class Columns:
     def __call__(self, position: Floats, direction: Floats, energy: Floats | None) -> Floats:
         """The rates (n,) of the component."""
         if self.count is None:
-            rates = self._evaluated(position, direction, energy)
+            rates = self.evaluate(position, direction, energy)
             if rates.ndim == 1:
                 return rates
             self.count = rates.shape[1]
+            self.evaluations += len(position)
             self._rows.update(zip(_keys(position, direction, energy), rates, strict=True))
             return np.ascontiguousarray(rates[:, self.component])
         keys = _keys(position, direction, energy)
-        new = [number for number, key in enumerate(keys) if key not in self._rows]
-        if new:
+        # A batch may have a point twice.
+        numbers = {key: number for number, key in enumerate(keys) if key not in self._rows}
+        if numbers:
+            new = list(numbers.values())
             of_new = None if energy is None else energy[new]
-            rates = self._evaluated(position[new], direction[new], of_new)
+            rates = self.evaluate(position[new], direction[new], of_new)
             if rates.shape != (len(new), self.count):
                 shape = (len(new), self.count)
                 raise ValueError(f"the rates have the shape {rates.shape}: expected {shape}")
-            self._rows.update(zip([keys[number] for number in new], rates, strict=True))
+            self.evaluations += len(new)
+            self._rows.update(zip(numbers, rates, strict=True))
         return np.array([self._rows[key][self.component] for key in keys])
-
-    def _evaluated(self, position: Floats, direction: Floats, energy: Floats | None) -> Floats:
-        self.evaluations += len(position)
-        return self.evaluate(position, direction, energy)
 
 
 def _keys(position: Floats, direction: Floats, energy: Floats | None) -> list[bytes]:
