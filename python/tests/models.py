@@ -74,3 +74,15 @@ def exact_peak(height, width):
 def rendered(shape):
     """A rendering, for workers that give back all of it."""
     return emitree.render(peak, emitree.Canonical(), shape)
+
+
+def torus(radius, width, height, tilt):
+    """A tilted torus with a Gaussian section."""
+    c, s = np.cos(tilt), np.sin(tilt)
+
+    def rate(position, direction):
+        x, y, z = position.T
+        y, z = c * y - s * z, s * y + c * z
+        return height * np.exp(-((np.hypot(x, y) - radius) ** 2 + z**2) / (2 * width**2))
+
+    return rate

@@ -35,14 +35,15 @@ def test_the_version_is_one():
     assert emitree.__version__ == metadata.version("emitree")
 
 
-def test_the_tutorial_runs():
-    for module in ("matplotlib", "astropy"):
+@pytest.mark.parametrize("name", ["tutorial.ipynb", "fitting.ipynb"])
+def test_the_notebooks_run(name):
+    for module in ("matplotlib", "astropy", "scipy"):
         pytest.importorskip(module)
-    notebook = json.loads((HERE.parent / "docs" / "tutorial.ipynb").read_text(encoding="utf-8"))
+    notebook = json.loads((HERE.parent / "docs" / name).read_text(encoding="utf-8"))
     names: dict[str, object] = {}
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     for number, cell in enumerate(cells):
         assert not cell["outputs"], "expected a notebook without outputs"
-        exec(compile("".join(cell["source"]), f"tutorial.ipynb, code cell {number}", "exec"), names)
+        exec(compile("".join(cell["source"]), f"{name}, code cell {number}", "exec"), names)
     assert len(cells) > 5
     names["ax"].figure.canvas.draw()

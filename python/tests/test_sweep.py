@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from models import torus
 
 import emitree
 
 CUBE = emitree.Canonical()
+CAMERA = emitree.Perspective(
+    position=(6, -4, 5), target=(0, 0, 0), field_of_view=(35, 35), near=2, far=16
+)
+SHAPE = (48, 48)
 
 
 def clouds(width, shift):
@@ -36,13 +41,21 @@ def test_all_combinations():
     assert list(sweep.parameters) == ["width", "shift"]
     assert sweep.renderings.shape == (3, 2) and sweep.images.shape == (3, 2, 12, 16)
     assert sweep.evaluations == sum(calls) and sweep.converged
-    alone = 0
     for i, width in enumerate(values["width"]):
         for j, shift in enumerate(values["shift"]):
             finer = emitree.render(clouds(width, shift), CUBE, (12, 16), tolerance=1e-4).image
             assert abs(sweep.images[i, j] - finer).max() < 0.01 * finer.max()
-            alone += emitree.render(clouds(width, shift), CUBE, (12, 16)).evaluations
-    assert sweep.evaluations < 0.7 * alone
+
+
+def test_images_that_a_plan_serves_take_fewer_evaluations():
+    values, camera = [0.3, 0.33, 0.36], CAMERA
+    sweep = emitree.sweep(lambda tilt: torus(1.5, 0.3, 40, tilt), {"tilt": values}, camera, SHAPE)
+    alone = [emitree.render(torus(1.5, 0.3, 40, tilt), camera, SHAPE) for tilt in values]
+    assert sweep.converged
+    assert sweep.evaluations < 0.75 * sum(rendering.evaluations for rendering in alone)
+    for image, tilt in zip(sweep.images, values, strict=True):
+        finer = emitree.render(torus(1.5, 0.3, 40, tilt), camera, SHAPE, tolerance=1e-4).image
+        assert abs(image - finer).max() < 0.01 * finer.max()
 
 
 def test_one_value_and_emissions_that_are_no_functions():

@@ -16,6 +16,7 @@ from emitree._cameras import Camera
 from emitree._function import Floats
 from emitree._plan import Plan
 from emitree._render import render
+from emitree._result import Rendering
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,8 @@ def sweep(
     The first image is rendered in full. Each of the others starts from the plan of the nearest one
     before, and adds points only as far as they are missing; each has its own error estimate and
     meets the tolerance, or has not `converged`. Values are compared by their distance relative to
-    the whole range of each parameter. Where an image has no plan, as that of found surfaces has
-    none, the next is rendered in full.
+    the whole range of each parameter. Images of which no other can start, such as those of found
+    surfaces and of image trees, are of no use for the next ones.
 
     model: model(**values) returns an emission, of any kind that `render` takes.
     parameters: the values (values,) of each parameter by its name; the last one changes first.
@@ -95,12 +96,19 @@ def sweep(
         else:
             found = near.refine(emission, executor=executor, progress=progress)
         renderings[place] = found
-        try:
-            done.append((at, found.plan))
-        except ValueError:
-            # Without a plan it serves no other.
-            continue
+        plan = _plan_of(found)
+        if plan is not None:
+            done.append((at, plan))
     return Sweep(values, renderings)
+
+
+def _plan_of(rendering: Rendering) -> Plan | None:
+    """The plan of a rendering, if others may start from it."""
+    try:
+        plan = rendering.plan
+    except ValueError:
+        return None
+    return plan if plan.is_of_products else None
 
 
 def _checked(name: str, given: Any) -> NDArray[Any]:
