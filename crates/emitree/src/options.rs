@@ -168,9 +168,9 @@ impl<'a> RenderOptions<'a> {
         self
     }
 
-    /// Begins with the functions of the mesh of another emission in the same view, or in one like it, and adds
-    /// others where they do not suffice. The error is estimated, and the tolerance met, as without a mesh; an
-    /// emission of similar structure takes fewer evaluations. Only [products](crate::mesh::Mesh) have such
+    /// Begins with the functions of the mesh of another emission in the same view, or in one like it. Where they
+    /// suffice to the tolerance, as they do for an emission of similar structure, a rendering takes fewer
+    /// evaluations; where they do not, it begins anew, as without a mesh. Only [products](crate::mesh::Mesh) have such
     /// functions; a mesh without them has no effect.
     #[must_use]
     pub fn with_start<V>(mut self, mesh: &Mesh<V>) -> Self {

@@ -35,7 +35,7 @@ pub(crate) async fn render(
     check_seeds(&vol.seeds)?;
     // From here on, the tolerance is that of the largest pixel.
     let vol = &VolOptions { tolerance: vol.of_largest(), ..vol.clone() };
-    let start = start(meter, tiles);
+    let mut start = start(meter, tiles);
     let mut division = match start {
         Some(start) => start.division.clone(),
         None => Division { edges: edges(meter, tiles, axis, vol).await?, ..Division::default() },
@@ -52,6 +52,13 @@ pub(crate) async fn render(
             }
             Some(_) => Attempted::none(&parts),
         };
+        if !attempted.functions_suffice {
+            // From nothing, as without a mesh.
+            start = None;
+            let edges = self::edges(meter, tiles, axis, vol).await?;
+            division = Division { edges, ..Division::default() };
+            continue;
+        }
         if !attempted.depths.is_empty() {
             division.depths = attempted.depths;
             continue;

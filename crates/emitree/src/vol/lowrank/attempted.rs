@@ -32,6 +32,9 @@ pub(crate) struct Attempted {
     pub(crate) stretch: Option<Stretch>,
     /// Whether a search has ended since G jumps.
     pub(crate) has_jump: bool,
+    /// Whether the functions of another G that a search began with are within the tolerance; if not, and if others
+    /// may be used, the search has stopped.
+    pub(crate) functions_suffice: bool,
     /// The functions of the parts, if a frozen quadrature is made.
     pub(crate) functions: Vec<Option<Functions>>,
     /// Why the image of a part is not complete, if one is not.
@@ -58,6 +61,7 @@ impl Attempted {
             depths: Vec::new(),
             stretch: None,
             has_jump: false,
+            functions_suffice: true,
             functions: vec![None; parts.parts.len()],
             ending: StopReason::Complete,
         }

@@ -8,9 +8,8 @@
 use crate::tree::StopReason;
 use crate::vol::lattice;
 use crate::vol::lowrank::chebyshev::{Analysis, all_places};
-use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::probes::CellResiduals;
-use crate::vol::lowrank::search::{Assessment, End, Search, along};
+use crate::vol::lowrank::search::{Assessment, Search, along};
 use crate::vol::lowrank::start::Functions;
 use crate::vol::lowrank::{Attempt, Maps};
 use crate::vol::sampling::Stop;
@@ -25,7 +24,7 @@ impl Attempt<'_> {
     pub(super) async fn by_functions(
         &mut self,
         Functions(functions): &Functions,
-    ) -> Result<(Maps, StopReason), End> {
+    ) -> Result<(Maps, StopReason), Stop> {
         self.search.restart(functions.for_another());
         self.search.fill().await?;
         let fewer = if self.wanted.is_some() { 1 } else { TUNING.lowrank.fewer_probes };
@@ -60,17 +59,6 @@ impl Attempt<'_> {
         let of_image = maps.largest.max(self.largest_of_others);
         let of_image = self.largest_weighed.unwrap_or(of_image);
         (maps, self.accepted_share() * self.tolerance() * of_image)
-    }
-
-    /// Begins a search without functions; the probes are kept.
-    pub(super) fn forget_functions(&mut self) {
-        self.search.restart(Interpolant::new(TUNING.lowrank.first_fiber_level));
-        self.before = self.meter.evaluations();
-        self.coarse_largest = None;
-        self.pixel_share = 1.0;
-        self.largest_weighed = None;
-        self.error = None;
-        self.smallest = None;
     }
 }
 

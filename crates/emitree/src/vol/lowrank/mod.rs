@@ -104,7 +104,6 @@ pub(crate) async fn attempt(
                     if vol.is_uniform() { vol.tolerance } else { 0.0 },
                 ),
                 start: start.and_then(|start| start.functions[number].clone()),
-                is_fixed,
                 part,
                 parts: parts.parts.len(),
                 coarse_scale: coarse_scale(part),
@@ -173,6 +172,10 @@ pub(crate) async fn attempt(
         attempted.has_jump |= attempt.search.has_jump;
         attempted.known.samples[number] = attempt.search.samples();
         let Some((maps, ending)) = found else { continue };
+        if ending == StopReason::FixedMesh && !is_fixed {
+            attempted.functions_suffice = false;
+            return Ok(attempted);
+        }
         largest = largest.max(maps.largest);
         if !vol.is_uniform() {
             add(&mut done, attempt.on_pixels(&maps));
@@ -194,8 +197,6 @@ struct Attempt<'a> {
     part: &'a Part<'a>,
     /// Functions of another G that may serve this one.
     start: Option<Functions>,
-    /// Whether no function may be added to them.
-    is_fixed: bool,
     /// The number of parts of the view.
     parts: usize,
     /// The scale of the part on a coarser raster.
@@ -233,11 +234,7 @@ struct Attempt<'a> {
 impl Attempt<'_> {
     async fn run(&mut self) -> Result<(Maps, StopReason), End> {
         if let Some(functions) = self.start.take() {
-            let found = self.by_functions(&functions).await?;
-            if self.is_fixed || found.1 == StopReason::Complete {
-                return Ok(found);
-            }
-            self.forget_functions();
+            return Ok(self.by_functions(&functions).await?);
         }
         let goal = TUNING.engine.stopping_share * self.tolerance();
         let is_relative = self.vol.by_pixel.is_some_and(|of| of.rtol > 0.0);

@@ -293,7 +293,6 @@ fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
     let needed = |vol: &VolOptions, wanted: Option<f64>| {
         let attempt = Attempt {
             start: None,
-            is_fixed: false,
             failed: None,
             meter: &meter,
             search: search(&meter, &parts.parts[0]),
