@@ -110,7 +110,7 @@ impl Scene {
 
     /// Renders the scene, or a function in place of its emission:
     /// `function(position, direction, energy | None) -> rates`. It begins with the functions of the mesh
-    /// `start`, to which it may add others if it `extends` them.
+    /// `start`, and anew where they do not suffice if it `extends` them.
     #[pyo3(signature = (
         *, function=None, batch_size=None, threads=None, progress=None, frame=None, start=None,
         extends=true

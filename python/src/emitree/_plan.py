@@ -40,7 +40,7 @@ class Plan:
     With the rates of its own emission `apply` returns the image of the rendering, to rounding. It
     is linear, so the image of a model at fixed points is as smooth in the parameters as its rates
     are. For another emission its error is that of the same points and weights for that one, which
-    `apply` does not estimate: `render` does, and `refine` adds the points that are missing.
+    `apply` does not estimate: `render` does, and `refine` renders anew where it is too large.
 
     A plan comes from `Rendering.plan`, `Session.mesh` or `Plan.load`. A pickled plan, like a saved
     one, has its matrix and not how it was rendered: `render` and `refine` then raise `ValueError`.
@@ -204,7 +204,7 @@ class Plan:
     def is_of_products(self) -> bool:
         """Whether the points are those of products of functions (smooth emissions, method "vol").
 
-        Only these can be checked by `render` and extended by `refine`; with others `render` raises
+        Only these can be checked by `render` and used by `refine`; with others `render` raises
         `SceneError`, and `refine` renders in full.
         """
         if isinstance(self._native, _Stored) or self._setup is None:
@@ -250,7 +250,8 @@ class Plan:
     ) -> Rendering:
         """The rendering of another emission that starts from this plan and meets the tolerance.
 
-        Points are added where they are missing; `plan` of the result is the refined plan. This plan
+        Where the plan suffices its points are used, and those that show the error; else it is a
+        rendering from nothing. `plan` of the result is the plan of these points. This plan
         stays as it is.
 
         emission, executor, progress: as of `render`.

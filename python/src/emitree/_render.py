@@ -237,7 +237,7 @@ def rendered_from(
     """A rendering that starts from the functions of a mesh.
 
     start: the mesh of another emission with the same setup.
-    extends: whether functions are added until the tolerance is met; without, the points are those
+    extends: whether the rendering begins anew if they do not suffice; without, the points are those
         of the mesh, and some samples estimate the error.
     setup, emission, executor, progress: as of the mesh's rendering, and of `render`.
     max_evaluations: instead of that of the setup.
