@@ -28,9 +28,7 @@ def test_each_component_is_what_it_would_be_alone():
     assert isinstance(found, emitree.Components)
     assert len(found) == 3 and found.image.shape == found.error.shape == (3, 24, 32)
     assert found.converged and found.estimated_error < 0.01
-    alone = [
-        emitree.render(lambda r, d, c=c: trio(r, d)[:, c], CUBE, (24, 32)) for c in range(3)
-    ]
+    alone = [emitree.render(lambda r, d, c=c: trio(r, d)[:, c], CUBE, (24, 32)) for c in range(3)]
     for component, rendering in zip(found, alone, strict=True):
         np.testing.assert_array_equal(component.image, rendering.image)
         assert component.evaluations == rendering.evaluations
@@ -78,7 +76,9 @@ def test_shapes_that_change_and_what_takes_one_rate_are_refused():
         return np.ones((len(position), len(CALLS)))
 
     CALLS.clear()
-    with pytest.raises(ValueError, match=r"the rates have the shape \(\d+, 2\): expected \(\d+, 1\)"):
+    with pytest.raises(
+        ValueError, match=r"the rates have the shape \(\d+, 2\): expected \(\d+, 1\)"
+    ):
         emitree.render(changing, CUBE, (8, 8), method="los", batch_size=100)
     with pytest.raises(ValueError, match=r"the rates have the shape \(\d+, 3\): expected \(\d+,\)"):
         emitree.render(trio, CUBE, (8, 8), frame=print)

@@ -18,8 +18,8 @@ Floats = NDArray[np.float64]
 class Function:
     """A function f(position, direction) or f(position, direction, energy), called with arrays.
 
-    It gives n rates as 64-bit floats in `unit`, or (n, k) where it takes components. With `quantities` the function gets quantities in
-    `length_unit` and `energy_unit`; else plain arrays.
+    It gives n rates as 64-bit floats in `unit`, or (n, k) where it takes components. With
+    `quantities` the function gets quantities in `length_unit` and `energy_unit`; else plain arrays.
     """
 
     def __init__(
@@ -61,9 +61,7 @@ def name_of(function: Any) -> str:
     return f"{module}.{named.__qualname__}"
 
 
-def as_rates(
-    result: Any, count: int, unit: str | None, takes_components: bool = False
-) -> Floats:
+def as_rates(result: Any, count: int, unit: str | None, takes_components: bool = False) -> Floats:
     """What a function returned as `count` rates in `unit`, or as rows of k components.
 
     >>> as_rates([1, 2], 2, None)
