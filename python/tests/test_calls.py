@@ -128,7 +128,7 @@ def test_rates_that_are_not_finite_are_located():
 
 
 @pytest.mark.parametrize(("result", "kind", "message"), [
-    (lambda n: np.zeros((n, 1)), ValueError, r"shape \(\d+, 1\): expected \(\d+,\)"),
+    (lambda n: np.zeros((n, 1, 1)), ValueError, r"shape \(\d+, 1, 1\): expected \(\d+,\)"),
     (lambda n: 0.0, ValueError, r"shape \(\): expected"),
     (lambda n: np.zeros(n, complex), TypeError, "complex128: expected real numbers"),
     (lambda n: np.array(["a"] * n), TypeError, "expected real numbers"),
