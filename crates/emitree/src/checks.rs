@@ -18,6 +18,11 @@ pub(crate) fn check_options<E>(
     if options.max_seconds.is_nan() || options.max_seconds <= 0.0 {
         return Err(OptionError::MaxSeconds(options.max_seconds).into());
     }
+    let is_fixed = options.start.as_ref().is_some_and(|start| !start.extends);
+    // Only images of this method are made of functions.
+    if is_fixed && (bins.is_some() || !matches!(options.method, Method::Vol(_))) {
+        return Err(OptionError::FixedMesh.into());
+    }
     match &options.method {
         Method::Vol(vol) if bins.is_none() && !vol.line_energies.is_empty() => {
             return Err(OptionError::LineEnergies.into());

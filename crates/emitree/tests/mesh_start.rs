@@ -5,8 +5,8 @@ use emitree::los::{LosOptions, Steps};
 use emitree::mesh::Mesh;
 use emitree::result::Values;
 use emitree::{
-    Canonical, FromFn, Image, Method, RenderError, RenderOptions, Rendering, Session, StopReason,
-    VolOptions, render,
+    Canonical, EnergyAxis, EnergyScale, FromFn, FromSpectralFn, Image, Method, RenderError,
+    RenderOptions, Rendering, Session, StopReason, VolOptions, render, render_cube,
 };
 use emitree_problems::family::random_scene;
 use emitree_problems::relative_error;
@@ -112,6 +112,14 @@ fn a_mesh_without_functions_has_no_effect_or_is_refused() {
     let emission = FromFn(|at, _| clouds(0.0)(at));
     let refused = render(&emission, &Canonical, SHAPE, &vol(0.01).with_fixed_mesh(&mesh)).err();
     assert_eq!(refused, Some(RenderError::Option(OptionError::FixedMesh)));
+    // Nor do lines and cubes use functions.
+    let mesh = mesh_of(clouds(0.0), 0.01);
+    let refused = render(&emission, &Canonical, SHAPE, &lines.with_fixed_mesh(&mesh)).err();
+    assert_eq!(refused, Some(RenderError::Option(OptionError::FixedMesh)));
+    let axis = EnergyAxis::new(1.0, 2.0, 2, EnergyScale::Linear).unwrap();
+    let spectral = FromSpectralFn(|at, _, _| clouds(0.0)(at));
+    let cube = render_cube(&spectral, &Canonical, SHAPE, &axis, &vol(0.01).with_fixed_mesh(&mesh));
+    assert_eq!(cube.err(), Some(RenderError::Option(OptionError::FixedMesh)));
     assert_eq!(
         OptionError::FixedMesh.to_string(),
         "the fixed mesh has no products for some part of the view: expected the mesh of a rendering by \
