@@ -28,16 +28,18 @@ use std::sync::Arc;
 /// cube.
 ///
 /// With the rates of its own emission it returns the values of the rendering, to rounding. For another
-/// emission it is as good as the same points and weights are for that one, and it gives no error estimate:
+/// emission it is as good as the same points and weights are for that one, and gives no error estimate;
+/// [`RenderOptions::with_fixed_mesh`](crate::RenderOptions::with_fixed_mesh) does for products:
 ///
 /// * `los` and `paper`: lines and cells are those that the first emission needed;
 /// * `vol` with image trees: so are lines, depths and depth rules; with energies so are the selected
 ///   energies and their functions;
 /// * `vol` with products: g is taken to be in the span of the functions found, G(x, y, z) = Σ aᵢ(x) bⱼ(y)
-///   cₖ(z) G(xᵢ, yⱼ, zₖ), which hardly any other emission is. The points are the pivots (xᵢ, yⱼ, zₖ) alone.
+///   cₖ(z) G(xᵢ, yⱼ, zₖ). The same model with other parameters often is, to the tolerance. The points are the
+///   pivots (xᵢ, yⱼ, zₖ) alone.
 ///
 /// Values at pixels without an image are NaN, as in the rendering. Made by
-/// [`Session::mesh`](crate::Session::mesh).
+/// [`Session::mesh`](crate::Session::mesh), or with the [`Rendering`](crate::Rendering) itself.
 ///
 /// ```
 /// use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Session, VolOptions};
