@@ -110,10 +110,10 @@ impl Scene {
 
     /// Renders the scene, or a function in place of its emission:
     /// `function(position, direction, energy | None) -> rates`. It begins with the functions of the mesh
-    /// `start`, and anew where they do not suffice if it `extends` them.
+    /// `start`, and anew where they do not suffice, unless it `is_fixed` to them.
     #[pyo3(signature = (
         *, function=None, batch_size=None, threads=None, progress=None, frame=None, start=None,
-        extends=true
+        is_fixed=false
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn render(
@@ -125,15 +125,15 @@ impl Scene {
         progress: Option<Py<PyAny>>,
         frame: Option<Py<PyAny>>,
         start: Option<Py<Mesh>>,
-        extends: bool,
+        is_fixed: bool,
     ) -> PyResult<Rendered> {
         let hooks = Hooks { function, progress, frame };
         let scene = &self.0;
         let mut options = options_of(scene).with_mesh_up_to(EVALUATIONS_OF_MESHES);
         options.batch_size = batch_size.unwrap_or(options.batch_size);
         let options = match start.as_ref().map(|start| &start.get().mesh) {
-            Some(mesh) if extends => options.with_start(mesh),
-            Some(mesh) => options.with_fixed_mesh(mesh),
+            Some(mesh) if is_fixed => options.with_fixed_mesh(mesh),
+            Some(mesh) => options.with_start(mesh),
             None => options,
         };
         let found = run(py, &hooks, threads, |caller| rendered(scene, &hooks, caller, &options));

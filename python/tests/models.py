@@ -16,6 +16,21 @@ def peak(position, direction):
     return np.exp(-ALPHA * ((position - 0.5) ** 2).sum(axis=1))
 
 
+def counted(model, calls):
+    """A model of parameters; `calls` gets the number of points of each call of its emissions."""
+
+    def of_parameters(*values, **named):
+        emission = model(*values, **named)
+
+        def of_points(position, direction):
+            calls.append(len(position))
+            return emission(position, direction)
+
+        return of_points
+
+    return of_parameters
+
+
 def spectral_peak(position, direction, energy):
     """The same with a spectrum that falls with energy."""
     return peak(position, direction) * np.exp(-energy)

@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from models import torus
+from models import counted, torus
 
 import emitree
 
@@ -195,18 +195,8 @@ def test_expected_counts_that_are_not_positive():
 def test_a_renewal_is_told_and_counted():
     told = []
     calls = []
-
-    def counted(height, width):
-        rate = ball(height, width)
-
-        def of_points(position, direction):
-            calls.append(len(position))
-            return rate(position, direction)
-
-        return of_points
-
     forward = emitree.Forward(
-        counted, emitree.Canonical(), (16, 16), linear=[0],
+        counted(ball, calls), emitree.Canonical(), (16, 16), linear=[0],
         on_renewal=lambda theta, plan: told.append((theta, plan)),
     )  # fmt: skip
     for width in (0.3, 0.305, 0.05, 0.3):

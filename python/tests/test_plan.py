@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from models import peak
+from models import counted, peak
 
 import emitree
 
@@ -290,17 +290,7 @@ def test_derivatives_by_jax():
 def test_a_given_plan_is_the_only_mesh():
     plan = emitree.render(ball(1.0, 0.2), CUBE, (8, 8), method="los", lines=2, steps=32).plan
     calls = []
-
-    def counted(height, width):
-        rate = ball(height, width)
-
-        def of_points(position, direction):
-            calls.append(len(position))
-            return rate(position, direction)
-
-        return of_points
-
-    image, derivatives = emitree.jacobian(counted, (2.0, 0.2), plan=plan, linear=[0])
+    image, derivatives = emitree.jacobian(counted(ball, calls), (2.0, 0.2), plan=plan, linear=[0])
     # The image, and two for the difference by the width.
     assert calls == [len(plan)] * 3
     np.testing.assert_allclose(derivatives[0], image / 2, rtol=1e-12)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from models import torus
+from models import counted, torus
 
 import emitree
 
@@ -26,18 +26,8 @@ def clouds(width, shift):
 
 def test_all_combinations():
     calls = []
-
-    def counted(width, shift):
-        rate = clouds(width, shift)
-
-        def of_points(position, direction):
-            calls.append(len(position))
-            return rate(position, direction)
-
-        return of_points
-
     values = {"width": np.linspace(0.2, 0.22, 3), "shift": [0.4, 0.41]}
-    sweep = emitree.sweep(counted, values, CUBE, (12, 16))
+    sweep = emitree.sweep(counted(clouds, calls), values, CUBE, (12, 16))
     assert list(sweep.parameters) == ["width", "shift"]
     assert sweep.renderings.shape == (3, 2) and sweep.images.shape == (3, 2, 12, 16)
     assert sweep.evaluations == sum(calls) and sweep.converged

@@ -18,7 +18,7 @@ pub(crate) fn check_options<E>(
     if options.max_seconds.is_nan() || options.max_seconds <= 0.0 {
         return Err(OptionError::MaxSeconds(options.max_seconds).into());
     }
-    let is_fixed = options.start.as_ref().is_some_and(|start| !start.extends);
+    let is_fixed = options.start.as_ref().is_some_and(|start| start.is_fixed);
     // Only images of this method are made of functions.
     if is_fixed && (bins.is_some() || !matches!(options.method, Method::Vol(_))) {
         return Err(OptionError::FixedMesh.into());

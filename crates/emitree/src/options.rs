@@ -174,7 +174,7 @@ impl<'a> RenderOptions<'a> {
     /// functions; a mesh without them has no effect.
     #[must_use]
     pub fn with_start<V>(mut self, mesh: &Mesh<V>) -> Self {
-        self.start = Some(mesh.start(true));
+        self.start = Some(mesh.start(false));
         self
     }
 
@@ -186,7 +186,7 @@ impl<'a> RenderOptions<'a> {
     /// [`OptionError::FixedMesh`](crate::error::OptionError::FixedMesh).
     #[must_use]
     pub fn with_fixed_mesh<V>(mut self, mesh: &Mesh<V>) -> Self {
-        self.start = Some(mesh.start(false));
+        self.start = Some(mesh.start(true));
         self
     }
 

@@ -82,6 +82,27 @@ fn a_fixed_mesh_gives_the_image_of_its_map() {
     assert_eq!(session.mesh().unwrap().points().len(), mesh.points().len());
 }
 
+/// A budget below that of the points is an error with the number that is needed; one that suffices for them alone
+/// gives their image, with an error from fewer samples.
+#[test]
+fn a_fixed_mesh_with_a_small_budget() {
+    let mesh = mesh_of(clouds(0.0), 1e-3);
+    let emission = FromFn(|at, _| clouds(0.01)(at));
+    let fixed = |budget| {
+        let options = vol(0.01).with_fixed_mesh(&mesh).with_max_evaluations(budget);
+        render(&emission, &Canonical, SHAPE, &options)
+    };
+    let what = "the points of the fixed mesh and samples that show its error".to_owned();
+    let needed = mesh.points().len() as u64 + 128;
+    assert_eq!(fixed(400).err(), Some(RenderError::Budget { what, needed, allowed: 400 }));
+    let [small, usual] = [needed, 1_000_000].map(|budget| fixed(budget).unwrap());
+    assert_eq!(small.stats.evaluations, needed);
+    assert_eq!(small.values, usual.values);
+    let exact = rendered(clouds(0.01), &vol(1e-5)).values;
+    let error = relative_error(&small.values, &exact);
+    assert!(error > 0.0 && error < small.estimated_error().unwrap(), "{error}");
+}
+
 /// An emission of another structure does not converge with a fixed mesh; it does if functions may be added, to
 /// the same error as without a mesh.
 #[test]

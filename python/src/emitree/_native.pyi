@@ -99,7 +99,7 @@ class Scene:
         progress: Callable[[int], Any] | None = None,
         frame: Callable[[_Floats, _Floats, int, int], Any] | None = None,
         start: Mesh | None = None,
-        extends: bool = True,
+        is_fixed: bool = False,
     ) -> Rendered: ...
     def build_tree(
         self,

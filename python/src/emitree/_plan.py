@@ -238,7 +238,7 @@ class Plan:
         Raises `ValueError` of a loaded plan, `SceneError` of one that `is_of_products` is not true
         of, and what `render` raises.
         """
-        return self._rendered(emission, False, None, executor, progress)
+        return self._rendered(emission, True, None, executor, progress)
 
     def refine(
         self,
@@ -259,12 +259,12 @@ class Plan:
 
         Raises `ValueError` of a loaded plan, and what `render` raises.
         """
-        return self._rendered(emission, True, max_evaluations, executor, progress)
+        return self._rendered(emission, False, max_evaluations, executor, progress)
 
     def _rendered(
         self,
         emission: Any,
-        extends: bool,
+        is_fixed: bool,
         max_evaluations: int | None,
         executor: Any,
         progress: _progress.Progress,
@@ -279,7 +279,7 @@ class Plan:
             )
         return rendered_from(
             self._native,
-            extends,
+            is_fixed,
             self._setup,
             emission,
             max_evaluations=max_evaluations,

@@ -226,7 +226,7 @@ def render(
 
 def rendered_from(
     start: _native.Mesh,
-    extends: bool,
+    is_fixed: bool,
     setup: Setup,
     emission: Any,
     *,
@@ -237,8 +237,8 @@ def rendered_from(
     """A rendering that starts from the functions of a mesh.
 
     start: the mesh of another emission with the same setup.
-    extends: whether the rendering begins anew if they do not suffice; without, the points are those
-        of the mesh, and some samples estimate the error.
+    is_fixed: whether the points are those of the mesh, and some samples that estimate the error;
+        if not, the rendering begins anew where these do not suffice.
     setup, emission, executor, progress: as of the mesh's rendering, and of `render`.
     max_evaluations: instead of that of the setup.
     """
@@ -258,7 +258,7 @@ def rendered_from(
         None,
         setup=setup,
         start=start,
-        extends=extends,
+        is_fixed=is_fixed,
     )
 
 
@@ -384,7 +384,7 @@ def _rendered(
     *,
     setup: Setup | None = None,
     start: _native.Mesh | None = None,
-    extends: bool = True,
+    is_fixed: bool = False,
 ) -> Rendering:
     threads = _options.threads(threads)
     if frame is not None and scene.method != "vol":
@@ -397,7 +397,7 @@ def _rendered(
         columns = Columns(evaluate) if evaluate is not None else None
         render_scene = scene.render
         if start is not None:
-            render_scene = partial(scene.render, start=start, extends=extends)
+            render_scene = partial(scene.render, start=start, is_fixed=is_fixed)
         hook = stack.enter_context(_progress.hook(progress))
 
         def rendering() -> Rendering:

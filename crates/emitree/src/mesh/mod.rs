@@ -77,8 +77,8 @@ impl<V> Mesh<V> {
     }
 
     /// The start of a rendering with the structure of the mesh.
-    pub(crate) fn start(&self, extends: bool) -> Start {
-        Start { structure: self.frozen.structure.clone(), extends }
+    pub(crate) fn start(&self, is_fixed: bool) -> Start {
+        Start { structure: self.frozen.structure.clone(), is_fixed }
     }
 }
 

@@ -29,6 +29,6 @@ impl core::fmt::Debug for Structure {
 pub(crate) struct Start {
     /// `None` if the mesh has none for another emission.
     pub(crate) structure: Option<Structure>,
-    /// Whether it may be extended.
-    pub(crate) extends: bool,
+    /// Whether the rendering ends where the structure does not suffice, instead of beginning anew.
+    pub(crate) is_fixed: bool,
 }

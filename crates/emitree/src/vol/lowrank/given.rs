@@ -29,16 +29,15 @@ impl Attempt<'_> {
         self.search.fill().await?;
         let fewer = if self.wanted.is_some() { 1 } else { TUNING.lowrank.fewer_probes };
         let probes = self.probes_needed() / fewer;
-        while self.search.probes() < probes {
-            self.search.probe().await?;
-        }
+        // With a small budget the error is that of fewer samples, and of no lines.
+        while self.search.probes() < probes && affordable(self.search.probe().await)?.is_some() {}
         self.weigh();
         let mut assessment = self.search.assess();
         let (mut maps, mut allowed) = self.maps_and_allowed(&assessment);
         let most = TUNING.lowrank.lines_most_excess * allowed;
         if maps.largest_error > allowed && maps.largest_error <= most {
-            let share = self.search.share_along_lines(&assessment).await?;
-            assessment = assessment.scaled(share);
+            let share = affordable(self.search.share_along_lines(&assessment).await)?;
+            assessment = assessment.scaled(share.unwrap_or(1.0));
             (maps, allowed) = self.maps_and_allowed(&assessment);
         }
         self.keep_error(&assessment);
@@ -59,6 +58,15 @@ impl Attempt<'_> {
         let of_image = maps.largest.max(self.largest_of_others);
         let of_image = self.largest_weighed.unwrap_or(of_image);
         (maps, self.accepted_share() * self.tolerance() * of_image)
+    }
+}
+
+/// What the budget sufficed for.
+fn affordable<T>(result: Result<T, Stop>) -> Result<Option<T>, Stop> {
+    match result {
+        Ok(found) => Ok(Some(found)),
+        Err(Stop::Budget) => Ok(None),
+        Err(failed) => Err(failed),
     }
 }
 

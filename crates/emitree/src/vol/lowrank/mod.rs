@@ -34,7 +34,7 @@ pub(crate) mod start;
 mod weights;
 
 use crate::cube::Cube;
-use crate::error::OptionError;
+use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
@@ -75,14 +75,15 @@ pub(crate) async fn attempt(
 ) -> Result<Attempted, MethodError> {
     let mut attempted = Attempted::none(parts);
     let start = start.filter(|start| start.functions.len() == parts.parts.len());
-    let is_fixed = meter.start().is_some_and(|start| !start.extends);
-    if is_fixed && !start.is_some_and(Start::is_complete) {
-        return Err(OptionError::FixedMesh.into());
+    let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
+    let is_divided = parts.parts.iter().any(Part::is_tile_of_several);
+    if is_fixed {
+        let start = start.filter(|start| start.is_complete() && !is_divided);
+        check_budget(start.ok_or(OptionError::FixedMesh)?, meter.evaluations_left())?;
     }
     let budget = meter.evaluations_left();
     let is_small =
         budget / TUNING.lowrank.least_budget < base_evaluations_of(&parts.parts, vol.base_level);
-    let is_divided = parts.parts.iter().any(Part::is_tile_of_several);
     if (is_small && !is_fixed) || is_divided {
         return Ok(attempted);
     }
@@ -183,6 +184,16 @@ pub(crate) async fn attempt(
         attempted.add(number, &attempt, maps, ending, parts);
     }
     Ok(attempted)
+}
+
+/// Returns an error if the budget does not suffice for the pivots of a fixed mesh and the first probes.
+fn check_budget(start: &Start, allowed: u64) -> Result<(), MethodError> {
+    let needed = (start.pivots() + start.functions.len() * TUNING.lowrank.first_probes) as u64;
+    if needed <= allowed {
+        return Ok(());
+    }
+    let what = "the points of the fixed mesh and samples that show its error".to_owned();
+    Err(RenderError::Budget { what, needed, allowed })
 }
 
 /// The scale of a part on a raster that is not finer than needed for its largest pixel.

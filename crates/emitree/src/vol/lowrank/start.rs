@@ -49,4 +49,10 @@ impl Start {
     pub(crate) fn is_complete(&self) -> bool {
         self.functions.iter().all(Option::is_some)
     }
+
+    /// The number of triples of pivots of all parts.
+    pub(super) fn pivots(&self) -> usize {
+        let of_part = |Functions(of): &Functions| of.ranks().iter().product::<usize>();
+        self.functions.iter().flatten().map(of_part).sum()
+    }
 }
