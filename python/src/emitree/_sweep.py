@@ -59,9 +59,9 @@ def sweep(
     """The images of a model for all combinations of values of its parameters.
 
     The first image is rendered in full. Each of the others starts from the plan of the nearest one
-    before, and is rendered in full where its points do not suffice; each has its own error
-    estimate and meets the tolerance, or has not `converged`. Values are compared by their distance relative to
-    the whole range of each parameter. Images of which no other can start, such as those of found
+    before, and is rendered in full where its points do not suffice; each has its own error estimate
+    and meets the tolerance, or has not `converged`. Values are compared by their distance relative
+    to the whole range of each parameter. Images of which no other can start, such as those of found
     surfaces and of image trees, are of no use for the next ones.
 
     model: model(**values) returns an emission, of any kind that `render` takes.
