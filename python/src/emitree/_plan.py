@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emitree import _native, _plan_file, _progress
+from emitree._factors import Factors, factors
 from emitree._files import written
 from emitree._function import Floats, as_rates
 from emitree._points import Points
@@ -68,6 +70,8 @@ class Plan:
         self._native = native
         self._unit = unit
         self._setup = setup
+        #: Arrays of other libraries by their names, types and devices, for `apply`.
+        self.constants: dict[Any, Any] = {}
         #: The points at which rates are needed; none is there twice.
         self.points = points
         #: The shape of the image (height, width), or of the cube (bins, height, width).
@@ -113,13 +117,29 @@ class Plan:
         """
         return _rates(self, emission)
 
-    def apply(self, rates: Any) -> Floats:
+    def apply(self, rates: Any) -> Any:
         """The image, of the shape `shape`, for rates (n,) at the points, in the unit of the rates.
 
         With rates (n, k) it is k images, (k, *shape). Pixels where the camera has no image are NaN.
 
+        Of a JAX array or a PyTorch tensor it is one of the same library on the same device, which
+        has derivatives: `jax.grad`, `jvp`, `vmap` and `jit`, or `backward`, include it. It has the
+        precision of the rates, 32 bits by default in both libraries. The first such call computes
+        one image for each line of sight or pivot, and keeps their `factors`.
+
         Raises `ValueError` if there are not n rates.
+
+        >>> import emitree, numpy as np
+        >>> session = emitree.Session(emitree.Canonical(), (4, 6), method="los", steps=8)
+        >>> while points := session.ask():
+        ...     session.tell(points.position[:, 0])
+        >>> plan = session.mesh()
+        >>> bool(np.allclose(plan.apply(np.ones(len(plan))), 1))
+        True
         """
+        library = _library_of(rates)
+        if library is not None:
+            return library.apply(self, rates)
         if np.ndim(rates) == 2:
             columns = np.asarray(rates).T
             images = [self.apply(np.ascontiguousarray(column)) for column in columns]
@@ -147,7 +167,7 @@ class Plan:
         values = np.asarray(image, dtype=np.float64)
         if values.shape != self.shape:
             raise ValueError(f"`image` has the shape {values.shape}: expected {self.shape}")
-        return self._rows.transpose_times(np.where(self._seen, values, 0.0).ravel())
+        return self._rows.transpose_times(np.where(self.seen, values, 0.0).ravel())
 
     def matrix(self) -> Any:
         """The whole map as one `scipy.sparse.csr_array`, (pixels, points).
@@ -172,8 +192,30 @@ class Plan:
         return native.matrix if isinstance(native, _Stored) else compressed_rows(native.matrix())
 
     @cached_property
-    def _seen(self) -> NDArray[np.bool_]:
+    def seen(self) -> NDArray[np.bool_]:
+        """Whether each value of the image is a number, of the shape `shape`; the others are NaN."""
         return ~np.isnan(self.apply(np.zeros(len(self))))
+
+    @cached_property
+    def factors(self) -> Factors:
+        """The map as a product of two matrices, for `apply` on devices; computed once."""
+        native, count, pixels = self._native, len(self), int(np.prod(self.shape))
+        if isinstance(native, _Stored):
+            return factors(native.matrix.column, count, pixels)
+        rates = np.zeros(count)
+
+        def column_of(point: int) -> Floats:
+            rates[point] = 1.0
+            values = native.apply(rates)
+            rates[point] = 0.0
+            return values
+
+        return factors(column_of, count, pixels, self.weights)
+
+    def check_count(self, shape: tuple[int, ...]) -> None:
+        """Raises `ValueError` unless the shape is that of rates (n,) or (n, k)."""
+        if shape[:1] != (len(self),) or len(shape) > 2:
+            raise ValueError(f"the rates have the shape {shape}: expected ({len(self)},)")
 
     @cached_property
     def operator(self) -> Any:
@@ -185,7 +227,7 @@ class Plan:
         """
         return _scipy("sparse.linalg").LinearOperator(
             shape=(int(np.prod(self.shape)), len(self)),
-            matvec=lambda rates: np.where(self._seen, self.apply(np.ravel(rates)), 0.0).ravel(),
+            matvec=lambda rates: np.where(self.seen, self.apply(np.ravel(rates)), 0.0).ravel(),
             rmatvec=lambda image: self.adjoint(np.reshape(image, self.shape)),
             dtype=np.float64,
         )
@@ -305,7 +347,7 @@ class Plan:
         return _of_content(_plan_file.content(path))
 
     def _content(self) -> _plan_file.Content:
-        return _plan_file.Content(self.points, self._rows, self._seen, self._unit)
+        return _plan_file.Content(self.points, self._rows, self.seen, self._unit)
 
     def __reduce__(self) -> tuple[Callable[..., Plan], tuple[_plan_file.Content]]:
         return _of_content, (self._content(),)
@@ -335,6 +377,16 @@ def _rates(plan: Plan, emission: Any) -> Floats:
         energy = None if points.energy is None else points.energy[part]
         rates[part] = function(points.position[part], points.direction[part], energy)
     return rates
+
+
+def _library_of(rates: Any) -> Any:
+    """The module for arrays of a library that is in use, which is imported for them alone."""
+    for name, kind in (("jax", "Array"), ("torch", "Tensor")):
+        if name in sys.modules and isinstance(rates, getattr(sys.modules[name], kind, ())):
+            import importlib
+
+            return importlib.import_module(f"emitree._{name}")
+    return None
 
 
 def _scipy(module: str) -> Any:

@@ -53,6 +53,27 @@ class SparseMatrix:
         weighted = self.data * values[self._rows]
         return np.bincount(self.indices, weighted, minlength=self.shape[1]).astype(np.float64)
 
+    @cached_property
+    def _by_columns(self) -> tuple[NDArray[np.integer[Any]], NDArray[np.integer[Any]]]:
+        """The weights in the order of their columns, and where each column begins."""
+        order = np.argsort(self.indices, kind="stable")
+        sizes = np.bincount(self.indices, minlength=self.shape[1])
+        return order, np.concatenate(([0], np.cumsum(sizes)))
+
+    def column(self, number: int) -> Floats:
+        """A column (rows,).
+
+        >>> import numpy as np
+        >>> matrix = SparseMatrix(np.array([2.0, 3.0]), np.array([1, 0]), np.array([0, 2]), (1, 2))
+        >>> matrix.column(1)
+        array([2.])
+        """
+        order, begins = self._by_columns
+        of_column = order[begins[number] : begins[number + 1]]
+        found = np.zeros(self.shape[0])
+        found[self._rows[of_column]] = self.data[of_column]
+        return found
+
 
 def compressed_rows(rows: Any) -> SparseMatrix:
     """The matrix of what the compiled part returns: (indptr, indices, data, shape)."""
