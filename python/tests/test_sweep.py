@@ -37,14 +37,119 @@ def test_all_combinations():
             assert abs(sweep.images[i, j] - finer).max() < 0.01 * finer.max()
 
 
-def test_images_that_a_plan_serves_take_fewer_evaluations():
-    values, camera = [0.3, 0.33, 0.36], CAMERA
-    sweep = emitree.sweep(lambda tilt: torus(1.5, 0.3, 40, tilt), {"tilt": values}, camera, SHAPE)
-    alone = [emitree.render(torus(1.5, 0.3, 40, tilt), camera, SHAPE) for tilt in values]
+def evaluations_alone(model, name, values, **options):
+    """The evaluations of the images of a sweep, each rendered in full."""
+    renderings = [emitree.render(model(**{name: v}), CAMERA, SHAPE, **options) for v in values]
+    return sum(rendering.evaluations for rendering in renderings)
+
+
+def largest_error(sweep, model, name, values, **options):
+    """The largest error of an image, relative to its largest pixel."""
+    errors = []
+    for image, value in zip(sweep.images, values, strict=True):
+        finer = emitree.render(model(**{name: value}), CAMERA, SHAPE, tolerance=1e-4, **options)
+        errors.append(abs(image - finer.image).max() / finer.image.max())
+    return max(errors)
+
+
+def torus_of(radius=1.5, width=0.3, height=40.0, tilt=0.3):
+    return torus(radius, width, height, tilt)
+
+
+SPHERE = emitree.Sphere(center=(0, 0, 0), radius=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "options", "most"),
+    [
+        ("tilt", np.linspace(0.25, 0.35, 11), {}, 1 / 3),
+        ("radius", np.linspace(1.4, 1.6, 11), {}, 1 / 3),
+        ("height", np.linspace(10, 50, 11), {}, 1 / 5),
+        ("tilt", [0.3, 0.33, 0.36], {}, 1 / 2),
+        # One plan does not serve all of these.
+        ("radius", np.linspace(1, 2, 11), {}, 0.55),
+        ("width", np.linspace(0.25, 0.35, 11), {}, 0.6),
+    ],
+)
+def test_images_that_a_plan_serves_take_fewer_evaluations(name, values, options, most):
+    calls = []
+    sweep = emitree.sweep(counted(torus_of, calls), {name: values}, CAMERA, SHAPE, **options)
+    assert sweep.converged and sweep.evaluations == sum(calls)
+    assert sweep.evaluations < most * evaluations_alone(torus_of, name, values)
+    assert largest_error(sweep, torus_of, name, values) < 0.01
+
+
+def test_a_planet_in_view():
+    values, options = np.linspace(1.4, 1.6, 11), {"occulters": [SPHERE]}
+    sweep = emitree.sweep(torus_of, {"radius": values}, CAMERA, (16, 16), **options)
+    alone = [emitree.render(torus_of(value), CAMERA, (16, 16), **options) for value in values]
     assert sweep.converged
-    assert sweep.evaluations < 0.75 * sum(rendering.evaluations for rendering in alone)
-    for image, tilt in zip(sweep.images, values, strict=True):
-        finer = emitree.render(torus(1.5, 0.3, 40, tilt), camera, SHAPE, tolerance=1e-4).image
+    assert sweep.evaluations < 0.5 * sum(rendering.evaluations for rendering in alone)
+    for image, value in zip(sweep.images[::5], values[::5], strict=True):
+        finer = emitree.render(torus_of(value), CAMERA, (16, 16), tolerance=1e-3, **options).image
+        assert abs(image - finer).max() < 0.01 * finer.max()
+
+
+def spiral(phase):
+    """A torus with spiral arms: no sum of a few products, so that no plan serves another."""
+
+    def rate(position, direction):
+        x, y, z = position.T
+        ring = np.hypot(x, y)
+        arms = 1.1 + np.cos(2 * np.arctan2(y, x) - 6 * ring + phase)
+        return np.exp(-((ring - 1.5) ** 2 + z**2) / 0.1) * arms
+
+    return rate
+
+
+def test_images_of_no_use_for_others_cost_a_tenth_more_at_most():
+    phases = np.linspace(0, 1, 4)
+    sweep = emitree.sweep(spiral, {"phase": phases}, CAMERA, SHAPE, tolerance=0.05)
+    alone = [emitree.render(spiral(phase), CAMERA, SHAPE, tolerance=0.05) for phase in phases]
+    for rendering, other in zip(sweep.renderings, alone, strict=True):
+        np.testing.assert_array_equal(rendering.image, other.image)
+    assert sweep.evaluations <= 1.1 * sum(rendering.evaluations for rendering in alone)
+    # Plans that serve a part of their neighbours, of emissions that cost as much as their checks.
+    shifts = np.linspace(0.3, 0.5, 11)
+    sweep = emitree.sweep(lambda shift: clouds(0.15, shift), {"shift": shifts}, CUBE, SHAPE)
+    alone = [emitree.render(clouds(0.15, shift), CUBE, SHAPE) for shift in shifts]
+    assert sweep.converged
+    assert sweep.evaluations <= 1.1 * sum(rendering.evaluations for rendering in alone)
+
+
+def test_the_order_of_values_does_not_matter():
+    values = np.linspace(1.45, 1.55, 5)
+    first = emitree.sweep(torus_of, {"radius": values}, CAMERA, SHAPE)
+    mixed = emitree.sweep(torus_of, {"radius": values[[3, 0, 4, 2, 1]]}, CAMERA, SHAPE)
+    np.testing.assert_array_equal(mixed.images, first.images[[3, 0, 4, 2, 1]])
+    assert mixed.evaluations == first.evaluations
+
+
+def test_workers_and_quantities():
+    from concurrent.futures import ThreadPoolExecutor
+
+    values = {"radius": [1.48, 1.5, 1.52]}
+    alone = emitree.sweep(torus_of, values, CAMERA, SHAPE)
+    with ThreadPoolExecutor(2) as executor:
+        shared = emitree.sweep(torus_of, values, CAMERA, SHAPE, executor=executor)
+    np.testing.assert_array_equal(shared.images, alone.images)
+    assert shared.evaluations == alone.evaluations
+
+    units = pytest.importorskip("astropy.units")
+    camera = emitree.Canonical(length_unit="km")
+
+    def of_width(width):
+        def rate(position, direction):
+            size = ((position.to_value("km") - 0.5) ** 2).sum(axis=1)
+            return np.exp(-size / width**2) * units.Unit("cm-3 s-1 sr-1")
+
+        return rate
+
+    options = {"unit": "cm-3 s-1 sr-1", "quantities": True}
+    sweep = emitree.sweep(of_width, {"width": [0.2, 0.21]}, camera, (8, 8), **options)
+    assert sweep.converged
+    for image, width in zip(sweep.images, (0.2, 0.21), strict=True):
+        finer = emitree.render(of_width(width), camera, (8, 8), tolerance=1e-4, **options).image
         assert abs(image - finer).max() < 0.01 * finer.max()
 
 

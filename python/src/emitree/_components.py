@@ -96,9 +96,9 @@ class Columns:
                 return rates
             self.count = rates.shape[1]
             self.evaluations += len(position)
-            self._rows.update(zip(_keys(position, direction, energy), rates, strict=True))
+            self._rows.update(zip(keys_of(position, direction, energy), rates, strict=True))
             return np.ascontiguousarray(rates[:, self.component])
-        keys = _keys(position, direction, energy)
+        keys = keys_of(position, direction, energy)
         # A batch may have a point twice.
         numbers = {key: number for number, key in enumerate(keys) if key not in self._rows}
         if numbers:
@@ -113,7 +113,7 @@ class Columns:
         return np.array([self._rows[key][self.component] for key in keys])
 
 
-def _keys(position: Floats, direction: Floats, energy: Floats | None) -> list[bytes]:
+def keys_of(position: Floats, direction: Floats, energy: Floats | None) -> list[bytes]:
     """The bits of each point."""
     parts = [position, direction] + ([] if energy is None else [energy[:, np.newaxis]])
     # 0 and -0 are the same point.

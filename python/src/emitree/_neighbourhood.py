@@ -64,7 +64,7 @@ def plan_of_all(
     given = options.get("max_evaluations")
     for weights, (finer, most) in zip(_weights(len(emissions)), _MIXTURES, strict=True):
         limit = int(most * alone.evaluations)
-        changes: dict[str, Any] = _tolerance(options, finer)
+        changes: dict[str, Any] = finer_tolerance(options, finer)
         changes["max_evaluations"] = limit if given is None else min(limit, given)
         mixed = render(mixture(emissions, weights), camera, shape, **{**options, **changes})
         if mixed.converged and mixed.surfaces is None:
@@ -74,7 +74,7 @@ def plan_of_all(
     return plan, False, alone
 
 
-def _tolerance(options: Mapping[str, Any], finer: float) -> dict[str, float]:
+def finer_tolerance(options: Mapping[str, Any], finer: float) -> dict[str, float]:
     """A finer tolerance, if it is the error of the largest pixel."""
     if finer == 1.0 or any(options.get(name) is not None for name in ("rtol", "atol")):
         return {}

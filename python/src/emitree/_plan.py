@@ -251,10 +251,10 @@ class Plan:
         """
         if isinstance(self._native, _Stored) or self._setup is None:
             return False
-        # The nodes of products are the points themselves; lines and cells have several points.
-        nodes, points = self._native.weights()[3]
+        # A node of products is one point; lines and cells have several.
+        indptr = self._native.weights()[0]
         method = self._setup.options.get("method") or "vol"
-        return bool(method == "vol" and nodes == points)
+        return bool(method == "vol" and np.diff(indptr).max(initial=0) <= 1)
 
     def with_options(self, options: Mapping[str, Any]) -> Plan:
         """The same plan with other options of the method, as of `render`, for `render`, `refine`.
@@ -265,6 +265,10 @@ class Plan:
             raise ValueError("the plan was loaded or unpickled: expected one of `render`")
         setup = replace(self._setup, options={**self._setup.options, **options})
         return Plan(self._native, self.points, self.shape, self._unit, setup)
+
+    def with_points_of(self, other: Plan) -> Plan:
+        """The points of another plan of the same view, with the options of this one."""
+        return Plan(other._native, other.points, other.shape, self._unit, self._setup)
 
     def render(
         self, emission: Any, *, executor: Any = None, progress: _progress.Progress = False

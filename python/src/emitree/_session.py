@@ -39,6 +39,9 @@ _OF_METHOD = frozenset(
     ]
 )
 
+#: Keywords of `render` that a session takes.
+SESSION_OPTIONS = OF_VIEW | _OF_METHOD
+
 
 class Session:
     """One rendering that is held between its batches, for any way of evaluating an emission.
@@ -67,7 +70,7 @@ class Session:
     """
 
     def __init__(self, camera: Camera, shape: Sequence[int] | int, **options: Any) -> None:
-        _known(options, OF_VIEW | _OF_METHOD)
+        _known(options, SESSION_OPTIONS)
         self._camera = camera
         self._shape = shape
         self._options = options

@@ -1,0 +1,193 @@
+"""The order of the images of a sweep: which are rendered in full, and which by the plan of another.
+
+Images are taken from the middle outwards, each by the nearest plan. Where that does not suffice,
+the next full rendering is half as far again from the middle of that plan. What may be lost, by
+plans that do not suffice and by finer plans, is kept below a tenth of all images in full.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from emitree import _progress, _units
+from emitree._cameras import Camera
+from emitree._function import Floats, Function
+from emitree._neighbourhood import finer_tolerance
+from emitree._plan import Plan
+from emitree._recorded import Passed, Recorded
+from emitree._render import render
+from emitree._result import Rendering
+from emitree._session import SESSION_OPTIONS, Session
+from emitree._shared_plan import SharedPlan
+
+#: The tolerance of plans relative to that of the images: at a quarter the plan of a torus serves
+#: three times as many values, for a tenth to a third more evaluations.
+_FINER = 0.25
+#: The most evaluations of such a plan beyond those of its image, in these.
+_MOST_OF_FINER = 0.5
+#: The most evaluations of a sweep, in those of all images rendered in full.
+_MOST = 1.1
+#: The next full rendering after a plan does not suffice: its distance from that plan, in that of
+#: the image that failed.
+_NEXT = 1.5
+
+
+@dataclass(frozen=True)
+class Images:
+    """How all images of a sweep are rendered: arguments as of `render`."""
+
+    camera: Camera
+    shape: Sequence[int] | int
+    options: Mapping[str, Any]
+    executor: Any
+    progress: _progress.Progress
+
+    def emission(self, emission: Any) -> Recorded | Passed:
+        """An emission whose evaluations are counted, and kept if it is a function of arrays."""
+        is_function = callable(emission) and not isinstance(emission, str)
+        if not is_function or self.options.get("quantities"):
+            return Passed(emission, self.executor)
+        function = Function(emission, unit=_units.to_text(self.options.get("unit")))
+        return Recorded(function, self.executor)
+
+    def full(self, emission: Recorded | Passed, **changes: Any) -> Rendering:
+        """The rendering of an emission from nothing."""
+        options = {**self.options, **changes}
+
+        def rendered(of: Any, executor: Any) -> Rendering:
+            return render(
+                of, self.camera, self.shape, executor=executor, progress=self.progress, **options
+            )
+
+        return emission.rendered(rendered)
+
+    def finer(self, emission: Recorded, image: Rendering) -> Plan | None:
+        """The plan of a finer image, with the options of all; None if there is none."""
+        changes = finer_tolerance(self.options, _FINER)
+        if not changes:
+            return None
+        options = {name: value for name, value in self.options.items() if name in SESSION_OPTIONS}
+        # A budget of the rendering would end the search for products at a fraction of it.
+        most = emission.evaluations + int(_MOST_OF_FINER * image.evaluations)
+        session = Session(self.camera, self.shape, **{**options, **changes})
+        while points := session.ask():
+            session.tell(emission.rates(points))
+            if emission.evaluations > most:
+                return None
+        found, plan = session.rendering(), plan_of(image)
+        if found is None or not found.converged or found.surfaces is not None or plan is None:
+            return None
+        mesh = session.mesh()
+        return plan.with_points_of(mesh) if mesh.is_of_products else None
+
+
+def plan_of(rendering: Rendering) -> Plan | None:
+    """The plan of a rendering, if it may serve others."""
+    try:
+        plan = rendering.plan
+    except ValueError:
+        return None
+    return plan if plan.is_of_products else None
+
+
+def swept(
+    models: Sequence[Callable[[], Any]], places: Floats, images: Images
+) -> tuple[list[Rendering], int]:
+    """The renderings of some emissions, and the number of evaluations.
+
+    models: functions that return the emissions; places: their parameters (n, parameters), as
+    fractions of their ranges.
+    """
+    # Of equally near ones the first is taken: in the order of their places.
+    order = np.lexsort(places.T[::-1])
+    sweep = _Sweep([models[number] for number in order], places[order], images)
+    target: Floats | None = np.full(places.shape[1], 0.5)
+    while sweep.remaining:
+        target = sweep.next(target)
+    return [sweep.found[int(number)] for number in np.argsort(order)], sweep.evaluations
+
+
+class _Sweep:
+    def __init__(self, models: Sequence[Callable[[], Any]], places: Floats, images: Images) -> None:
+        self.models = models
+        self.places = places
+        self.images = images
+        self.remaining = list(range(len(models)))
+        self.found: dict[int, Rendering] = {}
+        self.evaluations = 0
+        self.plans: list[SharedPlan] = []
+        #: Evaluations of images that were rendered in full.
+        self.full: list[int] = []
+
+    def next(self, target: Floats | None) -> Floats | None:
+        """Renders one image, in full if it is the nearest to a target; returns the next target."""
+        if target is not None:
+            self._in_full(self._nearest(target))
+            return None
+        number, plan = self._nearest_pair()
+        if plan is None:
+            self._in_full(number)
+            return None
+        emission = self.images.emission(self.models[number]())
+        if not self._may_take(plan.most_evaluations):
+            self._in_full(number, emission)
+            return None
+        found = plan.rendering(emission)
+        self.evaluations += emission.evaluations
+        if found.converged:
+            self._done(number, found)
+            return None
+        plan.failed.append(self.places[number])
+        # What was evaluated is of no use for another place.
+        return plan.place + _NEXT * (self.places[number] - plan.place)
+
+    def _in_full(self, number: int, emission: Recorded | Passed | None = None) -> None:
+        """Renders an image in full, and makes a plan for those around it."""
+        if emission is None:
+            emission = self.images.emission(self.models[number]())
+        found = self.images.full(emission)
+        self.full.append(found.evaluations)
+        plan = plan_of(found)
+        self._done(number, found)
+        if plan is not None and self.remaining and isinstance(emission, Recorded):
+            if self._may_take(emission.evaluations + int(_MOST_OF_FINER * found.evaluations)):
+                plan = self.images.finer(emission, found) or plan
+        self.evaluations += emission.evaluations
+        if plan is not None:
+            self.plans.append(SharedPlan(plan, self.places[number], emission))
+
+    def _done(self, number: int, found: Rendering) -> None:
+        self.found[number] = found
+        self.remaining.remove(number)
+
+    def _may_take(self, evaluations: int) -> bool:
+        """Whether all images are within the limit if these evaluations are lost."""
+        full = float(np.mean(self.full))
+        of_others = full * len(self.remaining)
+        return self.evaluations + evaluations + of_others <= _MOST * full * len(self.models)
+
+    def _nearest(self, target: Floats) -> int:
+        distances = [_distance(self.places[number], target) for number in self.remaining]
+        return self.remaining[int(np.argmin(distances))]
+
+    def _nearest_pair(self) -> tuple[int, SharedPlan | None]:
+        """The image and the plan nearest to each other; the first image without a plan."""
+        pairs = [
+            (_distance(self.places[number], plan.place), number, index)
+            for index, plan in enumerate(self.plans)
+            for number in self.remaining
+            if not plan.fails_before(self.places[number])
+        ]
+        if not pairs:
+            return self.remaining[0], None
+        _, number, index = min(pairs)
+        return number, self.plans[index]
+
+
+def _distance(first: Floats, second: Floats) -> float:
+    """The distance, without the rounding that makes equal ones different."""
+    return round(float(np.linalg.norm(first - second)), 9)
