@@ -53,14 +53,37 @@ def test_keywords_come_before_coordinates(data_array):
 
 
 def test_other_dimensions_are_refused(data_array):
-    spherical = data_array.rename({"x": "r", "y": "theta", "z": "phi"})
-    message = r"dimensions \('r', 'theta', 'phi'\): expected x, y and z in any order"
+    oblique = data_array.rename({"x": "u", "y": "v", "z": "w"})
+    message = r"dimensions \('u', 'v', 'w'\): expected x, y and z, or rho, phi and z, or r,"
     with pytest.raises(emitree.SceneError, match=message):
-        image(values=spherical)
+        image(values=oblique)
     with pytest.raises(emitree.SceneError, match=r"dimensions \('y', 'z'\)"):
         image(values=data_array[0])
-    with pytest.raises(emitree.SceneError, match="is a Dataset of g: expected one of its arrays"):
-        image(values=data_array.to_dataset(name="g"))
+    with pytest.raises(emitree.SceneError, match=r"dimensions \('time', 'x', 'y', 'z'\).*`isel`"):
+        image(values=data_array.expand_dims("time"))
+
+
+def test_coordinates_that_are_missing_or_doubled_are_named(data_array):
+    message = "no coordinate for its dimension y: expected one .*, or the keyword `y`"
+    with pytest.raises(emitree.SceneError, match=message):
+        image(values=data_array.drop_vars("y"))
+    assert np.array_equal(image(values=data_array.drop_vars("y"), y=Y), PLAIN)
+    twice = data_array.rename({"x": "lat", "y": "theta", "z": "phi"})
+    with pytest.raises(emitree.SceneError, match="two dimensions for theta, lat and theta"):
+        image(values=twice)
+    repeated = data_array.assign_coords(y=[0, 0.5, 0.5, 1])
+    with pytest.raises(emitree.SceneError, match=r"node 2 of the y axis is 0\.5 and follows 0\.5"):
+        image(values=repeated)
+
+
+def test_a_variable_of_a_dataset_is_chosen(data_array):
+    dataset = data_array.to_dataset(name="g").assign(h=2 * data_array)
+    assert np.array_equal(image(values=dataset, variable="g"), PLAIN)
+    assert np.array_equal(image(values=dataset, variable="h"), 2 * PLAIN)
+    with pytest.raises(emitree.SceneError, match="is a Dataset of g, h: expected `variable`"):
+        image(values=dataset)
+    with pytest.raises(emitree.SceneError, match="`variable` is 'k': expected one of g, h"):
+        image(values=dataset, variable="k")
 
 
 def test_units_of_coordinates_are_converted(data_array):
@@ -114,12 +137,15 @@ def test_files_and_their_variables(tmp_path):
 @pytest.mark.parametrize(("options", "message"), [
     ({}, "expected one of `values`, an array, and `file`"),
     ({"values": VALUES, "file": "a.nc"}, "expected one of `values`, an array, and `file`"),
-    ({"values": VALUES, "variable": "g"}, "`variable` is for files: expected none"),
+    ({"values": VALUES, "variable": "g"}, "`variable` is for files and Datasets: expected none"),
+    ({"values": VALUES, "scale": 2}, "`scale` is for files: expected none"),
+    ({"values": VALUES, "coordinates": "polar"}, "`coordinates` is 'polar': expected one of 'cart"),
+    ({"values": VALUES, "x": X, "r": X}, "`r` is given: expected the axes of cartesian"),
     ({"values": VALUES[0]}, r"`values` has the shape \(4, 3\): expected \(nx, ny, nz\)"),
     ({"values": "a,b".split(",")}, "`values` is list: expected an array"),
     ({"values": VALUES, "x": "lon"}, "`x` is 'lon': expected nodes, names are for files"),
     ({"values": VALUES, "x": X[:3], "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): the x axis: it has 3"),
-    ({"values": VALUES, "x": X[::-1], "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): node 1 of the x"),
+    ({"values": VALUES, "x": [0, 1, 2, 3, 3], "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): node 4 of the x"),
     ({"values": VALUES * np.nan, "x": X, "y": Y, "z": Z}, r"the grid array of shape \(5, 4, 3\): .*NaN"),
 ])  # fmt: skip
 def test_what_is_wrong_is_named_and_no_temporary_file(options, message):

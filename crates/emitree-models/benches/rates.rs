@@ -1,5 +1,5 @@
 //! Evaluating g on batches: nanoseconds a point, on one core, of eq. (8) of the paper as a scene writes it, as a
-//! closure and as a model, and of other models with their defaults.
+//! closure and as a model, of other models with their defaults, and of data on grids.
 //!
 //! `cargo bench -p emitree-models --bench rates`.
 
@@ -7,7 +7,8 @@ use core::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use emitree::los::{LosOptions, Steps};
 use emitree::{Canonical, Emission, FromFn, RenderOptions, Samples, render};
-use emitree_models::{Expression, Model, build_model};
+use emitree_models::grid::{Coordinates, GridAxes, logarithmic_nodes, uniform_nodes};
+use emitree_models::{Expression, Grid, Interpolation, Model, build_model};
 use std::collections::BTreeMap;
 
 /// Points of one call, as `emitree` makes them.
@@ -112,5 +113,52 @@ fn lines(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, rates, lines);
+/// A grid of smooth positive values.
+#[expect(clippy::panic, reason = "a bench that fails must be seen")]
+fn grid(coordinates: Coordinates, nodes: [Vec<f64>; 3], logarithmic: bool) -> Grid {
+    let count: usize = nodes.iter().map(Vec::len).product();
+    let values = (0..count).map(|i| 2.0 + (i as f64).sin()).collect();
+    let made = GridAxes::new(coordinates, nodes)
+        .and_then(|axes| if logarithmic { axes.with_logarithmic(0) } else { Ok(axes) })
+        .and_then(|axes| Grid::on(axes, values));
+    made.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Data on grids, at the points of (−1, 1)³ that are within them.
+fn grids(criterion: &mut Criterion) {
+    let turn = core::f64::consts::TAU;
+    let sphere = |r: Vec<f64>| {
+        [r, uniform_nodes(0.0, 0.5 * turn, 40), uniform_nodes(0.0, turn * 79.0 / 80.0, 80)]
+    };
+    let cube = || [0, 1, 2].map(|_| uniform_nodes(-1.0, 1.0, 60));
+    let uneven = || cube().map(|nodes| nodes.iter().map(|u| u * u * u + 0.2 * u).collect());
+    let drum = [uniform_nodes(0.0, 1.5, 60), sphere(Vec::new())[2].clone(), cube()[2].clone()];
+    let ratios = || logarithmic_nodes(0.01, 2.0, 60);
+    let cases = [
+        ("grid cartesian", grid(Coordinates::Cartesian, cube(), false)),
+        ("grid cartesian uneven", grid(Coordinates::Cartesian, uneven(), false)),
+        ("grid cylindrical", grid(Coordinates::Cylindrical, drum, false)),
+        ("grid spherical", grid(Coordinates::Spherical, sphere(ratios()), false)),
+        ("grid spherical ln r", grid(Coordinates::Spherical, sphere(ratios()), true)),
+    ];
+    let (positions, directions) = (points(), vec![[0.0, 0.0, 1.0]; POINTS]);
+    let samples = Samples::new(&positions, &directions);
+    let mut group = criterion.benchmark_group("grids");
+    group.throughput(Throughput::Elements(POINTS as u64)).sample_size(20);
+    for (name, grid) in cases {
+        for interpolation in
+            [Interpolation::Nearest, Interpolation::Linear, Interpolation::MonotoneCubic]
+        {
+            let grid = grid.clone().with_interpolation(interpolation);
+            let mut rates = vec![0.0; POINTS];
+            group.bench_function(format!("{name} {interpolation:?}"), |bencher| {
+                bencher.iter(|| grid.emission_rates(black_box(&samples), &mut rates));
+                assert!(rates.iter().all(|rate| *rate > 0.0), "{name} is dark");
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, rates, grids, lines);
 criterion_main!(benches);

@@ -7,7 +7,7 @@
 //!   the body, and leave it to the camera to make it opaque.
 //! * [`means`]: of functions over intervals, for the exact image of a [model](models::Holmstrom) that
 //!   has one.
-//! * [`Grid`]: values at the nodes of a rectilinear grid, linear or monotone cubic in between.
+//! * [`Grid`]: values at the nodes of a Cartesian, cylindrical or spherical grid, and interpolation in between.
 //!
 //! Each is an [`Emission`](emitree::Emission), evaluated in batches, and cheap to share between
 //! threads. The first two can't fail; a grid can be set to refuse positions outside.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,18 @@ from typing import Any
 import numpy as np
 
 from emitree import _units
+from emitree._axes import (
+    COORDINATES,
+    Nodes,
+    as_in_scenes,
+    coordinates_of,
+    given_nodes,
+    in_one_unit,
+    is_data_array,
+    of_data_array,
+)
 from emitree._function import Floats
 from emitree._native import SceneError
-
-_AXES = "xyz"
 
 #: Keys of the scene that are taken as they are.
 _PLAIN = ("interpolation", "outside")
@@ -29,16 +38,24 @@ Aliases = list[tuple[str, str]]
 class Grid:
     """Emission rates at the nodes of a grid, from an array or from a file.
 
-    values: an array (nx, ny, nz) of rates, or an astropy quantity; or an xarray DataArray with the
-        dimensions x, y and z in any order, whose coordinates are the nodes unless x, y, z say
-        otherwise.
-    file: the name of a file (.npy, .npz, .fits, .h5, .nc), whose own axes are kept unless x, y, z
+    values: an array of rates with the axes in the order of the coordinates, or an astropy quantity; or an
+        xarray DataArray with dimensions of these names in any order, whose coordinates are the nodes
+        unless keywords say otherwise (lat, latitude, lon, longitude, radius and colatitude are
+        names too); or a Dataset, of which `variable` chooses an array.
+    file: the name of a file (.npy, .npz, .fits, .h5, .nc), whose own axes are kept unless keywords
         say otherwise; variable: which of its arrays has the rates.
-    x, y, z: the nodes of the axes in the length unit of the camera: an array of ascending numbers,
-        or (first, last) of equally spaced ones; of a file also the name of an array in it.
-    interpolation: "linear" or "monotone"; outside: "zero" or "error".
-    order: of the axes in a file, as in "zyx"; format: of a file with another ending; scale: what
-        its rates are multiplied with.
+    coordinates: "cartesian" (x, y, z), "cylindrical" (rho, phi, z) or "spherical" (r, theta, phi);
+        of arrays, those of the axes that are given.
+    x, y, z, rho, r, theta, phi: the nodes of the axes, lengths in the length unit of the camera and
+        angles in `angle_unit`: an array of numbers that all increase or all decrease, or (first, last)
+        of equally spaced ones; of a file also the name of an array in it. theta is the colatitude, from
+        the z axis; latitude, from the plane of x and y, may be given instead. phi that goes all
+        round is closed.
+    angle_unit: "deg" or "rad", where neither quantities nor attributes of coordinates have it.
+    logarithmic: the names of axes that are interpolated in the logarithm of their coordinate.
+    interpolation: "linear", "monotone" or "nearest"; outside: "zero" or "error".
+    order: of the axes in a file, as in "zyx" or "phi theta r"; format: of a file with another
+        ending; scale: what its rates are multiplied with.
 
     >>> import emitree, numpy as np
     >>> ramp = np.arange(3.0)[:, None, None] + np.zeros((3, 2, 2))
@@ -50,9 +67,17 @@ class Grid:
     values: Any = None
     file: str | os.PathLike[str] | None = None
     variable: str | None = None
+    coordinates: str | None = None
     x: Any = None
     y: Any = None
     z: Any = None
+    rho: Any = None
+    r: Any = None
+    theta: Any = None
+    latitude: Any = None
+    phi: Any = None
+    angle_unit: str | None = None
+    logarithmic: str | Iterable[str] | None = None
     interpolation: str | None = None
     outside: str | None = None
     order: str | None = None
@@ -62,15 +87,32 @@ class Grid:
     def __post_init__(self) -> None:
         if (self.values is None) == (self.file is None):
             raise SceneError("expected one of `values`, an array, and `file`, the name of a file")
+        if self.theta is not None and self.latitude is not None:
+            raise SceneError("expected one of `theta` and `latitude`")
+        if self.coordinates is not None and self.coordinates not in COORDINATES:
+            kinds = ", ".join(map(repr, COORDINATES))
+            raise SceneError(f"`coordinates` is {self.coordinates!r}: expected one of {kinds}")
         if self._file is None:
-            for name in ("variable", *_OF_FILES):
+            for name in _OF_FILES:
                 if getattr(self, name) is not None:
                     raise SceneError(f"`{name}` is for files: expected none with an array")
+            if self.variable is not None and not _is_dataset(self.values):
+                raise SceneError(
+                    "`variable` is for files and Datasets: expected none with an array"
+                )
 
     @property
     def _file(self) -> str | os.PathLike[str] | None:
         # Files were given as `values` before there was `file`.
         return self.values if isinstance(self.values, str | os.PathLike) else self.file
+
+    def _given(self) -> dict[str, Any]:
+        """The nodes of the keywords, latitudes as those of theta."""
+        names = dict.fromkeys(axis for axes in COORDINATES.values() for axis in axes)
+        nodes = {name: getattr(self, name) for name in names}
+        if self.latitude is not None:
+            nodes["theta"] = self.latitude
+        return {name: values for name, values in nodes.items() if values is not None}
 
     def table(
         self, folder: str, length_unit: str | None, unit: str | None = None
@@ -79,7 +121,16 @@ class Grid:
 
         unit: of the rates, which a quantity is converted to.
         """
-        own: dict[str, Floats] = {}
+        given = self._given()
+        values = _array_of(self.values, self.variable)
+        kind = self.coordinates or coordinates_of(values, given)
+        axes = COORDINATES[kind]
+        for name in given:
+            if name not in axes:
+                raise SceneError(
+                    f"`{name}` is given: expected the axes of {kind} coordinates, {', '.join(axes)}"
+                )
+        nodes: dict[str, Nodes] = {}
         aliases: Aliases = []
         table: dict[str, Any] = {}
         if self._file is not None:
@@ -88,95 +139,67 @@ class Grid:
             if self.variable is not None:
                 grid["values"] = self.variable
         else:
-            values, own = _of_data_array(self.values, length_unit)
+            if is_data_array(values):
+                values, nodes = of_data_array(values, kind, given, length_unit)
             if _units.is_quantity(values):
                 table["unit"] = unit or _units.to_text(values.unit)
                 values = _units.value_in(values, table["unit"], "values")
-            values, shape = _cube(values)
+            values, shape = _cube(values, axes)
             file = str(Path(folder, "grid.npy"))
             np.save(file, values)
-            grid = {"file": file, "order": _AXES}
+            grid = {"file": file, "order": " ".join(axes) if kind != "cartesian" else "xyz"}
             alias = f"array of shape {shape}"
             # As a message has it, and as the text of the scene.
             aliases = [(file, alias), (json.dumps(file)[1:-1], alias)]
-        for name, count in zip(_AXES, shape, strict=True):
-            nodes = getattr(self, name)
-            nodes = own.get(name) if nodes is None else nodes
-            if nodes is not None:
-                grid[name] = _nodes(nodes, count, length_unit, name)
+        for name, of in given.items():
+            is_latitude = name == "theta" and self.latitude is not None
+            nodes[name] = given_nodes(name, of, length_unit, is_latitude)
+        in_unit, angle_unit = in_one_unit(nodes, self.angle_unit)
+        for name, count in zip(axes, shape, strict=True):
+            if name in in_unit:
+                key = "latitude" if nodes[name].is_latitude else name
+                grid[key] = as_in_scenes(in_unit[name], count, key)
+        if kind != "cartesian":
+            grid["coordinates"] = kind
+        if angle_unit is not None:
+            grid["angle_unit"] = angle_unit
+        if self.logarithmic is not None:
+            chosen = self.logarithmic
+            grid["logarithmic"] = [chosen] if isinstance(chosen, str) else list(chosen)
         for name in (*_PLAIN, *_OF_FILES):
             if getattr(self, name) is not None:
                 grid[name] = _units.plain(getattr(self, name))
         return {"grid": grid} | table, aliases
 
 
-def _cube(values: Any) -> tuple[Floats, tuple[int, ...]]:
+def _is_dataset(values: Any) -> bool:
+    return hasattr(values, "data_vars")
+
+
+def _array_of(values: Any, variable: str | None) -> Any:
+    """The array of a Dataset that a variable names; what is no Dataset is the array."""
+    if not _is_dataset(values):
+        return values
+    names = ", ".join(map(str, values.data_vars))
+    if variable is None:
+        raise SceneError(
+            f"`values` is a Dataset of {names}: expected `variable`, the name of one of its arrays"
+        )
+    if variable not in values.data_vars:
+        raise SceneError(f"`variable` is {variable!r}: expected one of {names}")
+    return values[variable]
+
+
+def _cube(values: Any, axes: tuple[str, ...]) -> tuple[Floats, tuple[int, ...]]:
+    expected = f"({', '.join('n' + axis for axis in axes)})"
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         raise SceneError("some `values` are masked: expected a number at each node")
     try:
         found = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError):
         raise SceneError(
-            f"`values` is {type(values).__name__}: expected an array (nx, ny, nz) of numbers"
+            f"`values` is {type(values).__name__}: expected an array {expected} of numbers"
         ) from None
     if np.ndim(values) != 3:
-        raise SceneError(f"`values` has the shape {np.shape(values)}: expected (nx, ny, nz)")
+        raise SceneError(f"`values` has the shape {np.shape(values)}: expected {expected}")
     return found, found.shape
-
-
-def _nodes(nodes: Any, count: int | None, length_unit: str | None, name: str) -> Any:
-    """The nodes of an axis as a scene has them."""
-    if isinstance(nodes, str):
-        if count is not None:
-            raise SceneError(f"`{name}` is {nodes!r}: expected nodes, names are for files")
-        return nodes
-    found = np.asarray(_units.value_in(nodes, length_unit, name), dtype=np.float64)
-    if found.shape == (2,) and count != 2:
-        return {"min": float(found[0]), "max": float(found[1])}
-    return found.tolist()
-
-
-def _of_data_array(values: Any, length_unit: str | None) -> tuple[Any, dict[str, Floats]]:
-    """The values of an xarray DataArray in the order x, y, z, and its coordinates."""
-    if hasattr(values, "data_vars"):
-        raise SceneError(
-            f"`values` is a Dataset of {', '.join(map(str, values.data_vars))}: expected one of "
-            "its arrays, dataset[name]"
-        )
-    if not (hasattr(values, "dims") and hasattr(values, "coords")):
-        return values, {}
-    dims = {str(dim).lower(): dim for dim in values.dims}
-    if len(values.dims) != 3 or set(dims) != set(_AXES):
-        raise SceneError(
-            f"`values` is a DataArray with the dimensions {tuple(values.dims)}: expected x, y and "
-            "z in any order (`rename` them), or an array (nx, ny, nz) without names"
-        )
-    ordered = values.transpose(*(dims[axis] for axis in _AXES))
-    nodes: dict[str, Floats] = {}
-    found = ordered.data if _units.is_quantity(ordered.data) else ordered.to_numpy()
-    for number, axis in enumerate(_AXES):
-        if dims[axis] not in ordered.coords:
-            continue
-        coordinate = ordered.coords[dims[axis]]
-        places = _in_length_unit(coordinate, length_unit, axis)
-        if len(places) > 1 and (np.diff(places) < 0).all():
-            found, places = np.flip(found, number), places[::-1]
-        nodes[axis] = places
-    return found, nodes
-
-
-def _in_length_unit(coordinate: Any, length_unit: str | None, axis: str) -> Floats:
-    """The numbers of a coordinate; those with `units` are converted where the camera has a unit."""
-    places = np.asarray(coordinate.to_numpy(), dtype=np.float64)
-    unit = coordinate.attrs.get("units")
-    if length_unit is None or unit in (None, "", "1", length_unit):
-        return places
-    try:
-        return np.asarray(
-            (places * _units.to_astropy(unit)).to_value(_units.to_astropy(length_unit))
-        )
-    except ValueError:
-        raise SceneError(
-            f"the coordinate `{axis}` of `values` is in {unit!r}: expected {length_unit!r}, or a "
-            "length that converts to it"
-        ) from None

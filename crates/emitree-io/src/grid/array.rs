@@ -3,6 +3,7 @@
 use super::budget::{Budget, TWO_ORDERS};
 use super::error::GridReadError;
 use super::order::ArrayOrder;
+use emitree_models::grid::Coordinates;
 
 /// An array of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,18 +54,26 @@ impl Array {
         (0..rows).flat_map(row).map(|at| self.values[at]).collect()
     }
 
-    /// The order of the axes: the requested one, which must not contradict their names, or the one
-    /// that the names give, or z, y, x.
-    pub(super) fn order(&self, asked: Option<ArrayOrder>) -> Result<ArrayOrder, GridReadError> {
-        match (asked, ArrayOrder::from_names(&self.axis_names)) {
+    /// The order of the axes of these coordinates: the requested one, which must not contradict their names, or
+    /// the one that the names give, or the first axis last.
+    pub(super) fn order(
+        &self,
+        coordinates: Coordinates,
+        asked: Option<ArrayOrder>,
+    ) -> Result<ArrayOrder, GridReadError> {
+        let named = ArrayOrder::from_names(coordinates, &self.axis_names);
+        match (asked, named) {
+            (Some(asked), _) if asked.coordinates() != coordinates => {
+                Err(GridReadError::OrderOfOthers { asked, coordinates })
+            }
             (Some(asked), Some(named)) if asked != named => {
                 Err(GridReadError::Order { asked, named })
             }
-            (asked, named) => Ok(asked.or(named).unwrap_or(ArrayOrder::ZYX)),
+            _ => Ok(asked.or(named).unwrap_or(ArrayOrder::reversed(coordinates))),
         }
     }
 
-    /// The values of an array of three axes, x varying fastest, then y.
+    /// The values of an array of three axes, x (or the first of others) varying fastest, then y.
     ///
     /// Another order is made in a second array: both must fit in memory.
     pub(super) fn into_x_fastest(
@@ -108,14 +117,37 @@ pub(super) trait Container {
     /// An array by its name.
     fn array(&mut self, name: &str) -> Result<Array, GridReadError>;
 
-    /// The nodes in the file itself along `axis` (0 is x), which is the one at `place`
-    /// of the array of the values.
+    /// The nodes in the file itself along `axis` (0 is x), which has one of `names` there and is the one at
+    /// `place` of the array of the values.
     fn nodes(
         &mut self,
         axis: usize,
+        names: &[&str],
         place: usize,
         values: &Array,
-    ) -> Result<Vec<f64>, GridReadError>;
+    ) -> Result<Nodes, GridReadError>;
+}
+
+/// The nodes along an axis, and what a file says of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Nodes {
+    pub(super) values: Vec<f64>,
+    /// The name of their array.
+    pub(super) name: String,
+    pub(super) unit: Option<String>,
+}
+
+impl Nodes {
+    /// Nodes that no file says anything of.
+    pub(super) fn plain(values: Vec<f64>) -> Self {
+        Self { values, name: String::new(), unit: None }
+    }
+
+    /// The numbers of an array with one axis.
+    pub(super) fn of(name: &str, array: Array) -> Result<Self, GridReadError> {
+        let unit = array.unit.clone();
+        Ok(Self { values: array.into_line()?, name: name.to_owned(), unit })
+    }
 }
 
 #[cfg(test)]
@@ -175,16 +207,22 @@ mod tests {
     #[test]
     fn names_of_axes_tell_their_order() {
         let mut array = Array::c_order(vec![1, 1, 1], vec![0.0]);
-        assert_eq!(array.order(None).unwrap(), ArrayOrder::ZYX);
+        assert_eq!(array.order(Coordinates::Cartesian, None).unwrap(), ArrayOrder::ZYX);
         array.axis_names = ["X", "y", "z"].map(str::to_owned).to_vec();
-        assert_eq!(array.order(None).unwrap(), ArrayOrder::XYZ);
-        assert_eq!(array.order(Some(ArrayOrder::XYZ)).unwrap(), ArrayOrder::XYZ);
-        let error = array.order(Some(ArrayOrder::ZYX)).unwrap_err();
+        assert_eq!(array.order(Coordinates::Cartesian, None).unwrap(), ArrayOrder::XYZ);
+        assert_eq!(
+            array.order(Coordinates::Cartesian, Some(ArrayOrder::XYZ)).unwrap(),
+            ArrayOrder::XYZ
+        );
+        let error = array.order(Coordinates::Cartesian, Some(ArrayOrder::ZYX)).unwrap_err();
         assert_eq!(
             error.to_string(),
             "the order of axes is given as zyx, but the file names them xyz: expected the same"
         );
         array.axis_names = ["lat", "y", "z"].map(str::to_owned).to_vec();
-        assert_eq!(array.order(Some(ArrayOrder::XYZ)).unwrap(), ArrayOrder::XYZ);
+        assert_eq!(
+            array.order(Coordinates::Cartesian, Some(ArrayOrder::XYZ)).unwrap(),
+            ArrayOrder::XYZ
+        );
     }
 }

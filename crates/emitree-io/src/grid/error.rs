@@ -1,8 +1,10 @@
 //! Why a file has no grid.
 
+use super::angles::AngleUnit;
 use super::order::ArrayOrder;
 use super::request::GridFormat;
 use emitree_models::GridError;
+use emitree_models::grid::Coordinates;
 use std::path::PathBuf;
 
 /// A file that no grid could be read from.
@@ -106,11 +108,69 @@ pub enum GridReadError {
         /// The order of the names in the file.
         named: ArrayOrder,
     },
+    /// The requested order is one of other coordinates.
+    #[error("the order of axes is given as {asked}: expected the axes {}", coordinates.names().join(", "))]
+    OrderOfOthers {
+        /// The requested order.
+        asked: ArrayOrder,
+        /// The coordinates of the grid.
+        coordinates: Coordinates,
+    },
+    /// Neither the file nor the request says what unit angles have.
+    #[error("the unit of its angles is not known: expected `angle_unit`, \"deg\" or \"rad\"")]
+    NoAngleUnit,
+    /// An angle that no direction has.
+    #[error(
+        "node {index} is {value} {unit}: expected a {name} from {low} to {high} {unit} \
+         (`angle_unit` is the unit of all angles)"
+    )]
+    AngleOutOfRange {
+        /// The node, from 0.
+        index: usize,
+        /// Its angle.
+        value: f64,
+        /// The unit.
+        unit: AngleUnit,
+        /// What the angle is.
+        name: &'static str,
+        /// The least one.
+        low: f64,
+        /// The largest one.
+        high: f64,
+    },
+    /// Azimuths that go round more than once.
+    #[error(
+        "it goes from {first} to {last} {unit}: expected at most a full turn, {turn} {unit} \
+         (`angle_unit` is the unit of all angles)"
+    )]
+    MoreThanATurn {
+        /// The first azimuth.
+        first: f64,
+        /// The last azimuth.
+        last: f64,
+        /// The unit.
+        unit: AngleUnit,
+        /// A full turn.
+        turn: f64,
+    },
+    /// Degrees that end where radians do.
+    #[error(
+        "it goes from {first} to {last} deg, which are {limit} in radians: expected degrees, or \
+         `angle_unit` = \"rad\""
+    )]
+    RatherRadians {
+        /// The first angle.
+        first: f64,
+        /// The last angle.
+        last: f64,
+        /// What they would be in radians.
+        limit: &'static str,
+    },
     /// Something is wrong about one axis.
     #[error("the {axis} axis: {cause}")]
     Axis {
-        /// The axis: `x`, `y` or `z`.
-        axis: char,
+        /// The name of the axis.
+        axis: &'static str,
         /// What is wrong.
         #[source]
         cause: Box<Self>,
@@ -125,21 +185,20 @@ pub enum GridReadError {
 
 impl GridReadError {
     /// What of a [`GridRequest`](super::GridRequest) it is about, as scenes name it: `file`,
-    /// `values`, `order`, `x`, `y` or `z`.
+    /// `values`, `order`, or the name of an axis.
     pub fn concerns(&self) -> &'static str {
         match self {
             Self::Missing { .. } | Self::NotACube { .. } | Self::NotAMap { .. } => "values",
-            Self::Order { .. } => "order",
+            Self::Order { .. } | Self::OrderOfOthers { .. } => "order",
             Self::Axis { axis, .. }
             | Self::Grid(
                 GridError::TooFewNodes { axis, .. }
                 | GridError::NodeNotFinite { axis, .. }
-                | GridError::NotIncreasing { axis, .. },
-            ) => match axis {
-                'x' => "x",
-                'y' => "y",
-                _ => "z",
-            },
+                | GridError::NotMonotone { axis, .. }
+                | GridError::OutOfRange { axis, .. }
+                | GridError::MoreThanATurn { axis, .. },
+            ) => axis,
+            Self::Grid(GridError::LogarithmOfAngle { .. }) => "logarithmic",
             _ => "file",
         }
     }

@@ -4,8 +4,7 @@
 //! `numpy` reads it as `[z, y, x]`, and the nodes, evenly spaced or not, in image extensions `x`, `y`
 //! and `z`. A cube without them has its nodes from the linear coordinates of its header.
 
-use super::AXES;
-use super::array::{Array, Container};
+use super::array::{Array, Container, Nodes};
 use super::budget::Budget;
 use super::error::GridReadError;
 use super::request::GridFormat;
@@ -14,6 +13,8 @@ use fits_well::io::{Hdu, HduKind, StreamReader};
 use std::io::{Read, Seek};
 use std::ops::Range;
 
+/// The axes of a cube.
+const AXES: usize = 3;
 /// What a term of the coordinates that should be 0 may be.
 const ROUNDING: f64 = 1e-12;
 
@@ -66,7 +67,7 @@ impl<R: Read + Seek> FitsCube<R> {
     /// The images beside the values, if they have no names and are one for each axis at least.
     fn nameless(&self, axis: usize) -> Option<usize> {
         let others = || self.reader.images().filter(|hdu| hdu.index != self.values);
-        if others().count() < AXES.len() || others().any(|hdu| !name_of(hdu).is_empty()) {
+        if others().count() < AXES || others().any(|hdu| !name_of(hdu).is_empty()) {
             return None;
         }
         others().nth(axis).map(|hdu| hdu.index)
@@ -83,7 +84,7 @@ impl<R: Read + Seek> FitsCube<R> {
         else {
             return Ok(None);
         };
-        for other in 1..=AXES.len() {
+        for other in 1..=AXES {
             let identity = if other == n { 1.0 } else { 0.0 };
             let counts = |term: f64| term.abs() > ROUNDING;
             let rotation = real(format!("PC{n}_{other}"))?.filter(|term| counts(term - identity));
@@ -120,15 +121,18 @@ impl<R: Read + Seek> Container for FitsCube<R> {
     fn nodes(
         &mut self,
         axis: usize,
+        names: &[&str],
         place: usize,
         values: &Array,
-    ) -> Result<Vec<f64>, GridReadError> {
-        let name = AXES[axis].to_string();
-        if let Some(index) = self.named(&name).or_else(|| self.nameless(axis)) {
-            return self.image(index)?.into_line();
+    ) -> Result<Nodes, GridReadError> {
+        let named = names.iter().find_map(|name| Some((*name, self.named(name)?)));
+        if let Some((name, index)) = named.or(self.nameless(axis).map(|index| ("", index))) {
+            return Nodes::of(name, self.image(index)?);
         }
-        let n = AXES.len() - place;
-        self.linear_nodes(n, values.shape[place])?.ok_or_else(|| {
+        let n = AXES - place;
+        let linear = self.linear_nodes(n, values.shape[place])?.map(Nodes::plain);
+        let name = names.first().copied().unwrap_or_default();
+        linear.ok_or_else(|| {
             GridReadError::NoNodes(format!(
                 "an image extension `{name}`, or CRPIX{n}, CRVAL{n} and CDELT{n} in the header of \
                  the values"

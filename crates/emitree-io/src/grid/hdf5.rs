@@ -5,8 +5,7 @@
 //! holds for both: `_FillValue`, `missing_value` and the valid range, `scale_factor` and
 //! `add_offset`.
 
-use super::AXES;
-use super::array::{Array, Container};
+use super::array::{Array, Container, Nodes};
 use super::budget::{Budget, TWO_ORDERS};
 use super::error::GridReadError;
 use super::request::GridFormat;
@@ -116,12 +115,19 @@ impl Container for Hdf5Cube {
         Ok(array)
     }
 
-    fn nodes(&mut self, axis: usize, place: usize, _: &Array) -> Result<Vec<f64>, GridReadError> {
-        let name = match self.coordinate(place) {
-            Some(name) => name,
-            None => format!("{}{}", self.group(), AXES[axis]),
-        };
-        self.array(&name)?.into_line()
+    fn nodes(
+        &mut self,
+        _: usize,
+        names: &[&str],
+        place: usize,
+        _: &Array,
+    ) -> Result<Nodes, GridReadError> {
+        let in_group = |name: &&str| format!("{}{name}", self.group());
+        let named = || names.iter().map(in_group).find(|name| self.file.variable(name).is_ok());
+        let name = self.coordinate(place).or_else(named);
+        let name = name.or(names.first().map(in_group)).unwrap_or_default();
+        let last = name.rsplit('/').next().unwrap_or_default().to_owned();
+        Nodes::of(&last, self.array(&name)?)
     }
 }
 

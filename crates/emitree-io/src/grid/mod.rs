@@ -2,7 +2,8 @@
 //!
 //! [`read_grid`] makes a [`Grid`] of a file and a [`GridRequest`], which says where in the file the
 //! values and the nodes of the axes are. An array's axes are in the order z, y, x with x varying
-//! fastest, as in a FITS image with NAXIS1 = x, unless the request or the file says otherwise.
+//! fastest, as in a FITS image with NAXIS1 = x, unless the request or the file says otherwise; of spherical
+//! coordinates the order is φ, θ, r, and of cylindrical ones z, φ, ρ.
 //!
 //! | format | values by default | nodes by default |
 //! | --- | --- | --- |
@@ -15,9 +16,10 @@
 //! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the file, and with
 //! the numbers as they are stored).
 //!
-//! The files of this module: `request.rs`, `order.rs` and `error.rs` are its interface,
+//! The files of this module: `request.rs`, `order.rs`, `angles.rs` and `error.rs` are its interface,
 //! `array.rs` and `budget.rs` are common to all formats, and each format has a file.
 
+mod angles;
 mod array;
 mod budget;
 mod error;
@@ -29,20 +31,21 @@ mod npz;
 mod order;
 mod request;
 
+pub use angles::AngleUnit;
 pub use error::{GridFileError, GridReadError};
-pub use order::ArrayOrder;
+pub use order::{ArrayOrder, NotAnOrder};
 pub use request::{AxisNodes, GridFormat, GridRequest};
 
-use array::{Array, Container};
+use angles::{AngleKind, in_radians};
+use array::{Array, Container, Nodes};
 use budget::Budget;
 use emitree::Image;
+use emitree_models::grid::{GridAxes, logarithmic_nodes, uniform_nodes};
 use emitree_models::{Grid, GridError};
+use order::{is_latitude, names_of};
 use std::fs::{self, File};
 use std::io::{self, BufReader, Cursor, Read, Seek};
 use std::path::Path;
-
-/// The names of the axes, in the order of positions.
-const AXES: [char; 3] = ['x', 'y', 'z'];
 
 /// What a file has: the grid, and the unit of its values if the file has one.
 #[derive(Clone, Debug, PartialEq)]
@@ -176,46 +179,78 @@ fn assemble(
     let &[_, _, _] = array.shape.as_slice() else {
         return Err(GridReadError::NotACube { shape: array.shape });
     };
-    let order = array.order(request.order)?;
-    let mut nodes = [const { Vec::new() }; 3];
-    for (axis, nodes) in nodes.iter_mut().enumerate() {
-        *nodes = read_nodes(container, &request.nodes[axis], axis, &array, order)
-            .map_err(|cause| GridReadError::Axis { axis: AXES[axis], cause: Box::new(cause) })?;
-    }
+    let order = array.order(request.coordinates, request.order)?;
+    let axes = read_axes(container, request, &array, order)?;
     let unit = array.unit.clone();
     let mut values = array.into_x_fastest(order, budget)?;
     if request.scale.to_bits() != 1.0_f64.to_bits() {
         values.iter_mut().for_each(|value| *value *= request.scale);
     }
-    let grid = Grid::new(nodes, values).map_err(|error| match error {
+    let grid = Grid::on(axes, values).map_err(|error| match error {
         GridError::ValueNotFinite { .. } => GridReadError::NotFinite(error),
         other => GridReadError::Grid(other),
     })?;
     Ok(GridFile { grid, unit })
 }
 
-/// The nodes along an axis (0 is x), as many as the array has there.
+/// The axes of a grid whose values are an array.
+fn read_axes(
+    container: &mut dyn Container,
+    request: &GridRequest,
+    array: &Array,
+    order: ArrayOrder,
+) -> Result<GridAxes, GridReadError> {
+    let names = request.coordinates.names();
+    let mut nodes = [const { Vec::new() }; 3];
+    for (axis, nodes) in nodes.iter_mut().enumerate() {
+        *nodes =
+            read_nodes(container, request, axis, array, order).map_err(|cause| match cause {
+                GridReadError::Grid(error) => GridReadError::Grid(error),
+                cause => GridReadError::Axis { axis: names[axis], cause: Box::new(cause) },
+            })?;
+    }
+    let axes = GridAxes::new(request.coordinates, nodes).map_err(GridReadError::Grid)?;
+    let chosen = (0..3).filter(|&axis| request.are_logarithmic[axis]);
+    chosen.into_iter().try_fold(axes, GridAxes::with_logarithmic).map_err(GridReadError::Grid)
+}
+
+/// The nodes along an axis (0 is x), as many as the array has there, angles as grids have them.
 fn read_nodes(
     container: &mut dyn Container,
-    request: &AxisNodes,
+    request: &GridRequest,
     axis: usize,
     array: &Array,
     order: ArrayOrder,
 ) -> Result<Vec<f64>, GridReadError> {
     let place = order.place_of(axis);
     let length = array.shape[place];
-    let nodes = match request {
-        AxisNodes::FromFile => container.nodes(axis, place, array)?,
-        AxisNodes::Named(name) => container.array(name)?.into_line()?,
-        AxisNodes::List(nodes) => nodes.clone(),
-        &AxisNodes::Range { min, max } => emitree_models::grid::uniform_nodes(min, max, length),
+    let nodes = match &request.nodes[axis] {
+        AxisNodes::FromFile => {
+            container.nodes(axis, names_of(request.coordinates, axis), place, array)?
+        }
+        AxisNodes::Named(name) => Nodes::of(name, container.array(name)?)?,
+        AxisNodes::List(nodes) => Nodes::plain(nodes.clone()),
+        &AxisNodes::Range { min, max } if request.are_logarithmic[axis] && min > 0.0 => {
+            Nodes::plain(logarithmic_nodes(min, max, length))
+        }
+        &AxisNodes::Range { min, max } => Nodes::plain(uniform_nodes(min, max, length)),
     };
-    if nodes.len() == length {
-        Ok(nodes)
-    } else {
-        let shape = array.shape.clone();
-        Err(GridReadError::AxisLength { found: nodes.len(), length, shape, order })
+    if nodes.values.len() != length {
+        let (found, shape) = (nodes.values.len(), array.shape.clone());
+        return Err(GridReadError::AxisLength { found, length, shape, order });
     }
+    if !request.coordinates.are_angles()[axis] {
+        return Ok(nodes.values);
+    }
+    let name = request.coordinates.names()[axis];
+    let kind = match name {
+        "theta" if request.has_latitudes || is_latitude(&nodes.name) => AngleKind::Latitude,
+        "theta" => AngleKind::Colatitude,
+        _ => AngleKind::Azimuth,
+    };
+    let of_file = nodes.unit.as_deref().and_then(AngleUnit::from_attribute);
+    let unit = request.angle_unit.or(of_file).ok_or(GridReadError::NoAngleUnit)?;
+    in_radians(name, kind, unit, nodes.values)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! After a magic string and the version comes the length of the header, then the header, a Python
 //! dictionary with the type of the numbers, their order and the shape, then the numbers.
 
-use super::array::{Array, Container};
+use super::array::{Array, Container, Nodes};
 use super::budget::Budget;
 use super::error::GridReadError;
 use super::request::GridFormat;
@@ -42,7 +42,7 @@ impl Container for NpyCube {
         Err(nameless(name))
     }
 
-    fn nodes(&mut self, _: usize, _: usize, _: &Array) -> Result<Vec<f64>, GridReadError> {
+    fn nodes(&mut self, _: usize, _: &[&str], _: usize, _: &Array) -> Result<Nodes, GridReadError> {
         let expected = "their numbers or their range, since an NPY file has only one array";
         Err(GridReadError::NoNodes(expected.to_owned()))
     }

@@ -1,7 +1,6 @@
 //! Several arrays of `numpy` by name: the .npz file, a zip archive of .npy files.
 
-use super::AXES;
-use super::array::{Array, Container};
+use super::array::{Array, Container, Nodes};
 use super::budget::Budget;
 use super::error::GridReadError;
 use super::npy;
@@ -54,8 +53,17 @@ impl<R: Read + Seek> Container for NpzCube<R> {
         })
     }
 
-    fn nodes(&mut self, axis: usize, _: usize, _: &Array) -> Result<Vec<f64>, GridReadError> {
-        self.array(&AXES[axis].to_string())?.into_line()
+    fn nodes(
+        &mut self,
+        _: usize,
+        names: &[&str],
+        _: usize,
+        _: &Array,
+    ) -> Result<Nodes, GridReadError> {
+        let available = self.names();
+        let is_there = |name: &&&str| available.iter().any(|other| other == *name);
+        let name = names.iter().find(is_there).or(names.first()).copied().unwrap_or_default();
+        Nodes::of(name, self.array(name)?)
     }
 }
 

@@ -1,7 +1,9 @@
 //! What to read from a file: its format, and where the values and the nodes are.
 
+use super::angles::AngleUnit;
 use super::error::GridReadError;
 use super::order::ArrayOrder;
+use emitree_models::grid::Coordinates;
 use std::fmt;
 use std::path::Path;
 
@@ -89,7 +91,7 @@ pub enum AxisNodes {
     Named(String),
     /// These.
     List(Vec<f64>),
-    /// At equal distances.
+    /// At equal distances; at equal ratios where the axis is interpolated in its logarithm.
     Range {
         /// The first node.
         min: f64,
@@ -106,9 +108,20 @@ pub struct GridRequest {
     pub format: Option<GridFormat>,
     /// The name of the values: a FITS extension, an array, a dataset.
     pub values: Option<String>,
-    /// The nodes along x, y and z, in the length unit of the scene.
+    /// What the axes are.
+    pub coordinates: Coordinates,
+    /// The nodes along the axes, in the order of their [names](Coordinates::names): lengths in the length unit of the
+    /// scene, and angles.
     pub nodes: [AxisNodes; 3],
-    /// The order of the array's axes; what the file says, or z, y, x, if it is not given.
+    /// Whether the nodes along θ are latitudes, from the plane of x and y; arrays of files that are named so have them
+    /// anyway.
+    pub has_latitudes: bool,
+    /// The unit of the nodes that are angles; what the file says if it is not given.
+    pub angle_unit: Option<AngleUnit>,
+    /// Which axes are interpolated in the logarithm of their coordinate.
+    pub are_logarithmic: [bool; 3],
+    /// The order of the array's axes; what the file says, or z, y, x, or else phi, theta, r, or z, phi, rho, if it is
+    /// not given.
     pub order: Option<ArrayOrder>,
     /// What values are multiplied by.
     pub scale: f64,
@@ -119,7 +132,17 @@ pub struct GridRequest {
 impl Default for GridRequest {
     fn default() -> Self {
         let nodes = [AxisNodes::FromFile, AxisNodes::FromFile, AxisNodes::FromFile];
-        let (values, order, max_memory_bytes) = (None, None, None);
-        Self { format: None, values, nodes, order, scale: 1.0, max_memory_bytes }
+        Self {
+            format: None,
+            values: None,
+            coordinates: Coordinates::Cartesian,
+            nodes,
+            has_latitudes: false,
+            angle_unit: None,
+            are_logarithmic: [false; 3],
+            order: None,
+            scale: 1.0,
+            max_memory_bytes: None,
+        }
     }
 }

@@ -257,7 +257,7 @@ fn shapes_that_do_not_fit_are_refused() {
     assert_eq!(error.concerns(), "y");
     assert_eq!(
         error.to_string(),
-        "node 1 of the y axis is 0 and follows 1: expected an axis that increases strictly"
+        "node 1 of the y axis is 0 and follows 1: expected nodes that all increase or all decrease"
     );
     let plane = encode_npy(&[1, 3, 4], &[0.0; 12]).unwrap();
     let mut request = lists();
@@ -481,4 +481,38 @@ fn images_compressed_by_tiles_are_distinguished_from_none() {
         let error = decode_grid(bytes.clone(), GridFormat::Fits, &request).unwrap_err();
         assert_eq!(error.to_string(), expected);
     }
+}
+
+/// Spherical, with the dimensions lat, radius and lon, and their units.
+#[cfg(feature = "hdf5")]
+#[test]
+fn the_names_and_units_of_geography_are_honoured() {
+    use emitree::{Emission, Samples};
+    use emitree_models::grid::Coordinates;
+    let request = GridRequest { coordinates: Coordinates::Spherical, ..GridRequest::default() };
+    let grid = read("globe.nc", &request).grid;
+    assert_eq!(grid.shape(), [2, 3, 3]);
+    let rate = |[r, latitude, phi]: [f64; 3]| {
+        let [latitude, phi] = [latitude, phi].map(f64::to_radians);
+        let in_plane = r * latitude.cos();
+        let position = [in_plane * phi.cos(), in_plane * phi.sin(), r * latitude.sin()];
+        let mut rate = [f64::NAN];
+        grid.emission_rates(&Samples::new(&[position], &[[0.0; 3]]), &mut rate).unwrap();
+        rate[0]
+    };
+    // g = r + latitude/100, and 10 more at 120 degrees.
+    for (at, expected) in [
+        ([1.5, 30.0, 0.0], 1.8),
+        ([1.5, -30.0, 60.0], 1.2 + 5.0),
+        ([1.5, 0.0, -60.0], 1.5),
+        ([1.25, 50.0, 120.0], 1.25 + 0.5 + 10.0),
+        // The mean of the ring at 60 degrees is that of the pole.
+        ([1.0, 90.0, 0.0], 1.6 + 10.0 / 3.0),
+    ] {
+        let found = rate(at);
+        assert!((found - expected).abs() < 1e-12, "{at:?}: {found} {expected}");
+    }
+    let degrees = GridRequest { angle_unit: Some(AngleUnit::Radians), ..request };
+    let error = message("globe.nc", &degrees);
+    assert!(error.starts_with("the theta axis: node 0 is 60 rad: expected a latitude"), "{error}");
 }

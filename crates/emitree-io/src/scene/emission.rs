@@ -13,7 +13,8 @@ use super::tree;
 use crate::tree_file::TreeFile;
 use emitree::{Emission, Samples};
 use emitree_models::catalogue::SingularPoint;
-use emitree_models::{Expression, Model, ModelError, OutsideGrid, build_model};
+use emitree_models::grid::GridAxes;
+use emitree_models::{Expression, Model, ModelError, Outside, OutsideGrid, build_model};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -63,6 +64,16 @@ impl EmissionSource {
         match self {
             Self::Model(model) => model.singular_points(),
             Self::Expression(_) | Self::Grid(_) | Self::Tree(_) | Self::Function(_) => Vec::new(),
+        }
+    }
+
+    /// The axes of data outside of which there is no emission.
+    pub(super) fn data_axes(&self) -> Option<&GridAxes> {
+        match self {
+            Self::Grid(emission) if emission.grid.outside() == Outside::Zero => {
+                Some(emission.grid.axes())
+            }
+            _ => None,
         }
     }
 

@@ -20,6 +20,8 @@ X, Y, Z = np.array([-1.0, 0.0, 2.0, 6.0]), np.array([0.0, 0.5, 2.0]), np.array([
 INDICES = np.indices((2, 3, 4))
 G = 100.0 * INDICES[0] + 10.0 * INDICES[1] + INDICES[2]  # [z, y, x]
 
+Y_GLOBE, R_GLOBE, LON_GLOBE = (60.0, 0.0, -60.0), (1.0, 2.0), (0.0, 120.0, 240.0)
+
 
 def write_fits(name, hdus):
     fits.HDUList(hdus).writeto(FOLDER / name, overwrite=True)
@@ -127,12 +129,27 @@ def write_all_netcdf():
         file.createVariable("values", "f4", ("z", "y", "x"))[0] = G[0]
 
 
+def write_globe():
+    """Spherical: descending latitudes and the names and units of geography."""
+    axes = {"lat": (Y_GLOBE, "degrees_north"), "radius": (R_GLOBE, "km"), "lon": (LON_GLOBE, "degrees_east")}
+    with netCDF4.Dataset(FOLDER / "globe.nc", "w", format="NETCDF3_CLASSIC") as file:
+        for name, (data, unit) in axes.items():
+            file.createDimension(name, len(data))
+            variable = file.createVariable(name, "f8", (name,))
+            variable[:] = data
+            variable.units = unit
+        values = file.createVariable("values", "f8", ("lat", "radius", "lon"))
+        lat, radius, lon = np.meshgrid(Y_GLOBE, R_GLOBE, LON_GLOBE, indexing="ij")
+        values[:] = radius + lat / 100 + 10 * (lon == 120)
+
+
 def main():
     FOLDER.mkdir(exist_ok=True)
     write_all_fits()
     write_all_numpy()
     write_all_hdf5()
     write_all_netcdf()
+    write_globe()
     for path in sorted(FOLDER.iterdir()):
         print(f"{os.path.getsize(path):8} {path.name}")
 

@@ -1,14 +1,18 @@
 //! The nodes of one axis, and the cell between two of them that a coordinate lies in.
 
 use super::error::GridError;
+use super::search::Search;
+use crate::elementary;
 
 /// An axis: finite coordinates of at least two nodes, strictly increasing.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
     nodes: Vec<f64>,
-    /// Cells per length, where the nodes are so even that a product finds the cell or a neighbour
-    /// of it; otherwise cells are found by bisection.
-    cells_per_length: Option<f64>,
+    /// The logarithms of the nodes, where it is interpolated in them.
+    logarithms: Option<Vec<f64>>,
+    search: Search,
+    /// The first and the last node that are from the data: others were added beyond them.
+    of_data: [usize; 2],
 }
 
 /// A cell of an axis: where it starts, and where in it a coordinate is, from 0 to 1.
@@ -21,84 +25,119 @@ pub(super) struct Location {
 }
 
 impl Axis {
-    pub(super) fn new(name: char, nodes: Vec<f64>) -> Result<Self, GridError> {
-        if nodes.len() < 2 {
-            return Err(GridError::TooFewNodes { axis: name, count: nodes.len() });
+    /// An axis of nodes that are known to be finite and to increase strictly.
+    pub(super) fn new(nodes: Vec<f64>) -> Self {
+        let (search, last) = (Search::new(&nodes), nodes.len() - 1);
+        Self { nodes, logarithms: None, search, of_data: [0, last] }
+    }
+
+    /// The same axis, with nodes before `first` and after `last` that the data have no values for.
+    pub(super) fn with_data_in(self, first: usize, last: usize) -> Self {
+        Self { of_data: [first, last], ..self }
+    }
+
+    /// The same axis, interpolated in the logarithm of its coordinate; `Err` of a node that has none.
+    pub(super) fn logarithmic(self) -> Result<Self, (usize, f64)> {
+        if let Some(index) = self.nodes.iter().position(|&node| node <= 0.0) {
+            return Err((index, self.nodes[index]));
         }
-        if let Some(index) = nodes.iter().position(|node| !node.is_finite()) {
-            return Err(GridError::NodeNotFinite { axis: name, index, value: nodes[index] });
+        let logarithms: Vec<f64> = self.nodes.iter().map(|&node| elementary::ln(node)).collect();
+        // Nodes that differ in their last bits have one logarithm.
+        if let Some(index) = logarithms.windows(2).position(|pair| pair[0] >= pair[1]) {
+            return Err((index + 1, self.nodes[index + 1]));
         }
-        if let Some(index) = nodes.windows(2).position(|pair| pair[0] >= pair[1]) {
-            let (previous, value) = (nodes[index], nodes[index + 1]);
-            return Err(GridError::NotIncreasing { axis: name, index: index + 1, previous, value });
-        }
-        let cells_per_length = cells_per_length(&nodes);
-        Ok(Self { nodes, cells_per_length })
+        let search = Search::new(&logarithms);
+        Ok(Self { logarithms: Some(logarithms), search, ..self })
+    }
+
+    pub(super) fn is_logarithmic(&self) -> bool {
+        self.logarithms.is_some()
     }
 
     pub(super) fn nodes(&self) -> &[f64] {
         &self.nodes
     }
 
+    /// The nodes in the coordinate that is interpolated in.
+    #[inline(always)]
+    pub(super) fn places(&self) -> &[f64] {
+        self.logarithms.as_deref().unwrap_or(&self.nodes)
+    }
+
+    #[inline(always)]
     pub(super) fn min(&self) -> f64 {
         self.nodes[0]
     }
 
+    #[inline(always)]
     pub(super) fn max(&self) -> f64 {
         self.nodes[self.nodes.len() - 1]
     }
 
     /// The cell of a coordinate; a node belongs to the cell above it, the last one to the cell
     /// below. `None` outside the axis, and for NaN.
+    #[inline(always)]
     pub(super) fn locate(&self, coordinate: f64) -> Option<Location> {
         if !(self.min() <= coordinate && coordinate <= self.max()) {
             return None;
         }
-        let cell = match self.cells_per_length {
-            Some(cells_per_length) => self.cell_of_even(coordinate, cells_per_length),
-            None => self.cell_by_bisection(coordinate),
+        let (places, place) = match &self.logarithms {
+            None => (self.nodes.as_slice(), coordinate),
+            Some(logarithms) => {
+                let (first, last) = (logarithms[0], logarithms[logarithms.len() - 1]);
+                // The logarithm rounds: not out of the axis.
+                (logarithms.as_slice(), elementary::ln(coordinate).max(first).min(last))
+            }
         };
-        let (lower, upper) = (self.nodes[cell], self.nodes[cell + 1]);
-        Some(Location { cell, fraction: (coordinate - lower) / (upper - lower) })
+        let cell = self.search.cell(places, place);
+        let (lower, upper) = (places[cell], places[cell + 1]);
+        Some(Location { cell, fraction: (place - lower) / (upper - lower) })
     }
 
-    fn last_cell(&self) -> usize {
-        self.nodes.len() - 2
+    /// The node of the data nearest to a location, in the coordinate that is interpolated in; the upper one of
+    /// two at the same distance.
+    #[inline(always)]
+    pub(super) fn nearest(&self, at: Location) -> usize {
+        let node = if at.fraction < 0.5 { at.cell } else { at.cell + 1 };
+        node.max(self.of_data[0]).min(self.of_data[1])
     }
+}
 
-    fn cell_by_bisection(&self, coordinate: f64) -> usize {
-        let above = self.nodes.partition_point(|&node| node <= coordinate);
-        above.saturating_sub(1).min(self.last_cell())
+/// Refuses nodes along an axis that are not finite, or neither increase nor decrease strictly.
+///
+/// ```
+/// use emitree_models::grid::check_nodes;
+///
+/// check_nodes("z", &[9.0, 4.0, -1.0])?;
+/// let error = check_nodes("r", &[1.0, 3.0, 2.0]).unwrap_err();
+/// assert_eq!(
+///     error.to_string(),
+///     "node 2 of the r axis is 2 and follows 3: expected nodes that all increase or all decrease"
+/// );
+/// # Ok::<(), emitree_models::GridError>(())
+/// ```
+///
+/// # Errors
+///
+/// [`GridError::NodeNotFinite`] and [`GridError::NotMonotone`] with the axis, the index and the value.
+pub fn check_nodes(axis: &'static str, nodes: &[f64]) -> Result<(), GridError> {
+    if let Some(index) = nodes.iter().position(|node| !node.is_finite()) {
+        return Err(GridError::NodeNotFinite { axis, index, value: nodes[index] });
     }
-
-    /// A guess, mended by at most one cell: the answer depends on the nodes alone.
-    fn cell_of_even(&self, coordinate: f64, cells_per_length: f64) -> usize {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "between the first and the last node it is a number of cells, 0 or more"
-        )]
-        let guess = ((coordinate - self.min()) * cells_per_length) as usize;
-        let guess = guess.min(self.last_cell());
-        if coordinate < self.nodes[guess] {
-            guess - 1
-        } else if guess < self.last_cell() && coordinate >= self.nodes[guess + 1] {
-            guess + 1
-        } else {
-            guess
+    let decreases = is_descending(nodes);
+    let is_wrong = |pair: &[f64]| if decreases { pair[0] <= pair[1] } else { pair[0] >= pair[1] };
+    match nodes.windows(2).position(is_wrong) {
+        None => Ok(()),
+        Some(at) => {
+            let (previous, value) = (nodes[at], nodes[at + 1]);
+            Err(GridError::NotMonotone { axis, index: at + 1, previous, value })
         }
     }
 }
 
-/// The inverse of the mean spacing, if no node is further than a quarter of it from its even place:
-/// then the even cell of any coordinate is its cell or a neighbour.
-fn cells_per_length(nodes: &[f64]) -> Option<f64> {
-    let (min, max) = (nodes[0], nodes[nodes.len() - 1]);
-    let cells_per_length = (nodes.len() - 1) as f64 / (max - min);
-    let even = |(index, &node): (usize, &f64)| {
-        ((node - min) * cells_per_length - index as f64).abs() <= 0.25
-    };
-    nodes.iter().enumerate().all(even).then_some(cells_per_length)
+/// Whether an axis ends below its start.
+pub(super) fn is_descending(nodes: &[f64]) -> bool {
+    matches!((nodes.first(), nodes.last()), (Some(first), Some(last)) if last < first)
 }
 
 /// The coordinates of `count` nodes at equal distances, the first at `first` and the last at
@@ -110,11 +149,27 @@ fn cells_per_length(nodes: &[f64]) -> Option<f64> {
 /// assert_eq!(uniform_nodes(-1.0, 2.0, 4), [-1.0, 0.0, 1.0, 2.0]);
 /// ```
 pub fn uniform_nodes(first: f64, last: f64, count: usize) -> Vec<f64> {
+    spaced(first, last, count, |t| first + (last - first) * t)
+}
+
+/// The coordinates of `count` nodes at equal ratios, the first at `first` and the last at `last`, both above 0;
+/// `first` alone for a count of 1.
+///
+/// ```
+/// use emitree_models::grid::logarithmic_nodes;
+///
+/// assert_eq!(logarithmic_nodes(1.0, 16.0, 3), [1.0, 4.0, 16.0]);
+/// ```
+pub fn logarithmic_nodes(first: f64, last: f64, count: usize) -> Vec<f64> {
+    spaced(first, last, count, |t| first * elementary::pow(last / first, t))
+}
+
+fn spaced(first: f64, last: f64, count: usize, between: impl Fn(f64) -> f64) -> Vec<f64> {
     let cells = count.saturating_sub(1);
     let node = |index: usize| match index {
         0 => first,
         _ if index == cells => last,
-        _ => first + (last - first) * index as f64 / cells as f64,
+        _ => between(index as f64 / cells as f64),
     };
     (0..count).map(node).collect()
 }
@@ -122,32 +177,40 @@ pub fn uniform_nodes(first: f64, last: f64, count: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     #[test]
     fn nodes_belong_to_the_cell_above() {
         for nodes in [vec![1.0, 2.0, 3.0, 4.0], vec![1.0, 1.5, 30.0, 31.0]] {
-            let axis = Axis::new('x', nodes.clone()).unwrap();
-            for (cell, &node) in nodes[..3].iter().enumerate() {
-                assert_eq!(axis.locate(node), Some(Location { cell, fraction: 0.0 }));
-            }
-            assert_eq!(axis.locate(nodes[3]), Some(Location { cell: 2, fraction: 1.0 }));
-            for outside in [nodes[0].next_down(), nodes[3].next_up(), f64::NAN, f64::INFINITY] {
-                assert_eq!(axis.locate(outside), None);
+            let axis = Axis::new(nodes.clone());
+            for axis in [axis.clone(), axis.logarithmic().unwrap()] {
+                for (cell, &node) in nodes[..3].iter().enumerate() {
+                    assert_eq!(axis.locate(node), Some(Location { cell, fraction: 0.0 }));
+                }
+                assert_eq!(axis.locate(nodes[3]), Some(Location { cell: 2, fraction: 1.0 }));
+                let beside = [nodes[0].next_down(), nodes[3].next_up()];
+                for outside in beside.into_iter().chain([f64::NAN, f64::INFINITY]) {
+                    assert_eq!(axis.locate(outside), None);
+                }
             }
         }
     }
 
     #[test]
-    fn only_even_nodes_are_found_by_a_product() {
-        let even = |nodes: &[f64]| Axis::new('x', nodes.to_vec()).unwrap().cells_per_length;
-        assert_eq!(even(&[0.0, 0.5, 1.0]), Some(2.0));
-        assert_eq!(even(&[0.0, 0.37, 1.0]), None);
-        // Coordinates that were once of 32 bits are even enough.
-        let rounded: Vec<f64> = (0..101).map(|i| f64::from(0.1_f32 * i as f32)).collect();
-        assert!(even(&rounded).is_some());
-        // The span of these exceeds the largest number: bisection needs none.
-        assert_eq!(even(&[-f64::MAX, 0.0, f64::MAX]), None);
+    fn logarithms_need_positive_nodes_apart() {
+        let failure = |nodes: &[f64]| Axis::new(nodes.to_vec()).logarithmic().unwrap_err();
+        assert_eq!(failure(&[0.0, 1.0]), (0, 0.0));
+        assert_eq!(failure(&[-2.0, -1.0, 1.0]), (0, -2.0));
+        assert_eq!(failure(&[1e9, 1e9_f64.next_up()]).0, 1);
+        let axis = Axis::new(vec![1.0, 4.0, 16.0]).logarithmic().unwrap();
+        let at = axis.locate(8.0).unwrap();
+        assert!(at.cell == 1 && (at.fraction - 0.5).abs() < 1e-15, "{at:?}");
+    }
+
+    #[test]
+    fn the_nearest_node_is_one_of_the_data() {
+        let axis = Axis::new(vec![0.0, 1.0, 2.0, 3.0]).with_data_in(1, 2);
+        let nearest = |at: f64| axis.nearest(axis.locate(at).unwrap());
+        assert_eq!([0.1, 1.4, 1.5, 2.9].map(nearest), [1, 1, 2, 2]);
     }
 
     #[test]
@@ -157,25 +220,5 @@ mod tests {
         assert!((nodes[3] - 0.38).abs() < 1e-15);
         assert_eq!(uniform_nodes(3.0, 9.0, 1), [3.0]);
         assert!(uniform_nodes(0.0, 1.0, 0).is_empty());
-    }
-
-    proptest! {
-        /// A product and bisection find the same cell, at nodes and beside them too.
-        #[test]
-        fn both_searches_agree(
-            shifts in prop::collection::vec(-0.24..0.24_f64, 2..40),
-            at in 0.0..=1.0_f64,
-            node in 0..40_usize,
-        ) {
-            let nodes: Vec<f64> =
-                shifts.iter().enumerate().map(|(i, shift)| 7.0 + 0.3 * (i as f64 + shift)).collect();
-            let axis = Axis::new('x', nodes.clone()).unwrap();
-            let by_bisection = Axis { cells_per_length: None, ..axis.clone() };
-            let node = nodes[node % nodes.len()];
-            let between = axis.min() + at * (axis.max() - axis.min());
-            for coordinate in [between, node, node.next_up(), node.next_down()] {
-                prop_assert_eq!(axis.locate(coordinate), by_bisection.locate(coordinate));
-            }
-        }
     }
 }

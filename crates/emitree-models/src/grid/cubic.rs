@@ -49,7 +49,7 @@ enum Side {
 
 impl Stencil {
     pub(super) fn new(axis: &Axis, at: Location) -> Self {
-        let nodes = axis.nodes();
+        let nodes = axis.places();
         let (cell, last) = (at.cell, nodes.len() - 1);
         let width = nodes[cell + 1] - nodes[cell];
         let beyond = |width_beyond: f64| (width / width_beyond, width / (width + width_beyond));

@@ -1,7 +1,6 @@
 //! What can be wrong with a grid, and with a position.
 
-/// The names of the axes, in the order of positions and shapes.
-pub(super) const AXES: [char; 3] = ['x', 'y', 'z'];
+use super::Coordinates;
 
 /// Axes or values that make no grid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -12,29 +11,29 @@ pub enum GridError {
         "the {axis} axis has {count} node(s): expected at least 2, since a plane has no volume"
     )]
     TooFewNodes {
-        /// The axis: `x`, `y` or `z`.
-        axis: char,
+        /// The name of the axis.
+        axis: &'static str,
         /// Its nodes.
         count: usize,
     },
     /// A node that is NaN or infinite.
     #[error("node {index} of the {axis} axis is {value}: expected a finite number")]
     NodeNotFinite {
-        /// The axis: `x`, `y` or `z`.
-        axis: char,
+        /// The name of the axis.
+        axis: &'static str,
         /// The node, from 0.
         index: usize,
         /// Its coordinate.
         value: f64,
     },
-    /// Two nodes in the wrong order, or at the same place.
+    /// A node that is at the place of the one before, or turns back.
     #[error(
         "node {index} of the {axis} axis is {value} and follows {previous}: \
-         expected an axis that increases strictly"
+         expected nodes that all increase or all decrease"
     )]
-    NotIncreasing {
-        /// The axis: `x`, `y` or `z`.
-        axis: char,
+    NotMonotone {
+        /// The name of the axis.
+        axis: &'static str,
         /// The later node, from 0.
         index: usize,
         /// The coordinate of the node before.
@@ -42,24 +41,62 @@ pub enum GridError {
         /// The coordinate of the later node.
         value: f64,
     },
+    /// A node at a coordinate that the axis does not have.
+    #[error("node {index} of the {axis} axis is {value}: expected {expected}")]
+    OutOfRange {
+        /// The name of the axis.
+        axis: &'static str,
+        /// The node, from 0.
+        index: usize,
+        /// Its coordinate.
+        value: f64,
+        /// What is expected.
+        expected: &'static str,
+    },
+    /// An azimuth that goes round more than once.
+    #[error(
+        "the {axis} axis spans {span} rad, from {first} to {last}: expected at most a full turn, \
+         2 pi (degrees have to be converted)"
+    )]
+    MoreThanATurn {
+        /// The name of the axis.
+        axis: &'static str,
+        /// The last coordinate less the first \[rad\].
+        span: f64,
+        /// The first coordinate \[rad\].
+        first: f64,
+        /// The last coordinate \[rad\].
+        last: f64,
+    },
+    /// An axis of angles that was to be interpolated in its logarithm.
+    #[error("the {axis} axis has angles: expected a length to be interpolated in its logarithm")]
+    LogarithmOfAngle {
+        /// The name of the axis.
+        axis: &'static str,
+    },
     /// The values are not as many as the nodes.
     #[error(
-        "{found} values for a grid of {} x {} x {} nodes (x, y, z): expected one for each node",
-        shape[0], shape[1], shape[2]
+        "{found} values for a grid of {} x {} x {} nodes ({}): expected one for each node",
+        shape[0], shape[1], shape[2], coordinates.names().join(", ")
     )]
     Length {
-        /// The nodes along x, y and z.
+        /// The nodes along the three axes.
         shape: [usize; 3],
+        /// The coordinates along them.
+        coordinates: Coordinates,
         /// The values given.
         found: usize,
     },
     /// A value that is NaN or infinite.
     #[error(
-        "the value at the node with indices (x, y, z) = {index:?} is {value}: expected a finite number"
+        "the value at the node with indices ({}) = {index:?} is {value}: expected a finite number",
+        coordinates.names().join(", ")
     )]
     ValueNotFinite {
-        /// The indices along x, y and z, from 0.
+        /// The indices along the three axes, from 0.
         index: (usize, usize, usize),
+        /// The coordinates along them.
+        coordinates: Coordinates,
         /// The value.
         value: f64,
     },
@@ -73,12 +110,12 @@ pub enum GridError {
 pub struct OutsideGrid {
     /// The position (x, y, z), in the length unit of the grid.
     pub position: [f64; 3],
-    /// The first axis that it leaves: `x`, `y` or `z`.
-    pub axis: char,
-    /// Its coordinate along that axis.
+    /// The name of the first axis that it leaves.
+    pub axis: &'static str,
+    /// Its coordinate along that axis, in radians if it is an angle.
     pub value: f64,
-    /// The first node of that axis.
+    /// The least coordinate of that axis.
     pub min: f64,
-    /// The last node of that axis.
+    /// The largest coordinate of that axis.
     pub max: f64,
 }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 const BOTH: [Interpolation; 2] = [Interpolation::Linear, Interpolation::MonotoneCubic];
 
-fn at(grid: &Grid, position: [f64; 3]) -> f64 {
+pub(super) fn at(grid: &Grid, position: [f64; 3]) -> f64 {
     let mut rate = [f64::NAN];
     grid.emission_rates(&Samples::new(&[position], &[[0.0, 0.0, 1.0]]), &mut rate).unwrap();
     rate[0]
@@ -138,6 +138,37 @@ fn even_and_uneven_axes_give_the_same_bits() {
 }
 
 #[test]
+fn the_nearest_node_has_the_value() {
+    let nodes = [warped(7, 0.1), warped(5, -0.08), vec![0.0, 0.3, 1.0]];
+    let grid = sampled(nodes.clone(), smooth).with_interpolation(Interpolation::Nearest);
+    for i in 0..1000 {
+        let position = [0.1234, 0.377, 0.711].map(|step| (f64::from(i) * step).fract());
+        let nearest = [0, 1, 2].map(|axis| {
+            let distance = |node: &f64| (node - position[axis]).abs();
+            let closer = |a: &&f64, b: &&f64| distance(a).total_cmp(&distance(b));
+            nodes[axis].iter().min_by(closer).copied().unwrap()
+        });
+        assert_eq!(at(&grid, position).to_bits(), smooth(nearest).to_bits(), "{position:?}");
+    }
+}
+
+#[test]
+fn descending_axes_are_turned_around() {
+    let ascending = [warped(6, 0.1), warped(5, -0.1), warped(4, 0.0)];
+    let grid = sampled(ascending.clone(), smooth);
+    for turned in 0..8 {
+        let mut nodes = ascending.clone();
+        for (axis, nodes) in nodes.iter_mut().enumerate() {
+            if turned >> axis & 1 == 1 {
+                nodes.reverse();
+            }
+        }
+        let turned = sampled(nodes, smooth);
+        assert_eq!((turned.nodes(), turned.values()), (grid.nodes(), grid.values()));
+    }
+}
+
+#[test]
 fn nothing_or_an_error_is_outside() {
     let grid = sampled([vec![-1.0, 0.0, 2.0], vec![0.0, 1.0], vec![5.0, 6.0]], |_| 3.0);
     for interpolation in BOTH {
@@ -147,9 +178,9 @@ fn nothing_or_an_error_is_outside() {
         }
         let strict = grid.clone().with_outside(Outside::Error);
         let outside = [
-            ([2.0_f64.next_up(), 0.0, 5.0], 'x', [-1.0, 2.0]),
-            ([0.0, -1e-300, 9.0], 'y', [0.0, 1.0]),
-            ([0.0, 0.5, f64::NAN], 'z', [5.0, 6.0]),
+            ([2.0_f64.next_up(), 0.0, 5.0], "x", [-1.0, 2.0]),
+            ([0.0, -1e-300, 9.0], "y", [0.0, 1.0]),
+            ([0.0, 0.5, f64::NAN], "z", [5.0, 6.0]),
         ];
         for (position, axis, [min, max]) in outside {
             assert_eq!(at(&grid, position).to_bits(), 0.0_f64.to_bits());
@@ -182,7 +213,12 @@ fn what_makes_no_grid_is_refused() {
         (
             [vec![0.0, 2.0, 2.0], axis(), axis()],
             vec![0.0; 12],
-            "node 2 of the x axis is 2 and follows 2: expected an axis that increases strictly",
+            "node 2 of the x axis is 2 and follows 2: expected nodes that all increase or all decrease",
+        ),
+        (
+            [axis(), vec![4.0, 2.0, 3.0], axis()],
+            vec![0.0; 12],
+            "node 2 of the y axis is 3 and follows 2: expected nodes that all increase or all decrease",
         ),
         (
             [vec![0.0, 2.0, 3.0], axis(), axis()],
@@ -265,7 +301,7 @@ proptest! {
 
     #[test]
     fn nodes_have_the_data_bit_for_bit(grid in any_grid(-1e3..1e3_f64)) {
-        for interpolation in BOTH {
+        for interpolation in BOTH.into_iter().chain([Interpolation::Nearest]) {
             let grid = grid.clone().with_interpolation(interpolation);
             let [xs, ys, zs] = grid.nodes();
             let mut values = grid.values().iter();

@@ -56,7 +56,8 @@ impl Camera {
     }
 }
 
-/// The camera, and the length unit with its place; singular points are those of the scene and of its emission.
+/// The camera, and the length unit with its place; singular points, bounds and edges are those of the
+/// scene and of its emission.
 pub(super) fn read(
     projection: Option<Table>,
     shapes: ShapeTables,
@@ -79,6 +80,10 @@ pub(super) fn read(
         let message = format!("unknown projection `{name}`");
         return Err(SceneError::at(&place, message).label(format!("expected {}", names())));
     };
+    // The unit cube is a volume of its own, which data in it usually fill.
+    if let (Some(axes), false) = (emission.data_axes(), description.name == "canonical") {
+        shapes.add_ends_of(axes);
+    }
     let Optics { coordinates, projection } = (description.read)(&mut table, shapes, &place)?;
     table.finish()?;
     Ok((Camera { description, coordinates, projection }, length_unit))

@@ -7,6 +7,7 @@ use super::super::source::Place;
 use super::super::table::Table;
 use emitree::projection::{Bounds, Edge, Ellipsoid, GeometryError, Singularity};
 use emitree_models::catalogue::SingularPoint;
+use emitree_models::grid::GridAxes;
 
 /// The tables of shapes of a scene.
 pub(in crate::scene) struct ShapeTables {
@@ -52,6 +53,21 @@ impl Shapes {
                 None => Ok(found),
             });
             self.singularities.extend(found.ok());
+        }
+    }
+
+    /// Adds what surrounds data on a grid: their bounds, if the scene has none, and the edges at which they end, if no
+    /// other shape has the same surface.
+    pub(super) fn add_ends_of(&mut self, axes: &GridAxes) {
+        self.bounds = self.bounds.or(axes.bounds());
+        for edge in axes.edges() {
+            let Edge::Ellipsoid(surface) = edge else { continue };
+            let is_known = self.bounds == Some(Bounds::Ellipsoid(surface))
+                || self.bodies.contains(&surface)
+                || self.edges.contains(&edge);
+            if !is_known {
+                self.edges.push(edge);
+            }
         }
     }
 }

@@ -1,11 +1,13 @@
-//! `emission.grid`: a cube of data in a file.
+//! `emission.grid`: data on a grid in a file.
 
 use super::super::beside_scene;
 use super::super::document::{Node, Value};
 use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
-use crate::grid::{ArrayOrder, AxisNodes, GridFormat, GridRequest, read_grid};
+use crate::grid::{AngleUnit, ArrayOrder, AxisNodes, GridFormat, GridRequest, read_grid};
+use crate::words::alternatives;
+use emitree_models::grid::Coordinates;
 use emitree_models::{Grid, Interpolation, Outside};
 use std::path::PathBuf;
 
@@ -42,7 +44,11 @@ pub(super) fn read(mut table: Table) -> Result<GridEmission, SceneError> {
     let interpolation = choice(
         table.text("interpolation")?,
         "interpolation",
-        &[("linear", Interpolation::Linear), ("monotone", Interpolation::MonotoneCubic)],
+        &[
+            ("linear", Interpolation::Linear),
+            ("monotone", Interpolation::MonotoneCubic),
+            ("nearest", Interpolation::Nearest),
+        ],
     )?;
     let outside = choice(
         table.text("outside")?,
@@ -68,11 +74,26 @@ fn request(table: &mut Table, places: &mut Places) -> Result<GridRequest, SceneE
         places.others.push(("values", place));
         request.values = Some(name);
     }
-    for (key, nodes) in ["x", "y", "z"].into_iter().zip(&mut request.nodes) {
-        if let Some(node) = table.take(key) {
+    let coordinates =
+        choice(table.text("coordinates")?, "coordinates", &COORDINATES)?.unwrap_or_default();
+    request.coordinates = coordinates;
+    for (key, nodes) in coordinates.names().into_iter().zip(&mut request.nodes) {
+        let latitudes = if key == "theta" { table.take("latitude") } else { None };
+        let given = table.take(key);
+        if let (Some(latitudes), Some(_)) = (&latitudes, &given) {
+            let message = "`emission.grid` has `theta` and `latitude`";
+            return Err(SceneError::at(&latitudes.place, message).label("expected one of them"));
+        }
+        request.has_latitudes |= latitudes.is_some();
+        if let Some(node) = given.or(latitudes) {
             places.others.push((key, node.place.clone()));
             *nodes = axis_nodes(node)?;
         }
+    }
+    request.angle_unit = choice(table.text("angle_unit")?, "unit of angles", &AngleUnit::NAMES)?;
+    if let Some(node) = table.take("logarithmic") {
+        places.others.push(("logarithmic", node.place.clone()));
+        request.are_logarithmic = logarithmic(&node, coordinates)?;
     }
     if let Some((text, place)) = table.text("order")? {
         let order: ArrayOrder = text.parse().map_err(|expected| {
@@ -88,9 +109,44 @@ fn request(table: &mut Table, places: &mut Places) -> Result<GridRequest, SceneE
     Ok(request)
 }
 
+/// The coordinates by the names that scenes have for them.
+const COORDINATES: [(&str, Coordinates); 3] = [
+    ("cartesian", Coordinates::Cartesian),
+    ("cylindrical", Coordinates::Cylindrical),
+    ("spherical", Coordinates::Spherical),
+];
+
+/// The axes that are interpolated in their logarithm, from a list of names.
+fn logarithmic(node: &Node, coordinates: Coordinates) -> Result<[bool; 3], SceneError> {
+    let names = coordinates.names();
+    let expected = || format!("a list of axes, each {}", alternatives(quoted(names)));
+    let Value::Array(items) = &node.value else {
+        return Err(node.refuse(node.value.kind(), &expected()));
+    };
+    let mut chosen = [false; 3];
+    for item in items {
+        let axis = match &item.value {
+            Value::Text(name) => names.iter().position(|other| other == name),
+            _ => None,
+        };
+        match (axis, &item.value) {
+            (Some(axis), _) => chosen[axis] = true,
+            (None, Value::Text(name)) => {
+                return Err(item.refuse(&format!("\"{name}\""), &alternatives(quoted(names))));
+            }
+            (None, other) => return Err(item.refuse(other.kind(), &alternatives(quoted(names)))),
+        }
+    }
+    Ok(chosen)
+}
+
+fn quoted(names: [&str; 3]) -> impl Iterator<Item = String> {
+    names.map(|name| format!("\"{name}\"")).into_iter()
+}
+
 /// The nodes of an axis: the name of an array, the numbers themselves, or a range.
 fn axis_nodes(node: Node) -> Result<AxisNodes, SceneError> {
-    const NODE: &str = "the coordinate of a node, in the length unit of the scene";
+    const NODE: &str = "the coordinate of a node, in the length unit of the scene or `angle_unit`";
     match node.value {
         Value::Text(name) => Ok(AxisNodes::Named(name)),
         Value::Array(items) => {

@@ -95,7 +95,7 @@ fn keys_are_checked_where_they_stand() {
         (
             "interpolation = \"cubic\"",
             "unknown interpolation `cubic`",
-            "expected one of `linear`, `monotone`",
+            "expected one of `linear`, `monotone`, `nearest`",
         ),
         (
             "outside = \"nan\"",
@@ -110,7 +110,8 @@ fn keys_are_checked_where_they_stand() {
         (
             "order = \"zzy\"",
             "`emission.grid.order` is \"zzy\"",
-            "expected the letters x, y and z in the order of the array's axes, as in \"zyx\"",
+            "expected the names of the three axes in the order of the array's, as in \"zyx\" or \
+             \"phi theta r\"",
         ),
         (
             "y = 3",
@@ -126,8 +127,26 @@ fn keys_are_checked_where_they_stand() {
         (
             "y = { min = 2, most = 4 }",
             "`emission.grid.y.max` is missing",
-            "expected `max` here: the coordinate of a node, in the length unit of the scene",
+            "expected `max` here: the coordinate of a node, in the length unit of the scene or \
+             `angle_unit`",
         ),
+        (
+            "coordinates = \"polar\"",
+            "unknown coordinates `polar`",
+            "expected one of `cartesian`, `cylindrical`, `spherical`",
+        ),
+        ("angle_unit = \"°\"", "unknown unit of angles `°`", "expected one of `deg`, `rad`"),
+        (
+            "logarithmic = [\"r\"]",
+            "`emission.grid.logarithmic[0]` is \"r\"",
+            "expected \"x\", \"y\" or \"z\"",
+        ),
+        (
+            "logarithmic = true",
+            "`emission.grid.logarithmic` is a boolean",
+            "expected a list of axes, each \"x\", \"y\" or \"z\"",
+        ),
+        ("r = [1, 2]", "unknown key `emission.grid.r`", "did you mean `x`?"),
         ("scale = nan", "`emission.grid.scale` is NaN", "expected a finite number"),
         ("scales = 3", "unknown key `emission.grid.scales`", "did you mean `scale`?"),
     ];
@@ -151,9 +170,9 @@ fn what_a_file_contradicts_is_marked_at_its_key() {
         ),
         (with("z = [0, 1, 2]"), 4, format!("the z axis: it has 3 nodes: expected 2, since {axis}")),
         (
-            with("z = [1, 0]"),
+            with("z = [1, 1]"),
             4,
-            "node 1 of the z axis is 0 and follows 1: expected an axis that increases strictly"
+            "node 1 of the z axis is 1 and follows 1: expected nodes that all increase or all decrease"
                 .to_owned(),
         ),
         (
@@ -236,4 +255,128 @@ fn a_function_has_a_name_and_no_rates() {
         "emission = { function = \"f\", expression = \"x\" }\nprojection.type = \"canonical\"\n";
     let error = Scene::parse("scene.toml", two, &[]).unwrap_err();
     assert_eq!(error.message(), "the scene has two emissions");
+}
+
+/// A grid of spherical coordinates in `f8.npy`, an array of 2 x 3 x 4, with more lines.
+fn spherical(lines: &str) -> String {
+    format!("[emission.grid]\nfile = \"f8.npy\"\ncoordinates = \"spherical\"\n{lines}\n")
+}
+
+#[test]
+fn spherical_grids_are_read() {
+    let scene = spherical(
+        "angle_unit = \"deg\"\nr = { min = 1, max = 27 }\nlatitude = [45, 0, -45]\n\
+         phi = [0, 20]\nlogarithmic = [\"r\"]\ninterpolation = \"nearest\"",
+    );
+    let EmissionSource::Grid(emission) = parse(&scene).unwrap() else { panic!("{scene}") };
+    let axes = emission.grid.axes();
+    let [r, theta, phi] = axes.nodes();
+    let close = |found: &[f64], expected: &[f64]| {
+        found.len() == expected.len()
+            && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14 * b.abs().max(1.0))
+    };
+    assert!(close(r, &[1.0, 3.0, 9.0, 27.0]), "{r:?}");
+    assert!(close(theta, &[45_f64, 90.0, 135.0].map(f64::to_radians)), "{theta:?}");
+    assert!(close(phi, &[0.0, 20_f64.to_radians()]), "{phi:?}");
+    assert_eq!(axes.are_logarithmic(), [true, false, false]);
+    // g = 100 phi + 10 theta + r of the indices; 5 is nearer to 3 than to 9, by ratio.
+    let source = EmissionSource::Grid(emission);
+    assert_eq!(rate(&source, [5.0, 0.0, 0.0]).unwrap().to_bits(), 11.0_f64.to_bits());
+    assert_eq!(rate(&source, [5.3, 0.0, 0.0]).unwrap().to_bits(), 12.0_f64.to_bits());
+}
+
+#[test]
+fn angles_are_checked_in_their_unit() {
+    let axes = |theta: &str, phi: &str, unit: &str| {
+        spherical(&format!("r = [1, 2, 3, 4]\ntheta = {theta}\nphi = {phi}\n{unit}"))
+    };
+    let (rad, deg) = ("angle_unit = \"rad\"", "angle_unit = \"deg\"");
+    let all = "(`angle_unit` is the unit of all angles)";
+    let pi = std::f64::consts::PI;
+    let cases = [
+        (
+            axes("[0, 90, 180]", "[0, 1]", rad),
+            5,
+            format!(
+                "the theta axis: node 1 is 90 rad: expected a colatitude from 0 to {pi} rad {all}"
+            ),
+        ),
+        (
+            axes("[0, 90, 181]", "[0, 1]", deg),
+            5,
+            format!(
+                "the theta axis: node 2 is 181 deg: expected a colatitude from 0 to 180 deg {all}"
+            ),
+        ),
+        (
+            axes("[0, 1, 3]", "[0, 350]", rad),
+            6,
+            format!(
+                "the phi axis: it goes from 0 to 350 rad: expected at most a full turn, {} rad {all}",
+                2.0 * pi
+            ),
+        ),
+        (
+            axes("[0, 1.6, 3.1416]", "[0, 180]", deg),
+            5,
+            "the theta axis: it goes from 0 to 3.1416 deg, which are pi in radians: expected \
+             degrees, or `angle_unit` = \"rad\""
+                .to_owned(),
+        ),
+        (
+            axes("[0, 90, 180]", "[0, 3.1416]", deg),
+            6,
+            "the phi axis: it goes from 0 to 3.1416 deg, which are 2 pi in radians: expected \
+             degrees, or `angle_unit` = \"rad\""
+                .to_owned(),
+        ),
+        (
+            axes("[0, 90, 80]", "[0, 180]", deg),
+            5,
+            "node 2 of the theta axis is 80 and follows 90: expected nodes that all increase or \
+             all decrease"
+                .to_owned(),
+        ),
+        (
+            axes("[0, 90, 180]", "[0, 180]", ""),
+            5,
+            "the theta axis: the unit of its angles is not known: expected `angle_unit`, \"deg\" or \
+             \"rad\""
+                .to_owned(),
+        ),
+        (
+            axes("[0, 90, 180]", "[0, 180]", &format!("{deg}\norder = \"zyx\"")),
+            8,
+            "the order of axes is given as zyx: expected the axes r, theta, phi".to_owned(),
+        ),
+    ];
+    for (scene, line, text) in cases {
+        let (found_line, message, _) = error(&scene);
+        let expected = format!("`emission.grid`: the grid f8.npy: {text}");
+        assert_eq!((found_line, message), (line, expected), "{scene}");
+    }
+    let both = spherical("theta = [0, 90]\nlatitude = [0, 90]");
+    expect(&both, 5, "`emission.grid` has `theta` and `latitude`", "expected one of them");
+}
+
+/// The bounds and edges of a scene with a spherical grid of radii 1 to 4, by the evaluations of a line.
+#[test]
+fn data_declare_where_they_end() {
+    let rest = "[projection]\ntype = \"orthographic\"\nposition = [-50, 0, 0]\n\
+                target = [0, 0, 0]\nextent = [10, 10]\n[image]\nwidth = 4\nheight = 4\n";
+    let emission =
+        spherical("r = [1, 2, 3, 4]\ntheta = [0, 90, 180]\nphi = [0, 180]\nangle_unit = \"deg\"");
+    let name = format!("{}/tests/reference/grids/scene.toml", env!("CARGO_MANIFEST_DIR"));
+    let depths = |lines: &str| {
+        let scene = Scene::parse(&name, &format!("{emission}{lines}{rest}"), &[]).unwrap();
+        let ends =
+            |z: f64| scene.camera.projection().world_from_canonical([0.5, 0.5, z]).position[0];
+        [ends(1e-6), ends(1.0 - 1e-6)]
+    };
+    // No depths are needed: the sphere of the largest radius has them.
+    let found = depths("");
+    assert!((found[0] + 4.0).abs() < 1e-4 && (found[1] - 4.0).abs() < 1e-4, "{found:?}");
+    let bounds = "[bounds]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 2.0\n";
+    let found = depths(bounds);
+    assert!((found[0] + 2.0).abs() < 1e-4 && (found[1] - 2.0).abs() < 1e-4, "{found:?}");
 }
