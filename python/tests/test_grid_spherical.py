@@ -131,7 +131,7 @@ def test_order_and_units_of_a_data_array_are_honoured():
         ours = image(values=data.transpose(*dims)).image
         np.testing.assert_allclose(ours, expected, rtol=1e-9)
     rolled = data.roll(lon=30, roll_coords=True)
-    with pytest.raises(emitree.SceneError, match="node 1 of the phi axis is 229.* follows 225"):
+    with pytest.raises(emitree.SceneError, match=r"node 1 of the phi axis is 229.* follows 225"):
         image(values=rolled)
     data.lon.attrs["units"] = "km"
     with pytest.raises(emitree.SceneError, match="coordinate `lon` of `values` is in 'km'"):
@@ -154,7 +154,9 @@ def test_a_cylinder_has_its_volume():
     camera = emitree.Orthographic(
         position=(0, 0, 9), target=(0, 0, 0), up=(0, 1, 0), extent=(5, 5), near=1, far=20
     )
-    grid = emitree.Grid(values=np.full((3, 6, 2), 1.0), rho=(0, 2), phi=(0, 300), z=(-1, 1), angle_unit="deg")
+    grid = emitree.Grid(
+        values=np.full((3, 6, 2), 1.0), rho=(0, 2), phi=(0, 300), z=(-1, 1), angle_unit="deg"
+    )
     found = emitree.render(grid, camera, (20, 20), tolerance=0.01).image
     np.testing.assert_allclose(found.sum() * (5 / 20) ** 2, 2 * np.pi * 4, rtol=2e-3)
     # From the side: chords of the disc.

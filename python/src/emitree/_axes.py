@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from emitree import _units
-from emitree._function import Floats
 from emitree._native import SceneError
 
 #: The axes of each kind of coordinates, in the order of arrays without names.
@@ -69,7 +68,7 @@ def _axis_of(dim: Any) -> str:
 
 
 def coordinates_of(values: Any, given: Mapping[str, Any]) -> str:
-    """The coordinates of an array by the names of its dimensions, or else by the axes that are given."""
+    """The coordinates that dimensions of an array, or else the given axes, have the names of."""
     found = {_axis_of(dim) for dim in values.dims} if is_data_array(values) else set(given)
     kinds = [kind for kind, axes in COORDINATES.items() if found and found <= set(axes)]
     return kinds[0] if kinds else "cartesian"
@@ -78,7 +77,7 @@ def coordinates_of(values: Any, given: Mapping[str, Any]) -> str:
 def of_data_array(
     values: Any, coordinates: str, given: Mapping[str, Any], length_unit: str | None
 ) -> tuple[Any, dict[str, Nodes]]:
-    """The values of a DataArray in the order of the axes, and its coordinates but for axes that are given."""
+    """The values of a DataArray in the order of the axes, and coordinates of axes not given."""
     axes = COORDINATES[coordinates]
     found = [_axis_of(dim) for dim in values.dims]
     for axis in axes:

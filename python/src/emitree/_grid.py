@@ -38,19 +38,19 @@ Aliases = list[tuple[str, str]]
 class Grid:
     """Emission rates at the nodes of a grid, from an array or from a file.
 
-    values: an array of rates with the axes in the order of the coordinates, or an astropy quantity; or an
-        xarray DataArray with dimensions of these names in any order, whose coordinates are the nodes
-        unless keywords say otherwise (lat, latitude, lon, longitude, radius and colatitude are
-        names too); or a Dataset, of which `variable` chooses an array.
+    values: an array of rates with the axes in the order of the coordinates, or an astropy quantity;
+        or an xarray DataArray with dimensions of these names in any order, whose coordinates are
+        the nodes unless keywords say otherwise (lat, latitude, lon, longitude, radius and
+        colatitude are names too); or a Dataset, of which `variable` chooses an array.
     file: the name of a file (.npy, .npz, .fits, .h5, .nc), whose own axes are kept unless keywords
         say otherwise; variable: which of its arrays has the rates.
     coordinates: "cartesian" (x, y, z), "cylindrical" (rho, phi, z) or "spherical" (r, theta, phi);
         of arrays, those of the axes that are given.
     x, y, z, rho, r, theta, phi: the nodes of the axes, lengths in the length unit of the camera and
-        angles in `angle_unit`: an array of numbers that all increase or all decrease, or (first, last)
-        of equally spaced ones; of a file also the name of an array in it. theta is the colatitude, from
-        the z axis; latitude, from the plane of x and y, may be given instead. phi that goes all
-        round is closed.
+        angles in `angle_unit`: an array of numbers that all increase or all decrease, or
+        (first, last) of equally spaced ones; of a file also the name of an array in it. theta is
+        the colatitude, from the z axis; latitude, from the plane of x and y, may be given instead.
+        phi that goes all round is closed.
     angle_unit: "deg" or "rad", where neither quantities nor attributes of coordinates have it.
     logarithmic: the names of axes that are interpolated in the logarithm of their coordinate.
     interpolation: "linear", "monotone" or "nearest"; outside: "zero" or "error".

@@ -42,13 +42,13 @@ impl Search {
         }
         let intervals = INTERVALS_PER_CELL.saturating_mul(places.len() - 1).min(MOST_INTERVALS);
         let intervals_per_length = intervals as f64 / span;
-        let (Ok(_), true) = (u32::try_from(places.len()), intervals_per_length.is_finite()) else {
+        if !intervals_per_length.is_finite() || u32::try_from(last_cell).is_err() {
             return Self::Bisection;
-        };
+        }
         let mut cells = vec![0; intervals + 1];
-        for (cell, &place) in places[..=last_cell].iter().enumerate() {
+        for (cell, &place) in (0_u32..).zip(&places[..=last_cell]) {
             let after = interval(place - places[0], intervals_per_length, intervals) + 1;
-            cells[after] = cell as u32;
+            cells[after] = cell;
         }
         // An interval without a place has the cell of the one before.
         for at in 1..cells.len() {
