@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from emitree import _progress
 from emitree._cameras import Camera
 from emitree._function import Floats
-from emitree._sweep_order import Images, swept
+from emitree._sweep_order import Emissions, Images, swept
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class Sweep:
 
     #: The values (values,) of each parameter by its name, in the order of the axes.
     parameters: dict[str, NDArray[Any]]
-    #: The renderings, an array of objects with one axis for each parameter.
+    #: The renderings, an array of objects with one axis for each parameter, and one for the cameras
+    #: if there are several.
     renderings: NDArray[Any]
     #: How often the emission was evaluated for all images together. The evaluations of a rendering
     #: are those that it would take alone at the same points.
@@ -45,14 +46,14 @@ class Sweep:
 def sweep(
     model: Callable[..., Any],
     parameters: Mapping[str, Any],
-    camera: Camera,
+    camera: Camera | Sequence[Camera],
     shape: Sequence[int] | int,
     *,
     executor: Any = None,
     progress: _progress.Progress = False,
     **options: Any,
 ) -> Sweep:
-    """The images of a model for all combinations of values of its parameters.
+    """The images of a model for all combinations of values of its parameters, and for all cameras.
 
     The image in the middle is rendered in full. For smooth emissions (products of functions of
     method "vol") its points, chosen to a quarter of the tolerance, serve the images around it as
@@ -65,7 +66,11 @@ def sweep(
 
     model: model(**values) returns an emission, of any kind that `render` takes.
     parameters: the values (values,) of each parameter by its name; the last one changes first.
-    camera, shape, executor, progress, options: as of `render`.
+    camera: as of `render`, or several: then the cameras are the last axis, and `parameters` may be
+        none, {}. A point is evaluated once for cameras one after the other with the same
+        `position`: views with charts, such as those with a planet or with ellipsoidal `bounds`,
+        have most points in common then. Cameras that move have none.
+    shape, executor, progress, options: as of `render`.
 
     Raises `ValueError` if a parameter has no values or some that are not finite numbers, and what
     `render` raises.
@@ -79,18 +84,37 @@ def sweep(
     ((3, 16, 16), True)
     """
     values = {name: _checked(name, given) for name, given in parameters.items()}
-    if not values:
+    cameras = (camera,) if isinstance(camera, Camera) else tuple(camera)
+    if not values and isinstance(camera, Camera):
         raise ValueError("`parameters` has none: expected values by the names of parameters")
+    if not cameras:
+        raise ValueError("`camera` is an empty sequence: expected a camera or several")
     axes = list(values.values())
-    shape_of_all = tuple(map(len, axes))
-    places = np.array(list(itertools.product(*map(_scaled, axes))))
     given = itertools.product(*(axis.tolist() for axis in axes))
-    named = [dict(zip(values, of_place, strict=True)) for of_place in given]
-    images = Images(camera, shape, options, executor, progress)
-    found, evaluations = swept([partial(model, **of) for of in named], places, images)
-    renderings = np.empty(len(found), dtype=object)
-    renderings[:] = found
+    models = [partial(model, **dict(zip(values, of_place, strict=True))) for of_place in given]
+    places = np.array(list(itertools.product(*map(_scaled, axes)))).reshape(len(models), len(axes))
+    order = sorted(range(len(models)), key=lambda number: tuple(places[number]))
+    renderings = np.empty((len(models), len(cameras)), dtype=object)
+    evaluations = 0
+    emissions = Emissions([models[number] for number in order])
+    for column, (one, after) in enumerate(zip(cameras, [*cameras[1:], None], strict=True)):
+        is_last = after is None or not _have_points_in_common(one, after)
+        images = Images(one, shape, options, executor, progress)
+        found, count = swept(emissions, places[order], images, is_last=is_last)
+        renderings[order, column] = found
+        evaluations += count
+    shape_of_all = tuple(map(len, axes)) + (() if isinstance(camera, Camera) else (len(cameras),))
     return Sweep(values, renderings.reshape(shape_of_all), evaluations)
+
+
+def _have_points_in_common(one: Camera, other: Camera) -> bool:
+    """Whether renderings of two cameras may have the same points: if the observer is the same.
+
+    The coordinates of charts depend on the observer and not on the pointing or the field.
+    """
+    positions = [getattr(camera, "position", None) for camera in (one, other)]
+    units = [camera.length_unit for camera in (one, other)]
+    return None not in positions and str(positions[0]) == str(positions[1]) and units[0] == units[1]
 
 
 def _checked(name: str, given: Any) -> NDArray[Any]:

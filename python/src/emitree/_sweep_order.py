@@ -94,29 +94,50 @@ def plan_of(rendering: Rendering) -> Plan | None:
     return plan if plan.is_of_products else None
 
 
+class Emissions:
+    """The emissions of all places, each with what is known of its rates."""
+
+    def __init__(self, models: Sequence[Callable[[], Any]]) -> None:
+        self._models = models
+        self._known: dict[int, Recorded | Passed] = {}
+
+    def __len__(self) -> int:
+        return len(self._models)
+
+    def of(self, number: int, images: Images) -> Recorded | Passed:
+        """The emission of a place."""
+        if number not in self._known:
+            self._known[number] = images.emission(self._models[number]())
+        return self._known[number]
+
+    def forget(self, number: int) -> None:
+        """Drops its rates, which take about 0.3 kB for each point."""
+        self._known.pop(number, None)
+
+
 def swept(
-    models: Sequence[Callable[[], Any]], places: Floats, images: Images
+    emissions: Emissions, places: Floats, images: Images, *, is_last: bool = True
 ) -> tuple[list[Rendering], int]:
     """The renderings of some emissions, and the number of evaluations.
 
-    models: functions that return the emissions; places: their parameters (n, parameters), as
-    fractions of their ranges.
+    places: the parameters of the emissions (n, parameters), as fractions of their ranges, in
+        lexical order: of equally near ones the first is taken.
+    is_last: whether the rates are not needed any more.
     """
-    # Of equally near ones the first is taken: in the order of their places.
-    order = np.lexsort(places.T[::-1])
-    sweep = _Sweep([models[number] for number in order], places[order], images)
+    sweep = _Sweep(emissions, places, images, is_last)
     target: Floats | None = np.full(places.shape[1], 0.5)
     while sweep.remaining:
         target = sweep.next(target)
-    return [sweep.found[int(number)] for number in np.argsort(order)], sweep.evaluations
+    return [sweep.found[number] for number in range(len(emissions))], sweep.evaluations
 
 
 class _Sweep:
-    def __init__(self, models: Sequence[Callable[[], Any]], places: Floats, images: Images) -> None:
-        self.models = models
+    def __init__(self, emissions: Emissions, places: Floats, images: Images, is_last: bool) -> None:
+        self.emissions = emissions
         self.places = places
         self.images = images
-        self.remaining = list(range(len(models)))
+        self.is_last = is_last
+        self.remaining = list(range(len(emissions)))
         self.found: dict[int, Rendering] = {}
         self.evaluations = 0
         self.plans: list[SharedPlan] = []
@@ -129,46 +150,49 @@ class _Sweep:
             self._in_full(self._nearest(target))
             return None
         number, plan = self._nearest_pair()
-        if plan is None:
+        if plan is None or not self._may_take(plan.most_evaluations):
             self._in_full(number)
             return None
-        emission = self.images.emission(self.models[number]())
-        if not self._may_take(plan.most_evaluations):
-            self._in_full(number, emission)
-            return None
+        emission = self.emissions.of(number, self.images)
+        before = emission.evaluations
         found = plan.rendering(emission)
-        self.evaluations += emission.evaluations
+        self.evaluations += emission.evaluations - before
         if found.converged:
             self._done(number, found)
             return None
         plan.failed.append(self.places[number])
-        # What was evaluated is of no use for another place.
         return plan.place + _NEXT * (self.places[number] - plan.place)
 
-    def _in_full(self, number: int, emission: Recorded | Passed | None = None) -> None:
+    def _in_full(self, number: int) -> None:
         """Renders an image in full, and makes a plan for those around it."""
-        if emission is None:
-            emission = self.images.emission(self.models[number]())
+        emission = self.emissions.of(number, self.images)
+        before = emission.evaluations
         found = self.images.full(emission)
         self.full.append(found.evaluations)
         plan = plan_of(found)
-        self._done(number, found)
-        if plan is not None and self.remaining and isinstance(emission, Recorded):
-            if self._may_take(emission.evaluations + int(_MOST_OF_FINER * found.evaluations)):
+        if plan is not None and len(self.remaining) > 1 and isinstance(emission, Recorded):
+            spent = emission.evaluations - before
+            if self._may_take(spent + int(_MOST_OF_FINER * found.evaluations), but=1):
                 plan = self.images.finer(emission, found) or plan
-        self.evaluations += emission.evaluations
+        self.evaluations += emission.evaluations - before
         if plan is not None:
             self.plans.append(SharedPlan(plan, self.places[number], emission))
+        self._done(number, found)
 
     def _done(self, number: int, found: Rendering) -> None:
         self.found[number] = found
         self.remaining.remove(number)
+        if self.is_last:
+            self.emissions.forget(number)
 
-    def _may_take(self, evaluations: int) -> bool:
-        """Whether all images are within the limit if these evaluations are lost."""
+    def _may_take(self, evaluations: int, but: int = 0) -> bool:
+        """Whether all images are within the limit if these evaluations are lost.
+
+        but: how many of the remaining images are among them.
+        """
         full = float(np.mean(self.full))
-        of_others = full * len(self.remaining)
-        return self.evaluations + evaluations + of_others <= _MOST * full * len(self.models)
+        of_others = full * (len(self.remaining) - but)
+        return self.evaluations + evaluations + of_others <= _MOST * full * len(self.emissions)
 
     def _nearest(self, target: Floats) -> int:
         distances = [_distance(self.places[number], target) for number in self.remaining]
