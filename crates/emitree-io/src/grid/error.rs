@@ -1,6 +1,6 @@
 //! Why a file has no grid.
 
-use super::angles::AngleUnit;
+use super::angle_unit::AngleUnit;
 use super::order::ArrayOrder;
 use super::request::GridFormat;
 use emitree_models::GridError;

@@ -16,9 +16,10 @@
 //! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the file, and with
 //! the numbers as they are stored).
 //!
-//! The files of this module: `request.rs`, `order.rs`, `angles.rs` and `error.rs` are its interface,
+//! The files of this module: `request.rs`, `order.rs`, `angle_unit.rs` and `error.rs` are its interface,
 //! `array.rs` and `budget.rs` are common to all formats, and each format has a file.
 
+mod angle_unit;
 mod angles;
 mod array;
 mod budget;
@@ -31,7 +32,7 @@ mod npz;
 mod order;
 mod request;
 
-pub use angles::AngleUnit;
+pub use angle_unit::AngleUnit;
 pub use error::{GridFileError, GridReadError};
 pub use order::{ArrayOrder, NotAnOrder};
 pub use request::{AxisNodes, GridFormat, GridRequest};

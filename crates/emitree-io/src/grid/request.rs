@@ -1,6 +1,6 @@
 //! What to read from a file: its format, and where the values and the nodes are.
 
-use super::angles::AngleUnit;
+use super::angle_unit::AngleUnit;
 use super::error::GridReadError;
 use super::order::ArrayOrder;
 use emitree_models::grid::Coordinates;

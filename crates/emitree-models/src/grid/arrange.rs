@@ -3,9 +3,8 @@
 //! Descending axes are turned around. A closed axis of φ gets a node before its first and two after its
 //! last, so that the seam is a cell like any other, for cubics too. Nodes at poles, and added ones, get means over φ.
 
-use super::axes::ANGLE_ROUNDING;
 use super::axis::{Axis, is_descending};
-use super::coordinates::Coordinates;
+use super::coordinates::{ANGLE_ROUNDING, Coordinates};
 use core::array::from_fn;
 use core::f64::consts::{PI, TAU};
 

@@ -2,7 +2,7 @@
 
 use super::arrange::Arrangement;
 use super::axis::{Axis, Location, check_nodes};
-use super::coordinates::{Coordinates, in_turn_from};
+use super::coordinates::{ANGLE_ROUNDING, Coordinates, in_turn_from};
 use super::error::{GridError, OutsideGrid};
 use core::f64::consts::PI;
 use emitree::projection::{Bounds, Edge, Ellipsoid};
@@ -37,9 +37,6 @@ pub struct GridAxes {
     axes: [Axis; 3],
     arrangement: Arrangement,
 }
-
-/// How far an angle may be from a pole or a full turn to be one \[rad\]: numbers of 32 bits in degrees are.
-pub(super) const ANGLE_ROUNDING: f64 = 1e-5;
 
 impl GridAxes {
     /// Axes with these nodes, lengths in the length unit of the scene and angles in radians.

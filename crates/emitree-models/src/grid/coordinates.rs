@@ -2,6 +2,9 @@
 
 use core::f64::consts::TAU;
 
+/// How far an angle may be from a pole or a full turn to be one \[rad\]: numbers of 32 bits in degrees are.
+pub(super) const ANGLE_ROUNDING: f64 = 1e-5;
+
 /// The coordinates along the axes of a grid, from a position (x, y, z) in the world. Lengths are in the
 /// length unit of the scene and angles in radians.
 ///
