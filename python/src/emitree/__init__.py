@@ -41,7 +41,7 @@ from emitree._energies import Energies
 from emitree._forward import Forward
 from emitree._grid import Grid
 from emitree._instrument import Instrument
-from emitree._jacobian import jacobian
+from emitree._jacobian import Jacobian, jacobian
 from emitree._native import EmissionError, RenderError, SceneError, __version__
 from emitree._plan import Plan
 from emitree._points import Points
@@ -74,6 +74,7 @@ __all__ = [
     "Grid",
     "Healpix",
     "Instrument",
+    "Jacobian",
     "Mesh",
     "Model",
     "Orthographic",

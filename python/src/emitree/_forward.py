@@ -13,7 +13,7 @@ from emitree import _options
 from emitree._cameras import Camera
 from emitree._cash import cash, deviance_residuals
 from emitree._function import Floats
-from emitree._jacobian import Derivatives, ModelOf, checked_parameters
+from emitree._jacobian import STEPS_ARE_OF_LOS, Derivatives, ModelOf, checked_parameters
 from emitree._native import RenderError
 from emitree._neighbourhood import neighbourhood, plan_of_all, serves
 from emitree._plan import Plan
@@ -57,7 +57,7 @@ class Forward:
     exposure: what the image is multiplied with before, a number or an array: area times time.
     linear: numbers of the parameters that the rates are proportional to; they need no check and
         their derivatives no evaluations.
-    derivative, steps: as of `jacobian`.
+    derivative, difference_steps: as of `jacobian`.
     renewal_limit: the most evaluations of the rendering of a renewal; by default 3 times those of
         the first. Where they do not suffice, the plan is the best so far, and `unconverged` has the
         parameters: an optimizer may try some that are far off.
@@ -92,11 +92,13 @@ class Forward:
         exposure: Any = 1.0,
         linear: Sequence[int] = (),
         derivative: ModelOf | str | None = None,
-        steps: Any = None,
+        difference_steps: Any = None,
         renewal_limit: int | None = None,
         on_renewal: Callable[[Floats, Plan], Any] | None = None,
         **options: Any,
     ) -> None:
+        if np.ndim(options.get("steps", 0)) == 1:
+            raise TypeError(STEPS_ARE_OF_LOS)
         if not 0 < trust:
             raise ValueError(f"`trust` is {trust}: expected a positive number")
         self._model = model
@@ -110,7 +112,7 @@ class Forward:
         self._exposure = _checked_amount("exposure", exposure)
         self._linear = tuple(linear)
         self._derivative = derivative
-        self._steps = steps
+        self._difference_steps = difference_steps
         self._renewal_limit = _options.count("renewal_limit", renewal_limit, "evaluations")
         self._on_renewal = on_renewal
         self._derivatives: Derivatives | None = None
@@ -259,7 +261,7 @@ class Forward:
 
     def _differentiated(self, theta: Floats) -> Derivatives:
         if self._derivatives is None:
-            count, steps, linear = len(theta), self._steps, self._linear
+            count, steps, linear = len(theta), self._difference_steps, self._linear
             derivative = self._derivative
             if callable(derivative):
                 derivative = self._counting(derivative)
@@ -338,12 +340,12 @@ class Forward:
     def _made(self, theta: Floats, options: dict[str, Any]) -> tuple[_Served, Rendering]:
         """A new plan for some parameters, and the rendering that it is of."""
         emissions = self._neighbourhood(theta)
-        plan, suffices, found = plan_of_all(emissions, self._camera, self._shape, options)
-        if not suffices:
+        found = plan_of_all(emissions, self._camera, self._shape, options)
+        if not found.suffices:
             self.unconverged.append(theta.copy())
-        served = _Served(plan, [theta.copy()])
+        served = _Served(found.plan, [theta.copy()])
         self._plans.append(served)
-        return served, found
+        return served, found.first
 
     def _neighbourhood(self, theta: Floats) -> list[Any]:
         """The emissions at some parameters and where each of them alone is changed by `trust`."""

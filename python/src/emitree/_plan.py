@@ -115,7 +115,11 @@ class Plan:
         Raises `TypeError` if it is no function, `ValueError` if it does not return n numbers, and
         any exception of the function.
         """
-        return _rates(self, emission)
+        return self.rates_at(emission, self.points)
+
+    def rates_at(self, emission: Callable[..., Any], points: Points) -> Floats:
+        """The rates (n,) of a function at other points, as by `rates`."""
+        return _rates(self, points, emission)
 
     def apply(self, rates: Any) -> Any:
         """The image, of the shape `shape`, for rates (n,) at the points, in the unit of the rates.
@@ -369,14 +373,14 @@ def _of_content(content: _plan_file.Content) -> Plan:
     return Plan(stored, content.points, content.seen.shape, content.unit, None)
 
 
-def _rates(plan: Plan, emission: Any) -> Floats:
+def _rates(plan: Plan, points: Points, emission: Any) -> Floats:
     from emitree._render import BATCH_SIZE, function_of
 
     if isinstance(emission, str) or not callable(emission):
         raise TypeError(f"the emission is {emission!r}: expected a function")
     function = function_of(emission, plan._setup, plan._unit)
-    points, rates = plan.points, np.empty(len(plan))
-    for start in range(0, len(plan), BATCH_SIZE):
+    rates = np.empty(len(points))
+    for start in range(0, len(points), BATCH_SIZE):
         part = slice(start, start + BATCH_SIZE)
         energy = None if points.energy is None else points.energy[part]
         rates[part] = function(points.position[part], points.direction[part], energy)
