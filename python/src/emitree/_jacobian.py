@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from functools import wraps
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 from emitree._cameras import Camera
 from emitree._function import Floats
 from emitree._neighbourhood import plan_of_all
+from emitree._parameters import checked_parameters
 from emitree._plan import Plan
 
 #: The steps of central differences, relative to each parameter: their error is about the square.
@@ -113,8 +115,11 @@ def jacobian(
     return Jacobian(image, derivatives, errors, converged)
 
 
-class Jacobian(tuple[Floats, Floats]):
-    """The image of a model and its derivatives, a pair of arrays, with their errors.
+@dataclass(frozen=True, eq=False)
+class Jacobian:
+    """The image of a model and its derivatives, with their errors.
+
+    It is a pair too: image, derivatives = emitree.jacobian(…).
 
     >>> import emitree, numpy as np
     >>> def shell(radius):
@@ -125,6 +130,10 @@ class Jacobian(tuple[Floats, Floats]):
     (True, True, 1)
     """
 
+    #: The image.
+    image: Floats
+    #: The derivatives (p, *image.shape).
+    derivatives: Floats
     #: The estimated error of each derivative, relative to its own largest pixel; None if it was not
     #: compared with samples.
     estimated_errors: list[float | None]
@@ -132,46 +141,17 @@ class Jacobian(tuple[Floats, Floats]):
     #: derivatives were not compared with samples.
     converged: bool | None
 
-    def __new__(
-        cls,
-        image: Floats,
-        derivatives: Floats,
-        estimated_errors: Sequence[float | None],
-        converged: bool | None,
-    ) -> Jacobian:
-        self = super().__new__(cls, (image, derivatives))
-        self.estimated_errors = list(estimated_errors)
-        self.converged = converged
-        return self
+    def __iter__(self) -> Iterator[Floats]:
+        """The image and the derivatives."""
+        return iter((self.image, self.derivatives))
 
-    def __getnewargs__(self) -> tuple[Any, ...]:
-        """What pickles and copies are made of."""
-        return *self, self.estimated_errors, self.converged
+    def __len__(self) -> int:
+        """Two: the image and the derivatives."""
+        return 2
 
-    @property
-    def image(self) -> Floats:
-        """The image."""
-        return self[0]
-
-    @property
-    def derivatives(self) -> Floats:
-        """The derivatives (p, *image.shape)."""
-        return self[1]
-
-
-def checked_parameters(theta: Any) -> Floats:
-    """Parameters (p,) as an array of finite numbers.
-
-    >>> checked_parameters((1, 2))
-    array([1., 2.])
-    """
-    parameters = np.array(theta, dtype=np.float64)
-    if parameters.ndim != 1:
-        raise ValueError(f"`theta` has the shape {parameters.shape}: expected (p,)")
-    for number, value in enumerate(parameters):
-        if not np.isfinite(value):
-            raise ValueError(f"parameter {number} of `theta` is {value}: expected a finite number")
-    return parameters
+    def __getitem__(self, number: int) -> Floats:
+        """The image, 0, or the derivatives, 1."""
+        return (self.image, self.derivatives)[number]
 
 
 class Derivatives:
