@@ -20,6 +20,11 @@ def spiral(position, direction):
     return np.exp(-((ring - 1.5) ** 2 + z**2) / 0.1) * arms
 
 
+def halo(position, direction):
+    """A Gaussian about the origin, with a slope."""
+    return np.exp(-0.5 * (position**2).sum(axis=1)) * (1 + 0.2 * position[:, 0])
+
+
 @cache
 def plan_of(kind):
     """A plan of a kind."""
@@ -28,7 +33,7 @@ def plan_of(kind):
         return emitree.render(gaussians, CAMERA, (20, 24)).plan
     if kind == "planet":
         sphere = emitree.Sphere(center=(0, 0, 0), radius=1)
-        return emitree.render(gaussians, CAMERA, (8, 8), occulters=[sphere], tolerance=0.1).plan
+        return emitree.render(halo, CAMERA, (8, 8), occulters=[sphere], tolerance=0.1).plan
     if kind == "trees":
         return emitree.render(spiral, CAMERA, (12, 16), tolerance=0.1).plan
     if kind == "cells":

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from models import counted, peak
+from models import counted, peak, torus
 
 import emitree
 
@@ -312,10 +312,58 @@ def test_what_is_wrong_with_derivatives_is_named(plan):
         ({"camera": CUBE}, TypeError, "`camera` is given beside a `plan`"),
         ({"derivative": "torch"}, ValueError, "`derivative` is 'torch': expected a function"),
         ({"derivative": wrong}, ValueError, r"have the shape \(\d+, 3\): expected \(\d+, 2\)"),
-        ({"steps": [1.0]}, ValueError, r"`steps` have the shape \(1,\): expected \(2,\)"),
+        (
+            {"difference_steps": [1.0]},
+            ValueError,
+            r"`difference_steps` have the shape \(1,\): expected \(2,\)",
+        ),
+        ({"steps": [1.0, 1.0]}, TypeError, "expected `difference_steps`, as `steps` is an option"),
         ({"linear": [2]}, ValueError, "`linear` has the parameter 2: expected 0 to 1"),
         ({"model": lambda a, b: "x"}, TypeError, "`model` returned 'x': expected a function"),
     ]:
         given = {"model": ball, "theta": (1.0, 0.2), "plan": plan} | arguments
         with pytest.raises(error, match=message):
             emitree.jacobian(**given)
+
+
+def test_estimated_errors_of_derivatives():
+    camera = emitree.Perspective(
+        position=(6, -4, 5), target=(0, 0, 0), field_of_view=(35, 35), near=2, far=16
+    )
+    theta = (1.5, 0.3, 40.0, 0.3)
+    found = emitree.jacobian(torus, theta, camera, (12, 12), linear=[2])
+    lines = {"method": "los", "steps": 100, "lines": 8}
+    finer = emitree.jacobian(torus, theta, camera, (12, 12), linear=[2], **lines)
+    assert found.converged and finer.converged is None
+    assert finer.estimated_errors == [None] * 4
+    for slope, exact, error in zip(
+        found.derivatives, finer.derivatives, found.estimated_errors, strict=True
+    ):
+        assert error <= 0.01
+        assert abs(slope - exact).max() < 0.01 * abs(exact).max()
+    again = pickle.loads(pickle.dumps(found))
+    assert (again.converged, again.estimated_errors) == (True, found.estimated_errors)
+    np.testing.assert_array_equal(again.image, found.image)
+
+
+def moving(place, width):
+    """A Gaussian: the functions of its derivatives by both parameters differ along x alone."""
+
+    def rate(position, direction):
+        x, y, z = position.T
+        return np.exp(-((x - place) ** 2 + (y - 0.5) ** 2 + (z - 0.5) ** 2) / width**2)
+
+    return rate
+
+
+def test_derivatives_that_a_plan_does_not_serve_are_told():
+    theta = (0.4, 0.15)
+    found = emitree.jacobian(moving, theta, CUBE, (16, 16))
+    finer = emitree.jacobian(moving, theta, CUBE, (16, 16), method="los", steps=200, lines=2)
+    exact = finer.derivatives
+    wrong = [abs(a - b).max() / abs(b).max() for a, b in zip(found.derivatives, exact, strict=True)]
+    # No points are found that serve both derivatives, and the result says so.
+    assert max(wrong) > 0.01 and found.converged is False
+    assert max(found.estimated_errors) > 0.01
+    served = [error <= 0.01 for error in found.estimated_errors]
+    assert all(error <= 0.01 for error, is_good in zip(wrong, served, strict=True) if is_good)

@@ -19,6 +19,7 @@ lowest x: seen from the observer, x points to the right and y up. Angles are in 
 the camera's `length_unit`; astropy quantities are taken too.
 """
 
+from emitree._build_tree import build_tree
 from emitree._cameras import (
     Box,
     Camera,
@@ -41,12 +42,12 @@ from emitree._energies import Energies
 from emitree._forward import Forward
 from emitree._grid import Grid
 from emitree._instrument import Instrument
-from emitree._jacobian import jacobian
+from emitree._jacobian import Jacobian, jacobian
 from emitree._native import EmissionError, RenderError, SceneError, __version__
 from emitree._plan import Plan
 from emitree._points import Points
 from emitree._progressive import Frame, progressive
-from emitree._render import build_tree, render
+from emitree._render import render
 from emitree._result import Rendering
 from emitree._session import Session
 from emitree._sparse import SparseMatrix
@@ -74,6 +75,7 @@ __all__ = [
     "Grid",
     "Healpix",
     "Instrument",
+    "Jacobian",
     "Mesh",
     "Model",
     "Orthographic",

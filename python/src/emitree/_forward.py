@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,19 @@ import numpy as np
 from emitree import _options
 from emitree._cameras import Camera
 from emitree._cash import cash, deviance_residuals
+from emitree._counting import Counting
 from emitree._function import Floats
-from emitree._jacobian import Derivatives, ModelOf, checked_parameters
+from emitree._jacobian import STEPS_ARE_OF_LOS, Derivatives, ModelOf
 from emitree._native import RenderError
 from emitree._neighbourhood import neighbourhood, plan_of_all, serves
+from emitree._parameters import (
+    checked_amount,
+    checked_bounds,
+    checked_parameters,
+    checked_ranges,
+    checked_sigma,
+    default_ranges,
+)
 from emitree._plan import Plan
 from emitree._result import Rendering
 
@@ -57,7 +65,7 @@ class Forward:
     exposure: what the image is multiplied with before, a number or an array: area times time.
     linear: numbers of the parameters that the rates are proportional to; they need no check and
         their derivatives no evaluations.
-    derivative, steps: as of `jacobian`.
+    derivative, difference_steps: as of `jacobian`.
     renewal_limit: the most evaluations of the rendering of a renewal; by default 3 times those of
         the first. Where they do not suffice, the plan is the best so far, and `unconverged` has the
         parameters: an optimizer may try some that are far off.
@@ -92,25 +100,27 @@ class Forward:
         exposure: Any = 1.0,
         linear: Sequence[int] = (),
         derivative: ModelOf | str | None = None,
-        steps: Any = None,
+        difference_steps: Any = None,
         renewal_limit: int | None = None,
         on_renewal: Callable[[Floats, Plan], Any] | None = None,
         **options: Any,
     ) -> None:
+        if np.ndim(options.get("steps", 0)) == 1:
+            raise TypeError(STEPS_ARE_OF_LOS)
         if not 0 < trust:
             raise ValueError(f"`trust` is {trust}: expected a positive number")
         self._model = model
         self._camera = camera
         self._shape = shape
         self._options = options
-        self._bounds = _checked_bounds(bounds)
-        self._ranges = _checked_ranges(ranges, self._bounds)
+        self._bounds = checked_bounds(bounds)
+        self._ranges = checked_ranges(ranges, self._bounds)
         self._trust = trust
-        self._background = _checked_amount("background", background)
-        self._exposure = _checked_amount("exposure", exposure)
+        self._background = checked_amount("background", background)
+        self._exposure = checked_amount("exposure", exposure)
         self._linear = tuple(linear)
         self._derivative = derivative
-        self._steps = steps
+        self._difference_steps = difference_steps
         self._renewal_limit = _options.count("renewal_limit", renewal_limit, "evaluations")
         self._on_renewal = on_renewal
         self._derivatives: Derivatives | None = None
@@ -151,13 +161,13 @@ class Forward:
         data: the measured image; pixels that are NaN there or in the image give 0.
         sigma: its standard deviations, a number or an array, positive.
         """
-        measured, deviation = self._measured(data), _checked_sigma(sigma)
+        measured, deviation = self._measured(data), checked_sigma(sigma)
         found = (self(theta) - measured) / deviation
         return np.where(np.isnan(found), 0.0, found).ravel()
 
     def residuals_jacobian(self, theta: Any, data: Any, sigma: Any = 1.0) -> Floats:
         """The derivatives (pixels, p) of `residuals`, for `jac` of `least_squares`."""
-        measured, deviation = self._measured(data), _checked_sigma(sigma)
+        measured, deviation = self._measured(data), checked_sigma(sigma)
         found = self.jacobian(theta) / deviation
         found = np.where(np.isnan(measured) | np.isnan(found), 0.0, found)
         return found.reshape(len(found), -1).T.copy()
@@ -259,7 +269,7 @@ class Forward:
 
     def _differentiated(self, theta: Floats) -> Derivatives:
         if self._derivatives is None:
-            count, steps, linear = len(theta), self._steps, self._linear
+            count, steps, linear = len(theta), self._difference_steps, self._linear
             derivative = self._derivative
             if callable(derivative):
                 derivative = self._counting(derivative)
@@ -275,7 +285,7 @@ class Forward:
 
     def _counting(self, model: ModelOf) -> ModelOf:
         """A model that counts its evaluations."""
-        return _Counting(self, model)
+        return Counting(self, model)
 
     def _emission(self, theta: Floats) -> Callable[..., Any]:
         return self._differentiated(theta).emission(theta)
@@ -309,7 +319,7 @@ class Forward:
     def _first(self, theta: Floats) -> Plan:
         """The plan of the first parameters."""
         if self._ranges is None:
-            self._ranges = _default_ranges(theta, self._bounds, self._linear)
+            self._ranges = default_ranges(theta, self._bounds, self._linear)
         self._present, first = self._made(theta, self._options)
         if not first.converged:
             raise RenderError(
@@ -338,12 +348,12 @@ class Forward:
     def _made(self, theta: Floats, options: dict[str, Any]) -> tuple[_Served, Rendering]:
         """A new plan for some parameters, and the rendering that it is of."""
         emissions = self._neighbourhood(theta)
-        plan, suffices, found = plan_of_all(emissions, self._camera, self._shape, options)
-        if not suffices:
+        found = plan_of_all(emissions, self._camera, self._shape, options)
+        if not found.suffices:
             self.unconverged.append(theta.copy())
-        served = _Served(plan, [theta.copy()])
+        served = _Served(found.plan, [theta.copy()])
         self._plans.append(served)
-        return served, found
+        return served, found.first
 
     def _neighbourhood(self, theta: Floats) -> list[Any]:
         """The emissions at some parameters and where each of them alone is changed by `trust`."""
@@ -382,79 +392,3 @@ class _Served:
 
     plan: Plan
     checked: list[Floats]
-
-
-class _Counting:
-    """A model that adds its evaluations to those of a `Forward`."""
-
-    def __init__(self, forward: Forward, model: ModelOf) -> None:
-        self.forward = forward
-        self.model = model
-
-    def __call__(self, *theta: Any) -> Any:
-        emission = self.model(*theta)
-        if isinstance(emission, str) or not callable(emission):
-            return emission
-
-        @wraps(emission)
-        def counted(position: Any, *others: Any) -> Any:
-            self.forward.evaluations += len(position)
-            return emission(position, *others)
-
-        return counted
-
-
-def _checked_bounds(bounds: Any) -> Floats | None:
-    """Bounds (p, 2), infinite where there is no limit."""
-    if bounds is None:
-        return None
-    limits = []
-    for number, pair in enumerate(bounds):
-        if len(pair) != 2:
-            raise ValueError(f"the bounds of parameter {number} are {pair}: expected (low, high)")
-        low = -np.inf if pair[0] is None else float(pair[0])
-        high = np.inf if pair[1] is None else float(pair[1])
-        if not low < high:
-            raise ValueError(f"the bounds of parameter {number} are {pair}: expected low < high")
-        limits.append((low, high))
-    return np.array(limits)
-
-
-def _checked_ranges(ranges: Any, bounds: Floats | None) -> Floats | None:
-    if ranges is None:
-        return None
-    found = np.array(ranges, dtype=np.float64)
-    if found.ndim != 1 or not np.all(found > 0):
-        raise ValueError(f"`ranges` are {ranges}: expected a positive number for each parameter")
-    if bounds is not None and len(bounds) != len(found):
-        raise ValueError(f"`ranges` are {len(found)}: expected {len(bounds)}, as many as `bounds`")
-    return found
-
-
-def _default_ranges(theta: Floats, bounds: Floats | None, linear: tuple[int, ...]) -> Floats:
-    """The sizes of parameters, or the widths of their bounds if these are less."""
-    ranges = np.where(theta == 0, np.inf, abs(theta))
-    if bounds is not None:
-        ranges = np.minimum(ranges, bounds[:, 1] - bounds[:, 0])
-    ranges[list(linear)] = 1.0
-    for number, size in enumerate(ranges):
-        if not np.isfinite(size):
-            raise ValueError(
-                f"parameter {number} is 0 at first, and has no bounds: expected `ranges`, over "
-                "which each parameter changes the image"
-            )
-    return ranges
-
-
-def _checked_sigma(sigma: Any) -> Floats:
-    deviation = np.asarray(sigma, dtype=np.float64)
-    if not np.all(deviation > 0):
-        raise ValueError(f"`sigma` has {deviation.min()}: expected positive numbers")
-    return deviation
-
-
-def _checked_amount(name: str, amount: Any) -> Floats:
-    found = np.asarray(amount, dtype=np.float64)
-    if not np.isfinite(found).all():
-        raise ValueError(f"`{name}` is not finite: expected a number, or one for each pixel")
-    return found

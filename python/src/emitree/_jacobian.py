@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from functools import wraps
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 from emitree._cameras import Camera
 from emitree._function import Floats
 from emitree._neighbourhood import plan_of_all
+from emitree._parameters import checked_parameters
 from emitree._plan import Plan
 
 #: The steps of central differences, relative to each parameter: their error is about the square.
@@ -20,6 +22,12 @@ RELATIVE_STEP = 1e-4
 #: The changes whose images a plan of derivatives serves, relative to each parameter: they are as
 #: large as the image, as a change by a third is.
 _CHANGE = 0.3
+
+#: The error text for the former name of `difference_steps`.
+STEPS_ARE_OF_LOS = (
+    "`steps` has a number for each parameter: expected `difference_steps`, as `steps` is an option "
+    "of method `los`"
+)
 
 #: A function of parameters that returns an emission: a function of (position, direction[, energy]).
 ModelOf = Callable[..., Any]
@@ -33,18 +41,19 @@ def jacobian(
     *,
     plan: Plan | None = None,
     derivative: ModelOf | str | None = None,
-    steps: Any = None,
+    difference_steps: Any = None,
     linear: Sequence[int] = (),
     **options: Any,
-) -> tuple[Floats, Floats]:
+) -> Jacobian:
     """The image of a model and its derivatives by the parameters: (image, (p, *image.shape)).
 
     The image and all derivatives have the same points and weights, so no difference of two images
     contains their errors. The points are those of the image at theta; samples show whether they
     suffice for each derivative, and if not, they are those of a mixture of g and its derivatives
     (smooth emissions of method "vol"). Then the image and each derivative meet the tolerance, each
-    relative to its own largest pixel. Where no such points are found, and for other methods, the
-    errors of the derivatives are not estimated.
+    relative to its own largest pixel. `estimated_errors` of the result has these errors, and
+    `converged` is False where no such points are found; for other methods, and with a `plan`, the
+    derivatives are not compared with samples.
 
     model: model(*theta) returns a function of (position, direction[, energy]), as of `render`.
     theta: the parameters (p,).
@@ -55,7 +64,8 @@ def jacobian(
         * a function: derivative(*theta) returns a function of (position, direction[, energy]) that
           gives (n, p), the derivatives of the rates by all parameters;
         * "jax": forward differentiation of model(*theta), written in `jax.numpy`, in 64 bits.
-    steps: the steps (p,) of the differences; by default 1e-4 of each parameter, or 1e-4 if it is 0.
+    difference_steps: the steps (p,) of the differences; by default 1e-4 of each parameter, or 1e-4
+        if it is 0.
     linear: numbers of the parameters that the rates are proportional to. They cost no evaluation
         unless they are 0.
 
@@ -74,34 +84,74 @@ def jacobian(
     ((2, 8, 8), True)
     """
     parameters = checked_parameters(theta)
-    differentiated = Derivatives(model, len(parameters), derivative, steps, linear)
+    if np.ndim(options.get("steps", 0)) == 1:
+        raise TypeError(STEPS_ARE_OF_LOS)
+    differentiated = Derivatives(model, len(parameters), derivative, difference_steps, linear)
+    errors: list[float | None] = [None] * len(parameters)
+    converged = None
     if plan is None:
         if camera is None or shape is None:
             raise TypeError("expected `camera` and `shape`, or a `plan`")
-        emissions = [differentiated.emission(parameters), *differentiated.changes(parameters)]
-        plan, _, _ = plan_of_all(emissions, camera, shape, options)
+        changes = differentiated.changes(parameters)
+        emissions = [differentiated.emission(parameters), *changes.values()]
+        found = plan_of_all(emissions, camera, shape, options)
+        plan, converged = found.plan, found.suffices if found.plan.is_of_products else None
+        of_image, *of_changes = (
+            None if rendering is None else rendering.estimated_error
+            for rendering in found.compared(emissions)
+        )
+        for number, error in zip(changes, of_changes, strict=True):
+            errors[number] = error
+        for number in linear:
+            # This derivative is the image times a number.
+            errors[number] = of_image
     else:
         named = options | {"camera": camera, "shape": shape}
         given = [name for name, value in named.items() if value is not None]
         if given:
             raise TypeError(f"`{given[0]}` is given beside a `plan`: expected one of them")
     image = plan.apply(plan.rates(differentiated.emission(parameters)))
-    return image, differentiated.images(plan, parameters, image)
+    derivatives = differentiated.images(plan, parameters, image)
+    return Jacobian(image, derivatives, errors, converged)
 
 
-def checked_parameters(theta: Any) -> Floats:
-    """Parameters (p,) as an array of finite numbers.
+@dataclass(frozen=True, eq=False)
+class Jacobian:
+    """The image of a model and its derivatives, with their errors.
 
-    >>> checked_parameters((1, 2))
-    array([1., 2.])
+    It is a pair too: image, derivatives = emitree.jacobian(…).
+
+    >>> import emitree, numpy as np
+    >>> def shell(radius):
+    ...     return lambda r, d: np.exp(-50 * (np.linalg.norm(r - 0.5, axis=1) - radius) ** 2)
+    >>> found = emitree.jacobian(shell, [0.3], emitree.Canonical(), (16, 16))
+    >>> image, derivatives = found
+    >>> found.derivatives is derivatives, found.converged, len(found.estimated_errors)
+    (True, True, 1)
     """
-    parameters = np.array(theta, dtype=np.float64)
-    if parameters.ndim != 1:
-        raise ValueError(f"`theta` has the shape {parameters.shape}: expected (p,)")
-    for number, value in enumerate(parameters):
-        if not np.isfinite(value):
-            raise ValueError(f"parameter {number} of `theta` is {value}: expected a finite number")
-    return parameters
+
+    #: The image.
+    image: Floats
+    #: The derivatives (p, *image.shape).
+    derivatives: Floats
+    #: The estimated error of each derivative, relative to its own largest pixel; None if it was not
+    #: compared with samples.
+    estimated_errors: list[float | None]
+    #: Whether the points serve the image and all derivatives, to the tolerance; None if the
+    #: derivatives were not compared with samples.
+    converged: bool | None
+
+    def __iter__(self) -> Iterator[Floats]:
+        """The image and the derivatives."""
+        return iter((self.image, self.derivatives))
+
+    def __len__(self) -> int:
+        """Two: the image and the derivatives."""
+        return 2
+
+    def __getitem__(self, number: int) -> Floats:
+        """The image, 0, or the derivatives, 1."""
+        return (self.image, self.derivatives)[number]
 
 
 class Derivatives:
@@ -112,15 +162,20 @@ class Derivatives:
         model: ModelOf,
         count: int,
         derivative: ModelOf | str | None,
-        steps: Any,
+        difference_steps: Any,
         linear: Sequence[int],
     ) -> None:
+        steps = difference_steps
         if isinstance(derivative, str) and derivative != "jax":
             raise ValueError(f'`derivative` is {derivative!r}: expected a function, "jax" or None')
         if derivative is not None and steps is not None:
-            raise ValueError("`steps` are of differences: expected no `derivative` beside them")
+            raise ValueError(
+                "`difference_steps` are of differences: expected no `derivative` beside them"
+            )
         if steps is not None and np.shape(steps) != (count,):
-            raise ValueError(f"`steps` have the shape {np.shape(steps)}: expected ({count},)")
+            raise ValueError(
+                f"`difference_steps` have the shape {np.shape(steps)}: expected ({count},)"
+            )
         for number in linear:
             if not 0 <= number < count:
                 raise ValueError(f"`linear` has the parameter {number}: expected 0 to {count - 1}")
@@ -129,7 +184,9 @@ class Derivatives:
         self.derivative = derivative
         self.steps = None if steps is None else np.asarray(steps, dtype=np.float64)
         if self.steps is not None and not np.all(np.isfinite(self.steps) & (self.steps != 0)):
-            raise ValueError(f"`steps` are {steps}: expected finite numbers that are not 0")
+            raise ValueError(
+                f"`difference_steps` are {steps}: expected finite numbers that are not 0"
+            )
         self.linear = tuple(linear)
 
     def emission(self, theta: Floats) -> Callable[..., Any]:
@@ -139,10 +196,10 @@ class Derivatives:
             raise TypeError(f"`model` returned {emission!r}: expected a function")
         return emission  # type: ignore[no-any-return]
 
-    def changes(self, theta: Floats) -> list[Callable[..., Any]]:
-        """The derivatives of g by all parameters but the linear ones, times changes of these."""
+    def changes(self, theta: Floats) -> dict[int, Callable[..., Any]]:
+        """The derivatives of g times changes of parameters, by their numbers, but linear ones."""
         numbers = [number for number in range(self.count) if number not in self.linear]
-        return [self._change(theta, number) for number in numbers]
+        return {number: self._change(theta, number) for number in numbers}
 
     def _change(self, theta: Floats, number: int) -> Callable[..., Any]:
         (above, below), width = self._moved(theta, number)

@@ -9,6 +9,8 @@ that of a mixture of all of them, with weights of both signs, and is compared wi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from emitree._cameras import Camera
@@ -17,14 +19,32 @@ from emitree._native import SceneError
 from emitree._plan import Plan
 from emitree._render import render
 from emitree._result import Rendering
+from emitree._search import finer_tolerance, plan_of_products
 
 #: Of the mixtures one after the other, the tolerance relative to that of the plan, and the most
-#: evaluations in those of the first emission. Products of a mixture take about as many; image
-#: trees, which serve no better than those of the first emission, more than twice as many. The last
-#: one is finer, as differences are a part of it only.
-_MIXTURES = ((1.0, 1.5), (0.25, 3.0))
-#: The tolerance of `render` by default.
-_TOLERANCE = 0.01
+#: evaluations in those of the first emission. The latter are finer as differences are a part of
+#: them only: for derivatives of a torus a quarter suffices with some views and a tenth with others,
+#: and products take 1.2 and 1.8 times the evaluations.
+_MIXTURES = ((1.0, 1.3), (0.25, 1.5), (0.1, 2.5))
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """A plan for several emissions."""
+
+    plan: Plan
+    #: Whether it serves all of them; of a plan that can't be compared, whether it has converged.
+    suffices: bool
+    #: The rendering of the first emission.
+    first: Rendering
+    #: The renderings of all emissions by the plan, if it suffices and was compared with them.
+    checks: list[Rendering] | None = None
+
+    def compared(self, emissions: Sequence[Any]) -> list[Rendering | None]:
+        """The renderings of all emissions by the plan; None where it can't be compared."""
+        if self.checks is not None:
+            return [*self.checks]
+        return [compared(self.plan, emission) for emission in emissions]
 
 
 def serves(plan: Plan, emissions: Iterable[Any]) -> bool:
@@ -32,15 +52,29 @@ def serves(plan: Plan, emissions: Iterable[Any]) -> bool:
 
     Only plans of products of functions are compared with samples; for others it is False.
     """
-    return plan.is_of_products and all(_served(plan, emission) for emission in emissions)
+    return checks_of(plan, emissions) is not None
 
 
-def _served(plan: Plan, emission: Any) -> bool:
+def checks_of(plan: Plan, emissions: Iterable[Any]) -> list[Rendering] | None:
+    """The renderings of emissions by a plan; None if it is not found to serve one of them."""
+    checks = []
+    for emission in emissions:
+        found = compared(plan, emission)
+        if found is None or not found.converged:
+            return None
+        checks.append(found)
+    return checks
+
+
+def compared(plan: Plan, emission: Any) -> Rendering | None:
+    """The rendering of an emission by a plan, which samples compare with it; None if they can't."""
+    if not plan.is_of_products:
+        return None
     try:
-        return plan.render(emission).converged
+        return plan.render(emission)
     except SceneError:
         # The mesh has no products for some part of the view.
-        return False
+        return None
 
 
 def plan_of_all(
@@ -48,38 +82,37 @@ def plan_of_all(
     camera: Camera,
     shape: Sequence[int] | int,
     options: Mapping[str, Any],
-) -> tuple[Plan, bool, Rendering]:
+) -> Neighbourhood:
     """A plan for the first of some emissions that serves all of them, as far as one is found.
 
-    Returns the plan, whether it serves them, and the rendering of the first emission. A plan that
-    is not one of products is not compared: for the others it is as good as the same lines or cells
-    are, and counts as one that serves them.
+    A plan that is not one of products is not compared: for the others it is as good as the same
+    lines or cells are, and counts as one that serves them.
     """
     alone = render(emissions[0], camera, shape, **options)
     plan = alone.plan
     if not (alone.converged and plan.is_of_products):
-        return plan, alone.converged, alone
-    if serves(plan, emissions[1:]):
-        return plan, True, alone
+        return Neighbourhood(plan, alone.converged, alone)
+    checks = checks_of(plan, emissions[1:])
+    if checks is not None:
+        return Neighbourhood(plan, True, alone, [alone, *checks])
     given = options.get("max_evaluations")
-    for weights, (finer, most) in zip(_weights(len(emissions)), _MIXTURES, strict=True):
+    plain, differences = _weights(len(emissions))
+    for weights, (finer, most) in zip((plain, differences, differences), _MIXTURES, strict=True):
+        changes = finer_tolerance(options, finer)
         limit = int(most * alone.evaluations)
-        changes: dict[str, Any] = finer_tolerance(options, finer)
-        changes["max_evaluations"] = limit if given is None else min(limit, given)
-        mixed = render(mixture(emissions, weights), camera, shape, **{**options, **changes})
-        if mixed.converged and mixed.surfaces is None:
-            plan_of_mixture = mixed.plan.with_options({name: options.get(name) for name in changes})
-            if serves(plan_of_mixture, emissions):
-                return plan_of_mixture, True, alone
-    return plan, False, alone
-
-
-def finer_tolerance(options: Mapping[str, Any], finer: float) -> dict[str, float]:
-    """A finer tolerance, if it is the error of the largest pixel."""
-    if finer == 1.0 or any(options.get(name) is not None for name in ("rtol", "atol")):
-        return {}
-    tolerance = options.get("tolerance")
-    return {"tolerance": finer * (_TOLERANCE if tolerance is None else tolerance)}
+        mixed = plan_of_products(
+            partial(plan.rates_at, mixture(emissions, weights)),
+            camera,
+            shape,
+            {**options, **changes, "max_evaluations": None},
+            limit if given is None else min(limit, given),
+        )
+        if mixed is not None:
+            of_mixture = plan.with_points_of(mixed)
+            checks = checks_of(of_mixture, emissions)
+            if checks is not None:
+                return Neighbourhood(of_mixture, True, alone, checks)
+    return Neighbourhood(plan, False, alone)
 
 
 def _weights(count: int) -> tuple[list[float], list[float]]:

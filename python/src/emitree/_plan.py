@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,12 +15,13 @@ from emitree import _native, _plan_file, _progress
 from emitree._factors import Factors, factors
 from emitree._files import written
 from emitree._function import Floats, as_rates
+from emitree._libraries import library_of, scipy
 from emitree._points import Points
 from emitree._sparse import SparseMatrix, compressed_rows
 
 if TYPE_CHECKING:
-    from emitree._render import Setup
     from emitree._result import Rendering
+    from emitree._setup import Setup
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,11 @@ class Plan:
         Raises `TypeError` if it is no function, `ValueError` if it does not return n numbers, and
         any exception of the function.
         """
-        return _rates(self, emission)
+        return self.rates_at(emission, self.points)
+
+    def rates_at(self, emission: Callable[..., Any], points: Points) -> Floats:
+        """The rates (n,) of a function at other points, as by `rates`."""
+        return _rates(self, points, emission)
 
     def apply(self, rates: Any) -> Any:
         """The image, of the shape `shape`, for rates (n,) at the points, in the unit of the rates.
@@ -137,7 +141,7 @@ class Plan:
         >>> bool(np.allclose(plan.apply(np.ones(len(plan))), 1))
         True
         """
-        library = _library_of(rates)
+        library = library_of(rates)
         if library is not None:
             return library.apply(self, rates)
         if np.ndim(rates) == 2:
@@ -182,7 +186,7 @@ class Plan:
 
     @cached_property
     def _matrix(self) -> Any:
-        sparse = _scipy("sparse")
+        sparse = scipy("sparse")
         rows = self._rows
         return sparse.csr_array((rows.data, rows.indices, rows.indptr), shape=rows.shape)
 
@@ -225,7 +229,7 @@ class Plan:
 
         Raises `ImportError` without scipy.
         """
-        return _scipy("sparse.linalg").LinearOperator(
+        return scipy("sparse.linalg").LinearOperator(
             shape=(int(np.prod(self.shape)), len(self)),
             matvec=lambda rates: np.where(self.seen, self.apply(np.ravel(rates)), 0.0).ravel(),
             rmatvec=lambda image: self.adjoint(np.reshape(image, self.shape)),
@@ -369,38 +373,16 @@ def _of_content(content: _plan_file.Content) -> Plan:
     return Plan(stored, content.points, content.seen.shape, content.unit, None)
 
 
-def _rates(plan: Plan, emission: Any) -> Floats:
-    from emitree._render import BATCH_SIZE, function_of
+def _rates(plan: Plan, points: Points, emission: Any) -> Floats:
+    from emitree._evaluator import BATCH_SIZE
+    from emitree._setup import function_of
 
     if isinstance(emission, str) or not callable(emission):
         raise TypeError(f"the emission is {emission!r}: expected a function")
     function = function_of(emission, plan._setup, plan._unit)
-    points, rates = plan.points, np.empty(len(plan))
-    for start in range(0, len(plan), BATCH_SIZE):
+    rates = np.empty(len(points))
+    for start in range(0, len(points), BATCH_SIZE):
         part = slice(start, start + BATCH_SIZE)
         energy = None if points.energy is None else points.energy[part]
         rates[part] = function(points.position[part], points.direction[part], energy)
     return rates
-
-
-def _library_of(rates: Any) -> Any:
-    """The module for arrays of a library that is in use, which is imported for them alone."""
-    for name, kind in (("jax", "Array"), ("torch", "Tensor")):
-        if name in sys.modules and isinstance(rates, getattr(sys.modules[name], kind, ())):
-            import importlib
-
-            return importlib.import_module(f"emitree._{name}")
-    return None
-
-
-def _scipy(module: str) -> Any:
-    """A module of scipy."""
-    import importlib
-
-    try:
-        return importlib.import_module(f"scipy.{module}")
-    except ImportError as error:
-        raise ImportError(
-            "scipy is missing: expected it for `matrix` and `operator`; "
-            '`pip install "emitree[fit]"` installs it'
-        ) from error

@@ -6,44 +6,24 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import numpy as np
-
-from emitree import _executor, _native, _options, _progress, _units
-from emitree._cache import Cache
-from emitree._cameras import Camera, Canonical
+from emitree import _native, _options, _progress
+from emitree._cameras import Camera
 from emitree._components import Columns, of_all
-from emitree._emissions import Tree
-from emitree._energies import energy_table
-from emitree._executor import Serial, Shared
+from emitree._evaluator import batch_size_of, evaluator
 from emitree._function import Floats, Function
 from emitree._result import Rendering
-from emitree._scene import compose, is_scene_file, open_scene
-
-#: The most points of one call of a function: few enough for their arrays to stay in a cache of the
-#: processor, enough for the call to cost nothing.
-BATCH_SIZE = 65536
-
-
-@dataclass(frozen=True)
-class Setup:
-    """How an emission before a camera was rendered: all but the emission, for others like it."""
-
-    camera: Camera
-    shape: Sequence[int] | int
-    #: Keywords of `render` that define the scene and its method.
-    options: Mapping[str, Any]
-    quantities: bool = False
-    batch_size: int | None = None
-    threads: int | None = None
-
-    @property
-    def unit(self) -> str | None:
-        """The unit of the rates."""
-        return _units.to_text(self.options.get("unit"))
+from emitree._scene import is_scene_file
+from emitree._setup import (
+    Setup,
+    function_in,
+    opened_scene,
+    refuse_unused,
+    scene_of_camera,
+    values_of,
+)
 
 
 def render(
@@ -206,8 +186,8 @@ def render(
         for name, given in of_view.items():
             if given is not None and not (isinstance(given, Sequence) and len(given) == 0):
                 raise TypeError(f"`{name}` is for a camera: the scene file has its own")
-        scene = _opened(emission, shape, _values(settings, image_unit), changes)
-        _refuse_unused(scene, settings, energy, seeds, changes)
+        scene = opened_scene(emission, shape, values_of(settings, image_unit), changes)
+        refuse_unused(scene, settings, energy, seeds, changes)
         function, setup = None, None
     else:
         if shape is None:
@@ -216,7 +196,7 @@ def render(
             raise TypeError("`changes` are for scene files: expected none")
         setup = Setup(camera, shape, of_view | settings, quantities, batch_size, threads)
         scene = scene_of_camera(emission, camera, shape, setup.options)
-        function = _function(emission, scene, unit, quantities, cache is None and frame is None)
+        function = function_in(emission, scene, unit, quantities, cache is None and frame is None)
     if quantities and function is None:
         raise _native.SceneError("`quantities` is for functions: expected none with this emission")
     return _rendered(
@@ -246,7 +226,7 @@ def rendered_from(
     if max_evaluations is not None:
         options["max_evaluations"] = max_evaluations
     scene = scene_of_camera(emission, setup.camera, setup.shape, options)
-    function = _function(emission, scene, setup.unit, setup.quantities)
+    function = function_in(emission, scene, setup.unit, setup.quantities)
     return _rendered(
         scene,
         function,
@@ -259,116 +239,6 @@ def rendered_from(
         setup=setup,
         start=start,
         is_fixed=is_fixed,
-    )
-
-
-def function_of(emission: Callable[..., Any], setup: Setup | None, unit: str | None) -> Function:
-    """A function as the emission of a setup; of none, one of plain arrays."""
-    if setup is None or not setup.quantities:
-        return Function(emission, unit=unit)
-    scene = scene_of_camera(emission, setup.camera, setup.shape, setup.options)
-    function = _function(emission, scene, unit, True)
-    assert function is not None
-    return function
-
-
-#: Keywords of `render` that belong to the camera; all others are of the table `[render]`.
-OF_VIEW = frozenset(
-    [
-        "energy",
-        "unit",
-        "image_unit",
-        "quantity",
-        "bounds",
-        "occulters",
-        "edges",
-        "singularities",
-        "seeds",
-        "instrument",
-    ]
-)
-
-
-def scene_of_camera(
-    emission: Any, camera: Camera, shape: Sequence[int] | int, options: Mapping[str, Any]
-) -> _native.Scene:
-    """The scene of an emission before a camera, with keywords of `render` as options."""
-    of_view = {key: value for key, value in options.items() if key in OF_VIEW}
-    settings = {key: value for key, value in options.items() if key not in OF_VIEW}
-    of_scene = _values(settings, of_view.get("image_unit"))
-    # Of `los`, uniform steps and a tolerance exclude each other.
-    method, steps = of_scene.get("method"), of_scene.get("steps")
-    if (
-        of_scene.get("tolerance") is None
-        and of_scene.get("rtol") is None
-        and of_scene.get("atol") is None
-        and method != "paper"
-        and not (method == "los" and steps is not None)
-    ):
-        of_scene["tolerance"] = 0.01
-    scene = compose(emission, camera, shape, **of_view, render=of_scene)
-    _refuse_unused(scene, settings, of_view.get("energy"), of_view.get("seeds", ()), None)
-    return scene
-
-
-def _values(settings: Mapping[str, Any], image_unit: Any) -> dict[str, Any]:
-    """Settings as the table `[render]` has them."""
-    values = dict(settings)
-    if _units.is_quantity(values.get("atol")):
-        if image_unit is None:
-            atol = values["atol"]
-            raise _native.SceneError(f"`atol` is {atol}: expected an `image_unit` too")
-        values["atol"] = _units.value_in(values["atol"], _units.to_text(image_unit), "atol")
-    values["max_seconds"] = _units.value_in(values.get("max_seconds"), "s", "max_seconds")
-    feature = values.get("smallest_feature")
-    values["smallest_feature"] = _units.length_text(feature, "smallest_feature")
-    return values
-
-
-def _refuse_unused(
-    scene: _native.Scene,
-    settings: Mapping[str, Any],
-    energy: Any,
-    seeds: Sequence[Any],
-    changes: Mapping[str, Any] | None,
-) -> None:
-    """Refuses keywords without effect; those of a scene file that is changed are reported only."""
-    given = {key for key, value in settings.items() if value is not None}
-    given |= {"seeds"} if len(seeds) else set()
-    given |= {key.removeprefix("render.") for key in changes or ()}
-    _options.refuse_unused(scene.method, scene.ignored, given)
-    table = energy_table(energy) or {}
-    if table.get("lines") and scene.method != "vol":
-        raise _native.SceneError(
-            f"`energy.lines` is given, and method `{scene.method}` does not use it: expected none, "
-            "or method `vol`"
-        )
-
-
-def _opened(
-    path: Any, shape: Any, settings: Mapping[str, Any], changes: Mapping[str, Any] | None
-) -> _native.Scene:
-    given = {key: value for key, value in settings.items() if value is not None}
-    values: dict[str, Any] = {f"render.{key}": value for key, value in given.items()}
-    if shape is not None:
-        height, width = shape
-        values |= {"image.height": height, "image.width": width}
-    return open_scene(path, values | dict(changes or {}))
-
-
-def _function(
-    emission: Any, scene: _native.Scene, unit: Any, quantities: bool, takes_components: bool = False
-) -> Function | None:
-    if isinstance(emission, str) or not callable(emission):
-        return None
-    energies = scene.energies
-    return Function(
-        emission,
-        unit=_units.to_text(unit),
-        length_unit=scene.length_unit,
-        energy_unit=energies[1] if energies else None,
-        quantities=quantities,
-        takes_components=takes_components,
     )
 
 
@@ -393,7 +263,7 @@ def _rendered(
             "images: expected neither, or method `vol`"
         )
     with ExitStack() as stack:
-        evaluate, opened = _evaluator(stack, scene, function, executor, cache)
+        evaluate, opened = evaluator(stack, scene, function, executor, cache)
         columns = Columns(evaluate) if evaluate is not None else None
         render_scene = scene.render
         if start is not None:
@@ -403,7 +273,7 @@ def _rendered(
         def rendering() -> Rendering:
             found = render_scene(
                 function=columns,
-                batch_size=_batch_size(batch_size, function),
+                batch_size=batch_size_of(batch_size, function),
                 threads=threads,
                 progress=hook,
                 frame=frame,
@@ -415,109 +285,3 @@ def _rendered(
 
         first = rendering()
         return first if columns is None else of_all(columns, first, rendering)
-
-
-def _batch_size(given: int | None, function: Function | None) -> int | None:
-    given = _options.batch_size(given)
-    return BATCH_SIZE if given is None and function is not None else given
-
-
-def _evaluator(
-    stack: ExitStack,
-    scene: _native.Scene,
-    function: Function | None,
-    executor: Any,
-    cache: str | os.PathLike[str] | None,
-) -> tuple[Callable[..., Floats] | None, Cache | None]:
-    """What is called with each batch."""
-    if function is None:
-        for name, given in (("executor", executor), ("cache", cache)):
-            if given is not None:
-                raise TypeError(f"`{name}` is for functions: expected none with this emission")
-        return None, None
-    evaluator: Serial | Shared = Serial(function)
-    if executor is not None:
-        evaluator = Shared(function, _executor.checked(executor))
-    if cache is not None:
-        energies = scene.energies
-        units = {
-            "length_unit": scene.length_unit,
-            "unit": function.unit,
-            "energy_unit": energies[1] if energies else None,
-        }
-        opened = stack.enter_context(Cache(cache, units, function.name))
-        return (lambda *batch: opened.rates(evaluator, *batch)), opened
-    if executor is None:
-        return function, None
-
-    def shared(position: Floats, direction: Floats, energy: Floats | None) -> Floats:
-        parts = list(evaluator.parts(position, direction, energy))
-        rates = np.empty((len(position), *parts[0][1].shape[1:]))
-        for part, of_part in parts:
-            rates[part] = of_part
-        return rates
-
-    return shared, None
-
-
-def build_tree(
-    emission: Any,
-    path: str | os.PathLike[str],
-    bounds: Any,
-    *,
-    tolerance: float | None = None,
-    base_level: int | None = None,
-    order: int | None = None,
-    finest_level: int | None = None,
-    max_evaluations: int | None = None,
-    length_unit: Any = None,
-    unit: Any = None,
-    executor: Any = None,
-    batch_size: int | None = None,
-    threads: int | None = None,
-    cache: str | os.PathLike[str] | None = None,
-    progress: _progress.Progress = False,
-) -> Tree:
-    """Builds a tree of an emission that is the same in all directions, once for many views.
-
-    emission: as of `render`; path: the file that the tree is saved in, FITS.
-    bounds: the `Box` that it fills; outside of it the emission is 0.
-    tolerance: details below this fraction of the largest rate are dropped; 0.001 by default.
-    base_level, order, finest_level, max_evaluations: as in the table `[build]` of a scene.
-    length_unit, unit: of the box and of the rates; the others as of `render`.
-
-    The file is whole or absent: until the tree is complete, one of that name stays as it is.
-
-    >>> import emitree, tempfile, os
-    >>> box = emitree.Box(min=(0, 0, 0), max=(1, 1, 1))
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     tree = emitree.build_tree("1 + x", os.path.join(folder, "ramp.fits"), box)
-    ...     emitree.render(tree, emitree.Canonical(), (4, 4)).image[0].round(3).tolist()
-    [1.125, 1.375, 1.625, 1.875]
-    """
-    camera = Canonical(length_unit=length_unit)
-    box = bounds.table(_units.to_text(length_unit))
-    build = {
-        "min": box["min"],
-        "max": box["max"],
-        "tolerance": tolerance,
-        "base_level": base_level,
-        "order": order,
-        "finest_level": finest_level,
-        "max_evaluations": max_evaluations,
-    }
-    build = {key: value for key, value in build.items() if value is not None}
-    scene = compose(emission, camera, (1, 1), unit=unit, render={}, build=build)
-    function = _function(emission, scene, unit, False)
-    threads = _options.threads(threads)
-    with ExitStack() as stack:
-        evaluate, _ = _evaluator(stack, scene, function, executor, cache)
-        output = stack.enter_context(_native.OutputFile(path))
-        encoded, report = scene.build_tree(
-            function=evaluate,
-            batch_size=_batch_size(batch_size, function),
-            threads=threads,
-            progress=stack.enter_context(_progress.hook(progress)),
-        )
-        output.commit(encoded)
-    return Tree(path, report)

@@ -6,24 +6,22 @@ points to the right and y up. Nothing is flipped; plots put row 0 at the bottom.
 
 from __future__ import annotations
 
-import base64
-import html
 import os
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from emitree import _native, _units
+from emitree import _display, _native, _units
 from emitree._files import written
 from emitree._function import Floats
 from emitree._plan import Plan
-from emitree._spectrum import Spectrum
+from emitree._spectrum import Spectrum, spectrum_of_counts, spectrum_of_cube
 from emitree._sums import RegionSum, region_sums
 from emitree._surfaces import Surfaces
 
 if TYPE_CHECKING:
-    from emitree._render import Setup
+    from emitree._setup import Setup
 
 #: Expected counts, the sums of each step to them, and the number and energies of each channel.
 _Counted = tuple[
@@ -249,19 +247,7 @@ class Rendering:
             return self._counts_spectrum(counts, where)
         if self.energies is None:
             raise ValueError("the image has no energies: expected `energy` in `render`")
-        is_sum = self.report["image"]["quantity"] == "irradiance"
-        seen = self._seen(where)
-        scale = 1.0 if is_sum else 1.0 / max(int(seen.sum()), 1)
-        error = None if self.error is None else scale * self.error[:, seen].sum(axis=1)
-        return Spectrum(
-            low=self.energies[:-1],
-            high=self.energies[1:],
-            values=scale * self.image[:, seen].sum(axis=1),
-            error=error,
-            unit=self.unit,
-            energy_unit=self.energy_unit or "",
-            name=self.report["image"]["quantity"],
-        )
+        return spectrum_of_cube(self, self._seen(where))
 
     def _counts_spectrum(self, counts: Floats | None, where: Any) -> Spectrum:
         expected = self.expected_counts
@@ -269,16 +255,8 @@ class Rendering:
         if found.shape != expected.shape:
             raise ValueError(f"`counts` has the shape {found.shape}: expected {expected.shape}")
         seen = self._seen(where) & ~np.isnan(expected).any(axis=0)
-        values = found[:, seen].sum(axis=1)
-        return Spectrum(
-            low=self.channels[:, 1],
-            high=self.channels[:, 2],
-            values=values,
-            error=np.sqrt(values),
-            unit="count",
-            energy_unit="keV",
-            name="expected counts" if counts is None else "counts",
-        )
+        name = "expected counts" if counts is None else "counts"
+        return spectrum_of_counts(self.channels, found, seen, name)
 
     def _seen(self, where: Any) -> Any:
         """The pixels (height, width) that are numbers, and that `where` selects."""
@@ -394,23 +372,7 @@ class Rendering:
         They are those of the plane that FITS projects to, whose axes are angles only where the
         camera's are linear; `wcs` has the angles of all.
         """
-        import xarray
-
-        dims, coords = [], {}
-        if self.energies is not None:
-            middle = 0.5 * (self.energies[1:] + self.energies[:-1])
-            dims.append("energy")
-            coords["energy"] = ("energy", middle, {"units": self.energy_unit})
-        axes = self._found.axes()
-        for dim, axis in zip(("y", "x"), reversed(axes), strict=False):
-            name, unit, places = axis
-            coords[dim] = (dim, places, {"long_name": name, "units": unit or "1"})
-        dims += ["y", "x"] if axes else ["face_row", "column"]
-        values = {"image": self.image} | ({} if self.error is None else {"error": self.error})
-        attributes = {"units": self.unit or "1"}
-        variables = {name: (dims, array, attributes) for name, array in values.items()}
-        about = {key: self.report[key] for key in ("evaluations", "method", "version")}
-        return xarray.Dataset(variables, coords, about)
+        return _display.xarray_of(self, self._found)
 
     def plot(self, ax: Any = None, *, bin: int | None = None, **options: Any) -> Any:
         """Plots the image with matplotlib, y up, with a colour bar, and returns the axes.
@@ -418,27 +380,7 @@ class Rendering:
         bin: the energy bin of a cube; the integral over all of them by default. Options go to
         `imshow`. A HEALPix sky is shown as a Mollweide map.
         """
-        import matplotlib.pyplot as plt
-
-        axes = self._found.axes()
-        if ax is None:
-            _, ax = plt.subplots()
-        if not axes:
-            image, unit = self._found.picture(400), self._found.flat_unit
-        elif self.image.ndim == 3 and bin is not None:
-            image, unit = self.image[bin], self.unit
-        else:
-            image, unit = self.flat_image, self._found.flat_unit
-        options = {"origin": "lower", "interpolation": "nearest", **options}
-        if axes:
-            options.setdefault("extent", [end for axis in axes for end in _ends(axis[2])])
-            for axis, label in zip(axes, (ax.set_xlabel, ax.set_ylabel), strict=True):
-                label(axis[0] + (f" [{axis[1]}]" if axis[1] else ""))
-        else:
-            ax.set_axis_off()
-        shown = ax.imshow(image, **options)
-        ax.figure.colorbar(shown, ax=ax, label=self.report["image"]["quantity"] + _bracketed(unit))
-        return ax
+        return _display.plotted(self, self._found, ax, bin, options)
 
     def __repr__(self) -> str:
         shape = " x ".join(map(str, self.image.shape))
@@ -451,33 +393,4 @@ class Rendering:
         return self._found.png()
 
     def _repr_html_(self) -> str:
-        image = base64.b64encode(self._found.png()).decode()
-        low, high = self.report["image"]["min"], self.report["image"]["max"]
-        error = self.estimated_error
-        rows = {
-            "shape": " &times; ".join(map(str, self.image.shape)),
-            self.report["image"]["quantity"]: f"{low:.4g} to {high:.4g} {html.escape(self.unit)}",
-            "method": self.report["method"],
-            "evaluations": f"{self.evaluations:,}",
-            "error": "not estimated" if error is None else f"{error:.2e} of the largest value",
-            "converged": "yes" if self.converged else "<b>no</b>",
-        }
-        table = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in rows.items())
-        style = "height:12em;image-rendering:pixelated"
-        return (
-            '<div style="display:flex;gap:1em;align-items:center">'
-            f'<img alt="the image" style="{style}" src="data:image/png;base64,{image}">'
-            f"<table>{table}</table></div>"
-        )
-
-
-def _ends(places: Floats) -> tuple[float, float]:
-    """The outer borders of equally spaced pixels with these centres."""
-    if len(places) == 1:
-        return float(places[0]) - 0.5, float(places[0]) + 0.5
-    half = 0.5 * float(np.diff(places).mean())
-    return float(places[0]) - half, float(places[-1]) + half
-
-
-def _bracketed(unit: str) -> str:
-    return f" [{unit}]" if unit else ""
+        return _display.html_of(self, self._repr_png_())

@@ -11,8 +11,8 @@ from emitree._cameras import Camera
 from emitree._function import Floats, as_rates
 from emitree._plan import Plan
 from emitree._points import Points
-from emitree._render import OF_VIEW, Setup, scene_of_camera
 from emitree._result import Rendering
+from emitree._setup import OF_VIEW, Setup, scene_of_camera
 
 #: Keywords of `render` that set how a view is rendered: `resume` may change them.
 _OF_METHOD = frozenset(

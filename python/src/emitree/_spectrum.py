@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from emitree._function import Floats
+
+if TYPE_CHECKING:
+    from emitree._result import Rendering
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,3 +68,36 @@ class Spectrum:
 
     def __len__(self) -> int:
         return len(self.values)
+
+
+def spectrum_of_cube(rendering: Rendering, seen: NDArray[np.bool_]) -> Spectrum:
+    """The mean over the pixels seen (height, width); of irradiances the sum."""
+    assert rendering.energies is not None
+    is_sum = rendering.report["image"]["quantity"] == "irradiance"
+    scale = 1.0 if is_sum else 1.0 / max(int(seen.sum()), 1)
+    error = None if rendering.error is None else scale * rendering.error[:, seen].sum(axis=1)
+    return Spectrum(
+        low=rendering.energies[:-1],
+        high=rendering.energies[1:],
+        values=scale * rendering.image[:, seen].sum(axis=1),
+        error=error,
+        unit=rendering.unit,
+        energy_unit=rendering.energy_unit or "",
+        name=rendering.report["image"]["quantity"],
+    )
+
+
+def spectrum_of_counts(
+    channels: Floats, counts: Floats, seen: NDArray[np.bool_], name: str
+) -> Spectrum:
+    """The sum of counts (channels, height, width) over the pixels seen, with Poisson errors."""
+    values = counts[:, seen].sum(axis=1)
+    return Spectrum(
+        low=channels[:, 1],
+        high=channels[:, 2],
+        values=values,
+        error=np.sqrt(values),
+        unit="count",
+        energy_unit="keV",
+        name=name,
+    )

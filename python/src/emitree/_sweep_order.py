@@ -16,12 +16,11 @@ import numpy as np
 from emitree import _progress, _units
 from emitree._cameras import Camera
 from emitree._function import Floats, Function
-from emitree._neighbourhood import finer_tolerance
 from emitree._plan import Plan
 from emitree._recorded import Passed, Recorded
 from emitree._render import render
 from emitree._result import Rendering
-from emitree._session import SESSION_OPTIONS, Session
+from emitree._search import finer_tolerance, plan_of_products
 from emitree._shared_plan import SharedPlan
 
 #: The tolerance of plans relative to that of the images: at a quarter the plan of a torus serves
@@ -67,22 +66,13 @@ class Images:
 
     def finer(self, emission: Recorded, image: Rendering) -> Plan | None:
         """The plan of a finer image, with the options of all; None if there is none."""
-        changes = finer_tolerance(self.options, _FINER)
-        if not changes:
+        changes, plan = finer_tolerance(self.options, _FINER), plan_of(image)
+        if not changes or plan is None:
             return None
-        options = {name: value for name, value in self.options.items() if name in SESSION_OPTIONS}
-        # A budget of the rendering would end the search for products at a fraction of it.
-        most = emission.evaluations + int(_MOST_OF_FINER * image.evaluations)
-        session = Session(self.camera, self.shape, **{**options, **changes})
-        while points := session.ask():
-            session.tell(emission.rates(points))
-            if emission.evaluations > most:
-                return None
-        found, plan = session.rendering(), plan_of(image)
-        if found is None or not found.converged or found.surfaces is not None or plan is None:
-            return None
-        mesh = session.mesh()
-        return plan.with_points_of(mesh) if mesh.is_of_products else None
+        options = {**self.options, **changes}
+        most = int((1 + _MOST_OF_FINER) * image.evaluations)
+        found = plan_of_products(emission.rates, self.camera, self.shape, options, most)
+        return None if found is None else plan.with_points_of(found)
 
 
 def plan_of(rendering: Rendering) -> Plan | None:

@@ -1,0 +1,34 @@
+"""Models whose evaluations are counted."""
+
+from __future__ import annotations
+
+from functools import wraps
+from typing import Any, Protocol
+
+from emitree._jacobian import ModelOf
+
+
+class Counter(Protocol):
+    """What has a number of evaluations."""
+
+    evaluations: int
+
+
+class Counting:
+    """A model that adds its evaluations to those of a counter, such as a `Forward`."""
+
+    def __init__(self, counter: Counter, model: ModelOf) -> None:
+        self.counter = counter
+        self.model = model
+
+    def __call__(self, *theta: Any) -> Any:
+        emission = self.model(*theta)
+        if isinstance(emission, str) or not callable(emission):
+            return emission
+
+        @wraps(emission)
+        def counted(position: Any, *others: Any) -> Any:
+            self.counter.evaluations += len(position)
+            return emission(position, *others)
+
+        return counted
