@@ -19,6 +19,7 @@ lowest x: seen from the observer, x points to the right and y up. Angles are in 
 the camera's `length_unit`; astropy quantities are taken too.
 """
 
+from emitree._basis import BSplines, RadialFunctions, Voxels
 from emitree._cameras import (
     Box,
     Camera,
@@ -48,6 +49,7 @@ from emitree._points import Points
 from emitree._progressive import Frame, progressive
 from emitree._render import build_tree, render
 from emitree._result import Rendering
+from emitree._sensitivity import Sensitivity, sensitivity
 from emitree._session import Session
 from emitree._sparse import SparseMatrix
 from emitree._spectrum import Spectrum
@@ -59,6 +61,7 @@ from emitree._sweep import Sweep, sweep
 Mesh = Plan
 
 __all__ = [
+    "BSplines",
     "Box",
     "Camera",
     "Canonical",
@@ -82,10 +85,12 @@ __all__ = [
     "Plane",
     "Points",
     "Polar",
+    "RadialFunctions",
     "RegionSum",
     "RenderError",
     "Rendering",
     "SceneError",
+    "Sensitivity",
     "Session",
     "SingularAxis",
     "SingularPoint",
@@ -95,10 +100,12 @@ __all__ = [
     "Surfaces",
     "Sweep",
     "Tree",
+    "Voxels",
     "__version__",
     "build_tree",
     "jacobian",
     "progressive",
     "render",
+    "sensitivity",
     "sweep",
 ]
