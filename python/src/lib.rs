@@ -11,6 +11,7 @@
 //! * `emission`: the emission of a scene, or a function in Python, for the library;
 //! * `rendering`: an image or a cube with its error and its cost;
 //! * `cameras`: the kinds of cameras that scenes have, for the classes in Python;
+//! * `lines`: lines of sight, for what integrates along them in Python;
 //! * `arrays`: images and cubes as arrays of `NumPy`;
 //! * `output`: files that are whole or absent;
 //! * `error`: errors as exceptions, all in one place.
@@ -20,6 +21,7 @@ mod bridge;
 mod cameras;
 mod emission;
 mod error;
+mod lines;
 mod mesh;
 mod output;
 mod rendering;

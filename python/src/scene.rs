@@ -3,13 +3,14 @@
 use crate::bridge::{Caller, Hooks, run};
 use crate::emission::AnyEmission;
 use crate::error::{SceneError, of_encoding, of_rendering, of_scene, of_tree};
+use crate::lines::{Lines, lines};
 use crate::mesh::Mesh;
 use crate::rendering::Rendered;
 use emitree::progress::Frame;
 use emitree::world_tree::{WorldTreeOptions, build_world_tree};
 use emitree::{Image, RenderOptions, StopReason};
 use emitree_io::{Override, TreeFile};
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::path::PathBuf;
@@ -180,6 +181,18 @@ impl Scene {
             .with_units(scene.length_unit.as_deref(), scene.image_unit())
             .with_scene(&scene.text);
         Ok((PyBytes::new(py, &file.encode().map_err(of_encoding)?), cost))
+    }
+
+    /// The lines of sight at places (n,), (n,) of the image plane, x and y from 0 to 1: points (n, 3)
+    /// on them, unit vectors (n, 3) away from the observer, near and far ends (n,), (n,) as distances
+    /// from these points, and dΩ/(dx dy) (n,).
+    fn lines<'py>(
+        &self,
+        py: Python<'py>,
+        x: PyReadonlyArray1<'py, f64>,
+        y: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Lines<'py>> {
+        lines(py, self.0.camera.projection(), x.as_slice()?, y.as_slice()?)
     }
 
     fn __repr__(&self) -> String {

@@ -19,6 +19,7 @@ lowest x: seen from the observer, x points to the right and y up. Angles are in 
 the camera's `length_unit`; astropy quantities are taken too.
 """
 
+from emitree._basis import BSplines, RadialFunctions, Voxels
 from emitree._build_tree import build_tree
 from emitree._cameras import (
     Box,
@@ -49,6 +50,7 @@ from emitree._points import Points
 from emitree._progressive import Frame, progressive
 from emitree._render import render
 from emitree._result import Rendering
+from emitree._sensitivity import Sensitivity, sensitivity
 from emitree._session import Session
 from emitree._sparse import SparseMatrix
 from emitree._spectrum import Spectrum
@@ -60,6 +62,7 @@ from emitree._sweep import Sweep, sweep
 Mesh = Plan
 
 __all__ = [
+    "BSplines",
     "Box",
     "Camera",
     "Canonical",
@@ -84,10 +87,12 @@ __all__ = [
     "Plane",
     "Points",
     "Polar",
+    "RadialFunctions",
     "RegionSum",
     "RenderError",
     "Rendering",
     "SceneError",
+    "Sensitivity",
     "Session",
     "SingularAxis",
     "SingularPoint",
@@ -97,10 +102,12 @@ __all__ = [
     "Surfaces",
     "Sweep",
     "Tree",
+    "Voxels",
     "__version__",
     "build_tree",
     "jacobian",
     "progressive",
     "render",
+    "sensitivity",
     "sweep",
 ]

@@ -101,6 +101,9 @@ class Scene:
         start: Mesh | None = None,
         is_fixed: bool = False,
     ) -> Rendered: ...
+    def lines(
+        self, x: _Floats, y: _Floats
+    ) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
     def build_tree(
         self,
         *,
