@@ -184,12 +184,9 @@ impl Engine<'_> {
         let brightness = |bin: &usize| current.maps[*bin][0].largest();
         let bins = 0..current.maps.len();
         let brightest = bins.max_by(|a, b| brightness(a).total_cmp(&brightness(b))).unwrap_or(0);
-        let means = |number: usize| {
-            let part = &self.parts[number];
-            let raster = [part.scale.height(), part.scale.width()];
-            let shape @ [rows, columns] = self.footings[number].values_shape(raster);
+        let means = |number: usize, shape @ [rows, columns]: [usize; 2]| {
             if let Some(product) = &self.products[number] {
-                return product.means.clone();
+                return product.function.means(shape);
             }
             let mut sum = vec![0.0; rows * columns];
             for sheet in self.sheets.iter().filter(|sheet| sheet.id.part == number) {
@@ -199,10 +196,9 @@ impl Engine<'_> {
             }
             sum
         };
-        let all: Vec<Vec<f64>> = (0..self.parts.len()).map(means).collect();
         let allowed = TUNING.view.quadrature_share * target;
         let weights = current.largest_weights();
-        let Some((footings, error)) = self.view.settle(&all, allowed, weights.as_ref()) else {
+        let Some((footings, error)) = self.view.settle(&means, allowed, weights.as_ref()) else {
             return false;
         };
         for sheet in &mut self.sheets {

@@ -8,7 +8,7 @@ use crate::projection::charts::stretch::Stretch;
 use crate::tree::StopReason;
 use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank::start::Functions;
-use crate::vol::lowrank::{Attempt, Maps, shape_of};
+use crate::vol::lowrank::{Attempt, Maps};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::part::{Parts, ProductImage};
@@ -98,9 +98,8 @@ impl Attempted {
             let image = if has_rim { footing.image(means, &attempt.part.scale).1 } else { image };
             [image, error]
         } else {
-            let shape = footing.values_shape(shape_of(&attempt.part.scale));
-            let means = attempt.search.interpolant.means(shape);
-            known.products[number] = Some(ProductImage { means, errors: error, frozen });
+            let function = Arc::new(attempt.search.interpolant.clone());
+            known.products[number] = Some(ProductImage { function, errors: error, frozen });
             let products: Option<Vec<ProductImage>> = known.products.iter().cloned().collect();
             let Some(products) = products else { return };
             let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance;

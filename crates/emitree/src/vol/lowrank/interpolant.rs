@@ -10,6 +10,7 @@ use crate::output::Model;
 use crate::parallel::prelude::*;
 use crate::vol::lowrank::chebyshev::{LANES, places};
 use crate::vol::lowrank::fibers::Fibers;
+use crate::vol::view::products::RasterMeans;
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 
@@ -25,6 +26,12 @@ pub(super) struct Interpolant {
     core: Vec<f64>,
     /// The number of pivots on each axis that the core contains.
     filled: [usize; 3],
+}
+
+impl RasterMeans for Interpolant {
+    fn means(&self, shape: [usize; 2]) -> Vec<f64> {
+        Self::means(self, shape)
+    }
 }
 
 impl Model for Interpolant {

@@ -2,7 +2,7 @@
 
 use crate::image::Image;
 use crate::parallel::prelude::*;
-use crate::vol::view::raster::{Place, cell_at};
+use crate::vol::view::raster::{Raster, cell_at};
 
 /// The fewest and the most cells along each side of a raster of errors; and for values, how many
 /// times as many, and the fewest.
@@ -58,9 +58,9 @@ impl ChartNodes {
         }
     }
 
-    /// The same with other nodes, in the order of the pixels.
-    pub(crate) fn with_nodes(&self, nodes: Vec<ChartNode>) -> Self {
-        Self { rows: rows_of(self.shape, &nodes), nodes, ..*self }
+    /// The same with other nodes, in the order of the pixels, and another raster of values.
+    pub(crate) fn with_nodes(&self, nodes: Vec<ChartNode>, values_shape: [usize; 2]) -> Self {
+        Self { rows: rows_of(self.shape, &nodes), nodes, values_shape, ..*self }
     }
 
     fn of_row(&self, row: usize) -> &[ChartNode] {
@@ -80,22 +80,22 @@ impl ChartNodes {
         extent(along) > THIN
     }
 
-    /// The weights of the nodes of a pixel and the values there, given the means over the raster.
-    fn values(&self, pixel: usize, means: &[f64]) -> impl Iterator<Item = (f64, f64)> {
-        self.of_pixel(pixel).map(move |node| {
-            let place = Place::new(node.place.map(f64::from), self.values_shape);
-            (node.weight, place.value(means, self.values_shape[1]))
-        })
+    /// The weighted sum of the values of a function at the nodes of a pixel.
+    pub(crate) fn value(&self, pixel: usize, raster: &Raster) -> f64 {
+        self.of_pixel(pixel).map(|node| node.weight * raster.value(node.place.map(f64::from))).sum()
     }
 
-    /// The weighted sum of the values at the nodes of a pixel.
-    pub(crate) fn value(&self, pixel: usize, means: &[f64]) -> f64 {
-        self.values(pixel, means).map(|(weight, value)| weight * value).sum()
+    /// The difference between the largest and the smallest value of a function at the nodes of a pixel.
+    pub(crate) fn range(&self, pixel: usize, raster: &Raster) -> f64 {
+        extent(self.of_pixel(pixel).map(|node| raster.value(node.place.map(f64::from))))
     }
 
-    /// The difference between the largest and the smallest value at the nodes of a pixel.
-    pub(crate) fn range(&self, pixel: usize, means: &[f64]) -> f64 {
-        extent(self.values(pixel, means).map(|(_, value)| value))
+    /// The image of a function.
+    pub(crate) fn image(&self, raster: &Raster) -> Image {
+        let [height, width] = self.shape;
+        let mut image = Image::zeros(height, width);
+        self.add_image(raster, &mut image);
+        image
     }
 
     /// Adds to each pixel the weighted sum of `value` at its nodes.
@@ -109,10 +109,9 @@ impl ChartNodes {
         });
     }
 
-    /// Adds the image of a function to `image`, from its `means` over the raster of values.
-    pub(crate) fn add_image(&self, means: &[f64], image: &mut Image) {
-        let shape @ [_, columns] = self.values_shape;
-        self.add(image, |node| Place::new(node.place.map(f64::from), shape).value(means, columns));
+    /// Adds the image of a function to `image`.
+    pub(crate) fn add_image(&self, raster: &Raster, image: &mut Image) {
+        self.add(image, |node| raster.value(node.place.map(f64::from)));
     }
 
     /// Adds the means of errors over pixels to `image`, from those on the raster of errors.

@@ -11,6 +11,7 @@ pub(crate) mod products;
 mod quadrature;
 pub(crate) mod raster;
 pub(crate) mod scattered;
+mod refined_raster;
 mod settle;
 pub(crate) mod sheet;
 mod squares;

@@ -14,10 +14,10 @@ use crate::tile::Tile;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::chart_nodes::ChartNodes;
 use crate::vol::view::pixel_rule::{Crossing, RuleNode};
-use crate::vol::view::products::FrozenProducts;
+use crate::vol::view::products::{FrozenProducts, RasterMeans};
 use crate::vol::view::quadrature::{ChartInView, ChartsInView, Quadrature};
-use crate::vol::view::raster::cell_at;
-use crate::vol::view::settle::Settled;
+use crate::vol::view::raster::{Raster, cell_at};
+use crate::vol::view::settle::{MeansOfPart, NodesInView, Settled};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -73,8 +73,8 @@ pub(crate) struct Parts<'a> {
 /// The image of products on the rasters of one part.
 #[derive(Clone, Debug)]
 pub(crate) struct ProductImage {
-    /// The means over the raster of values.
-    pub(crate) means: Vec<f64>,
+    /// The sum of the products.
+    pub(crate) function: Arc<dyn RasterMeans>,
     /// The errors on the raster of errors.
     pub(crate) errors: Image,
     /// The products themselves, if a frozen quadrature is made.
@@ -227,34 +227,27 @@ impl Parts<'_> {
     }
 
     /// Compares the quadrature of pixels in charts with a finer one, and replaces it where they
-    /// differ by more than `allowed`, divided by the weight of each pixel's error; `means` are those of
-    /// each part over its raster of values. Returns the footings of all parts and the error of each pixel;
-    /// `None` without charts.
+    /// differ by more than `allowed`, divided by the weight of each pixel's error; `means` are those of the
+    /// function of a part, given its number, over a raster. Returns the footings of all parts and the error of
+    /// each pixel; `None` without charts.
     pub(crate) fn settle(
         &self,
-        means: &[Vec<f64>],
+        means: &MeansOfPart<'_>,
         allowed: f64,
         weights: Option<&Image>,
     ) -> Option<(Vec<Arc<Footing>>, Image)> {
-        let of_part = |(part, means): (&'_ Part<'_>, &'_ Vec<f64>)| match &*part.footing {
-            Footing::Nodes { chart, window, .. } => Some((*chart, *window, means.clone())),
-            Footing::Pixels { .. } => None,
-        };
-        let charts: Option<Vec<_>> = self.parts.iter().zip(means).map(of_part).collect();
-        let charts = charts.filter(|charts| !charts.is_empty())?;
-        let nodes = self.parts.iter().filter_map(|part| match &*part.footing {
-            Footing::Nodes { nodes, .. } => Some(nodes),
-            Footing::Pixels { .. } => None,
-        });
-        let all: Vec<_> = charts
-            .iter()
-            .zip(nodes)
-            .map(|((chart, window, means), nodes)| (*chart, *window, nodes, &means[..]))
-            .collect();
+        let mut charts = Vec::new();
+        for part in &self.parts {
+            let Footing::Nodes { chart, window, nodes } = &*part.footing else { return None };
+            charts.push(NodesInView { chart: *chart, window: *window, nodes });
+        }
+        if charts.is_empty() {
+            return None;
+        }
         let Settled { nodes, error } =
-            self.quadrature.settle(&self.crossings, &all, allowed, weights);
-        let footing = |(nodes, (chart, window, _)): (ChartNodes, &(usize, Window, Vec<f64>))| {
-            Arc::new(Footing::Nodes { chart: *chart, window: *window, nodes })
+            self.quadrature.settle(&self.crossings, &charts, means, allowed, weights);
+        let footing = |(nodes, of): (ChartNodes, &NodesInView<'_>)| {
+            Arc::new(Footing::Nodes { chart: of.chart, window: of.window, nodes })
         };
         Some((nodes.into_iter().zip(&charts).map(footing).collect(), error))
     }
@@ -268,7 +261,7 @@ impl Parts<'_> {
         allowed: f64,
         weights: Option<&Image>,
     ) -> ([Image; 2], Vec<Arc<Footing>>) {
-        let means: Vec<Vec<f64>> = products.iter().map(|of_part| of_part.means.clone()).collect();
+        let means = |part: usize, shape: [usize; 2]| products[part].function.means(shape);
         let own = || self.parts.iter().map(|part| part.footing.clone()).collect();
         let (footings, error) = match self.settle(&means, allowed, weights) {
             Some((footings, error)) => (footings, Some(error)),
@@ -321,30 +314,20 @@ impl Footing {
                 let mut image = Image::from_pixels(height, width, pixels);
                 if let Some(rim) = rim {
                     rim.clear(&mut image);
-                    rim.add_image(&means(rim.values_shape), &mut image);
+                    let raster = Raster::new(rim.values_shape, means(rim.values_shape));
+                    rim.add_image(&raster, &mut image);
                 }
                 (*first_row, image)
             }
             Self::Nodes { nodes, .. } => {
-                let [height, width] = nodes.image_shape();
-                let mut image = Image::zeros(height, width);
-                nodes.add_image(&means(nodes.values_shape), &mut image);
-                (0, image)
+                (0, nodes.image(&Raster::new(nodes.values_shape, means(nodes.values_shape))))
             }
-        }
-    }
-
-    /// The raster of values, given the shape of that of errors.
-    pub(crate) fn values_shape(&self, errors: [usize; 2]) -> [usize; 2] {
-        match self {
-            Self::Pixels { .. } => errors,
-            Self::Nodes { nodes, .. } => nodes.values_shape,
         }
     }
 
     /// Image and error of products, for a part in a chart.
     pub(crate) fn maps_of_product(&self, product: &ProductImage, scale: &Image) -> [Image; 2] {
-        let (_, image) = self.image(|_| product.means.clone(), scale);
+        let (_, image) = self.image(|shape| product.function.means(shape), scale);
         [image, self.errors(product.errors.clone())]
     }
 

@@ -1,4 +1,4 @@
-//! The frozen products of a part: its interpolant without the values of G.
+//! The products of a part as a function on its chart, and without the values of G.
 
 use crate::site::Site;
 use core::fmt::Debug;
@@ -8,6 +8,12 @@ use std::sync::Arc;
 pub(crate) trait CoreToMeans: Send + Sync + Debug {
     /// The means over a raster of this shape, row by row.
     fn means(&self, core: &[f64], shape: [usize; 2]) -> Vec<f64>;
+}
+
+/// A function on a chart, by its means over rasters.
+pub(crate) trait RasterMeans: Send + Sync + Debug {
+    /// The means over a raster of this shape, row by row.
+    fn means(&self, shape: [usize; 2]) -> Vec<f64>;
 }
 
 /// The frozen products of a part.

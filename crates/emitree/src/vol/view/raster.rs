@@ -87,6 +87,41 @@ impl Place {
     }
 }
 
+/// A function on a chart by its means over the cells of a raster.
+#[derive(Clone, Debug)]
+pub(crate) struct Raster {
+    /// Row by row.
+    means: Vec<f64>,
+    /// Rows and columns.
+    pub(crate) shape: [usize; 2],
+}
+
+impl Raster {
+    /// The raster with these means, row by row.
+    pub(crate) fn new(shape: [usize; 2], means: Vec<f64>) -> Self {
+        Self { means, shape }
+    }
+
+    /// The value of the function at (u, v) ∈ \[0, 1\]².
+    pub(crate) fn value(&self, uv: [f64; 2]) -> f64 {
+        Place::new(uv, self.shape).value(&self.means, self.shape[1])
+    }
+
+    /// The same function on the raster with half as many rows and columns; both numbers must be even, and
+    /// eight or more.
+    pub(crate) fn halved(&self) -> Self {
+        let columns = self.shape[1];
+        let shape = self.shape.map(|cells| cells / 2);
+        let pairs = self.means.chunks_exact(2 * columns);
+        let of_pair = |pair: &[f64]| {
+            let (first, second) = pair.split_at(columns);
+            let quadruples = first.chunks_exact(2).zip(second.chunks_exact(2));
+            quadruples.map(|(a, b)| 0.25 * (a[0] + a[1] + b[0] + b[1])).collect::<Vec<_>>()
+        };
+        Self { means: pairs.flat_map(of_pair).collect(), shape }
+    }
+}
+
 /// The cell of a raster that contains (u, v).
 pub(crate) fn cell_at([u, v]: [f64; 2], [rows, columns]: [usize; 2]) -> usize {
     let along =
@@ -135,6 +170,19 @@ mod tests {
         };
         let [coarse, fine] = [16, 64].map(worst);
         assert!(coarse < 5e-3 && fine < coarse / 128.0, "{coarse} {fine}");
+    }
+
+    #[test]
+    fn a_halved_raster_has_the_means_of_four_cells() {
+        let raster = Raster::new([8, 10], (0..80).map(f64::from).collect());
+        let halved = raster.halved();
+        assert_eq!(halved.shape, [4, 5]);
+        assert_eq!(halved.means[..2], [5.5, 7.5]);
+        assert_eq!(halved.means[19], 73.5);
+        // Both have the linear function itself.
+        for uv in [[0.1, 0.7], [0.52, 0.03]] {
+            assert!((raster.value(uv) - halved.value(uv)).abs() < 1e-12);
+        }
     }
 
     #[test]

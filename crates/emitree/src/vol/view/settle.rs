@@ -6,13 +6,26 @@ use crate::projection::charts::chart::Window;
 use crate::vol::view::chart_nodes::{ChartNode, ChartNodes};
 use crate::vol::view::pixel_rule::Crossing;
 use crate::vol::view::quadrature::Quadrature;
-use crate::vol::view::raster::Place;
+use crate::vol::view::raster::Raster;
+use crate::vol::view::refined_raster::RefinedRaster;
 use crate::vol::view::windows::{NaturalNode, in_window};
 
 /// Elsewhere, too, where the values at the nodes of a pixel differ by so many times the error allowed.
 const VARIATION: f64 = 20.0;
 /// The most times that the sides of a pixel are halved.
 const FINEST_LEVEL: u8 = 5;
+
+/// The means of the function of a part, given its number, over a raster.
+pub(crate) type MeansOfPart<'a> = dyn Fn(usize, [usize; 2]) -> Vec<f64> + 'a;
+
+/// A chart in view and the nodes of pixels in it.
+#[derive(Clone, Copy)]
+pub(crate) struct NodesInView<'a> {
+    /// The number of the chart.
+    pub(crate) chart: usize,
+    pub(crate) window: Window,
+    pub(crate) nodes: &'a ChartNodes,
+}
 
 /// The error of the quadrature of pixels, after nodes have been added where it was large.
 pub(crate) struct Settled {
@@ -31,38 +44,46 @@ struct SettledPixel {
 
 impl Quadrature<'_> {
     /// Compares the quadrature of pixels with that of their quarters, and replaces it where they
-    /// differ by more than `allowed`, divided by the weight of each pixel's error; `charts` have the numbers of charts, their windows and nodes,
-    /// and the means of their functions over the rasters of values.
+    /// differ by more than `allowed`, divided by the weight of each pixel's error. Before, the rasters of
+    /// the functions with these `means` are refined where their errors are larger.
     pub(crate) fn settle(
         &self,
         crossings: &[Crossing],
-        charts: &[(usize, Window, &ChartNodes, &[f64])],
+        charts: &[NodesInView<'_>],
+        means: &MeansOfPart<'_>,
         allowed: f64,
         weights: Option<&Image>,
     ) -> Settled {
         let [height, width] = self.shape();
         let allowed = |pixel: usize| allowed / weights.map_or(1.0, |of| of.pixels()[pixel]);
+        let mut error = Image::zeros(height, width);
+        let refined = charts.iter().enumerate().map(|(part, of)| {
+            let refined = RefinedRaster::new(of.nodes, &|shape| means(part, shape), &allowed);
+            error.add_scaled(&refined.error, 1.0);
+            refined.raster
+        });
+        let rasters: Vec<Raster> = refined.collect();
+        let in_charts = || charts.iter().zip(&rasters);
         let varies = |pixel: usize| {
-            let mut range = charts.iter().map(|(_, _, nodes, means)| nodes.range(pixel, means));
-            range.any(|range| range > VARIATION * allowed(pixel))
+            let mut ranges = in_charts().map(|(of, raster)| of.nodes.range(pixel, raster));
+            ranges.any(|range| range > VARIATION * allowed(pixel))
         };
         let is_checked = |pixel: &usize| {
             self.has_large_pixels() || crossings[*pixel] != Crossing::None || varies(*pixel)
         };
         let value_of = |node: &NaturalNode| {
-            let of_chart = charts.iter().find(|(chart, ..)| *chart == node.chart);
-            of_chart.map_or(0.0, |(_, window, nodes, means)| {
-                let place = in_window(window, node).place.map(f64::from);
-                let columns = nodes.values_shape[1];
-                node.weight * Place::new(place, nodes.values_shape).value(means, columns)
+            let of_chart = in_charts().find(|(of, _)| of.chart == node.chart);
+            of_chart.map_or(0.0, |(of, raster)| {
+                let place = in_window(&of.window, node).place.map(f64::from);
+                node.weight * raster.value(place)
             })
         };
         let settled = |pixel: usize| {
-            let present = charts.iter().map(|(_, _, nodes, means)| nodes.value(pixel, means));
+            let present = in_charts().map(|(of, raster)| of.nodes.value(pixel, raster));
             let mut value: f64 = present.sum();
             let (mut replaced, mut error) = (None, 0.0);
             // Where a structure is thinner than a pixel, two rules may agree by accident.
-            let is_thin = charts.iter().any(|(_, _, nodes, _)| nodes.is_thin(pixel));
+            let is_thin = charts.iter().any(|of| of.nodes.is_thin(pixel));
             let wanted = if is_thin && varies(pixel) { 2 } else { 1 };
             let (mut agreed, mut before) = (0, 0.0);
             for level in 1..=FINEST_LEVEL {
@@ -84,9 +105,8 @@ impl Quadrature<'_> {
         };
         let checked: Vec<usize> = (0..height * width).into_par_iter().filter(is_checked).collect();
         let pixels: Vec<SettledPixel> = checked.into_par_iter().map(settled).collect();
-        let mut error = Image::zeros(height, width);
         for of_pixel in &pixels {
-            error.pixels_mut()[of_pixel.pixel] = of_pixel.error;
+            error.pixels_mut()[of_pixel.pixel] += of_pixel.error;
         }
         let replaced: Vec<(u32, &Vec<NaturalNode>)> = pixels
             .iter()
@@ -94,13 +114,14 @@ impl Quadrature<'_> {
             .collect();
         let is_kept =
             |node: &&ChartNode| replaced.binary_search_by_key(&node.pixel, |of| of.0).is_err();
-        let nodes = charts.iter().map(|(chart, window, nodes, _)| {
-            let kept = nodes.nodes.iter().filter(is_kept).copied();
+        let nodes = in_charts().map(|(of, raster)| {
+            let kept = of.nodes.nodes.iter().filter(is_kept).copied();
             let new = replaced.iter().flat_map(|(_, new)| new.iter());
-            let new = new.filter(|node| node.chart == *chart).map(|node| in_window(window, node));
+            let new = new.filter(|node| node.chart == of.chart);
+            let new = new.map(|node| in_window(&of.window, node));
             let mut all: Vec<ChartNode> = kept.chain(new).collect();
             all.sort_by_key(|node| node.pixel);
-            nodes.with_nodes(all)
+            of.nodes.with_nodes(all, raster.shape)
         });
         Settled { nodes: nodes.collect(), error }
     }

@@ -456,7 +456,7 @@ fn a_settled_quadrature_is_closer_to_the_mean_of_a_function_with_a_kink() {
     // The function itself is known on a raster only.
     let raster = nodes.values_shape;
     let of_nodes = of_raster(raster);
-    let (footings, error) = view.settle(std::slice::from_ref(&of_nodes), allowed, None).unwrap();
+    let (footings, error) = view.settle(&|_, raster| of_raster(raster), allowed, None).unwrap();
     let [plain, settled] = [&view.parts[0].footing, &footings[0]].map(|footing| image(footing));
     let (mut before, mut after) = (0.0_f64, 0.0_f64);
     let mut pieces = Vec::new();
