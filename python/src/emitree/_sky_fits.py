@@ -1,0 +1,254 @@
+"""FITS headers of images on the sky: from longitudes about the pointing to those of a frame.
+
+Calabretta & Greisen 2002 (doi:10.1051/0004-6361:20021327) for projections, Thompson 2006
+(doi:10.1051/0004-6361:20054262) for helioprojective coordinates and the keywords of observers.
+"""
+
+from __future__ import annotations
+
+import io
+import tomllib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from emitree._function import Floats
+from emitree._native import SceneError
+from emitree._sky import Sky, rotation, sky_of, sunpy_coordinates, xyz_in
+
+if TYPE_CHECKING:
+    from emitree._result import Rendering
+
+#: The letters of longitudes and latitudes in FITS, by the class of the frame.
+_AXES = {
+    "Helioprojective": ("HPLN", "HPLT"),
+    "ICRS": ("RA--", "DEC-"),
+    "FK5": ("RA--", "DEC-"),
+    "Galactic": ("GLON", "GLAT"),
+    "BarycentricMeanEcliptic": ("ELON", "ELAT"),
+}
+
+#: How far the axes of a HEALPix map may be from those of its coordinates [rad].
+_ALIGNED_RAD = 1e-9
+
+
+@dataclass(frozen=True)
+class View:
+    """Where a camera is and how it looks, in the model: what the scene of a rendering has.
+
+    axes: rows are right, up and forward; None of a sky in HEALPix pixels.
+    """
+
+    type: str
+    position: Floats
+    axes: Floats | None
+    length_unit: str | None
+
+    @staticmethod
+    def of(scene: str) -> View:
+        """The view of the text of a scene."""
+        # Changes of a scene file are comments at the end of its text, one in each line.
+        if any(line.startswith("# changed: projection") for line in scene.splitlines()):
+            raise SceneError(
+                "`[projection]` of the scene file was changed by `changes`: expected the keys of "
+                "the camera in the file, or a camera in Python"
+            )
+        table = tomllib.loads(scene)["projection"]
+        kind, length_unit = table["type"], table.get("length_unit")
+        position = np.array(table.get("position", [0.0, 0.0, 0.0]), dtype=np.float64)
+        if "target" not in table:
+            return View(kind, position, None, length_unit)
+        forward = np.array(table["target"], dtype=np.float64) - position
+        forward /= np.linalg.norm(forward)
+        up = np.array(table.get("up", [0.0, 0.0, 1.0]), dtype=np.float64)
+        # Twice: the first difference loses digits where up is nearly along the pointing.
+        for _ in range(2):
+            up = up - np.dot(up, forward) * forward
+            up /= np.linalg.norm(up)
+        return View(kind, position, np.stack([np.cross(forward, up), up, forward]), length_unit)
+
+
+def placed(
+    rendering: Rendering,
+    *,
+    observer: Any = None,
+    frame: Any = None,
+    origin: Any = None,
+    coordinates: Any = None,
+) -> tuple[Sky, View] | None:
+    """The sky and the view of a rendering; None if nothing says where it is."""
+    sky = rendering._sky
+    given = {
+        "observer": observer,
+        "frame": frame,
+        "origin": origin,
+        "coordinates": coordinates,
+    }
+    named = [name for name, value in given.items() if value is not None]
+    if sky is not None:
+        others = [name for name in named if name != "observer"]
+        if others:
+            raise SceneError(
+                f"`{others[0]}` is given, and the camera has a sky of its own: expected none"
+            )
+    elif not named:
+        return None
+    view = View.of(rendering.scene)
+    if sky is None or observer is not None:
+        if sky is not None:
+            given |= {
+                "frame": sky.frame,
+                "origin": sky.origin,
+                "coordinates": sky.coordinates,
+            }
+        sky = sky_of(**given, position=view.position, length_unit=view.length_unit)
+    return sky, view
+
+
+def encoded(file: bytes, at: tuple[Sky, View] | None, extensions: bool = True) -> bytes:
+    """The bytes of a FITS file on the sky, or with its first image alone."""
+    from astropy.io import fits
+
+    with fits.HDUList.fromstring(file) as hdus:
+        if not extensions and hdus[0].data is not None:
+            del hdus[1:]
+        if at is not None:
+            _on_sky(hdus, *at)
+        buffer = io.BytesIO()
+        hdus.writeto(buffer)
+    return buffer.getvalue()
+
+
+def _on_sky(hdus: Any, sky: Sky, view: View) -> None:
+    """Gives HDUs of a rendering coordinates of the sky where they have those of the camera."""
+    to_sky = rotation(sky.frame, sky.coordinates)
+    name = type(sky.coordinates).__name__
+    for hdu in hdus:
+        header = hdu.header
+        if header.get("PIXTYPE") == "HEALPIX":
+            _healpix(header, sky)
+        elif header.get("CTYPE1", "").startswith("XLON-"):
+            if name not in _AXES:
+                raise SceneError(
+                    f"`coordinates` are {name}: expected {', '.join(_AXES)}, which have names in FITS"
+                )
+            _celestial(header, sky, view, to_sky)
+        elif hdu.header.get("CTYPE1"):
+            raise SceneError(
+                f"the camera {view.type} has no celestial projection: expected `Perspective`, "
+                "`Equirectangular`, `Fisheye` or `Healpix`"
+            )
+        else:
+            continue
+        if "CHECKSUM" in header:
+            hdu.add_checksum()
+
+
+def _celestial(header: Any, sky: Sky, view: View, to_sky: Floats) -> None:
+    """Replaces the coordinates about the pointing by those of the sky."""
+    assert view.axes is not None
+    code = header["CTYPE1"][5:]
+    longitude, latitude = _AXES[type(sky.coordinates).__name__]
+    header["CTYPE1"], header["CTYPE2"] = f"{longitude}-{code}", f"{latitude}-{code}"
+    header["WCSNAME"] = type(sky.coordinates).__name__
+    header.remove("CNAME1"), header.remove("CNAME2")
+    # Columns: right, up and forward in coordinates of the sky.
+    right, up, forward = (to_sky @ axis for axis in view.axes)
+    lon = float(np.arctan2(forward[1], forward[0]))
+    lat = float(np.arctan2(forward[2], np.hypot(forward[0], forward[1])))
+    crval = np.degrees(lon)
+    # Longitudes of the Sun are about its centre, others from 0 to 360 degrees.
+    header["CRVAL1"] = crval if longitude == "HPLN" else crval % 360.0
+    header["CRVAL2"] = np.degrees(lat)
+    # Seen from inside, right-handed longitudes increase to the left, and so does the first axis.
+    hand = -1.0 if np.linalg.det(to_sky) > 0 else 1.0
+    steps = (hand * header["CDELT1"], header["CDELT2"])
+    header["CDELT1"] = steps[0]
+    if code == "CAR":
+        # The poles of the plate carrée are up: where the pole of the sky is among its longitudes.
+        pole = np.degrees(np.arctan2(hand * right[2], forward[2]))
+        header["LONPOLE"], header["LATPOLE"] = pole, np.degrees(np.arcsin(np.clip(up[2], -1, 1)))
+    else:
+        east = np.array([-np.sin(lon), np.cos(lon), 0.0])
+        north = np.array(
+            [-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)]
+        )
+        turned = np.array([[east @ right, east @ up], [north @ right, north @ up]])
+        # On the plane, pixels to the right are |CDELT1| apart and those upwards CDELT2.
+        apart = np.array([hand * steps[0], steps[1]])
+        _set_matrix(header, turned * apart / np.array(steps)[:, None])
+        header["LONPOLE"] = 180.0
+        header.remove("LATPOLE")
+    _of_frame(header, sky)
+
+
+def _set_matrix(header: Any, matrix: Floats) -> None:
+    """The matrix from pixels to the plane, without rounding where it is that of unity."""
+    matrix = np.where(np.abs(matrix) < 1e-14, 0.0, matrix)
+    matrix = np.where(np.abs(matrix - np.eye(2)) < 1e-14, np.eye(2), matrix)
+    after = "CDELT2"
+    for (row, column), value in np.ndenumerate(matrix):
+        key = f"PC{row + 1}_{column + 1}"
+        header.set(key, float(value), "rotation of the axes", after=after)
+        after = key
+
+
+def _of_frame(header: Any, sky: Sky) -> None:
+    """The keywords of a frame: its equinox, the time, and the observer of the Sun."""
+    frame, after = sky.coordinates, "LONPOLE"
+
+    def add(key: str, value: Any, comment: str) -> None:
+        nonlocal after
+        header.set(key, value, comment, after=after)
+        after = key
+
+    name = type(frame).__name__
+    if name in ("ICRS", "FK5"):
+        add("RADESYS", name, "reference frame of the coordinates")
+    if name == "BarycentricMeanEcliptic":
+        add("RADESYS", "ICRS", "reference frame of the coordinates")
+    if name in ("FK5", "BarycentricMeanEcliptic"):
+        add("EQUINOX", float(frame.equinox.jyear), "[yr] mean equinox")
+    time = getattr(frame, "obstime", None)
+    time = getattr(sky.frame, "obstime", None) if time is None else time
+    if time is not None:
+        add("TIMESYS", "UTC", "scale of times")
+        add("DATE-OBS", time.utc.isot, "time of the observer and of the frames")
+        add("MJD-OBS", float(time.utc.mjd), "[d] the same as a modified Julian date")
+    if name == "Helioprojective":
+        _observer(frame, add)
+
+
+def _observer(frame: Any, add: Any) -> None:
+    """The observer of helioprojective coordinates."""
+    import astropy.units as u
+
+    if frame.obstime is None or frame.observer is None:
+        raise SceneError(
+            "the frame has no `obstime` or no observer: expected both for helioprojective "
+            "coordinates"
+        )
+    of_sun = sunpy_coordinates().HeliographicStonyhurst(obstime=frame.obstime, rsun=frame.rsun)
+    x, y, z = xyz_in(of_sun, frame.observer, "`observer`").to_value(u.m)
+    add("RSUN_REF", float(frame.rsun.to_value(u.m)), "[m] radius of the Sun")
+    add("DSUN_OBS", float(np.sqrt(x * x + y * y + z * z)), "[m] from the observer to its centre")
+    add("HGLN_OBS", float(np.degrees(np.arctan2(y, x))), "[deg] Stonyhurst longitude of observer")
+    add("HGLT_OBS", float(np.degrees(np.arctan2(z, np.hypot(x, y)))), "[deg] its latitude")
+
+
+def _healpix(header: Any, sky: Sky) -> None:
+    """The system of the longitudes and latitudes of a HEALPix map: those of the model's axes."""
+    from astropy.coordinates import ICRS, BarycentricMeanEcliptic, Galactic
+
+    systems = {"G": Galactic(), "C": ICRS(), "E": BarycentricMeanEcliptic()}
+    for letter, coordinates in systems.items():
+        if np.abs(rotation(sky.frame, coordinates) - np.eye(3)).max() < _ALIGNED_RAD:
+            header.set("COORDSYS", letter, "system of longitude and latitude", after="ORDERING")
+            if letter == "C":
+                header.set("RADESYS", "ICRS", "reference frame", after="COORDSYS")
+            return
+    raise SceneError(
+        f"a HEALPix map has the axes of the model, {type(sky.frame).__name__}, for which it has no "
+        "COORDSYS: expected Galactic, ICRS or BarycentricMeanEcliptic"
+    )
