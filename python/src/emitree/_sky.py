@@ -39,7 +39,8 @@ class Sky:
 
     `Camera.from_wcs` makes it; it is `camera.sky`.
 
-    frame: the frame of astropy or sunpy whose Cartesian axes are the axes of the model.
+    frame: the frame of astropy or sunpy whose Cartesian axes are the axes of the model. That of
+        Carrington has an observer, since the travel time of light turns its axes.
     coordinates: the frame of the longitudes and latitudes of images, such as
         `sunpy.coordinates.Helioprojective`, `ICRS` or `Galactic`.
     length_unit: the unit of the model's lengths.
@@ -123,7 +124,7 @@ def sky_of(
         raise SceneError("expected `frame`, whose axes are those of the model, or `observer`")
     if length_unit is None:
         raise SceneError("the camera has no `length_unit`: expected one, such as 'R_sun'")
-    frame = with_time_of(bare(observer if frame is None else frame, "`frame`"), observer)
+    frame = completed(bare(observer if frame is None else frame, "`frame`"), observer, observer)
     place = Sky(frame, None, length_unit, origin)
     if observer is not None and position is not None:
         at = place.positions(observer)
@@ -134,10 +135,9 @@ def sky_of(
                 f"{list(position)}: expected one place"
             )
     if coordinates is None:
-        seen_from = observer
-        if seen_from is None and position is not None:
-            seen_from = place.coordinate(position)
-        coordinates = coordinates_for(frame, seen_from)
+        if observer is None and position is not None:
+            observer = place.coordinate(position)
+        coordinates = coordinates_for(frame, observer)
     return Sky(frame, bare(coordinates, "`coordinates`"), length_unit, origin)
 
 
@@ -147,8 +147,9 @@ def coordinates_for(frame: Any, observer: Any) -> Any:
 
     name = type(frame).__name__
     if name in _OF_THE_SUN:
-        coordinates = sunpy_coordinates()
-        return coordinates.Helioprojective(observer=observer, obstime=frame.obstime)
+        return sunpy_coordinates().Helioprojective(
+            observer=seen_from(observer, frame.obstime), obstime=frame.obstime
+        )
     if name in ("Galactic", "Galactocentric"):
         return Galactic()
     if name.endswith("MeanEcliptic"):
@@ -182,17 +183,51 @@ def bare(frame: Any, name: str) -> Any:
     return frame.replicate_without_data()
 
 
-def with_time_of(frame: Any, source: Any) -> Any:
-    """The frame at the time of a source, if it has none of its own."""
-    time = getattr(source, "obstime", None)
-    if time is None or "obstime" not in frame.frame_attributes or frame.obstime is not None:
+def completed(frame: Any, time: Any, observer: Any) -> Any:
+    """The frame with a time and an observer, where it needs them and has none of its own.
+
+    time: a coordinate or a frame that has one. Carrington's longitudes depend on an observer by the
+    travel time of light; for "self" each point would be its own, and axes would turn with distance.
+    """
+    changes: dict[str, Any] = {}
+    of = getattr(time, "obstime", None)
+    if of is not None and "obstime" in frame.frame_attributes and frame.obstime is None:
+        changes["obstime"] = of
+    if "observer" in frame.frame_attributes and _is_open(frame.observer):
+        if observer is None:
+            if isinstance(frame.observer, str):
+                raise SceneError(
+                    f"{type(frame).__name__} has the observer 'self': expected `observer`, the "
+                    "one place that its axes depend on"
+                )
+        else:
+            changes["observer"] = seen_from(observer, changes.get("obstime", frame.obstime))
+    if not changes:
         return frame
     attributes: Mapping[str, Any] = {
         name: getattr(frame, name)
         for name in frame.frame_attributes
         if not frame.is_frame_attr_default(name)
     }
-    return type(frame)(**{**attributes, "obstime": time})
+    return type(frame)(**{**attributes, **changes})
+
+
+def seen_from(observer: Any, time: Any) -> Any:
+    """An observer at a time, as frames of sunpy take it."""
+    if time is None:
+        raise SceneError("the frames have no `obstime`: expected one, of `frame` or `observer`")
+    of_sun = sunpy_coordinates().HeliographicStonyhurst(obstime=time)
+    return of_sun.realize_frame(_cartesian(xyz_in(of_sun, observer, "`observer`")))
+
+
+def _cartesian(xyz: Any) -> Any:
+    from astropy.coordinates import CartesianRepresentation, SphericalRepresentation
+
+    return CartesianRepresentation(xyz).represent_as(SphericalRepresentation)
+
+
+def _is_open(observer: Any) -> bool:
+    return observer is None or (isinstance(observer, str) and observer == "self")
 
 
 def xyz_in(frame: Any, coordinate: Any, name: str) -> Any:

@@ -29,6 +29,10 @@ _AXES = {
     "BarycentricMeanEcliptic": ("ELON", "ELAT"),
 }
 
+#: How far the pole of the sky has to be from the great circles on which the middle of a plate carrée
+#: does not determine its rotation [rad]: here ten of sixteen digits are left.
+_BESIDE = 1e-3
+
 #: How far the axes of a HEALPix map may be from those of its coordinates [rad].
 _ALIGNED_RAD = 1e-9
 
@@ -152,34 +156,41 @@ def _celestial(header: Any, sky: Sky, view: View, to_sky: Floats) -> None:
     longitude, latitude = _AXES[type(sky.coordinates).__name__]
     header["CTYPE1"], header["CTYPE2"] = f"{longitude}-{code}", f"{latitude}-{code}"
     header["WCSNAME"] = type(sky.coordinates).__name__
-    header.remove("CNAME1"), header.remove("CNAME2")
+    for key in ("CNAME1", "CNAME2", "LATPOLE"):
+        header.remove(key)
     # Columns: right, up and forward in coordinates of the sky.
     right, up, forward = (to_sky @ axis for axis in view.axes)
-    lon = float(np.arctan2(forward[1], forward[0]))
-    lat = float(np.arctan2(forward[2], np.hypot(forward[0], forward[1])))
-    crval = np.degrees(lon)
-    # Longitudes of the Sun are about its centre, others from 0 to 360 degrees.
-    header["CRVAL1"] = crval if longitude == "HPLN" else crval % 360.0
-    header["CRVAL2"] = np.degrees(lat)
     # Seen from inside, right-handed longitudes increase to the left, and so does the first axis.
     hand = -1.0 if np.linalg.det(to_sky) > 0 else 1.0
-    steps = (hand * header["CDELT1"], header["CDELT2"])
-    header["CDELT1"] = steps[0]
+    steps = np.array([header["CDELT1"], header["CDELT2"]])
+    header["CDELT1"] = hand * steps[0]
+    reference = forward
     if code == "CAR":
-        # The poles of the plate carrée are up: where the pole of the sky is among its longitudes.
-        pole = np.degrees(np.arctan2(hand * right[2], forward[2]))
-        header["LONPOLE"], header["LATPOLE"] = pole, np.degrees(np.arcsin(np.clip(up[2], -1, 1)))
-    else:
-        east = np.array([-np.sin(lon), np.cos(lon), 0.0])
-        north = np.array(
-            [-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)]
-        )
-        turned = np.array([[east @ right, east @ up], [north @ right, north @ up]])
-        # On the plane, pixels to the right are |CDELT1| apart and those upwards CDELT2.
-        apart = np.array([hand * steps[0], steps[1]])
-        _set_matrix(header, turned * apart / np.array(steps)[:, None])
+        # The native pole is up; the pole of the sky is at this native longitude.
+        from_up = float(np.hypot(right[2], forward[2]))
+        if from_up < 1e-14:
+            right[2] = forward[2] = from_up = 0.0
+        header["LONPOLE"] = float(np.degrees(np.arctan2(hand * right[2], forward[2])))
+        if abs(forward[2]) < _BESIDE * from_up or abs(up[2]) < _BESIDE:
+            # The middle does not determine the rotation: the native pole is the reference point.
+            reference = up
+            for number, value in ((0, 0.0), (1, 0.0), (2, 90.0)):
+                header.set(f"PV1_{number}", value, "reference point: the pole", after="LONPOLE")
+        else:
+            latitude_of_pole = float(np.degrees(np.arcsin(np.clip(up[2], -1.0, 1.0))))
+            header.set("LATPOLE", latitude_of_pole, "[deg] of the native pole", after="LONPOLE")
+    lon = float(np.arctan2(reference[1], reference[0]))
+    lat = float(np.arctan2(reference[2], np.hypot(reference[0], reference[1])))
+    # Longitudes of the Sun are about its centre, others from 0 to 360 degrees.
+    degrees = float(np.degrees(lon))
+    header["CRVAL1"] = degrees if longitude == "HPLN" else degrees % 360.0
+    header["CRVAL2"] = float(np.degrees(lat))
+    if code != "CAR":
         header["LONPOLE"] = 180.0
-        header.remove("LATPOLE")
+        east = np.array([-np.sin(lon), np.cos(lon), 0.0])
+        north = np.array([-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)])
+        turned = np.array([[east @ right, east @ up], [north @ right, north @ up]])
+        _set_matrix(header, turned * steps / np.array([[hand * steps[0]], [steps[1]]]))
     _of_frame(header, sky)
 
 

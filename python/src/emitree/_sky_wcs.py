@@ -16,7 +16,7 @@ from emitree import _units
 from emitree._cameras import Camera, Fisheye
 from emitree._function import Floats
 from emitree._native import SceneError
-from emitree._sky import Sky, bare, rotation, sunpy_coordinates, with_time_of, xyz_in
+from emitree._sky import Sky, bare, completed, rotation, sunpy_coordinates, xyz_in
 from emitree._sky_planes import PLANES, Plane
 
 #: How far a corner of a pixel of a camera may be from that of the WCS [pixels].
@@ -46,7 +46,8 @@ def camera_of(
     wcs = _celestial(wcs)
     height, width = _shape_of(wcs, shape)
     coordinates, observer = _seen(_coordinates_of(wcs, observer), observer)
-    model = with_time_of(with_time_of(bare(frame, "`frame`"), coordinates), observer)
+    model = completed(bare(frame, "`frame`"), coordinates, observer)
+    model = completed(model, observer, observer)
     sky = Sky(model, coordinates, unit, origin, (height, width))
     position = sky.positions(observer)
     # Rows of the matrix are the axes of the sky in the model: its transpose is its inverse.
@@ -113,7 +114,7 @@ def _coordinates_of(wcs: Any, observer: Any) -> Any:
         found = wcs_to_celestial_frame(wcs)
     except ValueError as error:
         raise SceneError(f"`wcs` has no celestial frame: {error}") from None
-    return with_time_of(found, observer)
+    return completed(found, observer, None)
 
 
 def _seen(coordinates: Any, observer: Any) -> tuple[Any, Any]:
@@ -136,7 +137,7 @@ def _seen(coordinates: Any, observer: Any) -> tuple[Any, Any]:
             )
         return coordinates, own
     if own is None or isinstance(own, str):
-        return coordinates.replicate_without_data(observer=observer), observer
+        return completed(coordinates, None, observer), observer
     frame = sunpy_coordinates().HeliographicStonyhurst(obstime=coordinates.obstime)
     given, of_wcs = (xyz_in(frame, place, "`observer`") for place in (observer, own))
     if np.linalg.norm(given - of_wcs) > 1e-6 * np.linalg.norm(of_wcs):
