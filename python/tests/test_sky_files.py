@@ -6,11 +6,11 @@ import pytest
 import emitree
 
 pytest.importorskip("astropy")
-import astropy.units as u  # noqa: E402
-from astropy.coordinates import ICRS, BarycentricMeanEcliptic, Galactic, SkyCoord  # noqa: E402
-from astropy.io import fits  # noqa: E402
-from astropy.wcs import WCS  # noqa: E402
-from test_sky import camera_of, off, wcs_of  # noqa: E402
+import astropy.units as u
+from astropy.coordinates import ICRS, BarycentricMeanEcliptic, Galactic, SkyCoord
+from astropy.io import fits
+from astropy.wcs import WCS
+from test_sky import camera_of, off, wcs_of
 
 RATE = "ph cm-3 s-1 sr-1"
 
@@ -186,8 +186,11 @@ def test_what_does_not_fit_together_is_refused(tmp_path):
         rendering.to_fits(tmp_path / "image.fits", observer=elsewhere)
     with pytest.raises(emitree.SceneError, match="`coordinates` are Galactocentric"):
         rendering.to_fits(
-            tmp_path / "image.fits", frame=ICRS(), coordinates=SkyCoord(0, 0, 0, unit="kpc",
-            representation_type="cartesian", frame="galactocentric")
+            tmp_path / "image.fits",
+            frame=ICRS(),
+            coordinates=SkyCoord(
+                0, 0, 0, unit="kpc", representation_type="cartesian", frame="galactocentric"
+            ),
         )
     with pytest.raises(emitree.SceneError, match="`frame` is given, and the camera has a sky"):
         emitree.render("0", camera_of(wcs_of())).to_fits(frame=ICRS())
@@ -204,7 +207,7 @@ def test_a_scene_file_has_a_sky_by_its_frame(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(
         '[emission]\nexpression = "0"\n[projection]\ntype = "perspective"\n'
-        'position = [-10, 0, 0]\ntarget = [0, 0, 0]\nfield_of_view = [20, 10]\nfar = 20\n'
+        "position = [-10, 0, 0]\ntarget = [0, 0, 0]\nfield_of_view = [20, 10]\nfar = 20\n"
         'length_unit = "pc"\n[image]\nwidth = 4\nheight = 2\n'
     )
     header = emitree.render(scene).to_fits(frame=ICRS())[0].header
@@ -228,8 +231,11 @@ def test_a_sky_in_healpix_pixels_names_its_system(frame, letter):
     map_of = healpix.HEALPix(nside=8, order="nested", frame=frame)
     assert np.argmax(table.data["RADIANCE"]) == map_of.skycoord_to_healpix(place)
     with pytest.raises(emitree.SceneError, match="no COORDSYS: expected Galactic"):
-        rendering.to_fits(frame=SkyCoord(0, 0, 0, unit="kpc", representation_type="cartesian",
-                                         frame="galactocentric"))
+        rendering.to_fits(
+            frame=SkyCoord(
+                0, 0, 0, unit="kpc", representation_type="cartesian", frame="galactocentric"
+            )
+        )
 
 
 def sights(camera, shape):

@@ -16,13 +16,13 @@ from emitree import _display, _native, _units
 from emitree._files import written
 from emitree._function import Floats
 from emitree._plan import Plan
+from emitree._sky_result import OnSky
 from emitree._spectrum import Spectrum, spectrum_of_counts, spectrum_of_cube
 from emitree._sums import RegionSum, region_sums
 from emitree._surfaces import Surfaces
 
 if TYPE_CHECKING:
     from emitree._setup import Setup
-    from emitree._sky import Sky
 
 #: Expected counts, the sums of each step to them, and the number and energies of each channel.
 _Counted = tuple[
@@ -34,7 +34,7 @@ _Counted = tuple[
 MOST_EVALUATIONS_OF_PLANS = 1_000_000
 
 
-class Rendering:
+class Rendering(OnSky):
     """An image or a cube, its estimated error and its cost.
 
     It can be pickled and copied, and needs neither the emission nor any file for that.
@@ -51,7 +51,7 @@ class Rendering:
     ) -> None:
         self._found = found
         self._setup = setup
-        self._sky: Sky | None = None if setup is None else setup.camera.sky
+        self._sky = None if setup is None else setup.camera.sky
         #: The cost and the settings: report.json of the command, without the counts.
         self.report = report
 
@@ -353,79 +353,6 @@ class Rendering:
         if self.report["threshold"] is None:
             return None
         return {key: self.report[key] for key in ("threshold", "order", "leaves_per_level")}
-
-    @property
-    def wcs(self) -> Any:
-        """The coordinates of the image as an astropy WCS of two axes; None of a HEALPix sky."""
-        if not self._found.axes():
-            return None
-        from astropy.wcs import WCS
-
-        return WCS(self.to_fits()[0].header, naxis=2)
-
-    def to_fits(
-        self,
-        path: str | os.PathLike[str] | None = None,
-        *,
-        observer: Any = None,
-        frame: Any = None,
-        origin: Any = None,
-        coordinates: Any = None,
-        extensions: bool = True,
-        overwrite: bool = False,
-    ) -> Any:
-        """Image and error with units, coordinates and provenance, as FITS.
-
-        With a path the file is written; without one, an astropy HDUList is returned. A file is
-        whole or absent: one that is replaced stays until the other is complete.
-
-        The image of a camera of `Camera.from_wcs`, or of another one with `frame` or `observer`, has
-        coordinates of the sky, with the time and the observer. Others have those about the pointing,
-        and are written without astropy.
-
-        observer: a `SkyCoord` with a distance: where the camera is. It is needed only where the
-            model's frame has no time of its own, and has to agree with `position`.
-        frame: the frame of astropy or sunpy whose axes are those of the model; that of `observer`
-            by default.
-        origin: a `SkyCoord` with a distance: where the origin of the model is; that of `frame` by
-            default.
-        coordinates: the frame of longitudes and latitudes; by default helioprojective in frames of
-            the Sun, galactic, ecliptic or FK5 where the model is, and ICRS else.
-        extensions: whether the error and the numbers of evaluations are written too. sunpy makes a
-            map of each image in a file: without extensions, or with `sunpy.map.Map(path, hdus=0)`,
-            there is one.
-
-        Raises `SceneError` if the camera has no celestial projection, or if something is missing.
-        """
-        from emitree import _sky_fits
-
-        at = _sky_fits.placed(
-            self, observer=observer, frame=frame, origin=origin, coordinates=coordinates
-        )
-        encoded = self._found.fits()
-        if at is not None or not extensions:
-            encoded = _sky_fits.encoded(encoded, at, extensions)
-        return written(encoded, path, overwrite)
-
-    def to_sunpy(
-        self,
-        *,
-        observer: Any = None,
-        frame: Any = None,
-        origin: Any = None,
-        coordinates: Any = None,
-    ) -> Any:
-        """The image as a `sunpy.map.Map`, with its error as `uncertainty`.
-
-        Keywords as of `to_fits`; none are needed for a camera of `Camera.from_wcs`.
-
-        Raises `SceneError` if there is no sky, or if a map can't have the coordinates.
-        """
-        from emitree import _sky_map
-
-        return _sky_map.map_of(
-            self, observer=observer, frame=frame, origin=origin, coordinates=coordinates
-        )
 
     def to_xarray(self) -> Any:
         """An xarray Dataset of `image` and `error` with the coordinates of the pixels' centres.

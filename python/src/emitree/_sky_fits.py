@@ -18,7 +18,7 @@ from emitree._native import SceneError
 from emitree._sky import Sky, rotation, sky_of, sunpy_coordinates, xyz_in
 
 if TYPE_CHECKING:
-    from emitree._result import Rendering
+    from emitree._sky_result import OnSky
 
 #: The letters of longitudes and latitudes in FITS, by the class of the frame.
 _AXES = {
@@ -29,8 +29,8 @@ _AXES = {
     "BarycentricMeanEcliptic": ("ELON", "ELAT"),
 }
 
-#: How far the pole of the sky has to be from the great circles on which the middle of a plate carrée
-#: does not determine its rotation [rad]: here ten of sixteen digits are left.
+#: How far the pole of the sky has to be from the great circles on which the middle of a plate
+#: carrée does not determine its rotation [rad]: here ten of sixteen digits are left.
 _BESIDE = 1e-3
 
 #: How far the axes of a HEALPix map may be from those of its coordinates [rad].
@@ -74,7 +74,7 @@ class View:
 
 
 def placed(
-    rendering: Rendering,
+    rendering: OnSky,
     *,
     observer: Any = None,
     frame: Any = None,
@@ -135,7 +135,7 @@ def _on_sky(hdus: Any, sky: Sky, view: View) -> None:
         elif header.get("CTYPE1", "").startswith("XLON-"):
             if name not in _AXES:
                 raise SceneError(
-                    f"`coordinates` are {name}: expected {', '.join(_AXES)}, which have names in FITS"
+                    f"`coordinates` are {name}: expected {', '.join(_AXES)}, which FITS has"
                 )
             _celestial(header, sky, view, to_sky)
         elif hdu.header.get("CTYPE1"):

@@ -10,17 +10,17 @@ from emitree._native import SceneError
 from emitree._sky_wcs import ALLOWED
 
 if TYPE_CHECKING:
-    from emitree._result import Rendering
+    from emitree._sky_result import OnSky
 
 
-def map_of(rendering: Rendering, **place: Any) -> Any:
+def map_of(rendering: OnSky, **place: Any) -> Any:
     """The map of `Rendering.to_sunpy`."""
     try:
         import sunpy.map
-    except ImportError as error:
+    except ImportError as missing:
         raise ImportError(
             'sunpy.map is missing: `pip install "emitree[sky]"` installs it'
-        ) from error
+        ) from missing
     from astropy.nddata import UnknownUncertainty
 
     if rendering.image.ndim != 2:

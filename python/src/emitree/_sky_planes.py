@@ -20,9 +20,7 @@ def _tangent(right: Floats, up: Floats) -> Floats:
 
 
 def _plate_carree(right: Floats, up: Floats) -> Floats:
-    return np.stack(
-        [np.cos(up) * np.sin(right), np.sin(up), np.cos(up) * np.cos(right)], axis=-1
-    )
+    return np.stack([np.cos(up) * np.sin(right), np.sin(up), np.cos(up) * np.cos(right)], axis=-1)
 
 
 def _equidistant(right: Floats, up: Floats) -> Floats:

@@ -1,8 +1,8 @@
 """From a WCS to the camera that has its pixels.
 
-Directions of pixels are taken from the WCS with all its distortions. The camera is the least-squares
-fit to them, which is exact for a WCS that a camera has, and is refused where a corner of a pixel is
-off by more than `ALLOWED`.
+Directions of pixels are taken from the WCS with all its distortions. The camera is the
+least-squares fit to them, which is exact for a WCS that a camera has, and is refused where a corner
+of a pixel is off by more than `ALLOWED`.
 """
 
 from __future__ import annotations
@@ -190,7 +190,9 @@ class _Pixels:
         pixels = np.full((len(places), 2, 3), np.nan)
         pixels[known] = np.linalg.pinv(jacobians[known], rcond=1e-5)
 
-        around = directions(0.5 * sides + 0.5 * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]]))
+        around = directions(
+            0.5 * sides + 0.5 * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]])
+        )
         if not np.isfinite(around).all():
             raise SceneError("`wcs` has no direction in the middle of the image: expected one")
         forward, right, up = around[0], around[2] - around[1], around[4] - around[3]
@@ -208,7 +210,7 @@ class _Pixels:
 
 @dataclass(frozen=True)
 class _Fit:
-    """A camera of an image plane: axes in rows, half extents, and the largest deviation [pixels]."""
+    """A camera of an image plane: axes in rows, half extents, the largest deviation [pixels]."""
 
     plane: Plane
     axes: Floats
@@ -252,7 +254,7 @@ def _fit(plane: Plane, pixels: _Pixels) -> _Fit:
     return _Fit(plane, axes, half, float(off))
 
 
-def _turned(axes: Floats, by: Floats) -> Floats:
+def _turned(axes: Floats, by: Any) -> Floats:
     """Axes turned about themselves by a small vector [rad]."""
     angle = float(np.linalg.norm(by))
     x, y, z = by
@@ -305,7 +307,9 @@ def _refusal(wcs: Any, shape: tuple[int, int], fitted: _Fit) -> str:
             f"({0.5 * (width + 1):g}, {0.5 * (height + 1):g})"
         )
     has = f"; it has {', '.join(reasons)}" if reasons else ""
-    off = f"{fitted.off:.2g} pixels off" if np.isfinite(fitted.off) else "without some of its pixels"
+    off = (
+        f"{fitted.off:.2g} pixels off" if np.isfinite(fitted.off) else "without some of its pixels"
+    )
     return (
         f"no camera has the pixels of `wcs`: the nearest one, {fitted.plane.camera.__name__}, is "
         f"{off} at a corner, allowed are {ALLOWED}{has}. Expected TAN or CAR, or ARC or ZEA in a "
