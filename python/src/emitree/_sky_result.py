@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any
 
 from emitree import _native
@@ -13,25 +14,26 @@ if TYPE_CHECKING:
     from emitree._sky import Sky
 
 
-class OnSky:
+class OnSky(ABC):
     """What a rendering writes that has coordinates."""
 
     _found: _native.Rendered
     _sky: Sky | None
 
-    if TYPE_CHECKING:
+    @property
+    @abstractmethod
+    def image(self) -> Floats:
+        """The image."""
 
-        @property
-        def image(self) -> Floats:
-            """The image."""
+    @property
+    @abstractmethod
+    def error(self) -> Floats | None:
+        """Its estimated error."""
 
-        @property
-        def error(self) -> Floats | None:
-            """Its estimated error."""
-
-        @property
-        def scene(self) -> str:
-            """The text of the scene."""
+    @property
+    @abstractmethod
+    def scene(self) -> str:
+        """The text of the scene."""
 
     @property
     def wcs(self) -> Any:
