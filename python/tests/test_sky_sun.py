@@ -1,5 +1,7 @@
 """Images of the Sun: helioprojective cameras and maps of sunpy."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,7 @@ from astropy.coordinates import (
     SkyCoord,
     get_body_barycentric,
 )
+from astropy.io import fits
 from astropy.time import Time
 from astropy.wcs import WCS
 from sunpy.coordinates import (
@@ -285,3 +288,24 @@ def test_cubes_and_other_skies_are_no_maps():
         emitree.render("0", camera, (2, 2)).to_sunpy(frame=ICRS())
     with pytest.raises(emitree.SceneError, match="expected helioprojective ones"):
         emitree.render("0", camera, (2, 2)).to_sunpy()
+
+
+def test_the_examples_of_the_guide(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    guide = Path(__file__).parents[2] / "docs" / "guide.md"
+    section = guide.read_text(encoding="utf-8").split("\n## Sky\n")[1]
+    names = {}
+    for part in section.split("```python")[1:]:
+        exec(part.split("```")[0], names)
+    with fits.open("corona.fits") as hdus:
+        assert hdus[0].header["CTYPE1"] == "HPLN-TAN"
+    image, camera = names["image"], names["camera"]
+    assert names["rendering"].image.shape == (60, 80)
+    # The streamer is at the longitude atan(0.8 / 0.6) of Carrington.
+    streamer = SkyCoord(camera.sky.coordinate(np.array([0.6, 0.8, 0.0]) * 1.5))
+    assert streamer.lon.deg == pytest.approx(np.degrees(np.arctan2(0.8, 0.6)))
+    # The brightest pixel, at the limb, is on the side of the streamer.
+    aside = np.array(image.wcs.world_to_pixel(streamer)) - [63.5, 47.5]
+    row, column = np.unravel_index(np.nanargmax(image.data), image.data.shape)
+    brightest = np.array([column, row]) - [63.5, 47.5]
+    assert aside @ brightest > 0.98 * np.linalg.norm(aside) * np.linalg.norm(brightest)
