@@ -194,6 +194,8 @@ def test_what_does_not_fit_together_is_refused(tmp_path):
         )
     with pytest.raises(emitree.SceneError, match="`frame` is given, and the camera has a sky"):
         emitree.render("0", camera_of(wcs_of())).to_fits(frame=ICRS())
+    with pytest.raises(emitree.SceneError, match="expected one place"):
+        emitree.render("0", camera_of(wcs_of())).to_fits(observer=elsewhere)
     polar = emitree.Polar(position=(-10, 0, 0), field_of_view=20, **looking)
     with pytest.raises(emitree.SceneError, match="camera polar has no celestial projection"):
         emitree.render("0", polar, (2, 2)).to_fits(tmp_path / "image.fits", frame=ICRS())
@@ -230,6 +232,8 @@ def test_a_sky_in_healpix_pixels_names_its_system(frame, letter):
     assert table.header["COORDSYS"] == letter
     map_of = healpix.HEALPix(nside=8, order="nested", frame=frame)
     assert np.argmax(table.data["RADIANCE"]) == map_of.skycoord_to_healpix(place)
+    with pytest.raises(emitree.SceneError, match="has the axes of the model: expected none"):
+        rendering.to_fits(frame=frame, coordinates=ICRS())
     with pytest.raises(emitree.SceneError, match="no COORDSYS: expected Galactic"):
         rendering.to_fits(
             frame=SkyCoord(
@@ -295,3 +299,34 @@ def test_any_plate_carree_is_on_the_sky(code, target, up):
     lon, lat = np.radians(wcs.all_pix2world(columns.ravel(), rows.ravel(), 0))
     found = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
     assert np.abs(found - expected.reshape(-1, 3)).max() < 1e-9
+
+
+def test_the_time_is_that_of_the_wcs_or_of_the_observer():
+    sunpy = pytest.importorskip("sunpy.coordinates")
+    dated = {"DATE-OBS": "2024-04-08T18:00:00", "MJD-OBS": 60408.75}
+    header = emitree.render("0", camera_of(wcs_of(**dated))).to_fits()[0].header
+    assert header["DATE-OBS"] == "2024-04-08T18:00:00.000" and header["MJD-OBS"] == 60408.75
+    place = sunpy.HeliographicStonyhurst(9 * u.deg, 9 * u.deg, 1 * u.AU, obstime="2025-01-01")
+    camera = camera_of(wcs_of(), observer=SkyCoord(place))
+    assert emitree.render("0", camera).to_fits()[0].header["DATE-OBS"].startswith("2025-01-01")
+    # A frame without a time has that of the WCS.
+    camera = camera_of(wcs_of(**dated), frame=sunpy.GeocentricSolarEcliptic(), length_unit="R_E")
+    assert camera.sky.frame.obstime.isot == "2024-04-08T18:00:00.000"
+
+
+def test_the_axes_of_a_wcs_may_be_swapped_and_be_part_of_a_cube():
+    plain = wcs_of(roll=30)
+    header = plain.to_header()
+    swapped = header.copy()
+    for key in ("CTYPE", "CRVAL", "CUNIT", "CDELT"):
+        swapped[f"{key}1"], swapped[f"{key}2"] = header[f"{key}2"], header[f"{key}1"]
+    for column in (1, 2):
+        ones, twos = header[f"PC1_{column}"], header[f"PC2_{column}"]
+        swapped[f"PC1_{column}"], swapped[f"PC2_{column}"] = twos, ones
+    expected = camera_of(plain)
+    found = camera_of(WCS(swapped), shape=(48, 64))
+    assert np.allclose(found.up, expected.up) and np.allclose(found.target, expected.target)
+    energies = {"WCSAXES": 3, "CTYPE3": "ENER", "CRPIX3": 1.0, "CDELT3": 1.0, "CUNIT3": "J"}
+    cube = WCS(dict(header) | energies)
+    cube.array_shape = (5, 48, 64)
+    assert camera_of(cube).sky.shape == (48, 64)

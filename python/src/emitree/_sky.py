@@ -46,6 +46,7 @@ class Sky:
     length_unit: the unit of the model's lengths.
     origin: a coordinate with a distance: where the origin of the model is; that of `frame` by
         default.
+    time: when it was seen, an astropy `Time`, if it is known.
     shape: (height, width) of the WCS [pixels], if there was one.
     deviation: the largest distance between a place in the image and that of the WCS [pixels].
     """
@@ -54,6 +55,7 @@ class Sky:
     coordinates: Any
     length_unit: str
     origin: Any = None
+    time: Any = None
     shape: tuple[int, int] | None = None
     deviation: float | None = None
 
@@ -124,21 +126,30 @@ def sky_of(
         raise SceneError("expected `frame`, whose axes are those of the model, or `observer`")
     if length_unit is None:
         raise SceneError("the camera has no `length_unit`: expected one, such as 'R_sun'")
-    frame = completed(bare(observer if frame is None else frame, "`frame`"), observer, observer)
+    frame = bare(observer if frame is None else frame, "`frame`")
+    time = time_of(frame, observer, coordinates)
+    frame = completed(frame, time, observer)
     place = Sky(frame, None, length_unit, origin)
     if observer is not None and position is not None:
-        at = place.positions(observer)
-        off = float(np.linalg.norm(at - position))
-        if off > 1e-6 * float(np.linalg.norm(position)) + 1e-12:
-            raise SceneError(
-                f"the observer is at {at.tolist()} {length_unit} in the model, and the camera at "
-                f"{list(position)}: expected one place"
-            )
+        require_same_place(place, observer, position)
+    if observer is None and position is not None:
+        observer = place.coordinate(position)
     if coordinates is None:
-        if observer is None and position is not None:
-            observer = place.coordinate(position)
         coordinates = coordinates_for(frame, observer)
-    return Sky(frame, bare(coordinates, "`coordinates`"), length_unit, origin)
+    else:
+        coordinates = completed(bare(coordinates, "`coordinates`"), time, observer)
+    return Sky(frame, coordinates, length_unit, origin, time)
+
+
+def require_same_place(sky: Sky, observer: Any, position: Any) -> None:
+    """Refuses an observer who is not at the position of the camera."""
+    at = sky.positions(observer)
+    apart = float(np.linalg.norm(at - position))
+    if apart > 1e-6 * float(np.linalg.norm(position)) + 1e-12:
+        raise SceneError(
+            f"the observer is at {at.tolist()} {sky.length_unit} in the model, and the camera at "
+            f"{list(map(float, position))}: expected one place"
+        )
 
 
 def coordinates_for(frame: Any, observer: Any) -> Any:
@@ -183,16 +194,21 @@ def bare(frame: Any, name: str) -> Any:
     return frame.replicate_without_data()
 
 
+def time_of(*places: Any) -> Any:
+    """The time of the first of some frames or coordinates that has one; None if none has."""
+    times = (getattr(place, "obstime", None) for place in places)
+    return next((time for time in times if time is not None), None)
+
+
 def completed(frame: Any, time: Any, observer: Any) -> Any:
     """The frame with a time and an observer, where it needs them and has none of its own.
 
-    time: a coordinate or a frame that has one. Carrington's longitudes depend on an observer by the
-    travel time of light; for "self" each point would be its own, and axes would turn with distance.
+    Carrington's longitudes depend on an observer by the travel time of light; for "self" each point
+    would be its own, and axes would turn with distance.
     """
     changes: dict[str, Any] = {}
-    of = getattr(time, "obstime", None)
-    if of is not None and "obstime" in frame.frame_attributes and frame.obstime is None:
-        changes["obstime"] = of
+    if time is not None and "obstime" in frame.frame_attributes and frame.obstime is None:
+        changes["obstime"] = time
     if "observer" in frame.frame_attributes and _is_open(frame.observer):
         if observer is None:
             if isinstance(frame.observer, str):

@@ -15,7 +15,7 @@ import numpy as np
 
 from emitree._function import Floats
 from emitree._native import SceneError
-from emitree._sky import Sky, rotation, sky_of, sunpy_coordinates, xyz_in
+from emitree._sky import Sky, require_same_place, rotation, sky_of, sunpy_coordinates, xyz_in
 
 if TYPE_CHECKING:
     from emitree._sky_result import OnSky
@@ -82,32 +82,28 @@ def placed(
     coordinates: Any = None,
 ) -> tuple[Sky, View] | None:
     """The sky and the view of a rendering; None if nothing says where it is."""
-    sky = rendering._sky
-    given = {
-        "observer": observer,
-        "frame": frame,
-        "origin": origin,
-        "coordinates": coordinates,
-    }
+    given = {"observer": observer, "frame": frame, "origin": origin, "coordinates": coordinates}
     named = [name for name, value in given.items() if value is not None]
+    sky = rendering._sky
+    if sky is None and not named:
+        return None
+    view = View.of(rendering.scene)
     if sky is not None:
         others = [name for name in named if name != "observer"]
         if others:
             raise SceneError(
                 f"`{others[0]}` is given, and the camera has a sky of its own: expected none"
             )
-    elif not named:
-        return None
-    view = View.of(rendering.scene)
-    if sky is None or observer is not None:
-        if sky is not None:
-            given |= {
-                "frame": sky.frame,
-                "origin": sky.origin,
-                "coordinates": sky.coordinates,
-            }
-        sky = sky_of(**given, position=view.position, length_unit=view.length_unit)
-    return sky, view
+        if observer is not None:
+            require_same_place(sky, observer, view.position)
+        return sky, view
+    if view.axes is None:
+        if coordinates is not None:
+            raise SceneError(
+                "`coordinates` is given, and a HEALPix map has the axes of the model: expected none"
+            )
+        given["coordinates"] = observer if frame is None else frame
+    return sky_of(**given, position=view.position, length_unit=view.length_unit), view
 
 
 def encoded(file: bytes, at: tuple[Sky, View] | None, extensions: bool = True) -> bytes:
@@ -126,7 +122,6 @@ def encoded(file: bytes, at: tuple[Sky, View] | None, extensions: bool = True) -
 
 def _on_sky(hdus: Any, sky: Sky, view: View) -> None:
     """Gives HDUs of a rendering coordinates of the sky where they have those of the camera."""
-    to_sky = rotation(sky.frame, sky.coordinates)
     name = type(sky.coordinates).__name__
     for hdu in hdus:
         header = hdu.header
@@ -137,7 +132,7 @@ def _on_sky(hdus: Any, sky: Sky, view: View) -> None:
                 raise SceneError(
                     f"`coordinates` are {name}: expected {', '.join(_AXES)}, which FITS has"
                 )
-            _celestial(header, sky, view, to_sky)
+            _celestial(header, sky, view, sky.rotation())
         elif hdu.header.get("CTYPE1"):
             raise SceneError(
                 f"the camera {view.type} has no celestial projection: expected `Perspective`, "
@@ -221,12 +216,11 @@ def _of_frame(header: Any, sky: Sky) -> None:
         add("RADESYS", "ICRS", "reference frame of the coordinates")
     if name in ("FK5", "BarycentricMeanEcliptic"):
         add("EQUINOX", float(frame.equinox.jyear), "[yr] mean equinox")
-    time = getattr(frame, "obstime", None)
-    time = getattr(sky.frame, "obstime", None) if time is None else time
-    if time is not None:
+    if sky.time is not None:
+        time = sky.time.utc
         add("TIMESYS", "UTC", "scale of times")
-        add("DATE-OBS", time.utc.isot, "time of the observer and of the frames")
-        add("MJD-OBS", float(time.utc.mjd), "[d] the same as a modified Julian date")
+        add("DATE-OBS", time.isot, "time of the observer and of the frames")
+        add("MJD-OBS", float(time.mjd), "[d] the same as a modified Julian date")
     if name == "Helioprojective":
         _observer(frame, add)
 

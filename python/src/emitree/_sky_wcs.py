@@ -16,7 +16,7 @@ from emitree import _units
 from emitree._cameras import Camera, Fisheye
 from emitree._function import Floats
 from emitree._native import SceneError
-from emitree._sky import Sky, bare, completed, rotation, sunpy_coordinates, xyz_in
+from emitree._sky import Sky, bare, completed, rotation, sunpy_coordinates, time_of, xyz_in
 from emitree._sky_planes import PLANES, Plane
 
 #: How far a corner of a pixel of a camera may be from that of the WCS [pixels].
@@ -45,10 +45,12 @@ def camera_of(
         raise SceneError("`length_unit` is None: expected the unit of the model's lengths")
     wcs = _celestial(wcs)
     height, width = _shape_of(wcs, shape)
-    coordinates, observer = _seen(_coordinates_of(wcs, observer), observer)
-    model = completed(bare(frame, "`frame`"), coordinates, observer)
-    model = completed(model, observer, observer)
-    sky = Sky(model, coordinates, unit, origin, (height, width))
+    model = bare(frame, "`frame`")
+    coordinates = _coordinates_of(wcs)
+    time = _time_of(wcs) or time_of(coordinates, observer, model)
+    coordinates, observer = _seen(completed(coordinates, time, None), observer)
+    model = completed(model, time, observer)
+    sky = Sky(model, coordinates, unit, origin, time, (height, width))
     position = sky.positions(observer)
     # Rows of the matrix are the axes of the sky in the model: its transpose is its inverse.
     to_model = rotation(model, coordinates).T
@@ -91,7 +93,16 @@ def _shape_of(wcs: Any, shape: Any) -> tuple[int, int]:
     return sides[0], sides[1]
 
 
-def _coordinates_of(wcs: Any, observer: Any) -> Any:
+def _time_of(wcs: Any) -> Any:
+    """When a WCS was seen; None if it does not say."""
+    from astropy.time import Time
+
+    date = wcs.wcs.dateavg or wcs.wcs.dateobs or wcs.wcs.datebeg
+    scale = str(wcs.wcs.timesys).lower()
+    return Time(date, scale=scale if scale in Time.SCALES else "utc") if date else None
+
+
+def _coordinates_of(wcs: Any) -> Any:
     """The frame of the longitudes and latitudes of a WCS."""
     from astropy.coordinates import BarycentricMeanEcliptic
     from astropy.time import Time
@@ -111,10 +122,9 @@ def _coordinates_of(wcs: Any, observer: Any) -> Any:
     if kind == "HPLN":
         sunpy_coordinates()
     try:
-        found = wcs_to_celestial_frame(wcs)
+        return wcs_to_celestial_frame(wcs)
     except ValueError as error:
         raise SceneError(f"`wcs` has no celestial frame: {error}") from None
-    return completed(found, observer, None)
 
 
 def _seen(coordinates: Any, observer: Any) -> tuple[Any, Any]:
@@ -137,7 +147,7 @@ def _seen(coordinates: Any, observer: Any) -> tuple[Any, Any]:
             )
         return coordinates, own
     if own is None or isinstance(own, str):
-        return completed(coordinates, None, observer), observer
+        return completed(coordinates, coordinates.obstime, observer), observer
     frame = sunpy_coordinates().HeliographicStonyhurst(obstime=coordinates.obstime)
     given, of_wcs = (xyz_in(frame, place, "`observer`") for place in (observer, own))
     if np.linalg.norm(given - of_wcs) > 1e-6 * np.linalg.norm(of_wcs):
