@@ -173,6 +173,21 @@ def test_what_no_camera_has_is_refused(wcs, reason):
         camera_of(wcs)
 
 
+@pytest.mark.parametrize(
+    "wcs", [sip(0.5), wcs_of(scale=0.5, CRPIX1=34.3), wcs_of("GLON", "SIN", scale=0.2)]
+)
+def test_a_deviation_may_be_allowed_and_files_have_the_camera(wcs):
+    with pytest.raises(emitree.SceneError, match=r"`max_deviation` is 0\.01"):
+        camera_of(wcs)
+    camera = camera_of(wcs, max_deviation=0.5)
+    assert 0.01 < camera.sky.deviation < 0.5
+    ours = written(camera)
+    # The grid of corners has the largest deviation but for a tenth.
+    assert 0.01 < off(ours, wcs, (48, 64)) < 1.1 * camera.sky.deviation
+    again = camera_of(WCS(ours.to_header()), shape=(48, 64))
+    assert again.sky.deviation < 1e-6 and np.allclose(again.target, camera.target, atol=1e-12)
+
+
 def test_a_class_has_cameras_of_its_own_kind():
     wcs = wcs_of("GLON", "ARC", shape=(48, 48), scale=0.01)
     options = {"frame": Galactic(), "length_unit": "pc", "observer": EARTH, "far": 10}
@@ -196,6 +211,7 @@ def test_a_class_has_cameras_of_its_own_kind():
         ({"frame": "galactic"}, "`frame` is 'galactic': expected a frame of astropy or sunpy"),
         ({"frame": None}, "`frame` is None: expected a frame"),
         ({"length_unit": None}, "`length_unit` is None"),
+        ({"max_deviation": 0}, "`max_deviation` is 0: expected a number above 0"),
         ({"distance": 3 * u.s}, "`distance` is 3.0 s"),
     ],
 )

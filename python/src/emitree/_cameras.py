@@ -78,13 +78,15 @@ class Camera(_Table):
         distance: Any = None,
         near: Any = None,
         far: Any = None,
+        max_deviation: float = 0.01,
     ) -> Camera:
         """The camera whose pixels are those of an astropy WCS, seen by an observer at a time.
 
         It is a `Perspective` (TAN), an `Equirectangular` (CAR) or a `Fisheye` (ARC and ZEA, whose
-        corners outside of the disc are NaN). All corners of pixels are compared with the WCS: where
-        no camera agrees to 0.01 pixels, as with distortions or a reference pixel far from the
-        middle, it is refused. In a narrow field other projections agree. The camera has the
+        corners outside of the disc are NaN). Corners of pixels all over the image are compared with
+        the WCS: where no camera agrees to `max_deviation`, as with distortions, or in a wide field
+        with a reference pixel beside the middle, it is refused. In a narrow field other projections
+        agree. The camera has the
         observer, the frames and `shape` as `camera.sky`, and `render` takes the shape from there.
         Light travel time, aberration and refraction are ignored.
 
@@ -102,6 +104,8 @@ class Camera(_Table):
         distance: from the observer to the `target`, which should be where the emission is; by
             default that of the origin of the model.
         near, far: as of the camera.
+        max_deviation: how far a corner of a pixel may be from that of the WCS [pixels]. Files have
+            the coordinates of the camera, which are those of its pixels however large it is.
 
         Raises `SceneError` with the reason where no camera has these pixels, or where something is
         missing.
@@ -135,6 +139,7 @@ class Camera(_Table):
             distance=distance,
             near=near,
             far=far,
+            max_deviation=max_deviation,
         )
 
 

@@ -2,7 +2,7 @@
 
 Directions of pixels are taken from the WCS with all its distortions. The camera is the
 least-squares fit to them, which is exact for a WCS that a camera has, and is refused where a corner
-of a pixel is off by more than `ALLOWED`.
+of a pixel is off by more than is allowed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from emitree._native import SceneError
 from emitree._sky import Sky, bare, completed, rotation, sunpy_coordinates, time_of, xyz_in
 from emitree._sky_planes import PLANES, Plane
 
-#: How far a corner of a pixel of a camera may be from that of the WCS [pixels].
+#: How far a corner of a pixel of a camera may be from that of the WCS by default [pixels].
 ALLOWED = 0.01
 
 #: How many corners along each axis are compared.
@@ -38,8 +38,11 @@ def camera_of(
     distance: Any,
     near: Any,
     far: Any,
+    max_deviation: float,
 ) -> Camera:
     """The camera of `Camera.from_wcs`."""
+    if not max_deviation > 0:
+        raise SceneError(f"`max_deviation` is {max_deviation}: expected a number above 0 [pixels]")
     unit = _units.to_text(length_unit)
     if unit is None:
         raise SceneError("`length_unit` is None: expected the unit of the model's lengths")
@@ -56,9 +59,12 @@ def camera_of(
     to_model = rotation(model, coordinates).T
     pixels = _Pixels.of(wcs, (height, width), to_model)
     fits = [_fit(plane, pixels) for plane in _planes_for(kind, wcs)]
-    fitted = min(fits, key=lambda fit: (not fit.off <= ALLOWED, fit.plane.is_disc, fit.off))
-    if not fitted.off <= ALLOWED:
-        raise SceneError(_refusal(wcs, (height, width), fitted))
+    # Among planes that agree as well as others, a disc is the last choice: it has no corners.
+    agreeing = [fit for fit in fits if fit.off <= max_deviation]
+    if not agreeing:
+        nearest = min(fits, key=lambda fit: fit.off)
+        raise SceneError(_refusal(wcs, (height, width), nearest, max_deviation))
+    fitted = min(agreeing, key=lambda fit: (fit.off > ALLOWED, fit.plane.is_disc, fit.off))
     reach = _units.value_in(distance, unit, "distance")
     if reach is None:
         reach = float(np.linalg.norm(position)) or 1.0
@@ -294,7 +300,7 @@ def _code(wcs: Any) -> str:
     return str(wcs.wcs.ctype[wcs.wcs.lng])[5:8]
 
 
-def _refusal(wcs: Any, shape: tuple[int, int], fitted: _Fit) -> str:
+def _refusal(wcs: Any, shape: tuple[int, int], fitted: _Fit, allowed: float) -> str:
     """Why no camera has the pixels of a WCS."""
     code = _code(wcs)
     height, width = shape
@@ -322,9 +328,10 @@ def _refusal(wcs: Any, shape: tuple[int, int], fitted: _Fit) -> str:
     )
     return (
         f"no camera has the pixels of `wcs`: the nearest one, {fitted.plane.camera.__name__}, is "
-        f"{off} at a corner, allowed are {ALLOWED}{has}. Expected TAN or CAR, or ARC or ZEA in a "
-        "square, without distortion, with perpendicular axes and the reference pixel in the middle "
-        "of the image; or a field so narrow that the difference is below that"
+        f"{off} at a corner, `max_deviation` is {allowed}{has}. Expected TAN or CAR, or ARC or ZEA "
+        "in a square, without distortion, with perpendicular axes and the reference pixel in the "
+        "middle of the image; or a field so narrow, or a `max_deviation` so large, that the "
+        "difference is below it"
     )
 
 
