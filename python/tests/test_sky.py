@@ -10,10 +10,11 @@ import emitree
 u = pytest.importorskip("astropy.units")
 coordinates = pytest.importorskip("astropy.coordinates")
 from astropy.coordinates import ICRS, BarycentricMeanEcliptic, Galactic, SkyCoord  # noqa: E402
+from astropy.time import Time  # noqa: E402
 from astropy.wcs import WCS  # noqa: E402
 
 EARTH = SkyCoord(0 * u.deg, 0 * u.deg, distance=0 * u.AU)
-TIME = "2024-04-08T18:00:00"
+TIME = Time("2024-04-08T18:00:00")
 KINDS = {"RA": ("RA--", "DEC-"), "GLON": ("GLON", "GLAT"), "ELON": ("ELON", "ELAT")}
 
 
@@ -166,6 +167,7 @@ def test_a_distortion_that_is_below_a_hundredth_of_a_pixel_agrees():
         (wcs_of(scale=0.5, PC1_2=0.3), "not perpendicular"),
         (wcs_of("GLON", "CAR", scale=1, CRVAL2=0.0, CRPIX2=-40.0), "reference pixel"),
         (wcs_of(CDELT1=0.01), "mirrored"),
+        (wcs_of(RADESYS="FK4", EQUINOX=1950.0), "FK4 .RADESYS.: expected ICRS or FK5"),
     ],
 )
 def test_what_no_camera_has_is_refused(wcs, reason):
@@ -233,6 +235,24 @@ def test_refraction_is_no_rotation():
     frame = coordinates.AltAz(obstime=TIME, location=site, pressure=1000 * u.hPa)
     with pytest.raises(emitree.SceneError, match="more than a rotation"):
         emitree._sky.rotation(frame, ICRS())
+
+
+def test_left_handed_axes_of_the_model_are_refused():
+    site = coordinates.EarthLocation.from_geodetic(10 * u.deg, 50 * u.deg, 0 * u.m)
+    frame = coordinates.AltAz(obstime=TIME, location=site)
+    with pytest.raises(emitree.SceneError, match="AltAz, whose axes are left-handed"):
+        camera_of(wcs_of(), frame=frame)
+
+
+def test_the_ground_is_a_place_too():
+    """An observatory in a model that turns with the Earth."""
+    site = coordinates.EarthLocation.from_geodetic(10 * u.deg, 50 * u.deg, 0 * u.m)
+    place = SkyCoord(site.get_itrs(TIME))
+    camera = camera_of(
+        wcs_of(), frame=coordinates.ITRS(obstime=TIME), observer=place, length_unit="km"
+    )
+    geocentric = [x.to_value(u.km) for x in site.geocentric]
+    assert np.allclose(camera.position, geocentric, atol=1e-6)
 
 
 def test_axes_of_the_model_may_have_an_origin_elsewhere():

@@ -129,6 +129,7 @@ def sky_of(
     frame = bare(observer if frame is None else frame, "`frame`")
     time = time_of(frame, observer, coordinates)
     frame = completed(frame, time, observer)
+    require_right_handed(frame)
     place = Sky(frame, None, length_unit, origin)
     if observer is not None and position is not None:
         require_same_place(place, observer, position)
@@ -139,6 +140,17 @@ def sky_of(
     else:
         coordinates = completed(bare(coordinates, "`coordinates`"), time, observer)
     return Sky(frame, coordinates, length_unit, origin, time)
+
+
+def require_right_handed(frame: Any) -> None:
+    """Refuses axes of a model that would mirror its images."""
+    from astropy.coordinates import ICRS
+
+    if np.linalg.det(rotation(frame, ICRS())) < 0:
+        raise SceneError(
+            f"`frame` is {type(frame).__name__}, whose axes are left-handed: expected right-handed "
+            "axes of the model, such as those of ICRS, ITRS or HeliographicCarrington"
+        )
 
 
 def require_same_place(sky: Sky, observer: Any, position: Any) -> None:

@@ -16,7 +16,16 @@ from emitree import _units
 from emitree._cameras import Camera, Fisheye
 from emitree._function import Floats
 from emitree._native import SceneError
-from emitree._sky import Sky, bare, completed, rotation, sunpy_coordinates, time_of, xyz_in
+from emitree._sky import (
+    Sky,
+    bare,
+    completed,
+    require_right_handed,
+    rotation,
+    sunpy_coordinates,
+    time_of,
+    xyz_in,
+)
 from emitree._sky_planes import PLANES, Plane
 
 #: How far a corner of a pixel of a camera may be from that of the WCS by default [pixels].
@@ -53,6 +62,7 @@ def camera_of(
     time = _time_of(wcs) or time_of(coordinates, observer, model)
     coordinates, observer = _seen(completed(coordinates, time, None), observer)
     model = completed(model, time, observer)
+    require_right_handed(model)
     sky = Sky(model, coordinates, unit, origin, time, (height, width))
     position = sky.positions(observer)
     # Rows of the matrix are the axes of the sky in the model: its transpose is its inverse.
@@ -110,7 +120,7 @@ def _time_of(wcs: Any) -> Any:
 
 def _coordinates_of(wcs: Any) -> Any:
     """The frame of the longitudes and latitudes of a WCS."""
-    from astropy.coordinates import BarycentricMeanEcliptic
+    from astropy.coordinates import FK5, ICRS, BarycentricMeanEcliptic
     from astropy.time import Time
     from astropy.wcs.utils import wcs_to_celestial_frame
 
@@ -128,9 +138,14 @@ def _coordinates_of(wcs: Any) -> Any:
     if kind == "HPLN":
         sunpy_coordinates()
     try:
-        return wcs_to_celestial_frame(wcs)
+        found = wcs_to_celestial_frame(wcs)
     except ValueError as error:
         raise SceneError(f"`wcs` has no celestial frame: {error}") from None
+    if kind == "RA" and not isinstance(found, ICRS | FK5):
+        raise SceneError(
+            f"`wcs` has the reference frame {type(found).__name__} (RADESYS): expected ICRS or FK5"
+        )
+    return found
 
 
 def _seen(coordinates: Any, observer: Any) -> tuple[Any, Any]:
