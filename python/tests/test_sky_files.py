@@ -330,3 +330,20 @@ def test_the_axes_of_a_wcs_may_be_swapped_and_be_part_of_a_cube():
     cube = WCS(dict(header) | energies)
     cube.array_shape = (5, 48, 64)
     assert camera_of(cube).sky.shape == (48, 64)
+
+
+@pytest.mark.parametrize("code", ["TAN", "CAR", "ARC", "ZEA"])
+def test_lines_of_sight_of_the_renderer_are_those_of_astropy(code):
+    """A rate that is the line of sight itself: its image is where each pixel looks."""
+    shape = (48, 48)
+    scale = 1.5
+    wcs = wcs_of("GLON", code, shape=shape, scale=scale, roll=0 if code == "CAR" else 25, CRVAL2=20)
+    camera = camera_of(wcs, frame=BarycentricMeanEcliptic(), near=0, far=1)
+    rendered = emitree.render(lambda position, direction: -direction, camera, tolerance=1e-5)
+    rows, columns = np.indices(shape)
+    seen = SkyCoord(wcs.pixel_to_world(columns, rows)).transform_to(BarycentricMeanEcliptic())
+    apart = np.linalg.norm(rendered.image - seen.cartesian.xyz.value, axis=0)
+    within = np.hypot(rows - 23.5, columns - 23.5) < 22.5
+    assert not np.isnan(apart[within]).any()
+    # Means over pixels differ from their centres, by half of this at most.
+    assert np.nanmax(apart[within]) < 0.01 * np.radians(scale)
