@@ -52,6 +52,7 @@ from emitree._render import render
 from emitree._result import Rendering
 from emitree._sensitivity import Sensitivity, sensitivity
 from emitree._session import Session
+from emitree._sky import Sky
 from emitree._sparse import SparseMatrix
 from emitree._spectrum import Spectrum
 from emitree._sums import RegionSum
@@ -96,6 +97,7 @@ __all__ = [
     "Session",
     "SingularAxis",
     "SingularPoint",
+    "Sky",
     "SparseMatrix",
     "Spectrum",
     "Sphere",

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from emitree import _native, _units
+
+if TYPE_CHECKING:
+    from emitree._sky import Sky
 
 Vector = Sequence[float]
 
@@ -50,6 +53,9 @@ class Camera(_Table):
     length_unit: str | Any | None
     _is_sky: ClassVar[bool] = False
 
+    #: Where on the sky its images are, of a camera of `from_wcs`; else None.
+    sky: ClassVar[Sky | None] = None
+
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         # A subclass made by a user has no row: it inherits that of its base class.
@@ -58,6 +64,83 @@ class Camera(_Table):
             cls._type, cls._is_sky = row["name"], row["is_sky"]
             cls._lengths = tuple(key["name"] for key in row["keys"] if key["unit"] == "length")
             cls._angles = tuple(key["name"] for key in row["keys"] if key["unit"] == "deg")
+
+    @classmethod
+    def from_wcs(
+        cls,
+        wcs: Any,
+        *,
+        frame: Any,
+        length_unit: Any,
+        observer: Any = None,
+        origin: Any = None,
+        shape: Sequence[int] | None = None,
+        distance: Any = None,
+        near: Any = None,
+        far: Any = None,
+        max_deviation: float = 0.01,
+    ) -> Camera:
+        """The camera whose pixels are those of an astropy WCS, seen by an observer at a time.
+
+        It is a `Perspective` (TAN), an `Equirectangular` (CAR) or a `Fisheye` (ARC and ZEA, whose
+        corners outside of the disc are NaN). Corners of pixels all over the image are compared with
+        the WCS: where no camera agrees to `max_deviation`, as with distortions, or in a wide field
+        with a reference pixel beside the middle, it is refused. In a narrow field other projections
+        agree. The camera has the
+        observer, the frames and `shape` as `camera.sky`, and `render` takes the shape from there.
+        Light travel time, aberration and refraction are ignored.
+
+        wcs: an `astropy.wcs.WCS` of right ascension and declination, galactic, ecliptic or
+            helioprojective longitude and latitude.
+        frame: a frame of astropy or sunpy, whose Cartesian axes are those of the model, such as
+            `HeliographicCarrington(obstime=..., observer="self")`. One without a time has that of
+            the WCS, or of the observer.
+        length_unit: the unit of the model's lengths, such as "R_sun".
+        observer: a `SkyCoord` with a distance, as of a spacecraft; by default the one in the header
+            (HGLN_OBS, HGLT_OBS, DSUN_OBS).
+        origin: a `SkyCoord` with a distance: where the origin of the model is; that of `frame` by
+            default.
+        shape: (height, width) [pixels]; that of the WCS by default.
+        distance: from the observer to the `target`, which should be where the emission is; by
+            default that of the origin of the model.
+        near, far: as of the camera.
+        max_deviation: how far a corner of a pixel may be from that of the WCS [pixels]. Files have
+            the coordinates of the camera, which are those of its pixels however large it is.
+
+        Raises `SceneError` with the reason where no camera has these pixels, or where something is
+        missing.
+
+        >>> import astropy.units as u, emitree
+        >>> from astropy.coordinates import ICRS, SkyCoord
+        >>> from astropy.wcs import WCS
+        >>> wcs = WCS({"CTYPE1": "RA---TAN", "CTYPE2": "DEC--TAN", "CRVAL1": 83.6, "CRVAL2": 22.0,
+        ...     "CRPIX1": 32.5, "CRPIX2": 24.5, "CDELT1": -0.01, "CDELT2": 0.01, "RADESYS": "ICRS"})
+        >>> camera = emitree.Camera.from_wcs(
+        ...     wcs, frame=ICRS(), length_unit="pc", shape=(48, 64),
+        ...     origin=SkyCoord(83.6 * u.deg, 22 * u.deg, distance=2000 * u.pc),
+        ...     observer=SkyCoord(0 * u.deg, 0 * u.deg, distance=0 * u.pc), near=1990, far=2010,
+        ... )
+        >>> type(camera).__name__, camera.sky.shape
+        ('Perspective', (48, 64))
+        >>> rendering = emitree.render("exp(-r^2)", camera)
+        >>> rendering.to_fits()[0].header["CTYPE1"]
+        'RA---TAN'
+        """
+        from emitree._sky_wcs import camera_of
+
+        return camera_of(
+            cls,
+            wcs,
+            frame=frame,
+            length_unit=length_unit,
+            observer=observer,
+            origin=origin,
+            shape=shape,
+            distance=distance,
+            near=near,
+            far=far,
+            max_deviation=max_deviation,
+        )
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def render(
         * a `Model`, a `Grid` or a `Tree`;
         * the name of a scene file (a path, or a text that ends in ".toml"), without `camera`.
     camera: a `Camera`, such as `Perspective` or `Healpix`.
-    shape: (height, width) in pixels.
+    shape: (height, width) in pixels; by default that of the camera's WCS, if it is of one.
     tolerance: the largest error of a pixel, relative to the largest |pixel|; 0.01 by default.
     rtol, atol, floor: instead of `tolerance`, the error allowed in each pixel:
         atol + rtol * max(|pixel|, floor * largest |pixel|). `atol` is in the unit of the image, a
@@ -190,6 +190,8 @@ def render(
         refuse_unused(scene, settings, energy, seeds, changes)
         function, setup = None, None
     else:
+        if shape is None and camera.sky is not None:
+            shape = camera.sky.shape
         if shape is None:
             raise TypeError("expected `shape`, (height, width)")
         if changes is not None:

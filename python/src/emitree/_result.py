@@ -16,6 +16,7 @@ from emitree import _display, _native, _units
 from emitree._files import written
 from emitree._function import Floats
 from emitree._plan import Plan
+from emitree._sky_result import OnSky
 from emitree._spectrum import Spectrum, spectrum_of_counts, spectrum_of_cube
 from emitree._sums import RegionSum, region_sums
 from emitree._surfaces import Surfaces
@@ -33,7 +34,7 @@ _Counted = tuple[
 MOST_EVALUATIONS_OF_PLANS = 1_000_000
 
 
-class Rendering:
+class Rendering(OnSky):
     """An image or a cube, its estimated error and its cost.
 
     It can be pickled and copied, and needs neither the emission nor any file for that.
@@ -50,12 +51,14 @@ class Rendering:
     ) -> None:
         self._found = found
         self._setup = setup
+        self._sky = None if setup is None else setup.camera.sky
         #: The cost and the settings: report.json of the command, without the counts.
         self.report = report
 
     def __getstate__(self) -> dict[str, Any]:
         """What is pickled: arrays that can be made again are left out, counts are made for it."""
         state = {"_found": self._found, "report": self.report, "_setup": None, "_is_copy": True}
+        state["_sky"] = self._sky
         if self._found.instrument is not None:
             try:
                 state["_counted"] = self._counted
@@ -226,6 +229,10 @@ class Rendering:
         seed = None if expected else self._seed(seed)
         counts = self.expected_counts if seed is None else self.draw_counts(seed)
         encoded = self._found.counts_fits(counts, self._counted[2], seed)
+        if self._sky is not None:
+            from emitree import _sky_fits
+
+            encoded = _sky_fits.encoded(encoded, _sky_fits.placed(self))
         return written(encoded, path, overwrite)
 
     def spectrum(self, counts: Floats | None = None, *, where: Any = None) -> Spectrum:
@@ -346,25 +353,6 @@ class Rendering:
         if self.report["threshold"] is None:
             return None
         return {key: self.report[key] for key in ("threshold", "order", "leaves_per_level")}
-
-    @property
-    def wcs(self) -> Any:
-        """The coordinates of the image as an astropy WCS of two axes; None of a HEALPix sky."""
-        if not self._found.axes():
-            return None
-        from astropy.wcs import WCS
-
-        return WCS(self.to_fits()[0].header, naxis=2)
-
-    def to_fits(
-        self, path: str | os.PathLike[str] | None = None, *, overwrite: bool = False
-    ) -> Any:
-        """Image and error with units, coordinates and provenance, as FITS.
-
-        With a path the file is written, which needs no astropy; without one, an astropy HDUList is
-        returned. A file is whole or absent: one that is replaced stays until the other is complete.
-        """
-        return written(self._found.fits(), path, overwrite)
 
     def to_xarray(self) -> Any:
         """An xarray Dataset of `image` and `error` with the coordinates of the pixels' centres.
