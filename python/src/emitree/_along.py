@@ -7,8 +7,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from emitree._cells import Integers
 from emitree._function import Floats
-from emitree._sight import Integers
 
 #: Half of the nodes of the Gauss-Kronrod rule with 15 nodes, its weights, and the weights of the
 #: rule of Gauss with 7 nodes; from R. Piessens et al., QUADPACK (1983), routine qk15.

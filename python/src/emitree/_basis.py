@@ -11,9 +11,9 @@ from typing import Any, Literal, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from emitree._cells import Integers
 from emitree._function import Floats
 from emitree._native import SceneError
-from emitree._sight import Integers
 from emitree._supports import Balls, Boxes, Rings, Supports
 
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from emitree._along import Along
 from emitree._basis import Basis
+from emitree._cells import Integers
 from emitree._function import Floats, as_rates
-from emitree._sight import Integers, Lines, Tubes, union
+from emitree._sight import Lines, Tubes, union
 from emitree._supports import Interval, lengths
 
 #: What a function may add to the mean of a cell without being seen: this fraction of the longest

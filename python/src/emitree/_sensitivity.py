@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from emitree import _options
 from emitree._basis import BSplines, RadialFunctions, Voxels
 from emitree._cameras import Camera
+from emitree._cells import Integers
 from emitree._function import Floats, as_rates, name_of
 from emitree._native import SceneError
 from emitree._pixel_means import Means, first_means, refined, strips
 from emitree._responses import OfBasis, OfFunction, Response
-from emitree._sight import Integers, View
+from emitree._sight import View
 
 #: The largest entry of a column counts as at least this fraction of the largest of all: a function
 #: at the border of a view may have entries of any size.
