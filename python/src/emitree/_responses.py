@@ -102,7 +102,7 @@ class OfBasis:
         grown = self._grown(tubes, which)
         ends = [np.where(end > start, end, 0.0) for start, end in grown]
         # The end of a part may be at infinity where a tube is wide.
-        reach = np.minimum(np.max(ends, axis=0), np.finfo(float).max)
+        reach = np.minimum(np.max(ends, axis=0), np.finfo(float).max / 8.0)
         size = tubes.radius + tubes.spread * reach
         feature = self.basis.feature[which]
         misses = (length == 0.0) @ np.ones(places)

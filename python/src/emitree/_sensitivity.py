@@ -55,6 +55,9 @@ class Sensitivity:
     tolerance: float
     #: (height, width) of each camera.
     shapes: tuple[tuple[int, int], ...]
+    #: Whether each pixel (pixels,) is in the image, at least in part. Those outside of the disc of
+    #: a fisheye are not: their rows are 0.
+    in_image: NDArray[np.bool_]
     #: The unit of the entries, that of the lengths of the cameras; None without one.
     unit: str | None
     #: How many integrals of a function along a line were made.
@@ -75,8 +78,12 @@ class Sensitivity:
         return bool((self.error <= self.tolerance * self.scale).all())
 
     def image(self, coefficients: Any) -> Any:
-        """The image (height, width) for coefficients (k,); of several cameras a list."""
-        return self.split(self.matrix @ self._checked(coefficients))
+        """The image (height, width) for coefficients (k,); of several cameras a list.
+
+        As of `render`, pixels outside of the disc of a fisheye are NaN.
+        """
+        pixels = self.matrix @ self._checked(coefficients)
+        return self.split(np.where(self.in_image, pixels, np.nan))
 
     def split(self, pixels: Any) -> Any:
         """The image (height, width) of numbers (pixels,); of several cameras a list."""
@@ -218,6 +225,7 @@ def sensitivity(
         scale=_scales(blocks, functions, is_guessed=False),
         tolerance=float(tolerance),
         shapes=shapes,
+        in_image=np.concatenate([view.has_image() for view in views]),
         unit=unit,
         lines=lines,
         evaluations=evaluations,
