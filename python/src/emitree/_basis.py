@@ -147,7 +147,10 @@ class RadialFunctions(_Dense):
         if self.kind == "gaussian":
             return np.where(square <= self.cutoff**2, np.exp(-0.5 * square), 0.0)
         q = np.sqrt(square)
-        return np.maximum(1.0 - q, 0.0) ** 4 * (4.0 * q + 1.0)
+        # Two squares: a fourth power of NumPy takes five times as long.
+        power = np.maximum(1.0 - q, 0.0) ** 2
+        power *= power
+        return cast(Floats, power * (4.0 * q + 1.0))
 
     def _squares(self, position: Floats, which: Integers) -> Floats:
         """Squared distances in widths."""
