@@ -1,5 +1,7 @@
 """Sensitivity matrices: every entry against lines of sight by the thousand, made by hand."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from chords import along, in_ball, in_box, in_ring, means, of_gaussian
@@ -235,6 +237,59 @@ def test_the_result():
         found.image(np.ones(3))
     with pytest.raises(ValueError, match=r"`pixels` has the shape \(3,\): expected \(77,\)"):
         found.split(np.ones(3))
+
+
+@pytest.fixture
+def found():
+    rings = emitree.Voxels.grid(np.linspace(2, 4, 4), np.linspace(-1, 1, 4))
+    return emitree.sensitivity(rings, CAMERAS[:2], [(6, 8), (4, 5)], 0.05)
+
+
+def test_a_file_has_all(found, tmp_path):
+    path = tmp_path / "matrix.npz"
+    found.save(path)
+    loaded = emitree.Sensitivity.load(path)
+    assert (loaded.matrix != found.matrix).nnz == 0 and loaded.matrix.shape == found.matrix.shape
+    for name in ("error", "scale", "in_image"):
+        np.testing.assert_array_equal(getattr(loaded, name), getattr(found, name))
+    for name in ("shapes", "tolerance", "unit", "lines", "evaluations", "converged"):
+        assert getattr(loaded, name) == getattr(found, name)
+    assert [image.shape for image in loaded.image(np.ones(9))] == [(6, 8), (4, 5)]
+    with pytest.raises(FileExistsError):
+        found.save(path)
+    fisheye = emitree.Fisheye(position=(6, 0, 0), target=(0, 0, 0), field_of_view=40, far=9)
+    in_km = dataclasses.replace(fisheye, length_unit="km")
+    alone = emitree.sensitivity(emitree.Voxels([[2, -1]], [[4, 1]]), in_km, (8, 8), 0.05)
+    alone.save(path, overwrite=True)
+    loaded = emitree.Sensitivity.load(path)
+    assert loaded.unit == "km" and repr(loaded) == repr(alone)
+    np.testing.assert_array_equal(loaded.image([2.0]), alone.image([2.0]))
+    assert [file.name for file in tmp_path.iterdir()] == ["matrix.npz"]
+
+
+def test_wrong_files_are_named(found, tmp_path):
+    path = tmp_path / "matrix.npz"
+    with pytest.raises(FileNotFoundError, match=r"matrix\.npz"):
+        emitree.Sensitivity.load(path)
+    path.write_bytes(b"PK\x03\x04 damaged")
+    with pytest.raises(ValueError, match=r"matrix\.npz: not a file of NumPy.*expected a sensitiv"):
+        emitree.Sensitivity.load(path)
+    np.savez(path, format="emitree plan", version=1)
+    with pytest.raises(ValueError, match="the `format` is 'emitree plan': expected a sensitivity"):
+        emitree.Sensitivity.load(path)
+    found.save(path, overwrite=True)
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **arrays | {"version": 2})
+    with pytest.raises(ValueError, match="matrix of version 2: expected version 1 to 1"):
+        emitree.Sensitivity.load(path)
+    np.savez(path, **{name: array for name, array in arrays.items() if name != "scale"})
+    with pytest.raises(ValueError, match="matrix without `scale`: expected a complete file"):
+        emitree.Sensitivity.load(path)
+    for name in ("scale", "in_image", "data", "indptr"):
+        np.savez(path, **arrays | {name: arrays[name][:-1]})
+        with pytest.raises(ValueError, match="do not agree: expected 68 pixels and 9 functions"):
+            emitree.Sensitivity.load(path)
 
 
 def test_the_bits_do_not_depend_on_threads():

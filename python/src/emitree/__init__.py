@@ -50,7 +50,8 @@ from emitree._points import Points
 from emitree._progressive import Frame, progressive
 from emitree._render import render
 from emitree._result import Rendering
-from emitree._sensitivity import Sensitivity, sensitivity
+from emitree._sensitivity import sensitivity
+from emitree._sensitivity_matrix import Sensitivity
 from emitree._session import Session
 from emitree._sparse import SparseMatrix
 from emitree._spectrum import Spectrum
