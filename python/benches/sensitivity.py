@@ -16,7 +16,7 @@ import numpy as np
 import emitree
 
 TOLERANCE = 0.01
-#: The limit for each kind of functions, on two cores [s].
+#: The limit for each kind of functions on two cores [s], that is, of the time of two processors.
 LIMIT_S = 10.0
 SHAPE = (24, 32)
 #: The section of the torus: its major and minor radius, and the distance of functions.
@@ -72,7 +72,7 @@ def unknown(centers: Any) -> Callable[[Any, Any], Any]:
         height = position[:, 2:] - z
         along_R = np.exp(-((distance / SPACING) ** 2) / 2)
         along_z = np.exp(-((height / SPACING) ** 2) / 2)
-        return along_R[:, number_R] * along_z[:, number_z]
+        return along_R.take(number_R, axis=1) * along_z.take(number_z, axis=1)
 
     return rates
 
@@ -80,24 +80,25 @@ def unknown(centers: Any) -> Callable[[Any, Any], Any]:
 def main() -> None:
     """Measures, prints and checks."""
     print(f"{os.cpu_count()} cores, tolerance {TOLERANCE}")
-    print("functions              s    entries      lines   evaluations")
-    found, seconds = {}, {}
+    print("functions              s  s (CPU)    entries      lines   evaluations")
+    found, of_processors = {}, {}
     for name, basis in bases().items():
-        start = time.perf_counter()
+        start, before = time.perf_counter(), time.process_time()
         found[name] = one = emitree.sensitivity(basis, cameras(), SHAPE, TOLERANCE)
-        seconds[name] = time.perf_counter() - start
+        time_s, of_processors[name] = time.perf_counter() - start, time.process_time() - before
         assert one.converged, name
         print(
-            f"{name:18} {seconds[name]:5.2f} {one.matrix.nnz:10,} {one.lines:10,} "
-            f"{one.evaluations:13,}"
+            f"{name:18} {time_s:5.2f} {of_processors[name]:8.2f} {one.matrix.nnz:10,} "
+            f"{one.lines:10,} {one.evaluations:13,}"
         )
     # The Gaussians of known support end at `cutoff`.
     difference = abs(found["Gaussians"].matrix - found["Gaussians, (n, k)"].matrix).max(axis=0)
     largest = (difference.toarray() / found["Gaussians"].scale).max()
     print(f"largest difference of the Gaussians: {largest:.4f} of the largest entry of a column")
     assert largest < 2.2 * TOLERANCE
-    for name, time_s in seconds.items():
-        assert time_s < LIMIT_S, f"{name}: {time_s:.1f} s: expected below {LIMIT_S} s"
+    for name, time_s in of_processors.items():
+        limit = 2 * LIMIT_S
+        assert time_s < limit, f"{name}: {time_s:.1f} s of processors: expected below {limit} s"
 
 
 if __name__ == "__main__":

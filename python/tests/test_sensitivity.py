@@ -353,6 +353,26 @@ def test_values_and_emissions():
     assert splines(inside).sum(axis=1) == pytest.approx(1)
 
 
+@pytest.mark.parametrize("degree", [1, 2, 3, 5])
+def test_b_splines_are_those_of_scipy(degree):
+    from scipy.interpolate import BSpline
+
+    rng = np.random.default_rng(degree)
+    ends = np.zeros(degree + 1), np.sort(rng.uniform(0, 1, 4)), np.ones(degree + 1)
+    double = np.sort([*rng.uniform(-1, 1, degree + 3), 0.1, 0.1])
+    knots = [np.concatenate(ends), double]
+    basis = emitree.BSplines(knots, degree)
+    radius, z = rng.uniform(0, 1, 500), rng.uniform(-1, 1, 500)
+    along = [
+        np.stack([BSpline.basis_element(of[n : n + degree + 2], False)(x) for n in range(count)])
+        for of, count, x in zip(knots, basis.shape, (radius, z), strict=True)
+    ]
+    truth = np.nan_to_num(along[0])[:, np.newaxis] * np.nan_to_num(along[1])
+    found = basis(np.stack([0.6 * radius, -0.8 * radius, z], axis=1))
+    assert abs(found - truth.reshape(len(basis), -1).T).max() < 1e-14
+    assert truth.max() > 0.3
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

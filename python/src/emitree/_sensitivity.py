@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emitree import _options
-from emitree._basis import BSplines, RadialFunctions, Voxels
+from emitree._basis import RadialFunctions, Voxels
 from emitree._cameras import Camera
 from emitree._cells import Integers
 from emitree._function import Floats, as_rates, name_of
@@ -23,6 +23,7 @@ from emitree._pixel_means import Means, first_means, refined, strips
 from emitree._responses import OfBasis, OfFunction, Response
 from emitree._sensitivity_matrix import Sensitivity, scipy_sparse
 from emitree._sight import View
+from emitree._splines import BSplines
 
 #: The largest entry of a column counts as at least this fraction of the largest of all: a function
 #: at the border of a view may have entries of any size.
