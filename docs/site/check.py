@@ -2,8 +2,8 @@
 
     python docs/site/check.py FOLDER
 
-Every link to a file leads to one, every anchor exists, and no page loads anything from elsewhere. Pages of
-rustdoc, in `rust/`, are checked by rustdoc.
+Every link to a file leads to one, every anchor exists, and no page loads anything from elsewhere.
+Pages of rustdoc, in `rust/`, are checked by rustdoc.
 """
 
 from __future__ import annotations
@@ -15,9 +15,26 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 #: What a browser loads without being asked to.
-LOADED = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src", "video": "src"}
+LOADED = {
+    "script": "src",
+    "img": "src",
+    "link": "href",
+    "iframe": "src",
+    "source": "src",
+    "video": "src",
+}
 #: Links of `link` that name a page instead of loading a file.
-NAMES = {"search", "next", "prev", "index", "canonical", "author", "copyright", "up", "top"}
+NAMES = {
+    "search",
+    "next",
+    "prev",
+    "index",
+    "canonical",
+    "author",
+    "copyright",
+    "up",
+    "top",
+}
 
 
 class Page(HTMLParser):
@@ -43,7 +60,9 @@ class Page(HTMLParser):
 
 def defects(folder: Path) -> list[str]:
     """What is wrong with the pages of a folder."""
-    files = sorted(file for file in folder.rglob("*.html") if "rust" not in file.relative_to(folder).parts[:1])
+    files = sorted(
+        file for file in folder.rglob("*.html") if not is_foreign(file.relative_to(folder))
+    )
     pages = {file.resolve(): Page(file.read_text(encoding="utf-8")) for file in files}
     found = [] if pages else [f"{folder}: no page"]
     for file, page in pages.items():
@@ -61,12 +80,17 @@ def defects(folder: Path) -> list[str]:
             elif anchor and target in pages and unquote(anchor) not in pages[target].anchors:
                 found.append(f"{name}: {link} leads to no anchor")
     for file in sorted(folder.rglob("*.css")):
-        if "rust" in file.relative_to(folder).parts[:1]:
+        if file.relative_to(folder).parts[0] == "rust":
             continue
         for link in re.findall(r"url\(['\"]?([^)'\"]+)", file.read_text(encoding="utf-8")):
             if is_elsewhere(link):
                 found.append(f"{file.relative_to(folder)}: loads {link}")
     return found
+
+
+def is_foreign(file: Path) -> bool:
+    """Whether a file is of rustdoc, or a template of the theme."""
+    return file.parts[0] in ("rust", "_static")
 
 
 def is_elsewhere(link: str) -> bool:

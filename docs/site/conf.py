@@ -1,16 +1,15 @@
 """Sphinx' settings for the documentation site; `cargo xtask site` builds it."""
 
-import os
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
-import emitree  # noqa: E402
+import emitree
 
 project = "emitree"
 author = "the emitree authors"
-copyright = author  # noqa: A001
+copyright = author
 version = release = emitree.__version__
 
 extensions = [
@@ -27,7 +26,6 @@ exclude_patterns = ["files"]
 
 # All that is not found is an error.
 nitpicky = True
-nitpick_ignore_regex = [("py:.*", r"(numpy|astropy|xarray|matplotlib|scipy|collections|concurrent|os|optional|np)\b.*")]
 
 myst_enable_extensions = ["colon_fence", "attrs_inline", "dollarmath"]
 myst_heading_anchors = 0
@@ -49,7 +47,6 @@ html_theme = "pydata_sphinx_theme"
 html_title = f"emitree {release}"
 html_static_path = [str(Path(__file__).parent / "static")]
 html_css_files = ["site.css"]
-html_extra_path = [os.environ["EMITREE_RUST_DOCUMENTATION"]] if "EMITREE_RUST_DOCUMENTATION" in os.environ else []
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sourcelink = False

@@ -106,21 +106,10 @@ def outside_of_code(text: str, change: Callable[[str], str]) -> str:
     return "".join([*parts, change("".join(prose))])
 
 
-def links(text: str) -> list[str]:
-    """The targets of all links and pictures outside of code."""
-    found: list[str] = []
-
-    def note(prose: str) -> str:
-        found.extend(match.group(3) for match in LINK.finditer(prose))
-        found.extend(match.group(1) for match in PICTURE.finditer(prose))
-        return prose
-
-    outside_of_code(text, note)
-    return found
-
-
 def with_links(
-    text: str, target: Callable[[str], str | None], renamed: Callable[[str, str], str] = lambda words, _: words
+    text: str,
+    target: Callable[[str], str | None],
+    renamed: Callable[[str, str], str] = lambda words, _: words,
 ) -> str:
     """Text with other links, and their texts renamed; where there is no link, its text remains."""
 

@@ -2,18 +2,19 @@
 
     python docs/site/pages.py FOLDER
 
-writes the pages to FOLDER. A page `docs/site/NAME.md` has a few lines of its own, and comments that stand for
-text of documents:
+writes the pages to FOLDER. A page `docs/site/NAME.md` has a few lines of its own, and comments that
+stand for text of documents:
 
-    <!-- include docs/guide.md#units -->                 a section with its subsections, by its anchor
-    <!-- include docs/theory.md titled Formulas -->      a whole document; the heading may be another one
-    <!-- omit README.md#tests -->                        a section that is on no page
-    <!-- gallery docs/gallery.md -->                     a document, and a card for each section with a picture
-    <!-- examples -->                                    all scene files
+    <!-- include docs/guide.md#units -->             a section with its subsections, by its anchor
+    <!-- include docs/theory.md titled Formulas -->  a whole document, with another heading
+    <!-- omit README.md#tests -->                    a section that is on no page
+    <!-- gallery docs/gallery.md -->                 a document with a card for each picture
+    <!-- examples -->                                all scene files
 
-Each section is on one page: one that a page includes by its own anchor is left out where a larger one is
-included. Links between documents become links between pages, and links to other files become downloads.
-Whatever is missing is an error: a section on no page, a link to nothing, an anchor without a heading.
+Each section is on one page: one that a page includes by its own anchor is left out where a larger
+one is included. Links between documents become links between pages, and links to other files become
+downloads. Whatever is missing is an error: a section on no page, a link to nothing, an anchor
+without a heading.
 """
 
 from __future__ import annotations
@@ -25,13 +26,16 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
-from markdown import Section, anchors, links, parsed, with_links
+from markdown import Section, anchors, parsed, with_links
 
 ROOT = Path(__file__).resolve().parents[2]
 SITE = Path(__file__).resolve().parent
 
 COMMAND = re.compile(r"<!-- (include|gallery|omit|examples) ?(\S*?)(?: titled (.*))? -->\n")
-NOTEBOOKS = {"python/docs/tutorial.ipynb": "tutorials/tutorial", "python/docs/fitting.ipynb": "tutorials/fitting"}
+NOTEBOOKS = {
+    "python/docs/tutorial.ipynb": "tutorials/tutorial",
+    "python/docs/fitting.ipynb": "tutorials/fitting",
+}
 #: Where pages of the site have the pictures and other files of the repository.
 FILES = "files"
 EXAMPLES = "all-examples"
@@ -91,11 +95,17 @@ class Site:
         if re.match(r"[a-z]+:", link):
             return link
         file, _, anchor = link.partition("#")
-        name = os.path.normpath(PurePosixPath(path).parent / file).replace(os.sep, "/") if file else path
+        name = (
+            os.path.normpath(PurePosixPath(path).parent / file).replace(os.sep, "/")
+            if file
+            else path
+        )
         place = self.root / name
         if name in NOTEBOOKS:
             return f"/{NOTEBOOKS[name]}.ipynb"
-        if name == "examples" or (name.startswith("examples/") and name.endswith(".toml") and place.is_file()):
+        if name == "examples" or (
+            name.startswith("examples/") and name.endswith(".toml") and place.is_file()
+        ):
             return f"#{example_target(name)}"
         if place.is_dir():
             return None
@@ -115,7 +125,11 @@ class Site:
     def words(self, words: str, link: str) -> str:
         """The text of a link: titles in place of the names of documents."""
         is_name = words.endswith(".md") and link.endswith(words)
-        pages = [d for path, d in self.documents.items() if PurePosixPath(path).name == PurePosixPath(words).name]
+        pages = [
+            d
+            for path, d in self.documents.items()
+            if PurePosixPath(path).name == PurePosixPath(words).name
+        ]
         return pages[0].title if is_name and len(pages) == 1 else words
 
     def included(self, target: str, title: str, level: int, has_cards: bool = False) -> str:
@@ -128,7 +142,9 @@ class Site:
 
         def add(section: Section, level: int) -> None:
             text = title if section is top and title else section.title
-            lines.append(f"({heading_target(path, section.anchor)})=\n{'#' * min(level, 6)} {text}\n")
+            lines.append(
+                f"({heading_target(path, section.anchor)})=\n{'#' * min(level, 6)} {text}\n"
+            )
             lines.append(with_links(section.body, lambda link: self.target(path, link), self.words))
             if section is top and has_cards:
                 lines.append(self.cards(path))
@@ -139,8 +155,9 @@ class Site:
         add(top, level)
         return "\n".join(lines)
 
-    def page(self, page: str, text: str) -> str:
+    def page(self, text: str) -> str:
         """A page with all that its comments stand for."""
+
         def replaced(match: re.Match[str]) -> str:
             command, target, title = match.groups()
             if command in ("include", "gallery"):
@@ -150,19 +167,7 @@ class Site:
                 return self.included(target, title or "", level, command == "gallery")
             return self.examples() if command == "examples" else ""
 
-        made = COMMAND.sub(replaced, text)
-        for link in links(text):
-            if link.startswith("/") and not link.startswith("//"):
-                self.check_page(page, link.partition("#")[0].lstrip("/"))
-        return made
-
-    def check_page(self, page: str, link: str) -> None:
-        """Notes a link of a page of the site to a picture of the repository."""
-        if link.startswith(f"{FILES}/"):
-            name = link.removeprefix(f"{FILES}/")
-            if not (self.root / name).is_file():
-                self.defects.append(f"{page}: the link to {link} leads to nothing")
-            self.files.add(name)
+        return COMMAND.sub(replaced, text)
 
     def cards(self, path: str) -> str:
         """A card for each section of a document that has a picture."""
@@ -203,7 +208,11 @@ class Site:
 
 def heading_target(path: str, anchor: str) -> str:
     """The name of a heading that is unique on the site."""
-    return re.sub(r"[^a-z0-9]+", "-", path.removeprefix("docs/").removesuffix(".md").lower()) + "--" + anchor
+    return (
+        re.sub(r"[^a-z0-9]+", "-", path.removeprefix("docs/").removesuffix(".md").lower())
+        + "--"
+        + anchor
+    )
 
 
 def example_target(name: str) -> str:
@@ -215,19 +224,21 @@ def write(root: Path, site_folder: Path, folder: Path) -> list[str]:
     """Writes all pages to a folder; returns what is wrong with them."""
     site = Site(root)
     texts = {
-        str(file.relative_to(site_folder).with_suffix("").as_posix()): file.read_text(encoding="utf-8")
+        str(file.relative_to(site_folder).with_suffix("").as_posix()): file.read_text(
+            encoding="utf-8"
+        )
         for file in sorted(site_folder.rglob("*.md"))
     }
     for page, text in texts.items():
         site.claim(page, text)
     for path, document in site.documents.items():
-        if (path, document.anchor) not in site.claims:
-            for section in document.all():
-                if section is not document and site.page_of(path, section.anchor) is None:
-                    is_omitted = any((path, part.anchor) in site.claims for part in document.path_to(section.anchor))
-                    if not is_omitted:
-                        site.defects.append(f"{path}#{section.anchor} is on no page")
-    pages = {page: site.page(page, text) for page, text in texts.items()}
+        for section in document.all():
+            is_placed = any(
+                (path, part.anchor) in site.claims for part in document.path_to(section.anchor)
+            )
+            if section is not document and not is_placed:
+                site.defects.append(f"{path}#{section.anchor} is on no page")
+    pages = {page: site.page(text) for page, text in texts.items()}
     if folder.exists():
         shutil.rmtree(folder)
     for page, text in pages.items():
@@ -239,7 +250,7 @@ def write(root: Path, site_folder: Path, folder: Path) -> list[str]:
     for place, name in copies.items():
         (folder / place).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(root / name, folder / place)
-    return site.defects
+    return list(dict.fromkeys(site.defects))
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ mod peers;
 mod performance;
 mod python;
 mod quick;
+mod site;
 mod step;
 mod total;
 mod unit;
@@ -42,7 +43,7 @@ use workspace::Workspace;
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
 type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
 
-const TOOLS: [(&str, Tool); 7] = [
+const TOOLS: [(&str, Tool); 8] = [
     ("ablate", ablate::run),
     ("compare-peers", peers::run),
     ("errors", errors::run),
@@ -50,6 +51,7 @@ const TOOLS: [(&str, Tool); 7] = [
     ("gallery", gallery::run),
     ("performance", performance::run),
     ("quick", quick::run),
+    ("site", site::run),
 ];
 
 fn main() -> ExitCode {
@@ -132,7 +134,10 @@ fn help() -> String {
          measures what emitree costs beside the emission, or only the sections named, and writes\n  \
          docs/performance.md\n\n\
          cargo xtask quick\n\n  \
-         formatting, lints and the short unit tests of the core, for the time between two changes\n",
+         formatting, lints and the short unit tests of the core, for the time between two changes\n\n\
+         cargo xtask site [WHEEL]\n\n  \
+         builds the documentation site, target/site/html/index.html, with the package of a wheel or of\n  \
+         the sources; warnings are errors\n",
     );
     help
 }

@@ -65,8 +65,16 @@ pub(crate) fn install(
             .arg("--out")
             .arg(&wheels),
     )?;
+    install_wheel(workspace, python, &only_file(&wheels)?)
+}
+
+/// Installs a wheel where `python` is, in place of any other of the same version.
+pub(crate) fn install_wheel(
+    workspace: &Workspace,
+    python: &Path,
+    wheel: &Path,
+) -> Result<(), String> {
     let install = ["--force-reinstall", "--no-deps"];
-    let wheel = only_file(&wheels)?;
     succeed(workspace.command(python).args(INSTALL).args(install).arg(wheel))
 }
 

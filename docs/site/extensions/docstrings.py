@@ -1,8 +1,8 @@
 """Docstrings of the package as reStructuredText.
 
-They are plain text for `help`: names in backticks, paragraphs `names: text` for parameters, examples with
-`>>>`. Here marks of reStructuredText in them are escaped, parameters become lists of definitions, and names of the public
-interface become links.
+They are plain text for `help`: names in backticks, paragraphs `names: text` for parameters, examples
+with `>>>`. Here marks of reStructuredText in them are escaped, parameters become lists of
+definitions, and names of the public interface become links.
 """
 
 from __future__ import annotations
@@ -90,7 +90,12 @@ def restructured(lines: list[str], of: str) -> list[str]:
             continue
         bullet = re.match(r"^( *)\* (.*)$", line)
         if bullet:
-            if made and made[-1] and not made[-1].lstrip().startswith("*") and not is_item(made[-1], bullet.group(1)):
+            if (
+                made
+                and made[-1]
+                and not made[-1].lstrip().startswith("*")
+                and not is_item(made[-1], bullet.group(1))
+            ):
                 made.append("")
             made.append(f"{bullet.group(1)}* {prose(bullet.group(2), of)}")
         else:
@@ -111,7 +116,9 @@ def is_item(line: str, indent: str) -> bool:
 def setup(app: Any) -> dict[str, bool]:
     """Registers the conversion."""
 
-    def process(_app: Any, _what: str, name: str, _object: Any, _options: Any, lines: list[str]) -> None:
+    def process(
+        _app: Any, _what: str, name: str, _object: Any, _options: Any, lines: list[str]
+    ) -> None:
         lines[:] = restructured(lines, name)
 
     app.connect("autodoc-process-docstring", process)
