@@ -1,7 +1,7 @@
 """Docstrings of the package as reStructuredText.
 
-They are plain text for `help`: names in backticks, paragraphs `names: text` for parameters, examples
-with `>>>`. Here marks of reStructuredText in them are escaped, parameters become lists of
+They are plain text for `help`: names in backticks, paragraphs `names: text` for parameters,
+examples with `>>>`. Here marks of reStructuredText in them are escaped, parameters become lists of
 definitions, and names of the public interface become links.
 """
 
@@ -56,12 +56,9 @@ def prose(text: str, of: str) -> str:
             full = public_name(part, of)
             made.append(f":py:obj:`{part} <{full}>`" if full and full != of else f"``{part}``")
             continue
-        # "`Sphere`s" needs an end of the role.
-        if number and part[:1].isalnum():
-            part = "\\ " + part
-            made.append("\\ " + re.sub(r"([*|_])", r"\\\1", part[2:]))
-        else:
-            made.append(re.sub(r"([*|_])", r"\\\1", part))
+        # A role ends before a blank: "`Sphere`s".
+        end = "\\ " if number and part[:1].isalnum() else ""
+        made.append(end + re.sub(r"([*|_])", r"\\\1", part))
     return "".join(made)
 
 
@@ -90,14 +87,10 @@ def restructured(lines: list[str], of: str) -> list[str]:
             continue
         bullet = re.match(r"^( *)\* (.*)$", line)
         if bullet:
-            if (
-                made
-                and made[-1]
-                and not made[-1].lstrip().startswith("*")
-                and not is_item(made[-1], bullet.group(1))
-            ):
+            indent, text = bullet.groups()
+            if made and made[-1] and not made[-1].startswith((f"{indent}* ", f"{indent}  ")):
                 made.append("")
-            made.append(f"{bullet.group(1)}* {prose(bullet.group(2), of)}")
+            made.append(f"{indent}* {prose(text, of)}")
         else:
             made.append(prose(line, of))
         if is_parameter and stripped and not line.startswith(" "):
@@ -106,11 +99,6 @@ def restructured(lines: list[str], of: str) -> list[str]:
             is_parameter = False
         is_start = not stripped
     return made
-
-
-def is_item(line: str, indent: str) -> bool:
-    """Whether a line continues an item of a list with this indentation."""
-    return line.startswith(indent + "  ")
 
 
 def setup(app: Any) -> dict[str, bool]:
