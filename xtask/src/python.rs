@@ -79,7 +79,7 @@ pub(crate) fn install_wheel(
 }
 
 /// The one file in a folder.
-fn only_file(folder: &Path) -> Result<PathBuf, String> {
+pub(crate) fn only_file(folder: &Path) -> Result<PathBuf, String> {
     let entries = fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     match files.as_slice() {
