@@ -114,7 +114,8 @@ fn document(crates: &[Crate], apache: &str) -> Result<String, String> {
     for Crate { name, version, licence, texts: of_crate } in crates {
         list.push_str(&format!("{name} {version}: {licence}\n"));
         let is_choice = licence.split([' ', '/']).any(|word| word == CHOSEN);
-        if of_crate.is_empty() && !(is_choice && !licence.contains("AND")) {
+        let is_ours_enough = is_choice && !licence.contains("AND");
+        if of_crate.is_empty() && !is_ours_enough {
             return Err(format!("{name} {version}: no text of its licence `{licence}`"));
         }
         let of_crate = of_crate.iter().map(|text| text.trim());
