@@ -95,11 +95,7 @@ class Site:
         if re.match(r"[a-z]+:", link):
             return link
         file, _, anchor = link.partition("#")
-        name = (
-            os.path.normpath(PurePosixPath(path).parent / file).replace(os.sep, "/")
-            if file
-            else path
-        )
+        name = self.place(path, file) if file else path
         place = self.root / name
         if name in NOTEBOOKS:
             return f"/{NOTEBOOKS[name]}.ipynb"
@@ -122,15 +118,14 @@ class Site:
             self.defects.append(f"{path}: the link to {link} leads to a section that is on no page")
         return f"#{heading_target(name, anchor)}"
 
-    def words(self, words: str, link: str) -> str:
-        """The text of a link: titles in place of the names of documents."""
-        is_name = words.endswith(".md") and link.endswith(words)
-        pages = [
-            d
-            for path, d in self.documents.items()
-            if PurePosixPath(path).name == PurePosixPath(words).name
-        ]
-        return pages[0].title if is_name and len(pages) == 1 else words
+    def place(self, path: str, file: str) -> str:
+        """The path in the repository of a file that a document links to."""
+        return os.path.normpath(PurePosixPath(path).parent / file).replace(os.sep, "/")
+
+    def words(self, path: str, words: str, link: str) -> str:
+        """The text of a link: the title of a document in place of the name of its file."""
+        document = self.documents.get(self.place(path, link.partition("#")[0]))
+        return document.title if document and words.endswith(".md") else words
 
     def included(self, target: str, title: str, level: int, has_cards: bool = False) -> str:
         """A section as it stands on a page, with its heading on this level."""
@@ -145,7 +140,13 @@ class Site:
             lines.append(
                 f"({heading_target(path, section.anchor)})=\n{'#' * min(level, 6)} {text}\n"
             )
-            lines.append(with_links(section.body, lambda link: self.target(path, link), self.words))
+            lines.append(
+                with_links(
+                    section.body,
+                    lambda link: self.target(path, link),
+                    lambda words, link: self.words(path, words, link),
+                )
+            )
             if section is top and has_cards:
                 lines.append(self.cards(path))
             for child in section.children:

@@ -33,7 +33,8 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     unpack.arg("-xzf").arg(only_file(&sdist)?).args(["--strip-components", "1", "-C"]);
     succeed(unpack.arg(&sources))?;
     let mut build = workspace.command(&python);
-    build.args(["-m", "maturin", "build", "--profile", "dist", "--locked", "--interpreter"]);
+    // Not --locked: the lock file names crates of the whole workspace, which cargo leaves out here.
+    build.args(["-m", "maturin", "build", "--profile", "dist", "--interpreter"]);
     build.arg(&python).arg("--out").arg(&wheels);
     if cfg!(target_os = "linux") {
         build.args(["--zig", "--compatibility", PLATFORM]);

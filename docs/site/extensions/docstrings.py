@@ -101,6 +101,11 @@ def restructured(lines: list[str], of: str) -> list[str]:
     return made
 
 
+def is_made_by_users(lines: str) -> bool:
+    """Whether the docstring of a class has parameters: others are results."""
+    return any(PARAMETERS.match(line) for line in lines.splitlines())
+
+
 def setup(app: Any) -> dict[str, bool]:
     """Registers the conversion."""
 
@@ -109,5 +114,12 @@ def setup(app: Any) -> dict[str, bool]:
     ) -> None:
         lines[:] = restructured(lines, name)
 
+    def signature(
+        _app: Any, what: str, _name: str, described: Any, *_: Any
+    ) -> tuple[str, None] | None:
+        is_result = what == "class" and not is_made_by_users(inspect.getdoc(described) or "")
+        return ("", None) if is_result else None
+
     app.connect("autodoc-process-docstring", process)
+    app.connect("autodoc-process-signature", signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
