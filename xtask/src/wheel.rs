@@ -7,6 +7,8 @@ use crate::environment::{INSTALL, INTERPRETER, empty_folder, interpreter};
 use crate::licences;
 use crate::python::only_file;
 use crate::workspace::{Workspace, spelled, succeed};
+use std::env;
+use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
 
@@ -37,7 +39,8 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     build.args(["-m", "maturin", "build", "--profile", "dist", "--interpreter"]);
     build.arg(&python).arg("--out").arg(&wheels);
     if cfg!(target_os = "linux") {
-        build.args(["--zig", "--compatibility", PLATFORM]);
+        // maturin searches the path for a Python that has `zig`.
+        build.args(["--zig", "--compatibility", PLATFORM]).env("PATH", path_with(&python)?);
     }
     succeed(
         build.current_dir(&sources).env("CARGO_TARGET_DIR", workspace.target_path("wheel-build")),
@@ -50,6 +53,14 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     try_it(workspace, &wheel)?;
     eprintln!("xtask: {} and {}", only_file(&sdist)?.display(), wheel.display());
     Ok(())
+}
+
+/// The search path with the folder of an interpreter first.
+fn path_with(python: &Path) -> Result<OsString, String> {
+    let folders = env::var_os("PATH").unwrap_or_default();
+    let first = python.parent().map(Path::to_owned);
+    let folders = first.into_iter().chain(env::split_paths(&folders));
+    env::join_paths(folders).map_err(|error| format!("PATH: {error}"))
 }
 
 /// Whether `auditwheel` finds the platform of the name of the wheel: no newer symbols, no other library.

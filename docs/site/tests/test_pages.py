@@ -1,5 +1,7 @@
 """The pages of a small repository."""
 
+import ast
+import re
 import sys
 from pathlib import Path
 
@@ -128,3 +130,15 @@ def test_the_built_site_is_checked(tmp_path):
         "a.html: a.html#no leads to no anchor",
         "a.html: b.html leads to nothing",
     ]
+
+
+def test_the_reference_of_python_has_all_public_names():
+    package = pages.ROOT / "python/src/emitree/__init__.py"
+    assigned = {
+        statement.targets[0].id: statement.value
+        for statement in ast.parse(package.read_text(encoding="utf-8")).body
+        if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name)
+    }
+    public = set(ast.literal_eval(assigned["__all__"])) - {"Mesh", "__version__"}
+    page = (pages.SITE / "reference/python/index.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^   (\w+)$", page, re.MULTILINE)) == public
