@@ -72,13 +72,12 @@ fn audit(workspace: &Workspace, python: &Path, wheel: &Path) -> Result<(), Strin
     let found = String::from_utf8_lossy(&output.stdout);
     eprintln!("xtask: {line}{found}");
     let words = found.split_whitespace().collect::<Vec<_>>().join(" ");
-    let is_consistent = words.contains(&format!("platform tag: \"{PLATFORM}_"));
-    let needs_nothing = words.contains("requires no external shared libraries");
-    if output.status.success() && is_consistent && needs_nothing {
+    // Had it newer symbols, or other libraries than those of the platform, the tag would be another.
+    if output.status.success() && words.contains(&format!("platform tag: \"{PLATFORM}_")) {
         return Ok(());
     }
     let said = String::from_utf8_lossy(&output.stderr);
-    Err(format!("`{line}`: expected {PLATFORM} and no other shared libraries. {said}"))
+    Err(format!("`{line}`: expected {PLATFORM}. {said}"))
 }
 
 /// Whether the wheel has the texts of all licences.
