@@ -32,7 +32,8 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     let in_folder = |error| format!("{}: {error}", sources.display());
     fs::create_dir(&sources).map_err(in_folder)?;
     let mut unpack = workspace.command("tar");
-    unpack.arg("-xzf").arg(only_file(&sdist)?).args(["--strip-components", "1", "-C"]);
+    // -m: with the times of the archive cargo would take changed files for those of the last build.
+    unpack.arg("-xzmf").arg(only_file(&sdist)?).args(["--strip-components", "1", "-C"]);
     succeed(unpack.arg(&sources))?;
     let mut build = workspace.command(&python);
     // Not --locked: the lock file names crates of the whole workspace, which cargo leaves out here.
