@@ -13,14 +13,29 @@ fn vol(tolerance: f64) -> RenderOptions<'static> {
     RenderOptions::new(VolOptions::new(tolerance))
 }
 
-/// A torus in the unit cube; its radius, width and brightness.
-fn torus([radius, width, brightness]: [f64; 3]) -> impl Fn([f64; 3]) -> f64 {
-    move |[x, y, z]: [f64; 3]| {
-        let across = (x - 0.5).hypot(0.6 * (y - 0.5) + 0.8 * (z - 0.5)) - radius;
-        let along = 0.8 * (y - 0.5) - 0.6 * (z - 0.5);
-        brightness * (-(across * across + along * along) / (width * width)).exp()
+/// A torus in the unit cube.
+#[derive(Clone, Copy, Debug)]
+struct Torus {
+    radius: f64,
+    width: f64,
+    tilt_rad: f64,
+    brightness: f64,
+}
+
+impl Torus {
+    fn rate(self, at: [f64; 3]) -> f64 {
+        let ([x, y, z], (sine, cosine)) = (at.map(|x| x - 0.5), self.tilt_rad.sin_cos());
+        let across = x.hypot(cosine * y + sine * z) - self.radius;
+        let along = cosine * z - sine * y;
+        self.brightness * (-(across * across + along * along) / self.width.powi(2)).exp()
+    }
+
+    fn parameters(self) -> Vec<f64> {
+        vec![self.radius, self.width, self.tilt_rad, self.brightness]
     }
 }
+
+const TORUS: Torus = Torus { radius: 0.27, width: 0.08, tilt_rad: 0.25, brightness: 1.0 };
 
 /// Images by numbers, how many converged, and all evaluations, counted by the emissions.
 struct Swept {
@@ -29,16 +44,15 @@ struct Swept {
     evaluations: u64,
 }
 
-fn swept(parameters: &[[f64; 3]], options: &RenderOptions<'_>) -> Swept {
+fn swept(tori: &[Torus], options: &RenderOptions<'_>) -> Swept {
     let calls = AtomicU64::new(0);
-    let mut sweep = Sweep::new(&parameters.iter().map(|of| of.to_vec()).collect::<Vec<_>>());
-    let mut images = vec![None; parameters.len()];
+    let mut sweep = Sweep::new(&tori.iter().map(|of| of.parameters()).collect::<Vec<_>>());
+    let mut images = vec![None; tori.len()];
     let (mut converged, mut of_renderings) = (0, 0);
     while let Some(number) = sweep.next_image() {
-        let rate = torus(parameters[number]);
         let emission = FromFn(|at, _| {
             calls.fetch_add(1, Ordering::Relaxed);
-            rate(at)
+            tori[number].rate(at)
         });
         let found = sweep.step(&emission, &Canonical, SHAPE, None, options).unwrap();
         let Some(found) = found else { continue };
@@ -55,8 +69,7 @@ fn swept(parameters: &[[f64; 3]], options: &RenderOptions<'_>) -> Swept {
 
 /// The largest error over the largest pixel, by lines of sight: Simpson's rule on 256 intervals of depth and 4
 /// Gauss points across a pixel, whose error is below 1e-6 here.
-fn error(image: &Image, parameters: [f64; 3]) -> f64 {
-    let rate = torus(parameters);
+fn error(image: &Image, torus: Torus) -> f64 {
     let intervals = 256;
     let along = |x: f64, y: f64| -> f64 {
         let weight = |k: u32| match k {
@@ -65,7 +78,7 @@ fn error(image: &Image, parameters: [f64; 3]) -> f64 {
             k if k % 2 == 1 => 4.0,
             _ => 2.0,
         };
-        let at = |k: u32| weight(k) * rate([x, y, f64::from(k) / f64::from(intervals)]);
+        let at = |k: u32| weight(k) * torus.rate([x, y, f64::from(k) / f64::from(intervals)]);
         (0..=intervals).map(at).sum::<f64>() / (3.0 * f64::from(intervals))
     };
     let [height, width] = SHAPE;
@@ -86,15 +99,14 @@ fn error(image: &Image, parameters: [f64; 3]) -> f64 {
 }
 
 /// The evaluations of images one by one.
-fn one_by_one(parameters: &[[f64; 3]], options: &RenderOptions<'_>) -> u64 {
-    let of_one = |of: &[f64; 3]| {
-        let rate = torus(*of);
-        render(&FromFn(|at, _| rate(at)), &Canonical, SHAPE, options).unwrap().stats.evaluations
+fn one_by_one(tori: &[Torus], options: &RenderOptions<'_>) -> u64 {
+    let of_one = |of: &Torus| {
+        render(&FromFn(|at, _| of.rate(at)), &Canonical, SHAPE, options).unwrap().stats.evaluations
     };
-    parameters.iter().map(of_one).sum()
+    tori.iter().map(of_one).sum()
 }
 
-fn over(count: u32, of: impl Fn(f64) -> [f64; 3]) -> Vec<[f64; 3]> {
+fn over(count: u32, of: impl Fn(f64) -> Torus) -> Vec<Torus> {
     (0..count).map(|i| of(f64::from(i) / f64::from(count - 1))).collect()
 }
 
@@ -102,17 +114,17 @@ fn over(count: u32, of: impl Fn(f64) -> [f64; 3]) -> Vec<[f64; 3]> {
 #[test]
 fn similar_values_take_a_third_of_the_evaluations() {
     let cases = [
-        ("radius", over(11, |at| [0.24 + 0.03 * at, 0.12, 1.0])),
-        ("brightness", over(11, |at| [0.25, 0.12, 1.0 + 9.0 * at])),
+        ("tilt", over(11, |at| Torus { tilt_rad: 0.2 + 0.1 * at, ..TORUS })),
+        ("brightness", over(11, |at| Torus { brightness: 1.0 + 9.0 * at, ..TORUS })),
     ];
-    for (name, parameters) in cases {
-        let of_sweep = swept(&parameters, &vol(0.01));
-        assert_eq!(of_sweep.converged, parameters.len());
-        for (image, parameters) in of_sweep.images.iter().zip(&parameters) {
-            let error = error(image.as_ref().unwrap(), *parameters);
-            assert!(error < 0.01, "{name} {parameters:?}: {error}");
+    for (name, tori) in cases {
+        let of_sweep = swept(&tori, &vol(0.01));
+        assert_eq!(of_sweep.converged, tori.len());
+        for (image, torus) in of_sweep.images.iter().zip(&tori) {
+            let error = error(image.as_ref().unwrap(), *torus);
+            assert!(error < 0.01, "{name} {torus:?}: {error}");
         }
-        let alone = one_by_one(&parameters, &vol(0.01));
+        let alone = one_by_one(&tori, &vol(0.01));
         let ratio = of_sweep.evaluations as f64 / alone as f64;
         assert!(3 * of_sweep.evaluations < alone, "{name}: {ratio}");
     }
@@ -121,14 +133,14 @@ fn similar_values_take_a_third_of_the_evaluations() {
 /// Values far from each other: every image within the tolerance, and little more than one by one.
 #[test]
 fn distant_values_are_rendered_anew() {
-    let parameters = over(7, |at| [0.05 + 0.35 * at, 0.3 - 0.22 * at, 1.0]);
-    let of_sweep = swept(&parameters, &vol(0.01));
-    assert_eq!(of_sweep.converged, parameters.len());
-    for (image, parameters) in of_sweep.images.iter().zip(&parameters) {
-        let error = error(image.as_ref().unwrap(), *parameters);
-        assert!(error < 0.01, "{parameters:?}: {error}");
+    let tori = over(7, |at| Torus { radius: 0.05 + 0.35 * at, width: 0.3 - 0.22 * at, ..TORUS });
+    let of_sweep = swept(&tori, &vol(0.01));
+    assert_eq!(of_sweep.converged, tori.len());
+    for (image, torus) in of_sweep.images.iter().zip(&tori) {
+        let error = error(image.as_ref().unwrap(), *torus);
+        assert!(error < 0.01, "{torus:?}: {error}");
     }
-    let alone = one_by_one(&parameters, &vol(0.01));
+    let alone = one_by_one(&tori, &vol(0.01));
     let ratio = of_sweep.evaluations as f64 / alone as f64;
     assert!(ratio < 1.1, "{ratio}");
 }
@@ -136,15 +148,14 @@ fn distant_values_are_rendered_anew() {
 /// Other methods have no meshes for other emissions: images are those of single renderings, bit by bit.
 #[test]
 fn lines_of_sight_are_rendered_one_by_one() {
-    let parameters = over(3, |at| [0.2 + 0.1 * at, 0.12, 1.0]);
+    let tori = over(3, |at| Torus { radius: 0.2 + 0.1 * at, ..TORUS });
     let options = RenderOptions::new(Method::Los(LosOptions::default()));
-    let of_sweep = swept(&parameters, &options);
-    for (image, of) in of_sweep.images.iter().zip(&parameters) {
-        let rate = torus(*of);
-        let alone = render(&FromFn(|at, _| rate(at)), &Canonical, SHAPE, &options).unwrap();
+    let of_sweep = swept(&tori, &options);
+    for (image, of) in of_sweep.images.iter().zip(&tori) {
+        let alone = render(&FromFn(|at, _| of.rate(at)), &Canonical, SHAPE, &options).unwrap();
         assert_eq!(image.as_ref(), Some(&alone.values));
     }
-    assert_eq!(of_sweep.evaluations, one_by_one(&parameters, &options));
+    assert_eq!(of_sweep.evaluations, one_by_one(&tori, &options));
 }
 
 /// A ball that fails at some widths.
@@ -193,18 +204,17 @@ fn an_emission_that_fails_is_left_out() {
 /// A callback may end a rendering, and receives the evaluations of all images.
 #[test]
 fn progress_is_that_of_all_images() {
-    let parameters = over(3, |at| [0.24 + 0.02 * at, 0.12, 1.0]);
+    let tori = over(3, |at| Torus { radius: 0.24 + 0.02 * at, ..TORUS });
     let most = AtomicU64::new(0);
     let progress = |evaluations| {
         most.fetch_max(evaluations, Ordering::Relaxed);
         core::ops::ControlFlow::Continue(())
     };
-    let of_sweep = swept(&parameters, &vol(0.01).with_progress(&progress));
+    let of_sweep = swept(&tori, &vol(0.01).with_progress(&progress));
     assert_eq!(most.into_inner(), of_sweep.evaluations);
     let interrupt = |_| core::ops::ControlFlow::Break(());
     let options = vol(0.01).with_progress(&interrupt);
     let mut sweep = Sweep::new(&[vec![1.0], vec![2.0]]);
-    let rate = torus(parameters[0]);
-    let result = sweep.step(&FromFn(|at, _| rate(at)), &Canonical, SHAPE, None, &options);
+    let result = sweep.step(&FromFn(|at, _| TORUS.rate(at)), &Canonical, SHAPE, None, &options);
     assert_eq!(result.err(), Some(RenderError::Interrupted));
 }

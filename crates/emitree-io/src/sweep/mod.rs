@@ -102,7 +102,8 @@ impl SceneSweep {
 
     /// The keys and values of an image, for messages.
     pub fn label(&self, image: usize) -> String {
-        let of_key = |(key, value): (&SweptKey, f64)| format!("{} = {}", key.name(), as_text(value));
+        let of_key =
+            |(key, value): (&SweptKey, f64)| format!("{} = {}", key.name(), as_text(value));
         let of_keys: Vec<String> = self.keys.iter().zip(self.values(image)).map(of_key).collect();
         of_keys.join(", ")
     }

@@ -38,7 +38,12 @@ pub struct SweptImage {
 
 impl SweptImage {
     /// An image with its rendering.
-    pub fn new(values: Vec<f64>, exit_code: u8, report: &Report<'_>, outputs: Vec<PathBuf>) -> Self {
+    pub fn new(
+        values: Vec<f64>,
+        exit_code: u8,
+        report: &Report<'_>,
+        outputs: Vec<PathBuf>,
+    ) -> Self {
         Self {
             values,
             evaluations: report.evaluations(),
@@ -71,6 +76,21 @@ impl SweepReport {
         let keys = sweep.keys().iter().map(|key| key.name().to_owned()).collect();
         let converged = images.iter().all(|image| image.converged);
         Self { keys, evaluations, converged, images }
+    }
+
+    /// The keys, in their order.
+    pub fn keys(&self) -> &[String] {
+        &self.keys
+    }
+
+    /// How often g was evaluated for all images.
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    /// The images, in the order of their numbers.
+    pub fn images(&self) -> &[SweptImage] {
+        &self.images
     }
 
     /// The report as JSON, with a newline at the end.
