@@ -34,7 +34,8 @@ impl Expression {
         direction: &PyReadonlyArray2<'py, f64>,
         energy: Option<&PyReadonlyArray1<'py, f64>>,
     ) -> PyResult<RatesAndDerivatives<'py>> {
-        let [positions, directions] = [vectors(position, "position")?, vectors(direction, "direction")?];
+        let [positions, directions] =
+            [vectors(position, "position")?, vectors(direction, "direction")?];
         let energies: Vec<f64> = energy.map_or_else(Vec::new, |of| of.as_array().to_vec());
         let n = positions.len();
         if directions.len() != n || (energy.is_some() && energies.len() != n) {

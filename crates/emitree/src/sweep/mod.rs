@@ -118,7 +118,7 @@ impl Sweep {
         };
         let found = match next {
             Next::InFull(_) => self.in_full(image, &mut of).map(Some),
-            Next::ByMesh { mesh, .. } => self.meshes[mesh].rendered(&mut of),
+            Next::ByMesh { mesh, most, .. } => self.meshes[mesh].rendered(&mut of, most),
         };
         self.order.count(spent.evaluations() - before);
         match (found, next) {
@@ -153,7 +153,7 @@ impl Sweep {
         let new = of.spent.evaluations() - before;
         let mesh = self.finer(of, of_image, new)?.unwrap_or(mesh);
         if let Some(shared) = unless_interrupted(SharedMesh::new(mesh, of))? {
-            self.order.add_mesh(image, shared.most_evaluations());
+            self.order.add_mesh(image, shared.points());
             self.meshes.push(shared);
         }
         Ok(found)
@@ -169,7 +169,8 @@ impl Sweep {
         let view = of.view;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bound")]
         let more = (MOST_OF_FINER * of_image as f64) as u64;
-        let Some(options) = view.finer(FINER).filter(|_| self.order.may_take(new + more, 1)) else {
+        let is_affordable = self.order.allowance(1) >= new + more;
+        let Some(options) = view.finer(FINER).filter(|_| is_affordable) else {
             return Ok(None);
         };
         let found = unless_interrupted(of.rendered(&options, of_image + more))?.flatten();

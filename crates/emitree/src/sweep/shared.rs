@@ -16,8 +16,6 @@ use crate::sweep::view::OfEmission;
 /// At how many points, spread over all, calculated rates are compared. Products have hundreds or thousands of
 /// points.
 const COMPARED: usize = 64;
-/// Samples besides its points that compare a mesh with an emission, at most.
-const CHECKED: u64 = 1600;
 
 /// A mesh of products, and the rates of several emissions at its points.
 pub(super) struct SharedMesh {
@@ -35,20 +33,22 @@ impl SharedMesh {
         Ok(Self { mesh, rates })
     }
 
-    /// How many evaluations an image takes at most.
-    pub(super) fn most_evaluations(&self) -> u64 {
-        self.mesh.points().len() as u64 + CHECKED
+    /// The number of points.
+    pub(super) fn points(&self) -> u64 {
+        self.mesh.points().len() as u64
     }
 
-    /// The rendering of another emission by this mesh; `None` if it does not meet the tolerance.
+    /// The rendering of another emission by this mesh; `None` if it does not meet the tolerance with `most`
+    /// rates.
     pub(super) fn rendered<E: Emission>(
         &mut self,
         of: &mut OfEmission<'_, E>,
+        most: u64,
     ) -> Result<Option<Rendering<Cube>>, RenderError<E::Error>> {
         if let Some(rates) = unless_interrupted(self.calculated(of))?.flatten() {
             let points = Batch { rates, ..self.mesh.batch().clone() };
             let assumed = of.known(|known| known.insert_new(&points));
-            let found = of.at_points_of(&self.mesh);
+            let found = of.at_points_of(&self.mesh, most);
             of.known(|known| known.remove(&assumed));
             if let Some(found) = found? {
                 return Ok(Some(found));
@@ -57,7 +57,7 @@ impl SharedMesh {
         let rates = unless_interrupted(of.rates_at(self.mesh.batch()))?;
         let Some(rates) = rates else { return Ok(None) };
         self.rates.push(rates);
-        of.at_points_of(&self.mesh)
+        of.at_points_of(&self.mesh, most)
     }
 
     /// All rates from those of a sample of the points, if these are combinations of others.

@@ -124,13 +124,15 @@ impl<E: Emission> OfEmission<'_, E> {
         }
     }
 
-    /// The rendering at exactly the points of a mesh; `None` if it does not meet the tolerance.
+    /// The rendering at exactly the points of a mesh; `None` if it does not meet the tolerance with `most`
+    /// rates.
     pub(super) fn at_points_of(
         &mut self,
         mesh: &Mesh<Cube>,
+        most: u64,
     ) -> Result<Option<Rendering<Cube>>, RenderError<E::Error>> {
         let options = self.view.options.clone().with_fixed_mesh(mesh);
-        match self.rendered(&options, u64::MAX) {
+        match self.rendered(&options, most) {
             Ok(found) => Ok(found.map(|(found, _)| found).filter(Rendering::converged)),
             // Whatever else fails at these points need not in a rendering of its own.
             Err(RenderError::Interrupted) => Err(RenderError::Interrupted),
