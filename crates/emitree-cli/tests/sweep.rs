@@ -40,8 +40,8 @@ height = 48
 "#;
 
 /// The pixels of an image.
-fn image(folder: &Folder, name: &str) -> Vec<f64> {
-    support::image(&folder.bytes(name))
+fn pixels_of(folder: &Folder, name: &str) -> Vec<f64> {
+    support::pixels(&folder.bytes(name))
 }
 
 /// ∫ exp(−(t − 1/2)²/w²) dt from a to b, by Simpson's rule on 512 intervals.
@@ -86,10 +86,10 @@ fn all_combinations_are_within_the_tolerance() {
         let [width, height] = [0, 1].map(|key| image["values"][key].as_f64().unwrap());
         let name = format!("w{width}_h{height}.npy");
         assert_eq!(image["outputs"][0], name.as_str());
-        assert!(error_of_ball(&image(&folder, &name), height, width) < 0.01, "{name}");
+        assert!(error_of_ball(&pixels_of(&folder, &name), height, width) < 0.01, "{name}");
         assert!(folder.path(&format!("{number}.fits")).exists());
         let largest =
-            image(&folder, &format!("error_{number}.npy")).into_iter().fold(0.0, f64::max);
+            pixels_of(&folder, &format!("error_{number}.npy")).into_iter().fold(0.0, f64::max);
         assert!(largest > 0.0 && image["estimated_error"].as_f64().unwrap() < 0.01);
         assert_eq!(image["exit_code"], 0);
         assert_eq!(image["report"]["evaluations"], image["evaluations"]);
@@ -115,7 +115,7 @@ fn eleven_tilts_take_a_third_of_the_evaluations() {
         assert_eq!(run.code, Some(0));
         alone += folder.json("x.json")["evaluations"].as_u64().unwrap();
         let [found, other] =
-            [format!("{tilt}.npy"), "x.npy".to_owned()].map(|n| image(&folder, &n));
+            [format!("{tilt}.npy"), "x.npy".to_owned()].map(|n| pixels_of(&folder, &n));
         let largest = other.iter().copied().fold(0.0, f64::max);
         for (a, b) in found.iter().zip(&other) {
             // Each is within 1 % of the exact image.
@@ -152,7 +152,7 @@ fn an_image_that_fails_leaves_the_others() {
     assert!(run.stderr.contains("emission.constants.height = -1: "), "{}", run.stderr);
     assert!(!folder.path("-1.npy").exists());
     for (height, rate) in [("1", 1.0), ("4", 2.0)] {
-        assert!(error_of_ball(&image(&folder, &format!("{height}.npy")), rate, 0.2) < 0.01);
+        assert!(error_of_ball(&pixels_of(&folder, &format!("{height}.npy")), rate, 0.2) < 0.01);
     }
     let images = folder.json("r.json")["images"].clone();
     let codes: Vec<u64> =
@@ -218,6 +218,6 @@ fn any_number_of_a_scene_can_be_swept() {
         "sweep scene.toml --over energy.bins=1,3 --over image.width=8,12 -o {bins}_{width}.npy -q",
     );
     assert_eq!((run.code, run.stdout.as_str()), (Some(0), ""), "{}", run.stderr);
-    assert_eq!(image(&folder, "3_8.npy").len(), 3 * 16 * 8);
-    assert_eq!(image(&folder, "1_12.npy").len(), 16 * 12);
+    assert_eq!(pixels_of(&folder, "3_8.npy").len(), 3 * 16 * 8);
+    assert_eq!(pixels_of(&folder, "1_12.npy").len(), 16 * 12);
 }

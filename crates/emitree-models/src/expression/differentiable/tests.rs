@@ -148,7 +148,7 @@ fn closed_forms() {
     // Without cancellation where the functions are flat: 1 − tanh(x)² would be 0 here.
     let slope = |text: &str, a: f64| found(text, [a, B], &[[1.0, 0.0, 0.0]])[1][0];
     assert!((slope("tanh(a*x)", 20.0) / (4.0 * (-40.0_f64).exp()) - 1.0).abs() < 1e-14);
-    let near_1 = 1.0 - 1e-12;
+    let near_1: f64 = 1.0 - 1e-12;
     let expected = 1.0 / ((1.0 - near_1) * (1.0 + near_1)).sqrt();
     assert!((slope("asin(a*x)", near_1) / expected - 1.0).abs() < 1e-14);
     assert!((slope("acos(a*x)", near_1) / expected + 1.0).abs() < 1e-14);
