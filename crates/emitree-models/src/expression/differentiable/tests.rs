@@ -121,7 +121,7 @@ fn all_operators_as_central_differences() {
         "(0.2 + x)^(a*y + b)",
         "(a + x)^(b*z)",
         "x^a + a^x + 2^(a*b)",
-        "(a*x < b*y)*a*z + (x >= y)*b + (x == y) + (x != y)*a*b",
+        "(x < y)*a*z + (y <= z)*b*b + (x >= y)*b + (x == y)*a + (x != y)*a*b",
         "a",
         "a^b",
         "a*b*r + dx*a - dz*b",
