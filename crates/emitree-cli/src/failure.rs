@@ -50,7 +50,7 @@ pub(crate) enum Failure {
     Request(String),
     /// One image of several failed.
     #[error("{label}: {failure}")]
-    Image { label: String, failure: Box<Failure> },
+    Image { label: String, failure: Box<Self> },
     #[error("can't write to the terminal: {0}")]
     Terminal(#[from] std::io::Error),
 }

@@ -196,7 +196,7 @@ fn wrong_requests_leave_no_file() {
             format!("-o {{width}}.npy {width} --method los --error-map e{{width}}.npy"),
             "--error-map: uniform steps have no error estimate",
         ),
-        (format!("{width}"), "--output"),
+        (width.to_owned(), "--output"),
     ];
     for (arguments, expected) in cases {
         let run = folder.emitree(&format!("sweep scene.toml {arguments}"));

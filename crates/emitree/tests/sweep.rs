@@ -44,6 +44,7 @@ struct Swept {
     evaluations: u64,
 }
 
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn swept(tori: &[Torus], options: &RenderOptions<'_>) -> Swept {
     let calls = AtomicU64::new(0);
     let mut sweep = Sweep::new(&tori.iter().map(|of| of.parameters()).collect::<Vec<_>>());
@@ -99,6 +100,7 @@ fn error(image: &Image, torus: Torus) -> f64 {
 }
 
 /// The evaluations of images one by one.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn one_by_one(tori: &[Torus], options: &RenderOptions<'_>) -> u64 {
     let of_one = |of: &Torus| {
         render(&FromFn(|at, _| of.rate(at)), &Canonical, SHAPE, options).unwrap().stats.evaluations

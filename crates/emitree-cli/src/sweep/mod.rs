@@ -11,7 +11,9 @@ use crate::interrupt;
 use crate::render::ProgressLine;
 use emitree::sweep::Sweep;
 use emitree::{RenderError, RenderOptions};
-use emitree_io::{Override, RenderedScene, Scene, SceneSweep, SweepReport, SweptImage, SweptKey};
+use emitree_io::{
+    Energies, Override, RenderedScene, Scene, SceneSweep, SweepReport, SweptImage, SweptKey,
+};
 use outputs::Outputs;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
@@ -87,7 +89,7 @@ fn rendered(
     options: &RenderOptions<'_>,
 ) -> Result<Option<RenderedScene>, Failure> {
     let (camera, shape) = (scene.camera.projection(), [scene.height, scene.width]);
-    let axis = scene.energy.as_ref().map(|energies| energies.axis());
+    let axis = scene.energy.as_ref().map(Energies::axis);
     let found = sweep.step(&scene.emission, camera, shape, axis, options)?;
     if interrupt::requested() {
         return Err(Failure::Render(RenderError::Interrupted));

@@ -9,6 +9,7 @@ fn message<T: core::fmt::Debug>(result: Result<T, SweepError>) -> String {
 }
 
 #[test]
+#[expect(clippy::float_cmp, reason = "the numbers that the decimals stand for")]
 fn steps_have_both_ends_and_short_decimals() {
     let values = |text: &str| SweptKey::parse(text).unwrap().values().to_vec();
     assert_eq!(values("a=-5:5:11"), (-5..=5).map(f64::from).collect::<Vec<_>>());

@@ -37,9 +37,9 @@ impl SweptKey {
             true => steps(name, values)?,
             false => list(name, values)?,
         };
-        for (number, value) in values.iter().enumerate() {
-            if values.iter().take(number).any(|before| before == value) {
-                return Err(SweepError::ValueTwice { key: name.into(), value: as_text(*value) });
+        for (number, &value) in values.iter().enumerate() {
+            if values.iter().take(number).any(|&before| is_same(before, value)) {
+                return Err(SweepError::ValueTwice { key: name.into(), value: as_text(value) });
             }
         }
         Ok(Self { name: name.to_owned(), values })
@@ -73,7 +73,7 @@ fn steps(key: &str, values: &str) -> Result<Vec<f64>, SweepError> {
     let [start, stop] = [number(key, start)?, number(key, stop)?];
     let of_count = || SweepError::Count { key: key.into(), text: count.trim().into() };
     let count: usize = count.trim().parse().map_err(|_| of_count())?;
-    if count == 0 || (count == 1 && start != stop) {
+    if count == 0 || (count == 1 && !is_same(start, stop)) {
         return Err(of_count());
     }
     if count > MOST_IMAGES {
@@ -90,6 +90,12 @@ fn steps(key: &str, values: &str) -> Result<Vec<f64>, SweepError> {
         *first = start;
     }
     Ok(values)
+}
+
+/// Whether two values are the same number; 0 and −0 are.
+#[expect(clippy::float_cmp, reason = "values as they are written")]
+fn is_same(a: f64, b: f64) -> bool {
+    a == b
 }
 
 /// A number to 12 digits; 0 without a sign.

@@ -27,7 +27,7 @@ use crate::rendering::Rendering;
 use order::{Next, Order};
 use shared::{SharedMesh, unless_interrupted};
 use std::collections::BTreeMap;
-use view::{OfEmission, Spent, View};
+use view::{Found, OfEmission, Spent, View};
 
 /// The tolerance of meshes relative to that of the images: at a quarter the mesh of a torus serves three times
 /// as many values, for a tenth to a third more evaluations.
@@ -146,7 +146,8 @@ impl Sweep {
     ) -> Result<Rendering<Cube>, RenderError<E::Error>> {
         let before = of.spent.evaluations();
         let found = of.rendered(of.view.options, u64::MAX)?;
-        let (mut found, of_image) = found.ok_or(RenderError::Interrupted)?;
+        let Found { rendering: mut found, requested: of_image } =
+            found.ok_or(RenderError::Interrupted)?;
         self.order.rendered_in_full(of_image);
         let mesh = found.mesh.take().filter(|mesh| found.converged() && mesh.serves_as_start());
         let Some(mesh) = mesh.filter(|_| self.order.remaining() > 1) else { return Ok(found) };
@@ -174,7 +175,7 @@ impl Sweep {
             return Ok(None);
         };
         let found = unless_interrupted(of.rendered(&options, of_image + more))?.flatten();
-        let found = found.map(|(found, _)| found).filter(Rendering::converged);
+        let found = found.map(|found| found.rendering).filter(Rendering::converged);
         Ok(found.and_then(|found| found.mesh).filter(Mesh::serves_as_start))
     }
 }

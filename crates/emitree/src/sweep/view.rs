@@ -75,6 +75,12 @@ impl View<'_> {
     }
 }
 
+/// A rendering, and the number of rates that it requested, known or not.
+pub(super) struct Found {
+    pub(super) rendering: Rendering<Cube>,
+    pub(super) requested: u64,
+}
+
 /// An emission in a view; `before` are the evaluations of the sweep before it, for progress.
 pub(super) struct OfEmission<'a, E> {
     pub(super) emission: &'a E,
@@ -84,13 +90,12 @@ pub(super) struct OfEmission<'a, E> {
 }
 
 impl<E: Emission> OfEmission<'_, E> {
-    /// The rendering with these options, and the number of rates that it requests, known or not; `None` if
-    /// these are more than `most`.
+    /// The rendering with these options; `None` if it requests more than `most` rates.
     pub(super) fn rendered(
         &mut self,
         options: &RenderOptions<'_>,
         most: u64,
-    ) -> Result<Option<(Rendering<Cube>, u64)>, RenderError<E::Error>> {
+    ) -> Result<Option<Found>, RenderError<E::Error>> {
         let View { projection, shape, axis, .. } = self.view;
         let before = self.before + self.spent.evaluations();
         let given = options.progress;
@@ -120,7 +125,7 @@ impl<E: Emission> OfEmission<'_, E> {
         match failure {
             Some(error) => Err(error),
             None if !session.is_done() => Ok(None),
-            None => session.into_rendering().map(|found| Some((found, requested))),
+            None => session.into_rendering().map(|rendering| Some(Found { rendering, requested })),
         }
     }
 
@@ -133,7 +138,7 @@ impl<E: Emission> OfEmission<'_, E> {
     ) -> Result<Option<Rendering<Cube>>, RenderError<E::Error>> {
         let options = self.view.options.clone().with_fixed_mesh(mesh);
         match self.rendered(&options, most) {
-            Ok(found) => Ok(found.map(|(found, _)| found).filter(Rendering::converged)),
+            Ok(found) => Ok(found.map(|found| found.rendering).filter(Rendering::converged)),
             // Whatever else fails at these points need not in a rendering of its own.
             Err(RenderError::Interrupted) => Err(RenderError::Interrupted),
             Err(_) => Ok(None),
