@@ -9,6 +9,7 @@
 //! * `bridge`: the rendering works on threads of its own and hands batches to the thread that
 //!   called, which alone runs Python;
 //! * `emission`: the emission of a scene, or a function in Python, for the library;
+//! * `expression`: expressions with their derivatives;
 //! * `rendering`: an image or a cube with its error and its cost;
 //! * `cameras`: the kinds of cameras that scenes have, for the classes in Python;
 //! * `lines`: lines of sight, for what integrates along them in Python;
@@ -21,6 +22,7 @@ mod bridge;
 mod cameras;
 mod emission;
 mod error;
+mod expression;
 mod lines;
 mod mesh;
 mod output;
@@ -36,6 +38,8 @@ mod _native {
     use crate::cameras::cameras;
     #[pymodule_export]
     use crate::error::{EmissionError, RenderError, SceneError};
+    #[pymodule_export]
+    use crate::expression::Expression;
     #[pymodule_export]
     use crate::mesh::Mesh;
     #[pymodule_export]

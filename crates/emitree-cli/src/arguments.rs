@@ -16,6 +16,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Render a scene file to images.
     Render(Box<RenderArguments>),
+    /// Render a scene at several values of some of its keys, with fewer evaluations than one by one.
+    Sweep(Box<SweepArguments>),
     /// Build the tree of a scene's emission: a FITS file that scenes can render from any camera.
     Build(Box<BuildArguments>),
     /// List the built-in emission models, or all about one of them.
@@ -191,6 +193,73 @@ impl RenderArguments {
             option: "sum".into(),
         });
         sums.chain(overrides(&options, &self.set)).collect()
+    }
+}
+
+/// `emitree sweep`: an image for each combination of values.
+#[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
+pub(crate) struct SweepArguments {
+    /// The scene file (TOML).
+    pub(crate) scene: PathBuf,
+
+    /// A key of the scene and its values: KEY=START:STOP:COUNT, COUNT values from START to STOP, or KEY=A,B,C.
+    /// As in --over emission.parameters.bz=-5:5:11. Of several, all combinations are rendered.
+    #[arg(long, value_name = "KEY=VALUES", required = true)]
+    pub(crate) over: Vec<String>,
+    /// Write the images here; .fits, .npy or .png. May be repeated. {KEY}, or the last part of the key, is its
+    /// value, {number} the number of the image from 0: as in images/bz_{bz}.fits.
+    #[arg(short, long = "output", value_name = "TEMPLATE", required = true)]
+    pub(crate) outputs: Vec<PathBuf>,
+    /// Write the estimated error of each pixel here, for each image; .fits, .npy or .png.
+    #[arg(long, value_name = "TEMPLATE")]
+    pub(crate) error_map: Option<PathBuf>,
+    /// Write the report of all images here (JSON).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+
+    /// The method: vol, paper or los; vol if the scene names none.
+    #[arg(long)]
+    method: Option<String>,
+    /// The largest image error, relative to the largest pixel (los: along each line).
+    #[arg(long, value_name = "T")]
+    tolerance: Option<String>,
+    /// Stop each rendering after this many evaluations.
+    #[arg(long, value_name = "N")]
+    max_evaluations: Option<String>,
+    /// Stop each rendering after this time, with the best image so far.
+    #[arg(long, value_name = "SECONDS")]
+    max_seconds: Option<String>,
+    /// Columns of the images.
+    #[arg(long, value_name = "PIXELS")]
+    width: Option<String>,
+    /// Rows of the images.
+    #[arg(long, value_name = "PIXELS")]
+    height: Option<String>,
+    /// Replace any value of the scene, as in --set emission.constants.a=50. May be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    set: Vec<(String, String)>,
+
+    /// The number of threads; all cores without it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Print neither progress nor summary.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+impl SweepArguments {
+    /// The options that replace values of the scene; --set comes last.
+    pub(crate) fn overrides(&self) -> Vec<Override> {
+        let options = [
+            ("render.method", "method", &self.method),
+            ("render.tolerance", "tolerance", &self.tolerance),
+            ("render.max_evaluations", "max-evaluations", &self.max_evaluations),
+            ("render.max_seconds", "max-seconds", &self.max_seconds),
+            ("image.width", "width", &self.width),
+            ("image.height", "height", &self.height),
+        ];
+        overrides(&options, &self.set)
     }
 }
 

@@ -48,6 +48,9 @@ pub(crate) enum Failure {
     Figure(#[from] emitree_io::figure::FigureError),
     #[error("{0}")]
     Request(String),
+    /// One image of several failed.
+    #[error("{label}: {failure}")]
+    Image { label: String, failure: Box<Self> },
     #[error("can't write to the terminal: {0}")]
     Terminal(#[from] std::io::Error),
 }
@@ -63,11 +66,18 @@ fn code_of<E>(error: &RenderError<E>) -> u8 {
 }
 
 impl Failure {
-    fn code(&self) -> u8 {
+    /// The failure of one image of several.
+    pub(crate) fn of_image(self, label: String) -> Self {
+        Self::Image { label, failure: Box::new(self) }
+    }
+
+    /// The exit code.
+    pub(crate) fn code(&self) -> u8 {
         match self {
             Self::Tree(WorldTreeError::Directional { .. }) => BAD_EMISSION,
             Self::Render(error) | Self::Tree(WorldTreeError::Render(error)) => code_of(error),
             Self::Problem(error) => code_of(error),
+            Self::Image { failure, .. } => failure.code(),
             _ => BAD_REQUEST,
         }
     }

@@ -8,6 +8,7 @@ mod models;
 mod numbers;
 mod render;
 mod reproduce;
+mod sweep;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -17,6 +18,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match &arguments.command {
         Command::Render(options) => render::run(options),
+        Command::Sweep(options) => sweep::run(options),
         Command::Build(options) => build::run(options),
         Command::Models { name } => models::run(name.as_deref()),
         Command::Reproduce { output } => reproduce::run(output),

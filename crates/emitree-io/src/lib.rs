@@ -47,6 +47,7 @@ mod rendered;
 mod report;
 pub mod scene;
 mod surfaces;
+mod sweep;
 mod tree_file;
 pub mod units;
 mod words;
@@ -74,6 +75,7 @@ pub use scene::{
     SceneSum, cameras,
 };
 pub use surfaces::SurfaceFormat;
+pub use sweep::{NameTemplate, SceneSweep, SweepError, SweepReport, SweptImage, SweptKey};
 pub use tree_file::{TreeFile, TreeFileError};
 
 /// The example of the README.

@@ -161,6 +161,21 @@ impl<'a> Report<'a> {
         }
     }
 
+    /// How often g was evaluated.
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    /// The largest estimated error of a pixel over the largest pixel, if there is one.
+    pub fn estimated_error(&self) -> Option<f64> {
+        self.estimated_error
+    }
+
+    /// Whether the tolerance was met.
+    pub fn converged(&self) -> bool {
+        self.converged
+    }
+
     /// The report as JSON, with a newline at the end.
     pub fn to_json(&self) -> String {
         // All keys are strings and all numbers finite or null, as JSON requires.

@@ -36,7 +36,7 @@ pub mod models;
 mod spelling;
 
 pub use catalogue::{Model, ModelDescription, ModelError, build_model, catalogue};
-pub use expression::{Expression, ExpressionError};
+pub use expression::{DifferentiableExpression, Expression, ExpressionError};
 pub use grid::{Grid, GridError, Interpolation, Outside, OutsideGrid};
 
 /// The example of the README.

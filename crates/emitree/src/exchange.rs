@@ -28,7 +28,7 @@ impl core::error::Error for EmissionFailed {}
 pub(crate) type MethodError = RenderError<EmissionFailed>;
 
 /// Points at which rates are requested, and the rates once they are known.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Batch {
     /// In world coordinates and the scene's length unit.
     pub(crate) positions: Vec<[f64; 3]>,
@@ -49,6 +49,17 @@ impl Batch {
     /// The points, as an emission takes them.
     pub(crate) fn samples(&self) -> Samples<'_> {
         Samples::new(&self.positions, &self.directions).at_energies(&self.energies)
+    }
+
+    /// The points of these numbers, with rates of 0.
+    pub(crate) fn some(&self, numbers: &[usize]) -> Self {
+        let of_points = |of: &[[f64; 3]]| numbers.iter().map(|&i| of[i]).collect();
+        Self {
+            positions: of_points(&self.positions),
+            directions: of_points(&self.directions),
+            energies: numbers.iter().filter_map(|&i| self.energies.get(i).copied()).collect(),
+            rates: vec![0.0; numbers.len()],
+        }
     }
 
     /// Room for so many points; energies are none.

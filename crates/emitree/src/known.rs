@@ -2,6 +2,7 @@
 
 use crate::exchange::Batch;
 use rustc_hash::FxHashMap;
+use std::collections::hash_map::Entry;
 
 /// Memory that a rate takes with its point: 64 bytes, in a hash table that has just grown.
 pub(crate) const BYTES_PER_KNOWN_RATE: u64 = 160;
@@ -41,6 +42,25 @@ impl KnownRates {
         self.0.extend((0..batch.len()).map(|i| (point(batch, i), batch.rates[i])));
     }
 
+    /// Stores the rates of a batch at points without a stored rate, and returns these points.
+    pub(crate) fn insert_new(&mut self, batch: &Batch) -> Vec<Point> {
+        let mut new = Vec::new();
+        for i in 0..batch.len() {
+            if let Entry::Vacant(entry) = self.0.entry(point(batch, i)) {
+                new.push(*entry.key());
+                entry.insert(batch.rates[i]);
+            }
+        }
+        new
+    }
+
+    /// Removes the rates at some points.
+    pub(crate) fn remove(&mut self, points: &[Point]) {
+        for point in points {
+            self.0.remove(point);
+        }
+    }
+
     /// Fills in the rates of a batch, all of which are stored.
     pub(crate) fn fill(&self, batch: &mut Batch) {
         for i in 0..batch.len() {
@@ -73,6 +93,19 @@ mod tests {
         known.insert(&batch(&[3.0], &[]));
         known.fill(&mut wanted);
         assert_eq!(wanted.rates, [3.0, 2.0, 1.0]);
+    }
+
+    #[test]
+    fn rates_that_were_new_can_be_removed() {
+        let mut known = KnownRates::default();
+        known.insert(&batch(&[1.0], &[]));
+        let mut others = batch(&[1.0, 2.0], &[]);
+        others.rates = vec![5.0, 6.0];
+        let new = known.insert_new(&others);
+        known.fill(&mut others);
+        assert_eq!((new.len(), others.rates.as_slice()), (1, [1.0, 6.0].as_slice()));
+        known.remove(&new);
+        assert_eq!(known.unknown(&others).positions, [[2.0, 0.0, 0.0]]);
     }
 
     #[test]

@@ -42,6 +42,7 @@
 //! * [`progress`]: callbacks while a rendering is made;
 //! * [`result`]: the parts of a [`Rendering`];
 //! * [`mesh`]: the frozen quadrature of a [`Session`];
+//! * [`sweep`]: the images of one model for many values of its parameters;
 //! * [`error`]: [`RenderError`], and the options that it names.
 //!
 //! The crate starts from M. Holmström, *Fast Visualization of Volume Emissions using Conservative
@@ -92,6 +93,7 @@ mod session;
 mod rendering;
 pub mod result;
 mod render;
+pub mod sweep;
 pub mod error;
 
 pub use cube::Cube;

@@ -78,7 +78,7 @@ pub struct Session<'a, V = Image> {
     known: Option<Arc<Mutex<KnownRates>>>,
     course: Course<'a>,
     /// What was done before the session was resumed.
-    before: Before,
+    before: Cost,
     values: PhantomData<fn() -> V>,
 }
 
@@ -162,22 +162,29 @@ enum State {
     Failed(MethodError),
 }
 
-/// The cost of earlier renderings of a session.
+/// The cost of renderings.
 #[derive(Clone, Copy, Debug, Default)]
-struct Before {
-    evaluations: u64,
-    batches: u64,
-    emission_time: Duration,
-    total_time: Duration,
+pub(crate) struct Cost {
+    pub(crate) evaluations: u64,
+    pub(crate) batches: u64,
+    pub(crate) emission_time: Duration,
+    pub(crate) total_time: Duration,
 }
 
 /// What a session stores.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Kept {
-    /// All rates, so that no point is evaluated twice.
-    pub(crate) rates: bool,
+    /// All rates, so that no point is evaluated twice: those that are known already, and new ones.
+    pub(crate) rates: Option<Arc<Mutex<KnownRates>>>,
     /// Intermediate images.
     pub(crate) images: bool,
+}
+
+impl Kept {
+    /// Everything, and no rates yet.
+    fn all() -> Self {
+        Self { rates: Some(Arc::default()), images: true }
+    }
 }
 
 impl<'a> Session<'a> {
@@ -193,7 +200,7 @@ impl<'a> Session<'a> {
         options: &RenderOptions<'_>,
     ) -> Result<Self, RenderError<Infallible>> {
         refuse_callbacks(options)?;
-        Self::start(projection, shape, None, options, Kept { rates: true, images: true }, true)
+        Self::start(projection, shape, None, options, Kept::all(), true)
     }
 }
 
@@ -210,8 +217,7 @@ impl<'a> Session<'a, Cube> {
         options: &RenderOptions<'_>,
     ) -> Result<Self, RenderError<Infallible>> {
         refuse_callbacks(options)?;
-        let kept = Kept { rates: true, images: true };
-        Self::start(projection, shape, axis, options, kept, true)
+        Self::start(projection, shape, axis, options, Kept::all(), true)
     }
 }
 
@@ -235,9 +241,8 @@ impl<'a, V: Values> Session<'a, V> {
         };
         // Before anything is allocated.
         check_options(shape, axis.as_ref().map(EnergyAxis::bins), options)?;
-        let keeps_rates = kept.rates || options.method.repeats_points();
-        let known = keeps_rates.then(Arc::default);
-        let limits = limits(options, whole_batches, keeps_rates);
+        let known = kept.rates.or_else(|| options.method.repeats_points().then(Arc::default));
+        let limits = limits(options, whole_batches, known.is_some());
         let meter = Meter::new(shape, limits, known.clone(), kept.images);
         let meter =
             meter.with_frozen_quadrature(options.mesh_up_to).with_start(options.start.clone());
@@ -247,7 +252,7 @@ impl<'a, V: Values> Session<'a, V> {
             axis,
             known,
             course: course.map_err(of_method)?,
-            before: Before::default(),
+            before: Cost::default(),
             values: PhantomData,
         })
     }
@@ -273,7 +278,7 @@ impl<'a, V: Values> Session<'a, V> {
             meter.with_frozen_quadrature(options.mesh_up_to).with_start(options.start.clone());
         let course = Course::begin(meter, &*self.start, shape, &options.method);
         let course = course.map_err(of_method)?;
-        self.before = self.so_far();
+        self.before = self.cost();
         self.course = course;
         Ok(())
     }
@@ -335,6 +340,12 @@ impl<'a, V: Values> Session<'a, V> {
             Err(error) => return Err(error),
         };
         self.course.answer(answer).map_err(of_method)
+    }
+
+    /// How many rates the method has had and waits for, whether they were known or not.
+    pub(crate) fn requested(&self) -> u64 {
+        let waiting = self.ask().map_or(0, |points| points.len() as u64);
+        self.course.meter.evaluations() + waiting
     }
 
     /// Whether the rendering has ended.
@@ -409,8 +420,9 @@ impl<'a, V: Values> Session<'a, V> {
         Ok(())
     }
 
-    fn so_far(&self) -> Before {
-        Before {
+    /// Evaluations, batches and times so far, of all renderings of the session.
+    pub(crate) fn cost(&self) -> Cost {
+        Cost {
             evaluations: self.before.evaluations + self.course.meter.new_evaluations(),
             batches: self.before.batches + self.course.meter.batches(),
             emission_time: self.before.emission_time + self.course.meter.emission_time(),
@@ -420,7 +432,7 @@ impl<'a, V: Values> Session<'a, V> {
     }
 
     fn finished(&self, made: MethodOutput) -> Rendering<V> {
-        let Before { evaluations, batches, emission_time, total_time } = self.so_far();
+        let Cost { evaluations, batches, emission_time, total_time } = self.cost();
         let stats = RenderStats {
             evaluations,
             evaluations_per_pixel: self.course.meter.evaluations_per_pixel(),

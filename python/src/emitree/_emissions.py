@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emitree import _native
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,75 @@ class Expression:
         if self.constants:
             table["constants"] = {name: float(value) for name, value in self.constants.items()}
         return table
+
+    def model(self, names: Sequence[str] | None = None) -> ExpressionModel:
+        """The model whose parameters are some of the constants; by default all, in their order.
+
+        It is a model for `jacobian`, `Forward` and `sweep`, with exact derivatives.
+
+        Raises `SceneError` if a name is not one of the constants, or if the formula is wrong.
+
+        >>> import emitree, numpy as np
+        >>> model = emitree.Expression("h * exp(-a * x^2)", {"a": 2.0, "h": 1.0}).model(["h"])
+        >>> model(3.0)(np.zeros((1, 3)), np.zeros((1, 3)))
+        array([3.])
+        """
+        return ExpressionModel(self, tuple(self.constants if names is None else names))
+
+
+class ExpressionModel:
+    """A formula as a model of some of its constants: see `Expression.model`."""
+
+    def __init__(self, expression: Expression, names: tuple[str, ...]) -> None:
+        self.expression = expression
+        #: The constants that are the parameters.
+        self.names = names
+        self._native({})
+
+    @property
+    def theta(self) -> tuple[float, ...]:
+        """The parameters of the expression itself."""
+        return tuple(float(self.expression.constants[name]) for name in self.names)
+
+    def __call__(self, *theta: float, **named: float) -> Callable[..., NDArray[np.float64]]:
+        """The emission: a function of (position, direction[, energy])."""
+        native = self._native(self._values(theta, named), ())
+
+        def rates(position: Any, direction: Any, energy: Any = None) -> NDArray[np.float64]:
+            return native.rates_and_derivatives(*_arrays(position, direction, energy))[0]
+
+        return rates
+
+    def derivative(self, *theta: float, **named: float) -> Callable[..., NDArray[np.float64]]:
+        """The derivatives of the rates, a function of the same that gives (n, p).
+
+        They are exact but for rounding. At a kink (`abs`, `min`, `max`, `if`) they are those of one
+        side; `floor` and comparisons have the derivative 0, also where they jump.
+        """
+        native = self._native(self._values(theta, named))
+
+        def derivatives(position: Any, direction: Any, energy: Any = None) -> NDArray[np.float64]:
+            return native.rates_and_derivatives(*_arrays(position, direction, energy))[1]
+
+        return derivatives
+
+    def _values(self, theta: Sequence[float], named: Mapping[str, float]) -> dict[str, float]:
+        if len(theta) + len(named) > len(self.names) or not set(named) <= set(self.names):
+            given = [*map(str, theta), *named]
+            raise TypeError(f"the parameters are {given}: expected {', '.join(self.names)}")
+        return dict(zip(self.names, theta, strict=False)) | dict(named)
+
+    def _native(
+        self, values: Mapping[str, float], by: Sequence[str] | None = None
+    ) -> _native.Expression:
+        constants = {**self.expression.constants, **values}
+        numbers = {name: float(value) for name, value in constants.items()}
+        names = [*(self.names if by is None else by)]
+        return _native.Expression(self.expression.text, numbers, names)
+
+
+def _arrays(*arrays: Any) -> list[Any]:
+    return [None if array is None else np.asarray(array, dtype=np.float64) for array in arrays]
 
 
 class Model:

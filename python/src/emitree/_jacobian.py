@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from emitree._cameras import Camera
+from emitree._emissions import Expression, ExpressionModel
 from emitree._function import Floats
 from emitree._neighbourhood import plan_of_all
 from emitree._parameters import checked_parameters
@@ -34,7 +35,7 @@ ModelOf = Callable[..., Any]
 
 
 def jacobian(
-    model: ModelOf,
+    model: ModelOf | Expression,
     theta: Any,
     camera: Camera | None = None,
     shape: Sequence[int] | int | None = None,
@@ -55,12 +56,14 @@ def jacobian(
     `converged` is False where no such points are found; for other methods, and with a `plan`, the
     derivatives are not compared with samples.
 
-    model: model(*theta) returns a function of (position, direction[, energy]), as of `render`.
-    theta: the parameters (p,).
+    model: model(*theta) returns a function of (position, direction[, energy]), as of `render`; or
+        an `Expression`, whose derivatives are exact.
+    theta: the parameters (p,); of an `Expression`, the names of the constants that are parameters.
     camera, shape, options: as of `render`; needed without `plan`.
     plan: a `Plan` that serves theta; by default that of a rendering at theta.
     derivative: how g is differentiated; one of
         * None: central differences at the same points, 2 evaluations at each point and parameter;
+          exact derivatives for an `Expression` or its `model`;
         * a function: derivative(*theta) returns a function of (position, direction[, energy]) that
           gives (n, p), the derivatives of the rates by all parameters;
         * "jax": forward differentiation of model(*theta), written in `jax.numpy`, in 64 bits.
@@ -82,7 +85,13 @@ def jacobian(
     ... )
     >>> derivatives.shape, bool(np.allclose(derivatives[0], image / 2))
     ((2, 8, 8), True)
+    >>> glow = emitree.Expression("h * exp(-r^2 / w^2)", constants={"h": 2.0, "w": 0.5})
+    >>> emitree.jacobian(glow, ["h", "w"], emitree.Canonical(), (8, 8)).derivatives.shape
+    (2, 8, 8)
     """
+    if isinstance(model, Expression):
+        model = model.model([theta] if isinstance(theta, str) else theta)
+        theta = model.theta
     parameters = checked_parameters(theta)
     if np.ndim(options.get("steps", 0)) == 1:
         raise TypeError(STEPS_ARE_OF_LOS)
@@ -179,6 +188,8 @@ class Derivatives:
         for number in linear:
             if not 0 <= number < count:
                 raise ValueError(f"`linear` has the parameter {number}: expected 0 to {count - 1}")
+        if derivative is None and steps is None and isinstance(model, ExpressionModel):
+            derivative = model.derivative
         self.model = _in_64_bits(model) if derivative == "jax" else model
         self.count = count
         self.derivative = derivative
@@ -202,6 +213,10 @@ class Derivatives:
         return {number: self._change(theta, number) for number in numbers}
 
     def _change(self, theta: Floats, number: int) -> Callable[..., Any]:
+        if isinstance(self.model, ExpressionModel) and callable(self.derivative):
+            derivatives = self.derivative(*theta.tolist())
+            size = _CHANGE * (abs(theta[number]) or 1.0)
+            return lambda *arguments: size * derivatives(*arguments)[:, number]
         (above, below), width = self._moved(theta, number)
         scale = _CHANGE * (abs(theta[number]) or 1.0) / width
 

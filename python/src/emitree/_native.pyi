@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 __version__: Final[str]
 __all__ = [
     "EmissionError",
+    "Expression",
     "Mesh",
     "OutputFile",
     "RenderError",
@@ -36,6 +37,13 @@ class EmissionError(RenderError):
 
 def cameras() -> list[dict[str, Any]]: ...
 def draw_counts(expected: _Floats, seed: int) -> _Floats: ...
+
+@final
+class Expression:
+    def __new__(cls, text: str, constants: dict[str, float], by: list[str]) -> Expression: ...
+    def rates_and_derivatives(
+        self, position: _Floats, direction: _Floats, energy: _Floats | None
+    ) -> tuple[_Floats, _Floats]: ...
 
 @final
 class OutputFile:

@@ -20,12 +20,18 @@ thread_local! {
     static REGISTERS: Cell<Registers> = const { Cell::new(Vec::new()) };
 }
 
-/// Writes the tape's value at sample `i` to `rates[i]`.
-pub(super) fn evaluate(tape: &Tape, samples: &Samples<'_>, rates: &mut [f64]) {
-    let result = match tape.result {
-        Operand::Constant(value) => return rates.fill(value),
-        Operand::Register(register) => register,
-    };
+/// Writes the tape's value number `k` at sample `i` to `outputs[k][i]`.
+pub(super) fn evaluate(tape: &Tape, samples: &Samples<'_>, outputs: &mut [&mut [f64]]) {
+    let mut is_constant = true;
+    for (result, out) in tape.results.iter().zip(outputs.iter_mut()) {
+        match result {
+            Operand::Constant(value) => out.fill(*value),
+            Operand::Register(_) => is_constant = false,
+        }
+    }
+    if is_constant {
+        return;
+    }
     let mut registers = REGISTERS.take();
     if registers.len() < tape.registers {
         registers.resize_with(tape.registers, || vec![0.0; BLOCK].into_boxed_slice());
@@ -34,11 +40,17 @@ pub(super) fn evaluate(tape: &Tape, samples: &Samples<'_>, rates: &mut [f64]) {
     let directions = samples.directions().chunks(BLOCK);
     // A batch without energies has none in any block.
     let energies = samples.energies().chunks(BLOCK).chain(core::iter::repeat(&[][..]));
-    let blocks = positions.zip(directions).zip(energies);
-    for (((positions, directions), energies), rates) in blocks.zip(rates.chunks_mut(BLOCK)) {
+    let mut first = 0;
+    for ((positions, directions), energies) in positions.zip(directions).zip(energies) {
         let block = Samples::new(positions, directions).at_energies(energies);
         run(tape, &block, &mut registers);
-        rates.copy_from_slice(&registers[result][..rates.len()]);
+        let places = first..first + block.len();
+        for (result, out) in tape.results.iter().zip(outputs.iter_mut()) {
+            if let Operand::Register(register) = *result {
+                out[places.clone()].copy_from_slice(&registers[register][..places.len()]);
+            }
+        }
+        first = places.end;
     }
     REGISTERS.set(registers);
 }

@@ -19,6 +19,8 @@ pub(super) enum Node {
     /// A number, by its bits: 0 and −0 are two constants.
     Constant(u64),
     Variable(Variable),
+    /// A constant of this number that the graph is differentiated by, before it has its value.
+    Parameter(usize),
     Unary(Unary, NodeId),
     Binary(Binary, NodeId, NodeId),
     /// if(condition, then, otherwise)
@@ -60,6 +62,29 @@ impl Graph {
 
     pub(super) fn variable(&mut self, variable: Variable) -> NodeId {
         self.share(Node::Variable(variable))
+    }
+
+    pub(super) fn parameter(&mut self, number: usize) -> NodeId {
+        self.share(Node::Parameter(number))
+    }
+
+    /// The graph of the same `roots` in which parameters are constants of these values, and their places in it.
+    pub(super) fn with_values(&self, roots: &[NodeId], values: &[f64]) -> (Self, Vec<NodeId>) {
+        let mut graph = Self::default();
+        let mut places: Vec<NodeId> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let place = match *node {
+                Node::Constant(bits) => graph.share(Node::Constant(bits)),
+                Node::Variable(variable) => graph.variable(variable),
+                Node::Parameter(number) => graph.constant(values[number]),
+                Node::Unary(operation, a) => graph.unary(operation, places[a]),
+                Node::Binary(operation, a, b) => graph.binary(operation, places[a], places[b]),
+                Node::Select(c, a, b) => graph.select(places[c], places[a], places[b]),
+            };
+            places.push(place);
+        }
+        let roots = roots.iter().map(|&root| places[root]).collect();
+        (graph, roots)
     }
 
     /// r = √(x² + y² + z²)

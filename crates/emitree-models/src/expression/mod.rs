@@ -21,6 +21,11 @@
 //! never seen, nor does it cost less. A condition holds where it is not 0. `min` and `max` ignore
 //! an argument that is not a number, as IEEE 754-2008 has it.
 //!
+//! # Derivatives
+//!
+//! A [`DifferentiableExpression`] has the derivatives by its constants as well, which are parts of the same
+//! graph.
+//!
 //! # Evaluation
 //!
 //! Text → graph in which equal parts are one node and constants are folded → tape of instructions
@@ -31,6 +36,8 @@
 //! others within 1: with the same bits on every machine. The other functions are the platform's, but
 //! for `erf`.
 
+mod derivative;
+mod differentiable;
 mod error;
 mod evaluate;
 mod graph;
@@ -40,6 +47,7 @@ mod operation;
 mod parser;
 mod tape;
 
+pub use differentiable::DifferentiableExpression;
 pub use error::ExpressionError;
 
 use core::convert::Infallible;
@@ -97,7 +105,7 @@ impl Expression {
         let unused = constants.keys().filter(|name| !parsed.used_constants.contains(*name));
         Ok(Self {
             text: text.to_owned(),
-            tape: Tape::new(&parsed.graph, parsed.root),
+            tape: Tape::new(&parsed.graph, &[parsed.root]),
             unused_constants: unused.cloned().collect(),
             energy_span: parsed.energy_span,
         })
@@ -147,7 +155,7 @@ impl Emission for Expression {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        evaluate::evaluate(&self.tape, samples, rates);
+        evaluate::evaluate(&self.tape, samples, &mut [rates]);
         Ok(())
     }
 }

@@ -37,6 +37,16 @@ pub(super) fn parse(
     text: &str,
     constants: &BTreeMap<String, f64>,
 ) -> Result<Parsed, ExpressionError> {
+    parse_with_parameters(text, constants, &[])
+}
+
+/// Parses `text`, in which `constants` may be named: those in `parameters` are parameters of the graph, with
+/// their numbers.
+pub(super) fn parse_with_parameters(
+    text: &str,
+    constants: &BTreeMap<String, f64>,
+    parameters: &[String],
+) -> Result<Parsed, ExpressionError> {
     check_constants(constants)?;
     let mut lexer = Lexer::new(text);
     let (token, span) = lexer.token()?;
@@ -48,6 +58,7 @@ pub(super) fn parse(
         token,
         span,
         constants,
+        parameters,
         used_constants: BTreeSet::new(),
         energy_span: None,
         graph: Graph::default(),
@@ -132,6 +143,7 @@ struct Parser<'a> {
     token: Token<'a>,
     span: Range<usize>,
     constants: &'a BTreeMap<String, f64>,
+    parameters: &'a [String],
     used_constants: BTreeSet<String>,
     energy_span: Option<Range<usize>>,
     graph: Graph,
@@ -225,7 +237,11 @@ impl<'a> Parser<'a> {
         }
         if let Some(&value) = self.constants.get(name) {
             self.used_constants.insert(name.to_owned());
-            return Ok(self.graph.constant(value));
+            let number = self.parameters.iter().position(|parameter| parameter == name);
+            return Ok(match number {
+                Some(number) => self.graph.parameter(number),
+                None => self.graph.constant(value),
+            });
         }
         match name {
             "r" => Ok(self.graph.radius()),

@@ -33,20 +33,20 @@ pub(super) struct Instruction {
     pub(super) operation: Operation,
 }
 
-/// Instructions in order, the number of registers that they need, and where the value is then.
+/// Instructions in order, the number of registers that they need, and where the values are then.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tape {
     pub(super) instructions: Vec<Instruction>,
     pub(super) registers: usize,
-    pub(super) result: Operand,
+    pub(super) results: Vec<Operand>,
 }
 
 impl Tape {
-    /// The instructions for the value of `root`: only what it depends on, a register given up as
-    /// soon as its last reader has read it.
-    pub(super) fn new(graph: &Graph, root: NodeId) -> Self {
+    /// The instructions for the values of `roots`: only what they depend on, a register given up as
+    /// soon as its last reader has read it. All parameters have values.
+    pub(super) fn new(graph: &Graph, roots: &[NodeId]) -> Self {
         let nodes = graph.nodes();
-        let last_reader = last_readers(nodes, root);
+        let last_reader = last_readers(nodes, roots);
         let mut place = vec![Operand::Constant(f64::NAN); nodes.len()];
         let mut instructions = Vec::new();
         let mut free: Vec<Register> = Vec::new();
@@ -60,6 +60,8 @@ impl Tape {
                     place[id] = Operand::Constant(f64::from_bits(bits));
                     continue;
                 }
+                // A parameter without a value is no number.
+                Node::Parameter(_) => continue,
                 Node::Variable(variable) => Operation::Load(variable),
                 Node::Unary(operation, a) => Operation::Unary(operation, place[a]),
                 Node::Binary(operation, a, b) => Operation::Binary(operation, place[a], place[b]),
@@ -81,15 +83,16 @@ impl Tape {
                 }
             }
         }
-        Self { instructions, registers, result: place[root] }
+        let results = roots.iter().map(|&root| place[root]).collect();
+        Self { instructions, registers, results }
     }
 }
 
-/// The last node that reads each node; `None` for nodes that `root` does not depend on.
-fn last_readers(nodes: &[Node], root: NodeId) -> Vec<Option<NodeId>> {
+/// The last node that reads each node; `None` for nodes that no root depends on.
+fn last_readers(nodes: &[Node], roots: &[NodeId]) -> Vec<Option<NodeId>> {
     let mut last = vec![None; nodes.len()];
-    last[root] = Some(nodes.len());
-    for id in (0..=root).rev() {
+    roots.iter().for_each(|&root| last[root] = Some(nodes.len()));
+    for id in (0..nodes.len()).rev() {
         if last[id].is_some() {
             for operand in operands(&nodes[id]) {
                 last[operand] = last[operand].or(Some(id));
@@ -101,7 +104,7 @@ fn last_readers(nodes: &[Node], root: NodeId) -> Vec<Option<NodeId>> {
 
 fn operands(node: &Node) -> impl Iterator<Item = NodeId> {
     let operands = match *node {
-        Node::Constant(_) | Node::Variable(_) => [None; 3],
+        Node::Constant(_) | Node::Variable(_) | Node::Parameter(_) => [None; 3],
         Node::Unary(_, a) => [Some(a), None, None],
         Node::Binary(_, a, b) => [Some(a), Some(b), None],
         Node::Select(c, a, b) => [Some(c), Some(a), Some(b)],
@@ -117,7 +120,7 @@ mod tests {
 
     fn tape(text: &str) -> Tape {
         let parsed = parse(text, &BTreeMap::from([("a".to_owned(), 100.0)])).unwrap();
-        Tape::new(&parsed.graph, parsed.root)
+        Tape::new(&parsed.graph, &[parsed.root])
     }
 
     /// (instructions, registers)
@@ -129,7 +132,8 @@ mod tests {
     #[test]
     fn constants_take_no_instruction() {
         assert_eq!(size("sqrt(2)/3 + a"), (0, 0));
-        assert_eq!(tape("sqrt(2)/3 + a").result, Operand::Constant(2.0_f64.sqrt() / 3.0 + 100.0));
+        let value = Operand::Constant(2.0_f64.sqrt() / 3.0 + 100.0);
+        assert_eq!(tape("sqrt(2)/3 + a").results, [value]);
         assert_eq!(size("x"), (1, 1));
         assert_eq!(size("a*x + 1"), (3, 2));
         assert_eq!(size("if(1 < 2, x, exp(y))"), (1, 1));

@@ -17,6 +17,7 @@ pub(crate) mod start;
 pub use sparse::SparseMatrix;
 
 use crate::emission::Samples;
+use crate::exchange::Batch;
 use crate::image::Image;
 use crate::mesh::frozen::Frozen;
 use crate::mesh::start::Start;
@@ -74,6 +75,18 @@ impl<V> Mesh<V> {
     /// The same map to values of another type.
     pub(crate) fn retyped<W>(self) -> Mesh<W> {
         Mesh::new(self.frozen)
+    }
+
+    /// Whether renderings of other emissions can begin with the mesh, or be fixed to it: whether it has
+    /// [products](Self) for some part of the view. With others
+    /// [`RenderOptions::with_start`](crate::RenderOptions::with_start) has no effect.
+    pub fn serves_as_start(&self) -> bool {
+        self.frozen.structure.is_some()
+    }
+
+    /// The points, without rates.
+    pub(crate) fn batch(&self) -> &Batch {
+        &self.frozen.points
     }
 
     /// The start of a rendering with the structure of the mesh.
