@@ -5,34 +5,68 @@ import math
 import numpy as np
 from scipy.special import erf
 
+import emitree
+
+
+def places(shape, panels, is_disc):
+    """Places (h, w, n) of lines in the image, from -1 to 1 along x and y, and weights (h, w, n).
+
+    Each pixel has (4 panels)^2 lines: Gauss's rule with 4 nodes in each panel along both axes. Of a
+    disc, those along x are in the part of the pixel that is inside at each y.
+    """
+    node, weight = np.polynomial.legendre.leggauss(4)
+    place = ((np.arange(panels)[:, None] + 0.5 + 0.5 * node) / panels).ravel()
+    weight = np.tile(weight, panels)
+    height, width = shape
+    y = ((np.arange(height)[:, None] + place) / height * 2 - 1)[:, None, :, None]
+    left = (np.arange(width) / width * 2 - 1)[:, None, None]
+    right, left = np.broadcast_arrays(left + 2 / width, left, y)[:2]
+    if is_disc:
+        half = np.sqrt(1 - y**2)
+        left, right = np.maximum(left, -half), np.minimum(right, half)
+    length = np.maximum(right - left, 0.0)
+    x = left + length * place
+    weights = length * (weight[:, None] * weight)
+    count = len(weight) ** 2
+    return [
+        np.broadcast_to(of, weights.shape).reshape(height, width, count) for of in (x, y, weights)
+    ]
+
 
 def lines(camera, shape, panels):
-    """The lines of a perspective camera: its position, directions (h, w, n, 3) and weights (h, w, n).
+    """The lines of a camera: its position, directions (h, w, n, 3) and weights (h, w, n).
 
-    Each pixel has (4 panels)^2 lines: Gauss's rule with 4 nodes in each panel along both axes. The
-    weights are solid angles over that of the pixel.
+    The weights are solid angles over that of the part of the pixel in the image; NaN without one.
     """
     origin, target = np.array(camera.position, float), np.array(camera.target, float)
     forward = (target - origin) / np.linalg.norm(target - origin)
     right = np.cross(forward, (0.0, 0.0, 1.0))
     right /= np.linalg.norm(right)
     up = np.cross(right, forward)
-    node, weight = np.polynomial.legendre.leggauss(4)
-    place = ((np.arange(panels)[:, None] + 0.5 + 0.5 * node) / panels).ravel()
-    weight = np.tile(weight, panels)
-    height, width = shape
-    half_x, half_y = np.tan(np.radians(np.array(camera.field_of_view) / 2))
-    x = ((np.arange(width)[:, None] + place) / width * 2 - 1) * half_x
-    y = ((np.arange(height)[:, None] + place) / height * 2 - 1) * half_y
-    direction = (
-        forward + x[None, :, None, :, None] * right + y[:, None, :, None, None] * up
-    )  # rows, columns, y, x, 3
-    square = (direction**2).sum(axis=-1)
-    direction /= np.sqrt(square)[..., None]
-    weights = weight[:, None] * weight * square**-1.5
-    weights /= weights.sum(axis=(2, 3), keepdims=True)
-    count = len(weight) ** 2
-    return origin, direction.reshape(height, width, count, 3), weights.reshape(height, width, count)
+    x, y, weights = places(shape, panels, isinstance(camera, emitree.Fisheye))
+    if isinstance(camera, emitree.Perspective):
+        half_x, half_y = np.tan(np.radians(np.array(camera.field_of_view) / 2))
+        across, height, ahead = x * half_x, y * half_y, np.ones_like(x)
+        density = (across**2 + height**2 + 1) ** -1.5
+    else:
+        half = np.radians(camera.field_of_view / 2)
+        if not isinstance(camera, emitree.Fisheye):
+            azimuth, angle = np.pi * (x + 1), half * (y + 1) / 2
+            density = np.sin(angle)
+        elif camera.mapping in (None, "equidistant"):
+            azimuth, angle = np.arctan2(y, x), half * np.hypot(x, y)
+            density = np.sinc(angle / np.pi)
+        else:
+            azimuth, density = np.arctan2(y, x), 1.0
+            angle = 2 * np.arcsin(np.sin(half / 2) * np.minimum(np.hypot(x, y), 1.0))
+        across, height = np.sin(angle) * np.cos(azimuth), np.sin(angle) * np.sin(azimuth)
+        ahead = np.cos(angle)
+    direction = across[..., None] * right + height[..., None] * up + ahead[..., None] * forward
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    weights = weights * density
+    with np.errstate(invalid="ignore"):
+        weights /= weights.sum(axis=2, keepdims=True)
+    return origin, direction, weights
 
 
 def means(camera, shape, functions, panels=20):
@@ -43,7 +77,7 @@ def means(camera, shape, functions, panels=20):
             lines(camera, shape, n) for n in (panels * 2 // 3, panels)
         )
     )
-    return fine, abs(fine - coarse).max(axis=1, keepdims=True)
+    return fine, np.nanmax(abs(fine - coarse), axis=1, keepdims=True)
 
 
 def in_box(lower, upper):

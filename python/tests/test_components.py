@@ -84,3 +84,15 @@ def test_shapes_that_change_and_what_takes_one_rate_are_refused():
         emitree.render(trio, CUBE, (8, 8), frame=print)
     with pytest.raises(ValueError, match=r"expected \(\d+,\)"):
         emitree.build_tree(trio, "tree.fits", emitree.Box(min=(0, 0, 0), max=(1, 1, 1)))
+
+
+def test_models_with_components_are_refused():
+    def model(width):
+        return trio
+
+    with pytest.raises(ValueError, match="the model has 3 rates at each point: expected one"):
+        emitree.jacobian(model, [1.0], CUBE, (8, 8))
+    with pytest.raises(ValueError, match="the model has 3 rates at each point: expected one"):
+        emitree.Forward(model, CUBE, (8, 8))([1.0])
+    with pytest.raises(ValueError, match=r"the rates have the shape .* expected"):
+        emitree.sweep(model, {"width": [1.0]}, CUBE, (8, 8))

@@ -35,7 +35,7 @@ def test_the_version_is_one():
     assert emitree.__version__ == metadata.version("emitree")
 
 
-@pytest.mark.parametrize("name", ["tutorial.ipynb", "fitting.ipynb"])
+@pytest.mark.parametrize("name", ["tutorial.ipynb", "fitting.ipynb", "tomography.ipynb"])
 def test_the_notebooks_run(name):
     for module in ("matplotlib", "astropy", "scipy"):
         pytest.importorskip(module)

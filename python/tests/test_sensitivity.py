@@ -1,5 +1,7 @@
 """Sensitivity matrices: every entry against lines of sight by the thousand, made by hand."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from chords import along, in_ball, in_box, in_ring, means, of_gaussian
@@ -190,9 +192,11 @@ def test_all_cameras(camera, shape):
     for number in range(2):
         unit = np.eye(2)[number]
         finer = emitree.render(basis.emission(unit), camera, shape, tolerance=5e-4)
-        truth = np.nan_to_num(finer.image)
-        assert finer.converged and truth.max() > 0.01
-        assert abs(found.image(unit) - truth).max() < 0.0105 * truth.max()
+        truth, image = finer.image, found.image(unit)
+        largest = np.nanmax(truth)
+        assert finer.converged and largest > 0.01
+        assert (np.isnan(image) == np.isnan(truth)).all()
+        assert np.nanmax(abs(image - truth)) < 0.0105 * largest
 
 
 def test_bodies_hide_and_bounds_end():
@@ -233,6 +237,59 @@ def test_the_result():
         found.image(np.ones(3))
     with pytest.raises(ValueError, match=r"`pixels` has the shape \(3,\): expected \(77,\)"):
         found.split(np.ones(3))
+
+
+@pytest.fixture
+def found():
+    rings = emitree.Voxels.grid(np.linspace(2, 4, 4), np.linspace(-1, 1, 4))
+    return emitree.sensitivity(rings, CAMERAS[:2], [(6, 8), (4, 5)], 0.05)
+
+
+def test_a_file_has_all(found, tmp_path):
+    path = tmp_path / "matrix.npz"
+    found.save(path)
+    loaded = emitree.Sensitivity.load(path)
+    assert (loaded.matrix != found.matrix).nnz == 0 and loaded.matrix.shape == found.matrix.shape
+    for name in ("error", "scale", "in_image"):
+        np.testing.assert_array_equal(getattr(loaded, name), getattr(found, name))
+    for name in ("shapes", "tolerance", "unit", "lines", "evaluations", "converged"):
+        assert getattr(loaded, name) == getattr(found, name)
+    assert [image.shape for image in loaded.image(np.ones(9))] == [(6, 8), (4, 5)]
+    with pytest.raises(FileExistsError):
+        found.save(path)
+    fisheye = emitree.Fisheye(position=(6, 0, 0), target=(0, 0, 0), field_of_view=40, far=9)
+    in_km = dataclasses.replace(fisheye, length_unit="km")
+    alone = emitree.sensitivity(emitree.Voxels([[2, -1]], [[4, 1]]), in_km, (8, 8), 0.05)
+    alone.save(path, overwrite=True)
+    loaded = emitree.Sensitivity.load(path)
+    assert loaded.unit == "km" and repr(loaded) == repr(alone)
+    np.testing.assert_array_equal(loaded.image([2.0]), alone.image([2.0]))
+    assert [file.name for file in tmp_path.iterdir()] == ["matrix.npz"]
+
+
+def test_wrong_files_are_named(found, tmp_path):
+    path = tmp_path / "matrix.npz"
+    with pytest.raises(FileNotFoundError, match=r"matrix\.npz"):
+        emitree.Sensitivity.load(path)
+    path.write_bytes(b"PK\x03\x04 damaged")
+    with pytest.raises(ValueError, match=r"matrix\.npz: not a file of NumPy.*expected a sensitiv"):
+        emitree.Sensitivity.load(path)
+    np.savez(path, format="emitree plan", version=1)
+    with pytest.raises(ValueError, match="the `format` is 'emitree plan': expected a sensitivity"):
+        emitree.Sensitivity.load(path)
+    found.save(path, overwrite=True)
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **arrays | {"version": 2})
+    with pytest.raises(ValueError, match="matrix of version 2: expected version 1 to 1"):
+        emitree.Sensitivity.load(path)
+    np.savez(path, **{name: array for name, array in arrays.items() if name != "scale"})
+    with pytest.raises(ValueError, match="matrix without `scale`: expected a complete file"):
+        emitree.Sensitivity.load(path)
+    for name in ("scale", "in_image", "data", "indptr"):
+        np.savez(path, **arrays | {name: arrays[name][:-1]})
+        with pytest.raises(ValueError, match="do not agree: expected 68 pixels and 9 functions"):
+            emitree.Sensitivity.load(path)
 
 
 def test_the_bits_do_not_depend_on_threads():
@@ -294,6 +351,26 @@ def test_values_and_emissions():
     assert splines.shape == (5, 5) and len(splines) == 25
     inside = np.array([[3.3, 0, 0.2], [0, 4.7, -0.9]])
     assert splines(inside).sum(axis=1) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 5])
+def test_b_splines_are_those_of_scipy(degree):
+    from scipy.interpolate import BSpline
+
+    rng = np.random.default_rng(degree)
+    ends = np.zeros(degree + 1), np.sort(rng.uniform(0, 1, 4)), np.ones(degree + 1)
+    double = np.sort([*rng.uniform(-1, 1, degree + 3), 0.1, 0.1])
+    knots = [np.concatenate(ends), double]
+    basis = emitree.BSplines(knots, degree)
+    radius, z = rng.uniform(0, 1, 500), rng.uniform(-1, 1, 500)
+    along = [
+        np.stack([BSpline.basis_element(of[n : n + degree + 2], False)(x) for n in range(count)])
+        for of, count, x in zip(knots, basis.shape, (radius, z), strict=True)
+    ]
+    truth = np.nan_to_num(along[0])[:, np.newaxis] * np.nan_to_num(along[1])
+    found = basis(np.stack([0.6 * radius, -0.8 * radius, z], axis=1))
+    assert abs(found - truth.reshape(len(basis), -1).T).max() < 1e-14
+    assert truth.max() > 0.3
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ const MISSING: &str = "python3 with the modules venv and ensurepip is needed \
     (Debian, Ubuntu: `apt install python3 python3-venv`; macOS: `brew install python`)";
 
 /// Where a virtual environment has its interpreter.
-const INTERPRETER: &str = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
+pub(crate) const INTERPRETER: &str =
+    if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
 
 /// The interpreter of the virtual environment `name`, which is made anew whenever the requirements
 /// are not those that it was made from.

@@ -21,15 +21,19 @@ mod gallery;
 #[expect(unreachable_pub, reason = "it is public there")]
 #[path = "../../crates/emitree-io/src/grouped.rs"]
 mod grouped;
+mod licences;
+mod notes;
 mod outcome;
 mod package;
 mod peers;
 mod performance;
 mod python;
 mod quick;
+mod site;
 mod step;
 mod total;
 mod unit;
+mod wheel;
 mod words;
 mod workspace;
 
@@ -42,14 +46,18 @@ use workspace::Workspace;
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
 type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
 
-const TOOLS: [(&str, Tool); 7] = [
+const TOOLS: [(&str, Tool); 11] = [
     ("ablate", ablate::run),
     ("compare-peers", peers::run),
     ("errors", errors::run),
     ("fuzz", fuzz::run),
     ("gallery", gallery::run),
+    ("licences", licences::run),
+    ("notes", notes::run),
     ("performance", performance::run),
     ("quick", quick::run),
+    ("site", site::run),
+    ("wheel", wheel::run),
 ];
 
 fn main() -> ExitCode {
@@ -128,11 +136,21 @@ fn help() -> String {
          cargo xtask gallery [NAME ...]\n\n  \
          renders the pictures of docs/gallery.md, or only those whose headings contain a name, and writes\n  \
          what they cost there\n\n\
+         cargo xtask licences\n\n  \
+         writes the licences of all crates that a wheel links in, and of the standard library, to python/\n\n\
+         cargo xtask notes VERSION\n\n  \
+         prints the section of a version of CHANGELOG.md; fails if Cargo.toml has another version\n\n\
          cargo xtask performance [SECTION ...]\n\n  \
          measures what emitree costs beside the emission, or only the sections named, and writes\n  \
          docs/performance.md\n\n\
          cargo xtask quick\n\n  \
-         formatting, lints and the short unit tests of the core, for the time between two changes\n",
+         formatting, lints and the short unit tests of the core, for the time between two changes\n\n\
+         cargo xtask site [WHEEL]\n\n  \
+         builds the documentation site, target/site/html/index.html, with the package of a wheel or of\n  \
+         the sources; warnings are errors\n\n\
+         cargo xtask wheel\n\n  \
+         builds the source distribution, from it the wheel (target/wheel), and tries that in a fresh\n  \
+         environment\n",
     );
     help
 }

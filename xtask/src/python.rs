@@ -65,13 +65,21 @@ pub(crate) fn install(
             .arg("--out")
             .arg(&wheels),
     )?;
+    install_wheel(workspace, python, &only_file(&wheels)?)
+}
+
+/// Installs a wheel where `python` is, in place of any other of the same version.
+pub(crate) fn install_wheel(
+    workspace: &Workspace,
+    python: &Path,
+    wheel: &Path,
+) -> Result<(), String> {
     let install = ["--force-reinstall", "--no-deps"];
-    let wheel = only_file(&wheels)?;
     succeed(workspace.command(python).args(INSTALL).args(install).arg(wheel))
 }
 
 /// The one file in a folder.
-fn only_file(folder: &Path) -> Result<PathBuf, String> {
+pub(crate) fn only_file(folder: &Path) -> Result<PathBuf, String> {
     let entries = fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     match files.as_slice() {

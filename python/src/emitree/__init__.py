@@ -19,7 +19,7 @@ lowest x: seen from the observer, x points to the right and y up. Angles are in 
 the camera's `length_unit`; astropy quantities are taken too.
 """
 
-from emitree._basis import BSplines, RadialFunctions, Voxels
+from emitree._basis import RadialFunctions, Voxels
 from emitree._build_tree import build_tree
 from emitree._cameras import (
     Box,
@@ -50,11 +50,13 @@ from emitree._points import Points
 from emitree._progressive import Frame, progressive
 from emitree._render import render
 from emitree._result import Rendering
-from emitree._sensitivity import Sensitivity, sensitivity
+from emitree._sensitivity import sensitivity
+from emitree._sensitivity_matrix import Sensitivity
 from emitree._session import Session
 from emitree._sky import Sky
 from emitree._sparse import SparseMatrix
 from emitree._spectrum import Spectrum
+from emitree._splines import BSplines
 from emitree._sums import RegionSum
 from emitree._surfaces import Surfaces
 from emitree._sweep import Sweep, sweep

@@ -14,6 +14,7 @@ from functools import partial
 from typing import Any
 
 from emitree._cameras import Camera
+from emitree._components import Components
 from emitree._function import Floats
 from emitree._native import SceneError
 from emitree._plan import Plan
@@ -88,7 +89,12 @@ def plan_of_all(
     A plan that is not one of products is not compared: for the others it is as good as the same
     lines or cells are, and counts as one that serves them.
     """
-    alone = render(emissions[0], camera, shape, **options)
+    alone: Any = render(emissions[0], camera, shape, **options)
+    if isinstance(alone, Components):
+        raise ValueError(
+            f"the model has {len(alone)} rates at each point: expected one, as derivatives are "
+            "those of one image"
+        )
     plan = alone.plan
     if not (alone.converged and plan.is_of_products):
         return Neighbourhood(plan, alone.converged, alone)

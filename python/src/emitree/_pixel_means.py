@@ -11,22 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from emitree._along import summed
+from emitree._cells import CORNERS, FINEST, GAUSS, PLACES, Cells, Integers
 from emitree._function import Floats
 from emitree._responses import Response
-from emitree._sight import (
-    CORNERS,
-    FINEST,
-    GAUSS,
-    PLACES,
-    Cells,
-    Integers,
-    Lines,
-    Tubes,
-    View,
-    tubes_of,
-)
+from emitree._sight import Lines, Tubes, View, tubes_of
 
 #: Rows of pixels, and columns of a block of them, that are examined together.
 _BLOCK = 8
@@ -67,6 +58,16 @@ class Means:
 
 
 @dataclass(frozen=True)
+class _Sampled:
+    """The lines (cells, places) of some cells."""
+
+    lines: Lines
+    tubes: Tubes
+    #: Whether the density has a kink or a jump within a cell (cells,).
+    has_kink: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
 class _OfCells:
     """What cells add to the integrals over their pixels, before the area."""
 
@@ -88,7 +89,8 @@ def first_means(view: View, response: Response, rows: range) -> Means:
     """The means over the pixels of some rows, from nine lines each."""
     width = view.shape[1]
     pixel = np.arange(rows.start * width, rows.stop * width)
-    lines = view.lines_of(Cells.whole(pixel))
+    cells = Cells.whole(pixel)
+    lines = view.lines_of(cells)
     tubes = tubes_of(lines)
     seen = tubes.lines.density > 0.0
     column = pixel % width
@@ -102,7 +104,8 @@ def first_means(view: View, response: Response, rows: range) -> Means:
         none = np.zeros(0, dtype=np.int64)
         return Means(none, none, nothing, nothing, 0, 0)
     number, which = response.candidates(tubes, blocks)
-    found = _of_cells(response, lines, tubes, number, which)
+    sampled = _Sampled(lines, tubes, view.has_kink(cells))
+    found = _of_cells(response, sampled, number, which)
     weight = found.weight[:, np.newaxis]
     return Means(
         pixel[number],
@@ -127,11 +130,10 @@ def refined(
     lines = evaluations = 0
     while len(item) > 0:
         distinct, number = cells.distinct()
-        of_distinct = view.lines_of(distinct)
+        lines_of = view.lines_of(distinct)
+        sampled = _Sampled(lines_of, tubes_of(lines_of), view.has_kink(distinct))
         means = value[item] if len(kept_item) > 0 or cells.level.any() else None
-        found = _of_cells(
-            response, of_distinct, tubes_of(of_distinct), number, which[item], target[item], means
-        )
+        found = _of_cells(response, sampled, number, which[item], target[item], means)
         lines, evaluations = lines + found.lines, evaluations + found.evaluations
         cells, item = _joined(kept, cells), np.concatenate([kept_item, item])
         integral = np.concatenate([integral, found.integral])
@@ -167,17 +169,17 @@ def _joined(cells: Cells, others: Cells) -> Cells:
 
 def _of_cells(
     response: Response,
-    lines: Lines,
-    tubes: Tubes,
+    sampled: _Sampled,
     number: Integers,
     which: Integers,
     target: Floats | None = None,
     means: Floats | None = None,
 ) -> _OfCells:
-    """The integrals of functions (n,) over cells with the numbers (n,) among those of lines.
+    """The integrals of functions (n,) over cells with the numbers (n,) among some cells.
 
     target: the errors (n, columns) that pixels may have; means: their means (n, columns) so far.
     """
+    lines, tubes = sampled.lines, sampled.tubes
     count, columns = len(number), response.columns
     places = lines.near.shape[1]
     integral, error = np.empty((count, columns)), np.empty((count, columns))
@@ -192,11 +194,8 @@ def _of_cells(
         evaluations += found.evaluations
         density = lines.density[cells]
         weighted = density[..., np.newaxis] * found.value
-        gauss_weight = density @ GAUSS
-        # At the rim of a disc all nodes of one rule may be outside.
-        rules = np.where(gauss_weight[:, np.newaxis] > 0.0, GAUSS, CORNERS)
-        weight[some] = (density * rules).sum(axis=1)
-        integral[some] = np.einsum("npc,np->nc", weighted, rules)
+        weight[some] = density @ GAUSS
+        integral[some] = np.einsum("npc,p->nc", weighted, GAUSS)
         # A response that is the same in all of a pixel has no error, whatever the density is.
         own = _quotient(integral[some], weight[some, np.newaxis])
         mean = own if means is None else means[some]
@@ -205,6 +204,11 @@ def _of_cells(
         residual = np.sqrt((np.einsum("npc,rp->nrc", change, _RESIDUALS) ** 2).sum(axis=1))
         largest = density.max(axis=1)[:, np.newaxis]
         error[some] = np.maximum(_OF_RULES * of_rules, _OF_RESIDUAL * residual)
+        # With a kink of the density any mean of the values may be the right one.
+        kinked = np.flatnonzero(sampled.has_kink[cells])
+        if len(kinked) > 0:
+            farthest = abs(found.value[kinked] - mean[kinked, np.newaxis]).max(axis=1)
+            error[some][kinked] = np.maximum(error[some][kinked], largest[kinked] * farthest)
         error[some] += largest * found.unseen
         error[some] += np.einsum("np,npc,p->nc", density, found.error, GAUSS)
     return _OfCells(integral, weight, error, count * places * columns, evaluations)

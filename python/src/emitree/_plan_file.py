@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import os
-import zipfile
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from emitree import _npz
 from emitree._points import Points
 from emitree._sparse import SparseMatrix
 
@@ -43,8 +42,6 @@ def encoded(content: Content) -> bytes:
     largest = max(matrix.shape[1], len(matrix.data))
     integer = np.int32 if largest < 2**31 else np.int64
     arrays: dict[str, Any] = {
-        "format": FORMAT,
-        "version": VERSION,
         "position": points.position,
         "direction": points.direction,
         "data": matrix.data,
@@ -55,34 +52,13 @@ def encoded(content: Content) -> bytes:
     }
     if points.energy is not None:
         arrays["energy"] = points.energy
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
-    return buffer.getvalue()
+    return _npz.encoded(FORMAT, VERSION, arrays)
 
 
 def content(path: str | os.PathLike[str]) -> Content:
     """The content of a file; raises `ValueError` with its name if it is not that of a plan."""
-    name = os.fspath(path)
-    expected = f'expected a plan, .npz with the `format` "{FORMAT}"'
-    try:
-        with open(path, "rb") as file:
-            loaded = np.load(file, allow_pickle=False)
-            is_array = isinstance(loaded, np.ndarray)
-            arrays = {} if is_array else {key: loaded[key] for key in loaded}
-    except (zipfile.BadZipFile, EOFError, ValueError) as error:
-        raise ValueError(f"{name}: not a file of NumPy, or damaged: {expected}") from error
-    if is_array:
-        raise ValueError(f"{name}: an array: {expected}")
-    found = str(arrays["format"]) if "format" in arrays else None
-    if found != FORMAT:
-        raise ValueError(f"{name}: the `format` is {found!r}: {expected}")
-    version = int(arrays["version"])
-    if not 1 <= version <= VERSION:
-        raise ValueError(f"{name}: a plan of version {version}: expected version 1 to {VERSION}")
-    missing = [key for key in _ENTRIES if key not in arrays]
-    if missing:
-        raise ValueError(f"{name}: a plan without `{missing[0]}`: expected a complete file")
-    return _checked(name, arrays)
+    arrays = _npz.arrays_of(path, "a plan", FORMAT, VERSION, _ENTRIES)
+    return _checked(os.fspath(path), arrays)
 
 
 def _checked(name: str, arrays: dict[str, Any]) -> Content:

@@ -10,8 +10,9 @@ import numpy as np
 
 from emitree._along import Along
 from emitree._basis import Basis
+from emitree._cells import Integers
 from emitree._function import Floats, as_rates
-from emitree._sight import Integers, Lines, Tubes, union
+from emitree._sight import Lines, Tubes, union
 from emitree._supports import Interval, lengths
 
 #: What a function may add to the mean of a cell without being seen: this fraction of the longest
@@ -101,7 +102,7 @@ class OfBasis:
         grown = self._grown(tubes, which)
         ends = [np.where(end > start, end, 0.0) for start, end in grown]
         # The end of a part may be at infinity where a tube is wide.
-        reach = np.minimum(np.max(ends, axis=0), np.finfo(float).max)
+        reach = np.minimum(np.max(ends, axis=0), np.finfo(float).max / 8.0)
         size = tubes.radius + tubes.spread * reach
         feature = self.basis.feature[which]
         misses = (length == 0.0) @ np.ones(places)

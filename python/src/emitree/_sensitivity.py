@@ -1,4 +1,4 @@
-"""Sensitivity matrices: how much each of many functions adds to each pixel of some cameras."""
+"""Sensitivity matrices are made: pixels are divided until each column is within its tolerance."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
 
@@ -14,13 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emitree import _options
-from emitree._basis import BSplines, RadialFunctions, Voxels
+from emitree._basis import RadialFunctions, Voxels
 from emitree._cameras import Camera
+from emitree._cells import Integers
 from emitree._function import Floats, as_rates, name_of
 from emitree._native import SceneError
 from emitree._pixel_means import Means, first_means, refined, strips
 from emitree._responses import OfBasis, OfFunction, Response
-from emitree._sight import Integers, View
+from emitree._sensitivity_matrix import Sensitivity, scipy_sparse
+from emitree._sight import View
+from emitree._splines import BSplines
 
 #: The largest entry of a column counts as at least this fraction of the largest of all: a function
 #: at the border of a view may have entries of any size.
@@ -31,78 +34,6 @@ _ROUNDS = 12
 _GUESS = 0.05
 #: Pairs of a pixel and a function that are refined together.
 _TOGETHER = 2048
-
-
-@dataclass(frozen=True, repr=False)
-class Sensitivity:
-    """A sensitivity matrix: the response of each pixel of some cameras to each of k functions.
-
-    An entry is the mean over the solid angle of a pixel (of parallel lines, over its area) of the
-    integral of a function along the line of sight. The response to a sum of functions with
-    coefficients c, rates per steradian, is the radiance `matrix @ c`.
-    """
-
-    #: `scipy.sparse.csr_array`, (pixels, k) [length]. Pixels are in the order of the cameras, and
-    #: those of each row by row, as `image.ravel()` has them: row 0 is the lowest y.
-    matrix: Any
-    #: The estimated largest error (k,) of an entry of each column [length].
-    error: Floats
-    #: The largest entry (k,) of each column, to which the tolerance is relative; at least a
-    #: millionth of the largest of all [length].
-    scale: Floats
-    #: What the error of a column was to be, relative to `scale`.
-    tolerance: float
-    #: (height, width) of each camera.
-    shapes: tuple[tuple[int, int], ...]
-    #: The unit of the entries, that of the lengths of the cameras; None without one.
-    unit: str | None
-    #: How many integrals of a function along a line were made.
-    lines: int
-    #: How often functions were evaluated; voxels need none.
-    evaluations: int
-    _is_one_camera: bool = field(default=False)
-
-    @property
-    def relative_error(self) -> Floats:
-        """The estimated error (k,) of each column relative to its largest entry; 0 if all are 0."""
-        scale = np.where(self.scale > 0.0, self.scale, 1.0)
-        return self.error / scale
-
-    @property
-    def converged(self) -> bool:
-        """Whether all columns are within the tolerance."""
-        return bool((self.error <= self.tolerance * self.scale).all())
-
-    def image(self, coefficients: Any) -> Any:
-        """The image (height, width) for coefficients (k,); of several cameras a list."""
-        return self.split(self.matrix @ self._checked(coefficients))
-
-    def split(self, pixels: Any) -> Any:
-        """The image (height, width) of numbers (pixels,); of several cameras a list."""
-        values = np.asarray(pixels)
-        sizes = [height * width for height, width in self.shapes]
-        if values.shape != (sum(sizes),):
-            raise ValueError(f"`pixels` has the shape {values.shape}: expected ({sum(sizes)},)")
-        parts = np.split(values, np.cumsum(sizes)[:-1])
-        images = [part.reshape(shape) for part, shape in zip(parts, self.shapes, strict=True)]
-        return images[0] if self._is_one_camera else images
-
-    def _checked(self, coefficients: Any) -> Floats:
-        values = np.asarray(coefficients, dtype=float)
-        count = self.matrix.shape[1]
-        if values.shape != (count,):
-            raise ValueError(f"`coefficients` has the shape {values.shape}: expected ({count},)")
-        return values
-
-    def __repr__(self) -> str:
-        pixels, functions = self.matrix.shape
-        worst = self.relative_error.max(initial=0.0)
-        state = "converged" if self.converged else "NOT converged"
-        return (
-            f"<emitree sensitivity: {pixels} pixels x {functions} functions, {self.matrix.nnz} "
-            f"entries, {len(self.shapes)} camera{'s' * (len(self.shapes) != 1)}, {state}: "
-            f"error {worst:.2g} of the largest entry of a column>"
-        )
 
 
 @dataclass
@@ -177,7 +108,7 @@ def sensitivity(
     >>> [image.shape for image in found.image(np.ones(16))]
     [(12, 16), (12, 16)]
     """
-    sparse = _scipy_sparse()
+    sparse = scipy_sparse()
     if not (isinstance(tolerance, float | int) and 0.0 < tolerance < 1.0):
         raise SceneError(f"`tolerance` is {tolerance!r}: expected a number above 0 and below 1")
     views, shapes, is_one, unit = _views(cameras, shape, bounds, occulters)
@@ -217,6 +148,7 @@ def sensitivity(
         scale=_scales(blocks, functions, is_guessed=False),
         tolerance=float(tolerance),
         shapes=shapes,
+        in_image=np.concatenate([view.has_image() for view in views]),
         unit=unit,
         lines=lines,
         evaluations=evaluations,
@@ -364,13 +296,3 @@ def _entries(block: _Block) -> tuple[Integers, Integers, Floats]:
     rows = np.broadcast_to(block.row + block.pixel[:, np.newaxis], block.value.shape)
     kept = block.value != 0.0
     return rows[kept], columns[kept], block.value[kept]
-
-
-def _scipy_sparse() -> Any:
-    try:
-        import scipy.sparse
-    except ImportError:
-        raise ImportError(
-            "scipy is missing: expected it for `sensitivity`; `pip install emitree[fit]`"
-        ) from None
-    return scipy.sparse

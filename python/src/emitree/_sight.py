@@ -1,36 +1,19 @@
-"""Lines of sight of a camera, and the cells of its pixels through which they go."""
+"""Lines of sight of a camera through cells of its pixels, and tubes around them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from emitree._cameras import Camera, Canonical, Orthographic
+from emitree._cameras import Camera, Canonical, Fisheye, Orthographic
+from emitree._cells import CENTRE, PLACES, Cells
 from emitree._function import Floats
+from emitree._rims import Rim
 from emitree._scene import compose, length_unit_of
-
-Integers = NDArray[np.int64]
-
-#: The places of lines in a cell, x and y from -1 to 1: the nodes of Gauss's rule of 2 x 2, then the
-#: centre and the corners. Corners are a little inside, as faces of a sky end at borders of pixels.
-_GAUSS, _CORNER = 3**-0.5, 1 - 1e-7
-PLACES = np.array(
-    [[x, y] for y in (-_GAUSS, _GAUSS) for x in (-_GAUSS, _GAUSS)]
-    + [[0.0, 0.0]]
-    + [[x, y] for y in (-_CORNER, _CORNER) for x in (-_CORNER, _CORNER)]
-)
-#: Where the centre is in `PLACES`.
-CENTRE = 4
-#: Weights of `PLACES` in two rules that are exact up to degree 3: Gauss's, and one with the centre
-#: and the corners. Their difference estimates the error of the first.
-GAUSS = np.array([0.25] * 4 + [0.0] * 5)
-CORNERS = np.array([0.0] * 4 + [2 / 3] + [1 / 12] * 4)
-#: The finest cells are this many halvings of a pixel.
-FINEST = 11
 
 
 @dataclass(frozen=True)
@@ -102,6 +85,8 @@ class View:
         shapes = [options["bounds"]] if options.get("bounds") is not None else []
         unit = length_unit_of(camera, [*shapes, *options.get("occulters", ())])
         is_parallel = isinstance(camera, Canonical | Orthographic)
+        #: The rim of the image, None where it is a rectangle.
+        self.rim = Rim(self.shape) if isinstance(camera, Fisheye) else None
         self._position = None if is_parallel else np.array(camera.table(unit)["position"], float)
 
     def __len__(self) -> int:
@@ -122,59 +107,26 @@ class View:
         return Lines(origin, direction, near + shift, far + shift, density)
 
     def lines_of(self, cells: Cells) -> Lines:
-        """The lines (cells, places) of cells."""
+        """The lines (cells, places) of cells; their densities are as of whole pixels."""
         height, width = self.shape
-        size = 0.5**cells.level
-        row, column = np.divmod(cells.pixel, width)
-        x, y = (cells.column + 0.5) * size + column, (cells.row + 0.5) * size + row
-        half = 0.5 * size[:, np.newaxis]
-        xs = (x[:, np.newaxis] + half * PLACES[:, 0]) / width
-        ys = (y[:, np.newaxis] + half * PLACES[:, 1]) / height
-        return self.lines_at(xs.ravel(), ys.ravel()).reshape(len(x), len(PLACES))
+        size = 0.5 ** cells.level[:, np.newaxis]
+        row, column = np.divmod(cells.pixel[:, np.newaxis], width)
+        x = (cells.column[:, np.newaxis] + 0.5 + 0.5 * PLACES[:, 0]) * size
+        y = (cells.row[:, np.newaxis] + 0.5 + 0.5 * PLACES[:, 1]) * size
+        xs, ys = (x + column) / width, (y + row) / height
+        areas = None if self.rim is None else self.rim.stretch(cells.pixel, x, y, xs, ys)
+        lines = self.lines_at(xs.ravel(), ys.ravel()).reshape(*x.shape)
+        return lines if areas is None else replace(lines, density=lines.density * areas)
 
+    def has_kink(self, cells: Cells) -> NDArray[np.bool_]:
+        """Whether the density of the lines of cells (n,) has a kink or a jump within them."""
+        if self.rim is None:
+            return np.zeros(len(cells.pixel), dtype=bool)
+        return self.rim.has_kink(cells)
 
-@dataclass(frozen=True)
-class Cells:
-    """Squares in pixels, each one of 4^level of its pixel."""
-
-    #: Numbers (n,) of pixels, row by row.
-    pixel: Integers
-    #: (n,); 0 for the whole pixel.
-    level: Integers
-    #: (n,), from 0 to 2^level.
-    row: Integers
-    column: Integers
-
-    @classmethod
-    def whole(cls, pixel: Integers) -> Cells:
-        """Whole pixels."""
-        zero = np.zeros(len(pixel), dtype=np.int64)
-        return cls(pixel, zero, zero, zero)
-
-    def __getitem__(self, key: Any) -> Cells:
-        """Some of the cells."""
-        return Cells(self.pixel[key], self.level[key], self.row[key], self.column[key])
-
-    def quarters(self) -> Cells:
-        """The four quarters of each cell, (4 n,)."""
-        row, column = np.array([[0, 0, 1, 1]]), np.array([[0, 1, 0, 1]])
-        return Cells(
-            np.repeat(self.pixel, 4),
-            np.repeat(self.level + 1, 4),
-            (2 * self.row[:, np.newaxis] + row).ravel(),
-            (2 * self.column[:, np.newaxis] + column).ravel(),
-        )
-
-    def area(self) -> Floats:
-        """The part (n,) of the pixel."""
-        return np.asarray(0.25**self.level, dtype=np.float64)
-
-    def distinct(self) -> tuple[Cells, Integers]:
-        """Each different cell once, and the number (n,) among these of each."""
-        assert FINEST < 12
-        key = (self.pixel << 28) | (self.level << 24) | (self.row << 12) | self.column
-        _, first, number = np.unique(key, return_index=True, return_inverse=True)
-        return self[first], number
+    def has_image(self) -> NDArray[np.bool_]:
+        """Whether pixels (pixels,) are in the image, at least in part."""
+        return np.ones(len(self), dtype=bool) if self.rim is None else self.rim.is_seen
 
 
 def tubes_of(lines: Lines) -> Tubes:

@@ -12,8 +12,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from emitree._cells import Integers
 from emitree._function import Floats
-from emitree._sight import Integers, Lines
+from emitree._sight import Lines
 
 #: Starts and ends (...) of an interval of each line; those that end before they start are empty.
 Interval = tuple[Floats, Floats]

@@ -65,19 +65,19 @@ const WEIGHTS: [[f64; CELLS]; CELLS] = {
 
 /// The weights of the means of a raster in the value at one place.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+struct Place {
     x: Along,
     y: Along,
 }
 
 impl Place {
     /// At (u, v) ∈ \[0, 1\]² on a raster of `shape` = \[rows, columns\], four or more of each.
-    pub(crate) fn new([u, v]: [f64; 2], [rows, columns]: [usize; 2]) -> Self {
+    fn new([u, v]: [f64; 2], [rows, columns]: [usize; 2]) -> Self {
         Self { x: Along::new(u, columns), y: Along::new(v, rows) }
     }
 
     /// The value there of the function with the given `means`, row by row of `columns` cells.
-    pub(crate) fn value(&self, means: &[f64], columns: usize) -> f64 {
+    fn value(&self, means: &[f64], columns: usize) -> f64 {
         let of_row = |k: usize| {
             let first = (self.y.first + k) * columns + self.x.first;
             let cells = &means[first..first + CELLS];
