@@ -125,11 +125,44 @@ def test_pixels_need_not_be_square():
 
 @pytest.mark.parametrize("crpix", [(31.2, 25.7), (90.0, -12.0)])
 def test_a_reference_pixel_beside_the_middle_agrees_in_a_narrow_field(crpix):
-    wcs = wcs_of(CRPIX1=crpix[0], CRPIX2=crpix[1], roll=20)
+    wcs = wcs_of("GLON", "ARC", CRPIX1=crpix[0], CRPIX2=crpix[1], roll=20)
     camera = camera_of(wcs)
     assert 0 < camera.sky.deviation < emitree._sky_wcs.ALLOWED
     # No place inside is farther off than the corners.
     assert off(written(camera), wcs, (48, 64)) < 1.01 * camera.sky.deviation
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_tangent_plane_with_a_reference_pixel_anywhere_is_exact(seed):
+    random = np.random.default_rng(seed)
+    scale = 10.0 ** random.uniform(-3, 0)
+    wcs = wcs_of(
+        KINDS[seed % len(KINDS)],
+        scale=scale,
+        roll=random.uniform(-180, 180),
+        CRVAL1=random.uniform(0, 360),
+        CRVAL2=random.uniform(-80, 80),
+        # In the image, and up to 30 degrees from it.
+        CRPIX1=random.uniform(-25 / scale if seed > 3 else 0, 64),
+        CRPIX2=random.uniform(0, 48 + 25 / scale if seed > 3 else 48),
+    )
+    camera = camera_of(wcs)
+    assert type(camera) is emitree.Perspective and camera.sky.deviation < 1e-4
+    assert off(written(camera), wcs, (48, 64)) < 2e-4
+
+
+def test_a_small_ball_is_where_the_wcs_says_beside_the_reference_pixel():
+    wcs = wcs_of(scale=0.5, CRPIX1=40.2, CRPIX2=10.0, roll=30)
+    camera = camera_of(wcs, near=1, far=100)
+    assert list(camera.principal_point) == pytest.approx([39.7 / 64, 9.5 / 48], abs=1e-12)
+    place = wcs.pixel_to_world(12.0, 31.0)
+    x, y, z = camera.sky.positions(SkyCoord(place, distance=20 * u.pc))
+    ball = f"exp(-((x - {x})^2 + (y - {y})^2 + (z - {z})^2) / 0.2^2)"
+    image = emitree.render(ball, camera, tolerance=1e-3).image
+    rows, columns = np.indices(image.shape)
+    found = [(image * along).sum() / image.sum() for along in (columns, rows)]
+    # The centroid of pixels that are not small, with larger solid angles towards the pointing.
+    assert np.abs(np.array(found) - [12.0, 31.0]).max() < 0.05
 
 
 @pytest.mark.parametrize("code", ["SIN", "STG", "ARC", "ZEA"])
@@ -163,7 +196,10 @@ def test_a_distortion_that_is_below_a_hundredth_of_a_pixel_agrees():
         (sip(0.5), "a distortion"),
         (wcs_of(code="SIN", scale=1), "the projection SIN"),
         (wcs_of(code="AIT", scale=4), "without some of its pixels"),
-        (wcs_of(scale=0.5, CRPIX1=40.2), r"reference pixel at \(40.2, 24.5\).*middle.*\(32.5, 24"),
+        (
+            wcs_of("GLON", "ARC", shape=(48, 48), scale=0.5, CRPIX1=40.2),
+            r"reference pixel at \(40.2, 24.5\).*middle.*\(32.5, 24",
+        ),
         (wcs_of(scale=0.5, PC1_2=0.3), "not perpendicular"),
         (wcs_of("GLON", "CAR", scale=1, CRVAL2=0.0, CRPIX2=-40.0), "reference pixel"),
         (wcs_of(CDELT1=0.01), "mirrored"),
@@ -176,7 +212,7 @@ def test_what_no_camera_has_is_refused(wcs, reason):
 
 
 @pytest.mark.parametrize(
-    "wcs", [sip(0.5), wcs_of(scale=0.5, CRPIX1=34.3), wcs_of("GLON", "SIN", scale=0.2)]
+    "wcs", [sip(0.5), wcs_of("GLON", "STG", scale=0.35), wcs_of("GLON", "SIN", scale=0.2)]
 )
 def test_a_deviation_may_be_allowed_and_files_have_the_camera(wcs):
     with pytest.raises(emitree.SceneError, match=r"`max_deviation` is 0\.01"):

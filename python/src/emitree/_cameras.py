@@ -186,6 +186,8 @@ class Perspective(Camera):
     near, far: distances from the observer, lengths; `far` may be infinite, and be left out where
         there are bounds.
     length_unit: the unit of all lengths, such as "R_E"; needed if units are.
+    principal_point: (2,), where the pointing is, as fractions of the width and the height of the
+        image from its lower left corner; the middle, (0.5, 0.5), by default.
     """
 
     position: Vector
@@ -195,14 +197,23 @@ class Perspective(Camera):
     near: float | None = None
     far: float | None = None
     length_unit: str | Any | None = None
+    principal_point: Vector | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class Equirectangular(Perspective):
+class Equirectangular(Camera):
     """Uniform steps of longitude and latitude about the pointing.
 
-    Keywords as for `Perspective`; field_of_view up to [360, 180] degrees.
+    Keywords as for `Polar`; field_of_view: full width and height [deg], up to [360, 180].
     """
+
+    position: Vector
+    target: Vector
+    field_of_view: Vector
+    up: Vector | None = None
+    near: float | None = None
+    far: float | None = None
+    length_unit: str | Any | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,13 +26,15 @@ from emitree._sky import (
     time_of,
     xyz_in,
 )
+from emitree._sky_fit import MIDDLE, Fit, Pixels, fit
 from emitree._sky_planes import PLANES, Plane
 
 #: How far a corner of a pixel of a camera may be from that of the WCS by default [pixels].
 ALLOWED = 0.01
 
-#: How many corners along each axis are compared.
-_CORNERS = 17
+#: A camera with the pointing in the middle of its image that is as close as this to the WCS is taken
+#: without trying another one [pixels].
+_EXACT = 1e-4
 
 
 def camera_of(
@@ -67,14 +69,19 @@ def camera_of(
     position = sky.positions(observer)
     # Rows of the matrix are the axes of the sky in the model: its transpose is its inverse.
     to_model = rotation(model, coordinates).T
-    pixels = _Pixels.of(wcs, (height, width), to_model)
-    fits = [_fit(plane, pixels) for plane in _planes_for(kind, wcs)]
+    pixels = Pixels.of(wcs, (height, width), to_model)
+    fits = [fit(plane, pixels, MIDDLE) for plane in _planes_for(kind, wcs)]
+    fits += [
+        fit(of.plane, pixels, _reference(wcs, (height, width)))
+        for of in fits
+        if of.plane.code == _code(wcs) == "TAN" and of.off > _EXACT
+    ]
     # Among planes that agree as well as others, a disc is the last choice: it has no corners.
-    agreeing = [fit for fit in fits if fit.off <= max_deviation]
+    agreeing = [of for of in fits if of.off <= max_deviation]
     if not agreeing:
-        nearest = min(fits, key=lambda fit: fit.off)
+        nearest = min(fits, key=lambda of: of.off)
         raise SceneError(_refusal(wcs, (height, width), nearest, max_deviation))
-    fitted = min(agreeing, key=lambda fit: (fit.off > ALLOWED, fit.plane.is_disc, fit.off))
+    fitted = min(agreeing, key=lambda of: (of.off > ALLOWED, of.plane.is_disc, of.off))
     reach = _units.value_in(distance, unit, "distance")
     if reach is None:
         reach = float(np.linalg.norm(position)) or 1.0
@@ -179,121 +186,11 @@ def _seen(coordinates: Any, observer: Any) -> tuple[Any, Any]:
     return coordinates, own
 
 
-@dataclass(frozen=True)
-class _Pixels:
-    """Corners of pixels over a whole image, and the directions that a WCS has for them.
-
-    xy: (n, 2), from 0 to 1 over the image, right and up.
-    sight: (n, 3), unit vectors in the model; NaN where the WCS has none.
-    pixels: (n, 2, 3), by which a small change of a direction becomes pixels.
-    axes: rows are right, up and forward in the middle of the image; mirrored images have none.
-    """
-
-    xy: Floats
-    sight: Floats
-    pixels: Floats
-    axes: Floats
-    shape: tuple[int, int]
-
-    @staticmethod
-    def of(wcs: Any, shape: tuple[int, int], to_model: Floats) -> _Pixels:
-        height, width = shape
-        sides = np.array([width, height], dtype=np.float64)
-
-        def directions(places: Floats) -> Floats:
-            # Pixel centres are at whole numbers: the lower left corner of an image is at -1/2.
-            found = np.radians(wcs.all_pix2world(places - 0.5, 0))
-            lon, lat = found[:, wcs.wcs.lng], found[:, wcs.wcs.lat]
-            unit = [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]
-            return np.asarray(np.stack(unit, axis=-1) @ to_model.T)
-
-        x, y = (np.linspace(0.0, side, _CORNERS) for side in (width, height))
-        places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        sight = directions(places)
-        # Steps of half a pixel towards the middle do not leave the image.
-        steps = np.where(places > 0.5 * sides, -0.5, 0.5)
-        slopes = [
-            (directions(places + steps[:, [axis]] * np.eye(2)[axis]) - sight) / steps[:, [axis]]
-            for axis in (0, 1)
-        ]
-        jacobians = np.stack(slopes, axis=-1)
-        known = np.isfinite(sight).all(axis=1) & np.isfinite(jacobians).all(axis=(1, 2))
-        pixels = np.full((len(places), 2, 3), np.nan)
-        pixels[known] = np.linalg.pinv(jacobians[known], rcond=1e-5)
-
-        around = directions(
-            0.5 * sides + 0.5 * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]])
-        )
-        if not np.isfinite(around).all():
-            raise SceneError("`wcs` has no direction in the middle of the image: expected one")
-        forward, right, up = around[0], around[2] - around[1], around[4] - around[3]
-        if np.dot(np.cross(forward, up), right) <= 0:
-            raise SceneError(
-                "`wcs` is mirrored: expected an image as seen by an observer, with east to the "
-                "left of north (or solar west to the right); a mirrored one is the mirror image of "
-                "that, whose WCS has the other sign of CDELT1"
-            )
-        up = up - np.dot(up, forward) * forward
-        up /= np.linalg.norm(up)
-        axes = np.stack([np.cross(forward, up), up, forward])
-        return _Pixels(places / sides, sight, pixels, axes, shape)
-
-
-@dataclass(frozen=True)
-class _Fit:
-    """A camera of an image plane: axes in rows, half extents, the largest deviation [pixels]."""
-
-    plane: Plane
-    axes: Floats
-    half: Floats
-    off: float
-
-
-def _fit(plane: Plane, pixels: _Pixels) -> _Fit:
-    """The camera with the smallest sum of squared distances, by Gauss and Newton."""
-    known = np.isfinite(pixels.pixels).all(axis=(1, 2))
-    centred = 2 * pixels.xy[known] - 1
-    seen, to_pixels = pixels.sight[known], pixels.pixels[known]
-
-    def distances(axes: Floats, half: Floats) -> Floats:
-        sight = plane.sight(*(centred * half).T) @ axes
-        return np.einsum("nij,nj->ni", to_pixels, sight - seen)
-
-    axes = pixels.axes
-    height, width = pixels.shape
-    middle = np.argmin(np.abs(centred).sum(axis=1))
-    # Half a pixel on the plane is half the angle of a pixel in the middle.
-    right, up = (1 / np.linalg.norm(row) for row in to_pixels[middle])
-    half = 0.5 * np.array([right * width, up * height])
-    half = np.minimum(np.full(2, half.mean()) if plane.is_disc else half, plane.widest)
-    tiny = 1e-6
-    for _ in range(12):
-        start = distances(axes, half)
-        changes = [_turned(axes, tiny * vector) for vector in np.eye(3)]
-        columns = [distances(turned, half) - start for turned in changes]
-        scales = [np.ones(2)] if plane.is_disc else list(np.eye(2))
-        columns += [distances(axes, half * (1 + tiny * scale)) - start for scale in scales]
-        slopes = np.stack([column.ravel() for column in columns], axis=1) / tiny
-        step = np.linalg.lstsq(slopes, -start.ravel(), rcond=None)[0]
-        axes = _turned(axes, step[:3])
-        half = np.minimum(half * (1 + np.clip(step[3:], -0.5, 0.5)), plane.widest)
-        if np.abs(step).max() < 1e-15:
-            break
-    off = np.linalg.norm(distances(axes, half), axis=1).max()
-    if not known.all() and not plane.is_disc:
-        off = np.inf
-    return _Fit(plane, axes, half, float(off))
-
-
-def _turned(axes: Floats, by: Any) -> Floats:
-    """Axes turned about themselves by a small vector [rad]."""
-    angle = float(np.linalg.norm(by))
-    x, y, z = by
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    # Rodrigues' formula.
-    turn = np.eye(3) + np.sinc(angle / np.pi) * cross
-    turn += 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * cross @ cross
-    return turn @ axes
+def _reference(wcs: Any, shape: tuple[int, int]) -> Floats:
+    """The reference pixel of a WCS, as fractions of the image."""
+    height, width = shape
+    # The centre of the first pixel is at 1, its edge at 1/2.
+    return np.asarray((np.array(wcs.wcs.crpix) - 0.5) / np.array([width, height]))
 
 
 def _planes_for(kind: type[Camera], wcs: Any) -> list[Plane]:
@@ -315,7 +212,7 @@ def _code(wcs: Any) -> str:
     return str(wcs.wcs.ctype[wcs.wcs.lng])[5:8]
 
 
-def _refusal(wcs: Any, shape: tuple[int, int], fitted: _Fit, allowed: float) -> str:
+def _refusal(wcs: Any, shape: tuple[int, int], fitted: Fit, allowed: float) -> str:
     """Why no camera has the pixels of a WCS."""
     code = _code(wcs)
     height, width = shape
@@ -331,7 +228,7 @@ def _refusal(wcs: Any, shape: tuple[int, int], fitted: _Fit, allowed: float) -> 
         reasons.append(f"the projection {code}")
     if abs(cosine) > 1e-6:
         reasons.append("axes that are not perpendicular")
-    if np.abs(off_centre).max() > ALLOWED:
+    if code != "TAN" and np.abs(off_centre).max() > ALLOWED:
         reference = ", ".join(f"{place:.6g}" for place in wcs.wcs.crpix)
         reasons.append(
             f"its reference pixel at ({reference}), while the middle is at "
@@ -344,14 +241,14 @@ def _refusal(wcs: Any, shape: tuple[int, int], fitted: _Fit, allowed: float) -> 
     return (
         f"no camera has the pixels of `wcs`: the nearest one, {fitted.plane.camera.__name__}, is "
         f"{off} at a corner, `max_deviation` is {allowed}{has}. Expected TAN or CAR, or ARC or ZEA "
-        "in a square, without distortion, with perpendicular axes and the reference pixel in the "
-        "middle of the image; or a field so narrow, or a `max_deviation` so large, that the "
+        "in a square, without distortion, with perpendicular axes and (but for TAN) the reference "
+        "pixel in the middle of the image; or a field so narrow, or a `max_deviation` so large, that the "
         "difference is below it"
     )
 
 
 def _camera(
-    fitted: _Fit, position: Floats, distance: float, near: Any, far: Any, sky: Sky
+    fitted: Fit, position: Floats, distance: float, near: Any, far: Any, sky: Sky
 ) -> Camera:
     """The camera at a position that looks along fitted axes."""
     half = fitted.half
@@ -371,6 +268,8 @@ def _camera(
         "length_unit": sky.length_unit,
         "field_of_view": field[0] if fitted.plane.is_disc else field,
     }
+    if fitted.pointing is not MIDDLE:
+        options["principal_point"] = fitted.pointing.tolist()
     if fitted.plane.camera is Fisheye:
         options["mapping"] = fitted.plane.code
     camera = fitted.plane.camera(**options)

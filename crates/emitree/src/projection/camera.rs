@@ -141,6 +141,29 @@ impl Perspective {
     ) -> Result<Self, GeometryError> {
         Self::at(&viewpoint, TangentPlane::new(fov_rad)?, depth)
     }
+
+    /// The same camera with the pointing at the canonical (x, y) instead of the middle of the image, \[0.5, 0.5\];
+    /// it may be beside the image. The image has the same size on the tangent plane: tan(w/2) is half of its
+    /// width there.
+    ///
+    /// ```
+    /// use emitree::projection::ViewGeometry;
+    /// use emitree::{Perspective, Viewpoint};
+    ///
+    /// let viewpoint = Viewpoint { position: [10.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
+    /// let camera = Perspective::new(viewpoint, [0.1, 0.1], [0.0, 20.0])?;
+    /// let camera = camera.with_principal_point([0.25, 0.5])?;
+    /// let line = camera.line([0.25, 0.5]).ok_or("no line")?;
+    /// assert!((line.direction[0] + 1.0).abs() < 1e-15);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`GeometryError`] if a part of the image is more than 89 degrees from the pointing along right or up.
+    pub fn with_principal_point(self, principal_point: [f64; 2]) -> Result<Self, GeometryError> {
+        Ok(Self { plane: self.plane.with_principal_point(principal_point)?, ..self })
+    }
 }
 
 impl Equirectangular {

@@ -8,6 +8,38 @@ const VIEWPOINT: Viewpoint =
     Viewpoint { position: [10.0, -30.0, 3.0], target: [6.0, 0.0, 0.0], up: [0.0, 0.1, 1.0] };
 const DEPTH: [f64; 2] = [1.0, 80.0];
 
+fn off_centre(fov_rad: [f64; 2], principal_point: [f64; 2]) -> Perspective {
+    let camera = Perspective::new(VIEWPOINT, fov_rad, DEPTH).unwrap();
+    camera.with_principal_point(principal_point).unwrap()
+}
+
+#[test]
+fn a_part_of_a_screen_has_its_lines_of_sight() {
+    let whole = Perspective::new(VIEWPOINT, [0.5, 0.5], DEPTH).unwrap();
+    // The upper left quarter.
+    let fov_rad = 2.0 * f64::atan(0.5 * f64::tan(0.25));
+    let part = off_centre([fov_rad; 2], [1.0, 0.0]);
+    for [x, y] in [[0.1, 0.5], [0.5, 0.9], [0.7, 0.7]] {
+        let [a, b] = [whole.line([0.5 * x, 0.5 + 0.5 * y]), part.line([x, y])].map(Option::unwrap);
+        assert!(norm(difference(a.direction, b.direction)) < 1e-15);
+    }
+    let quarter = whole.solid_angle([0.0, 0.5], [0.5, 1.0]);
+    assert!((part.solid_angle([0.0; 2], [1.0; 2]) / quarter - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_pointing_far_beside_the_image_is_refused() {
+    let camera = || Perspective::new(VIEWPOINT, [1.0, 1.0], DEPTH).unwrap();
+    for (point, value) in [([60.0, 0.5], 60.0), ([0.5, f64::NAN], f64::NAN), ([0.5, -60.0], -60.0)]
+    {
+        let error = camera().with_principal_point(point).unwrap_err().to_string();
+        let expected = format!(
+            "`principal_point` is {value}: expected the place of the pointing as fractions"
+        );
+        assert!(error.starts_with(&expected), "{error}");
+    }
+}
+
 /// Every kind of camera, with narrow and wide fields of view.
 fn cameras() -> Vec<Box<dyn Projection>> {
     let disc = |fov: f64, mapping| Fisheye::new(VIEWPOINT, fov, mapping, DEPTH).unwrap();
@@ -15,6 +47,8 @@ fn cameras() -> Vec<Box<dyn Projection>> {
         Box::new(Orthographic::new(VIEWPOINT, [9.0, 4.0], [-5.0, f64::INFINITY]).unwrap()),
         Box::new(Perspective::new(VIEWPOINT, [0.1, 0.2], DEPTH).unwrap()),
         Box::new(Perspective::new(VIEWPOINT, [2.8, 2.0], [0.0, f64::INFINITY]).unwrap()),
+        Box::new(off_centre([0.4, 0.3], [0.2, 0.9])),
+        Box::new(off_centre([0.02, 0.03], [-7.0, 1.5])),
         Box::new(Equirectangular::new(VIEWPOINT, [0.2, 0.1], DEPTH).unwrap()),
         Box::new(Equirectangular::new(VIEWPOINT, [TAU, PI], DEPTH).unwrap()),
         Box::new(Polar::new(VIEWPOINT, 0.4, DEPTH).unwrap()),

@@ -6,12 +6,15 @@ use crate::projection::frame::GeometryError;
 
 /// Lines of sight from a point observer through a flat screen at right angles to the pointing.
 ///
-/// On the plane at distance 1 the image reaches from −tan(w/2) to tan(w/2), the gnomonic projection
-/// of Calabretta & Greisen 2002 (doi:10.1051/0004-6361:20021327), section 5.1.3.
+/// On the plane at distance 1 the image is 2 tan(w/2) wide, the gnomonic projection of Calabretta & Greisen
+/// 2002 (doi:10.1051/0004-6361:20021327), section 5.1.3. The pointing is at the principal point, usually in the
+/// middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TangentPlane {
     /// tan of half the field of view, along right and up.
     half: [f64; 2],
+    /// The canonical (x, y) of the pointing.
+    principal_point: [f64; 2],
 }
 
 /// The widest field of view \[deg\]. Half of the sky that it shows is on a share 1 / (2 tan(w/2)) of the
@@ -22,6 +25,9 @@ pub struct TangentPlane {
 const WIDEST_DEG: f64 = 178.0;
 const EXPECTED: &str = "a width and a height above 0 and at most 178 degrees, since a flat screen is \
                         too wide beyond (for more of the sky: `fisheye` or `equirectangular`)";
+const EXPECTED_POINT: &str = "the place of the pointing as fractions of the width and the height of the \
+                              image, (0.5, 0.5) in the middle, with all of the image within 89 degrees of it \
+                              along each axis";
 /// A pixel at least this large on the plane has its solid angle from the closed form, whose digits
 /// cancel on smaller ones.
 const LARGE_PIXEL: f64 = 1e-4;
@@ -35,13 +41,34 @@ impl TangentPlane {
     pub(crate) fn new(fov_rad: [f64; 2]) -> Result<Self, GeometryError> {
         let widest = WIDEST_DEG.to_radians();
         match fov_rad.iter().find(|&&angle| !(angle > 0.0 && angle <= widest)) {
-            None => Ok(Self { half: fov_rad.map(|angle| (0.5 * angle).tan()) }),
+            None => {
+                let half = fov_rad.map(|angle| (0.5 * angle).tan());
+                Ok(Self { half, principal_point: [0.5; 2] })
+            }
             Some(&angle) => Err(field_of_view(angle, EXPECTED)),
         }
     }
 
+    /// The same screen with the pointing at the canonical (x, y), which may be beside the image.
+    pub(crate) fn with_principal_point(
+        self,
+        principal_point: [f64; 2],
+    ) -> Result<Self, GeometryError> {
+        let screen = Self { principal_point, ..self };
+        let widest = (0.5 * WIDEST_DEG).to_radians().tan() * (1.0 + 1e-12);
+        for corner in [[0.0; 2], [1.0; 2]] {
+            for (along, value) in screen.on_plane(corner).into_iter().zip(principal_point) {
+                if along.is_nan() || along.abs() > widest {
+                    let (name, expected) = ("principal_point", EXPECTED_POINT);
+                    return Err(GeometryError::OutOfRange { name, value, expected });
+                }
+            }
+        }
+        Ok(screen)
+    }
+
     fn on_plane(&self, xy: [f64; 2]) -> [f64; 2] {
-        core::array::from_fn(|i| self.half[i] * (2.0 * xy[i] - 1.0))
+        core::array::from_fn(|i| self.half[i] * (2.0 * (xy[i] - self.principal_point[i])))
     }
 }
 
@@ -54,7 +81,9 @@ impl ImagePlane for TangentPlane {
 
     fn xy_of(&self, [right, up, forward]: [f64; 3]) -> Option<[f64; 2]> {
         let plane = [right / forward, up / forward];
-        (forward > 0.0).then(|| core::array::from_fn(|i| 0.5 + 0.5 * plane[i] / self.half[i]))
+        (forward > 0.0).then(|| {
+            core::array::from_fn(|i| self.principal_point[i] + 0.5 * plane[i] / self.half[i])
+        })
     }
 
     fn solid_angle_density(&self, xy: [f64; 2]) -> f64 {

@@ -2,8 +2,8 @@
 
 use crate::fits::{AT_THE_POLE, Wcs};
 use crate::scene::camera::description::{
-    CameraDescription, CameraKey, FitsCoordinates, ImageCoordinates, Optics, PixelLayout, PlotAxis,
-    PlotFrame, PlotScale,
+    CameraDescription, CameraKey, FitsCoordinates, ImageCoordinates, KeyDefault, KeyUnit, Optics,
+    PixelLayout, PlotAxis, PlotFrame, PlotScale,
 };
 use crate::scene::camera::pointing::{ANGLES, FAR, Keys, LENGTH_UNIT, NEAR, POSITION, TARGET, UP};
 use crate::scene::camera::shapes::Shapes;
@@ -17,7 +17,7 @@ pub(super) const PERSPECTIVE: CameraDescription = CameraDescription {
     name: "perspective",
     summary: "A pinhole camera: lines of sight from a point through a flat screen.",
     python_class: "Perspective",
-    keys: &[POSITION, TARGET, UP, NEAR, FAR, LENGTH_UNIT, FIELD],
+    keys: &[POSITION, TARGET, UP, NEAR, FAR, LENGTH_UNIT, FIELD, PRINCIPAL_POINT],
     pixels: PixelLayout::Rectangle,
     has_solid_angles: true,
     has_plane: true,
@@ -31,29 +31,61 @@ const FIELD: CameraKey = CameraKey {
     ..ANGLES
 };
 
+const PRINCIPAL_POINT: CameraKey = CameraKey {
+    name: "principal_point",
+    value: "[x, y]",
+    unit: KeyUnit::None,
+    default: KeyDefault::Value("[0.5, 0.5]"),
+    meaning: "where the pointing is, as fractions of the width and the height of the image from its lower left corner; \
+              it may be beside the image",
+    example: "[0.45, 0.52]",
+    expected: "two numbers [x, y]",
+};
+
 fn read(table: &mut Table, shapes: Shapes, _: &Place) -> Result<Optics, SceneError> {
     let keys = Keys::read(table, &FIELD, shapes.bounds.is_some(), false)?;
+    let place = table.take(PRINCIPAL_POINT.name);
+    let principal_point =
+        place.as_ref().map_or(Ok([0.5; 2]), |node| node.vector(PRINCIPAL_POINT.expected))?;
     let fov_deg: [f64; 2] = keys.field.vector(FIELD.expected)?;
     let fov_rad = fov_deg.map(f64::to_radians);
     let camera = Perspective::new(keys.viewpoint()?, fov_rad, keys.depth()?);
-    keys.camera(Screen { fov_deg }, camera, shapes)
+    let camera = match camera.map(|camera| camera.with_principal_point(principal_point)) {
+        Ok(Err(error)) => {
+            let node = place.as_ref().unwrap_or(&keys.field);
+            return Err(SceneError::at(&node.place, format!("`[projection]`: {error}")));
+        }
+        Ok(Ok(camera)) => Ok(camera),
+        Err(error) => Err(error),
+    };
+    keys.camera(Screen { fov_deg, principal_point }, camera, shapes)
 }
 
-/// The flat screen, for this field of view \[deg\].
+/// The flat screen, for this field of view \[deg\] and canonical place of the pointing.
 #[derive(Debug)]
 struct Screen {
     fov_deg: [f64; 2],
+    principal_point: [f64; 2],
 }
 
 impl ImageCoordinates for Screen {
     fn wcs(&self, [height, width]: [usize; 2], _: &Unit) -> Option<Wcs> {
-        Some(Wcs::perspective(height, width, self.fov_deg))
+        let mut wcs = Wcs::perspective(height, width, self.fov_deg);
+        let along = self.principal_point.into_iter().zip([width, height]);
+        for (axis, (at, pixels)) in wcs.axes.iter_mut().zip(along) {
+            // The edges of the image are at 0.5 and 0.5 more than the number of pixels.
+            axis.crpix = at * pixels as f64 + 0.5;
+        }
+        Some(wcs)
     }
 
     fn frame(&self) -> PlotFrame {
-        let axis = |label, extent| PlotAxis::centred(label, extent, PlotScale::Tangents);
-        let [width, height] = self.fov_deg;
-        PlotFrame::Axes { x: axis("to the right", width), y: axis("up", height) }
+        let axis = |label, number: usize| {
+            let extent = 2.0 * (0.5 * self.fov_deg[number]).to_radians().tan();
+            let end = |at: f64| (extent * (at - self.principal_point[number])).atan().to_degrees();
+            PlotAxis { label, ends: [end(0.0), end(1.0)], scale: PlotScale::Tangents }
+        };
+        PlotFrame::Axes { x: axis("to the right", 0), y: axis("up", 1) }
     }
 }
 
