@@ -96,3 +96,46 @@ def test_models_with_components_are_refused():
         emitree.Forward(model, CUBE, (8, 8))([1.0])
     with pytest.raises(ValueError, match=r"the rates have the shape .* expected"):
         emitree.sweep(model, {"width": [1.0]}, CUBE, (8, 8))
+
+
+def test_formulas_by_name_are_components():
+    total = emitree.Expression("h * exp(-40 * ((x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2))", {"h": 2})
+    polarised = "0.5 * y * exp(-40 * ((x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2))"
+    found = emitree.render({"total": total, "polarised": polarised}, CUBE, (24, 32))
+    assert found.names == ("total", "polarised") and found.converged
+    np.testing.assert_array_equal(found["polarised"].image, found[1].image)
+    for name, alone in (("total", total), ("polarised", polarised)):
+        np.testing.assert_allclose(
+            found[name].image, emitree.render(alone, CUBE, (24, 32)).image, rtol=1e-9, atol=1e-12
+        )
+    assert found.evaluations < sum(component.evaluations for component in found)
+    with pytest.raises(KeyError, match="no component 'pol': expected total, polarised"):
+        found["pol"]
+    plan = found["total"].plan
+    assert plan.apply(np.ones((len(plan.points.position), 2))).shape == (2, 24, 32)
+
+
+def test_formulas_and_functions_in_a_list_with_energies():
+    energy = emitree.Energies(min=1, max=3, bins=4, unit="keV")
+    formula = "exp(-E) * exp(-40 * ((x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2))"
+
+    def function(position, direction, energy):
+        return gaussian(position, 40.0) * np.exp(-energy)
+
+    found = emitree.render([formula, function], CUBE, (8, 8), energy=energy)
+    assert found.image.shape == (2, 4, 8, 8) and found.names is None
+    np.testing.assert_allclose(found[0].image, found[1].image, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("emissions", "reason"),
+    [
+        ([], "the emission is empty: expected at least one"),
+        ({"a": "x", "b": 3}, "emission 'b' is int: expected a formula, an `Expression` or a function"),
+        (["x", "x +"], "`expression`: "),
+        (["x", "E"], "E"),
+    ],
+)
+def test_wrong_lists_of_emissions_are_named(emissions, reason):
+    with pytest.raises(emitree.SceneError, match=reason):
+        emitree.render(emissions, CUBE, (4, 4))

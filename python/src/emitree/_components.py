@@ -37,13 +37,20 @@ class Components:
     renderings: tuple[Rendering, ...]
     #: How often the emission was evaluated, for all components together.
     evaluations: int
+    #: The names of the components, of emissions that were given with names.
+    names: tuple[str, ...] | None = None
 
     def __len__(self) -> int:
         """The number of components."""
         return len(self.renderings)
 
-    def __getitem__(self, component: int) -> Rendering:
-        """The rendering of a component."""
+    def __getitem__(self, component: int | str) -> Rendering:
+        """The rendering of a component, by its number or its name."""
+        if isinstance(component, str):
+            if component not in (self.names or ()):
+                names = ", ".join(self.names) if self.names else "numbers, there are no names"
+                raise KeyError(f"there is no component {component!r}: expected {names}")
+            component = (self.names or ()).index(component)
         return self.renderings[component]
 
     def __iter__(self) -> Iterator[Rendering]:
@@ -122,7 +129,12 @@ def keys_of(position: Floats, direction: Floats, energy: Floats | None) -> list[
     return found
 
 
-def of_all(columns: Columns, first: Rendering, render: Callable[[], Rendering]) -> Any:
+def of_all(
+    columns: Columns,
+    first: Rendering,
+    render: Callable[[], Rendering],
+    names: tuple[str, ...] | None = None,
+) -> Any:
     """The rendering of an emission with one rate, or those of all components."""
     if columns.count is None:
         return first
@@ -130,4 +142,4 @@ def of_all(columns: Columns, first: Rendering, render: Callable[[], Rendering]) 
     for component in range(1, columns.count):
         columns.component = component
         renderings.append(render())
-    return Components(tuple(renderings), columns.evaluations)
+    return Components(tuple(renderings), columns.evaluations, names)

@@ -24,6 +24,7 @@ from emitree._setup import (
     scene_of_camera,
     values_of,
 )
+from emitree._several import Several
 
 
 def render(
@@ -80,6 +81,7 @@ def render(
           `render`; the rate of a point must not depend on the others. Arrays of other libraries
           are taken through DLPack;
         * a text with a formula, or an `Expression`;
+        * a list of such formulas and functions, or a dictionary of them by name: `Components`;
         * a `Model`, a `Grid` or a `Tree`;
         * the name of a scene file (a path, or a text that ends in ".toml"), without `camera`.
     camera: a `Camera`, such as `Perspective` or `Healpix`.
@@ -196,6 +198,8 @@ def render(
             raise TypeError("expected `shape`, (height, width)")
         if changes is not None:
             raise TypeError("`changes` are for scene files: expected none")
+        several = Several.of(emission)
+        emission = emission if several is None else several
         setup = Setup(camera, shape, of_view | settings, quantities, batch_size, threads)
         scene = scene_of_camera(emission, camera, shape, setup.options)
         function = function_in(emission, scene, unit, quantities, cache is None and frame is None)
@@ -286,4 +290,8 @@ def _rendered(
             return Rendering(found, report, setup)
 
         first = rendering()
-        return first if columns is None else of_all(columns, first, rendering)
+        if columns is None:
+            return first
+        given = None if function is None else function.function
+        names = given.names if isinstance(given, Several) else None
+        return of_all(columns, first, rendering, names)

@@ -7,7 +7,7 @@ of a pixel is off by more than is allowed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -32,8 +32,8 @@ from emitree._sky_planes import PLANES, Plane
 #: How far a corner of a pixel of a camera may be from that of the WCS by default [pixels].
 ALLOWED = 0.01
 
-#: A camera with the pointing in the middle of its image that is as close as this to the WCS is taken
-#: without trying another one [pixels].
+#: A camera with the pointing in the middle of its image that is as close as this to the WCS is
+#: taken without trying another one [pixels].
 _EXACT = 1e-4
 
 
@@ -242,8 +242,8 @@ def _refusal(wcs: Any, shape: tuple[int, int], fitted: Fit, allowed: float) -> s
         f"no camera has the pixels of `wcs`: the nearest one, {fitted.plane.camera.__name__}, is "
         f"{off} at a corner, `max_deviation` is {allowed}{has}. Expected TAN or CAR, or ARC or ZEA "
         "in a square, without distortion, with perpendicular axes and (but for TAN) the reference "
-        "pixel in the middle of the image; or a field so narrow, or a `max_deviation` so large, that the "
-        "difference is below it"
+        "pixel in the middle of the image; or a field so narrow, or a `max_deviation` so large, "
+        "that the difference is below it"
     )
 
 
