@@ -37,6 +37,11 @@ impl Expression {
         let [positions, directions] =
             [vectors(position, "position")?, vectors(direction, "direction")?];
         let energies: Vec<f64> = energy.map_or_else(Vec::new, |of| of.as_array().to_vec());
+        if energy.is_none() && self.0.has_energy() {
+            let message =
+                "the expression has the energy `E`, and there are no energies: expected `energy`";
+            return Err(SceneError::new_err(message));
+        }
         let n = positions.len();
         if directions.len() != n || (energy.is_some() && energies.len() != n) {
             let numbers = format!("{n} positions, {} directions", directions.len());

@@ -37,6 +37,7 @@ use std::collections::BTreeMap;
 pub struct DifferentiableExpression {
     tape: Tape,
     constants: Vec<String>,
+    has_energy: bool,
 }
 
 impl DifferentiableExpression {
@@ -66,10 +67,16 @@ impl DifferentiableExpression {
             values.push(*value);
         }
         let mut parsed = parser::parse_with_parameters(text, constants, &by)?;
+        let has_energy = parsed.energy_span.is_some();
         let of_root = derivatives(&mut parsed.graph, parsed.root, by.len());
         let roots: Vec<_> = core::iter::once(parsed.root).chain(of_root).collect();
         let (graph, roots) = parsed.graph.with_values(&roots, &values);
-        Ok(Self { tape: Tape::new(&graph, &roots), constants: by })
+        Ok(Self { tape: Tape::new(&graph, &roots), constants: by, has_energy })
+    }
+
+    /// Whether it has the energy `E`: without energies its rates are not numbers then.
+    pub fn has_energy(&self) -> bool {
+        self.has_energy
     }
 
     /// The names of the constants, in the order of the derivatives.
