@@ -30,13 +30,13 @@ impl Expression {
     fn rates_and_derivatives<'py>(
         &self,
         py: Python<'py>,
-        position: &PyReadonlyArray2<'py, f64>,
-        direction: &PyReadonlyArray2<'py, f64>,
-        energy: Option<&PyReadonlyArray1<'py, f64>>,
+        position: PyReadonlyArray2<'py, f64>,
+        direction: PyReadonlyArray2<'py, f64>,
+        energy: Option<PyReadonlyArray1<'py, f64>>,
     ) -> PyResult<RatesAndDerivatives<'py>> {
         let [positions, directions] =
-            [vectors(position, "position")?, vectors(direction, "direction")?];
-        let energies: Vec<f64> = energy.map_or_else(Vec::new, |of| of.as_array().to_vec());
+            [vectors(&position, "position")?, vectors(&direction, "direction")?];
+        let energies: Vec<f64> = energy.as_ref().map_or_else(Vec::new, |of| of.as_array().to_vec());
         if energy.is_none() && self.0.has_energy() {
             let message =
                 "the expression has the energy `E`, and there are no energies: expected `energy`";
