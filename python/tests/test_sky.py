@@ -137,7 +137,7 @@ def test_a_tangent_plane_with_a_reference_pixel_anywhere_is_exact(seed):
     random = np.random.default_rng(seed)
     scale = 10.0 ** random.uniform(-3, 0)
     wcs = wcs_of(
-        KINDS[seed % len(KINDS)],
+        list(KINDS)[seed % len(KINDS)],
         scale=scale,
         roll=random.uniform(-180, 180),
         CRVAL1=random.uniform(0, 360),
@@ -198,7 +198,7 @@ def test_a_distortion_that_is_below_a_hundredth_of_a_pixel_agrees():
         (wcs_of(code="AIT", scale=4), "without some of its pixels"),
         (
             wcs_of("GLON", "ARC", shape=(48, 48), scale=0.5, CRPIX1=40.2),
-            r"reference pixel at \(40.2, 24.5\).*middle.*\(32.5, 24",
+            r"reference pixel at \(40.2, 24.5\).*middle.*\(24.5, 24",
         ),
         (wcs_of(scale=0.5, PC1_2=0.3), "not perpendicular"),
         (wcs_of("GLON", "CAR", scale=1, CRVAL2=0.0, CRPIX2=-40.0), "reference pixel"),
