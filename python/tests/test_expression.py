@@ -71,9 +71,12 @@ def test_derivatives_with_energies():
 
 def test_models_of_expressions_are_fitted_and_swept():
     forward = emitree.Forward(BALL.model(), CUBE, SHAPE, linear=[0])
-    derivatives = forward.jacobian((2.0, 0.2))
-    for derivative, expected in zip(derivatives, exact(2.0, 0.2)[1:], strict=True):
-        assert abs(derivative - expected).max() < 0.02 * abs(expected).max()
+    found = forward.jacobian((2.0, 0.2))[1]
+    # It is the derivative of the images of one plan, whose error is that of the plan.
+    forward.freeze()
+    images = [forward((2.0, 0.2 + step)) for step in (-1e-4, 1e-4)]
+    difference = (images[1] - images[0]) / 2e-4
+    assert abs(found - difference).max() < 1e-5 * abs(difference).max()
     sweep = emitree.sweep(BALL.model(), {"w": [0.2, 0.21]}, CUBE, SHAPE)
     assert sweep.converged
     assert abs(sweep.images[1] - exact(2.0, 0.21)[0]).max() < 0.01 * sweep.images[1].max()
