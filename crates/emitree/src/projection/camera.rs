@@ -147,15 +147,15 @@ impl Perspective {
     /// width there.
     ///
     /// ```
-    /// use emitree::projection::ViewGeometry;
-    /// use emitree::{Perspective, Viewpoint};
+    /// use emitree::{Perspective, Projection, Viewpoint};
     ///
     /// let viewpoint = Viewpoint { position: [10.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
     /// let camera = Perspective::new(viewpoint, [0.1, 0.1], [0.0, 20.0])?;
     /// let camera = camera.with_principal_point([0.25, 0.5])?;
-    /// let line = camera.line([0.25, 0.5]).ok_or("no line")?;
-    /// assert!((line.direction[0] + 1.0).abs() < 1e-15);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// // There the emission towards the observer is along x.
+    /// let point = camera.world_from_canonical([0.25, 0.5, 0.1]);
+    /// assert!((point.direction[0] - 1.0).abs() < 1e-15);
+    /// # Ok::<(), emitree::projection::GeometryError>(())
     /// ```
     ///
     /// # Errors

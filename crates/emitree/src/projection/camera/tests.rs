@@ -20,7 +20,7 @@ fn a_part_of_a_screen_has_its_lines_of_sight() {
     let fov_rad = 2.0 * f64::atan(0.5 * f64::tan(0.25));
     let part = off_centre([fov_rad; 2], [1.0, 0.0]);
     for [x, y] in [[0.1, 0.5], [0.5, 0.9], [0.7, 0.7]] {
-        let [a, b] = [whole.line([0.5 * x, 0.5 + 0.5 * y]), part.line([x, y])].map(Option::unwrap);
+        let [a, b] = [whole.line([0.5 * x, 0.5 + 0.5 * y]), part.line([x, y])];
         assert!(norm(difference(a.direction, b.direction)) < 1e-15);
     }
     let quarter = whole.solid_angle([0.0, 0.5], [0.5, 1.0]);
