@@ -177,7 +177,9 @@ mod tests {
         let raster = Raster::new([8, 10], (0..80).map(f64::from).collect());
         let halved = raster.halved();
         assert_eq!(halved.shape, [4, 5]);
-        assert_eq!([halved.means[0], halved.means[1], halved.means[19]], [5.5, 7.5, 73.5]);
+        for (cell, mean) in [(0, 5.5), (1, 7.5), (19, 73.5)] {
+            assert!((halved.means[cell] - mean).abs() < 1e-12, "{cell}");
+        }
         // Both have the linear function itself.
         for uv in [[0.1, 0.7], [0.52, 0.03]] {
             assert!((raster.value(uv) - halved.value(uv)).abs() < 1e-12);
