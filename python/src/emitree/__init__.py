@@ -19,6 +19,7 @@ lowest x: seen from the observer, x points to the right and y up. Angles are in 
 the camera's `length_unit`; astropy quantities are taken too.
 """
 
+from emitree._amr import AmrGrid, Block
 from emitree._basis import RadialFunctions, Voxels
 from emitree._build_tree import build_tree
 from emitree._cameras import (
@@ -65,7 +66,9 @@ from emitree._sweep import Sweep, sweep
 Mesh = Plan
 
 __all__ = [
+    "AmrGrid",
     "BSplines",
+    "Block",
     "Box",
     "Camera",
     "Canonical",
