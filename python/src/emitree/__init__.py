@@ -61,6 +61,7 @@ from emitree._splines import BSplines
 from emitree._sums import RegionSum
 from emitree._surfaces import Surfaces
 from emitree._sweep import Sweep, sweep
+from emitree._yt import from_yt
 
 #: The former name of `Plan`.
 Mesh = Plan
@@ -112,6 +113,7 @@ __all__ = [
     "Voxels",
     "__version__",
     "build_tree",
+    "from_yt",
     "jacobian",
     "progressive",
     "render",

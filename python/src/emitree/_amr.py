@@ -57,6 +57,8 @@ class AmrGrid:
         cell. Outside of all blocks the rate is 0.
     length_unit: of corners that are quantities, that of the first one by default. Corners that are
         numbers are in the camera's length unit unless `length_unit` is given.
+    unit: of the rates, that of the first values that are a quantity by default; `render` converts
+        them to its own `unit`.
 
     The finest block that contains a point is interpolated. Up to half a cell from its border, a
     layer of cells around the block is used. Each of these has the value of the cell there if it is
@@ -80,12 +82,17 @@ class AmrGrid:
 
     #: The unit of lengths, a text; None for that of the camera.
     length_unit: str | None
-    #: The unit of the rates, a text, if the values are quantities; else None.
+    #: The unit of the rates, a text, or None.
     unit: str | None
     interpolation: str
 
     def __init__(
-        self, blocks: Sequence[Block], *, interpolation: str = "linear", length_unit: Any = None
+        self,
+        blocks: Sequence[Block],
+        *,
+        interpolation: str = "linear",
+        length_unit: Any = None,
+        unit: Any = None,
     ) -> None:
         blocks = list(blocks)
         if not blocks:
@@ -97,9 +104,8 @@ class AmrGrid:
             if not isinstance(block, Block):
                 raise SceneError(f"block {number} is {type(block).__name__}: expected emitree.Block")
         corners = [corner for block in blocks for corner in (block.lower, block.upper)]
-        unit = length_unit if length_unit is not None else _units.first_unit(corners)
-        self.length_unit = _units.to_text(unit)
-        self.unit = _units.to_text(_units.first_unit([block.values for block in blocks]))
+        self.length_unit = _units.to_text(length_unit or _units.first_unit(corners))
+        self.unit = _units.to_text(unit or _units.first_unit([block.values for block in blocks]))
         self.interpolation = interpolation
         places = [self._place(number, block) for number, block in enumerate(blocks)]
         lattice = lattice_of(places)
@@ -193,7 +199,7 @@ class AmrGrid:
         return f"<emitree.AmrGrid: {self._blocks} blocks, interpolation {self.interpolation!r}>"
 
     def __call__(self, position: Any, direction: Any = None) -> Any:
-        """The rates (n,) at positions (n, 3); a quantity if the values of the blocks are.
+        """The rates (n,) at positions (n, 3); a quantity if the grid has a `unit`.
 
         position: numbers in `length_unit`, or a quantity; direction: without effect.
         """
@@ -208,6 +214,7 @@ class AmrGrid:
         lattice = self._lattice
         cells = position.T - lattice.origin[:, None]
         cells *= (1 / lattice.width)[:, None]
+        np.clip(cells, -1, lattice.count[:, None], out=cells)
         tile = lattice.tile_of(0, cells[0])
         tile += lattice.tile_of(1, cells[1])
         tile += lattice.tile_of(2, cells[2])

@@ -18,7 +18,8 @@ def painted(lattice: Lattice, places: Sequence[Place]) -> list[Floats]:
     Cells of a block that lie entirely under a finer block have the mean of its cells. A cell of the
     layer has, in this order: the value of a block of the same level; the interpolant of the finest
     coarser block, at its centre; the mean of finer cells; outside of all blocks, the value of the
-    nearest cell of the block.
+    nearest cell of the block. One beyond the box around all blocks has what the nearest place for
+    a cell within the box would have.
     """
     levels = [np.flatnonzero(lattice.level == level) for level in np.unique(lattice.level)]
     parents: dict[int, Integers] = {}
@@ -118,8 +119,10 @@ def _fill(
     is_layer[1:-1, 1:-1, 1:-1] = False
     at = np.nonzero(is_layer)
     ratio = lattice.ratio[block]
+    # Beyond the box, the layer is that of the cells at its faces.
     centres = [
-        lattice.lower[block][axis] + (of - 0.5) * ratio[axis] for axis, of in enumerate(at)
+        np.clip(low + (of - 0.5) * edge, edge / 2, count - edge / 2)
+        for of, low, edge, count in zip(at, lattice.lower[block], ratio, lattice.count, strict=True)
     ]
     layer = padded[block][at]
     owners = so_far.block_at(centres)

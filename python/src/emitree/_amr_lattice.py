@@ -81,7 +81,8 @@ class Lattice:
     def tile_of(self, axis: int, cells: Floats) -> Integers:
         """What coordinates along an axis contribute to the number of a tile.
 
-        cells: in smallest cells; those outside are taken as in the first or the last cell.
+        cells: in smallest cells, no farther outside than integers reach; those outside are taken as
+            in the first or the last cell.
         """
         steps = self._steps[axis]
         if len(steps) == 0:
