@@ -45,7 +45,9 @@ def leaves(rate=ball):
     for at in np.ndindex(4, 4, 4):
         lower = np.array(at) - 2.0
         is_fine = np.all((lower >= -1) & (lower < 1))
-        found.append(block(int(is_fine), lower, lower + 1, (8, 8, 8) if is_fine else (4, 4, 4), rate))
+        found.append(
+            block(int(is_fine), lower, lower + 1, (8, 8, 8) if is_fine else (4, 4, 4), rate)
+        )
     return emitree.AmrGrid(found[::-1])
 
 
@@ -77,7 +79,9 @@ def test_centres_of_cells_have_their_values_and_the_outside_has_none():
 
 def test_the_rate_is_constant_beyond_the_last_centres():
     grid = two_levels(8, linear)
-    np.testing.assert_allclose(grid(np.array([[1.99, 0.1, 0.1]])), grid(np.array([[1.75, 0.1, 0.1]])))
+    np.testing.assert_allclose(
+        grid(np.array([[1.99, 0.1, 0.1]])), grid(np.array([[1.75, 0.1, 0.1]]))
+    )
 
 
 def test_blocks_of_one_level_are_as_one_block():
@@ -90,6 +94,16 @@ def test_blocks_of_one_level_are_as_one_block():
     # Overlaps with the same values are no contradiction.
     twice = [*parts, block(3, (-1.5, -1.5, -1), (1, 1, 1.5), (10, 10, 10))]
     np.testing.assert_allclose(emitree.AmrGrid(twice)(at), whole(at), rtol=1e-13, atol=1e-16)
+
+
+def test_overlaps_under_finer_blocks_do_not_matter():
+    fine = block(1, (-1, -1, -1), (1, 1, 1), (8, 8, 8))
+    left = block(0, (-2, -2, -2), (1, 2, 2), (6, 8, 8))
+    right = block(0, (-1, -2, -2), (2, 2, 2), (6, 8, 8))
+    at = points(2.1)
+    for blocks in ([left, right, fine], [fine, right, left]):
+        found = emitree.AmrGrid(blocks)(at)
+        np.testing.assert_allclose(found, two_levels(8)(at), rtol=1e-13, atol=1e-16)
 
 
 def test_values_under_finer_blocks_do_not_matter():
@@ -329,5 +343,7 @@ def test_what_is_wrong_is_named(blocks, message):
 
 
 def test_other_interpolations_are_refused():
-    with pytest.raises(emitree.SceneError, match="`interpolation` is 'cubic': expected 'linear' or"):
+    with pytest.raises(
+        emitree.SceneError, match="`interpolation` is 'cubic': expected 'linear' or"
+    ):
         emitree.AmrGrid([FIRST], interpolation="cubic")

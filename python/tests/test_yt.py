@@ -88,7 +88,7 @@ def test_the_image_of_patches_is_that_of_their_blocks():
     ]
     camera = emitree.Orthographic(position=(9, 3, 2), target=(0.5, 0.5, 0.5), extent=(1, 1))
     ours, theirs = (
-        emitree.render(grid, camera, (6, 6), tolerance=0.1).image
+        emitree.render(grid, camera, (4, 4), tolerance=0.1).image
         for grid in (emitree.AmrGrid(blocks), emitree.from_yt(dataset, RATE))
     )
     assert np.array_equal(ours, theirs) and ours.max() > 0
@@ -96,12 +96,18 @@ def test_the_image_of_patches_is_that_of_their_blocks():
 
 def test_an_octree_is_sampled():
     mask = np.array([8, 0, 0, 0, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], dtype=np.uint8)
-    rates = RANDOM.random((22, 1))
+    # Each of the 15 leaves has eight cells.
     dataset = yt.load_octree(
-        octree_mask=mask, data={RATE: rates}, bbox=np.array([[-1.0, 1.0]] * 3), num_zones=1
+        octree_mask=mask,
+        data={RATE: RANDOM.random((15, 8))},
+        bbox=np.array([[-1.0, 1.0]] * 3),
+        num_zones=2,
     )
     grid = emitree.from_yt(dataset, RATE, interpolation="nearest")
     everything = dataset.all_data()
-    centres = np.stack([everything["index", axis].to_value("code_length") for axis in "xyz"], axis=1)
-    assert len(centres) == 22
+    centres = np.stack(
+        [everything["index", axis].to_value("code_length") for axis in "xyz"], axis=1
+    )
+    assert len(centres) == 120
     assert np.array_equal(grid(centres), everything[RATE].value)
+    assert emitree.from_yt(dataset, RATE, max_level=1).bounds == grid.bounds

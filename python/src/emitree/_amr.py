@@ -102,7 +102,9 @@ class AmrGrid:
             raise SceneError(f"`interpolation` is {interpolation!r}: expected {expected}")
         for number, block in enumerate(blocks):
             if not isinstance(block, Block):
-                raise SceneError(f"block {number} is {type(block).__name__}: expected emitree.Block")
+                raise SceneError(
+                    f"block {number} is {type(block).__name__}: expected emitree.Block"
+                )
         corners = [corner for block in blocks for corner in (block.lower, block.upper)]
         self.length_unit = _units.to_text(length_unit or _units.first_unit(corners))
         self.unit = _units.to_text(unit or _units.first_unit([block.values for block in blocks]))

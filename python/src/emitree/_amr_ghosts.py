@@ -21,18 +21,22 @@ def painted(lattice: Lattice, places: Sequence[Place]) -> list[Floats]:
     nearest cell of the block. One beyond the box around all blocks has what the nearest place for
     a cell within the box would have.
     """
-    levels = [np.flatnonzero(lattice.level == level) for level in np.unique(lattice.level)]
-    parents: dict[int, Integers] = {}
+    levels = [np.flatnonzero(lattice.level == level).tolist() for level in np.unique(lattice.level)]
+    parents: dict[int, list[int]] = {}
+    overlapped: dict[int, list[int]] = {}
     for blocks in levels:
         for block in blocks:
             below = np.unique(lattice.tiles[lattice.region(block)])
-            parents[int(block)] = below[below >= 0]
+            parents[block] = below[below >= 0].tolist()
         for block in blocks:
-            _paint(lattice, places, block)
+            overlapped[block] = _paint(lattice, places, block)
     values = [place.values.copy() for place in places]
     for blocks in reversed(levels):
         for block in blocks:
-            for parent in parents[int(block)]:
+            for other in overlapped[block]:
+                ours, theirs, _ = _common(lattice, block, other)
+                values[other][theirs] = values[block][ours]
+            for parent in parents[block]:
                 _restrict(lattice, values, block, parent)
     padded = [np.pad(of, 1, mode="edge") for of in values]
     # Without the finer levels, which would hide the blocks of the same level.
@@ -45,13 +49,17 @@ def painted(lattice: Lattice, places: Sequence[Place]) -> list[Floats]:
     return padded
 
 
-def _paint(lattice: Lattice, places: Sequence[Place], block: int) -> None:
-    """Enters a block into the tiles; one that contradicts another of its level is an error."""
+def _paint(lattice: Lattice, places: Sequence[Place], block: int) -> list[int]:
+    """Enters a block into the tiles, and finds others of its level that are hidden by it.
+
+    One with other values is an error.
+    """
     region = lattice.region(block)
-    for other in np.unique(lattice.tiles[region]):
-        if other < 0 or lattice.level[other] != lattice.level[block]:
-            continue
-        ours, theirs, low = _common(lattice, block, int(other))
+    below: list[int] = np.unique(lattice.tiles[region]).tolist()
+    level = lattice.level[block]
+    overlapped = [other for other in below if other >= 0 and lattice.level[other] == level]
+    for other in overlapped:
+        ours, theirs, low = _common(lattice, block, other)
         mine, others = places[block].values[ours], places[other].values[theirs]
         if not np.array_equal(mine, others):
             at = np.unravel_index(int(np.argmax(mine != others)), mine.shape)
@@ -60,10 +68,11 @@ def _paint(lattice: Lattice, places: Sequence[Place], block: int) -> None:
             )
             place = ", ".join(f"{coordinate:.6g}" for coordinate in where)
             raise SceneError(
-                f"block {block} and block {other} of level {lattice.level[block]} overlap, and have "
-                f"{mine[at]:.6g} and {others[at]:.6g} at ({place}): expected the same value"
+                f"block {block} and block {other} of level {level} overlap, and "
+                f"have {mine[at]:.6g} and {others[at]:.6g} at ({place}): expected the same value"
             )
     lattice.tiles[region] = block
+    return overlapped
 
 
 def _common(
@@ -160,9 +169,7 @@ def _means(
     return np.where(count > 0, total / np.maximum(count, 1), others)
 
 
-def _nearest(
-    lattice: Lattice, values: list[Floats], block: int, points: list[Floats]
-) -> Floats:
+def _nearest(lattice: Lattice, values: list[Floats], block: int, points: list[Floats]) -> Floats:
     """The values of a block's cells at points in it, which are in smallest cells."""
     at = tuple(
         ((of - low) // ratio).astype(np.int64)
@@ -171,9 +178,7 @@ def _nearest(
     return np.asarray(values[block][at])
 
 
-def _linear(
-    lattice: Lattice, padded: list[Floats], block: int, points: list[Floats]
-) -> Floats:
+def _linear(lattice: Lattice, padded: list[Floats], block: int, points: list[Floats]) -> Floats:
     """The trilinear interpolant of a block with its layer, at points in it."""
     of = padded[block]
     where = [

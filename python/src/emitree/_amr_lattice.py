@@ -1,4 +1,4 @@
-"""Blocks of several levels on one lattice, that of the smallest cells; the finest block of a cell."""
+"""Blocks of several levels on the lattice of the smallest cells, and which is the finest where."""
 
 from __future__ import annotations
 
@@ -115,8 +115,7 @@ def lattice_of(places: Sequence[Place]) -> Lattice:
     """The lattice of blocks, which have to be aligned; no tile is painted yet."""
     levels = sorted({place.level for place in places})
     first = {
-        level: next(n for n, place in enumerate(places) if place.level == level)
-        for level in levels
+        level: next(n for n, place in enumerate(places) if place.level == level) for level in levels
     }
     _check_widths(places, first)
     ratios = _ratios(places, levels, first)

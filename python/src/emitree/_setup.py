@@ -50,7 +50,7 @@ OF_VIEW = frozenset(
 
 
 def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Keywords of `render`, where they are not given with the bounds and the unit of an AMR grid."""
+    """Keywords of `render`; an AMR grid has bounds and a unit of its own, if none are given."""
     found = dict(options)
     if isinstance(emission, AmrGrid):
         for name in ("bounds", "unit"):
