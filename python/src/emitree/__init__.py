@@ -19,6 +19,7 @@ lowest x: seen from the observer, x points to the right and y up. Angles are in 
 the camera's `length_unit`; astropy quantities are taken too.
 """
 
+from emitree._amr import AmrGrid, Block
 from emitree._basis import RadialFunctions, Voxels
 from emitree._build_tree import build_tree
 from emitree._cameras import (
@@ -60,12 +61,15 @@ from emitree._splines import BSplines
 from emitree._sums import RegionSum
 from emitree._surfaces import Surfaces
 from emitree._sweep import Sweep, sweep
+from emitree._yt import from_yt
 
 #: The former name of `Plan`.
 Mesh = Plan
 
 __all__ = [
+    "AmrGrid",
     "BSplines",
+    "Block",
     "Box",
     "Camera",
     "Canonical",
@@ -109,6 +113,7 @@ __all__ = [
     "Voxels",
     "__version__",
     "build_tree",
+    "from_yt",
     "jacobian",
     "progressive",
     "render",

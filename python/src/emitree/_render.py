@@ -23,6 +23,7 @@ from emitree._setup import (
     refuse_unused,
     scene_of_camera,
     values_of,
+    with_own,
 )
 from emitree._several import Several
 
@@ -82,7 +83,7 @@ def render(
           are taken through DLPack;
         * a text with a formula, or an `Expression`;
         * a list of such formulas and functions, or a dictionary of them by name: `Components`;
-        * a `Model`, a `Grid` or a `Tree`;
+        * a `Model`, a `Grid`, an `AmrGrid` or a `Tree`;
         * the name of a scene file (a path, or a text that ends in ".toml"), without `camera`.
     camera: a `Camera`, such as `Perspective` or `Healpix`.
     shape: (height, width) in pixels; by default that of the camera's WCS, if it is of one.
@@ -114,7 +115,8 @@ def render(
     unit, image_unit: units of the rates and of the image: a text in the grammar of FITS, or an
         astropy unit; both need the camera's `length_unit`.
     quantity: "radiance" (the default) or "irradiance".
-    bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which the emission is 0.
+    bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which the emission is 0; by default those of
+        an `AmrGrid`.
     occulters: opaque `Sphere`s and `Ellipsoid`s.
     edges: `Sphere`s, `Ellipsoid`s and `Plane`s: surfaces on which the emission jumps or has a kink.
         They describe the emission and do not change it.
@@ -200,9 +202,11 @@ def render(
             raise TypeError("`changes` are for scene files: expected none")
         several = Several.of(emission)
         emission = emission if several is None else several
-        setup = Setup(camera, shape, of_view | settings, quantities, batch_size, threads)
+        options = with_own(emission, of_view | settings)
+        setup = Setup(camera, shape, options, quantities, batch_size, threads)
         scene = scene_of_camera(emission, camera, shape, setup.options)
-        function = function_in(emission, scene, unit, quantities, cache is None and frame is None)
+        takes_components = cache is None and frame is None
+        function = function_in(emission, scene, setup.unit, quantities, takes_components)
     if quantities and function is None:
         raise _native.SceneError("`quantities` is for functions: expected none with this emission")
     return _rendered(

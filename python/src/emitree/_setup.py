@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from emitree import _native, _options, _units
+from emitree._amr import AmrGrid
 from emitree._cameras import Camera
 from emitree._energies import energy_table
 from emitree._function import Function
@@ -46,6 +47,16 @@ OF_VIEW = frozenset(
         "instrument",
     ]
 )
+
+
+def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Keywords of `render`; an AMR grid has bounds and a unit of its own, if none are given."""
+    found = dict(options)
+    if isinstance(emission, AmrGrid):
+        for name in ("bounds", "unit"):
+            if found.get(name) is None:
+                found[name] = getattr(emission, name)
+    return found
 
 
 def scene_of_camera(
@@ -122,6 +133,8 @@ def function_in(
     """A function as the emission of a scene; None of other emissions."""
     if isinstance(emission, str) or not callable(emission):
         return None
+    if isinstance(emission, AmrGrid):
+        emission = emission.in_length_unit(scene.length_unit)
     energies = scene.energies
     return Function(
         emission,
