@@ -45,6 +45,7 @@ from emitree._grid import Grid
 from emitree._instrument import Instrument
 from emitree._jacobian import Jacobian, jacobian
 from emitree._native import EmissionError, RenderError, SceneError, __version__
+from emitree._particles import Particles
 from emitree._plan import Plan
 from emitree._points import Points
 from emitree._progressive import Frame, progressive
@@ -85,6 +86,7 @@ __all__ = [
     "Mesh",
     "Model",
     "Orthographic",
+    "Particles",
     "Perspective",
     "Plan",
     "Plane",

@@ -114,7 +114,8 @@ def render(
     unit, image_unit: units of the rates and of the image: a text in the grammar of FITS, or an
         astropy unit; both need the camera's `length_unit`.
     quantity: "radiance" (the default) or "irradiance".
-    bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which the emission is 0.
+    bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which the emission is 0; by default the
+        attribute `bounds` of a function that has one.
     occulters: opaque `Sphere`s and `Ellipsoid`s.
     edges: `Sphere`s, `Ellipsoid`s and `Plane`s: surfaces on which the emission jumps or has a kink.
         They describe the emission and do not change it.
@@ -149,6 +150,8 @@ def render(
     >>> bool(abs(rendering.image.max() - np.sqrt(np.pi / 100)) < 0.01)
     True
     """
+    if bounds is None and callable(emission):
+        bounds = getattr(emission, "bounds", None)
     settings = {
         "method": method,
         "tolerance": tolerance,
