@@ -18,7 +18,7 @@ from emitree._native import SceneError
 #: particle are at most 1 - 1/_CLASS_RATIO^3 of those that are found.
 _CLASS_RATIO = 1.2
 #: How many pairs of points and particles are in memory at once, about.
-_PAIRS = 1_000_000
+_PAIRS = 2_000_000
 #: One of so many successive points tells how many pairs all of them have.
 _SAMPLED = 32
 
@@ -162,16 +162,30 @@ class Particles:
     def __call__(self, position: Any, direction: Any = None, energy: Any = None) -> Floats:
         """The rates (n,) at positions (n, 3), in all directions and at all energies."""
         points = np.asarray(position, dtype=np.float64)
+        cKDTree = _libraries.scipy("spatial").cKDTree
         rates = np.zeros(len(points))
-        # Successive points of a block are neighbours, so that one tells about the others.
-        for of_class in self._classes:
-            for start, end in _parts(of_class, points):
-                rates[start:end] += self._sums(of_class, points[start:end])
+        for start, end in self._parts(points):
+            tree = cKDTree(points[start:end])
+            for of_class in self._classes:
+                rates[start:end] += self._sums(of_class, tree)
         return rates
 
-    def _sums(self, of_class: _Class, points: Floats) -> Floats:
-        """The sums over the particles of a class."""
-        tree = _libraries.scipy("spatial").cKDTree(points)
+    def _parts(self, points: Floats) -> list[tuple[int, int]]:
+        """Ranges of points with about `_PAIRS` pairs each."""
+        count = len(points)
+        if count * len(self) <= _PAIRS:
+            return [(0, count)] if count else []
+        # Successive points of a rendering are neighbours: one tells about the others.
+        sample = points[::_SAMPLED]
+        pairs = np.zeros(len(sample))
+        for of_class in self._classes:
+            pairs += of_class.tree.query_ball_point(sample, of_class.largest, return_length=True)
+        part = np.floor(np.cumsum(pairs) * (_SAMPLED / _PAIRS))
+        starts = [0, *((np.flatnonzero(np.diff(part)) + 1) * _SAMPLED).tolist(), count]
+        return list(pairwise(starts))
+
+    def _sums(self, of_class: _Class, tree: Any) -> Floats:
+        """The sums over the particles of a class, at the points of a tree."""
         pairs = tree.sparse_distance_matrix(
             of_class.tree, of_class.largest, output_type="coo_matrix"
         ).tocsr()
@@ -191,18 +205,6 @@ def _classes(position: Floats, radius: Floats, strength: Floats) -> list[_Class]
         _Class(spatial.cKDTree(position[part]), radius[part], strength[part])
         for part in np.split(order, starts)
     ]
-
-
-def _parts(of_class: _Class, points: Floats) -> list[tuple[int, int]]:
-    """Ranges of points with about `_PAIRS` pairs each."""
-    count = len(points)
-    if count * of_class.tree.n <= _PAIRS:
-        return [(0, count)] if count else []
-    sample = points[::_SAMPLED]
-    found = of_class.tree.query_ball_point(sample, of_class.largest, return_length=True)
-    part = np.cumsum(np.asarray(found) * _SAMPLED) // _PAIRS
-    starts = [0, *((np.flatnonzero(np.diff(part)) + 1) * _SAMPLED).tolist(), count]
-    return list(pairwise(starts))
 
 
 def _integrated(
