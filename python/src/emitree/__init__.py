@@ -44,6 +44,7 @@ from emitree._forward import Forward
 from emitree._grid import Grid
 from emitree._instrument import Instrument
 from emitree._jacobian import Jacobian, jacobian
+from emitree._meshes import from_pyvista
 from emitree._native import EmissionError, RenderError, SceneError, __version__
 from emitree._particles import Particles
 from emitree._plan import Plan
@@ -111,6 +112,7 @@ __all__ = [
     "Voxels",
     "__version__",
     "build_tree",
+    "from_pyvista",
     "jacobian",
     "progressive",
     "render",
