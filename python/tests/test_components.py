@@ -131,7 +131,10 @@ def test_formulas_and_functions_in_a_list_with_energies():
     ("emissions", "reason"),
     [
         ([], "the emission is empty: expected at least one"),
-        ({"a": "x", "b": 3}, "emission 'b' is int: expected a formula, an `Expression` or a function"),
+        (
+            {"a": "x", "b": 3},
+            "emission 'b' is int: expected a formula, an `Expression` or a function",
+        ),
         (["x", "x +"], "`expression`: "),
         (["x", "E"], "has the energy `E`, and there are no energies"),
     ],

@@ -45,7 +45,9 @@ from emitree._forward import Forward
 from emitree._grid import Grid
 from emitree._instrument import Instrument
 from emitree._jacobian import Jacobian, jacobian
+from emitree._meshes import from_pyvista
 from emitree._native import EmissionError, RenderError, SceneError, __version__
+from emitree._particles import Particles
 from emitree._plan import Plan
 from emitree._points import Points
 from emitree._progressive import Frame, progressive
@@ -89,6 +91,7 @@ __all__ = [
     "Mesh",
     "Model",
     "Orthographic",
+    "Particles",
     "Perspective",
     "Plan",
     "Plane",
@@ -113,6 +116,7 @@ __all__ = [
     "Voxels",
     "__version__",
     "build_tree",
+    "from_pyvista",
     "from_yt",
     "jacobian",
     "progressive",

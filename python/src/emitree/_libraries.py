@@ -21,6 +21,6 @@ def scipy(module: str) -> Any:
         return importlib.import_module(f"scipy.{module}")
     except ImportError as error:
         raise ImportError(
-            "scipy is missing: expected it for `matrix` and `operator`; "
+            "scipy is missing: expected it for `matrix`, `operator` and `Particles`; "
             '`pip install "emitree[fit]"` installs it'
         ) from error

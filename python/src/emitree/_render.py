@@ -115,8 +115,8 @@ def render(
     unit, image_unit: units of the rates and of the image: a text in the grammar of FITS, or an
         astropy unit; both need the camera's `length_unit`.
     quantity: "radiance" (the default) or "irradiance".
-    bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which the emission is 0; by default those of
-        an `AmrGrid`.
+    bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which the emission is 0; by default the
+        attribute `bounds` of a function that has such a one, as an `AmrGrid` and `Particles` have.
     occulters: opaque `Sphere`s and `Ellipsoid`s.
     edges: `Sphere`s, `Ellipsoid`s and `Plane`s: surfaces on which the emission jumps or has a kink.
         They describe the emission and do not change it.

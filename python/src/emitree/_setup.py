@@ -8,7 +8,7 @@ from typing import Any
 
 from emitree import _native, _options, _units
 from emitree._amr import AmrGrid
-from emitree._cameras import Camera
+from emitree._cameras import Box, Camera, Ellipsoid, Sphere
 from emitree._energies import energy_table
 from emitree._function import Function
 from emitree._scene import compose, open_scene
@@ -50,12 +50,16 @@ OF_VIEW = frozenset(
 
 
 def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Keywords of `render`; an AMR grid has bounds and a unit of its own, if none are given."""
+    """Keywords of `render`, with the bounds and the unit that an emission has, if none are given.
+
+    A function may have an attribute `bounds`; an AMR grid has a unit, too.
+    """
     found = dict(options)
-    if isinstance(emission, AmrGrid):
-        for name in ("bounds", "unit"):
-            if found.get(name) is None:
-                found[name] = getattr(emission, name)
+    bounds = getattr(emission, "bounds", None) if callable(emission) else None
+    if found.get("bounds") is None and isinstance(bounds, Box | Ellipsoid | Sphere):
+        found["bounds"] = bounds
+    if found.get("unit") is None and isinstance(emission, AmrGrid):
+        found["unit"] = emission.unit
     return found
 
 
