@@ -302,6 +302,19 @@ def test_quantities_are_converted():
         np.testing.assert_allclose(
             found.quantity.to_value(expected.quantity.unit), expected.image, rtol=1e-6, atol=1e-9
         )
+    # Wherever the grid is called by the package itself.
+    camera = emitree.Orthographic(
+        position=(9000, 0, 0), target=(0, 0, 0), extent=(4000, 4000), length_unit="m"
+    )
+    options = {"bounds": grid.bounds, "unit": "cm-3 s-1 sr-1"}
+    single = emitree.render(grid, camera, (6, 6), **options)
+    both = emitree.render({"a": grid, "b": grid}, camera, (6, 6), **options)
+    np.testing.assert_allclose(both["b"].image, single.image, rtol=0.02 * single.image.max())
+    np.testing.assert_allclose(single.plan.render(grid).image, single.image, rtol=1e-12)
+    swept = emitree.sweep(lambda: grid, {}, [camera], (6, 6), **options)
+    np.testing.assert_allclose(swept.images[0], single.image, rtol=1e-12)
+    with pytest.raises(emitree.SceneError, match="lengths in km, and the camera in s"):
+        grid.in_length_unit("s")
     with pytest.raises(emitree.SceneError, match="expected a number in s"):
         emitree.AmrGrid([emitree.Block(0, *corners, rates)], length_unit="s")
 
