@@ -64,10 +64,11 @@ class AmrGrid:
     layer of cells around the block is used. Each of these has the value of the cell there if it is
     in a block of the same level; else the interpolant of the coarser block there, at its centre;
     else the mean of the finer cells there; else, outside of all blocks, the value of the nearest
-    cell (beyond the box around all blocks, that of the cell at its face). Cells that lie entirely under a finer block have the mean of its cells, whatever values
-    are given. So the rate is continuous within a level; at the border of two levels it jumps by a
-    difference of second order in the size of the cells, and not at all if the data are linear.
-    Where the blocks end, the rate falls to 0 from that of the last cells.
+    cell (beyond the box around all blocks, that of the cell at its face). Cells that lie entirely
+    under a finer block have the mean of its cells, whatever values are given. So the rate is
+    continuous within a level; at the border of two levels it jumps by a difference of second order
+    in the size of the cells, and not at all if the data are linear. Where the blocks end, the rate
+    falls to 0 from that of the last cells.
 
     >>> import emitree, numpy as np
     >>> coarse = emitree.Block(0, (0, 0, 0), (4, 4, 4), np.ones((4, 4, 4)))
