@@ -1,11 +1,14 @@
 """Nested blocks of cells: the interpolant, images of it, units, and messages."""
 
 import math
+import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import emitree
+from emitree import _amr_lattice
 
 SIGMA = 0.3
 CENTRE = np.array([0.03, -0.07, 0.05])
@@ -139,6 +142,20 @@ def test_ratios_may_differ_by_axis_and_exceed_two():
     grid = emitree.AmrGrid([coarse, fine])
     at = 0.5 + np.random.default_rng(3).uniform(0, 3, (500, 3))
     np.testing.assert_allclose(grid(at), linear(at), rtol=1e-12)
+
+
+def test_long_axes_are_searched(monkeypatch):
+    at = points(2.1)
+    expected = two_levels(8)(at)
+    of_leaves = leaves()(at)
+    monkeypatch.setattr(_amr_lattice, "_MOST_CELLS", 4)
+    assert np.array_equal(two_levels(8)(at), expected)
+    assert np.array_equal(leaves()(at), of_leaves)
+
+
+def test_grids_are_pickled():
+    grid = two_levels(8)
+    assert np.array_equal(pickle.loads(pickle.dumps(grid))(points(2)), grid(points(2)))
 
 
 # -- Images.
@@ -302,6 +319,22 @@ def test_quantities_are_converted():
         np.testing.assert_allclose(
             found.quantity.to_value(expected.quantity.unit), expected.image, rtol=1e-6, atol=1e-9
         )
+    # Wherever the grid is called by the package itself.
+    camera = emitree.Orthographic(
+        position=(9000, 0, 0), target=(0, 0, 0), extent=(4000, 4000), length_unit="m"
+    )
+    options = {"bounds": grid.bounds, "unit": "cm-3 s-1 sr-1"}
+    single = emitree.render(grid, camera, (6, 6), **options)
+    both = emitree.render({"a": grid, "b": grid}, camera, (6, 6), **options)
+    np.testing.assert_allclose(both["b"].image, single.image, atol=0.02 * single.image.max())
+    plan = single.plan
+    rates = plan.rates_at(grid, plan.points)
+    scale = single.image.max()
+    np.testing.assert_allclose(plan.apply(rates), single.image, rtol=0, atol=1e-12 * scale)
+    swept = emitree.sweep(lambda: grid, {}, [camera], (6, 6), **options)
+    np.testing.assert_allclose(swept.images[0], single.image, rtol=0, atol=1e-12 * scale)
+    with pytest.raises(emitree.SceneError, match="lengths in km, and the camera in s"):
+        grid.in_length_unit("s")
     with pytest.raises(emitree.SceneError, match="expected a number in s"):
         emitree.AmrGrid([emitree.Block(0, *corners, rates)], length_unit="s")
 
@@ -342,8 +375,27 @@ def test_what_is_wrong_is_named(blocks, message):
         emitree.AmrGrid(blocks)
 
 
+def test_too_many_tiles_are_refused(monkeypatch):
+    monkeypatch.setattr(_amr_lattice, "_MOST_TILES", 26)
+    with pytest.raises(
+        emitree.SceneError, match=r"2 blocks .* \(3, 3, 3\) tiles: expected at most"
+    ):
+        two_levels(8)
+
+
 def test_other_interpolations_are_refused():
     with pytest.raises(
         emitree.SceneError, match="`interpolation` is 'cubic': expected 'linear' or"
     ):
         emitree.AmrGrid([FIRST], interpolation="cubic")
+
+
+def test_the_example_of_the_guide():
+    guide = Path(__file__).parents[2] / "docs" / "guide.md"
+    section = guide.read_text(encoding="utf-8").split("##### Adaptive meshes (Python)")[1]
+    names = {}
+    exec(section.split("```python")[1].split("```")[0], names)
+    rendering = names["rendering"]
+    assert rendering.converged
+    # At the centre of the ball, the integral is sqrt(0.18 pi).
+    assert rendering.image.max() == pytest.approx(math.sqrt(0.18 * math.pi), rel=0.08)

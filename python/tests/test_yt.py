@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import emitree
+from emitree import _yt
 
 with warnings.catch_warnings():
     # Dependencies of yt may be newer than it.
@@ -94,7 +95,15 @@ def test_the_image_of_patches_is_that_of_their_blocks():
     assert np.array_equal(ours, theirs) and ours.max() > 0
 
 
-def test_an_octree_is_sampled():
+def test_other_geometries_are_refused():
+    rates = {"rate": np.ones((4, 4, 4))}
+    box = np.array([[1.0, 2.0], [0.5, 1.0], [0.0, 1.0]])
+    dataset = yt.load_uniform_grid(rates, (4, 4, 4), bbox=box, geometry="spherical")
+    with pytest.raises(emitree.SceneError, match="has spherical coordinates: expected Cartesian"):
+        emitree.from_yt(dataset, RATE)
+
+
+def test_an_octree_is_sampled(monkeypatch):
     mask = np.array([8, 0, 0, 0, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], dtype=np.uint8)
     # Each of the 15 leaves has eight cells.
     dataset = yt.load_octree(
@@ -111,3 +120,6 @@ def test_an_octree_is_sampled():
     assert len(centres) == 120
     assert np.array_equal(grid(centres), everything[RATE].value)
     assert emitree.from_yt(dataset, RATE, max_level=1).bounds == grid.bounds
+    monkeypatch.setattr(_yt, "_MOST_CELLS", 511)
+    with pytest.raises(emitree.SceneError, match=r"level 2 of the dataset has \(8, 8, 8\) cells"):
+        emitree.from_yt(dataset, RATE)

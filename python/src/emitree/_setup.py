@@ -11,7 +11,8 @@ from emitree._amr import AmrGrid
 from emitree._cameras import Box, Camera, Ellipsoid, Sphere
 from emitree._energies import energy_table
 from emitree._function import Function
-from emitree._scene import compose, open_scene
+from emitree._scene import compose, length_unit_of, open_scene
+from emitree._several import Several
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,22 @@ def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
     if found.get("unit") is None and isinstance(emission, AmrGrid):
         found["unit"] = emission.unit
     return found
+
+
+def in_length_unit(emission: Any, unit: str | None) -> Any:
+    """An emission as a function of positions in a unit, if it has a length unit of its own."""
+    if isinstance(emission, AmrGrid):
+        return emission.in_length_unit(unit)
+    if isinstance(emission, Several):
+        functions = [in_length_unit(function, unit) for function in emission.functions]
+        return Several(functions, emission.names)
+    return emission
+
+
+def unit_of_positions(setup: Setup) -> str | None:
+    """The length unit of a setup, if it has one."""
+    bounds = setup.options.get("bounds")
+    return length_unit_of(setup.camera, [] if bounds is None else [bounds])
 
 
 def scene_of_camera(
@@ -137,11 +154,9 @@ def function_in(
     """A function as the emission of a scene; None of other emissions."""
     if isinstance(emission, str) or not callable(emission):
         return None
-    if isinstance(emission, AmrGrid):
-        emission = emission.in_length_unit(scene.length_unit)
     energies = scene.energies
     return Function(
-        emission,
+        in_length_unit(emission, scene.length_unit),
         unit=_units.to_text(unit),
         length_unit=scene.length_unit,
         energy_unit=energies[1] if energies else None,
@@ -152,8 +167,10 @@ def function_in(
 
 def function_of(emission: Callable[..., Any], setup: Setup | None, unit: str | None) -> Function:
     """A function as the emission of a setup; of none, one of plain arrays."""
-    if setup is None or not setup.quantities:
+    if setup is None:
         return Function(emission, unit=unit)
+    if not setup.quantities:
+        return Function(in_length_unit(emission, unit_of_positions(setup)), unit=unit)
     scene = scene_of_camera(emission, setup.camera, setup.shape, setup.options)
     function = function_in(emission, scene, unit, True)
     assert function is not None

@@ -13,14 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from emitree import _progress, _units
+from emitree import _progress
 from emitree._cameras import Camera
-from emitree._function import Floats, Function
+from emitree._function import Floats
 from emitree._plan import Plan
 from emitree._recorded import Passed, Recorded
 from emitree._render import render
 from emitree._result import Rendering
 from emitree._search import finer_tolerance, plan_of_products
+from emitree._setup import Setup, function_of
 from emitree._shared_plan import SharedPlan
 
 #: The tolerance of plans relative to that of the images: at a quarter the plan of a torus serves
@@ -50,7 +51,8 @@ class Images:
         is_function = callable(emission) and not isinstance(emission, str)
         if not is_function or self.options.get("quantities"):
             return Passed(emission, self.executor)
-        function = Function(emission, unit=_units.to_text(self.options.get("unit")))
+        setup = Setup(self.camera, self.shape, self.options)
+        function = function_of(emission, setup, setup.unit)
         return Recorded(function, self.executor)
 
     def full(self, emission: Recorded | Passed, **changes: Any) -> Rendering:
