@@ -173,13 +173,38 @@ def exact_image(name, particles, edge, count, order):
 def test_images_are_sums_of_projected_kernels(name):
     position, emission, radius = cloud(1000)
     particles = emitree.Particles(position, emission=emission, support_radius=radius, kernel=name)
-    camera = emitree.Orthographic(position=(9, 0, 0), target=(0, 0, 0), extent=(5, 5))
-    rendering = emitree.render(particles, camera, (40, 40), tolerance=0.01)
+    rendering = emitree.render(particles, CAMERA, (40, 40), tolerance=0.01)
     exact = exact_image(name, particles, 5, 40, 6)
     largest = exact.max()
     assert np.abs(exact - exact_image(name, particles, 5, 40, 4)).max() < 2e-4 * largest
     assert rendering.converged
     assert np.abs(rendering.image - exact).max() < 0.01 * largest
+
+
+def test_a_clump_in_one_pixel_is_seen():
+    position, emission, radius = cloud(1000)
+    clump = [0.3, 0.52, -0.7] + 0.01 * np.random.default_rng(4).normal(size=(200, 3))
+    particles = emitree.Particles(
+        np.vstack([position, clump]),
+        emission=np.append(emission, np.full(200, 0.2 / 200)),
+        support_radius=np.append(radius, np.full(200, 0.02)),
+    )
+    rendering = emitree.render(particles, CAMERA, (32, 32), tolerance=0.01)
+    exact = exact_image("cubic_spline", particles, 5, 32, 24)
+    # The clump is most of the brightest pixels.
+    assert exact.max() > 5 * exact_image("cubic_spline", particles_of(1000), 5, 32, 4).max()
+    assert rendering.converged
+    assert np.abs(rendering.image - exact).max() < 0.01 * exact.max()
+
+
+def test_there_are_few_seeds_whichever_particles():
+    particles = particles_of(20000)
+    assert 50 < len(particles.seeds) <= 500
+    at, radius = particles.seeds[0]
+    found = np.flatnonzero((particles.position == at).all(axis=1))
+    assert particles.support_radius[found].tolist() == [radius]
+    # None for methods that have no use for them.
+    emitree.render(particles_of(10), CAMERA, (2, 2), method="los", steps=4)
 
 
 def test_the_bounds_are_those_of_all_supports():
@@ -188,11 +213,25 @@ def test_the_bounds_are_those_of_all_supports():
     # Without depths a camera needs bounds.
     camera = emitree.Perspective(position=(20, 0, 0), target=(0, 0, 0), field_of_view=(20, 20))
     by_default = emitree.render(particles, camera, (8, 8))
-    given = emitree.render(particles, camera, (8, 8), bounds=particles.bounds)
+    given = emitree.render(
+        lambda *point: particles(*point),
+        camera,
+        (8, 8),
+        bounds=particles.bounds,
+        seeds=particles.seeds,
+    )
     assert np.array_equal(by_default.image, given.image)
     half = emitree.Box(min=(-1, -1, -1), max=(0, 1, 1))
     cut = emitree.render(particles, camera, (8, 8), bounds=half)
     assert cut.image.sum() < 0.5 * given.image.sum()
+
+
+CAMERA = emitree.Orthographic(position=(9, 0, 0), target=(0, 0, 0), extent=(5, 5))
+
+
+def particles_of(count):
+    position, emission, radius = cloud(count)
+    return emitree.Particles(position, emission=emission, support_radius=radius)
 
 
 GIVEN = {"position": np.zeros((2, 3)), "emission": [1, 1], "smoothing_length": [1, 1]}

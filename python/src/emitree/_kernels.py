@@ -103,6 +103,9 @@ def kernel_of(name: object) -> Kernel:
     """The kernel of a name.
 
     Raises `SceneError` for any other name.
+
+    >>> bool(np.isclose(kernel_of("cubic_spline").normalisation, 16 / np.pi))
+    True
     """
     kernel = KERNELS.get(name) if isinstance(name, str) else None
     if kernel is None:

@@ -19,6 +19,8 @@ from emitree._native import SceneError
 _CLASS_RATIO = 1.2
 #: How many pairs of points and particles are in memory at once, about.
 _PAIRS = 2_000_000
+#: The most seeds: each is in the text of the scene, which files keep.
+_MOST_SEEDS = 500
 #: One of so many successive points tells how many pairs all of them have.
 _SAMPLED = 32
 
@@ -58,9 +60,9 @@ class Particles:
     kernel: "cubic_spline" (M4), "quartic_spline", "quintic_spline", "wendland_c2", "wendland_c4" or
         "wendland_c6".
 
-    `bounds` is the box around all supports, which `render` uses unless it is given others. A point
-    costs a search in a k-d tree (scipy) for each class of particles whose support radii differ by
-    up to 20 %.
+    `bounds` is the box around all supports, and `seeds` are some of the particles: `render` uses
+    both unless it is given others. A point costs a search in a k-d tree (scipy) for each class of
+    particles whose support radii differ by up to 20 %.
 
     Raises `SceneError` if an array has another shape, or values that are not finite, or radii,
     volumes, masses or densities that are not above 0. Quantities of astropy are refused.
@@ -148,7 +150,7 @@ class Particles:
     def standard_deviation(self) -> Floats:
         """The standard deviations (n,) of the kernels along one axis [length].
 
-        The least one of particles that stand alone is a `smallest_feature` for `render`.
+        For `smallest_feature` of `render`, if particles have few neighbours within their supports.
         """
         return self._support_radius * self._kernel.deviation
 
@@ -158,6 +160,29 @@ class Particles:
         radius = self._support_radius[:, None]
         lower, upper = self._position - radius, self._position + radius
         return Box(min=tuple(lower.min(axis=0).tolist()), max=tuple(upper.max(axis=0).tolist()))
+
+    @property
+    def seeds(self) -> list[tuple[tuple[float, ...], float]]:
+        """Pairs (position (3,), support radius) of some particles, at most 500, for `render`.
+
+        They are spread over the particles of each size, so that a clump much smaller than the view
+        is seen, even if all of it is in one pixel.
+        """
+        lower = self._position.min(axis=0)
+        kind = np.floor(np.log2(self._support_radius / self._support_radius.min()))
+        kind = np.minimum(kind, 64.0)
+        factor = 1.0
+        while True:
+            # One of the particles of a size in each cube of some of their support radii.
+            side = self._support_radius.min() * 2.0**kind * factor
+            cube = np.column_stack([np.floor((self._position - lower) / side[:, None]), kind])
+            _, chosen = np.unique(cube, axis=0, return_index=True)
+            if len(chosen) <= _MOST_SEEDS:
+                break
+            factor *= 2.0
+        return [
+            (tuple(self._position[at].tolist()), float(self._support_radius[at])) for at in chosen
+        ]
 
     def __call__(self, position: Any, direction: Any = None, energy: Any = None) -> Floats:
         """The rates (n,) at positions (n, 3), in all directions and at all energies."""

@@ -122,7 +122,8 @@ def render(
         They describe the emission and do not change it.
     singularities: `SingularPoint`s and `SingularAxis`es: where the emission is singular, or has a
         peak far smaller than a pixel. They describe the emission, too.
-    seeds: pairs (position (3,), radius) of structures too small for the base lattice.
+    seeds: pairs (position (3,), radius) of structures too small for the base lattice; by default
+        the attribute `seeds` of a function that has one.
     instrument: a camera that counts photons: an `Instrument`, or a dictionary with the same keys;
         needs `energy`.
     base_level, order, finest_level, rule, threshold, lines, steps: options of the methods, as in

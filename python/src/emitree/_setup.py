@@ -11,6 +11,7 @@ from emitree._amr import AmrGrid
 from emitree._cameras import Box, Camera, Ellipsoid, Sphere
 from emitree._energies import energy_table
 from emitree._function import Function
+from emitree._particles import Particles
 from emitree._scene import compose, length_unit_of, open_scene
 from emitree._several import Several
 
@@ -51,9 +52,10 @@ OF_VIEW = frozenset(
 
 
 def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Keywords of `render`, with the bounds and the unit that an emission has, if none are given.
+    """Keywords of `render`, with the bounds, unit and seeds of an emission, if none are given.
 
-    A function may have an attribute `bounds`; an AMR grid has a unit, too.
+    A function may have an attribute `bounds`; an AMR grid has a unit, too, and particles have
+    seeds.
     """
     found = dict(options)
     bounds = getattr(emission, "bounds", None) if callable(emission) else None
@@ -61,6 +63,9 @@ def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
         found["bounds"] = bounds
     if found.get("unit") is None and isinstance(emission, AmrGrid):
         found["unit"] = emission.unit
+    is_by_vol = found.get("method") in (None, "vol")
+    if isinstance(emission, Particles) and is_by_vol and len(found.get("seeds", ())) == 0:
+        found["seeds"] = emission.seeds
     return found
 
 

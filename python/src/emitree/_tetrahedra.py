@@ -19,6 +19,15 @@ class Tetrahedra:
     """Tetrahedra that share faces.
 
     points: (p, 3) [length]; cells: the corners (m, 4), numbers of points. No cell is flat.
+
+    >>> points = np.vstack([np.zeros(3), np.eye(3), np.ones(3)])
+    >>> tetrahedra = Tetrahedra(points, np.array([[0, 1, 2, 3], [1, 2, 3, 4]]))
+    >>> position = np.array([[0.1, 0.2, 0.3], [0.6, 0.6, 0.6], [0.9, 0.9, 0.1]])
+    >>> cell, coordinates = tetrahedra.located(position, [0, 0, 0])
+    >>> cell
+    array([ 0,  1, -1])
+    >>> tetrahedra.interpolated(points @ [1.0, 10.0, 100.0], cell[:2], coordinates[:2])
+    array([32.1, 66.6])
     """
 
     def __init__(self, points: Floats, cells: Any) -> None:
