@@ -54,6 +54,8 @@ _TOGETHER = 1 << 15
 #: Values (panels, nodes, columns) at distances (panels, nodes) along the parts with the numbers
 #: (panels,).
 Evaluate = Callable[[Integers, Floats], Floats]
+#: The errors (lines, columns) that are allowed, from integrals and errors of the same shape.
+Allowed = Callable[[Floats, Floats], Floats]
 
 
 def summed(number: Integers, values: Floats, count: int) -> Floats:
@@ -70,11 +72,17 @@ def summed(number: Integers, values: Floats, count: int) -> Floats:
 
 
 class Along:
-    """The integrals of functions along parts of lines."""
+    """The integrals of functions along parts of lines.
 
-    def __init__(self, evaluate: Evaluate, columns: int) -> None:
+    is_cautious: whether the error of a panel is at least what QUADPACK estimates, which is near the
+        integral itself where rules disagree much, as at jumps; by default it is at most the
+        difference of the rules.
+    """
+
+    def __init__(self, evaluate: Evaluate, columns: int, is_cautious: bool = False) -> None:
         self.evaluate = evaluate
         self.columns = columns
+        self.is_cautious = is_cautious
 
     def integrals(
         self,
@@ -83,14 +91,17 @@ class Along:
         panels: Integers,
         line: Integers,
         lines: int,
-        target: Floats | None,
+        target: Floats | Allowed | None,
+        max_evaluations: int | None = None,
     ) -> tuple[Floats, Floats, int]:
         """Integrals and errors (lines, columns), and the number of evaluations.
 
         starts, ends: of parts (n,), each ends behind its start.
         panels: how many equal panels (n,) they have at first.
         line: the number (n,) of the line that each belongs to, below `lines`.
-        target: the errors (lines, columns) that are allowed; None for the first panels alone.
+        target: the errors (lines, columns) that are allowed, or what determines them again before
+            each step; None for the first panels alone.
+        max_evaluations: after which no panel is halved, at least those of the first panels.
 
         Panels are halved where the error is larger: the sum of the others is at most half of it.
         """
@@ -106,14 +117,23 @@ class Along:
         if target is None:
             return total, errors, evaluations
         for _ in range(_DEEPEST):
-            is_good = np.all(errors <= target, axis=1)
+            allowed = target(total, errors) if callable(target) else target
+            is_good = np.all(errors <= allowed, axis=1)
             kept = ~is_good[of_line]
             part, first, last, of_line = part[kept], first[kept], last[kept], of_line[kept]
             value, error = value[kept], error[kept]
             if len(part) == 0:
                 break
             share = 0.5 / np.bincount(of_line, minlength=lines)[of_line, np.newaxis]
-            is_split = np.any(error > share * target[of_line], axis=1)
+            excess = error - share * allowed[of_line]
+            is_split = np.any(excess > 0.0, axis=1)
+            if max_evaluations is not None:
+                most = (max_evaluations - evaluations) // (2 * len(NODES))
+                if np.count_nonzero(is_split) > most:
+                    order = np.argsort(-excess.max(axis=1), kind="stable")
+                    is_split[order[max(most, 0) :]] = False
+                    if not is_split.any():
+                        break
             middle = 0.5 * (first + last)
             new_part = np.repeat(part[is_split], 2)
             new_first = np.stack([first[is_split], middle[is_split]], axis=1).ravel()
@@ -144,14 +164,15 @@ class Along:
             half = 0.5 * (last[some] - first[some])
             distance = (first[some] + half)[:, np.newaxis] + half[:, np.newaxis] * NODES
             rates = self.evaluate(part[some], distance)
-            value[some], error[some] = _kronrod(rates, half[:, np.newaxis])
+            value[some], error[some] = _kronrod(rates, half[:, np.newaxis], self.is_cautious)
         return value, error
 
 
-def _kronrod(rates: Floats, half: Floats) -> tuple[Floats, Floats]:
+def _kronrod(rates: Floats, half: Floats, is_cautious: bool) -> tuple[Floats, Floats]:
     """Integrals and errors (n, columns) from rates (n, nodes, columns).
 
-    The error is that of the rule with 7 nodes, or what QUADPACK estimates where it is smaller.
+    The error is what QUADPACK estimates, or that of the rule with 7 nodes where it is smaller and
+    this is not to be cautious.
     """
     means = 0.5 * _integrals(rates, _RULES)
     mean = means[:, 0]
@@ -162,7 +183,9 @@ def _kronrod(rates: Floats, half: Floats) -> tuple[Floats, Floats]:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = 200.0 * difference / spread
         scaled = spread * np.minimum(1.0, ratio * np.sqrt(ratio))
-    error = np.where(spread > 0.0, np.minimum(scaled, difference), difference)
+    if not is_cautious:
+        scaled = np.minimum(scaled, difference)
+    error = np.where(spread > 0.0, scaled, difference)
     # Rounding: what no rule can be better than.
     rounding: Any = 50.0 * np.finfo(float).eps * abs(2.0 * mean)
     return 2.0 * mean * half, np.maximum(error, rounding) * half
