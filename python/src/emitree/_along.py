@@ -46,6 +46,21 @@ GAUSS = np.array([*_GAUSS, 0.417959183673469387755102040816327, *_GAUSS[::-1]])
 #: Both rules, (2, nodes).
 _RULES = np.stack([KRONROD, GAUSS])
 
+
+def _extrapolation(place: float, nodes: Floats) -> Floats:
+    """The weights of values at nodes in the polynomial through these, at a place."""
+    differences = nodes[:, np.newaxis] - nodes + np.eye(len(nodes))
+    others = np.where(np.eye(len(nodes), dtype=bool), 1.0, place - nodes)
+    return np.asarray((others / differences).prod(axis=1))
+
+
+#: The rates at both ends of a panel, by cubic polynomials through the four nodes that are nearest.
+_ENDS = np.zeros((2, len(NODES)))
+_ENDS[0, :4] = _extrapolation(-1.0, NODES[:4])
+_ENDS[1, -4:] = _extrapolation(1.0, NODES[-4:])
+#: The part of a panel between its last node and its end.
+_GAP = 0.5 * (1.0 - NODES[-1])
+
 #: A panel that has been halved this often is a jump.
 _DEEPEST = 30
 #: Values of a function that are computed together: their arrays stay in a cache of the processor.
@@ -111,8 +126,9 @@ class Along:
         first = starts[part] + step[part] * (np.arange(len(part)) - before[part])
         last = first + step[part]
         of_line = line[part]
-        value, error = self._panels(part, first, last)
-        total, errors = summed(of_line, value, lines), summed(of_line, error, lines)
+        value, error, ends_of = self._panels(part, first, last)
+        shown = error + self._gaps(part, first, last, ends_of)
+        total, errors = summed(of_line, value, lines), summed(of_line, shown, lines)
         evaluations = len(part) * len(NODES)
         if target is None:
             return total, errors, evaluations
@@ -121,43 +137,47 @@ class Along:
             is_good = np.all(errors <= allowed, axis=1)
             kept = ~is_good[of_line]
             part, first, last, of_line = part[kept], first[kept], last[kept], of_line[kept]
-            value, error = value[kept], error[kept]
+            value, error, ends_of, shown = value[kept], error[kept], ends_of[kept], shown[kept]
             if len(part) == 0:
                 break
             share = 0.5 / np.bincount(of_line, minlength=lines)[of_line, np.newaxis]
-            excess = error - share * allowed[of_line]
-            is_split = np.any(excess > 0.0, axis=1)
+            excess = (shown - share * allowed[of_line]).max(axis=1)
+            is_split = excess > 0.0
             if max_evaluations is not None:
-                most = (max_evaluations - evaluations) // (2 * len(NODES))
+                most = max(0, (max_evaluations - evaluations) // (2 * len(NODES)))
                 if np.count_nonzero(is_split) > most:
-                    order = np.argsort(-excess.max(axis=1), kind="stable")
-                    is_split[order[max(most, 0) :]] = False
-                    if not is_split.any():
-                        break
+                    is_split[np.argsort(-excess, kind="stable")[most:]] = False
+                if not is_split.any():
+                    break
             middle = 0.5 * (first + last)
             new_part = np.repeat(part[is_split], 2)
             new_first = np.stack([first[is_split], middle[is_split]], axis=1).ravel()
             new_last = np.stack([middle[is_split], last[is_split]], axis=1).ravel()
-            new_value, new_error = self._panels(new_part, new_first, new_last)
+            new = self._panels(new_part, new_first, new_last)
             evaluations += len(new_part) * len(NODES)
             old = ~is_split
-            value, error = (
-                np.concatenate([value[old], new_value]),
-                np.concatenate([error[old], new_error]),
+            value, error, ends_of = (
+                np.concatenate([one[old], other])
+                for one, other in zip((value, error, ends_of), new, strict=True)
             )
             of_line = np.concatenate([of_line[old], line[new_part]])
             part = np.concatenate([part[old], new_part])
             first = np.concatenate([first[old], new_first])
             last = np.concatenate([last[old], new_last])
+            shown = error + self._gaps(part, first, last, ends_of)
             again = ~is_good[:, np.newaxis]
             total = np.where(again, summed(of_line, value, lines), total)
-            errors = np.where(again, summed(of_line, error, lines), errors)
+            errors = np.where(again, summed(of_line, shown, lines), errors)
         return total, errors, evaluations
 
-    def _panels(self, part: Integers, first: Floats, last: Floats) -> tuple[Floats, Floats]:
-        """The integrals and errors (panels, columns) of panels."""
+    def _panels(self, part: Integers, first: Floats, last: Floats) -> tuple[Floats, Floats, Floats]:
+        """The integrals and errors (panels, columns) of panels, and their rates at both ends.
+
+        Those are (panels, 2, columns), extrapolated; (panels, 0, columns) if not needed.
+        """
         value = np.empty((len(part), self.columns))
         error = np.empty_like(value)
+        ends = np.empty((len(part), 2 if self.is_cautious else 0, self.columns))
         together = max(1, _TOGETHER // (len(NODES) * self.columns))
         for begin in range(0, len(part), together):
             some = slice(begin, begin + together)
@@ -165,7 +185,27 @@ class Along:
             distance = (first[some] + half)[:, np.newaxis] + half[:, np.newaxis] * NODES
             rates = self.evaluate(part[some], distance)
             value[some], error[some] = _kronrod(rates, half[:, np.newaxis], self.is_cautious)
-        return value, error
+            if self.is_cautious:
+                ends[some] = _integrals(rates, _ENDS)
+        return value, error, ends
+
+    def _gaps(self, part: Integers, first: Floats, last: Floats, ends: Floats) -> Any:
+        """Errors (panels, columns) by jumps between the last node of a panel and the next panel.
+
+        Neither rule sees them; the rates at both sides differ.
+        """
+        if not self.is_cautious:
+            return 0.0
+        found = np.zeros((len(part), self.columns))
+        order = np.lexsort((first, part))
+        is_pair = part[order[1:]] == part[order[:-1]]
+        left, right = order[:-1][is_pair], order[1:][is_pair]
+        jump = abs(ends[left, 1] - ends[right, 0])
+        # Both panels have the error of the larger one, so that both are halved.
+        gap = _GAP * np.maximum(last[left] - first[left], last[right] - first[right])
+        np.add.at(found, left, gap[:, np.newaxis] * jump)
+        np.add.at(found, right, gap[:, np.newaxis] * jump)
+        return found
 
 
 def _kronrod(rates: Floats, half: Floats, is_cautious: bool) -> tuple[Floats, Floats]:
