@@ -63,6 +63,10 @@ _GAP = 0.5 * (1.0 - NODES[-1])
 
 #: A panel that has been halved this often is a jump.
 _DEEPEST = 30
+#: Errors of rounding, which no rule can be better than, relative to the integral over a panel.
+_ROUNDING = 50.0 * np.finfo(float).eps
+#: Panels with errors below this are not halved.
+_ROUNDED = 1.1 * _ROUNDING
 #: Values of a function that are computed together: their arrays stay in a cache of the processor.
 _TOGETHER = 1 << 15
 
@@ -132,9 +136,11 @@ class Along:
         evaluations = len(part) * len(NODES)
         if target is None:
             return total, errors, evaluations
+        is_good = np.zeros(lines, dtype=bool)
         for _ in range(_DEEPEST):
             allowed = target(total, errors) if callable(target) else target
-            is_good = np.all(errors <= allowed, axis=1)
+            # What is allowed may become less, but the panels of a good line are gone.
+            is_good |= np.all(errors <= allowed, axis=1)
             kept = ~is_good[of_line]
             part, first, last, of_line = part[kept], first[kept], last[kept], of_line[kept]
             value, error, ends_of, shown = value[kept], error[kept], ends_of[kept], shown[kept]
@@ -142,13 +148,13 @@ class Along:
                 break
             share = 0.5 / np.bincount(of_line, minlength=lines)[of_line, np.newaxis]
             excess = (shown - share * allowed[of_line]).max(axis=1)
-            is_split = excess > 0.0
+            is_split = (excess > 0.0) & np.any(shown > _ROUNDED * abs(value), axis=1)
             if max_evaluations is not None:
                 most = max(0, (max_evaluations - evaluations) // (2 * len(NODES)))
                 if np.count_nonzero(is_split) > most:
                     is_split[np.argsort(-excess, kind="stable")[most:]] = False
-                if not is_split.any():
-                    break
+            if not is_split.any():
+                break
             middle = 0.5 * (first + last)
             new_part = np.repeat(part[is_split], 2)
             new_first = np.stack([first[is_split], middle[is_split]], axis=1).ravel()
@@ -226,8 +232,7 @@ def _kronrod(rates: Floats, half: Floats, is_cautious: bool) -> tuple[Floats, Fl
     if not is_cautious:
         scaled = np.minimum(scaled, difference)
     error = np.where(spread > 0.0, scaled, difference)
-    # Rounding: what no rule can be better than.
-    rounding: Any = 50.0 * np.finfo(float).eps * abs(2.0 * mean)
+    rounding: Any = _ROUNDING * abs(2.0 * mean)
     return 2.0 * mean * half, np.maximum(error, rounding) * half
 
 

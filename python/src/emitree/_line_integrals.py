@@ -29,7 +29,7 @@ SAMPLES = len(NODES)
 #: As in `render`.
 MAX_EVALUATIONS = 50_000_000
 #: Before a value is known, the largest is this fraction of the largest error.
-_GUESS = 0.05
+_GUESS = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
