@@ -10,26 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emitree import _options, _units
+from emitree._allowance import Allowance
 from emitree._along import NODES, Along
 from emitree._amr import AmrGrid
-from emitree._cameras import Box, Ellipsoid, Sphere
 from emitree._cells import Integers
 from emitree._emissions import Expression
 from emitree._function import Floats, Function
+from emitree._line_parts import parts_of
 from emitree._lines import Lines
 from emitree._native import EmissionError, SceneError
 from emitree._setup import with_own
 from emitree._several import Several
-from emitree._sight import Lines as Sights
-from emitree._sparse import SparseMatrix
-from emitree._supports import Boxes, Ellipsoids
 
 #: Samples of a panel: nodes of a rule of Gauss and Kronrod.
 SAMPLES = len(NODES)
 #: As in `render`.
 MAX_EVALUATIONS = 50_000_000
-#: Before a value is known, the largest is this fraction of the largest error.
-_GUESS = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +152,7 @@ def line_integrals(
     own = with_own(emission, {"bounds": bounds, "unit": unit})
     unit = _units.to_text(own["unit"])
     function = _function(emission, unit, lines.length_unit, quantities)
-    near, far = _parts(lines, own["bounds"], occulters)
+    near, far = parts_of(lines, own["bounds"], occulters)
     columns = Sampler(function, lines, near, far)
     line = np.flatnonzero(far > near)
     fewer = min(panels, (most - 1) // (SAMPLES * max(len(line), 1)))
@@ -289,123 +285,3 @@ class Sampler:
                 f"{line[wrong[0] // distance.shape[1]]}: expected finite rates"
             )
         return np.array(rates)
-
-
-@dataclass(frozen=True)
-class Allowance:
-    """The errors that are allowed in values, which are lines or weighted sums of lines."""
-
-    #: Relative to the largest |value|, or None.
-    tolerance: float | None
-    rtol: float
-    atol: float
-    weights: SparseMatrix | None
-
-    @classmethod
-    def of(cls, tolerance: Any, rtol: Any, atol: Any, weights: SparseMatrix | None) -> Allowance:
-        """From options, checked."""
-        if tolerance is not None and not (rtol is None and atol is None):
-            raise SceneError(
-                f"`tolerance` is {tolerance} beside `rtol` or `atol`: expected one or the other"
-            )
-        if rtol is None and atol is None:
-            tolerance = 0.01 if tolerance is None else tolerance
-        for name, value in (("tolerance", tolerance), ("rtol", rtol)):
-            is_number = isinstance(value, float | int) and not isinstance(value, bool)
-            if value is not None and not (is_number and 0.0 < value < 1.0):
-                raise SceneError(f"`{name}` is {value!r}: expected a number above 0 and below 1")
-        if atol is not None and not (isinstance(atol, float | int) and 0.0 < atol < np.inf):
-            raise SceneError(f"`atol` is {atol!r}: expected a finite number above 0")
-        return cls(tolerance, rtol or 0.0, atol or 0.0, weights)
-
-    def sums(self, values: Floats) -> Floats:
-        """The values (m, k) of lines (n, k)."""
-        return values if self.weights is None else _product(self.weights, values)
-
-    def bounds(self, errors: Floats) -> Floats:
-        """What the errors (m, k) of values are at most, from those of lines (n, k)."""
-        return errors if self.weights is None else _product(_absolute(self.weights), errors)
-
-    def of_values(self, values: Floats, errors: Floats, is_final: bool = False) -> Floats:
-        """The errors (m, k) that are allowed in values, which have errors (m, k) so far.
-
-        Until the end they are relative to what |value| is at least, which then hardly decreases.
-        """
-        least = abs(values) if is_final else np.maximum(abs(values) - errors, 0.0)
-        if self.tolerance is None:
-            return np.asarray(self.atol + self.rtol * least)
-        largest = least.max(axis=0, initial=0.0)
-        if not is_final:
-            largest = np.maximum(largest, _GUESS * errors.max(axis=0, initial=0.0))
-        return np.asarray(np.broadcast_to(self.tolerance * largest, values.shape))
-
-    def of_lines(self, values: Floats, errors: Floats) -> Floats:
-        """The errors (n, k) that are allowed along lines, so that those of all sums are."""
-        if self.weights is None:
-            return self.of_values(values, errors)
-        allowed = self.of_values(self.sums(values), self.bounds(errors))
-        size = _absolute(self.weights).times(np.ones(len(values)))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(size[:, np.newaxis] > 0.0, allowed / size[:, np.newaxis], np.inf)
-        of_weight = np.repeat(np.arange(len(size)), np.diff(self.weights.indptr))
-        has_weight = self.weights.data != 0.0
-        found = np.full(values.shape, np.inf)
-        np.minimum.at(found, self.weights.indices[has_weight], share[of_weight[has_weight]])
-        return found
-
-
-def _absolute(weights: SparseMatrix) -> SparseMatrix:
-    return SparseMatrix(abs(weights.data), weights.indices, weights.indptr, weights.shape)
-
-
-def _product(weights: SparseMatrix, values: Floats) -> Floats:
-    """The product of a matrix and columns."""
-    return np.stack([weights.times(column) for column in values.T], axis=1)
-
-
-def _parts(lines: Lines, bounds: Any, occulters: Sequence[Any]) -> tuple[Floats, Floats]:
-    """Where lines begin and end (n,) inside of the bounds and before opaque bodies."""
-    near, far = np.zeros(len(lines)), lines.lengths.copy()
-    sights = Sights(lines.positions.T, lines.directions.T, near, far, np.ones(len(lines)))
-    which = np.zeros(len(lines), dtype=np.int64)
-    if bounds is not None:
-        (near, far), *_ = _support("bounds", bounds, lines.length_unit).inside(sights, which)
-    for number, body in enumerate(occulters):
-        name = f"occulters[{number}]"
-        if isinstance(body, Box):
-            raise SceneError(f"`{name}` is {body}: expected a Sphere or an Ellipsoid")
-        (start, end), *_ = _support(name, body, lines.length_unit).inside(sights, which)
-        is_hit = end > start
-        inside = np.flatnonzero(is_hit & (start <= 0.0))
-        if len(inside):
-            raise SceneError(
-                f"line {inside[0]} begins inside of `{name}`, at {lines.positions[inside[0]]}: "
-                "expected positions outside of all bodies"
-            )
-        far = np.where(is_hit, np.minimum(far, start), far)
-    return near, np.maximum(near, far)
-
-
-def _support(name: str, shape: Any, unit: str | None) -> Boxes | Ellipsoids:
-    """A shape as what lines are cut with."""
-    if not isinstance(shape, Box | Ellipsoid | Sphere):
-        raise SceneError(f"`{name}` is {shape!r}: expected a Sphere, an Ellipsoid or a Box")
-    table = shape.table(unit)
-    if isinstance(shape, Box):
-        lower, upper = np.array([table["min"]], float), np.array([table["max"]], float)
-        if not np.all(lower < upper):
-            raise SceneError(f"`{name}` is {shape}: expected `min` below `max` on each axis")
-        return Boxes(lower, upper)
-    semi_axes = table["semi_axes"] if isinstance(shape, Ellipsoid) else [table["radius"]] * 3
-    size = np.array(semi_axes, float)
-    if size.shape != (3,) or not (np.isfinite(size) & (size > 0.0)).all():
-        raise SceneError(f"`{name}` is {shape}: expected finite lengths above 0")
-    third = np.array(table.get("pole", (0.0, 0.0, 1.0)), float)
-    third /= np.linalg.norm(third)
-    meridian = np.array(table.get("meridian", (1.0, 0.0, 0.0)), float)
-    first = meridian - (meridian @ third) * third
-    if not np.linalg.norm(first) > 1e-9 * np.linalg.norm(meridian):
-        raise SceneError(f"`{name}` is {shape}: expected `meridian` across `pole`")
-    first /= np.linalg.norm(first)
-    axes = np.stack([first, np.cross(third, first), third]) / size[:, np.newaxis]
-    return Ellipsoids(np.array([table["center"]], float), axes[np.newaxis])
