@@ -173,8 +173,8 @@ def test_bounds_and_bodies():
     found = emitree.line_integrals("1", lines, bounds=ball, occulters=[body])
     along = (position * lines.directions).sum(axis=1)
     square = 36 - along**2
-    chord = 2 * np.sqrt(4 - square)
-    hidden = np.sqrt(4 - square) - np.sqrt(np.maximum(1 - square, 0))
+    chord = 2 * np.sqrt(np.maximum(4 - square, 0))
+    hidden = chord / 2 - np.sqrt(np.maximum(1 - square, 0))
     np.testing.assert_allclose(found.values, np.where(square < 1, hidden, chord))
     box = emitree.Box(min=(-1, -2, -3), max=(1, 2, 3))
     found = emitree.line_integrals("1", emitree.Lines((0, 0, -9), (0, 0, 1), 10), bounds=box)
