@@ -1,5 +1,7 @@
 """Integrals along given lines, against chords and error functions."""
 
+import pickle
+
 import numpy as np
 import pytest
 from models import torus
@@ -143,9 +145,10 @@ def test_weighted_sums(kind):
     lines = random_lines(np.random.default_rng(3), 6)
     matrix = np.array([[0.5, 0.5, 0, 0, 0, 0], [0, 0, 0.25, 0.25, 0.25, 0.25]])
     groups = [[0, 1], [2, 3, 4, 5]]
-    weights = {"dense": matrix, "sparse": sparse.csr_array(matrix), "groups": groups}[kind]
+    weights = {"dense": matrix, "sparse": sparse.csr_array(matrix), "groups": None}[kind]
+    options = {"weights": weights, "groups": groups if weights is None else None}
     emission, exact, _ = gaussians(np.random.default_rng(4))
-    given = emitree.Lines(lines.positions, lines.directions, lines.lengths, weights)
+    given = emitree.Lines(lines.positions, lines.directions, lines.lengths, **options)
     found = emitree.line_integrals(emission, given, tolerance=1e-4)
     truth = matrix @ exact(lines)
     assert found.converged and found.values.shape == (2,) and found.along_lines.shape == (6,)
@@ -234,6 +237,32 @@ def test_budgets():
         emitree.line_integrals(ball, lines, max_evaluations=100)
 
 
+def test_particles_and_meshes_have_their_bounds():
+    pytest.importorskip("scipy.spatial")
+    particles = emitree.Particles(np.zeros((1, 3)), emission=2.0, smoothing_length=0.5)
+    sides = np.linspace(-0.6, 0.6, 41)
+    y, z = (side.ravel() for side in np.meshgrid(sides, sides))
+    start = np.stack([np.full(y.shape, -50.0), y, z], axis=1)
+    weights = np.full((1, len(y)), (sides[1] - sides[0]) ** 2)
+    # The sum over a plane of lines is the integral over the volume: the strength of the particle.
+    lines = emitree.Lines(start, (1, 0, 0), 100.0, weights)
+    found = emitree.line_integrals(particles, lines, tolerance=1e-4)
+    assert found.converged and found.values[0] == pytest.approx(2.0, rel=1e-3)
+    grid = emitree.AmrGrid(
+        [emitree.Block(level=0, lower=(0, 0, 0), upper=(1, 1, 1), values=np.full((4, 4, 4), 3.0))]
+    )
+    through = emitree.Lines((-5, 0.5, 0.5), (1, 0, 0), 100.0)
+    assert emitree.line_integrals(grid, through).values == pytest.approx([3.0])
+
+
+def test_constants_and_pickles():
+    lines = emitree.Lines((0, 0, 0), (1, 0, 0), 2.0, length_unit="km")
+    found = emitree.line_integrals(emitree.Expression("a * x", {"a": 3.0}), lines)
+    copy = pickle.loads(pickle.dumps(found))
+    assert copy.values == pytest.approx([6.0]) and repr(copy) == repr(found)
+    assert repr(pickle.loads(pickle.dumps(lines))) == "<emitree.Lines in km: 1 lines>"
+
+
 def test_integrals_of_zero_end():
     lines = emitree.Lines((-1, 0, 0), [(1, 0, 0), (1, 0.1, 0)], 2.0)
     for formula in ("0", "x * (r < 5)", "x^3"):
@@ -267,7 +296,10 @@ def test_units():
     ((np.zeros((2, 3)), np.ones((3, 3)), 1), {}, "`positions` 2, `directions` 3"),
     (((0, 0, 0), (1, 0, 0), 1), {"scale": 0}, r"`scale\[0\]` is 0.0"),
     (((0, 0, 0), (1, 0, 0), 1, [[1.0, 2.0]]), {}, r"`weights` has the shape \(1, 2\)"),
-    (((0, 0, 0), (1, 0, 0), 1, [[0], [1]]), {}, r"`weights\[1\]` is \[1\]: expected numbers of"),
+    (((0, 0, 0), (1, 0, 0), 1), {"groups": [[0], [1]]}, r"`groups\[1\]` is \[1\]: expected numbers of"),
+    (((0, 0, 0), (1, 0, 0), 1), {"groups": [[0.0]]}, r"`groups\[0\]` is \[0.0\]: expected numbers"),
+    (((0, 0, 0), (1, 0, 0), 1), {"groups": 3}, "`groups` is 3: expected a list of lists"),
+    (((0, 0, 0), (1, 0, 0), 1, [[1]]), {"groups": [[0]]}, "expected one or the other"),
     (((0, 0, 0), (1, 0, 0), 1, [[np.nan]]), {}, "`weights` has numbers that are not finite"),
 ])  # fmt: skip
 def test_lines_are_checked(arguments, options, message):

@@ -22,8 +22,9 @@ class Lines:
     directions: (n, 3), vectors of any length but 0, away from the observer; or (3,) for all.
     lengths: (n,), how far each extends, 0 or more, or infinite; or a number for all.
     weights: (m, n), detector elements that are weighted sums of lines, such as apertures and pixels
-        of finite size: an array, a sparse matrix of scipy or a `SparseMatrix`. Or a list of m lists
-        of line numbers, of which each element is the mean. Without weights each line is an element.
+        of finite size: an array, a sparse matrix of scipy or a `SparseMatrix`. Without weights each
+        line is an element.
+    groups: instead of weights, m lists of line numbers, from 0: each element is the mean of these.
     scale: of infinite lines, (n,) or a number for all: half of the samples are within three times
         this distance. By default that of the origin, or 1 if that is 0.
     length_unit: the unit of all lengths, such as "R_E"; needed if units are. Astropy quantities are
@@ -40,7 +41,7 @@ class Lines:
     >>> lines = emitree.Lines((-2, 0, 0), fan, 4.0)
     >>> lines
     <emitree.Lines: 3 lines>
-    >>> emitree.Lines((-2, 0, 0), fan, 4.0, weights=[[0, 1], [1, 2]])
+    >>> emitree.Lines((-2, 0, 0), fan, 4.0, groups=[[0, 1], [1, 2]])
     <emitree.Lines: 3 lines in 2 sums>
     """
 
@@ -51,6 +52,7 @@ class Lines:
         lengths: Any,
         weights: Any = None,
         *,
+        groups: Any = None,
         scale: Any = None,
         length_unit: Any = None,
     ) -> None:
@@ -91,7 +93,13 @@ class Lines:
         is_good = np.isfinite(self.scale) & (self.scale > 0.0)
         _check("scale", self.scale, is_good, "a finite length above 0")
         #: (m, n), or None.
-        self.weights: SparseMatrix | None = None if weights is None else _matrix(weights, count)
+        self.weights: SparseMatrix | None = None
+        if groups is not None:
+            if weights is not None:
+                raise SceneError("`weights` and `groups` are given: expected one or the other")
+            self.weights = _means(groups, count)
+        elif weights is not None:
+            self.weights = _matrix(weights, count)
 
     def __len__(self) -> int:
         """The number of lines."""
@@ -169,15 +177,12 @@ def _matrix(weights: Any, count: int) -> SparseMatrix:
         rows = weights.tocsr()
         data = np.asarray(rows.data, dtype=np.float64)
         matrix = SparseMatrix(data, rows.indices, rows.indptr, rows.shape)
-    elif _is_groups(weights):
-        return _means(weights, count)
     else:
         try:
             dense = np.asarray(weights, dtype=np.float64)
         except (TypeError, ValueError):
             raise SceneError(
-                f"`weights` is {type(weights).__name__}: expected a matrix (m, n), or a list of "
-                "lists of line numbers"
+                f"`weights` is {type(weights).__name__}: expected a matrix (m, {count}) of numbers"
             ) from None
         if dense.ndim != 2:
             raise SceneError(f"`weights` has the shape {dense.shape}: expected (m, {count})")
@@ -191,22 +196,19 @@ def _matrix(weights: Any, count: int) -> SparseMatrix:
     return matrix
 
 
-def _is_groups(weights: Any) -> bool:
-    """Whether weights are lists of line numbers: integers, or lists of different lengths."""
-    if isinstance(weights, np.ndarray) or not isinstance(weights, Sequence):
-        return False
-    return all(np.ndim(one) == 1 and np.asarray(one).dtype.kind in "iu" for one in weights)
-
-
-def _means(groups: Sequence[Any], count: int) -> SparseMatrix:
+def _means(groups: Any, count: int) -> SparseMatrix:
     """The means over groups of lines, by their numbers."""
-    for number, group in enumerate(groups):
-        lines = np.asarray(group)
-        if len(lines) == 0 or lines.min() < 0 or lines.max() >= count:
+    if not isinstance(groups, Sequence | np.ndarray) or isinstance(groups, str) or not len(groups):
+        raise SceneError(f"`groups` is {groups!r}: expected a list of lists of line numbers")
+    arrays = [np.asarray(group) for group in groups]
+    for number, lines in enumerate(arrays):
+        is_good = lines.ndim == 1 and len(lines) > 0 and lines.dtype.kind in "iu"
+        if not is_good or lines.min() < 0 or lines.max() >= count:
             raise SceneError(
-                f"`weights[{number}]` is {list(group)}: expected numbers of lines, 0 to {count - 1}"
+                f"`groups[{number}]` is {groups[number]}: expected numbers of lines, "
+                f"0 to {count - 1}"
             )
-    sizes = np.array([len(group) for group in groups], dtype=np.int64)
+    sizes = np.array([len(lines) for lines in arrays])
     starts = np.concatenate(([0], np.cumsum(sizes)))
-    every = np.concatenate([np.asarray(group, dtype=np.int64) for group in groups])
-    return SparseMatrix(np.repeat(1.0 / sizes, sizes), every, starts, (len(groups), count))
+    every = np.concatenate(arrays).astype(np.int64)
+    return SparseMatrix(np.repeat(1.0 / sizes, sizes), every, starts, (len(arrays), count))
