@@ -239,7 +239,7 @@ def test_budgets():
 
 def test_particles_and_meshes_have_their_bounds():
     pytest.importorskip("scipy.spatial")
-    particles = emitree.Particles(np.zeros((1, 3)), emission=2.0, smoothing_length=0.5)
+    particles = emitree.Particles(np.zeros((1, 3)), emission=2.0, support_radius=0.5)
     sides = np.linspace(-0.6, 0.6, 41)
     y, z = (side.ravel() for side in np.meshgrid(sides, sides))
     start = np.stack([np.full(y.shape, -50.0), y, z], axis=1)
