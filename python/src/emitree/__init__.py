@@ -45,6 +45,8 @@ from emitree._forward import Forward
 from emitree._grid import Grid
 from emitree._instrument import Instrument
 from emitree._jacobian import Jacobian, jacobian
+from emitree._line_integrals import LineIntegrals, line_integrals
+from emitree._lines import Lines
 from emitree._meshes import from_pyvista
 from emitree._native import EmissionError, RenderError, SceneError, __version__
 from emitree._particles import Particles
@@ -88,6 +90,8 @@ __all__ = [
     "Healpix",
     "Instrument",
     "Jacobian",
+    "LineIntegrals",
+    "Lines",
     "Mesh",
     "Model",
     "Orthographic",
@@ -119,6 +123,7 @@ __all__ = [
     "from_pyvista",
     "from_yt",
     "jacobian",
+    "line_integrals",
     "progressive",
     "render",
     "sensitivity",

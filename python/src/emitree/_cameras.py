@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from emitree import _native, _units
 
 if TYPE_CHECKING:
+    from emitree._lines import Lines
     from emitree._sky import Sky
 
 Vector = Sequence[float]
@@ -64,6 +65,29 @@ class Camera(_Table):
             cls._type, cls._is_sky = row["name"], row["is_sky"]
             cls._lengths = tuple(key["name"] for key in row["keys"] if key["unit"] == "length")
             cls._angles = tuple(key["name"] for key in row["keys"] if key["unit"] == "deg")
+
+    def lines(
+        self, shape: Sequence[int] | int, *, bounds: Any = None, occulters: Sequence[Any] = ()
+    ) -> Lines:
+        """The lines of sight through the centres of the pixels, row by row, row 0 first.
+
+        Each begins at `near`, and is as long as it is in view: outside of the bounds, and behind
+        bodies, there is nothing of it. A pixel without an image, as in the corners of a `Fisheye`,
+        has a line of the length 0. The values of `line_integrals` are at the centres; pixels of
+        `render` are means.
+
+        shape: (height, width) in pixels; nside of a `Healpix`.
+        bounds, occulters: as of `render`.
+
+        Raises `SceneError` if an argument is wrong, or if lines come from infinity.
+
+        >>> import emitree
+        >>> emitree.Canonical().lines((2, 3)).positions[0].round(3)
+        array([0.167, 0.25 , 0.   ])
+        """
+        from emitree._lines import lines_of_camera
+
+        return lines_of_camera(self, shape, bounds=bounds, occulters=occulters)
 
     @classmethod
     def from_wcs(

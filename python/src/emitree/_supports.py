@@ -1,4 +1,4 @@
-"""Supports of functions: where a line of sight is inside of a box, a ball or a ring.
+"""Supports of functions: where a line of sight is inside of a box, a ball, an ellipsoid or a ring.
 
 The parts of lines are intervals of their distance t from the origin. With a `growth` all shapes are
 larger by radius + spread * t on all sides: a line that is within that distance of the given one is
@@ -93,6 +93,38 @@ class Balls:
         along, square = (offset * lines.direction).sum(axis=0), (offset**2).sum(axis=0)
         start, end = _within(np.ones(1), along, square, self.radii[which], growth)
         return [(np.maximum(start, lines.near), np.minimum(end, lines.far))]
+
+
+@dataclass(frozen=True)
+class Ellipsoids:
+    """Ellipsoids in any orientation."""
+
+    #: (k, 3) [length].
+    centers: Floats
+    #: Unit vectors along the axes, each divided by its semi-axis: rows of (k, 3, 3) [1/length].
+    axes: Floats
+
+    def __len__(self) -> int:
+        return len(self.centers)
+
+    @property
+    def sizes(self) -> Floats:
+        """The diameters (k,) [length]."""
+        return np.asarray(2.0 / np.linalg.norm(self.axes, axis=2).min(axis=1))
+
+    def inside(self, lines: Lines, which: Integers, growth: Growth | None = None) -> list[Interval]:
+        """Where lines (...) are inside of the ellipsoids with the numbers (...); no growth."""
+        assert growth is None
+        axes = self.axes[which]
+        offset = lines.origin - np.moveaxis(self.centers[which], -1, 0)
+        offset = np.einsum("...ij,j...->i...", axes, offset)
+        direction = np.einsum("...ij,j...->i...", axes, lines.direction)
+        square = (direction**2).sum(axis=0)
+        # From the point that is nearest to the centre: seen from afar, differences would cancel.
+        nearest = -(offset * direction).sum(axis=0) / square
+        distance = ((offset + nearest * direction) ** 2).sum(axis=0)
+        start, end = _within(square, np.zeros_like(square), distance, np.ones(1), None)
+        return [(np.maximum(nearest + start, lines.near), np.minimum(nearest + end, lines.far))]
 
 
 @dataclass(frozen=True)
