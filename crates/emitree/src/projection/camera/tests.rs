@@ -111,7 +111,9 @@ fn densities_are_the_solid_angle_of_sight_vectors() {
 
 #[test]
 fn solid_angles_of_pixels_are_integrals_and_add_up() {
-    let whole = [36.0, 0.0, 0.0, 0.0, 4.0 * PI, 0.0, 4.0 * PI, 0.0, 4.0 * PI, 0.0, 4.0 * PI];
+    // 0 where it is not known in closed form.
+    let whole =
+        [36.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0 * PI, 0.0, 4.0 * PI, 0.0, 4.0 * PI, 0.0, 4.0 * PI];
     for (camera, whole) in cameras().into_iter().zip(whole) {
         let (rows, columns) = (7, 9);
         let pixel = |row: usize, column: usize| {
