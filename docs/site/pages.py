@@ -36,6 +36,7 @@ NOTEBOOKS = {
     "python/docs/tutorial.ipynb": "tutorials/tutorial",
     "python/docs/fitting.ipynb": "tutorials/fitting",
     "python/docs/tomography.ipynb": "tutorials/tomography",
+    "python/docs/corona.ipynb": "tutorials/corona",
 }
 #: Where pages of the site have the pictures and other files of the repository.
 FILES = "files"
