@@ -37,6 +37,7 @@ NOTEBOOKS = {
     "python/docs/fitting.ipynb": "tutorials/fitting",
     "python/docs/tomography.ipynb": "tutorials/tomography",
     "python/docs/corona.ipynb": "tutorials/corona",
+    "python/docs/exosphere.ipynb": "tutorials/exosphere",
 }
 #: Where pages of the site have the pictures and other files of the repository.
 FILES = "files"

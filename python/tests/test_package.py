@@ -35,7 +35,7 @@ def test_the_version_is_one():
     assert emitree.__version__ == metadata.version("emitree")
 
 
-@pytest.mark.parametrize("name", ["tutorial", "fitting", "tomography", "corona"])
+@pytest.mark.parametrize("name", ["tutorial", "fitting", "tomography", "corona", "exosphere"])
 def test_the_notebooks_run(name):
     # sunpy.map needs reproject, and warns without it.
     for module in ("matplotlib", "astropy", "scipy", "sunpy", "reproject"):

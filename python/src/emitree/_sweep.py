@@ -114,7 +114,9 @@ def _have_points_in_common(one: Camera, other: Camera) -> bool:
     """
     # As texts of numbers: positions are tuples, arrays or quantities.
     first, second = [
-        (list(map(str, camera.position)), camera.length_unit) if hasattr(camera, "position") else None
+        (list(map(str, camera.position)), camera.length_unit)
+        if hasattr(camera, "position")
+        else None
         for camera in (one, other)
     ]
     return first is not None and first == second
