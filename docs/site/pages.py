@@ -36,6 +36,8 @@ NOTEBOOKS = {
     "python/docs/tutorial.ipynb": "tutorials/tutorial",
     "python/docs/fitting.ipynb": "tutorials/fitting",
     "python/docs/tomography.ipynb": "tutorials/tomography",
+    "python/docs/corona.ipynb": "tutorials/corona",
+    "python/docs/exosphere.ipynb": "tutorials/exosphere",
 }
 #: Where pages of the site have the pictures and other files of the repository.
 FILES = "files"

@@ -1,5 +1,7 @@
 """Sweeps: many images, each from the plan of a neighbour."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from models import counted, torus
@@ -153,6 +155,18 @@ def test_cameras_of_one_observer(options, most):
         np.testing.assert_array_equal(rendering.image, other.image)
     assert sweep.evaluations == sum(calls)
     assert sweep.evaluations <= most * sum(rendering.evaluations for rendering in alone)
+
+
+def test_positions_of_cameras_may_be_arrays():
+    tuples = [looking_at(0.0), looking_at(0.1), looking_at(0.0, position=(6, -3, 5))]
+    arrays = [replace(camera, position=np.array(camera.position)) for camera in tuples]
+    options = {"bounds": emitree.Sphere(center=(0, 0, 0), radius=3)}
+    expected = emitree.sweep(torus_of, {}, tuples, (16, 16), **options)
+    found = emitree.sweep(torus_of, {}, arrays, (16, 16), **options)
+    np.testing.assert_array_equal(found.images, expected.images)
+    # The first two have one observer, whose points are evaluated once.
+    assert found.evaluations == expected.evaluations
+    assert found.evaluations < sum(rendering.evaluations for rendering in found.renderings)
 
 
 def test_parameters_and_cameras():

@@ -112,9 +112,14 @@ def _have_points_in_common(one: Camera, other: Camera) -> bool:
 
     The coordinates of charts depend on the observer and not on the pointing or the field.
     """
-    positions = [getattr(camera, "position", None) for camera in (one, other)]
-    units = [camera.length_unit for camera in (one, other)]
-    return None not in positions and str(positions[0]) == str(positions[1]) and units[0] == units[1]
+    # As texts of numbers: positions are tuples, arrays or quantities.
+    first, second = [
+        (list(map(str, camera.position)), camera.length_unit)
+        if hasattr(camera, "position")
+        else None
+        for camera in (one, other)
+    ]
+    return first is not None and first == second
 
 
 def _checked(name: str, given: Any) -> NDArray[Any]:
