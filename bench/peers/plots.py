@@ -25,7 +25,7 @@ EVALUATIONS = (1e2, 3e7)
 ERRORS = (3e-8, 1.0)
 #: And in those of scenes where everything costs more.
 OF_CAMERAS = {
-    "smile": {"xlim": (3e4, 1e9), "ylim": (1e-4, 1.0)},
+    "smile": {"xlim": (1e4, 1e9), "ylim": (1e-4, 1.0)},
     "zodi": {"xlim": (2e3, 3e7), "ylim": (1e-5, 1.0)},
 }
 #: How many colours a picture has.
