@@ -9,6 +9,7 @@ mod numbers;
 mod render;
 mod reproduce;
 mod sweep;
+mod threads;
 
 use arguments::{Arguments, Command};
 use clap::Parser;

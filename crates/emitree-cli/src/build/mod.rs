@@ -6,6 +6,7 @@ use crate::arguments::BuildArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::render::ProgressLine;
+use crate::threads;
 use emitree::world_tree::{WorldTreeError, WorldTreeOptions, build_world_tree};
 use emitree::{RenderError, StopReason};
 use emitree_io::{OutputFile, Quantity, Scene, TreeFile, available_memory_bytes, scene_history};
@@ -30,13 +31,7 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
         let why = "a tree holds rates, whose integrals are radiances: expected \"radiance\"";
         return Err(Failure::Request(format!("{}: `image.quantity`: {why}", scene.name)));
     }
-    let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(threads) = arguments.threads {
-        pool = pool.num_threads(usize::from(threads));
-    }
-    let pool = pool
-        .build()
-        .map_err(|error| Failure::Request(format!("--threads: can't start them: {error}")))?;
+    let pool = threads::pool(arguments.threads)?;
 
     interrupt::catch();
     let output = prepare(&arguments.output, &arguments.scene)?;

@@ -14,6 +14,7 @@ use rendered::Rendered;
 use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
+use crate::threads;
 use emitree::progress::Frame;
 use emitree::{Method, RenderError, RenderOptions};
 use emitree_io::Scene;
@@ -24,13 +25,7 @@ use std::process::ExitCode;
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     let scene = Scene::open(&arguments.scene, &arguments.overrides())?;
-    let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(threads) = arguments.threads {
-        pool = pool.num_threads(usize::from(threads));
-    }
-    let pool = pool
-        .build()
-        .map_err(|error| Failure::Request(format!("--threads: can't start them: {error}")))?;
+    let pool = threads::pool(arguments.threads)?;
 
     interrupt::catch();
     // Temporary files beside the targets: what can't be written is found before g is called.

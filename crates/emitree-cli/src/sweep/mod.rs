@@ -9,6 +9,7 @@ use crate::arguments::SweepArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::render::ProgressLine;
+use crate::threads;
 use emitree::sweep::Sweep;
 use emitree::{RenderError, RenderOptions};
 use emitree_io::{
@@ -23,13 +24,7 @@ pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
     let of_option = |error| Failure::Request(format!("--over: {error}"));
     let sweep = SceneSweep::new(keys.map_err(of_option)?).map_err(of_option)?;
     let scenes = Scenes { arguments, sweep: &sweep, overrides: arguments.overrides() };
-    let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(threads) = arguments.threads {
-        pool = pool.num_threads(usize::from(threads));
-    }
-    let pool = pool
-        .build()
-        .map_err(|error| Failure::Request(format!("--threads: can't start them: {error}")))?;
+    let pool = threads::pool(arguments.threads)?;
     // A wrong value, and a file that can't be written, are found before g is called.
     for image in 0..sweep.len() {
         outputs::check_method(arguments, &scenes.open(image)?)?;
