@@ -8,7 +8,8 @@
 //! `… -- planets 0 80 1e-2` these around an opaque planet, in orthographic and perspective views,
 //! `… -- smile 0 40 1e-2` the magnetosheath from random viewpoints,
 //! `… -- deep 0 40 10 1e-2` Gaussians in a depth range ten times as long as needed,
-//! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- monotone 0 60` and
+//! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- rooms 0 60 1e-2` views of boxes with
+//! emission up to their faces, `… -- monotone 0 60` and
 //! `… -- monotone 0 40 peaks` search for tolerances that cost more than tighter ones, and
 //! `… -- paper 0 72 1e-2` searches for the cheapest threshold of method `paper` for each random scene.
 //! Images have 64 × 64 pixels, those of views as many as the view has.
@@ -25,7 +26,7 @@ use emitree_problems::relative_error;
 use emitree_problems::shapes::random_shape;
 use emitree_problems::smile::random_smile;
 use emitree_problems::solids::random_solids;
-use emitree_problems::views::{Outcome, RandomView, random_view};
+use emitree_problems::views::{Outcome, RandomView, random_room, random_view};
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -68,7 +69,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scenes = (from.parse()?..to.parse()?).map(|seed| deep_scene(seed, factor));
             many(scenes.collect(), &numbers(tolerances)?)
         }
-        ["views", from, to, tolerances] => views(from.parse()?, to.parse()?, &numbers(tolerances)?),
+        ["views", from, to, tolerances] => {
+            views((from.parse()?..to.parse()?).map(random_view).collect(), &numbers(tolerances)?)
+        }
+        ["rooms", from, to, tolerances] => {
+            views((from.parse()?..to.parse()?).map(random_room).collect(), &numbers(tolerances)?)
+        }
         ["monotone", from, to] => monotone((from.parse()?..to.parse()?).map(random_scene)),
         ["monotone", from, to, "peaks"] => monotone((from.parse()?..to.parse()?).map(random_peak)),
         ["paper", tolerances] => paper_named(&numbers(tolerances)?),
@@ -76,7 +82,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
         _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
                   solids FROM TO T,… | shapes FROM TO T,… | planets FROM TO T,… | \
-                  smile FROM TO T,… | deep FROM TO FACTOR T,… | views FROM TO T,… | monotone FROM TO [peaks] | \
+                  smile FROM TO T,… | deep FROM TO FACTOR T,… | views FROM TO T,… | rooms FROM TO T,… | monotone FROM TO [peaks] | \
                   paper [FROM TO] T,… | trace NAME T"
             .into()),
     }
@@ -250,8 +256,7 @@ fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
 }
 
 /// How often a tolerance is met in views with bodies, and at what cost.
-fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
-    let views: Vec<_> = (from..to).map(random_view).collect();
+fn views(views: Vec<RandomView>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
     let references: Vec<Reference> = views.iter().map(RandomView::reference).collect();
     let worst = references.iter().map(|reference| reference.error).fold(0.0, f64::max);
     println!("references: largest error {worst:.1e}");
@@ -279,7 +284,8 @@ fn views(from: u64, to: u64, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
             broken += usize::from(is_broken);
             negative += usize::from(outcome.is_negative);
             logs += (rendering.stats.evaluations as f64).ln();
-            if !(converged && is_within) || outcome.is_negative {
+            let is_listed = std::env::var("ALL").is_ok();
+            if is_listed || !(converged && is_within) || outcome.is_negative {
                 println!(
                     "{}: {} evaluations, true {:.1e} at {:?}, estimate {:.1e}, converged {converged}{}{}",
                     view.name(),

@@ -20,6 +20,7 @@
 mod glow;
 mod outcome;
 mod reference;
+mod rooms;
 mod shapes;
 
 use crate::family::Reference;
@@ -32,6 +33,7 @@ use emitree::{
 use glow::Glow;
 pub use outcome::Outcome;
 use reference::{Scene, Scenery};
+pub use rooms::random_room;
 use shapes::{Ball, Room, Vector, advanced, less, norm};
 
 /// The kinds of cameras.

@@ -56,6 +56,28 @@ impl Bounds {
 }
 
 impl Cuboid {
+    /// The coordinate of a face along its axis.
+    pub(crate) fn plane(&self, axis: usize, is_max: bool) -> f64 {
+        if is_max { self.max[axis] } else { self.min[axis] }
+    }
+
+    /// The length of the edges along an axis.
+    pub(crate) fn edge(&self, axis: usize) -> f64 {
+        self.max[axis] - self.min[axis]
+    }
+
+    /// The position at a place in units of the edges, from 0 to 1.
+    pub(crate) fn at(&self, place: [f64; 3]) -> [f64; 3] {
+        core::array::from_fn(|i| {
+            if place[i] >= 1.0 { self.max[i] } else { self.min[i] + place[i] * self.edge(i) }
+        })
+    }
+
+    /// The place of a position in units of the edges.
+    pub(crate) fn place_of(&self, position: [f64; 3]) -> [f64; 3] {
+        core::array::from_fn(|i| (position[i] - self.min[i]) / self.edge(i))
+    }
+
     fn crossing(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
         let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
         for axis in 0..3 {

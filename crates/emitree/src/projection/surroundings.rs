@@ -137,6 +137,11 @@ impl Surroundings {
         }
     }
 
+    /// The distances from which to which lines of sight reach.
+    pub(super) fn depths(&self) -> [f64; 2] {
+        self.depth.ends()
+    }
+
     pub(super) fn span(&self, from: f64, to: f64) -> Span {
         self.depth.span(from, to)
     }

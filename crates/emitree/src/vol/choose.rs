@@ -20,7 +20,8 @@ use crate::vol::seeds::check_seeds;
 use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
-use crate::vol::view::part::{Parts, atlas, parts};
+use crate::vol::view::faces::reaches_faces_at;
+use crate::vol::view::part::{Parts, atlas, atlas_of_box, parts};
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
 use std::sync::Arc;
 
@@ -38,11 +39,14 @@ pub(crate) async fn render(
     let mut start = start(meter, tiles);
     let mut division = match start {
         Some(start) => start.division.clone(),
-        None => Division { edges: edges(meter, tiles, axis, vol).await?, ..Division::default() },
+        None => division(meter, tiles, axis, vol).await?,
     };
     loop {
-        let Division { edges, cuts, depths, stretch } = &division;
-        let atlas = atlas(tiles, edges).map(|atlas| atlas.with_weights(depths).with_cuts(cuts));
+        let Division { edges, cuts, depths, stretch, is_by_faces } = &division;
+        let atlas = match is_by_faces {
+            true => atlas_of_box(tiles),
+            false => atlas(tiles, edges).map(|atlas| atlas.with_weights(depths).with_cuts(cuts)),
+        };
         let parts = parts(tiles, atlas.as_ref(), *stretch);
         meter.check_time()?;
         let mut attempted = match axis {
@@ -55,8 +59,11 @@ pub(crate) async fn render(
         if !attempted.functions_suffice {
             // From nothing, as without a mesh.
             start = None;
-            let edges = self::edges(meter, tiles, axis, vol).await?;
-            division = Division { edges, ..Division::default() };
+            division = self::division(meter, tiles, axis, vol).await?;
+            continue;
+        }
+        if attempted.prefers_faces {
+            division.is_by_faces = true;
             continue;
         }
         if !attempted.depths.is_empty() {
@@ -71,7 +78,7 @@ pub(crate) async fn render(
         if let Some(atlas) = atlas.as_ref().filter(|_| cuts.is_empty()) {
             let kinks = attempted.kinks.iter();
             let cuts: Vec<FoundCut> =
-                kinks.map(|kink| atlas.cut(kink.chart, &kink.window, kink.v)).collect();
+                kinks.filter_map(|kink| atlas.cut(kink.chart, &kink.window, kink.v)).collect();
             if !cuts.is_empty() {
                 division.cuts = cuts;
                 continue;
@@ -94,6 +101,33 @@ pub(crate) async fn render(
 fn start<'a>(meter: &'a Meter, tiles: &[Tile<'_>]) -> Option<&'a Start> {
     let start: &Start = meter.start()?.structure.as_ref()?.of_method()?;
     start.division.fits(atlas(tiles, &start.division.edges).as_ref()).then_some(start)
+}
+
+/// How a view is divided before its search for products.
+async fn division(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    axis: Option<&EnergyAxis>,
+    vol: &VolOptions,
+) -> Result<Division, MethodError> {
+    let energies = some_energies(axis);
+    let edges = edges(meter, tiles, &energies, vol).await?;
+    let may_be_by_faces = atlas(tiles, &edges).is_none() && atlas_of_box(tiles).is_some();
+    let is_by_faces = may_be_by_faces
+        && match (axis, tiles) {
+            // The first samples of the search for products decide.
+            (None, [_]) => false,
+            (Some(_), [tile]) => {
+                match reaches_faces_at(meter, tile, &energies, vol.tolerance).await {
+                    Ok(reaches) => reaches,
+                    Err(Stop::Budget) => false,
+                    Err(Stop::Failed(error)) => return Err(error),
+                }
+            }
+            // Tiles have no products, but charts may.
+            _ => true,
+        };
+    Ok(Division { edges, is_by_faces, ..Division::default() })
 }
 
 /// Adds the largest error in units of the error allowed. By pixel, that is the final check of the image of
@@ -140,26 +174,30 @@ async fn finish(
     }
 }
 
-/// The places of the energy axis at which edges are searched for: some of them have emission.
-const EDGE_ENERGIES: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
+/// The places of the energy axis at which a view is sampled before it is divided: some of them have emission.
+const FIRST_ENERGIES: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
+
+/// Energies at those places; one `None` without an axis.
+fn some_energies(axis: Option<&EnergyAxis>) -> Vec<Option<f64>> {
+    match axis {
+        None => vec![None],
+        Some(axis) => FIRST_ENERGIES.iter().map(|u| Some(axis.energy(*u))).collect(),
+    }
+}
 
 /// The edges of the emission around the bodies in view; none if the budget is small.
 async fn edges(
     meter: &Meter,
     tiles: &[Tile<'_>],
-    axis: Option<&EnergyAxis>,
+    energies: &[Option<f64>],
     vol: &VolOptions,
 ) -> Result<Vec<FoundEdge>, MethodError> {
     let Some(atlas) = atlas(tiles, &[]) else { return Ok(Vec::new()) };
-    let energies: Vec<Option<f64>> = match axis {
-        None => vec![None],
-        Some(axis) => EDGE_ENERGIES.iter().map(|u| Some(axis.energy(*u))).collect(),
-    };
     let most = energies.len() as u64 * cost_of_edges();
     if meter.evaluations_left() / TUNING.edges.least_budget < most {
         return Ok(Vec::new());
     }
-    match find_edges(meter, &atlas, vol.tolerance, &energies).await {
+    match find_edges(meter, &atlas, vol.tolerance, energies).await {
         Ok(found) => Ok(found),
         Err(Stop::Budget) => Ok(Vec::new()),
         Err(Stop::Failed(error)) => Err(error),

@@ -116,7 +116,7 @@ impl Window {
         [u, (if is_below { beyond - TAU } else { beyond }) / width]
     }
 
-    fn natural(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn natural(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let c = self.c[0] + u * (self.c[1] - self.c[0]);
         // Both ends of the full circle are the same lines, bit for bit.
         let v = if self.is_closed() && v >= 1.0 { 0.0 } else { v };
@@ -201,12 +201,17 @@ impl Chart for PieceChart<'_> {
     }
 
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
-        let line = self.line(uv);
-        let place = |tile: &&dyn ViewGeometry| tile.place_of_line(&line);
-        let is_inside = |xy: &[f64; 2]| xy.iter().all(|along| (0.0..=1.0).contains(along));
-        let mut places = self.tiles.iter().map(place).enumerate();
-        let first = self.tiles.first().and_then(place);
-        let found = places.find_map(|(tile, xy)| Some((tile, xy.filter(is_inside)?)));
-        found.unwrap_or((0, first.unwrap_or([0.5; 2]).map(|along| along.clamp(0.0, 1.0))))
+        image_place(&self.tiles, &self.line(uv))
     }
+}
+
+/// The number of the tile, and the place on it, at which a line is seen; a place near it for a line that
+/// is not in view.
+pub(super) fn image_place(tiles: &[&dyn ViewGeometry], line: &SightLine) -> (usize, [f64; 2]) {
+    let place = |tile: &&dyn ViewGeometry| tile.place_of_line(line);
+    let is_inside = |xy: &[f64; 2]| xy.iter().all(|along| (0.0..=1.0).contains(along));
+    let mut places = tiles.iter().map(place).enumerate();
+    let first = tiles.first().and_then(place);
+    let found = places.find_map(|(tile, xy)| Some((tile, xy.filter(is_inside)?)));
+    found.unwrap_or((0, first.unwrap_or([0.5; 2]).map(|along| along.clamp(0.0, 1.0))))
 }

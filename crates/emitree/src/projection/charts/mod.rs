@@ -13,6 +13,7 @@
 //! * `singular`: coordinates of lines that pass a singularity;
 //! * `singularities`: the coordinates about those of a view, and where they are in the image;
 //! * `sectors`: parts of the azimuth between planes on which g jumps or has a kink;
+//! * `faces`: lines of sight by the faces at which they enter and leave bounds that are a box;
 //! * `piece`: the pieces of lines between surfaces, their coordinates and depths;
 //! * `chart`: a piece in view as a map from the unit cube;
 //! * `stretch`: a chart with more places where the emission is.
@@ -22,6 +23,7 @@ mod axis;
 pub(crate) mod chart;
 pub(crate) mod depth;
 mod excluded;
+mod faces;
 mod piece;
 mod sectors;
 mod shells;
@@ -35,9 +37,10 @@ use crate::projection::edge::Edge;
 use crate::projection::ellipsoid::Ellipsoid;
 use crate::projection::region::Region;
 use crate::projection::surroundings::{SightLine, Surroundings};
-use chart::{PieceChart, Window};
+use chart::{Chart, PieceChart, Window};
 use core::f64::consts::TAU;
 use depth::Weights;
+use faces::{Faces, Passage};
 use piece::Piece;
 use shells::Shells;
 pub(crate) use singularities::NearSingularity;
@@ -50,10 +53,21 @@ pub(crate) struct Atlas<'a> {
     tiles: Vec<&'a dyn ViewGeometry>,
     /// Surfaces around each body, and around other centres.
     shells: Vec<Shells>,
-    /// The shells, pieces and sectors of the charts, by their numbers.
-    charts: Vec<(usize, Piece, usize)>,
+    /// The faces of bounds that are a box, if there are no shells.
+    faces: Option<Faces>,
+    /// What the charts are of, by their numbers.
+    charts: Vec<ChartOf>,
     /// The weights of the coordinates of depth, by shells and pieces, where they have been fitted.
     fitted: Vec<(usize, Piece, Weights)>,
+}
+
+/// What a chart is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum ChartOf {
+    /// A piece of the lines in a sector around the centre of shells, given by their number.
+    Piece { shells: usize, piece: Piece, sector: usize },
+    /// The lines of a passage through a box.
+    Passage(Passage),
 }
 
 /// A piece of a line of sight.
@@ -120,9 +134,21 @@ impl<'a> Atlas<'a> {
             shells.iter_mut().for_each(|shells| shells.cut_at_plane(position, normal));
         }
         let charts = charts_of(&shells);
-        let mut atlas = Self { surroundings, tiles, shells, charts, fitted: Vec::new() };
+        let (faces, fitted) = (None, Vec::new());
+        let mut atlas = Self { surroundings, tiles, shells, faces, charts, fitted };
         atlas.exclude_singularities();
         Some(atlas)
+    }
+
+    /// The atlas of a view on `tiles` without limbs and singularities whose bounds are a box; `None` if they are
+    /// not.
+    pub(crate) fn of_box(tiles: Vec<&'a dyn ViewGeometry>) -> Option<Self> {
+        let surroundings = tiles.first()?.surroundings()?;
+        let Some(Bounds::Cuboid(cuboid)) = surroundings.bounds else { return None };
+        let faces = Faces::new(cuboid, surroundings.observer);
+        let charts = faces.passages().iter().copied().map(ChartOf::Passage).collect();
+        let (shells, fitted) = (Vec::new(), Vec::new());
+        Some(Self { surroundings, tiles, shells, faces: Some(faces), charts, fitted })
     }
 
     /// The same atlas with charts that end at these azimuths, too.
@@ -134,11 +160,16 @@ impl<'a> Atlas<'a> {
         self
     }
 
-    /// The weights of the coordinates of depth in a chart.
-    pub(crate) fn weights(&self, chart: usize) -> Weights {
-        let (number, piece, _) = self.charts[chart];
-        let is_own = |of: &&(usize, Piece, Weights)| (of.0, of.1) == (number, piece);
-        let usual = || self.shells[number].usual_weights(piece);
+    /// The weights of the coordinates of depth in a chart; `None` if there is one coordinate only.
+    pub(crate) fn weights(&self, chart: usize) -> Option<Weights> {
+        let ChartOf::Piece { shells, piece, .. } = self.charts[chart] else { return None };
+        Some(self.weights_of(shells, piece))
+    }
+
+    /// The weights of the coordinates of depth in a piece.
+    fn weights_of(&self, shells: usize, piece: Piece) -> Weights {
+        let is_own = |of: &&(usize, Piece, Weights)| (of.0, of.1) == (shells, piece);
+        let usual = || self.shells[shells].usual_weights(piece);
         self.fitted.iter().find(is_own).map_or_else(usual, |fitted| fitted.2)
     }
 
@@ -150,22 +181,33 @@ impl<'a> Atlas<'a> {
     /// The same atlas with other weights in some charts.
     pub(crate) fn with_weights(mut self, weights: &[(usize, Weights)]) -> Self {
         for (chart, weights) in weights {
-            let (number, piece, _) = self.charts[*chart];
-            self.fitted.push((number, piece, *weights));
+            if let ChartOf::Piece { shells, piece, .. } = self.charts[*chart] {
+                self.fitted.push((shells, piece, *weights));
+            }
         }
         self
     }
 
-    /// The cut through a chart at the coordinate v of a window.
-    pub(crate) fn cut(&self, chart: usize, window: &Window, v: f64) -> FoundCut {
+    /// The cut through a chart at the coordinate v of a window; `None` if v is no azimuth.
+    pub(crate) fn cut(&self, chart: usize, window: &Window, v: f64) -> Option<FoundCut> {
         let [begin, width] = window.azimuth_rad;
-        FoundCut { shells: self.charts[chart].0, azimuth_rad: begin + v * width }
+        match self.charts[chart] {
+            ChartOf::Piece { shells, .. } => {
+                Some(FoundCut { shells, azimuth_rad: begin + v * width })
+            }
+            ChartOf::Passage(_) => None,
+        }
     }
 
-    /// The beginning and the width of the sector of a chart; `None` if it is the whole circle.
+    /// The beginning and the width of the second coordinate of a chart; `None` if it is the azimuth of the whole
+    /// circle.
     pub(crate) fn sector_rad(&self, chart: usize) -> Option<[f64; 2]> {
-        let (number, _, sector) = self.charts[chart];
-        self.shells[number].sectors.azimuth_rad(sector)
+        match self.charts[chart] {
+            ChartOf::Piece { shells, sector, .. } => {
+                self.shells[shells].sectors.azimuth_rad(sector)
+            }
+            ChartOf::Passage(_) => Some([0.0, 1.0]),
+        }
     }
 
     /// Whether there are shells with this number.
@@ -223,8 +265,8 @@ impl<'a> Atlas<'a> {
 
     /// Whether samples found no emission where a chart is.
     pub(crate) fn looks_dark(&self, chart: usize) -> bool {
-        let (number, piece, _) = self.charts[chart];
-        self.shells[number].has_found_edge && matches!(piece, Piece::Near(0) | Piece::Chord(1))
+        let ChartOf::Piece { shells, piece, .. } = self.charts[chart] else { return false };
+        self.shells[shells].has_found_edge && matches!(piece, Piece::Near(0) | Piece::Chord(1))
     }
 
     /// The number of charts.
@@ -243,8 +285,11 @@ impl<'a> Atlas<'a> {
         }
     }
 
-    /// A number for the sectors of a line of sight.
+    /// A number for the sectors of a line of sight, or for its passage through a box.
     pub(crate) fn sectors(&self, line: &SightLine) -> u64 {
+        if let Some(faces) = &self.faces {
+            return faces.place(line).map_or(0, |(passage, _)| 1 + passage as u64);
+        }
         let cut = self.shells.iter().filter(|shells| shells.sectors.len() > 1);
         let sectors = cut.map(|shells| shells.sectors.of(shells.aim(line).azimuth));
         sectors.fold(0_u64, |all, sector| all.wrapping_mul(31).wrapping_add(sector as u64))
@@ -264,21 +309,26 @@ impl<'a> Atlas<'a> {
     /// The pieces of a line of sight that are not empty.
     pub(crate) fn pieces(&self, line: &SightLine, pieces: &mut Vec<PieceOfLine>) {
         pieces.clear();
+        if let Some((chart, place)) = self.faces.as_ref().and_then(|faces| faces.place(line)) {
+            pieces.push(PieceOfLine { chart, place, density: 1.0 });
+        }
         let Some(number) = self.shells_of(line) else { return };
         let shells = &self.shells[number];
         let aim = shells.aim(line);
         let zone = shells.zone(&aim);
         let ends_at_body = shells.ends(self.surroundings, line);
         let sector = shells.sectors.of(aim.azimuth);
-        let is_own = |(of_shells, _, of_sector): &(usize, Piece, usize)| {
-            *of_shells == number && *of_sector == sector
-        };
-        let own = self.charts.iter().enumerate().filter(|(_, chart)| is_own(chart));
-        for (chart, (_, piece, _)) in own {
-            let [from, to] = shells.range(*piece, line, &aim);
-            if shells.has(zone, *piece, ends_at_body) && to > from {
-                let c = shells.coordinate(*piece, &aim);
-                let density = shells.density(*piece, c);
+        for (chart, of) in self.charts.iter().enumerate() {
+            let ChartOf::Piece { shells: of_shells, piece, sector: of_sector } = *of else {
+                continue;
+            };
+            if of_shells != number || of_sector != sector {
+                continue;
+            }
+            let [from, to] = shells.range(piece, line, &aim);
+            if shells.has(zone, piece, ends_at_body) && to > from {
+                let c = shells.coordinate(piece, &aim);
+                let density = shells.density(piece, c);
                 pieces.push(PieceOfLine { chart, place: [c, aim.azimuth], density });
             }
         }
@@ -301,24 +351,34 @@ impl<'a> Atlas<'a> {
 
     /// The coordinate c at limbs and on the axis, at which the window of a chart may end.
     pub(crate) fn natural_ends(&self, chart: usize) -> [f64; 2] {
-        let (number, piece, _) = self.charts[chart];
-        self.shells[number].natural_ends(piece)
+        match self.charts[chart] {
+            ChartOf::Piece { shells, piece, .. } => self.shells[shells].natural_ends(piece),
+            ChartOf::Passage(_) => [0.0, 1.0],
+        }
     }
 
     /// A chart with what is in view of it.
-    pub(crate) fn chart(&'a self, chart: usize, window: Window) -> PieceChart<'a> {
-        let (number, piece, _) = self.charts[chart];
-        let (surroundings, shells) = (self.surroundings, &self.shells[number]);
-        let (weights, tiles) = (self.weights(chart), self.tiles.clone());
-        PieceChart { surroundings, shells, piece, weights, window, tiles }
+    pub(crate) fn chart(&'a self, chart: usize, window: Window) -> Box<dyn Chart + 'a> {
+        let (surroundings, tiles) = (self.surroundings, self.tiles.clone());
+        match self.charts[chart] {
+            ChartOf::Piece { shells, piece, .. } => {
+                let weights = self.weights_of(shells, piece);
+                let shells = &self.shells[shells];
+                Box::new(PieceChart { surroundings, shells, piece, weights, window, tiles })
+            }
+            ChartOf::Passage(passage) => Box::new(passage.chart(surroundings, window, tiles)),
+        }
     }
 }
 
 /// The pieces of all shells in all of their sectors.
-fn charts_of(shells: &[Shells]) -> Vec<(usize, Piece, usize)> {
+fn charts_of(shells: &[Shells]) -> Vec<ChartOf> {
     let of_shells = |(number, shells): (usize, &Shells)| {
         let sectors = 0..shells.sectors.len();
-        let of_piece = |piece| sectors.clone().map(move |sector| (number, piece, sector));
+        let of_piece = |piece| {
+            let of_sector = move |sector| ChartOf::Piece { shells: number, piece, sector };
+            sectors.clone().map(of_sector)
+        };
         shells.pieces().into_iter().flat_map(of_piece).collect::<Vec<_>>()
     };
     shells.iter().enumerate().flat_map(of_shells).collect()
@@ -357,6 +417,8 @@ fn shells_of(surroundings: &Surroundings) -> Vec<Shells> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_faces;
 #[cfg(test)]
 mod tests_of_sectors;
 #[cfg(test)]

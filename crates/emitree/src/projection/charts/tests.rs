@@ -1,6 +1,5 @@
 //! Pieces add up to lines of sight, and charts lead back to the lines that they are charts of.
 
-use super::chart::Chart;
 use super::*;
 use crate::projection::camera::Camera;
 use crate::projection::span::Depth;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::projection::camera::Camera;
-use crate::projection::{Chart, Ellipsoid, ImagePlane};
+use crate::projection::{Ellipsoid, ImagePlane};
 use crate::{Orthographic, Perspective, Viewpoint};
 
 const CENTRE: [f64; 3] = [1.0, -2.0, 0.5];
@@ -62,7 +62,7 @@ fn check<P: ImagePlane + Clone>(camera: Camera<P>, normal: [f64; 3]) -> usize {
 fn whole_with_cuts<P: ImagePlane>(camera: &Camera<P>, atlas: &Atlas<'_>) -> usize {
     let azimuth_rad = atlas.sector_rad(0).unwrap();
     let window = Window { c: [0.0, 1.0], azimuth_rad };
-    let cuts = [0.0, 1.0].map(|v| atlas.cut(0, &window, v));
+    let cuts = [0.0, 1.0].map(|v| atlas.cut(0, &window, v).unwrap());
     Atlas::new(vec![camera], [8; 2], &[]).unwrap().with_cuts(&cuts).len()
 }
 

@@ -1,6 +1,5 @@
 //! Charts about singularities: all lines of sight are in them, and they lead back to these lines.
 
-use super::chart::Chart;
 use super::*;
 use crate::projection::camera::Camera;
 use crate::projection::singularity::Singularity;

@@ -30,6 +30,8 @@ pub(crate) struct Attempted {
     /// The stretch of the depth of an image plane that is better, in which case the search has
     /// stopped.
     pub(crate) stretch: Option<Stretch>,
+    /// Whether the view had better be divided by the faces of its bounds, in which case the search has stopped.
+    pub(crate) prefers_faces: bool,
     /// Whether a search has ended since G jumps.
     pub(crate) has_jump: bool,
     /// Whether the functions of another G that a search began with are within the tolerance; if not, and if others
@@ -60,6 +62,7 @@ impl Attempted {
             kinks: Vec::new(),
             depths: Vec::new(),
             stretch: None,
+            prefers_faces: false,
             has_jump: false,
             functions_suffice: true,
             functions: vec![None; parts.parts.len()],

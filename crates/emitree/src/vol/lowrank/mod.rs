@@ -57,6 +57,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::depths::{fitted, fitted_stretch};
+use crate::vol::view::faces::reaches_faces;
 use crate::vol::view::part::{Footing, Part, Parts, add};
 use crate::vol::view::scattered::{fraction_of_view, size_detected};
 
@@ -135,6 +136,14 @@ pub(crate) async fn attempt(
             Ok(()) => {}
             Err(Stop::Budget) => return Ok(attempted),
             Err(Stop::Failed(error)) => return Err(error),
+        }
+    }
+    if parts.has_box && start.is_none() {
+        let probed = attempts.iter().flat_map(|(_, attempt)| attempt.search.probed());
+        let rates = probed.map(|([_, _, z], rate)| (z, rate));
+        attempted.prefers_faces = reaches_faces(rates, vol.tolerance);
+        if attempted.prefers_faces {
+            return Ok(attempted);
         }
     }
     if !parts.has_fitted_depths() && start.is_none() {

@@ -21,6 +21,8 @@ pub(crate) struct Division {
     pub(crate) depths: Vec<(usize, Weights)>,
     /// The stretch of the depth of an image plane.
     pub(crate) stretch: Option<Stretch>,
+    /// Whether lines are divided by the faces at which they enter and leave bounds that are a box.
+    pub(crate) is_by_faces: bool,
 }
 
 impl Division {

@@ -98,6 +98,7 @@ mod jumps;
 mod rule;
 mod view;
 mod edges;
+mod faces;
 mod lowrank;
 mod surfaces;
 mod sums;
@@ -119,6 +120,7 @@ tuning! {
     rule: Rule,
     view: View,
     edges: Edges,
+    faces: Faces,
     lowrank: Lowrank,
     surfaces: Surfaces,
     sums: Sums,

@@ -4,6 +4,7 @@ mod chart_nodes;
 mod crossings;
 pub(crate) mod depths;
 pub(crate) mod edges;
+pub(crate) mod faces;
 pub(crate) mod frozen;
 pub(crate) mod part;
 pub(crate) mod pixel_rule;

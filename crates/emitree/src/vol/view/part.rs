@@ -68,6 +68,8 @@ pub(crate) struct Parts<'a> {
     crossings: Vec<Crossing>,
     /// Whether the depth of the image plane is stretched.
     is_stretched: bool,
+    /// Whether the view could be divided by the faces of a box, and is not.
+    pub(crate) has_box: bool,
 }
 
 /// The image of products on the rasters of one part.
@@ -85,6 +87,12 @@ pub(crate) struct ProductImage {
 pub(crate) fn atlas<'a>(tiles: &[Tile<'a>], found: &[FoundEdge]) -> Option<Atlas<'a>> {
     let planes = tiles.iter().filter_map(|tile| tile.projection.view_geometry());
     Atlas::new(planes.collect(), tiles.first()?.shape, found)
+}
+
+/// The atlas of a view whose only surfaces are those of bounds that are a box.
+pub(crate) fn atlas_of_box<'a>(tiles: &[Tile<'a>]) -> Option<Atlas<'a>> {
+    let planes = tiles.iter().filter_map(|tile| tile.projection.view_geometry());
+    Atlas::of_box(planes.collect())
 }
 
 /// The parts of a view with this atlas; without one, the image plane of each tile, whatever limbs there are,
@@ -106,7 +114,7 @@ pub(crate) fn parts<'a>(
         outside.extend(beyond);
         let pixels = tiles.iter().map(|tile| tile.shape[0] * tile.shape[1]).sum::<usize>();
         let parts = charts.into_iter().map(|ChartInView { chart: number, window, nodes }| {
-            let chart = Box::new(atlas.chart(number, window));
+            let chart = atlas.chart(number, window);
             let share = nodes.pixels_in_view as f64 / pixels as f64;
             let is_small = share < TUNING.view.small_share || atlas.looks_dark(number);
             let scale = Arc::new(nodes.cells_in_view());
@@ -116,7 +124,8 @@ pub(crate) fn parts<'a>(
             Part { chart, footing, scale, share, coarser, pieces_of_line, least_feature: 1.0 }
         });
         let parts = parts.collect();
-        return Parts { parts, outside, quadrature, crossings, is_stretched: false };
+        let (is_stretched, has_box) = (false, false);
+        return Parts { parts, outside, quadrature, crossings, is_stretched, has_box };
     }
     let of_tile = |(number, (tile, scale)): (usize, (&Tile<'a>, &Image))| {
         let first_row = number * tile.shape[0];
@@ -144,7 +153,8 @@ pub(crate) fn parts<'a>(
     };
     let parts = tiles.iter().zip(&scales).enumerate().map(of_tile).collect();
     let is_stretched = stretch.is_some();
-    Parts { parts, outside, quadrature, crossings: Vec::new(), is_stretched }
+    let has_box = atlas_of_box(tiles).is_some();
+    Parts { parts, outside, quadrature, crossings: Vec::new(), is_stretched, has_box }
 }
 
 impl Part<'_> {
@@ -204,7 +214,7 @@ impl Part<'_> {
 impl Parts<'_> {
     /// The weights of the coordinates of depth in a chart.
     pub(crate) fn weights(&self, chart: usize) -> Option<Weights> {
-        Some(self.quadrature.atlas?.weights(chart))
+        self.quadrature.atlas?.weights(chart)
     }
 
     /// Whether the depths of some charts or of the image plane have been fitted to samples.
