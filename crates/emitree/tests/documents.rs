@@ -105,3 +105,28 @@ fn cubes_of_the_results() {
         }
     }
 }
+
+/// The numbers with groups of digits, as 1,464, of a text.
+fn grouped_numbers(text: &str) -> Vec<&str> {
+    let words = text.split(|c: char| !(c.is_ascii_digit() || c == ','));
+    let is_grouped = |word: &&str| {
+        let mut groups = word.split(',');
+        let first = groups.next().map_or(0, str::len);
+        word.contains(',') && (1..=3).contains(&first) && groups.all(|group| group.len() == 3)
+    };
+    words.map(|word| word.trim_end_matches(',')).filter(is_grouped).collect()
+}
+
+#[test]
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn the_numbers_of_the_paper_are_those_of_the_results() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let text = |file: &str| fs::read_to_string(root.join(file)).unwrap();
+    let results = [text("docs/results/engine.md"), text("docs/peers.md")].concat();
+    let (known, paper) = (grouped_numbers(&results), text("paper/paper.md"));
+    let numbers = grouped_numbers(&paper);
+    assert!(numbers.len() >= 10, "{numbers:?}");
+    for number in numbers {
+        assert!(known.contains(&number), "{number} is in no table of the results");
+    }
+}
