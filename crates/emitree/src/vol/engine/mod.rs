@@ -21,6 +21,7 @@ use crate::vol::engine::coverage::Coverage;
 use crate::vol::engine::current_image::CurrentImage;
 use crate::vol::engine::spectra::Spectra;
 use crate::vol::image::pixels::pixel_means;
+use crate::vol::lattice::points_to_detect;
 use crate::vol::sampling::Stop;
 use crate::vol::spectrum::energies::Energies;
 use crate::vol::tuning::TUNING;
@@ -106,6 +107,16 @@ pub(crate) fn base_evaluations_of(parts: &[Part<'_>], base_level: u8) -> u64 {
 /// The number of evaluations on the base lattice.
 pub(crate) fn base_evaluations(base_level: u8) -> u64 {
     ((1_u64 << base_level) + 1).pow(3)
+}
+
+/// The number of scattered samples that the options require, for features of this size as a fraction of the part's cube: a
+/// base lattice that is finer than the default is requested for small structure, too.
+pub(crate) fn samples_wanted(vol: &VolOptions, feature: Option<f64>) -> usize {
+    let is_fine = vol.base_level > VolOptions::default().base_level;
+    let of_base = if is_fine { base_evaluations(vol.base_level) } else { 0 };
+    let of_base = usize::try_from(of_base).unwrap_or(usize::MAX);
+    let detected = TUNING.verification.detection_share;
+    feature.map_or(0, |size| points_to_detect(size, detected)).max(of_base)
 }
 
 /// The finest level of nodes that can improve the pixels.

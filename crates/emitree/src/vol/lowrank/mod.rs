@@ -45,7 +45,7 @@ use crate::radiance::rows_at_once;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
-use crate::vol::engine::{base_evaluations, base_evaluations_of, finest_level};
+use crate::vol::engine::{base_evaluations_of, finest_level, samples_wanted};
 use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::attempted::{Attempted, Kink};
 use crate::vol::lowrank::forecast::Forecast;
@@ -437,13 +437,8 @@ impl Attempt<'_> {
             && self.largest_of_others <= 0.0;
         let least = if is_dark { TUNING.lowrank.dark_factor * least } else { least };
         let of_level = least << beyond;
-        // A base lattice that is finer than the default is requested for small structure.
-        let is_fine = self.vol.base_level > VolOptions::default().base_level;
-        let of_base = if is_fine { base_evaluations(self.vol.base_level) } else { 0 };
-        let of_feature = self
-            .wanted
-            .map_or(0, |size| points_to_detect(in_part(size), TUNING.verification.detection_share));
-        of_level.max(of_feature).max(usize::try_from(of_base).unwrap_or(usize::MAX))
+        let of_options = samples_wanted(self.vol, self.wanted.map(in_part));
+        of_level.max(of_options)
     }
 
     /// Image and error on the raster of the part.

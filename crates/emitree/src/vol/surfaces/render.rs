@@ -8,6 +8,7 @@ use crate::output::MethodOutput;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
+use crate::vol::engine::samples_wanted;
 use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::lowrank::attempted::Attempted;
@@ -16,7 +17,7 @@ use crate::vol::surfaces::attempt::attempt;
 use crate::vol::surfaces::start::Request;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::{Parts, parts as parts_of};
-use crate::vol::view::scattered::{PartSamples, size_detected};
+use crate::vol::view::scattered::{PartSamples, fraction_of_view, size_detected};
 use std::sync::Arc;
 
 /// The image of a view in which G jumps; `None` if it does not, or if surfaces do not give the image to
@@ -33,13 +34,10 @@ pub(crate) async fn render(
     let has_charts = parts.parts.iter().any(|part| !part.footing.is_of_pixels());
     let plane = has_charts.then(|| parts_of(tiles, None, None));
     let [part] = &plane.as_ref().unwrap_or(parts).parts[..] else { return Ok(None) };
-    let is_usual = vol.smallest_feature.is_none()
-        && vol.seeds.is_empty()
-        && vol.base_level <= VolOptions::default().base_level;
     let is_possible = attempted.has_jump
         && vol.is_uniform()
         && axis.is_none()
-        && is_usual
+        && vol.seeds.is_empty()
         && vol.tolerance >= TUNING.surfaces.least_tolerance
         && part.footing.is_raster_of_pixels();
     if !is_possible {
@@ -57,8 +55,11 @@ pub(crate) async fn render(
     let most = (TUNING.surfaces.most_budget_share * left) as u64;
     let limbs = has_charts.then_some(parts);
     let tolerance = vol.tolerance.min(TUNING.engine.loosest_tolerance);
+    let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
+    let least_samples = samples_wanted(vol, wanted.map(|size| part.least_feature * size));
+    let scale = &part.scale;
     let request =
-        Request { view: &view, scale: &part.scale, tolerance, most, known: &known, limbs };
+        Request { view: &view, scale, tolerance, most, known: &known, least_samples, limbs };
     let (found, rates) = match attempt(&request).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),

@@ -21,6 +21,8 @@ pub(crate) struct Request<'a> {
     pub(crate) most: u64,
     /// The first points of the scattered lattice have been sampled.
     pub(crate) known: &'a [f64],
+    /// The scattered samples that features of a size in the options require.
+    pub(crate) least_samples: usize,
     /// The parts of the view, if lines of sight may end at opaque bodies.
     pub(crate) limbs: Option<&'a Parts<'a>>,
 }
@@ -49,7 +51,7 @@ impl Start {
         rates: &mut Vec<f64>,
     ) -> Result<Self, Failure> {
         let mut view = SeenView { request, grid, aim, left: most };
-        let count = TUNING.surfaces.scattered.max(rates.len());
+        let count = TUNING.surfaces.scattered.max(request.least_samples).max(rates.len());
         let points: Vec<[f64; 3]> = (0..count).map(lattice::point).collect();
         let missing = view.rates(&points[rates.len()..]).await?;
         rates.extend(missing.into_iter().map(|rate| rate.unwrap_or(0.0)));

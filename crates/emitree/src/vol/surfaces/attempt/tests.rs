@@ -33,7 +33,9 @@ fn found(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64, most: u64) -> (O
     let view = WeightedView { meter: &meter, part: &part, tiles: 1 };
     let scale = uniform(SHAPE, 1.0);
     let (known, limbs) = (&[][..], None);
-    let request = Request { view: &view, scale: &scale, tolerance, most, known, limbs };
+    let least_samples = 0;
+    let request =
+        Request { view: &view, scale: &scale, tolerance, most, known, least_samples, limbs };
     let (found, samples) = answered(&meter, |at, _| rate(at), attempt(&request)).unwrap();
     assert!(found.is_none() || samples.len() >= TUNING.surfaces.scattered);
     (found, meter.evaluations())
