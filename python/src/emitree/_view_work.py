@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -91,6 +92,7 @@ class Work:
     def __init__(
         self, emission: Any, calls: Mapping[str, Any], on_update: Callable[[Update], float]
     ) -> None:
+        self.emission = emission
         self._on_update = on_update
         is_function = callable(emission) and not isinstance(emission, str)
         self._renderer = (_BySession if is_function else _ByRender)(emission, calls)
@@ -103,31 +105,37 @@ class Work:
         A function is called by one thread at a time: the first call waits for the end of the last
         one before.
         """
-        run = _Run(targets)
         with self._lock:
-            former, self._newest = self._newest, run
+            former = self._newest
             if former is not None:
                 former.stop.set()
+            run = _Run(targets)
             run.thread = threading.Thread(target=self._run, args=(run, former), name="emitree")
+            self._newest = run
             run.thread.start()
 
     def stop(self) -> None:
         """Ends the rendering, after the call of a function that is under way."""
-        if self._newest is not None:
-            self._newest.stop.set()
+        with self._lock:
+            if self._newest is not None:
+                self._newest.stop.set()
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Waits for the end, and returns whether it has come; raises what ended the rendering."""
         until = None if timeout_s is None else time.monotonic() + timeout_s
-        while (run := self._newest) is not None and run.thread is not None:
+        while (run := self._current()) is not None and run.thread is not None:
             run.thread.join(None if until is None else max(0.0, until - time.monotonic()))
             if run.thread.is_alive():
                 return False
-            if run is self._newest:
+            if run is self._current():
                 if run.error is not None:
                     raise run.error
                 break
         return True
+
+    def _current(self) -> _Run | None:
+        with self._lock:
+            return self._newest
 
     def _run(self, run: _Run, former: _Run | None) -> None:
         if former is not None and former.thread is not None:
@@ -142,8 +150,11 @@ class Work:
             phase = "stopped"
         except BaseException as error:
             phase, run.error = "failed", error
-        if run is self._newest:
-            self._report(run, phase, target)
+        if run is self._current():
+            try:
+                self._report(run, phase, target)
+            except Exception as error:
+                run.error = run.error or error
 
     def _render(self, run: _Run, target: Target) -> None:
         next_s = 0.0
@@ -220,7 +231,7 @@ class _BySession:
         former = self._target
         if self._session is None or former is None or former.camera is not target.camera:
             self._session, self._evaluations = _native.Session(scene), 0
-        elif former != target:
+        elif former is not target:
             self._session.resume(scene)
         self._target = target
         return self._session, scene
@@ -230,8 +241,6 @@ class _BySession:
         return (slice(start, start + size) for start in range(0, count, size))
 
     def _rendering(self, found: _native.Rendered, target: Target) -> Rendering:
-        import json
-
         quantities = self._calls.get("quantities", False)
         setup = Setup(target.camera, target.shape, target.options, quantities)
         return Rendering(found, json.loads(found.report()), setup)
@@ -241,6 +250,9 @@ class _ByRender:
     """Renders a formula, a model, a grid or a tree, whose rates cost little: anew each time."""
 
     def __init__(self, emission: Any, calls: Mapping[str, Any]) -> None:
+        for name in ("executor", "quantities", "cache"):
+            if calls.get(name):
+                raise TypeError(f"`{name}` is for functions: expected none with this emission")
         self._emission = emission
         self._calls = calls
 
@@ -250,6 +262,11 @@ class _ByRender:
         def frame(image: Floats, error: Floats, evaluations: int, batches: int) -> None:
             report(lambda: Frame(image, error, evaluations, batches), evaluations)
 
+        def progress(evaluations: int) -> None:
+            still_wanted()
+            if not is_by_vol:
+                report(lambda: None, evaluations)
+
         is_by_vol = target.options.get("method") in (None, "vol")
         return render(
             self._emission,
@@ -257,6 +274,6 @@ class _ByRender:
             target.shape,
             **target.options,
             **self._calls,
-            progress=lambda evaluations: still_wanted(),
+            progress=progress,
             frame=frame if is_by_vol else None,
         )
