@@ -46,11 +46,13 @@ const HELP = [
   [["Esc"], "stop the rendering"],
 ];
 
-const render = ({ model, el }) => {
+// Makes the elements of a view and connects them with its state; returns them, and what disconnects them.
+const makeView = (model) => {
   const image = makePanel(shades(VIRIDIS));
   const beside = makePanel(shades(MAGMA));
   const svg = drawn("svg", { role: "img" });
-  const spectrum = node("figure", { hidden: "" }, node("figcaption", {}, "Spectrum of the pixel"), svg);
+  const spectrumTitle = node("figcaption");
+  const spectrum = node("figure", { style: `width:${SMALL_SIDE_PX}px` }, spectrumTitle, svg);
   const readout = node("output", { "aria-live": "polite" });
   const message = node("p", { class: "message", role: "status" });
   const option = (value, text) => node("option", { value }, text);
@@ -70,7 +72,6 @@ const render = ({ model, el }) => {
     "data-lm-suppress-shortcuts": "true" }, panels, readout, message,
   node("div", { class: "controls" }, stop, goalLabel, resume,
     node("label", {}, "Colours", stretch), node("label", {}, "Beside", map)), help);
-  el.append(root);
   image.pixels.setAttribute("tabindex", "0");
   image.pixels.setAttribute("role", "application");
   image.pixels.setAttribute("aria-label", "Image: arrows move the cursor, with Shift they turn the camera");
@@ -81,17 +82,21 @@ const render = ({ model, el }) => {
   const status = () => model.get("status");
   const isLog = () => model.get("stretch") === "log";
 
+  // Column and row of the pixel at the cursor; the cursor is at fractions of the width and the height.
+  const pixelAt = (fractions) => {
+    const inside = (share, count) => Math.min(count - 1, Math.max(0, Math.floor(share * count)));
+    return [inside(fractions[0], picture.width), inside(fractions[1], picture.height)];
+  };
   const showCursor = () => {
     const cursor = model.get("cursor");
-    if (!picture) return;
-    for (const panel of [image, beside]) panel.mark(cursor, picture);
-    const [column, row] = cursor;
-    if (column === undefined || column >= picture.width || row >= picture.height) return;
+    if (!picture || cursor.length !== 2) return;
+    const [column, row] = pixelAt(cursor);
+    for (const panel of [image, beside]) panel.mark([column, row], picture);
     const at = row * picture.width + column;
     const coordinate = (axis, index, count) => {
       const { name, unit, ends } = picture.axes[axis];
       const value = count > 1 ? ends[0] + ((ends[1] - ends[0]) * index) / (count - 1) : ends[0];
-      return `${name} ${withUnit(number(value), unit)}`;
+      return `${name.split(" on ")[0]} ${withUnit(number(value), unit)}`;
     };
     const place = picture.axes
       ? [coordinate(0, column, picture.width), coordinate(1, row, picture.height)]
@@ -116,11 +121,15 @@ const render = ({ model, el }) => {
       beside.show(`Estimated error${bracketed}`, picture.error, picture, isLog(), picture.unit);
     else beside.show("Evaluations per pixel", picture.evaluations, picture, isLog(), "");
     showCursor();
+    showSpectrum();
   };
 
   const showSpectrum = () => {
     const found = model.get("spectrum");
-    spectrum.hidden = !found.values;
+    spectrum.hidden = !picture?.bins;
+    spectrumTitle.textContent = found.values
+      ? `Spectrum${found.unit ? ` [${found.unit}]` : ""}` : "Spectrum: choose a pixel";
+    svg.toggleAttribute("hidden", !found.values);
     if (found.values) drawSpectrum(svg, found, isLog());
   };
 
@@ -130,7 +139,9 @@ const render = ({ model, el }) => {
     message.classList.toggle("is-failed", phase === "failed");
     root.setAttribute("aria-busy", String(phase === "running"));
     for (const control of [stop, resume, goalLabel]) control.hidden = !canResume || !hasKernel;
+    const hadFocus = document.activeElement === stop;
     stop.disabled = phase !== "running";
+    if (hadFocus && stop.disabled) resume.focus();
     goalLabel.hidden ||= !aim;
     const suggested = aim ? `${Number((phase === "done" ? aim.value / 10 : aim.value).toPrecision(3))}` : "";
     if (goal.dataset.suggested !== suggested) {
@@ -145,14 +156,11 @@ const render = ({ model, el }) => {
     timer ??= setTimeout(() => { timer = null; model.save_changes(); }, LEAST_PAUSE_MS);
   };
   const choose = (name, value) => { model.set(name, value); save(); };
-  const moveTo = (column, row) => {
-    const inside = (index, count) => Math.min(count - 1, Math.max(0, index));
-    if (picture) choose("cursor", [inside(column, picture.width), inside(row, picture.height)]);
-  };
-  const pixelOf = (event) => {
+  const moveTo = (x, y) => choose("cursor", [x, y].map((share) => Math.min(1, Math.max(0, share))));
+  const moveToPixel = (column, row) => moveTo((column + 0.5) / picture.width, (row + 0.5) / picture.height);
+  const placeOf = (event) => {
     const box = image.canvas.getBoundingClientRect();
-    const column = Math.floor(((event.clientX - box.left) / box.width) * picture.width);
-    return [column, picture.height - 1 - Math.floor(((event.clientY - box.top) / box.height) * picture.height)];
+    return [(event.clientX - box.left) / box.width, 1 - (event.clientY - box.top) / box.height];
   };
   const goOn = () => {
     const aim = status().goal;
@@ -175,12 +183,12 @@ const render = ({ model, el }) => {
     event.preventDefault();
     image.pixels.focus();
     image.pixels.setPointerCapture(event.pointerId);
-    moveTo(...pixelOf(event));
+    moveTo(...placeOf(event));
     drag = { x: event.clientX, y: event.clientY, right: 0, up: 0, moved: false };
   });
   image.pixels.addEventListener("pointermove", (event) => {
     if (!picture) return;
-    if (!drag) { moveTo(...pixelOf(event)); return; }
+    if (!drag) { moveTo(...placeOf(event)); return; }
     if (!status().can_turn || !hasKernel) return;
     const [dx, dy] = [event.clientX - drag.x, event.clientY - drag.y];
     drag.moved ||= Math.hypot(dx, dy) > 4;
@@ -204,14 +212,14 @@ const render = ({ model, el }) => {
   image.pixels.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || !picture) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    const [column, row] = model.get("cursor").length ? model.get("cursor") : [0, 0];
+    const [column, row] = model.get("cursor").length ? pixelAt(model.get("cursor")) : [-1, 0];
     if (arrows[key] && event.shiftKey) {
       const [right, up] = arrows[key].map((step) => step * STEP);
       if (status().can_turn) model.send({ kind: "turn", right, up, is_final: true });
-    } else if (arrows[key]) moveTo(column + arrows[key][0], row + arrows[key][1]);
+    } else if (arrows[key]) moveToPixel(column + arrows[key][0], row + arrows[key][1]);
     else if (key === "Home") {
       const best = picture.image.reduce((at, value, i, all) => (value > (all[at] || -Infinity) ? i : at), 0);
-      moveTo(best % picture.width, Math.floor(best / picture.width));
+      moveToPixel(best % picture.width, Math.floor(best / picture.width));
     } else if (key === "l") choose("stretch", isLog() ? "linear" : "log");
     else if (key === "e") choose("beside", model.get("beside") === "error" ? "evaluations" : "error");
     else if (key === "Escape") model.send({ kind: "stop" });
@@ -230,22 +238,42 @@ const render = ({ model, el }) => {
     "change:status": showStatus,
     "change:cursor": showCursor,
     "change:spectrum": showSpectrum,
-    "change:stretch": () => { showPicture(); showSpectrum(); showStatus(); },
+    "change:stretch": () => { showPicture(); showStatus(); },
     "change:beside": () => { showPicture(); showStatus(); },
     // Without an answer there is no kernel: the picture is that of a saved notebook.
     "msg:custom": (content) => { if (content.kind === "hello") { hasKernel = true; showStatus(); } },
   };
   for (const [name, handler] of Object.entries(handlers)) model.on(name, handler);
   showPicture();
-  showSpectrum();
   showStatus();
   model.send({ kind: "hello" });
-  return () => {
+  const disconnect = () => {
     clearTimeout(timer);
     for (const [name, handler] of Object.entries(handlers)) model.off(name, handler);
   };
+  return { root, disconnect };
 };
 
-const initialize = ({ model }) => saveWithNotebook(model);
+// JupyterLab renders an output again when the picture for other readers changes: the elements and the focus
+// are kept then.
+const makeWidget = () => {
+  let view = null;
+  let focused = null;
+  const render = ({ model, el }) => {
+    if (!view || view.root.isConnected) {
+      view = makeView(model);
+      const { root } = view;
+      root.addEventListener("focusin", (event) => { focused = event.target; });
+      root.addEventListener("focusout", () => setTimeout(() => {
+        if (root.isConnected && !root.contains(document.activeElement)) focused = null;
+      }));
+    }
+    const { root, disconnect } = view;
+    el.append(root);
+    if (focused && root.contains(focused)) setTimeout(() => focused?.focus({ preventScroll: true }));
+    return () => setTimeout(() => { if (!root.isConnected) disconnect(); });
+  };
+  return { initialize: ({ model }) => saveWithNotebook(model), render };
+};
 
-export default { initialize, render };
+export default makeWidget;

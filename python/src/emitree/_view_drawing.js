@@ -1,7 +1,8 @@
 // How a view draws numbers: maps with their scales of colours, and spectra. It begins the module that
 // `_view.js` ends. The picture is described in `_view_picture.py`.
 
-const SIDE_PX = 320; // the longer side of a panel
+const SIDE_PX = 320; // the longer side of a panel, and of one of three
+const SMALL_SIDE_PX = 250;
 const LOG_SPAN = 1e-4; // a logarithmic scale begins at this share of the largest value
 
 // Colours of viridis and magma at 17 even steps, between which they are interpolated.
@@ -107,9 +108,9 @@ const makePanel = (colours) => {
     Number.isFinite(value) ? Math.round(255 * Math.min(1, Math.max(0, fractionOf(value, range)))) : -1;
   return {
     figure, pixels, canvas,
-    show(title, array, { width, height }, isLog, unit) {
+    show(title, array, { width, height, bins }, isLog, unit) {
       caption.textContent = title;
-      const zoom = SIDE_PX / Math.max(width, height);
+      const zoom = (bins ? SMALL_SIDE_PX : SIDE_PX) / Math.max(width, height);
       figure.style.width = `${Math.max(150, width * zoom)}px`;
       pixels.style.width = `${width * zoom}px`;
       pixels.style.height = `${height * zoom}px`;
@@ -127,7 +128,7 @@ const makePanel = (colours) => {
       canvas.setAttribute("aria-label", `${title}, ${width} by ${height} pixels, colours ${span}`);
     },
     mark([column, row], { width, height }) {
-      cursor.hidden = column === undefined || column >= width || row >= height;
+      cursor.hidden = false;
       const [x, y] = [100 / width, 100 / height];
       const least = "max(5px, ";
       cursor.style.cssText = `left:${column * x}%;top:${(height - 1 - row) * y}%;` +
@@ -137,38 +138,38 @@ const makePanel = (colours) => {
 };
 
 // The spectrum of a pixel: steps with a band of errors.
-const drawSpectrum = (svg, spectrum, isLog) => {
-  const [width, height, left] = [SIDE_PX, 0.62 * SIDE_PX, 0];
-  const { values: heights, errors, energies } = spectrum;
-  const tops = heights.map((value, i) => value + (errors?.[i] ?? 0));
-  const range = rangeOf([...tops, ...heights], isLog);
-  const first = energies[0];
-  const last = energies[energies.length - 1];
-  const even = Math.abs(energies[1] - first - (last - energies[energies.length - 2]));
-  const isRatio = first > 0 && heights.length > 1 && even > 1e-6 * (last - first);
-  const place = isRatio ? Math.log : (energy) => energy;
-  const x = (energy) => left + ((place(energy) - place(first)) / (place(last) - place(first))) * width;
+const drawSpectrum = (svg, { values: heights, errors, energies, unit, energy_unit: energyUnit }, isLog) => {
+  const [left, width, height] = [54, SMALL_SIDE_PX - 54, 0.62 * SMALL_SIDE_PX];
+  const size = { width: SMALL_SIDE_PX, height: height + 24 };
+  for (const [key, value] of Object.entries(size)) svg.setAttribute(key, value);
+  svg.setAttribute("viewBox", `0 -6 ${size.width} ${size.height}`);
+  const end = energies.length - 1;
+  const errorOf = (i) => errors?.[i] ?? 0;
+  const range = rangeOf(heights.flatMap((value, i) => [value, value + errorOf(i)]), isLog);
+  // Bins in equal ratios have a logarithmic axis.
+  const growth = (energies[end] - energies[end - 1]) / (energies[1] - energies[0]);
+  const place = energies[0] > 0 && Math.abs(growth - 1) > 1e-6 ? Math.log : (energy) => energy;
+  const [first, last] = [place(energies[0]), place(energies[end])];
+  const x = (energy) => left + ((place(energy) - first) / (last - first)) * width;
   const y = (value) => height * (1 - Math.min(1, Math.max(0, fractionOf(value, range))));
-  const point = (energy, value) => `${x(energy).toFixed(2)},${y(value).toFixed(2)}`;
-  const steps = (of) => heights.flatMap((_, i) => [point(energies[i], of(i)), point(energies[i + 1], of(i))]);
+  const steps = (of) => heights.flatMap((_, i) =>
+    [energies[i], energies[i + 1]].map((energy) => `${x(energy).toFixed(2)},${y(of(i)).toFixed(2)}`));
   const band = [
-    ...steps((i) => heights[i] + (errors?.[i] ?? 0)),
-    ...steps((i) => heights[i] - (errors?.[i] ?? 0)).reverse(),
+    ...steps((i) => heights[i] + errorOf(i)),
+    ...steps((i) => heights[i] - errorOf(i)).reverse(),
   ];
-  const energyText = (energy) => withUnit(number(energy, 3), spectrum.energy_unit);
-  svg.setAttribute("viewBox", `0 -2 ${width} ${height + 20}`);
-  svg.setAttribute("width", width);
-  svg.setAttribute("height", height + 20);
+  const energyText = (energy) => withUnit(number(energy, 3), energyUnit);
+  const text = (at, anchor, words) => drawn("text", { ...at, "text-anchor": anchor }, words);
   svg.replaceChildren(
-    drawn("rect", { class: "frame", x: 0, y: 0, width, height }),
+    drawn("rect", { class: "frame", x: left, y: 0, width, height }),
     drawn("polygon", { class: "errors", points: band.join(" ") }),
     drawn("polyline", { class: "values", points: steps((i) => heights[i]).join(" ") }),
-    drawn("text", { x: 4, y: 13 }, withUnit(number(range.high, 3), spectrum.unit)),
-    drawn("text", { x: 4, y: height - 4 }, number(range.low, 3)),
-    drawn("text", { x: 0, y: height + 14 }, energyText(first)),
-    drawn("text", { x: width, y: height + 14, "text-anchor": "end" }, energyText(last)),
+    text({ x: left - 4, y: 6 }, "end", number(range.high, 3)),
+    text({ x: left - 4, y: height }, "end", number(range.low, 3)),
+    text({ x: left, y: height + 15 }, "start", energyText(energies[0])),
+    text({ x: left + width, y: height + 15 }, "end", energyText(energies[end])),
   );
   const peak = heights.indexOf(Math.max(...heights));
   svg.setAttribute("aria-label", `Spectrum of the pixel, ${heights.length} bins, largest value ` +
-    `${withUnit(number(heights[peak]), spectrum.unit)} at ${energyText(energies[peak])}`);
+    `${withUnit(number(heights[peak]), unit)} at ${energyText(energies[peak])}`);
 };

@@ -33,12 +33,14 @@ def picture_of(found: Rendering | Frame, is_sky: bool) -> State:
     error: the largest estimated error in each pixel, and evaluations: per pixel; both in the upper
         16 bits of 32-bit floats, with a scale. None if they are not known.
     axes: of x and of y the name, the unit, and the first and the last centre; None of skies.
+    bins: how many a cube has; 0 of an image, or if that is not known yet.
     """
     arrays = {"image": band_of(found), "error": error_of(found), "evaluations": None}
-    axes, unit, quantity = [], "", "value"
+    axes, unit, quantity, bins = [], "", "value", 0
     if isinstance(found, Rendering):
         arrays["evaluations"] = found.evaluations_per_pixel
         unit, quantity = found._found.flat_unit, found.report["image"]["quantity"]
+        bins = 0 if found.energies is None else len(found.energies) - 1
         for name, unit_of_axis, places in found._found.axes():
             ends = [float(places[0]), float(places[-1])]
             axes.append({"name": name, "unit": unit_of_axis or "", "ends": ends})
@@ -47,7 +49,8 @@ def picture_of(found: Rendering | Frame, is_sky: bool) -> State:
         for name, array in arrays.items():
             arrays[name] = None if array is None else _on_sky(array, numbers)
     block = math.ceil(math.sqrt(arrays["image"].size / MOST_PIXELS))
-    state: State = {"block": block, "axes": axes or None, "unit": unit, "quantity": quantity}
+    state: State = {"block": block, "axes": axes or None, "bins": bins}
+    state |= {"unit": unit, "quantity": quantity}
     for name, array in arrays.items():
         if array is not None:
             array = _blocks(array, block, np.fmax if name == "error" else None)
@@ -88,7 +91,7 @@ def spectrum_at(found: Rendering, row: int, column: int, block: int, is_sky: boo
         return None
     if is_sky:
         numbers = sky_pixels(found.image.shape[2])
-        if not (row < numbers.shape[0] and column < numbers.shape[1]) or numbers[row, column] < 0:
+        if numbers[row, column] < 0:
             return None
         row, column = divmod(int(numbers[row, column]), found.image.shape[2])
         block = 1

@@ -28,6 +28,9 @@ _BYTES_PER_S = 400_000
 _COARSE_TOLERANCE = 0.1
 _COARSE_SIDE = 48
 
+#: The longer side of a picture in readers that show no widgets [CSS pixels].
+_SHOWN_SIDE = 320
+
 
 class View(anywidget.AnyWidget):
     """An image in a notebook, which sharpens while it is rendered; `view` makes it.
@@ -45,8 +48,9 @@ class View(anywidget.AnyWidget):
     picture = traitlets.Dict().tag(sync=True)
     #: phase of the rendering; message; goal, the tolerance; can_turn, can_resume.
     status = traitlets.Dict().tag(sync=True)
-    #: Column and row of the pixel whose values are shown, in the picture; empty without one.
-    cursor = traitlets.List(traitlets.Int()).tag(sync=True)
+    #: Where the pixel is whose values are shown, as fractions of the width and of the height from
+    #: the lower left; empty without one.
+    cursor = traitlets.List(traitlets.Float()).tag(sync=True)
     #: As of `spectrum_at`, for the pixel at the cursor; empty without energies.
     spectrum = traitlets.Dict().tag(sync=True)
     #: How values become colours.
@@ -60,13 +64,14 @@ class View(anywidget.AnyWidget):
         self._target: Target | None = None
         self._changing = threading.RLock()
         self._is_sky = False
+        self._is_displayed = False
         super().__init__(**traits)
         self.on_msg(self._on_message)
         self.observe(self._on_cursor, "cursor")
         if rendering is not None:
             goal = goal_of(rendering.report)
             self._show(rendering, is_whole_sky(rendering))
-            self._tell("done", ended_message(rendering, goal), None)
+            self._tell("done", ended_message(rendering, goal))
 
     @classmethod
     def of_emission(cls, emission: Any, target: Target, calls: Mapping[str, Any]) -> View:
@@ -152,11 +157,27 @@ class View(anywidget.AnyWidget):
         return f"<emitree.View: {self.status.get('phase', 'running')}>"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        bundle = super()._repr_mimebundle_(**options)
-        if bundle is not None and self._rendering is not None:
+        data, metadata = super()._repr_mimebundle_(**options)
+        if self._rendering is not None:
             # For readers of notebooks that show no widgets.
-            bundle[0]["image/png"] = self._rendering._repr_png_()
-        return bundle
+            data["image/png"] = self._rendering._repr_png_()
+            metadata = {**metadata, "image/png": _shown_size(self.picture)}
+        return data, metadata
+
+    def _ipython_display_(self) -> None:
+        from IPython.display import display
+
+        data, metadata = self._repr_mimebundle_()
+        self._is_displayed = True
+        display(data, metadata=metadata, raw=True, display_id=self.model_id)
+
+    def _replace_picture(self) -> None:
+        """Replaces the picture for other readers in the outputs that show the view."""
+        if self._is_displayed:
+            from IPython.display import update_display
+
+            data, metadata = self._repr_mimebundle_()
+            update_display(data, metadata=metadata, raw=True, display_id=self.model_id)
 
     def _needed(self) -> Target:
         if self._target is None:
@@ -178,7 +199,9 @@ class View(anywidget.AnyWidget):
         pause_s = 0.0
         if update.latest is not None:
             pause_s = self._show(update.latest, update.target.camera._is_sky) / _BYTES_PER_S
-        self._tell(update.phase, message_of(update), update.target)
+        self._tell(update.phase, message_of(update))
+        if update.phase == "stopped" or (update.phase == "done" and update.target is self._target):
+            self._replace_picture()
         return pause_s
 
     def _show(self, found: Rendering | Frame, is_sky: bool) -> int:
@@ -193,7 +216,7 @@ class View(anywidget.AnyWidget):
             self._choose_spectrum()
         return size_of(state)
 
-    def _tell(self, phase: str, message: str, target: Target | None) -> None:
+    def _tell(self, phase: str, message: str) -> None:
         self.status = {
             "phase": phase,
             "message": message,
@@ -207,9 +230,9 @@ class View(anywidget.AnyWidget):
         found, picture = self._rendering, self.picture
         spectrum = None
         if found is not None and len(self.cursor) == 2 and picture.get("evaluations") is not None:
-            column, row = self.cursor
-            if 0 <= column < picture["width"] and 0 <= row < picture["height"]:
-                spectrum = spectrum_at(found, row, column, picture["block"], self._is_sky)
+            sides = np.array([picture["width"], picture["height"]])
+            column, row = np.clip(np.floor(self.cursor * sides), 0, sides - 1).astype(int).tolist()
+            spectrum = spectrum_at(found, row, column, picture["block"], self._is_sky)
         self.spectrum = spectrum or {}
 
     def _on_cursor(self, change: Any) -> None:
@@ -230,12 +253,18 @@ class View(anywidget.AnyWidget):
                 right, up = float(content["right"]), float(content["up"])
                 self.turn(right, up, is_final=bool(content.get("is_final")))
         except Exception as error:
-            self._tell("failed", f"{type(error).__name__}: {error}", self._target)
+            self._tell("failed", f"{type(error).__name__}: {error}")
 
 
 def is_whole_sky(rendering: Rendering) -> bool:
     """Whether the image of a rendering is that of a HEALPix sky."""
     return not rendering._found.axes()
+
+
+def _shown_size(picture: Mapping[str, Any]) -> dict[str, int]:
+    """Width and height of a picture where it is shown [CSS pixels]."""
+    sides = {name: picture[name] for name in ("width", "height")}
+    return {name: round(side * _SHOWN_SIDE / max(sides.values())) for name, side in sides.items()}
 
 
 def _coarse(target: Target) -> Target:

@@ -1,0 +1,210 @@
+"""Views in a JupyterLab, as a user meets them: a pointer, keys, and a saved notebook."""
+
+import json
+import re
+import time
+import urllib.request
+
+import pytest
+from laboratory import chromium, command, jupyterlab, needed_programs, until, write_notebook
+
+#: g = 1 + x on the unit cube has the pixels 1 + (column + 1/2) / width; a blob is off the middle.
+CELLS = (
+    """
+import time
+import numpy as np
+import emitree
+plane = emitree.view("1 + x", emitree.Canonical(), (8, 16), energy={"min": 1, "max": 3, "bins": 4})
+plane
+""",
+    """
+def blob(position, direction):
+    time.sleep(0.01)
+    return np.exp(-40 * ((position - [0.8, 0.0, 0.0]) ** 2).sum(axis=1))
+camera = emitree.Orthographic(
+    position=(3, 0, 0), target=(0, 0, 0), extent=(2.4, 2.4), near=0, far=6
+)
+turned = emitree.view(blob, camera, (48, 48), tolerance=1e-3)
+turned
+""",
+)
+
+
+class Notebook:
+    """The page with the notebook, and the views in it."""
+
+    def __init__(self, page, address, folder):
+        self.page, self.address, self.folder = page, address, folder
+
+    def open(self):
+        self.page.get(f"{self.address}/lab/tree/view.ipynb?reset")
+        until(lambda: self.script("return window.jupyterapp?.shell.currentWidget?.content?.widgets"))
+
+    def run(self):
+        status = "return jupyterapp.shell.currentWidget.sessionContext.session?.kernel?.status"
+        until(lambda: self.script(status) == "idle")
+        command(self.page, "notebook:run-all-cells")
+        until(lambda: "is met" in self.text(0, ".message") and "is met" in self.text(1, ".message"))
+
+    def script(self, text, *arguments):
+        return self.page.execute_script(text, *arguments)
+
+    def find(self, view, selector):
+        """The first element of a view."""
+        query = "return document.querySelectorAll('.emitree-view')[arguments[0]]?.querySelector(arguments[1])"
+        return self.script(query, view, selector)
+
+    def text(self, view, selector):
+        query = "return document.querySelectorAll('.emitree-view')[arguments[0]]?.querySelector(arguments[1])?.textContent ?? ''"
+        return self.script(query, view, selector)
+
+    def focus(self, view):
+        """The focus on the image."""
+        self.script("arguments[0].focus()", self.find(view, "[tabindex='0']"))
+
+    def press(self, *keys):
+        from selenium.webdriver import ActionChains
+
+        chain = ActionChains(self.page)
+        for key in keys:
+            chain.send_keys(key)
+        chain.perform()
+
+    def readout(self, view, pattern):
+        """The text of the values at the cursor, once it has the pattern."""
+        return until(lambda: re.search(pattern, self.text(view, "output")), 10)
+
+    def press_button(self, view, number):
+        buttons = "return document.querySelectorAll('.emitree-view')[arguments[0]].querySelectorAll('button')[arguments[1]]"
+        self.script("arguments[0].click()", self.script(buttons, view, number))
+
+    def is_hidden(self, view, selector):
+        return self.script("return arguments[0].checkVisibility() === false", self.find(view, selector))
+
+
+@pytest.fixture(scope="module")
+def notebook(tmp_path_factory):
+    programs = needed_programs()
+    folder = tmp_path_factory.mktemp("laboratory")
+    write_notebook(folder / "view.ipynb", *CELLS)
+    with jupyterlab(folder) as address, chromium(folder, programs) as page:
+        opened = Notebook(page, address, folder)
+        opened.open()
+        opened.run()
+        yield opened
+
+
+def place(view, notebook):
+    """x and y of the pixel at the cursor."""
+    found = notebook.readout(view, r"x (-?[\d.]+), .*y (-?[\d.]+):")
+    return float(found[1]), float(found[2])
+
+
+def test_values_and_spectrum_at_the_cursor(notebook):
+    from selenium.webdriver import ActionChains
+
+    pixels = notebook.find(0, "[tabindex='0']")
+    # The middle is the border between columns 7 and 8.
+    ActionChains(notebook.page).move_to_element(pixels).move_by_offset(3, -3).perform()
+    notebook.readout(0, r"canonical x 0\.5313, canonical y 0\.5625: 3\.063")
+    assert until(lambda: "4 bins" in (notebook.find(0, "svg").get_attribute("aria-label") or ""))
+    label = notebook.find(0, "svg").get_attribute("aria-label")
+    assert label.endswith(("1.531 at 1 keV", "1.531 at 1.5 keV", "1.531 at 2 keV", "1.531 at 2.5 keV"))
+    # The second canvas is the colour scale.
+    label = notebook.find(0, "canvas").get_attribute("aria-label")
+    assert label == "Radiance, 16 by 8 pixels, colours 0 to 3.94"
+
+
+def test_keys(notebook):
+    from selenium.webdriver import Keys
+
+    cells = "return document.querySelectorAll('.jp-Notebook .jp-Cell').length"
+    before = notebook.script(cells)
+    notebook.focus(0)
+    notebook.press(Keys.HOME)
+    assert notebook.readout(0, r"canonical x 0\.9688.*: 3\.938")
+    notebook.press(*[Keys.ARROW_LEFT] * 2)
+    assert notebook.readout(0, r"canonical x 0\.8438.*: 3\.688")
+    notebook.press("l")
+    assert until(lambda: notebook.script("return document.querySelector('.emitree-view select').value") == "log")
+    notebook.press("e")
+    assert until(lambda: "Evaluations" in notebook.text(0, "figure:nth-of-type(2)"))
+    # JupyterLab would add a cell above or below for "a" and "b", and move to another for arrows.
+    notebook.press("a", "b", Keys.ARROW_DOWN)
+    assert notebook.readout(0, r"canonical y")
+    assert notebook.script(cells) == before
+    assert notebook.script("return document.activeElement.closest('.emitree-view') !== null")
+
+
+def test_the_camera_turns_with_the_pointer_and_with_keys(notebook):
+    from selenium.webdriver import ActionChains, Keys
+
+    notebook.focus(1)
+    notebook.press(Keys.HOME)
+    x, y = place(1, notebook)
+    assert abs(x) < 0.05 and abs(y) < 0.05, "the blob is on the line of sight through the middle"
+    pixels = notebook.find(1, "[tabindex='0']")
+    width = notebook.script("return arguments[0].getBoundingClientRect().width", pixels)
+    # A sixth of the width is 30 degrees, after which the blob is at 0.8 sin(30 degrees).
+    step = round(width / 12)
+    drag = ActionChains(notebook.page).move_to_element(pixels).click_and_hold()
+    drag.move_by_offset(step, 0).perform()
+    until(lambda: "tolerance 0.1" in notebook.text(1, ".message") or "0.1 is met" in notebook.text(1, ".message"), 10)
+    ActionChains(notebook.page).move_by_offset(step, 0).release().perform()
+    until(lambda: "0.001 is met" in notebook.text(1, ".message"), 10)
+    notebook.press(Keys.HOME)
+    expected = 0.4
+    until(lambda: abs(place(1, notebook)[0] - expected) < 0.06, 10)
+    ActionChains(notebook.page).key_down(Keys.SHIFT).send_keys(Keys.ARROW_UP * 6).key_up(Keys.SHIFT).perform()
+    time.sleep(0.3)
+    until(lambda: "0.001 is met" in notebook.text(1, ".message"), 10)
+    notebook.press(Keys.HOME)
+    # The line of sight is 60 degrees from the axis and 30 degrees from the blob around it.
+    until(lambda: abs(place(1, notebook)[1] - 0.8 * 0.5 * 0.866) < 0.06, 10)
+
+
+def test_it_stops_and_goes_on(notebook):
+    notebook.script("arguments[0].value = '1e-9'", notebook.find(1, "input"))
+    notebook.press_button(1, 1)
+    until(lambda: "tolerance 1e-09" in notebook.text(1, ".message"), 10)
+    notebook.press_button(1, 0)
+    until(lambda: notebook.text(1, ".message").startswith("Stopped"), 10)
+    notebook.script("arguments[0].value = '1e-4'", notebook.find(1, "input"))
+    notebook.press_button(1, 1)
+    until(lambda: "0.0001 is met" in notebook.text(1, ".message"), 10)
+    notebook.script("arguments[0].value = '-1'", notebook.find(1, "input"))
+    notebook.press_button(1, 1)
+    assert notebook.text(1, ".message") == "tolerance is -1: expected a number above 0"
+
+
+def test_a_saved_notebook_shows_the_last_picture(notebook):
+    command(notebook.page, "docmanager:save")
+    file = notebook.folder / "view.ipynb"
+
+    def saved():
+        content = json.loads(file.read_text(encoding="utf-8"))
+        return content if "widgets" in content["metadata"] else None
+
+    content = until(saved, 10)
+    for cell in content["cells"]:
+        (output,) = cell["outputs"]
+        assert output["data"]["image/png"], "for readers that show no widgets"
+    (states,) = content["metadata"]["widgets"].values()
+    names = sorted(state["model_name"] for state in states["state"].values())
+    assert names == ["AnyModel", "AnyModel", "LayoutModel", "LayoutModel"]
+    shown = notebook.text(1, ".message"), notebook.text(1, "output")
+    end_kernels(notebook.address)
+    notebook.open()
+    until(lambda: notebook.text(1, ".message"))
+    assert (notebook.text(1, ".message"), notebook.text(1, "output")) == shown
+    assert notebook.is_hidden(1, "button"), "nothing renders without a kernel"
+    painted = "const c = arguments[0]; return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((v, i) => i % 4 === 0 && v > 200)"
+    assert notebook.script(painted, notebook.find(1, "canvas"))
+
+
+def end_kernels(address):
+    with urllib.request.urlopen(f"{address}/api/sessions", timeout=10) as answer:
+        sessions = json.load(answer)
+    for session in sessions:
+        request = urllib.request.Request(f"{address}/api/sessions/{session['id']}", method="DELETE")
+        urllib.request.urlopen(request, timeout=10).close()
