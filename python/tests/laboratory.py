@@ -81,7 +81,11 @@ def jupyterlab(folder):
             yield address
         finally:
             server.terminate()
-            server.wait()
+            try:
+                server.wait(10)
+            except subprocess.TimeoutExpired:
+                server.kill()
+                server.wait()
 
 
 def _answers(address, server):

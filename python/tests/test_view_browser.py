@@ -1,9 +1,9 @@
 """Views in a JupyterLab, as a user meets them: a pointer, keys, and a saved notebook."""
 
 import json
+import math
 import re
 import time
-import urllib.request
 
 import pytest
 from laboratory import chromium, command, jupyterlab, needed_programs, until, write_notebook
@@ -38,13 +38,20 @@ class Notebook:
 
     def open(self):
         self.page.get(f"{self.address}/lab/tree/view.ipynb?reset")
-        until(lambda: self.script("return window.jupyterapp?.shell.currentWidget?.content?.widgets"))
+        until(lambda: self.script("return !!window.jupyterapp?.shell.currentWidget?.content?.widgets"))
 
     def run(self):
         status = "return jupyterapp.shell.currentWidget.sessionContext.session?.kernel?.status"
         until(lambda: self.script(status) == "idle")
         command(self.page, "notebook:run-all-cells")
         until(lambda: "is met" in self.text(0, ".message") and "is met" in self.text(1, ".message"))
+
+    def end_kernels(self):
+        """Ends the kernels, so that the notebook is opened as on another day."""
+        self.page.execute_async_script(
+            "const done = arguments[0]; jupyterapp.serviceManager.sessions.shutdownAll().then(done, done);"
+        )
+        self.page.get("about:blank")
 
     def script(self, text, *arguments):
         return self.page.execute_script(text, *arguments)
@@ -89,14 +96,21 @@ def notebook(tmp_path_factory):
     write_notebook(folder / "view.ipynb", *CELLS)
     with jupyterlab(folder) as address, chromium(folder, programs) as page:
         opened = Notebook(page, address, folder)
-        opened.open()
-        opened.run()
+        try:
+            opened.open()
+            opened.run()
+        except BaseException:
+            page.save_screenshot("/tmp/wshots/fail.png"); print(opened.text(0,".message"), opened.text(1,".message"), page.get_log("browser")); raise
         yield opened
 
 
-def place(view, notebook):
-    """x and y of the pixel at the cursor."""
-    found = notebook.readout(view, r"x (-?[\d.]+), .*y (-?[\d.]+):")
+def peak(view, notebook):
+    """x and y of the pixel with the largest value."""
+    from selenium.webdriver import Keys
+
+    notebook.press(Keys.HOME)
+    time.sleep(0.1)
+    found = notebook.readout(view, r"x (-?[\d.]+).*, y (-?[\d.]+).*:")
     return float(found[1]), float(found[2])
 
 
@@ -139,28 +153,25 @@ def test_keys(notebook):
 def test_the_camera_turns_with_the_pointer_and_with_keys(notebook):
     from selenium.webdriver import ActionChains, Keys
 
+    def is_at(*expected):
+        print(expected, peak(1, notebook), notebook.text(1,".message"), notebook.script("return document.activeElement.className"))
+        return max(abs(found - at) for found, at in zip(peak(1, notebook), expected, strict=True)) < 0.06
+
     notebook.focus(1)
-    notebook.press(Keys.HOME)
-    x, y = place(1, notebook)
-    assert abs(x) < 0.05 and abs(y) < 0.05, "the blob is on the line of sight through the middle"
+    assert is_at(0.0, 0.0), "the blob is on the line of sight through the middle"
     pixels = notebook.find(1, "[tabindex='0']")
     width = notebook.script("return arguments[0].getBoundingClientRect().width", pixels)
-    # A sixth of the width is 30 degrees, after which the blob is at 0.8 sin(30 degrees).
-    step = round(width / 12)
     drag = ActionChains(notebook.page).move_to_element(pixels).click_and_hold()
-    drag.move_by_offset(step, 0).perform()
-    until(lambda: "tolerance 0.1" in notebook.text(1, ".message") or "0.1 is met" in notebook.text(1, ".message"), 10)
-    ActionChains(notebook.page).move_by_offset(step, 0).release().perform()
-    until(lambda: "0.001 is met" in notebook.text(1, ".message"), 10)
-    notebook.press(Keys.HOME)
-    expected = 0.4
-    until(lambda: abs(place(1, notebook)[0] - expected) < 0.06, 10)
-    ActionChains(notebook.page).key_down(Keys.SHIFT).send_keys(Keys.ARROW_UP * 6).key_up(Keys.SHIFT).perform()
-    time.sleep(0.3)
-    until(lambda: "0.001 is met" in notebook.text(1, ".message"), 10)
-    notebook.press(Keys.HOME)
-    # The line of sight is 60 degrees from the axis and 30 degrees from the blob around it.
-    until(lambda: abs(place(1, notebook)[1] - 0.8 * 0.5 * 0.866) < 0.06, 10)
+    drag.move_by_offset(round(width / 12), 0).perform()
+    until(lambda: re.search("tolerance 0.1[). ]", notebook.text(1, ".message")), 10)
+    # In all a sixth of the width, for 30 degrees.
+    ActionChains(notebook.page).move_by_offset(round(width / 12), 0).release().perform()
+    until(lambda: is_at(0.4, 0.0) and "0.001 is met" in notebook.text(1, ".message"), 10)
+    # Each key is 5 degrees: 30 degrees in all.
+    up = ActionChains(notebook.page).key_down(Keys.SHIFT).send_keys(Keys.ARROW_UP * 6)
+    up.key_up(Keys.SHIFT).perform()
+    expected = (0.4, 0.8 * math.cos(math.radians(30)) * math.sin(math.radians(30)))
+    until(lambda: is_at(*expected) and "0.001 is met" in notebook.text(1, ".message"), 10)
 
 
 def test_it_stops_and_goes_on(notebook):
@@ -169,12 +180,12 @@ def test_it_stops_and_goes_on(notebook):
     until(lambda: "tolerance 1e-09" in notebook.text(1, ".message"), 10)
     notebook.press_button(1, 0)
     until(lambda: notebook.text(1, ".message").startswith("Stopped"), 10)
-    notebook.script("arguments[0].value = '1e-4'", notebook.find(1, "input"))
-    notebook.press_button(1, 1)
-    until(lambda: "0.0001 is met" in notebook.text(1, ".message"), 10)
     notebook.script("arguments[0].value = '-1'", notebook.find(1, "input"))
     notebook.press_button(1, 1)
     assert notebook.text(1, ".message") == "tolerance is -1: expected a number above 0"
+    notebook.script("arguments[0].value = '1e-4'", notebook.find(1, "input"))
+    notebook.press_button(1, 1)
+    until(lambda: "0.0001 is met" in notebook.text(1, ".message"), 10)
 
 
 def test_a_saved_notebook_shows_the_last_picture(notebook):
@@ -193,18 +204,15 @@ def test_a_saved_notebook_shows_the_last_picture(notebook):
     names = sorted(state["model_name"] for state in states["state"].values())
     assert names == ["AnyModel", "AnyModel", "LayoutModel", "LayoutModel"]
     shown = notebook.text(1, ".message"), notebook.text(1, "output")
-    end_kernels(notebook.address)
-    notebook.open()
-    until(lambda: notebook.text(1, ".message"))
+    for _ in range(5):
+        notebook.end_kernels()
+        notebook.open()
+        lost = "return document.body.textContent.includes('widget: model not found')"
+        until(lambda: notebook.text(1, ".message") or notebook.script(lost))
+        # JupyterLab may look for widgets before it has read those of the notebook: its issue 15361.
+        if notebook.text(1, ".message"):
+            break
     assert (notebook.text(1, ".message"), notebook.text(1, "output")) == shown
     assert notebook.is_hidden(1, "button"), "nothing renders without a kernel"
     painted = "const c = arguments[0]; return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((v, i) => i % 4 === 0 && v > 200)"
     assert notebook.script(painted, notebook.find(1, "canvas"))
-
-
-def end_kernels(address):
-    with urllib.request.urlopen(f"{address}/api/sessions", timeout=10) as answer:
-        sessions = json.load(answer)
-    for session in sessions:
-        request = urllib.request.Request(f"{address}/api/sessions/{session['id']}", method="DELETE")
-        urllib.request.urlopen(request, timeout=10).close()

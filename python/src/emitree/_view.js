@@ -67,11 +67,15 @@ const makeView = (model) => {
     node("div", {}, ...names.flatMap((name) => [node("kbd", {}, name), " "]), text));
   const help = node("details", {}, node("summary", {}, "Keys, with the focus on the image"), ...keys);
   const panels = node("div", { class: "panels" }, image.figure, beside.figure, spectrum);
-  // JupyterLab leaves keys alone in what has this attribute.
-  const root = node("div", { class: "emitree-view", role: "group", "aria-label": "emitree: image with its error",
-    "data-lm-suppress-shortcuts": "true" }, panels, readout, message,
+  const root = node("div", { class: "emitree-view", role: "group", "aria-label": "emitree: image with its error" }, panels, readout, message,
   node("div", { class: "controls" }, stop, goalLabel, resume,
     node("label", {}, "Colours", stretch), node("label", {}, "Beside", map)), help);
+  // Keys are those of the view, and no shortcuts of JupyterLab, which versions before 4.1 find otherwise.
+  root.addEventListener("keydown", (event) => {
+    if (!event.ctrlKey && !event.metaKey && !event.altKey) event.stopPropagation();
+  });
+  for (const focusable of root.querySelectorAll("button, input, select, summary, .pixels"))
+    focusable.setAttribute("data-lm-suppress-shortcuts", "true");
   image.pixels.setAttribute("tabindex", "0");
   image.pixels.setAttribute("role", "application");
   image.pixels.setAttribute("aria-label", "Image: arrows move the cursor, with Shift they turn the camera");
@@ -225,7 +229,6 @@ const makeView = (model) => {
     else if (key === "Escape") model.send({ kind: "stop" });
     else return;
     event.preventDefault();
-    event.stopPropagation();
   });
   stop.addEventListener("click", () => model.send({ kind: "stop" }));
   resume.addEventListener("click", goOn);
@@ -261,16 +264,22 @@ const makeWidget = () => {
   let focused = null;
   const render = ({ model, el }) => {
     if (!view || view.root.isConnected) {
-      view = makeView(model);
-      const { root } = view;
-      root.addEventListener("focusin", (event) => { focused = event.target; });
-      root.addEventListener("focusout", () => setTimeout(() => {
-        if (root.isConnected && !root.contains(document.activeElement)) focused = null;
-      }));
+      const made = makeView(model);
+      const listening = new AbortController();
+      document.addEventListener("focusin", ({ target }) => {
+        if (made.root.isConnected) focused = made.root.contains(target) ? target : null;
+      }, listening);
+      const disconnect = () => { listening.abort(); made.disconnect(); };
+      view = { root: made.root, disconnect };
     }
     const { root, disconnect } = view;
     el.append(root);
-    if (focused && root.contains(focused)) setTimeout(() => focused?.focus({ preventScroll: true }));
+    // The output itself is not in the page yet.
+    const refocus = (tries) => {
+      if (root.isConnected) focused?.focus({ preventScroll: true });
+      else if (tries > 0) requestAnimationFrame(() => refocus(tries - 1));
+    };
+    refocus(100);
     return () => setTimeout(() => { if (!root.isConnected) disconnect(); });
   };
   return { initialize: ({ model }) => saveWithNotebook(model), render };
