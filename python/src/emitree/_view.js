@@ -46,8 +46,7 @@ const HELP = [
   [["Esc"], "stop the rendering"],
 ];
 
-// Makes the elements of a view and connects them with its state; returns them, and what disconnects them.
-const makeView = (model) => {
+const render = ({ model, el }) => {
   const image = makePanel(shades(VIRIDIS));
   const beside = makePanel(shades(MAGMA));
   const svg = drawn("svg", { role: "img" });
@@ -70,6 +69,10 @@ const makeView = (model) => {
   const root = node("div", { class: "emitree-view", role: "group", "aria-label": "emitree: image with its error" }, panels, readout, message,
   node("div", { class: "controls" }, stop, goalLabel, resume,
     node("label", {}, "Colours", stretch), node("label", {}, "Beside", map)), help);
+  // The picture for readers without widgets, which is the next output, is not shown here.
+  const still = `.emitree-still-${model.get("still")}`;
+  root.append(node("style", {}, `${still}, .jp-OutputArea-child:has(${still}) { display: none; }`));
+  el.append(root);
   // Keys are those of the view, and no shortcuts of JupyterLab, which versions before 4.1 find otherwise.
   root.addEventListener("keydown", (event) => {
     if (!event.ctrlKey && !event.metaKey && !event.altKey) event.stopPropagation();
@@ -250,39 +253,10 @@ const makeView = (model) => {
   showPicture();
   showStatus();
   model.send({ kind: "hello" });
-  const disconnect = () => {
+  return () => {
     clearTimeout(timer);
     for (const [name, handler] of Object.entries(handlers)) model.off(name, handler);
   };
-  return { root, disconnect };
 };
 
-// JupyterLab renders an output again when the picture for other readers changes: the elements and the focus
-// are kept then.
-const makeWidget = () => {
-  let view = null;
-  let focused = null;
-  const render = ({ model, el }) => {
-    if (!view || view.root.isConnected) {
-      const made = makeView(model);
-      const listening = new AbortController();
-      document.addEventListener("focusin", ({ target }) => {
-        if (made.root.isConnected) focused = made.root.contains(target) ? target : null;
-      }, listening);
-      const disconnect = () => { listening.abort(); made.disconnect(); };
-      view = { root: made.root, disconnect };
-    }
-    const { root, disconnect } = view;
-    el.append(root);
-    // The output itself is not in the page yet.
-    const refocus = (tries) => {
-      if (root.isConnected) focused?.focus({ preventScroll: true });
-      else if (tries > 0) requestAnimationFrame(() => refocus(tries - 1));
-    };
-    refocus(100);
-    return () => setTimeout(() => { if (!root.isConnected) disconnect(); });
-  };
-  return { initialize: ({ model }) => saveWithNotebook(model), render };
-};
-
-export default makeWidget;
+export default { initialize: ({ model }) => saveWithNotebook(model), render };

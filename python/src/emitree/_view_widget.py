@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import uuid
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,9 +29,6 @@ _BYTES_PER_S = 400_000
 _COARSE_TOLERANCE = 0.1
 _COARSE_SIDE = 48
 
-#: The longer side of a picture in readers that show no widgets [CSS pixels].
-_SHOWN_SIDE = 320
-
 
 class View(anywidget.AnyWidget):
     """An image in a notebook, which sharpens while it is rendered; `view` makes it.
@@ -53,6 +51,8 @@ class View(anywidget.AnyWidget):
     cursor = traitlets.List(traitlets.Float()).tag(sync=True)
     #: As of `spectrum_at`, for the pixel at the cursor; empty without energies.
     spectrum = traitlets.Dict().tag(sync=True)
+    #: The name of the picture for readers without widgets.
+    still = traitlets.Unicode().tag(sync=True)
     #: How values become colours.
     stretch = traitlets.Enum(["linear", "log"], "linear").tag(sync=True)
     #: The map beside the image.
@@ -65,7 +65,7 @@ class View(anywidget.AnyWidget):
         self._changing = threading.RLock()
         self._is_sky = False
         self._is_displayed = False
-        super().__init__(**traits)
+        super().__init__(still=uuid.uuid4().hex, **traits)
         self.on_msg(self._on_message)
         self.observe(self._on_cursor, "cursor")
         if rendering is not None:
@@ -156,28 +156,30 @@ class View(anywidget.AnyWidget):
     def __repr__(self) -> str:
         return f"<emitree.View: {self.status.get('phase', 'running')}>"
 
-    def _repr_mimebundle_(self, **options: Any) -> Any:
-        data, metadata = super()._repr_mimebundle_(**options)
-        if self._rendering is not None:
-            # For readers of notebooks that show no widgets.
-            data["image/png"] = self._rendering._repr_png_()
-            metadata = {**metadata, "image/png": _shown_size(self.picture)}
-        return data, metadata
-
     def _ipython_display_(self) -> None:
         from IPython.display import display
 
         data, metadata = self._repr_mimebundle_()
+        display(data, metadata=metadata, raw=True)
         self._is_displayed = True
-        display(data, metadata=metadata, raw=True, display_id=self.model_id)
+        display(self._still(), raw=True, display_id=self.still)
 
-    def _replace_picture(self) -> None:
-        """Replaces the picture for other readers in the outputs that show the view."""
+    def _still(self) -> dict[str, Any]:
+        """The picture of the rendering for readers of notebooks that show no widgets."""
+        data: dict[str, Any] = {"text/plain": repr(self)}
+        of_rendering = ""
+        if self._rendering is not None:
+            data["image/png"] = self._rendering._repr_png_()
+            of_rendering = self._rendering._repr_html_()
+        data["text/html"] = f'<div class="emitree-still-{self.still}">{of_rendering}</div>'
+        return data
+
+    def _replace_still(self) -> None:
+        """Replaces that picture in the outputs where the view is shown."""
         if self._is_displayed:
             from IPython.display import update_display
 
-            data, metadata = self._repr_mimebundle_()
-            update_display(data, metadata=metadata, raw=True, display_id=self.model_id)
+            update_display(self._still(), raw=True, display_id=self.still)
 
     def _needed(self) -> Target:
         if self._target is None:
@@ -201,7 +203,7 @@ class View(anywidget.AnyWidget):
             pause_s = self._show(update.latest, update.target.camera._is_sky) / _BYTES_PER_S
         self._tell(update.phase, message_of(update))
         if update.phase == "stopped" or (update.phase == "done" and update.target is self._target):
-            self._replace_picture()
+            self._replace_still()
         return pause_s
 
     def _show(self, found: Rendering | Frame, is_sky: bool) -> int:
@@ -259,12 +261,6 @@ class View(anywidget.AnyWidget):
 def is_whole_sky(rendering: Rendering) -> bool:
     """Whether the image of a rendering is that of a HEALPix sky."""
     return not rendering._found.axes()
-
-
-def _shown_size(picture: Mapping[str, Any]) -> dict[str, int]:
-    """Width and height of a picture where it is shown [CSS pixels]."""
-    sides = {name: picture[name] for name in ("width", "height")}
-    return {name: round(side * _SHOWN_SIDE / max(sides.values())) for name, side in sides.items()}
 
 
 def _coarse(target: Target) -> Target:
