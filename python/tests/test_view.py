@@ -1,5 +1,6 @@
 """Views, without a browser: their work, their pictures, and what they say."""
 
+import sys
 import threading
 import time
 
@@ -194,7 +195,7 @@ def test_pictures_keep_values():
     assert np.allclose(decoded(state, "image"), rendering.image, rtol=1e-7, atol=1e-7 * rendering.image.max())
     assert np.allclose(decoded(state, "error"), rendering.error, rtol=2.0**-8)
     assert np.allclose(decoded(state, "evaluations"), rendering.evaluations_per_pixel, rtol=2.0**-8)
-    assert state["axes"][0] == {"name": "canonical x", "unit": "", "ends": [0.025, 0.975]}
+    assert state["axes"][0] == {"name": "canonical x", "unit": "", "ends": pytest.approx([0.025, 0.975])}
 
 
 def test_pictures_of_values_beyond_32_bits():
@@ -312,8 +313,6 @@ class TestView:
 
 
 def test_without_anywidget(monkeypatch):
-    import sys
-
     monkeypatch.setitem(sys.modules, "anywidget", None)
     monkeypatch.delitem(sys.modules, "emitree._view_widget", raising=False)
     with pytest.raises(ImportError, match=r'pip install "emitree\[notebook\]"'):

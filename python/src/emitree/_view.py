@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -83,10 +84,9 @@ def checked(emission: Any, target: Target) -> None:
 def _widget() -> Any:
     """The module of the widget, which needs anywidget."""
     try:
-        from emitree import _view_widget
+        return importlib.import_module("emitree._view_widget")
     except ImportError as error:
         raise ImportError(
             "anywidget is missing: expected it for views in notebooks; "
             '`pip install "emitree[notebook]"` installs it'
         ) from error
-    return _view_widget
