@@ -192,10 +192,16 @@ def test_pictures_keep_values():
     rendering = emitree.render(peak, CUBE, (12, 20), tolerance=1e-3)
     state = pictures.picture_of(rendering, False)
     assert (state["width"], state["height"], state["block"], state["bins"]) == (20, 12, 1, 0)
-    assert np.allclose(decoded(state, "image"), rendering.image, rtol=1e-7, atol=1e-7 * rendering.image.max())
+    assert np.allclose(
+        decoded(state, "image"), rendering.image, rtol=1e-7, atol=1e-7 * rendering.image.max()
+    )
     assert np.allclose(decoded(state, "error"), rendering.error, rtol=2.0**-8)
     assert np.allclose(decoded(state, "evaluations"), rendering.evaluations_per_pixel, rtol=2.0**-8)
-    assert state["axes"][0] == {"name": "canonical x", "unit": "", "ends": pytest.approx([0.025, 0.975])}
+    assert state["axes"][0] == {
+        "name": "canonical x",
+        "unit": "",
+        "ends": pytest.approx([0.025, 0.975]),
+    }
 
 
 def test_pictures_of_values_beyond_32_bits():
@@ -225,7 +231,13 @@ def test_the_error_of_a_cube_is_at_least_that_of_its_band():
     assert np.allclose(pictures.error_of(cube), (cube.error * steps).sum(axis=0))
     found = pictures.spectrum_at(cube, 2, 3, 1, False)
     assert found["values"] == cube.image[:, 2, 3].tolist()
-    assert found["errors"] == cube.error[:, 2, 3].tolist() and found["energies"] == [1, 1.5, 2, 2.5, 3]
+    assert found["errors"] == cube.error[:, 2, 3].tolist() and found["energies"] == [
+        1,
+        1.5,
+        2,
+        2.5,
+        3,
+    ]
 
 
 def test_skies_are_maps():
@@ -271,7 +283,11 @@ class TestView:
 
     def test_what_is_wrong_is_raised_at_once(self):
         for arguments, options, pattern in [
-            (("scene.toml", CUBE, (4, 4)), {}, "is the scene file 'scene.toml': expected an emission"),
+            (
+                ("scene.toml", CUBE, (4, 4)),
+                {},
+                "is the scene file 'scene.toml': expected an emission",
+            ),
             ((["1", "x"], CUBE, (4, 4)), {}, "a list of emissions: expected one"),
             (("1", CUBE), {}, "expected `shape`"),
             (("1", CUBE, (4, 4)), {"frame": print}, "unknown option `frame`: expected one of"),
@@ -304,7 +320,11 @@ class TestView:
         camera = emitree.Healpix(position=(0, 0, 0), near=0, far=1)
         view = emitree.view("(2 + dx) * E", camera, 4, energy={"min": 1, "max": 3, "bins": 2})
         view.wait(10)
-        assert (view.picture["height"], view.picture["width"], view.picture["bins"]) == (200, 400, 2)
+        assert (view.picture["height"], view.picture["width"], view.picture["bins"]) == (
+            200,
+            400,
+            2,
+        )
         view.cursor = [0.001, 0.001]
         assert view.spectrum == {}, "outside of the map"
         view.cursor = [0.5, 0.5]

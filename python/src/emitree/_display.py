@@ -110,7 +110,8 @@ def _spectrum_svg(rendering: Rendering) -> str:
     points = " ".join(f"{across:.1f},{down:.1f}" for across, down in steps)
     title = f"the mean over the pixels, up to {high:.4g} {html.escape(rendering.unit)}".rstrip()
     return (
-        f'<svg width="{width}" height="{height + 2}" viewBox="0 -1 {width} {height + 2}" role="img">'
+        f'<svg width="{width}" height="{height + 2}" viewBox="0 -1 {width} {height + 2}" '
+        'role="img">'
         f"<title>{title}</title>"
         f'<polyline points="{points}" fill="none" stroke="currentColor"/></svg>'
     )

@@ -31,7 +31,9 @@ def places_png(position: Floats) -> tuple[bytes, str]:
     (b'\\x89PNG', 'z')
     """
     finite = position[np.isfinite(position).all(axis=1)]
-    low, high = (limit(finite, axis=0) if len(finite) else np.zeros(3) for limit in (np.min, np.max))
+    low, high = (
+        limit(finite, axis=0) if len(finite) else np.zeros(3) for limit in (np.min, np.max)
+    )
     extent = high - low
     along = int(np.argmin(extent))
     axes = [axis for axis in range(3) if axis != along]

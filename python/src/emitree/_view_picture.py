@@ -35,7 +35,12 @@ def picture_of(found: Rendering | Frame, is_sky: bool) -> State:
     axes: of x and of y the name, the unit, and the first and the last centre; None of skies.
     bins: how many a cube has; 0 of an image, or if that is not known yet.
     """
-    arrays = {"image": band_of(found), "error": error_of(found), "evaluations": None}
+    image = band_of(found)
+    arrays: dict[str, Floats | None] = {
+        "image": image,
+        "error": error_of(found),
+        "evaluations": None,
+    }
     axes, unit, quantity, bins = [], "", "value", 0
     if isinstance(found, Rendering):
         arrays["evaluations"] = found.evaluations_per_pixel
@@ -45,10 +50,11 @@ def picture_of(found: Rendering | Frame, is_sky: bool) -> State:
             ends = [float(places[0]), float(places[-1])]
             axes.append({"name": name, "unit": unit_of_axis or "", "ends": ends})
     if is_sky:
-        numbers = sky_pixels(arrays["image"].shape[1])
+        numbers = sky_pixels(image.shape[1])
+        image = _on_sky(image, numbers)
         for name, array in arrays.items():
             arrays[name] = None if array is None else _on_sky(array, numbers)
-    block = math.ceil(math.sqrt(arrays["image"].size / MOST_PIXELS))
+    block = math.ceil(math.sqrt(image.size / MOST_PIXELS))
     state: State = {"block": block, "axes": axes or None, "bins": bins}
     state |= {"unit": unit, "quantity": quantity}
     for name, array in arrays.items():
