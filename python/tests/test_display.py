@@ -25,7 +25,7 @@ def test_places_are_seen_along_their_shortest_side():
     position = np.concatenate([corner, [[4.0, 5.1, 2.0]]])
     png, axis = places_png(position)
     found = opacity(png)
-    assert axis == "y" and found.shape == (80, 160)
+    assert axis == "y" and found.shape == (40, 80)
     # x is to the right, z up.
     assert found[-1, 0] == 1.0 and 0.2 < found[0, -1] < 0.9 and np.count_nonzero(found) == 2
 

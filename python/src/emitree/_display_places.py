@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from emitree._function import Floats
 
-#: The longer side of a picture [pixels].
-_SIDE = 160
+#: The longer side of a picture [pixels], of which each is shown as 2 x 2.
+_SIDE = 80
 
 #: Readable on light and dark pages.
 _COLOUR = (38, 125, 190)
@@ -38,7 +38,7 @@ def places_png(position: Floats) -> tuple[bytes, str]:
     along = int(np.argmin(extent))
     axes = [axis for axis in range(3) if axis != along]
     largest = float(extent.max()) or 1.0
-    columns, rows = (max(8, round(_SIDE * float(extent[axis]) / largest)) for axis in axes)
+    columns, rows = (max(4, round(_SIDE * float(extent[axis]) / largest)) for axis in axes)
     # Places at one coordinate are in the middle.
     margin = np.where(extent > 0, 0.0, 0.5 * largest)
     ranges = [(low[axis] - margin[axis], high[axis] + margin[axis]) for axis in axes]
@@ -60,8 +60,14 @@ def places_html(position: Floats, rows: dict[str, str]) -> str:
     return (
         '<div style="display:flex;gap:1em;align-items:center">'
         f'<img alt="the positions, along {axis}" title="along {axis}" '
+        f'style="width:{2 * png_width(png)}px;image-rendering:pixelated" '
         f'src="data:image/png;base64,{image}">{table_html(rows)}</div>'
     )
+
+
+def png_width(png: bytes) -> int:
+    """How many columns a PNG has."""
+    return int.from_bytes(png[16:20], "big")
 
 
 def table_html(rows: dict[str, str]) -> str:

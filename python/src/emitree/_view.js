@@ -120,6 +120,7 @@ const render = ({ model, el }) => {
 
   const showPicture = () => {
     picture = decode(model.get("picture"));
+    panels.hidden = readout.hidden = !picture;
     if (!picture) return;
     const bracketed = picture.unit ? ` [${picture.unit}]` : "";
     const capital = picture.quantity[0].toUpperCase() + picture.quantity.slice(1);
