@@ -139,7 +139,7 @@ const makePanel = (colours) => {
 
 // The spectrum of a pixel: steps with a band of errors.
 const drawSpectrum = (svg, { values: heights, errors, energies, unit, energy_unit: energyUnit }, isLog) => {
-  const [left, width, height] = [54, SMALL_SIDE_PX - 54, 0.62 * SMALL_SIDE_PX];
+  const [left, width, height] = [64, SMALL_SIDE_PX - 64, 0.62 * SMALL_SIDE_PX];
   const size = { width: SMALL_SIDE_PX, height: height + 24 };
   for (const [key, value] of Object.entries(size)) svg.setAttribute(key, value);
   svg.setAttribute("viewBox", `0 -6 ${size.width} ${size.height}`);
