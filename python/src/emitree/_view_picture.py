@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,9 @@ MOST_PIXELS = 200_000
 
 #: How many rows the map of a whole sky has.
 _SKY_ROWS = 200
+
+#: What `sky_pixels` found.
+_SKIES: dict[int, NDArray[np.int64]] = {}
 
 State = dict[str, Any]
 
@@ -116,19 +118,20 @@ def spectrum_at(found: Rendering, row: int, column: int, block: int, is_sky: boo
     }
 
 
-@cache
 def sky_pixels(nside: int) -> NDArray[np.int64]:
     """The number of the pixel (row * nside + column) at each place of the map of a sky; -1 outside.
 
     >>> sky_pixels(4).shape, int(sky_pixels(4).max())
     ((200, 400), 191)
     """
-    camera = Healpix(position=(0, 0, 0), near=0, far=1)
-    found = render("1", camera, nside, method="los", steps=1)._found
-    kind, (account, values, *others) = found.__reduce__()
-    numbers = np.arange(values.size, dtype=np.float64).reshape(values.shape)
-    places = kind(account, numbers, *others).picture(_SKY_ROWS)
-    return np.where(np.isnan(places), -1, places).astype(np.int64)
+    if nside not in _SKIES:
+        camera = Healpix(position=(0, 0, 0), near=0, far=1)
+        found = render("1", camera, nside, method="los", steps=1)._found
+        kind, (account, values, *others) = found.__reduce__()
+        numbers = np.arange(values.size, dtype=np.float64).reshape(values.shape)
+        places = kind(account, numbers, *others).picture(_SKY_ROWS)
+        _SKIES[nside] = np.where(np.isnan(places), -1, places).astype(np.int64)
+    return _SKIES[nside]
 
 
 def _on_sky(array: Floats, numbers: NDArray[np.int64]) -> Floats:

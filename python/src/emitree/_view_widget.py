@@ -30,7 +30,7 @@ _COARSE_TOLERANCE = 0.1
 _COARSE_SIDE = 48
 
 
-class View(anywidget.AnyWidget):
+class View(anywidget.AnyWidget, metaclass=traitlets.MetaHasTraits):
     """An image in a notebook, which sharpens while it is rendered; `view` makes it.
 
     The traits are what a saved notebook has: the last picture, what it shows, and the message.

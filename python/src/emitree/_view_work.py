@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -30,8 +30,6 @@ _MOST_SHARE = 0.25
 #: Keywords of `render` that say how a function is called.
 CALL_OPTIONS = ("executor", "quantities", "batch_size", "threads", "cache")
 
-Phase = Literal["running", "done", "stopped", "failed"]
-
 
 @dataclass(frozen=True)
 class Target:
@@ -49,12 +47,13 @@ class Target:
 class Update:
     """How far a rendering has come.
 
+    phase: "running", "done", "stopped" or "failed".
     latest: its latest image; None if it has none.
     evaluations: how many it took so far.
     error: what ended it, if it failed.
     """
 
-    phase: Phase
+    phase: str
     target: Target
     latest: Rendering | Frame | None
     evaluations: int
@@ -141,7 +140,7 @@ class Work:
         if former is not None and former.thread is not None:
             former.thread.join()
         _executor.still_wanted.set(run.check)
-        phase: Phase = "done"
+        phase = "done"
         target = run.targets[0]
         try:
             for target in run.targets:
@@ -176,7 +175,7 @@ class Work:
         if target is not run.targets[-1]:
             self._report(run, "running", target)
 
-    def _report(self, run: _Run, phase: Phase, target: Target) -> float:
+    def _report(self, run: _Run, phase: str, target: Target) -> float:
         return self._on_update(Update(phase, target, run.latest, run.evaluations, run.error))
 
 
