@@ -90,6 +90,15 @@ def test_work_stops_and_continues():
     assert work.wait(10) and reports[-1].phase == "done"
 
 
+def test_a_formula_stops():
+    reports = Reports()
+    work = Work("1 + sin(300*x*y) * cos(200*y*z + 90*x)", {}, reports)
+    work.start([Target(CUBE, (64, 64), {"tolerance": 1e-12})])
+    time.sleep(0.2)
+    work.stop()
+    assert work.wait(5) and reports[-1].phase == "stopped", "it would take a minute"
+
+
 def test_the_newest_work_replaces_others_and_calls_do_not_overlap():
     under_way, most = 0, 0
 
@@ -273,6 +282,19 @@ class TestView:
         view._on_message(view, {"kind": "turn", "right": 0, "up": 0.1, "is_final": False}, [])
         view.wait(10)
         assert view.rendering.report["tolerance"] == 0.1
+
+    @pytest.mark.parametrize("options", [
+        {"rtol": 0.01, "mask": np.ones((96, 64))},
+        {"method": "los", "steps": 8},
+        {"method": "paper", "threshold": "1 %"},
+    ], ids=lambda options: next(iter(options.values())))  # fmt: skip
+    def test_coarse_pictures_of_other_options(self, options):
+        view = emitree.view("exp(-3*(x^2+y^2+z^2))", SIDE, (96, 64), **options)
+        assert view.wait(10).image.shape == (96, 64)
+        view.turn(0.1, 0.1, is_final=False)
+        assert view.wait(10).image.shape == (48, 32)
+        view.turn(0, 0)
+        assert view.wait(10).image.shape == (96, 64)
 
     def test_the_spectrum_follows_the_cursor(self):
         view = emitree.view("(1 + x) * E", CUBE, (4, 8), energy={"min": 1, "max": 3, "bins": 2})

@@ -29,6 +29,9 @@ _BYTES_PER_S = 400_000
 _COARSE_TOLERANCE = 0.1
 _COARSE_SIDE = 48
 
+#: Which errors are allowed where: keywords that coarse pictures do not have.
+_OF_ERRORS = ("rtol", "atol", "floor", "weights", "mask", "per_band", "sums")
+
 
 class View(anywidget.AnyWidget, metaclass=traitlets.MetaHasTraits):
     """An image in a notebook, which sharpens while it is rendered; `view` makes it.
@@ -264,14 +267,11 @@ def is_whole_sky(rendering: Rendering) -> bool:
 
 
 def _coarse(target: Target) -> Target:
-    """The same image with fewer pixels and a larger error."""
+    """The same image with fewer pixels and, by method "vol", a larger error."""
     options = dict(target.options)
-    is_loose = options.get("method") in (None, "vol") and not any(
-        options.get(name) is not None for name in ("rtol", "atol", "weights", "mask", "sums")
-    )
-    if not is_loose:
-        return target
-    options["tolerance"] = max(_COARSE_TOLERANCE, options.get("tolerance") or 0.0)
+    if options.get("method") in (None, "vol"):
+        options = {key: value for key, value in options.items() if key not in _OF_ERRORS}
+        options["tolerance"] = max(_COARSE_TOLERANCE, target.options.get("tolerance") or 0.0)
     height, width = np.broadcast_to(np.asarray(target.shape), (2,)).tolist()
     share = min(1.0, _COARSE_SIDE / max(height, width))
     shape = (max(1, round(height * share)), max(1, round(width * share)))

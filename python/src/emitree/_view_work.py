@@ -139,6 +139,8 @@ class Work:
     def _run(self, run: _Run, former: _Run | None) -> None:
         if former is not None and former.thread is not None:
             former.thread.join()
+            if former.targets[-1].camera is run.targets[0].camera:
+                run.latest, run.evaluations = former.latest, former.evaluations
         _executor.still_wanted.set(run.check)
         phase = "done"
         target = run.targets[0]
