@@ -18,7 +18,7 @@ import emitree
 #: How long JupyterLab, a page or a picture may take [s].
 PATIENCE_S = 60
 
-_BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+_BROWSERS = ("google-chrome", "google-chrome-stable", "chromium", "chromium-browser")
 
 
 def needed_programs():

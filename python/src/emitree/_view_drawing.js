@@ -5,7 +5,8 @@ const SIDE_PX = 320; // the longer side of a panel, and of one of three
 const SMALL_SIDE_PX = 250;
 const LOG_SPAN = 1e-4; // a logarithmic scale begins at this share of the largest value
 
-// Colours of viridis and magma at 17 even steps, between which they are interpolated.
+// Colours of viridis and magma (S. van der Walt and N. Smith, CC0) at 17 even steps, between which they are
+// interpolated.
 const VIRIDIS = "44015448186a472d7b4240863b528b33638d2c728e26828e21918c1fa08828ae80" +
   "3fbc735ec96284d44baddc30d8e219fde725";
 const MAGMA = "0000040a08221d114736106b51127c6a1c818326819c2e7fb73779d0416fe75263" +

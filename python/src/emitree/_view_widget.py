@@ -163,6 +163,8 @@ class View(anywidget.AnyWidget, metaclass=traitlets.MetaHasTraits):
         from IPython.display import display
 
         data, metadata = self._repr_mimebundle_()
+        # The text stays as it is.
+        data["text/plain"] = "<emitree.View>"
         display(data, metadata=metadata, raw=True)
         self._is_displayed = True
         display(self._still(), raw=True, display_id=self.still)
