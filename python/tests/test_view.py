@@ -151,6 +151,7 @@ def test_messages():
         "Rendering: 1,234 evaluations, estimated error 2.5e-01 of the largest pixel (tolerance 0.05)."
     )
     assert message_of(Update("stopped", target, None, 1)) == "Stopped: 1 evaluation, no image yet."
+    assert message_of(Update("running", target, None, 0)) == "Rendering: no evaluations yet."
     limited = emitree.render(peak, CUBE, (8, 8), tolerance=1e-9, max_evaluations=300)
     done = Update("done", Target(CUBE, (8, 8), {"tolerance": 1e-9}), limited, limited.evaluations)
     assert message_of(done).endswith(

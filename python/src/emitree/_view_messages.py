@@ -44,6 +44,8 @@ def message_of(update: Update) -> str:
     if update.phase == "done" and isinstance(update.latest, Rendering):
         return ended_message(update.latest, goal_of(update.target.options))
     state = "Rendering" if update.phase == "running" else "Stopped"
+    if update.evaluations == 0 and update.latest is None:
+        return f"{state}: no evaluations yet."
     numbers = f"{state}: {_counted(update.evaluations)}"
     if update.latest is None:
         return f"{numbers}, no image yet."

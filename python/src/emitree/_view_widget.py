@@ -200,6 +200,8 @@ class View(anywidget.AnyWidget, metaclass=traitlets.MetaHasTraits):
 
     def _start(self, targets: Sequence[Target]) -> None:
         assert self._work is not None, "a view with a target renders"
+        # The first image may take long.
+        self._tell("running", message_of(Update("running", targets[0], None, 0)))
         self._work.start(targets)
 
     def _on_update(self, update: Update) -> float:
