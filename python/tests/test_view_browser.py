@@ -199,7 +199,7 @@ def test_the_camera_turns_with_the_pointer_and_with_keys(notebook):
 def test_it_stops_and_goes_on(notebook):
     until(lambda: notebook.text(3, ".message") == "Rendering: no evaluations yet.", 10)
     notebook.press_button(3, 0)
-    # The call that is under way ends.
+    until(lambda: notebook.text(3, ".message").startswith("Stopping, after the call"), 10)
     (notebook.folder / "go").touch()
     until(lambda: notebook.text(3, ".message").startswith("Stopped: "), 10)
     notebook.script("arguments[0].value = '-1'", notebook.find(3, "input"))

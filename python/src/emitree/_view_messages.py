@@ -12,6 +12,9 @@ from emitree._result import Rendering
 from emitree._view_picture import band_of, error_of
 from emitree._view_work import Update
 
+#: After the button that stops.
+STOPPING = "Stopping, after the call that is under way."
+
 #: Why a rendering ended that has not converged, by `ending` of its report.
 _ENDINGS = {
     "budget": "the limit `max_evaluations` was reached",

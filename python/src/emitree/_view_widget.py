@@ -15,7 +15,7 @@ import traitlets
 from emitree._cameras import Camera
 from emitree._progressive import Frame
 from emitree._result import Rendering
-from emitree._view_messages import ended_message, goal_of, message_of
+from emitree._view_messages import STOPPING, ended_message, goal_of, message_of
 from emitree._view_picture import picture_of, size_of, spectrum_at
 from emitree._view_turn import can_turn, turned
 from emitree._view_work import Target, Update, Work
@@ -101,6 +101,9 @@ class View(anywidget.AnyWidget, metaclass=traitlets.MetaHasTraits):
     def stop(self) -> None:
         """Ends the rendering, after the call of a function that is under way."""
         if self._work is not None:
+            with self._changing:
+                if self.status["phase"] == "running":
+                    self._tell("running", STOPPING)
             self._work.stop()
 
     def resume(self, **options: Any) -> None:
@@ -208,7 +211,8 @@ class View(anywidget.AnyWidget, metaclass=traitlets.MetaHasTraits):
         pause_s = 0.0
         if update.latest is not None:
             pause_s = self._show(update.latest, update.target.camera._is_sky) / _BYTES_PER_S
-        self._tell(update.phase, message_of(update))
+        with self._changing:
+            self._tell(update.phase, message_of(update))
         if update.phase == "stopped" or (update.phase == "done" and update.target is self._target):
             self._replace_still()
         return pause_s
