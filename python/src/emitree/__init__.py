@@ -65,6 +65,7 @@ from emitree._splines import BSplines
 from emitree._sums import RegionSum
 from emitree._surfaces import Surfaces
 from emitree._sweep import Sweep, sweep
+from emitree._view import view
 from emitree._yt import from_yt
 
 #: The former name of `Plan`.
@@ -128,4 +129,5 @@ __all__ = [
     "render",
     "sensitivity",
     "sweep",
+    "view",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -80,6 +81,13 @@ class Components:
         errors = [rendering.estimated_error for rendering in self.renderings]
         known = [error for error in errors if error is not None]
         return max(known) if len(known) == len(errors) else None
+
+    def _repr_html_(self) -> str:
+        titles = self.names or tuple(f"component {number}" for number in range(len(self)))
+        return "".join(
+            f"<div><b>{html.escape(title)}</b></div>{rendering._repr_html_()}"
+            for title, rendering in zip(titles, self.renderings, strict=True)
+        )
 
 
 class Columns:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from emitree import _native
+from emitree._display_places import span_html, table_html
 from emitree._function import Floats
 
 if TYPE_CHECKING:
@@ -80,12 +81,39 @@ def html_of(rendering: Rendering, png: bytes) -> str:
         "error": "not estimated" if error is None else f"{error:.2e} of the largest value",
         "converged": "yes" if rendering.converged else "<b>no</b>",
     }
-    table = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in rows.items())
+    if rendering.energies is not None:
+        low, high = rendering.energies[[0, -1]].tolist()
+        bins = len(rendering.energies) - 1
+        energies = span_html(low, high, rendering.energy_unit or "")
+        rows["energies"] = f"{energies}, {bins} bin{'s' if bins > 1 else ''}"
+        rows["spectrum"] = _spectrum_svg(rendering)
     style = "height:12em;image-rendering:pixelated"
     return (
         '<div style="display:flex;gap:1em;align-items:center">'
         f'<img alt="the image" style="{style}" src="data:image/png;base64,{image}">'
-        f"<table>{table}</table></div>"
+        f"{table_html(rows)}</div>"
+    )
+
+
+def _spectrum_svg(rendering: Rendering) -> str:
+    """The mean over the pixels in each energy bin, as steps."""
+    assert rendering.energies is not None, "a cube has energies"
+    image = rendering.image.reshape(len(rendering.image), -1)
+    means = image[:, ~np.isnan(image).any(axis=0)].mean(axis=1) if image.size else np.zeros(0)
+    if not np.isfinite(means).all() or len(means) == 0:
+        return "no values"
+    width, height = 160, 60
+    low, high = min(0.0, float(means.min())), float(means.max())
+    x = (rendering.energies - rendering.energies[0]) / np.ptp(rendering.energies) * width
+    y = height * (1 - (means - low) / (high - low if high > low else 1.0))
+    steps = np.stack([np.repeat(x, 2)[1:-1], np.repeat(y, 2)], axis=1)
+    points = " ".join(f"{across:.1f},{down:.1f}" for across, down in steps)
+    title = f"the mean over the pixels, up to {high:.4g} {html.escape(rendering.unit)}".rstrip()
+    return (
+        f'<svg width="{width}" height="{height + 2}" viewBox="0 -1 {width} {height + 2}" '
+        'role="img">'
+        f"<title>{title}</title>"
+        f'<polyline points="{points}" fill="none" stroke="currentColor"/></svg>'
     )
 
 

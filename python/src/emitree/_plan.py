@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emitree import _native, _plan_file, _progress
+from emitree._display_places import extent_html, places_html, span_html
 from emitree._factors import Factors, factors
 from emitree._files import written
 from emitree._function import Floats, as_rates
@@ -90,6 +91,13 @@ class Plan:
 
     def __repr__(self) -> str:
         return f"<Plan: {len(self)} points, shape {self.shape}>"
+
+    def _repr_html_(self) -> str:
+        rows = {"points": f"{len(self):,}", "image": " &times; ".join(map(str, self.shape))}
+        rows |= extent_html(self.positions, "")
+        if self.energies is not None and len(self.energies):
+            rows["energies"] = span_html(self.energies.min(), self.energies.max(), "")
+        return places_html(self.positions, rows)
 
     @property
     def positions(self) -> Floats:

@@ -23,6 +23,7 @@ from emitree._surfaces import Surfaces
 
 if TYPE_CHECKING:
     from emitree._setup import Setup
+    from emitree._view_widget import View
 
 #: Expected counts, the sums of each step to them, and the number and energies of each channel.
 _Counted = tuple[
@@ -369,6 +370,18 @@ class Rendering(OnSky):
         `imshow`. A HEALPix sky is shown as a Mollweide map.
         """
         return _display.plotted(self, self._found, ax, bin, options)
+
+    def view(self) -> View:
+        """A view in a notebook: image and error, values at the cursor, of a cube its spectra.
+
+        It is that of `emitree.view`, which also goes on to a tighter tolerance and turns the
+        camera: a rendering does not have the emission.
+
+        Raises `ImportError` without anywidget.
+        """
+        from emitree._view import view_of
+
+        return view_of(self)
 
     def __repr__(self) -> str:
         shape = " x ".join(map(str, self.image.shape))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import html
 import os
 from dataclasses import dataclass, field
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emitree import _native
+from emitree._display_places import extent_html, places_html, span_html
 from emitree._function import Floats
 
 
@@ -46,6 +48,15 @@ class Surfaces:
     def __repr__(self) -> str:
         unit = f" in {self.length_unit}" if self.length_unit else ""
         return f"<emitree.Surfaces{unit}: {len(self)} vertices, {len(self.triangles)} triangles>"
+
+    def _repr_html_(self) -> str:
+        rows = {"vertices": f"{len(self):,}", "triangles": f"{len(self.triangles):,}"}
+        rows |= extent_html(self.position, self.length_unit)
+        if len(self):
+            rows["jump"] = span_html(self.jump.min(), self.jump.max(), self.jump_unit)
+            uncertainty = float(np.median(self.uncertainty))
+            rows["uncertainty"] = f"{uncertainty:.2g} {html.escape(self.length_unit)} (median)"
+        return places_html(self.position, rows)
 
     def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Writes them to a file: .vtp, polygons of VTK for ParaView and PyVista, or .npz.
