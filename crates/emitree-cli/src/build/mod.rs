@@ -31,11 +31,11 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
         let why = "a tree holds rates, whose integrals are radiances: expected \"radiance\"";
         return Err(Failure::Request(format!("{}: `image.quantity`: {why}", scene.name)));
     }
-    let pool = threads::pool(arguments.threads)?;
+    let pool = threads::pool(arguments.running.threads)?;
 
     interrupt::catch();
     let output = prepare(&arguments.output, &arguments.scene)?;
-    let line = ProgressLine::new(arguments.quiet);
+    let line = ProgressLine::new(arguments.running.quiet);
     let progress = |evaluations| {
         line.set(evaluations);
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
         .with_units(scene.length_unit.as_deref(), scene.image_unit())
         .with_scene(&scene_history(&scene.text, &scene.overrides));
     output.commit(&file.encode()?)?;
-    if !arguments.quiet {
+    if !arguments.running.quiet {
         // The file is written: a summary without a reader is not a failure.
         let _ = summary::print(&summary);
     }

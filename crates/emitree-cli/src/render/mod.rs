@@ -24,13 +24,13 @@ use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
-    let scene = Scene::open(&arguments.scene, &arguments.overrides())?;
-    let pool = threads::pool(arguments.threads)?;
+    let scene = Scene::open(&arguments.scene, &arguments.scene_options.overrides())?;
+    let pool = threads::pool(arguments.running.threads)?;
 
     interrupt::catch();
     // Temporary files beside the targets: what can't be written is found before g is called.
     let outputs = Outputs::prepare(arguments, &scene)?;
-    let line = ProgressLine::new(arguments.quiet);
+    let line = ProgressLine::new(arguments.running.quiet);
     let progress = |evaluations| {
         line.set(evaluations);
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -64,7 +64,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     }
     let (mut written, of_files) = pool.install(|| outputs.write(&scene, &rendered))?;
     written.extend(frames);
-    if !arguments.quiet {
+    if !arguments.running.quiet {
         // The files are written: a summary without a reader is not a failure.
         let _ = summary::print(&scene, &rendered, &written);
     }

@@ -24,7 +24,7 @@ pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
     let of_option = |error| Failure::Request(format!("--over: {error}"));
     let sweep = SceneSweep::new(keys.map_err(of_option)?).map_err(of_option)?;
     let scenes = Scenes { arguments, sweep: &sweep, overrides: arguments.overrides() };
-    let pool = threads::pool(arguments.threads)?;
+    let pool = threads::pool(arguments.running.threads)?;
     // A wrong value, and a file that can't be written, are found before g is called.
     for image in 0..sweep.len() {
         outputs::check_method(arguments, &scenes.open(image)?)?;
@@ -32,7 +32,7 @@ pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
     interrupt::catch();
     let outputs = Outputs::prepare(arguments, &sweep)?;
 
-    let line = ProgressLine::new(arguments.quiet);
+    let line = ProgressLine::new(arguments.running.quiet);
     let progress = |evaluations| {
         line.set(evaluations);
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -70,7 +70,7 @@ pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
     let worst = images.iter().map(|image| image.exit_code).max_by_key(|&code| severity(code));
     let report = SweepReport::new(&sweep, in_progress.evaluations(), images);
     outputs.write_report(&report)?;
-    if !arguments.quiet {
+    if !arguments.running.quiet {
         // The files are written: a summary without a reader is not a failure.
         let _ = summary::print(&arguments.scene, &report);
     }

@@ -182,6 +182,10 @@ pub(crate) async fn attempt(
             add(&mut done, attempt.on_pixels(&maps));
         }
         attempted.add(number, &attempt, maps, ending, parts);
+        if ending == StopReason::Budget {
+            // An image tree follows, which must not take these products for finished ones.
+            attempted.known.products[number] = None;
+        }
     }
     Ok(attempted)
 }
