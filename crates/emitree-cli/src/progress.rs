@@ -2,7 +2,7 @@
 
 use crate::interrupt;
 use crate::numbers::{seconds, short};
-use emitree::RenderOptions;
+use emitree::{Image, RenderOptions};
 use emitree::progress::Frame;
 use emitree_io::CostLaw;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -54,9 +54,9 @@ impl ProgressLine {
 
     /// Takes an intermediate image with its error.
     pub(crate) fn show(&self, frame: &Frame<'_>) {
-        let largest = frame.image.largest();
+        let [largest, error] = [frame.image, frame.error].map(largest_of);
         if largest > 0.0 {
-            let error = frame.error.largest() / largest;
+            let error = error / largest;
             let mut course = self.course.lock().unwrap_or_else(PoisonError::into_inner);
             course.reached(frame.evaluations, error, Instant::now());
         }
@@ -72,6 +72,11 @@ impl Drop for ProgressLine {
     fn drop(&mut self) {
         self.finish();
     }
+}
+
+/// The largest |pixel|.
+fn largest_of(image: &Image) -> f64 {
+    image.pixels().iter().fold(0.0, |largest: f64, pixel| largest.max(pixel.abs()))
 }
 
 /// What ends a rendering.
