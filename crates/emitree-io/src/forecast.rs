@@ -43,6 +43,15 @@ impl CostLaw {
         Some(Self { exponent: exponent.clamp(EXPONENTS[0], EXPONENTS[1]), ..point })
     }
 
+    /// The law at the point of `self` with the exponent of the intermediate images of a rendering: of the first that
+    /// has half of the error of an earlier one, from the last one on; none if no errors halved.
+    pub(crate) fn of_course(course: &[(u64, f64)], last: Self) -> Option<Self> {
+        let &(evaluations, error) = course.last()?;
+        let before = course.iter().rev().find(|(_, larger)| *larger >= 2.0 * error)?;
+        let law = Self::from(before.0, before.1)?.and(evaluations, error)?;
+        Some(Self { exponent: law.exponent, ..last })
+    }
+
     /// The error at the last point.
     pub fn error(self) -> f64 {
         self.error

@@ -45,6 +45,7 @@ mod npy;
 mod output;
 mod png;
 mod product;
+mod rehearsal;
 mod rendered;
 mod report;
 pub mod scene;
@@ -71,6 +72,7 @@ pub use npy::{NpyError, encode_npy, encode_npy_cube, encode_npy_image};
 pub use output::{OutputError, OutputFile, OutputSet, commit_all};
 pub use png::{PictureError, PictureOptions, encode_png};
 pub use product::{Bands, FitsProduct, Product, ProductMap, scene_history};
+pub use rehearsal::{Forecast, Rehearsal, Remark};
 pub use rendered::RenderedScene;
 pub use report::{CountsReport, Report};
 pub use scene::{

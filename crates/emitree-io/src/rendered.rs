@@ -274,7 +274,7 @@ fn may_be_singular([x, y, z]: [f64; 3]) -> String {
     )
 }
 
-fn nothing_in_view(evaluations: u64) -> String {
+pub(crate) fn nothing_in_view(evaluations: u64) -> String {
     if evaluations == 0 {
         return "nothing is in view: no line of sight meets the bounds, or opaque bodies hide them \
                 (check position, target, near, far and [bounds])"

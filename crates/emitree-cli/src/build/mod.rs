@@ -5,12 +5,11 @@ mod summary;
 use crate::arguments::BuildArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
-use crate::render::ProgressLine;
+use crate::progress::ProgressLine;
 use crate::threads;
 use emitree::world_tree::{WorldTreeError, WorldTreeOptions, build_world_tree};
 use emitree::{RenderError, StopReason};
 use emitree_io::{OutputFile, Quantity, Scene, TreeFile, available_memory_bytes, scene_history};
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -36,10 +35,7 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
     interrupt::catch();
     let output = prepare(&arguments.output, &arguments.scene)?;
     let line = ProgressLine::new(arguments.running.quiet);
-    let progress = |evaluations| {
-        line.set(evaluations);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
+    let progress = |evaluations| line.advance(evaluations);
     let defaults = WorldTreeOptions::default();
     let options = WorldTreeOptions::new(settings.tolerance)
         .with_order(settings.order)

@@ -8,7 +8,7 @@ mod summary;
 use crate::arguments::SweepArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
-use crate::render::ProgressLine;
+use crate::progress::ProgressLine;
 use crate::threads;
 use emitree::sweep::Sweep;
 use emitree::{RenderError, RenderOptions};
@@ -16,7 +16,6 @@ use emitree_io::{
     Energies, Override, RenderedScene, Scene, SceneSweep, SweepReport, SweptImage, SweptKey,
 };
 use outputs::Outputs;
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
@@ -33,10 +32,7 @@ pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
     let outputs = Outputs::prepare(arguments, &sweep)?;
 
     let line = ProgressLine::new(arguments.running.quiet);
-    let progress = |evaluations| {
-        line.set(evaluations);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
+    let progress = |evaluations| line.advance(evaluations);
     let mut in_progress =
         Sweep::new(&(0..sweep.len()).map(|i| sweep.values(i)).collect::<Vec<_>>());
     let mut images: Vec<Option<SweptImage>> = vec![None; sweep.len()];
