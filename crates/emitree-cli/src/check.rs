@@ -8,9 +8,7 @@ use crate::progress::ProgressLine;
 use crate::render::method_text;
 use crate::threads;
 use emitree::RenderError;
-use emitree_io::{
-    EmissionSource, Forecast, PixelLayout, Rehearsal, Scene, grouped,
-};
+use emitree_io::{EmissionSource, Forecast, PixelLayout, Rehearsal, Scene, grouped};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -20,8 +18,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<ExitCode, Failure> {
     interrupt::catch();
     let line = ProgressLine::new(arguments.running.quiet);
     let progress = |evaluations| line.advance(evaluations);
-    let rehearsal =
-        pool.install(|| Rehearsal::of(&scene, arguments.rehearsal, Some(&progress)));
+    let rehearsal = pool.install(|| Rehearsal::of(&scene, arguments.rehearsal, Some(&progress)));
     line.finish();
     let rehearsal = rehearsal?;
     if interrupt::requested() {
@@ -107,10 +104,10 @@ fn emission(scene: &Scene) -> String {
 
 fn camera(scene: &Scene) -> String {
     let camera = scene.camera.description();
-    let unit = scene.length_unit.as_deref().map_or_else(
-        || "lengths without a unit".to_owned(),
-        |unit| format!("lengths in {unit}"),
-    );
+    let unit = scene
+        .length_unit
+        .as_deref()
+        .map_or_else(|| "lengths without a unit".to_owned(), |unit| format!("lengths in {unit}"));
     let ends = match scene.camera.has_shapes() {
         true => ", lines of sight end at bounds or bodies",
         false => "",

@@ -12,7 +12,8 @@ pub(crate) fn run(arguments: &CompareArguments) -> Result<ExitCode, Failure> {
     let tolerance = arguments.tolerance;
     if let Some(wrong) = tolerance.filter(|tolerance| !(*tolerance >= 0.0 && tolerance.is_finite()))
     {
-        let why = format!("--tolerance: {wrong}: expected a fraction of the largest pixel, 0 or more");
+        let why =
+            format!("--tolerance: {wrong}: expected a fraction of the largest pixel, 0 or more");
         return Err(Failure::Request(why));
     }
     let output = arguments.output.as_deref().map(|path| prepare(path, arguments)).transpose()?;
@@ -38,7 +39,9 @@ fn prepare(path: &Path, arguments: &CompareArguments) -> Result<OutputFile, Fail
         return Err(Failure::Request(format!("output: `{}`: {why}", path.display())));
     }
     let same = |image: &Path| {
-        std::fs::canonicalize(image).ok().zip(std::fs::canonicalize(path).ok())
+        std::fs::canonicalize(image)
+            .ok()
+            .zip(std::fs::canonicalize(path).ok())
             .is_some_and(|(image, path)| image == path)
     };
     if same(&arguments.first) || same(&arguments.second) {
@@ -93,9 +96,14 @@ fn print(
             )?;
         }
     }
-    writeln!(out, "  scale        {:.4e}{unit}, the largest {value} of {}", found.scale, first.name)?;
+    writeln!(
+        out,
+        "  scale        {:.4e}{unit}, the largest {value} of {}",
+        found.scale, first.name
+    )?;
     if let Some(beside) = &found.beside_errors {
-        let maps = if beside.maps == 2 { "sum of both errors" } else { "error of the one error map" };
+        let maps =
+            if beside.maps == 2 { "sum of both errors" } else { "error of the one error map" };
         let share = beside.above as f64 / found.compared.max(1) as f64;
         writeln!(
             out,
@@ -126,7 +134,11 @@ fn print(
                 writeln!(out, "  DIFFERENT: not all numbers are numbers in both")?;
             }
             false => {
-                writeln!(out, "  DIFFERENT: more than {} of the largest {value}", percent(tolerance))?;
+                writeln!(
+                    out,
+                    "  DIFFERENT: more than {} of the largest {value}",
+                    percent(tolerance)
+                )?;
             }
         }
     }

@@ -4,7 +4,8 @@ use emitree::RenderError;
 use emitree::world_tree::WorldTreeError;
 use emitree_instrument::{ObservationError, PoissonError};
 use emitree_io::{
-    ComparisonError, EmissionFailure, EncodeError, FitsEncodeError, OutputError, SceneError, UnknownEnding,
+    ComparisonError, EmissionFailure, EncodeError, FitsEncodeError, OutputError, SceneError,
+    UnknownEnding,
 };
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use std::convert::Infallible;

@@ -9,8 +9,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-const SHELLS: [Shell; 5] =
-    [Shell::Bash, Shell::Elvish, Shell::Fish, Shell::PowerShell, Shell::Zsh];
+const SHELLS: [Shell; 5] = [Shell::Bash, Shell::Elvish, Shell::Fish, Shell::PowerShell, Shell::Zsh];
 
 /// What follows in the page of the command itself.
 const EXIT_CODES: &str = "\
@@ -40,7 +39,7 @@ pub(crate) fn run(folder: &Path) -> Result<ExitCode, Failure> {
     std::fs::create_dir_all(folder).map_err(|error| {
         Failure::Request(format!("can't make the folder {}: {error}", folder.display()))
     })?;
-    let mut command = Arguments::command().mut_subcommand("manual", |of| of.hide(true));
+    let mut command = Arguments::command();
     // Names of subcommands and options that all of them have.
     command.build();
     let mut files = Vec::new();
@@ -51,7 +50,7 @@ pub(crate) fn run(folder: &Path) -> Result<ExitCode, Failure> {
     add("emitree.1".to_owned(), page(command.clone(), EXIT_CODES)?)?;
     for of in command.get_subcommands().filter(|of| !of.is_hide_set() && of.get_name() != "help") {
         let name = format!("emitree-{}", of.get_name());
-        add(format!("{name}.1"), page(of.clone().name(name.clone()), "")?)?;
+        add(format!("{name}.1"), page(of.clone(), "")?)?;
     }
     for shell in SHELLS {
         let mut bytes = Vec::new();

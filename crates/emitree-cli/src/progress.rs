@@ -2,8 +2,8 @@
 
 use crate::interrupt;
 use crate::numbers::{seconds, short};
-use emitree::{Image, RenderOptions};
 use emitree::progress::Frame;
+use emitree::{Image, RenderOptions};
 use emitree_io::CostLaw;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;

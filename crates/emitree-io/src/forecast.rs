@@ -19,8 +19,8 @@ pub struct CostLaw {
     exponent: f64,
 }
 
-/// The exponent of one point alone: of the random scenes by which the method was tuned.
-const USUAL_EXPONENT: f64 = 0.4;
+/// The exponent of one point alone: from 5 % to 1 % the scenes of the gallery have 0 to 0.5, 0.28 in the mean.
+const USUAL_EXPONENT: f64 = 0.3;
 /// Exponents of products, whose cost grows with the logarithm of 1/error, and of jumps on a pixel raster.
 const EXPONENTS: [f64; 2] = [0.05, 1.0];
 
@@ -81,8 +81,8 @@ mod tests {
             let first = CostLaw::from(points[0].0, points[0].1).unwrap();
             points[1..].iter().fold(first, |law, &(n, error)| law.and(n, error).unwrap())
         };
-        // 10^(2 * 0.4).
-        assert_eq!(through(&[(100, 0.1)]).evaluations_for(0.001), 631);
+        // 10^(2 * 0.3).
+        assert_eq!(through(&[(100, 0.1)]).evaluations_for(0.001), 398);
         assert_eq!(through(&[(100, 0.1), (400, 0.01)]).evaluations_for(0.001), 1_600);
         // As many evaluations as accuracy, and hardly more than before.
         assert_eq!(through(&[(100, 0.1), (5_000, 0.01)]).evaluations_for(0.001), 50_000);

@@ -29,6 +29,7 @@
 //! ```
 
 mod account;
+mod advice;
 mod colour;
 mod energies;
 #[cfg(feature = "figure")]

@@ -13,10 +13,7 @@ pub struct SceneTemplate {
 /// A template, by the name of its file.
 macro_rules! template {
     ($name:literal) => {
-        SceneTemplate {
-            name: $name,
-            text: include_str!(concat!("../templates/", $name, ".toml")),
-        }
+        SceneTemplate { name: $name, text: include_str!(concat!("../templates/", $name, ".toml")) }
     };
 }
 
@@ -96,7 +93,8 @@ mod tests {
     #[test]
     fn the_files_of_a_rendering_are_named_as_they_will_be() {
         let text = scene_templates()[0].text_for("my/ball.toml");
-        let line = "#   emitree render my/ball.toml     renders it to ball.fits, ball.npy and ball.png\n";
+        let line =
+            "#   emitree render my/ball.toml     renders it to ball.fits, ball.npy and ball.png\n";
         assert!(text.contains(line), "{text}");
     }
 }

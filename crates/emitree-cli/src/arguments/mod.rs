@@ -81,6 +81,7 @@ pub(crate) struct CheckArguments {
 
 /// `emitree compare`.
 #[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
 pub(crate) struct CompareArguments {
     /// The first image, .fits or .npy: differences are relative to its largest pixel.
     pub(crate) first: PathBuf,

@@ -38,7 +38,9 @@ pub enum ComparisonError {
         shape: Vec<usize>,
     },
     /// The shapes differ.
-    #[error("{first} has the shape {first_shape:?} and {second} {second_shape:?}: expected the same one")]
+    #[error(
+        "{first} has the shape {first_shape:?} and {second} {second_shape:?}: expected the same one"
+    )]
     Shapes {
         /// The name of the first image.
         first: String,
@@ -50,7 +52,9 @@ pub enum ComparisonError {
         second_shape: [usize; 3],
     },
     /// One unit is not a multiple of the other.
-    #[error("{first} is in `{first_unit}` and {second} in `{second_unit}`: expected units of one dimension")]
+    #[error(
+        "{first} is in `{first_unit}` and {second} in `{second_unit}`: expected units of one dimension"
+    )]
     Units {
         /// The name of the first image.
         first: String,

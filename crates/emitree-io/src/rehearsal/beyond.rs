@@ -33,16 +33,16 @@ pub(super) fn remark(
     }
     let repeated = |line: &Line| std::iter::repeat_n(line.direction, POINTS);
     let directions: Vec<[f64; 3]> = lines.iter().flat_map(repeated).collect();
-    let energies: Vec<f64> = scene.energy.iter().flat_map(|of| vec![of.axis().energy(0.5); points.len()]).collect();
+    let energies: Vec<f64> =
+        scene.energy.iter().flat_map(|of| vec![of.axis().energy(0.5); points.len()]).collect();
     let samples = Samples::new(&points, &directions).at_energies(&energies);
     let mut rates = vec![0.0; points.len()];
     if scene.emission.emission_rates(&samples, &mut rates).is_err() {
         // Data and models may end there.
         return Ok(None);
     }
-    let light = |(line, rates): (&Line, &[f64])| {
-        line.length * rates.iter().sum::<f64>() / POINTS as f64
-    };
+    let light =
+        |(line, rates): (&Line, &[f64])| line.length * rates.iter().sum::<f64>() / POINTS as f64;
     let most = lines.iter().zip(rates.chunks_exact(POINTS)).map(light);
     let share = most.fold(0.0, |most: f64, light| most.max(light.abs())) / largest;
     let allowed = scene.render.tolerance.unwrap_or(0.01);

@@ -48,7 +48,10 @@ fn error_of_sums(grid: &Grid, axis: usize) -> f64 {
         (0..lengths[axis]).map(|k| weight(k) * grid.values()[first + k * strides[axis]]).sum()
     };
     let columns = lengths[a];
-    let sums: Vec<f64> = (0..lengths[b]).flat_map(|j| (0..columns).map(move |i| (i, j))).map(|(i, j)| sum(i, j)).collect();
+    let sums: Vec<f64> = (0..lengths[b])
+        .flat_map(|j| (0..columns).map(move |i| (i, j)))
+        .map(|(i, j)| sum(i, j))
+        .collect();
     let largest = sums.iter().fold(0.0, |largest: f64, sum| largest.max(sum.abs()));
     if largest == 0.0 {
         return 0.0;
@@ -63,9 +66,8 @@ fn error_of_sums(grid: &Grid, axis: usize) -> f64 {
         // h² |∂²| with h the mean of both steps.
         (0.5 * (before + after) * (slopes[1] - slopes[0])).abs()
     };
-    let of_node = |i: usize, j: usize| {
-        bend(nodes[a], i, &|i| at(i, j)) + bend(nodes[b], j, &|j| at(i, j))
-    };
+    let of_node =
+        |i: usize, j: usize| bend(nodes[a], i, &|i| at(i, j)) + bend(nodes[b], j, &|j| at(i, j));
     let all = (0..lengths[b]).flat_map(|j| (0..columns).map(move |i| (i, j)));
     all.map(|(i, j)| of_node(i, j)).fold(0.0, f64::max) / (12.0 * largest)
 }

@@ -112,7 +112,8 @@ pub(super) fn of_image(scene: &Scene, rendering: &Rendering<Cube>) -> Vec<Remark
 pub(super) fn of_forecast(scene: &Scene, forecast: &Forecast) -> Vec<Remark> {
     let mut remarks = Vec::new();
     let allowed = scene.render_options().max_evaluations;
-    let is_counted = !matches!(scene.render.method, Method::Los(_)) || scene.render.max_evaluations.is_some();
+    let is_counted =
+        !matches!(scene.render.method, Method::Los(_)) || scene.render.max_evaluations.is_some();
     if is_counted && forecast.evaluations > allowed {
         let text = format!(
             "`max_evaluations`, {}, would end the rendering before its tolerance is met",
@@ -120,9 +121,12 @@ pub(super) fn of_forecast(scene: &Scene, forecast: &Forecast) -> Vec<Remark> {
         );
         remarks.push(Remark::new("limits", text));
     }
-    if let Some(seconds) = scene.render.max_seconds.filter(|&most| forecast.time.as_secs_f64() > most) {
-        let text =
-            format!("`max_seconds`, {seconds}, would end the rendering before its tolerance is met");
+    if let Some(seconds) =
+        scene.render.max_seconds.filter(|&most| forecast.time.as_secs_f64() > most)
+    {
+        let text = format!(
+            "`max_seconds`, {seconds}, would end the rendering before its tolerance is met"
+        );
         remarks.push(Remark::new("limits", text));
     }
     remarks

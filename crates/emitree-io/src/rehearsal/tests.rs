@@ -14,7 +14,8 @@ far = 40
 
 fn scene(emission: &str, rest: &str) -> Scene {
     let image = "[image]\nwidth = 24\nheight = 24\n";
-    Scene::parse("scene.toml", &format!("[emission]\n{emission}\n{CAMERA}{image}{rest}"), &[]).unwrap()
+    Scene::parse("scene.toml", &format!("[emission]\n{emission}\n{CAMERA}{image}{rest}"), &[])
+        .unwrap()
 }
 
 fn remarks(scene: &Scene) -> Vec<Remark> {
@@ -51,19 +52,29 @@ fn a_ball_is_forecast_and_has_no_remark() {
 fn nothing_in_view_is_told() {
     let away = scene(r#"expression = "if(y > 30, 1, 0)""#, "");
     let remark = only(&away);
-    assert!(remark.about == "view" && remark.text.contains("the emission rate is 0 at all"), "{remark:?}");
+    assert!(
+        remark.about == "view" && remark.text.contains("the emission rate is 0 at all"),
+        "{remark:?}"
+    );
     let body = "[[occulter]]\ntype = \"sphere\"\ncenter = [0, -10, 0]\nradius = 8\n";
     let hidden = scene(BALL, body);
     let remark = only(&hidden);
-    assert!(remark.text.contains("opaque bodies hide them") || remark.text.contains("0 at all"), "{remark:?}");
+    assert!(
+        remark.text.contains("opaque bodies hide them") || remark.text.contains("0 at all"),
+        "{remark:?}"
+    );
 }
 
 #[test]
 fn rates_that_are_out_of_range_or_negative_are_told() {
     let faint = scene(r#"expression = "1e-200 * exp(-x^2 - y^2 - z^2)""#, "");
     let remark = only(&faint);
-    assert!(remark.about == "rates" && remark.text.starts_with("rates are up to 1.0e-200"), "{remark:?}");
-    let negative = scene(r#"expression = "exp(-x^2 - y^2 - z^2) - 0.5 * exp(-(x-4)^2 - y^2 - z^2)""#, "");
+    assert!(
+        remark.about == "rates" && remark.text.starts_with("rates are up to 1.0e-200"),
+        "{remark:?}"
+    );
+    let negative =
+        scene(r#"expression = "exp(-x^2 - y^2 - z^2) - 0.5 * exp(-(x-4)^2 - y^2 - z^2)""#, "");
     let remark = only(&negative);
     assert!(remark.text.starts_with("pixels are negative, down to -0.5"), "{remark:?}");
     let infinite = scene(r#"expression = "1 / (x - x)""#, "");
@@ -76,7 +87,10 @@ fn emission_behind_far_is_told_with_its_amount() {
     let endless = scene(r#"expression = "exp(-(x^2 + z^2) / 9)""#, "");
     let remark = only(&endless);
     assert!(remark.about == "far" && remark.text.contains("up to 1.0"), "{remark:?}");
-    let ended = scene(r#"expression = "exp(-(x^2 + z^2) / 9)""#, "[bounds]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 15\n");
+    let ended = scene(
+        r#"expression = "exp(-(x^2 + z^2) / 9)""#,
+        "[bounds]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 15\n",
+    );
     assert_eq!(remarks(&ended), []);
 }
 
@@ -124,7 +138,10 @@ fn other_methods_are_forecast_from_fewer_pixels_and_larger_thresholds() {
 fn a_rehearsal_has_an_end() {
     let ridges = scene(r#"expression = "1 + sin(40 * x * y) * cos(31 * y * z)""#, "");
     let rehearsal = Rehearsal::of(&ridges, 3_000, None).unwrap();
-    assert!(rehearsal.evaluations < 6_000 && rehearsal.how.contains("not to its end"), "{rehearsal:?}");
+    assert!(
+        rehearsal.evaluations < 6_000 && rehearsal.how.contains("not to its end"),
+        "{rehearsal:?}"
+    );
     let stop = |_: u64| std::ops::ControlFlow::Break(());
     assert!(matches!(Rehearsal::of(&ridges, 3_000, Some(&stop)), Err(RenderError::Interrupted)));
     let none = Rehearsal::of(&ridges, 0, None).unwrap();
