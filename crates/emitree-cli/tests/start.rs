@@ -117,7 +117,7 @@ fn a_scene_is_told_with_its_cost() {
     let found = folder.json("r.json")["evaluations"].as_u64().unwrap();
     assert!(low <= found && found <= high, "{forecast}: {found}");
     let run = folder.emitree("check scene.toml --tolerance 0.05");
-    assert!(!line(&run.stdout, "forecast").contains("some 1"), "exact: {}", run.stdout);
+    assert!(!line(&run.stdout, "forecast").contains('('), "exact: {}", run.stdout);
     let run = folder.emitree("check scene.toml --rehearsal 0");
     run.succeeds();
     assert!(run.stdout.ends_with("  rehearsal    none: no forecast\n"), "{}", run.stdout);
@@ -131,7 +131,7 @@ fn what_looks_odd_is_told() {
         "position = [0, 0, 0]\ntarget = [0, 0, -1]\nup = [0, 1, 0]\nextent = [1, 1]\nfar = 5\nlength_unit",
     ));
     // The ball, at z = 0.5, is behind the camera.
-    let run = folder.emitree("check scene.toml --set emission.expression=if(z<0,0,1)");
+    let run = folder.emitree("check scene.toml --set emission.expression=if(z<1,0,1)");
     run.succeeds();
     assert!(run.stdout.starts_with("scene.toml: 1 remark\n"), "{}", run.stdout);
     let remark = line(&run.stdout, "VIEW");
@@ -159,7 +159,7 @@ fn a_rendering_that_did_not_converge_ends_with_what_to_do() {
     let jump = HOLMSTROM
         .replace("method = \"paper\"\nthreshold = 0.01", "tolerance = 0.001\nbase_level = 4");
     let folder = Folder::with_scene(&jump);
-    let run = folder.emitree("render scene.toml -o a.npy --report r.json --max-evaluations 6000");
+    let run = folder.emitree("render scene.toml -o a.npy --report r.json --max-evaluations 9800");
     run.fails_with(4);
     let hint = folder.json("r.json")["hint"].as_str().unwrap().to_owned();
     assert!(
@@ -178,7 +178,7 @@ fn a_rendering_that_did_not_converge_ends_with_what_to_do() {
         .emitree(&format!("render scene.toml -o b.npy --max-evaluations {evaluations}"))
         .succeeds();
     let looser =
-        format!("render scene.toml -o c.npy --max-evaluations 6000 --tolerance {tolerance}");
+        format!("render scene.toml -o c.npy --max-evaluations 9800 --tolerance {tolerance}");
     folder.emitree(&looser).succeeds();
 }
 

@@ -8,6 +8,8 @@ use crate::grouped::grouped;
 const STEEPEST: f64 = 1.0;
 /// A base lattice of this level or a coarser one shows little of the structure of an image.
 const COARSE_LEVEL: u8 = 2;
+/// Looser tolerances are met at this one.
+const LOOSEST_TOLERANCE: f64 = 0.05;
 /// Evaluations with which the usual base lattice is refined once.
 const FEWEST_EVALUATIONS: u64 = 5_000;
 
@@ -54,10 +56,9 @@ pub(crate) fn advice(account: &Account) -> Option<String> {
     let whose =
         sum.map_or_else(|| "the error".to_owned(), |name| format!("the error of the sum `{name}`"));
     let looser = looser_tolerance(account).filter(|_| sum.is_none());
-    let looser = looser.map_or_else(
-        || ", or larger errors".to_owned(),
-        |tolerance| format!(", or `tolerance` = {tolerance}, which this image meets"),
-    );
+    let looser = looser.map_or_else(String::new, |tolerance| {
+        format!(", or `tolerance` = {tolerance}, which this image meets")
+    });
     Some(format!(
         "{whose} is {} times the error allowed: try `{limit}` = {} ({} to {} are expected to suffice){looser}",
         two_digits(share),
@@ -74,7 +75,7 @@ fn looser_tolerance(account: &Account) -> Option<f64> {
     // Rounded up, with some room.
     let up = two_digits(1.05 * error);
     let up = if up < error { two_digits(1.15 * error) } else { up };
-    (up < 1.0).then_some(up)
+    (up <= LOOSEST_TOLERANCE).then_some(up)
 }
 
 /// A number of two digits.
@@ -140,7 +141,7 @@ mod tests {
                    sums = { on = { box = { min = [2, 2], max = [20, 20] }, tolerance = 1e-7 } }";
         let found = hint(sum).unwrap();
         assert!(found.starts_with("the error of the sum `on` is "), "{found}");
-        assert!(found.ends_with(", or larger errors"), "{found}");
+        assert!(found.ends_with(" are expected to suffice)"), "{found}");
     }
 
     /// A tolerance that the hint names is met by the same image.

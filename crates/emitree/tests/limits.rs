@@ -125,12 +125,15 @@ fn there_is_an_image_if_the_time_ends_before_the_first_lines() {
         let options = RenderOptions::new(vol).with_max_seconds(seconds);
         let found = render(&jagged(50), &emitree::Canonical, [4, 4], &options).unwrap();
         assert_eq!(found.stats.ending, StopReason::Time, "{seconds} s");
-        assert_eq!(found.stats.base_level, Some(1), "{seconds} s");
         assert!(found.stats.evaluations >= 27 && !found.converged());
         let error = found.error.as_ref().unwrap();
         let largest = largest_of(&found.values);
-        assert!(largest > 0.0 && error.pixels().iter().all(|&error| error >= largest));
-        assert!(found.stats.error_over_allowed.unwrap() >= 1_000.0);
+        assert!(largest > 0.0 && found.estimated_error().unwrap() > 0.1, "{seconds} s");
+        if seconds < 1e-3 {
+            assert_eq!((found.stats.base_level, found.stats.evaluations), (Some(1), 27));
+            assert!(error.pixels().iter().all(|&error| error >= largest));
+            assert!(found.stats.error_over_allowed.unwrap() >= 1_000.0);
+        }
         assert!(found.stats.total_time < Duration::from_secs(3), "{:?}", found.stats.total_time);
     }
 }
