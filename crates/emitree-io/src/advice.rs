@@ -57,7 +57,7 @@ pub(crate) fn advice(account: &Account) -> Option<String> {
         sum.map_or_else(|| "the error".to_owned(), |name| format!("the error of the sum `{name}`"));
     let looser = looser_tolerance(account).filter(|_| sum.is_none());
     let looser = looser.map_or_else(String::new, |tolerance| {
-        format!(", or `tolerance` = {tolerance}, which this image meets")
+        format!(", or `tolerance` = {tolerance}, twice the error of this image")
     });
     Some(format!(
         "{whose} is {} times the error allowed: try `{limit}` = {} ({} to {} are expected to suffice){looser}",
@@ -68,14 +68,13 @@ pub(crate) fn advice(account: &Account) -> Option<String> {
     ))
 }
 
-/// The tolerance that the image meets, with two digits, if one tolerance is that of all pixels.
+/// Twice the error of the image, with two digits, if one tolerance is that of all pixels.
 fn looser_tolerance(account: &Account) -> Option<f64> {
     let is_uniform = account.by_pixel.is_none() && !account.is_weighted && !account.per_band;
     let error = account.estimated_error.filter(|error| is_uniform && *error > 0.0)?;
-    // Rounded up, with some room.
-    let up = two_digits(1.05 * error);
-    let up = if up < error { two_digits(1.15 * error) } else { up };
-    (up <= LOOSEST_TOLERANCE).then_some(up)
+    // With room for a verification.
+    let twice = two_digits(2.0 * error);
+    (twice <= LOOSEST_TOLERANCE).then_some(twice)
 }
 
 /// A number of two digits.
@@ -114,7 +113,8 @@ mod tests {
             "{found}"
         );
         assert!(
-            found.contains("`tolerance` = 0.") && found.ends_with("which this image meets"),
+            found.contains("`tolerance` = 0.")
+                && found.ends_with(", twice the error of this image"),
             "{found}"
         );
         let found = hint("tolerance = 1e-3\nmax_evaluations = 40").unwrap();
@@ -144,7 +144,7 @@ mod tests {
         assert!(found.ends_with(" are expected to suffice)"), "{found}");
     }
 
-    /// A tolerance that the hint names is met by the same image.
+    /// A tolerance that the hint names is met with the same budget.
     #[test]
     fn the_tolerance_of_the_hint_is_met() {
         let found = hint("tolerance = 1e-3\nbase_level = 4\nmax_evaluations = 20000").unwrap();

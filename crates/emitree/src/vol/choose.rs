@@ -191,8 +191,10 @@ async fn finish(
         return Ok(found);
     }
     match (products, by_tree(meter, tiles, parts, axis, vol, attempted.known).await) {
-        // The time limit was reached before lines gave an image.
-        (Some(products), Err(RenderError::Time { .. })) => Ok(products),
+        // The time limit was reached before lines gave an image. Products that have found nothing yet are none.
+        (Some(products), Err(RenderError::Time { .. })) if products.cube.largest() > 0.0 => {
+            Ok(products)
+        }
         (products, tree) => {
             let tree = tree?;
             // If a limit ended both, the one with the smaller estimated error is used.
