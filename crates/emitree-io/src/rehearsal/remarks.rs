@@ -63,12 +63,12 @@ pub(super) fn of_settings(scene: &Scene) -> Vec<Remark> {
 pub(super) fn of_image(scene: &Scene, rendering: &Rendering<Cube>) -> Vec<Remark> {
     let pixels = || rendering.values.voxels().filter(|pixel| pixel.is_finite());
     let largest = pixels().fold(0.0, |largest: f64, pixel| largest.max(pixel.abs()));
-    if largest == 0.0 {
+    let largest_rate = rendering.stats.largest_rate.map_or(0.0, |of| of.rate.abs());
+    if largest == 0.0 && largest_rate == 0.0 {
         let evaluations = rendering.stats.evaluations;
         return vec![Remark::new("view", nothing_in_view(evaluations))];
     }
     let mut remarks = Vec::new();
-    let largest_rate = rendering.stats.largest_rate.map_or(0.0, |of| of.rate.abs());
     for (what, size) in [("rates", largest_rate), ("pixels", largest)] {
         if size > 0.0 && !(USUAL_SIZES[0]..USUAL_SIZES[1]).contains(&size) {
             let how = if size < 1.0 { "small" } else { "large" };
@@ -79,6 +79,9 @@ pub(super) fn of_image(scene: &Scene, rendering: &Rendering<Cube>) -> Vec<Remark
             remarks.push(Remark::new("rates", text));
             break;
         }
+    }
+    if largest == 0.0 {
+        return remarks;
     }
     let lowest = pixels().fold(0.0, f64::min);
     let error = rendering.estimated_error().unwrap_or(0.0);
