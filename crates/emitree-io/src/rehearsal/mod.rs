@@ -75,6 +75,7 @@ impl Rehearsal {
         progress: Option<&Progress<'_>>,
     ) -> Result<Self, RenderError<EmissionFailure>> {
         let mut remarks = remarks::of_settings(scene);
+        remarks.extend(grid_data::remark(scene));
         if most == 0 {
             let how = "none".to_owned();
             return Ok(Self { evaluations: 0, how, forecast: None, remarks });

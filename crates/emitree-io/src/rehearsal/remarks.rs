@@ -1,6 +1,6 @@
 //! What looks odd about a scene, its image, and the forecast: remarks for people, each with what to do.
 
-use super::{Forecast, grid_data, vol_of};
+use super::{Forecast, vol_of};
 use crate::grouped::grouped;
 use crate::rendered::nothing_in_view;
 use crate::scene::Scene;
@@ -55,7 +55,6 @@ pub(super) fn of_settings(scene: &Scene) -> Vec<Remark> {
         );
         remarks.push(Remark::new("tolerance", text));
     }
-    remarks.extend(grid_data::remark(scene));
     remarks
 }
 
