@@ -68,7 +68,7 @@ fn print(
         "{} and {}: {width} x {height} pixels (width x height){of_bands}",
         first.name, second.name
     )?;
-    if found.factor != 1.0 {
+    if (found.factor - 1.0).abs() > 0.0 {
         let [to, from] = [first, second].map(|image| image.unit.as_deref().unwrap_or_default());
         writeln!(out, "  unit         {to}; {from} is {:e} of it", found.factor)?;
     }

@@ -147,6 +147,7 @@ impl Comparison {
     /// # Errors
     ///
     /// [`ComparisonError`]: other shapes, or units of another dimension.
+    #[expect(clippy::float_cmp, reason = "infinities of one sign are the same")]
     pub fn of(first: &StoredImage, second: &StoredImage) -> Result<Self, ComparisonError> {
         if first.shape != second.shape {
             return Err(ComparisonError::Shapes {

@@ -1,9 +1,10 @@
 //! The picture of a comparison: the first image, and the difference in colours about white.
 
-use super::{Comparison, StoredImage};
+use super::{Comparison, Difference, StoredImage};
 use crate::colour::{ColourMap, ValueRange};
 use crate::figure::{FigureError, Heatmap, Panel};
 use emitree::Image;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Device pixels in a unit of a figure.
@@ -28,11 +29,11 @@ impl Comparison {
             Image::from_pixels(height, width, pixels.copied().collect())
         };
         let (image, difference) = (of_band(&first.values), of_band(&self.differences));
-        let largest = self.largest.map_or(0.0, |largest| largest.amount());
+        let largest = self.largest.map_or(0.0, Difference::amount);
         let most = if largest > 0.0 { largest } else { 1.0 };
         let [first, second] = [first, second].map(|image| {
             let name = Path::new(&image.name).file_name().map(|name| name.to_string_lossy());
-            name.map_or_else(|| image.name.clone(), |name| name.into_owned())
+            name.map_or_else(|| image.name.clone(), Cow::into_owned)
         });
         let unit = if self.unit.is_empty() { "1" } else { &self.unit };
         let title = match bands {

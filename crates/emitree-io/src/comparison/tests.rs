@@ -41,7 +41,7 @@ fn pixels_that_are_no_numbers_are_counted_where_one_image_has_them() {
     assert!(nothing.is_within(0.0));
     // Relative to the second image where the first is 0.
     let found = Comparison::of(&image(&[0.0, 0.0]), &image(&[0.0, 2.0])).unwrap();
-    assert_eq!(found.relative(found.largest.unwrap().amount()), 1.0);
+    assert_eq!((found.relative(found.largest.unwrap().amount()), found.compared), (1.0, 2));
 }
 
 #[test]
@@ -49,7 +49,8 @@ fn units_are_converted_and_others_refused() {
     let mut a = image(&[1.0, 2.0]);
     let mut b = image(&[100.0, 201.0]);
     (a.unit, b.unit) = (Some("W m-2".to_owned()), Some("W m-2".to_owned()));
-    assert_eq!(Comparison::of(&a, &b).unwrap().factor, 1.0);
+    let same = Comparison::of(&a, &b).unwrap();
+    assert_eq!((same.factor, same.unit.as_str()), (1.0, "W m-2"));
     (a.unit, b.unit) = (Some("m".to_owned()), Some("cm".to_owned()));
     a.error = Some(vec![0.0, 0.005]);
     b.error = Some(vec![0.0, 0.5]);

@@ -48,9 +48,8 @@ pub(super) fn remark(
     let allowed = scene.render.tolerance.unwrap_or(0.01);
     let remark = (share.is_finite() && share > allowed).then(|| {
         let text = format!(
-            "the emission goes on behind `far`: lines of sight of twice the length would have up to {:.2} of the \
-             largest pixel more",
-            share
+            "the emission goes on behind `far`: lines of sight of twice the length would have up to {share:.2} of \
+             the largest pixel more"
         );
         Remark::new("far", text)
     });

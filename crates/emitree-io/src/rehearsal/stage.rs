@@ -73,7 +73,7 @@ impl Stage {
                         Threshold::Absolute(size) => Threshold::Absolute(looseness * size),
                         Threshold::Relative(size) => Threshold::Relative(looseness * size),
                     };
-                    let mut looser = paper.clone();
+                    let mut looser = *paper;
                     looser.threshold = threshold;
                     Self { method: looser.into(), shape, looseness, ratio_of_pixels: 1.0 }
                 };
@@ -180,12 +180,12 @@ impl Stage {
         let spread = match (vol_of(scene), is_los) {
             (Some(_), _) => 1.0 + SPREAD[0] * decades,
             (None, false) => 1.0 + SPREAD[1] * decades,
-            (None, true) if self.ratio_of_pixels == 1.0 => 1.0,
+            (None, true) if self.ratio_of_pixels <= 1.0 => 1.0,
             (None, true) => 1.3,
         };
         let is_uniform =
             matches!(&self.method, Method::Los(los) if matches!(los.steps, Steps::Fixed(_)));
-        let is_exact = self.looseness <= 1.0 && self.ratio_of_pixels == 1.0;
+        let is_exact = self.looseness <= 1.0 && self.ratio_of_pixels <= 1.0;
         let spread = if is_exact {
             1.0
         } else if is_uniform {
