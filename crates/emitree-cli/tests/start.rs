@@ -110,7 +110,8 @@ fn new_scenes_replace_nothing() {
 /// A line of a summary.
 fn line<'a>(stdout: &'a str, about: &str) -> &'a str {
     let found = stdout.lines().find(|line| line.trim_start().starts_with(about));
-    found.unwrap_or_else(|| panic!("no `{about}` in:\n{stdout}"))
+    assert!(found.is_some(), "no `{about}` in:\n{stdout}");
+    found.unwrap()
 }
 
 #[test]
