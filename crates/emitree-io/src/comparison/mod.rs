@@ -197,6 +197,12 @@ impl Comparison {
         })
     }
 
+    /// Second minus first, in the order of the values; 0 where both are the same infinity, and NaN where one is no
+    /// number.
+    pub fn differences(&self) -> &[f64] {
+        &self.differences
+    }
+
     /// An amount relative to the largest |pixel| of the first image.
     pub fn relative(&self, amount: f64) -> f64 {
         if amount == 0.0 { 0.0 } else { amount / self.scale }
