@@ -22,6 +22,7 @@ mod gallery;
 #[path = "../../crates/emitree-io/src/grouped.rs"]
 mod grouped;
 mod licences;
+mod manual;
 mod notes;
 mod outcome;
 mod package;
@@ -46,13 +47,14 @@ use workspace::Workspace;
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
 type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
 
-const TOOLS: [(&str, Tool); 11] = [
+const TOOLS: [(&str, Tool); 12] = [
     ("ablate", ablate::run),
     ("compare-peers", peers::run),
     ("errors", errors::run),
     ("fuzz", fuzz::run),
     ("gallery", gallery::run),
     ("licences", licences::run),
+    ("manual", manual::run),
     ("notes", notes::run),
     ("performance", performance::run),
     ("quick", quick::run),
@@ -138,6 +140,8 @@ fn help() -> String {
          what they cost there\n\n\
          cargo xtask licences\n\n  \
          writes the licences of all crates that a wheel links in, and of the standard library, to python/\n\n\
+         cargo xtask manual\n\n  \
+         writes the man pages and the completions of shells to target/manual\n\n\
          cargo xtask notes VERSION\n\n  \
          prints the section of a version of CHANGELOG.md; fails if Cargo.toml has another version\n\n\
          cargo xtask performance [SECTION ...]\n\n  \

@@ -4,13 +4,16 @@ use emitree::RenderError;
 use emitree::world_tree::WorldTreeError;
 use emitree_instrument::{ObservationError, PoissonError};
 use emitree_io::{
-    EmissionFailure, EncodeError, FitsEncodeError, OutputError, SceneError, UnknownEnding,
+    ComparisonError, EmissionFailure, EncodeError, FitsEncodeError, OutputError, SceneError,
+    UnknownEnding,
 };
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use std::convert::Infallible;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
+/// Two images differ by more than is allowed.
+pub(crate) const DIFFERS: u8 = 1;
 /// The scene or the options are wrong.
 const BAD_REQUEST: u8 = 2;
 /// The emission failed, or was not finite somewhere.
@@ -46,6 +49,8 @@ pub(crate) enum Failure {
     Encode(#[from] EncodeError),
     #[error(transparent)]
     Figure(#[from] emitree_io::figure::FigureError),
+    #[error(transparent)]
+    Comparison(#[from] ComparisonError),
     #[error("{0}")]
     Request(String),
     /// One image of several failed.

@@ -2,10 +2,15 @@
 
 mod arguments;
 mod build;
+mod check;
+mod compare;
 mod failure;
 mod interrupt;
+mod manual;
 mod models;
+mod new;
 mod numbers;
+mod progress;
 mod render;
 mod reproduce;
 mod sweep;
@@ -18,11 +23,15 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match &arguments.command {
+        Command::New(options) => new::run(options),
+        Command::Check(options) => check::run(options),
         Command::Render(options) => render::run(options),
         Command::Sweep(options) => sweep::run(options),
         Command::Build(options) => build::run(options),
+        Command::Compare(options) => compare::run(options),
         Command::Models { name } => models::run(name.as_deref()),
         Command::Reproduce { output } => reproduce::run(output),
+        Command::Manual { folder } => manual::run(folder),
     };
     match result {
         Ok(code) => code,

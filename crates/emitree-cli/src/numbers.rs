@@ -17,3 +17,12 @@ pub(crate) fn seconds(time: Duration) -> String {
         long => format!("{long:.2} s"),
     }
 }
+
+/// A number of two digits: "0.034", "3.4e-6", "120".
+pub(crate) fn short(number: f64) -> String {
+    let rounded: f64 = format!("{number:.1e}").parse().unwrap_or(number);
+    match rounded.abs() {
+        plain if plain == 0.0 || (1e-3..1e6).contains(&plain) => rounded.to_string(),
+        _ => format!("{rounded:e}"),
+    }
+}

@@ -2,7 +2,7 @@
 
 use emitree::Image;
 
-/// A colour map whose lightness grows evenly with the value, readable by colour-blind eyes.
+/// A colour map, readable by colour-blind eyes: the lightness grows evenly with the value, but for differences.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ColourMap {
@@ -15,6 +15,8 @@ pub enum ColourMap {
     Magma,
     /// Blue over grey to yellow, the same for red-green colour-blind eyes.
     Cividis,
+    /// Blue over white to red: for differences, with 0 in the middle.
+    BlueRed,
 }
 
 impl ColourMap {
@@ -32,7 +34,9 @@ impl ColourMap {
         if fraction.is_nan() {
             return NOT_A_NUMBER;
         }
+        let fraction = if self == Self::BlueRed { 1.0 - fraction } else { fraction };
         let gradient = match self {
+            Self::BlueRed => colorous::RED_BLUE,
             Self::Viridis => colorous::VIRIDIS,
             Self::Inferno => colorous::INFERNO,
             Self::Magma => colorous::MAGMA,
@@ -99,6 +103,13 @@ mod tests {
             }
             assert!((0..=1000).all(|i| map.rgb(f64::from(i) / 1000.0) != NOT_A_NUMBER), "{map:?}");
         }
+    }
+
+    #[test]
+    fn differences_are_white_in_the_middle_and_as_dark_at_both_ends() {
+        let [blue, white, red] = [0.0, 0.5, 1.0].map(|at| ColourMap::BlueRed.rgb(at));
+        assert!(white.iter().all(|&part| part > 230), "{white:?}");
+        assert!(blue[2] > 2 * blue[0] && red[0] > 2 * red[2], "{blue:?} {red:?}");
     }
 
     #[test]

@@ -29,35 +29,42 @@
 //! ```
 
 mod account;
+mod advice;
 mod colour;
 mod energies;
 #[cfg(feature = "figure")]
 pub mod figure;
+mod comparison;
 mod fits;
+mod forecast;
 mod format;
-mod grouped;
 pub mod grid;
+mod grouped;
 mod memory;
 mod mollweide;
 mod npy;
 mod output;
 mod png;
 mod product;
+mod rehearsal;
 mod rendered;
 mod report;
 pub mod scene;
 mod surfaces;
 mod sweep;
+mod templates;
 mod tree_file;
 pub mod units;
 mod words;
 
 pub use account::{Account, Bins, SumAccount};
 pub use colour::{ColourMap, ValueRange};
+pub use comparison::{Comparison, ComparisonError, Difference, StoredImage};
 pub use energies::{Energies, energy_range};
 pub use fits::{
     Card, CardValue, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs, WcsAxis,
 };
+pub use forecast::CostLaw;
 pub use format::{EncodeError, Format, FormatDescription, PictureStyle, UnknownEnding};
 pub use grouped::grouped;
 pub use memory::{available_memory_bytes, peak_memory_bytes};
@@ -66,6 +73,7 @@ pub use npy::{NpyError, encode_npy, encode_npy_cube, encode_npy_image};
 pub use output::{OutputError, OutputFile, OutputSet, commit_all};
 pub use png::{PictureError, PictureOptions, encode_png};
 pub use product::{Bands, FitsProduct, Product, ProductMap, scene_history};
+pub use rehearsal::{Forecast, Rehearsal, Remark};
 pub use rendered::RenderedScene;
 pub use report::{CountsReport, Report};
 pub use scene::{
@@ -76,6 +84,7 @@ pub use scene::{
 };
 pub use surfaces::SurfaceFormat;
 pub use sweep::{NameTemplate, SceneSweep, SweepError, SweepReport, SweptImage, SweptKey};
+pub use templates::{SceneTemplate, scene_templates};
 pub use tree_file::{TreeFile, TreeFileError};
 
 /// The example of the README.

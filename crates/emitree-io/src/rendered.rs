@@ -1,6 +1,7 @@
 //! A rendering in the quantity of its scene, with its account: what every front end has and writes.
 
 use crate::account::{Account, Bins};
+use crate::advice::advice;
 use crate::energies::Energies;
 use crate::fits::{Card, FitsEncodeError};
 use crate::grouped::grouped;
@@ -231,15 +232,20 @@ impl RenderedScene {
         file.encode()
     }
 
-    /// The likely reason why every value is 0, or why the tolerance is not met at the finest level; otherwise
+    /// The likely reason why every value is 0, or why the tolerance is not met, and what to do next; otherwise
     /// none.
     pub fn hint(&self) -> Option<String> {
         let is_dark = self.values.voxels().all(|value| value.is_nan() || value == 0.0);
-        if is_dark {
+        let position = self.account.largest_rate_position;
+        if is_dark && position.is_none() {
             return Some(nothing_in_view(self.account.evaluations));
         }
-        let position = self.account.largest_rate_position?;
-        self.account.ended_at_finest_level().then(|| may_be_singular(position))
+        match position {
+            Some(position) if self.account.ended_at_finest_level() => {
+                Some(may_be_singular(position))
+            }
+            _ => advice(&self.account),
+        }
     }
 
     /// The name of the values among the parts of a file.
@@ -274,7 +280,7 @@ fn may_be_singular([x, y, z]: [f64; 3]) -> String {
     )
 }
 
-fn nothing_in_view(evaluations: u64) -> String {
+pub(crate) fn nothing_in_view(evaluations: u64) -> String {
     if evaluations == 0 {
         return "nothing is in view: no line of sight meets the bounds, or opaque bodies hide them \
                 (check position, target, near, far and [bounds])"

@@ -46,6 +46,8 @@ pub(crate) struct Meter {
     freezes_up_to: u64,
     /// What the method begins with.
     start: Option<Start>,
+    /// The number of evaluations up to which g may be called although the time has ended.
+    overtime: AtomicU64,
 }
 
 /// An intermediate image.
@@ -136,6 +138,7 @@ impl Meter {
             shown: keeps_images.then(Mutex::default),
             freezes_up_to: 0,
             start: None,
+            overtime: AtomicU64::new(0),
         }
     }
 
@@ -246,22 +249,29 @@ impl Meter {
         Duration::from_nanos(self.emission_nanoseconds.load(Ordering::Relaxed))
     }
 
-    /// Evaluations that may still be made: none once the time has ended.
+    /// Evaluations that may still be made: none once the time has ended, or those of the overtime.
     pub(crate) fn evaluations_left(&self) -> u64 {
-        if self.time_is_up() {
-            return 0;
-        }
-        self.limits.max_evaluations.saturating_sub(self.evaluations())
+        let left = self.limits.max_evaluations.saturating_sub(self.evaluations());
+        if self.time_is_up() { left.min(self.overtime_left()) } else { left }
+    }
+
+    /// Allows so many more evaluations although the time has ended.
+    pub(crate) fn allow_overtime(&self, evaluations: u64) {
+        self.overtime.store(self.evaluations().saturating_add(evaluations), Ordering::Relaxed);
+    }
+
+    fn overtime_left(&self) -> u64 {
+        self.overtime.load(Ordering::Relaxed).saturating_sub(self.evaluations())
     }
 
     pub(crate) fn time_is_up(&self) -> bool {
         self.limits.deadline.is_some_and(|deadline| deadline.has_passed())
     }
 
-    /// An error once the time has ended.
+    /// An error once the time has ended, and the overtime with it.
     pub(crate) fn check_time<E>(&self) -> Result<(), RenderError<E>> {
         match self.limits.deadline {
-            Some(deadline) if deadline.has_passed() => {
+            Some(deadline) if deadline.has_passed() && self.overtime_left() == 0 => {
                 Err(RenderError::Time { seconds: deadline.seconds })
             }
             _ => Ok(()),

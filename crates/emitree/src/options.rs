@@ -81,7 +81,9 @@ pub struct RenderOptions<'a> {
     pub max_evaluations: u64,
     /// The longest time that the rendering may take \[s\], above 0; infinite for no limit. It ends with
     /// the best image so far and [`StopReason::Time`](crate::StopReason::Time), after a call of g that has
-    /// begun.
+    /// begun. [`Method::Vol`] that has no image by then makes one of 27 evaluations (for each chart or tile of the
+    /// view), whose errors are those of all of the light; others fail with
+    /// [`RenderError::Time`](crate::RenderError::Time).
     pub max_seconds: f64,
     /// The memory that the image and the coarsest grid may take \[bytes\]; more is an error before
     /// anything is allocated.

@@ -96,9 +96,85 @@ fn a_time_that_ends_before_there_is_an_image_is_an_error() {
     assert_eq!(error, RenderError::Time { seconds: 0.05 });
     assert_eq!(
         error.to_string(),
-        "`max_seconds` is 0.05: the time ended before there was an image"
+        "`max_seconds` is 0.05: the time ended before there was an image: expected more time, fewer pixels or \
+         lines, or the method `vol`, which has a coarse image early"
     );
     let options = RenderOptions::new(los).with_max_seconds(0.0);
     let error = render(&slow, &emitree::Canonical, [4, 4], &options).unwrap_err();
     assert_eq!(error.to_string(), "`max_seconds` is 0: expected a time in seconds above 0");
+}
+
+fn largest_of(image: &emitree::Image) -> f64 {
+    image.pixels().iter().fold(0.0, |largest: f64, pixel| largest.max(pixel.abs()))
+}
+
+/// A jagged emission in which every evaluation takes its time.
+fn jagged(microseconds: u64) -> impl emitree::Emission<Error = std::convert::Infallible> {
+    FromFn(move |[x, y, z]: [f64; 3], _: [f64; 3]| {
+        sleep(Duration::from_micros(microseconds));
+        if (20.0 * x).sin() * (17.0 * y).cos() > (9.0 * z).sin() { 1.0 } else { 0.0 }
+    })
+}
+
+/// 27 evaluations make an image after the time has ended, with an error that is as large as the image.
+#[test]
+fn there_is_an_image_if_the_time_ends_before_the_first_lines() {
+    // The base lattice of level 5 would take two seconds, the first samples of a search half of one.
+    for (base_level, seconds) in [(3, 1e-6), (5, 1e-6), (5, 0.05), (5, 0.2)] {
+        let vol = VolOptions::new(1e-3).with_base_level(base_level);
+        let options = RenderOptions::new(vol).with_max_seconds(seconds);
+        let found = render(&jagged(50), &emitree::Canonical, [4, 4], &options).unwrap();
+        assert_eq!(found.stats.ending, StopReason::Time, "{seconds} s");
+        assert!(found.stats.evaluations >= 27 && !found.converged());
+        let error = found.error.as_ref().unwrap();
+        let largest = largest_of(&found.values);
+        let estimate = found.estimated_error().unwrap();
+        assert!(largest > 0.0 && estimate > 0.1, "{seconds} s: {largest} {estimate}");
+        if seconds < 1e-3 {
+            assert_eq!((found.stats.base_level, found.stats.evaluations), (Some(1), 27));
+            assert!(error.pixels().iter().all(|&error| error >= largest));
+            assert!(found.stats.error_over_allowed.unwrap() >= 1_000.0);
+        }
+        assert!(found.stats.total_time < Duration::from_secs(3), "{:?}", found.stats.total_time);
+    }
+}
+
+/// The same in charts, of which each has its own samples, with an axis of energies, and beside sums.
+#[test]
+fn there_is_an_image_in_charts_in_bins_and_beside_sums_too() {
+    let short = |vol: VolOptions| RenderOptions::new(vol).with_max_seconds(1e-6);
+    let planet = Ellipsoid::sphere([0.0; 3], 0.3).unwrap();
+    let camera = camera(10.0, [0.0; 3]).unwrap().with_occulters(vec![planet]).unwrap();
+    let found = render(&jagged(1), &camera, [8, 8], &short(VolOptions::new(0.01))).unwrap();
+    assert_eq!(found.stats.ending, StopReason::Time);
+    assert!(largest_of(&found.values) > 0.0);
+    let axis = emitree::EnergyAxis::new(1.0, 2.0, 3, emitree::EnergyScale::Linear).unwrap();
+    let options = short(VolOptions::new(0.01));
+    let cube = emitree::render_cube(&jagged(1), &camera, [8, 8], &axis, &options).unwrap();
+    assert_eq!((cube.stats.ending, cube.values.shape()), (StopReason::Time, [3, 8, 8]));
+    assert!(cube.estimated_error().unwrap() >= 1.0);
+    let everywhere = emitree::Image::from_pixels(8, 8, vec![1.0; 64]);
+    let sums = vec![emitree::sums::Sum::new("all", everywhere)];
+    let options = short(VolOptions::new(0.01).with_sums(sums));
+    let found = render(&jagged(1), &camera, [8, 8], &options).unwrap();
+    assert_eq!(found.stats.ending, StopReason::Time);
+    let [sum] = &found.sums[..] else { panic!("a sum") };
+    assert!(sum.error >= sum.value.abs() && sum.value > 0.0, "{sum:?}");
+}
+
+/// A limit that is far away changes no bit, also where a search for products ends in one chart.
+#[test]
+fn a_limit_that_is_not_reached_changes_nothing() {
+    let camera = camera(10.0, [0.0; 3]).unwrap();
+    let ridges = FromFn(|[x, y, z]: [f64; 3], _: [f64; 3]| {
+        let wave = (9.0 * x * y + 7.0 * z * z - 8.0 * x * z).sin();
+        1.0 + 0.9 * wave + 20.0 * (-300.0 * (x * x + (y - 0.2).powi(2) + z * z)).exp()
+    });
+    let options = RenderOptions::new(VolOptions::new(0.02));
+    let free = render(&ridges, &camera, [24, 24], &options).unwrap();
+    let limited = options.with_max_seconds(1e6);
+    let limited = render(&ridges, &camera, [24, 24], &limited).unwrap();
+    assert!(free.converged() && limited.converged(), "{:?}", limited.stats.ending);
+    assert_eq!(free.stats.evaluations, limited.stats.evaluations);
+    assert_eq!(free.values, limited.values);
 }

@@ -5,12 +5,11 @@ mod summary;
 use crate::arguments::BuildArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
-use crate::render::ProgressLine;
+use crate::progress::ProgressLine;
 use crate::threads;
 use emitree::world_tree::{WorldTreeError, WorldTreeOptions, build_world_tree};
 use emitree::{RenderError, StopReason};
 use emitree_io::{OutputFile, Quantity, Scene, TreeFile, available_memory_bytes, scene_history};
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -31,15 +30,12 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
         let why = "a tree holds rates, whose integrals are radiances: expected \"radiance\"";
         return Err(Failure::Request(format!("{}: `image.quantity`: {why}", scene.name)));
     }
-    let pool = threads::pool(arguments.threads)?;
+    let pool = threads::pool(arguments.running.threads)?;
 
     interrupt::catch();
     let output = prepare(&arguments.output, &arguments.scene)?;
-    let line = ProgressLine::new(arguments.quiet);
-    let progress = |evaluations| {
-        line.set(evaluations);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
+    let line = ProgressLine::new(arguments.running.quiet);
+    let progress = |evaluations| line.advance(evaluations);
     let defaults = WorldTreeOptions::default();
     let options = WorldTreeOptions::new(settings.tolerance)
         .with_order(settings.order)
@@ -60,7 +56,7 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
         .with_units(scene.length_unit.as_deref(), scene.image_unit())
         .with_scene(&scene_history(&scene.text, &scene.overrides));
     output.commit(&file.encode()?)?;
-    if !arguments.quiet {
+    if !arguments.running.quiet {
         // The file is written: a summary without a reader is not a failure.
         let _ = summary::print(&summary);
     }

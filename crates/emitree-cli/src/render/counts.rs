@@ -61,7 +61,7 @@ impl Counts {
 /// Whether a file, the report or the summary contains counts.
 fn are_needed(arguments: &RenderArguments) -> bool {
     let has_files = !arguments.expected_counts.is_empty() || !arguments.counts.is_empty();
-    has_files || arguments.report.is_some() || !arguments.quiet
+    has_files || arguments.report.is_some() || !arguments.running.quiet
 }
 
 /// The sum of a map over all channels, and over the pixels in the field.

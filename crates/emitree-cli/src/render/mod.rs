@@ -3,17 +3,17 @@
 mod counts;
 mod frames;
 mod outputs;
-mod progress;
 mod rendered;
 mod summary;
 
 use counts::Counts;
-pub(crate) use progress::ProgressLine;
 use rendered::Rendered;
+pub(crate) use summary::method as method_text;
 
 use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
+use crate::progress::{Goal, ProgressLine};
 use crate::threads;
 use emitree::progress::Frame;
 use emitree::{Method, RenderError, RenderOptions};
@@ -24,29 +24,26 @@ use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
-    let scene = Scene::open(&arguments.scene, &arguments.overrides())?;
-    let pool = threads::pool(arguments.threads)?;
+    let scene = Scene::open(&arguments.scene, &arguments.scene_options.overrides())?;
+    let pool = threads::pool(arguments.running.threads)?;
 
     interrupt::catch();
     // Temporary files beside the targets: what can't be written is found before g is called.
     let outputs = Outputs::prepare(arguments, &scene)?;
-    let line = ProgressLine::new(arguments.quiet);
-    let progress = |evaluations| {
-        line.set(evaluations);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
-    // Only `vol` has intermediate images; the frames of a tree are made from the whole of it.
-    let frames = match (&scene.render.method, &arguments.progressive) {
-        (Method::Vol(_), Some(folder)) => Some(FrameWriter::new(folder, &scene)),
-        _ => None,
-    };
-    let on_frame = |frame: &Frame<'_>| match &frames {
-        Some(frames) => frames.write(frame),
-        None => ControlFlow::Continue(()),
-    };
     let mut options: RenderOptions<'_> = scene.render_options();
+    let is_vol = matches!(scene.render.method, Method::Vol(_));
+    let tolerance = scene.render.tolerance.filter(|_| is_of_largest(&scene.render.method));
+    let line = ProgressLine::towards(Goal::of(&options, tolerance), arguments.running.quiet);
+    let progress = |evaluations| line.advance(evaluations);
     options.progress = Some(&progress);
-    if frames.is_some() {
+    // Only `vol` has intermediate images; the frames of a tree are made from the whole of it.
+    let frames = arguments.progressive.as_ref().filter(|_| is_vol);
+    let frames = frames.map(|folder| FrameWriter::new(folder, &scene));
+    let on_frame = |frame: &Frame<'_>| {
+        line.show(frame);
+        frames.as_ref().map_or(ControlFlow::Continue(()), |frames| frames.write(frame))
+    };
+    if is_vol && (frames.is_some() || line.is_seen()) {
         options.frame = Some(&on_frame);
     }
     let rendered: Result<(Rendered, Option<Failure>), Failure> = pool.install(|| {
@@ -64,7 +61,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     }
     let (mut written, of_files) = pool.install(|| outputs.write(&scene, &rendered))?;
     written.extend(frames);
-    if !arguments.quiet {
+    if !arguments.running.quiet {
         // The files are written: a summary without a reader is not a failure.
         let _ = summary::print(&scene, &rendered, &written);
     }
@@ -74,4 +71,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
         return Err(Failure::Request(format!("{failure}; all other outputs were written")));
     }
     Ok(if rendered.account.converged() { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
+}
+
+/// Whether the tolerance is that of all pixels, relative to the largest.
+fn is_of_largest(method: &Method) -> bool {
+    match method {
+        Method::Vol(vol) => vol.by_pixel.is_none() && vol.weights.is_none() && !vol.per_band,
+        _ => false,
+    }
 }

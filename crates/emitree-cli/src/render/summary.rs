@@ -152,7 +152,7 @@ fn allowed_error(options: &VolOptions, value: &str) -> String {
 }
 
 /// The method, of an image of pixels or a cube of voxels.
-fn method(method: &Method, value: &str) -> String {
+pub(crate) fn method(method: &Method, value: &str) -> String {
     match method {
         Method::Vol(options) => {
             let lines = (1_u32 << options.base_level) + 1;

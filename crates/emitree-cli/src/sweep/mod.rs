@@ -8,7 +8,7 @@ mod summary;
 use crate::arguments::SweepArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
-use crate::render::ProgressLine;
+use crate::progress::ProgressLine;
 use crate::threads;
 use emitree::sweep::Sweep;
 use emitree::{RenderError, RenderOptions};
@@ -16,7 +16,6 @@ use emitree_io::{
     Energies, Override, RenderedScene, Scene, SceneSweep, SweepReport, SweptImage, SweptKey,
 };
 use outputs::Outputs;
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
@@ -24,7 +23,7 @@ pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
     let of_option = |error| Failure::Request(format!("--over: {error}"));
     let sweep = SceneSweep::new(keys.map_err(of_option)?).map_err(of_option)?;
     let scenes = Scenes { arguments, sweep: &sweep, overrides: arguments.overrides() };
-    let pool = threads::pool(arguments.threads)?;
+    let pool = threads::pool(arguments.running.threads)?;
     // A wrong value, and a file that can't be written, are found before g is called.
     for image in 0..sweep.len() {
         outputs::check_method(arguments, &scenes.open(image)?)?;
@@ -32,11 +31,8 @@ pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
     interrupt::catch();
     let outputs = Outputs::prepare(arguments, &sweep)?;
 
-    let line = ProgressLine::new(arguments.quiet);
-    let progress = |evaluations| {
-        line.set(evaluations);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
+    let line = ProgressLine::new(arguments.running.quiet);
+    let progress = |evaluations| line.advance(evaluations);
     let mut in_progress =
         Sweep::new(&(0..sweep.len()).map(|i| sweep.values(i)).collect::<Vec<_>>());
     let mut images: Vec<Option<SweptImage>> = vec![None; sweep.len()];
@@ -70,7 +66,7 @@ pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
     let worst = images.iter().map(|image| image.exit_code).max_by_key(|&code| severity(code));
     let report = SweepReport::new(&sweep, in_progress.evaluations(), images);
     outputs.write_report(&report)?;
-    if !arguments.quiet {
+    if !arguments.running.quiet {
         // The files are written: a summary without a reader is not a failure.
         let _ = summary::print(&arguments.scene, &report);
     }

@@ -54,6 +54,20 @@ impl Array {
         (0..rows).flat_map(row).map(|at| self.values[at]).collect()
     }
 
+    /// The values of an array of any number of axes, the last one varying fastest.
+    pub(super) fn into_c_order(self) -> Vec<f64> {
+        let mut strides = products(self.shape.iter().rev());
+        strides.reverse();
+        if self.strides == strides {
+            return self.values;
+        }
+        let place = |at: usize| -> usize {
+            let axes = self.shape.iter().zip(&strides).zip(&self.strides);
+            axes.map(|((length, of_c), own)| at / of_c % length * own).sum()
+        };
+        (0..self.values.len()).map(|at| self.values[place(at)]).collect()
+    }
+
     /// The order of the axes of these coordinates: the requested one, which must not contradict their names, or
     /// the one that the names give, or the first axis last.
     pub(super) fn order(

@@ -97,6 +97,35 @@ pub fn read_map(path: &Path) -> Result<Image, GridFileError> {
     read(path, &GridRequest::default(), map)
 }
 
+/// An array of a file with the array of its errors.
+pub(crate) struct StoredArray {
+    /// The length of each axis, the slowest one first.
+    pub(crate) shape: Vec<usize>,
+    /// The values in that order.
+    pub(crate) values: Vec<f64>,
+    pub(crate) unit: Option<String>,
+    /// The array `ERROR` of the same shape, if there is one.
+    pub(crate) error: Option<Vec<f64>>,
+}
+
+/// Reads the first image of a FITS file with its extension `ERROR`, or the array of an NPY file.
+pub(crate) fn read_stored(path: &Path) -> Result<StoredArray, GridFileError> {
+    read(path, &GridRequest::default(), stored)
+}
+
+fn stored(
+    container: &mut dyn Container,
+    request: &GridRequest,
+    _: Budget,
+) -> Result<StoredArray, GridReadError> {
+    let array = container.values(request.values.as_deref())?;
+    let (shape, unit) = (array.shape.clone(), array.unit.clone());
+    // Most files have no such array, and NPY has no names.
+    let error = container.array("ERROR").ok().filter(|error| error.shape == shape);
+    let error = error.map(Array::into_c_order);
+    Ok(StoredArray { shape, values: array.into_c_order(), unit, error })
+}
+
 /// What `make` makes of the file at `path`.
 fn read<T>(path: &Path, request: &GridRequest, make: Make<T>) -> Result<T, GridFileError> {
     let in_file = |cause| GridFileError { path: path.to_owned(), cause };

@@ -48,7 +48,10 @@ pub enum RenderError<E> {
         allowed: u64,
     },
     /// The time ended before the method had an image.
-    #[error("`max_seconds` is {seconds}: the time ended before there was an image")]
+    #[error(
+        "`max_seconds` is {seconds}: the time ended before there was an image: expected more time, fewer \
+         pixels or lines, or the method `vol`, which has a coarse image early"
+    )]
     Time {
         /// The time allowed \[s\].
         seconds: f64,

@@ -1,5 +1,6 @@
 //! The choice between the low-rank approximation, surfaces and the image tree.
 
+use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
@@ -10,7 +11,7 @@ use crate::output::MethodOutput;
 use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
-use crate::vol::engine::by_tree;
+use crate::vol::engine::{COARSEST_LEVEL, base_evaluations_of, by_tree};
 use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank;
 use crate::vol::lowrank::attempted::Attempted;
@@ -22,6 +23,7 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::faces::reaches_faces_at;
 use crate::vol::view::part::{Parts, atlas, atlas_of_box, parts};
+use crate::vol::view::scattered::KnownParts;
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
 use std::sync::Arc;
 
@@ -36,6 +38,67 @@ pub(crate) async fn render(
     check_seeds(&vol.seeds)?;
     // From here on, the tolerance is that of the largest pixel.
     let vol = &VolOptions { tolerance: vol.of_largest(), ..vol.clone() };
+    to_tolerance(meter, tiles, axis, vol).await
+}
+
+/// The same, or if the time ends before there is an image, the coarsest one.
+pub(crate) async fn render_in_time(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    axis: Option<&EnergyAxis>,
+    vol: &VolOptions,
+) -> Result<MethodOutput, MethodError> {
+    match render(meter, tiles, axis, vol).await {
+        Err(RenderError::Time { seconds }) => {
+            let vol = &VolOptions { tolerance: vol.of_largest(), ..vol.clone() };
+            coarsest(meter, tiles, axis, vol).await.map_err(|error| match error {
+                RenderError::Budget { .. } => RenderError::Time { seconds },
+                error => error,
+            })
+        }
+        found => found,
+    }
+}
+
+/// The evaluations that a point in a gap of a chart may take.
+const MOST_FOR_A_POINT: u64 = 11;
+
+/// The image of the smallest possible sampling of each part, after the time has ended. So few samples may miss
+/// anything: the errors are those of all of the light at least.
+async fn coarsest(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    axis: Option<&EnergyAxis>,
+    vol: &VolOptions,
+) -> Result<MethodOutput, MethodError> {
+    let atlas = atlas(tiles, &[]);
+    let parts = parts(tiles, atlas.as_ref(), None);
+    let needed = base_evaluations_of(&parts.parts, COARSEST_LEVEL);
+    let has_gaps = parts.parts.iter().any(|part| part.chart.has_gaps());
+    meter.allow_overtime(if has_gaps { MOST_FOR_A_POINT * needed } else { needed });
+    let vol = &VolOptions { base_level: COARSEST_LEVEL, smallest_feature: None, ..vol.clone() };
+    let known = KnownParts::none(parts.parts.len());
+    let mut made = by_tree(meter, tiles, &parts, axis, vol, known).await?;
+    made.ending = StopReason::Budget;
+    let largest = made.cube.largest();
+    let at_least = |band: &Image| {
+        let mut band = band.clone();
+        let errors = band.pixels_mut().iter_mut().filter(|error| !error.is_nan());
+        errors.for_each(|error| *error = error.max(largest));
+        band
+    };
+    made.error =
+        made.error.map(|error| Cube::from_bands(error.bands().iter().map(at_least).collect()));
+    Ok(with_share_of_allowed(made, vol))
+}
+
+/// The loop of [`render`], whose tolerance is that of the largest pixel.
+async fn to_tolerance(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    axis: Option<&EnergyAxis>,
+    vol: &VolOptions,
+) -> Result<MethodOutput, MethodError> {
     let mut start = start(meter, tiles);
     let mut division = match start {
         Some(start) => start.division.clone(),
@@ -162,8 +225,10 @@ async fn finish(
         return Ok(found);
     }
     match (products, by_tree(meter, tiles, parts, axis, vol, attempted.known).await) {
-        // The time limit was reached before lines gave an image.
-        (Some(products), Err(RenderError::Time { .. })) => Ok(products),
+        // The time limit was reached before lines gave an image. Products that have found nothing yet are none.
+        (Some(products), Err(RenderError::Time { .. })) if products.cube.largest() > 0.0 => {
+            Ok(products)
+        }
         (products, tree) => {
             let tree = tree?;
             // If a limit ended both, the one with the smaller estimated error is used.

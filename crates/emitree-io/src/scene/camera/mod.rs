@@ -31,12 +31,18 @@ pub struct Camera {
     description: &'static CameraDescription,
     coordinates: Arc<dyn ImageCoordinates>,
     projection: Arc<dyn Projection + Send>,
+    has_shapes: bool,
 }
 
 impl Camera {
     /// The projection.
     pub fn projection(&self) -> &(dyn Projection + 'static) {
         &*self.projection
+    }
+
+    /// Whether lines of sight end at bounds or opaque bodies somewhere, and not only at the depths of the camera.
+    pub fn has_shapes(&self) -> bool {
+        self.has_shapes
     }
 
     /// The kind of camera.
@@ -84,9 +90,10 @@ pub(super) fn read(
     if let (Some(axes), false) = (emission.data_axes(), description.name == "canonical") {
         shapes.add_ends_of(axes);
     }
+    let has_shapes = shapes.bounds.is_some() || !shapes.bodies.is_empty();
     let Optics { coordinates, projection } = (description.read)(&mut table, shapes, &place)?;
     table.finish()?;
-    Ok((Camera { description, coordinates, projection }, length_unit))
+    Ok((Camera { description, coordinates, projection, has_shapes }, length_unit))
 }
 
 #[cfg(test)]

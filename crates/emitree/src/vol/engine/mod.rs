@@ -34,6 +34,9 @@ use std::sync::Arc;
 /// The finest level of nodes: two levels are left for children and their neighbours.
 const FINEST_LEVEL: u8 = 22;
 
+/// The base level of the smallest possible sampling: 3 x 3 lines in 3 depths.
+pub(crate) const COARSEST_LEVEL: u8 = 1;
+
 /// Renders an image or a cube by image trees alone; `known` is what
 /// products have found.
 pub(crate) async fn by_tree(
@@ -93,9 +96,9 @@ pub(crate) async fn by_tree(
 /// The requested base level, or the finest one whose initial sampling the budget allows.
 fn affordable_base_level(parts: &[Part<'_>], wanted: u8, allowed: u64) -> Result<u8, MethodError> {
     let needed = |level| base_evaluations_of(parts, level);
-    (1..=wanted).rev().find(|&level| needed(level) <= allowed).ok_or_else(|| {
+    (COARSEST_LEVEL..=wanted).rev().find(|&level| needed(level) <= allowed).ok_or_else(|| {
         let what = "the initial sampling of 3 x 3 lines in 3 depths".to_owned();
-        RenderError::Budget { what, needed: needed(1), allowed }
+        RenderError::Budget { what, needed: needed(COARSEST_LEVEL), allowed }
     })
 }
 

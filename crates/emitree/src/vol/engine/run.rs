@@ -11,12 +11,17 @@ use crate::vol::engine::verification::Verdict;
 use crate::vol::engine::{Engine, within_budget};
 use crate::vol::image::opening::{Choice, ChoiceLimits, worthwhile};
 use crate::vol::tuning::TUNING;
+use crate::vol::view::sheet::Sheet;
 use std::borrow::Cow;
 
 impl Engine<'_> {
     pub(crate) async fn run(&mut self) -> Result<(CurrentImage, StopReason), MethodError> {
         let before = self.evaluations_before;
         let mut within_budget = self.sample_initially().await?;
+        if !within_budget && self.sheets.iter().any(Sheet::has_no_samples) {
+            // Where the time has ended there is no image of these lines.
+            self.meter.check_time()?;
+        }
         let mut current = self.assemble()?;
         // The first lines were refined individually, so that this is an upper limit: depth rules
         // cost less.

@@ -162,10 +162,16 @@ pub(crate) async fn attempt(
         attempt.largest_of_others = largest;
         attempt.of_others = done.clone();
         attempt.before = meter.evaluations();
+        let mut is_spare = false;
         let found = match attempt.run().await {
             Ok(found) => Some(found),
             // If there is a time limit, this image is kept in case that lines give none before.
             Err(End::NotSeparable) if is_only && meter.deadline().is_some() => {
+                attempted.kinks = attempt.kinks().await?;
+                if !attempted.kinks.is_empty() {
+                    return Ok(attempted);
+                }
+                is_spare = true;
                 Some(attempt.unfinished())
             }
             Err(End::NotSeparable) => {
@@ -190,7 +196,16 @@ pub(crate) async fn attempt(
         if !vol.is_uniform() {
             add(&mut done, attempt.on_pixels(&maps));
         }
+        let before = (attempted.known.largest, attempted.known.smallest);
         attempted.add(number, &attempt, maps, ending, parts);
+        if ending == StopReason::Budget {
+            // An image tree follows, which must not take these products for finished ones.
+            attempted.known.products[number] = None;
+        }
+        if is_spare {
+            // It follows as if there were no limit.
+            (attempted.known.largest, attempted.known.smallest) = before;
+        }
     }
     Ok(attempted)
 }

@@ -59,7 +59,7 @@ pub(crate) async fn render(
     vol: &VolOptions,
 ) -> Result<MethodOutput, MethodError> {
     if vol.sums.is_empty() {
-        return choose::render(meter, tiles, axis, vol).await;
+        return choose::render_in_time(meter, tiles, axis, vol).await;
     }
     check(&vol.sums, tiles[0].shape_of_image())?;
     let of_tiles: Vec<Image> =
@@ -74,7 +74,7 @@ pub(crate) async fn render(
         .collect::<Result<_, _>>()?;
     let mut residuals: Vec<Residuals> = functionals.iter().map(|_| Residuals::default()).collect();
     let mut tighter = Tighter::new(vol);
-    let mut made = choose::render(meter, tiles, axis, vol).await?;
+    let mut made = choose::render_in_time(meter, tiles, axis, vol).await?;
     for image in 1.. {
         made.sums = estimate(view, &functionals, &mut residuals, &made, image).await?;
         let is_met = made.sums.iter().all(RegionSum::is_within_tolerance);

@@ -118,6 +118,11 @@ impl<'a> Sheet<'a> {
         jumping.count() as f64 >= TUNING.view.rough_share * lines.len() as f64
     }
 
+    /// Whether none of its lines has a sample.
+    pub(crate) fn has_no_samples(&self) -> bool {
+        self.scan.node_lines.lines.iter().all(|line| line.samples.is_empty())
+    }
+
     /// The largest |radiance| of a line so far.
     pub(crate) fn largest_line(&self) -> f64 {
         self.scan.node_lines.lines.iter().map(|line| line.integral.abs()).fold(0.0, f64::max)

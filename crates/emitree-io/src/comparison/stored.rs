@@ -1,0 +1,68 @@
+//! An image or a cube as a file has it: FITS or NPY, of any origin.
+
+use super::ComparisonError;
+use crate::format::Format;
+use crate::grid::read_stored;
+use std::path::Path;
+
+/// An image or a cube that was read from a file.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct StoredImage {
+    /// The name of the file.
+    pub name: String,
+    /// Bands, rows and columns.
+    pub shape: [usize; 3],
+    /// The values, band after band, row after row, the lowest row first.
+    pub values: Vec<f64>,
+    /// Their unit, if the file has one.
+    pub unit: Option<String>,
+    /// The estimated |error| of each value, if the file has an array of that name and shape.
+    pub error: Option<Vec<f64>>,
+}
+
+impl StoredImage {
+    /// Values without a unit; none unless there is one for each pixel.
+    pub fn new(name: &str, shape: [usize; 3], values: Vec<f64>) -> Option<Self> {
+        let count = shape.iter().try_fold(1_usize, |product, &n| product.checked_mul(n))?;
+        let name = name.to_owned();
+        (count == values.len()).then_some(Self { name, shape, values, unit: None, error: None })
+    }
+
+    /// Reads a file: the first image of FITS, with its extension `ERROR`; the array of NPY. An array of one axis is
+    /// an image of one row, as a sky is in NPY.
+    ///
+    /// # Errors
+    ///
+    /// [`ComparisonError`]: a file that can't be read, or whose array has more than three axes.
+    pub fn open(path: &Path) -> Result<Self, ComparisonError> {
+        let has_numbers = Format::from_path(path).is_ok_and(|of| !of.description().is_picture);
+        if !has_numbers {
+            return Err(ComparisonError::Ending { path: path.to_owned() });
+        }
+        let stored = read_stored(path)
+            .map_err(|error| ComparisonError::File { path: error.path, cause: error.cause })?;
+        let shape = match *stored.shape.as_slice() {
+            [width] => [1, 1, width],
+            [height, width] => [1, height, width],
+            [bands, height, width] => [bands, height, width],
+            _ => [0; 3],
+        };
+        if shape.contains(&0) {
+            return Err(ComparisonError::Axes { path: path.to_owned(), shape: stored.shape });
+        }
+        Ok(Self {
+            name: path.display().to_string(),
+            shape,
+            values: stored.values,
+            unit: stored.unit,
+            error: stored.error,
+        })
+    }
+
+    /// The largest |value| that is finite.
+    pub(super) fn largest(&self) -> f64 {
+        let sizes = self.values.iter().map(|value| value.abs());
+        sizes.filter(|size| size.is_finite()).fold(0.0, f64::max)
+    }
+}
