@@ -7,9 +7,9 @@ use emitree_models::grid::Coordinates;
 
 /// An array of a file.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Array {
+pub(crate) struct Array {
     /// The length of each axis, in the order that the format writes indices in.
-    pub(super) shape: Vec<usize>,
+    pub(crate) shape: Vec<usize>,
     /// How far apart in `values` neighbours along each axis are.
     strides: Vec<usize>,
     /// As many as the shape has room for.
@@ -17,7 +17,7 @@ pub(super) struct Array {
     /// The unit of the values.
     pub(super) unit: Option<String>,
     /// The names of the axes; none where the format has no names for them.
-    pub(super) axis_names: Vec<String>,
+    pub(crate) axis_names: Vec<String>,
 }
 
 impl Array {
@@ -35,12 +35,29 @@ impl Array {
     }
 
     /// The numbers of an array that has no second axis longer than 1.
-    pub(super) fn into_line(self) -> Result<Vec<f64>, GridReadError> {
+    pub(crate) fn into_line(self) -> Result<Vec<f64>, GridReadError> {
         if self.shape.iter().filter(|&&length| length != 1).count() <= 1 {
             Ok(self.values)
         } else {
             Err(GridReadError::NotALine { shape: self.shape })
         }
+    }
+
+    /// The values of an array of any axes, the last one varying fastest.
+    pub(crate) fn into_last_fastest(self) -> Vec<f64> {
+        let wanted = products(self.shape.iter().rev());
+        if wanted.iter().rev().eq(&self.strides) {
+            return self.values;
+        }
+        let place = |mut at: usize| {
+            let lengths = self.shape.iter().zip(&self.strides).rev();
+            lengths.fold(0, |place, (length, stride)| {
+                let index = at % length;
+                at /= length;
+                place + index * stride
+            })
+        };
+        (0..self.values.len()).map(|at| self.values[place(at)]).collect()
     }
 
     /// The values of an array of two axes, row after row.
@@ -110,7 +127,7 @@ fn products<'a>(lengths: impl Iterator<Item = &'a usize>) -> Vec<usize> {
 }
 
 /// A file that has been opened, of whatever format.
-pub(super) trait Container {
+pub(crate) trait Container {
     /// The values: those of this name, or those that the format has by default.
     fn values(&mut self, name: Option<&str>) -> Result<Array, GridReadError>;
 
@@ -130,7 +147,7 @@ pub(super) trait Container {
 
 /// The nodes along an axis, and what a file says of them.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Nodes {
+pub(crate) struct Nodes {
     pub(super) values: Vec<f64>,
     /// The name of their array.
     pub(super) name: String,

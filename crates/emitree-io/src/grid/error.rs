@@ -210,7 +210,7 @@ impl GridReadError {
 }
 
 /// "one of `a`, `b`", at most so many that a line holds them.
-fn one_of(names: &[String]) -> String {
+pub(crate) fn one_of(names: &[String]) -> String {
     const SHOWN: usize = 12;
     if names.is_empty() {
         return "a file with arrays, but it has none".to_owned();

@@ -33,6 +33,7 @@ mod order;
 mod request;
 
 pub use angle_unit::AngleUnit;
+pub(crate) use error::one_of;
 pub use error::{GridFileError, GridReadError};
 pub use order::{ArrayOrder, NotAnOrder};
 pub use request::{AxisNodes, GridFormat, GridRequest};
@@ -100,9 +101,26 @@ pub fn read_map(path: &Path) -> Result<Image, GridFileError> {
 /// What `make` makes of the file at `path`.
 fn read<T>(path: &Path, request: &GridRequest, make: Make<T>) -> Result<T, GridFileError> {
     let in_file = |cause| GridFileError { path: path.to_owned(), cause };
+    read_with(path, request, |container, budget| make(container, request, budget)).map_err(in_file)
+}
+
+/// What `make` makes of arrays of the file at `path`, of which `request` has the format.
+pub(crate) fn read_arrays<T>(
+    path: &Path,
+    request: &GridRequest,
+    make: impl FnOnce(&mut dyn Container) -> Result<T, GridReadError>,
+) -> Result<T, GridReadError> {
+    read_with(path, request, |container, _| make(container))
+}
+
+fn read_with<T>(
+    path: &Path,
+    request: &GridRequest,
+    make: impl FnOnce(&mut dyn Container, Budget) -> Result<T, GridReadError>,
+) -> Result<T, GridReadError> {
     let format = match request.format {
         Some(format) => format,
-        None => GridFormat::from_path(path).map_err(in_file)?,
+        None => GridFormat::from_path(path)?,
     };
     let opened = fs::metadata(path).and_then(|metadata| {
         // A pipe or a device has no length that could be compared with the memory.
@@ -110,9 +128,9 @@ fn read<T>(path: &Path, request: &GridRequest, make: Make<T>) -> Result<T, GridF
         ordinary.map_err(|kind| io::Error::new(kind, "it is not an ordinary file"))?;
         Ok((File::open(path)?, metadata.len()))
     });
-    let (file, length) = opened.map_err(|cause| in_file(GridReadError::Unreadable(cause)))?;
+    let (file, length) = opened.map_err(GridReadError::Unreadable)?;
     let file = BufReader::with_capacity(BUFFER, file);
-    decode(file, length, format, request, make).map_err(in_file)
+    decode(file, length, format, request, make)
 }
 
 /// Bytes that are read from a file at once.
@@ -129,7 +147,10 @@ pub fn decode_grid(
     request: &GridRequest,
 ) -> Result<GridFile, GridReadError> {
     let length = bytes.len() as u64;
-    decode(Cursor::new(bytes), length, format, request, assemble)
+    let source = Cursor::new(bytes);
+    decode(source, length, format, request, |container, budget| {
+        assemble(container, request, budget)
+    })
 }
 
 /// What is made of an opened file.
@@ -141,7 +162,7 @@ fn decode<R: Read + Seek, T>(
     length: u64,
     format: GridFormat,
     request: &GridRequest,
-    make: Make<T>,
+    make: impl FnOnce(&mut dyn Container, Budget) -> Result<T, GridReadError>,
 ) -> Result<T, GridReadError> {
     let budget = Budget::of(request);
     let container: &mut dyn Container = match format {
@@ -155,7 +176,7 @@ fn decode<R: Read + Seek, T>(
         #[cfg(not(feature = "hdf5"))]
         GridFormat::Hdf5 | GridFormat::NetCdf => return Err(GridReadError::NotBuilt(format)),
     };
-    make(container, request, budget)
+    make(container, budget)
 }
 
 /// The map of pixels in a file.
