@@ -10,6 +10,7 @@
 //!   called, which alone runs Python;
 //! * `emission`: the emission of a scene, or a function in Python, for the library;
 //! * `expression`: expressions with their derivatives;
+//! * `table`: tables of functions, for expressions;
 //! * `rendering`: an image or a cube with its error and its cost;
 //! * `cameras`: the kinds of cameras that scenes have, for the classes in Python;
 //! * `lines`: lines of sight, for what integrates along them in Python;
@@ -30,6 +31,7 @@ mod rendering;
 mod scene;
 mod session;
 mod surfaces;
+mod table;
 
 /// emitree's compiled half: use `emitree`.
 #[pyo3::pymodule]
@@ -50,6 +52,8 @@ mod _native {
     use crate::scene::Scene;
     #[pymodule_export]
     use crate::session::Session;
+    #[pymodule_export]
+    use crate::table::Table;
 
     /// The version of the package.
     #[pymodule_export]

@@ -96,6 +96,11 @@ impl DifferentiableExpression {
         self.has_energy
     }
 
+    /// The names of its fields, in the order of their values.
+    pub fn fields(&self) -> &[String] {
+        self.inputs.fields()
+    }
+
     /// The names of the constants, in the order of the derivatives.
     pub fn constants(&self) -> &[String] {
         &self.constants

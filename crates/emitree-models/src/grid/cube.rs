@@ -142,6 +142,17 @@ impl Grid {
         self.outside
     }
 
+    /// The value at a position, or `None` outside, whatever it [is](Self::outside) there.
+    pub fn value(&self, position: [f64; 3]) -> Option<f64> {
+        let at = self.axes.locate(position)?;
+        let (axes, values) = (self.axes.axes(), self.values.as_slice());
+        Some(match self.interpolation {
+            Interpolation::Nearest => nearest(axes, values, at),
+            Interpolation::Linear => linear(axes, values, at),
+            Interpolation::MonotoneCubic => cubic(axes, values, at),
+        })
+    }
+
     /// The values in these cells of the axes, 0 where there is none.
     pub(crate) fn values_at(&self, locations: &[Option<[Location; 3]>], values: &mut [f64]) {
         let (axes, of_nodes) = (self.axes.axes(), self.values.as_slice());

@@ -38,6 +38,7 @@ impl Places {
 
 pub(super) fn read(mut table: Table) -> Result<GridEmission, SceneError> {
     const FILE: &str = "the name of a file of data, as in \"cube.fits\"";
+    let path = table.path().to_owned();
     let (file, file_place) = table.require("file", FILE)?.text()?;
     let mut places = Places { file: file_place, others: Vec::new() };
     let request = request(&mut table, &mut places)?;
@@ -60,7 +61,7 @@ pub(super) fn read(mut table: Table) -> Result<GridEmission, SceneError> {
     let file = beside_scene(&file, &places.file);
     let read = read_grid(&file, &request).map_err(|error| {
         let place = places.of(error.cause.concerns());
-        SceneError::at(place, format!("`emission.grid`: {error}"))
+        SceneError::at(place, format!("`{path}`: {error}"))
     })?;
     let grid = read.grid.with_interpolation(interpolation.unwrap_or_default());
     let grid = grid.with_outside(outside.unwrap_or_default());
@@ -81,7 +82,7 @@ fn request(table: &mut Table, places: &mut Places) -> Result<GridRequest, SceneE
         let latitudes = if key == "theta" { table.take("latitude") } else { None };
         let given = table.take(key);
         if let (Some(latitudes), Some(_)) = (&latitudes, &given) {
-            let message = "`emission.grid` has `theta` and `latitude`";
+            let message = format!("`{}` has `theta` and `latitude`", table.path());
             return Err(SceneError::at(&latitudes.place, message).label("expected one of them"));
         }
         request.has_latitudes |= latitudes.is_some();
@@ -97,7 +98,7 @@ fn request(table: &mut Table, places: &mut Places) -> Result<GridRequest, SceneE
     }
     if let Some((text, place)) = table.text("order")? {
         let order: ArrayOrder = text.parse().map_err(|expected| {
-            SceneError::at(&place, format!("`emission.grid.order` is \"{text}\""))
+            SceneError::at(&place, format!("`{}.order` is \"{text}\"", table.path()))
                 .label(format!("{expected}"))
         })?;
         places.others.push(("order", place));
@@ -173,7 +174,7 @@ fn axis_nodes(node: Node) -> Result<AxisNodes, SceneError> {
 }
 
 /// The value that a word stands for.
-fn choice<T: Copy>(
+pub(super) fn choice<T: Copy>(
     given: Option<(String, Place)>,
     what: &str,
     choices: &[(&str, T)],
