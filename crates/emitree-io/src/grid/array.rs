@@ -148,7 +148,7 @@ pub(crate) trait Container {
 /// The nodes along an axis, and what a file says of them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Nodes {
-    pub(super) values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// The name of their array.
     pub(super) name: String,
     pub(super) unit: Option<String>,

@@ -240,8 +240,7 @@ fn read_expression(
 ) -> Result<EmissionSource, SceneError> {
     let constants = constants.map(Table::numbers).transpose()?.unwrap_or_default();
     let values = constants.iter().map(|(name, (value, _))| (name.clone(), *value)).collect();
-    let expression =
-        Expression::parse(&text, &values).map_err(|error| place_in(&error, &place))?;
+    let expression = Expression::parse(&text, &values).map_err(|error| place_in(&error, &place))?;
     if let Some(name) = expression.unused_constants().first()
         && let Some((_, entry)) = constants.get(name)
     {

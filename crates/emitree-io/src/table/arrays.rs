@@ -27,9 +27,15 @@ pub(super) fn table(
         if !is_named {
             return Ok(Err(TableReadError::NoAxes { values: name, shape }));
         }
-        let nodes: Result<Vec<Vec<f64>>, GridReadError> =
-            names.iter().map(|name| arrays.array(name)?.into_line()).collect();
-        let nodes = nodes?;
+        let mut nodes = Vec::with_capacity(names.len());
+        for (place, name) in names.iter().enumerate() {
+            nodes.push(if request.axes.is_empty() {
+                // Of HDF5 they are in the group of the values, or above.
+                arrays.nodes(place, &[name], place, &values)?.values
+            } else {
+                arrays.array(name)?.into_line()?
+            });
+        }
         let expected: Vec<usize> = nodes.iter().map(Vec::len).collect();
         if shape != expected {
             return Ok(Err(TableReadError::Shape { values: name, shape, expected, axes: names }));

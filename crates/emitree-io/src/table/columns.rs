@@ -83,7 +83,8 @@ pub(super) fn table(columns: Columns, request: &TableRequest) -> Result<Table, T
     let arguments: Vec<&Column> = axes.iter().map(of_axis).collect::<Result<_, _>>()?;
     let column = columns.take(&values, "values", request.is_logarithmic(&values))?;
 
-    let nodes: Vec<Vec<f64>> = arguments.iter().map(|argument| nodes_of(&argument.values)).collect();
+    let nodes: Vec<Vec<f64>> =
+        arguments.iter().map(|argument| nodes_of(&argument.values)).collect();
     let arranged = arranged(&columns.places, &arguments, &nodes, column)?;
     let found = axes.into_iter().zip(nodes).map(|(name, nodes)| {
         let is_logarithmic = request.is_logarithmic(&name);
@@ -127,8 +128,9 @@ fn arranged(
 ) -> Result<Vec<f64>, TableReadError> {
     let combination = |index: &dyn Fn(usize) -> f64| {
         let parts = arguments.iter().enumerate();
-        let parts: Vec<String> =
-            parts.map(|(axis, argument)| format!("`{}` = {}", argument.name, index(axis))).collect();
+        let parts: Vec<String> = parts
+            .map(|(axis, argument)| format!("`{}` = {}", argument.name, index(axis)))
+            .collect();
         parts.join(" and ")
     };
     let counts = || {
@@ -157,7 +159,8 @@ fn arranged(
         }
         *known = Some(row);
     }
-    let found: Option<Vec<f64>> = row_of.iter().map(|row| row.map(|row| values.values[row])).collect();
+    let found: Option<Vec<f64>> =
+        row_of.iter().map(|row| row.map(|row| values.values[row])).collect();
     match found {
         Some(found) if found.len() == size => Ok(found),
         _ => {

@@ -30,7 +30,9 @@ pub enum TableReadError {
     )]
     Ending,
     /// It takes more memory than there is; nothing was allocated.
-    #[error("to read it takes {needed} bytes of memory: expected at most {allowed}, which are available")]
+    #[error(
+        "to read it takes {needed} bytes of memory: expected at most {allowed}, which are available"
+    )]
     TooLarge {
         /// The memory that it needs \[bytes\].
         needed: u64,

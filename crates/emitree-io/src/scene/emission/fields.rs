@@ -45,10 +45,8 @@ pub(super) fn read(
     let constants = constants.map(Table::numbers).transpose()?.unwrap_or_default();
     let values: BTreeMap<String, f64> =
         constants.iter().map(|(name, (value, _))| (name.clone(), *value)).collect();
-    let mut keys: BTreeMap<String, (&str, Place)> = constants
-        .into_iter()
-        .map(|(name, (_, entry))| (name, ("constant", entry.key)))
-        .collect();
+    let mut keys: BTreeMap<String, (&str, Place)> =
+        constants.into_iter().map(|(name, (_, entry))| (name, ("constant", entry.key))).collect();
     let mut note = |what, entries: &BTreeMap<String, Entry>| {
         for (name, entry) in entries {
             keys.entry(name.clone()).or_insert((what, entry.key.clone()));
@@ -137,3 +135,6 @@ fn field_node(name: &str, grid: Option<&Node>, own: Node) -> Result<Node, SceneE
     node.merge(own);
     Ok(Node { path, place, ..node })
 }
+
+#[cfg(test)]
+mod tests;

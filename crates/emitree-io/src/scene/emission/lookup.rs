@@ -39,11 +39,7 @@ pub(super) fn read(mut table: Table) -> Result<Lookup, SceneError> {
     let beyond = choice(
         table.text("outside")?,
         "answer outside the table",
-        &[
-            ("error", BeyondTable::Error),
-            ("zero", BeyondTable::Zero),
-            ("edge", BeyondTable::Edge),
-        ],
+        &[("error", BeyondTable::Error), ("zero", BeyondTable::Zero), ("edge", BeyondTable::Edge)],
     )?;
     request.beyond = beyond.unwrap_or_default();
     if let Some(scale) = table.take("scale") {
