@@ -50,8 +50,12 @@ pub enum EmissionFailure {
     #[error("{0} (or `emission.grid.outside = \"zero\"`)")]
     OutsideGrid(#[from] OutsideGrid),
     /// A field or a table was evaluated outside, and has `outside = "error"`.
-    #[error("{0} ({})", remedy(.0))]
-    OutsideField(#[from] FieldFailure),
+    #[error("{failure} ({})", remedy(failure))]
+    OutsideField {
+        /// The field or the table, and where.
+        #[from]
+        failure: FieldFailure,
+    },
     /// The scene names a function, and is rendered without it.
     #[error(
         "`emission.function` is `{0}`, a function in Python: expected that this scene is rendered \

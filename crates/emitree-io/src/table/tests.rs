@@ -69,7 +69,7 @@ impl TableRequest {
 fn failure(text: &str, request: &TableRequest) -> (String, &'static str) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table.csv");
-    std::fs::write(&path, text).unwrap();
+    fs::write(&path, text).unwrap();
     let error = read_table(&path, request).unwrap_err();
     let expected = format!("the table {}: ", path.display());
     let message = error.to_string();

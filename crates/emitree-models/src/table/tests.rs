@@ -2,9 +2,8 @@
 
 use super::*;
 
-fn powers(count: usize) -> Vec<f64> {
-    let mut next = 1.0;
-    (0..count).map(|_| core::mem::replace(&mut next, 2.0 * next)).collect()
+fn powers(count: i32) -> Vec<f64> {
+    (0..count).map(|n| 2.0_f64.powi(n)).collect()
 }
 
 /// 2 + 3 a - b + 0.5 c + a b c, which is linear along each axis, on descending and uneven nodes.
