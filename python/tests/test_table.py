@@ -72,7 +72,10 @@ def test_files(ending, tmp_path):
     [
         ({}, "expected `values`, an array, or `file`"),
         ({"values": [1, 2]}, "expected `axes`, the nodes of each argument by its name"),
-        ({"values": [1, 2], "axes": {"T": [1, 2, 3]}}, r"`values` has the shape \(2,\): expected \(3,\)"),
+        (
+            {"values": [1, 2], "axes": {"T": [1, 2, 3]}},
+            r"`values` has the shape \(2,\): expected \(3,\)",
+        ),
         ({"values": [1, 2], "axes": {"T": [1, 1]}}, "node 1 of the axis `T` is 1 and follows 1"),
         ({"values": [1, 0], "axes": {"T": [1, 2]}, "logarithmic": "values"}, "above 0"),
         ({"values": [1, 2], "axes": {"T": [1, 2]}, "logarithmic": "t"}, "`logarithmic` has 't'"),
