@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from emitree._native import SceneError
 #: Keys of the scene that are taken as they are.
 _PLAIN = ("interpolation", "outside")
 #: And those that only files need.
-_OF_FILES = ("order", "format", "scale")
+_OF_FILES = ("order", "format", "scale", "step")
 
 #: Pairs: the name of a temporary file, and what it is called in messages and reports.
 Aliases = list[tuple[str, str]]
@@ -55,7 +55,10 @@ class Grid:
     logarithmic: the names of axes that are interpolated in the logarithm of their coordinate.
     interpolation: "linear", "monotone" or "nearest"; outside: "zero" or "error".
     order: of the axes in a file, as in "zyx" or "phi theta r"; format: of a file with another
-        ending; scale: what its rates are multiplied with.
+        ending; scale: what its rates are multiplied with; step: which step of values with a fourth
+        axis, such as time: its number, -1 being the last, or {"value": 12.5}, the step whose
+        coordinate is nearest, with the name of the array of coordinates as "axis" if the
+        dimensions have no names. (`isel` and `sel` choose a step of a DataArray.)
 
     >>> import emitree, numpy as np
     >>> ramp = np.arange(3.0)[:, None, None] + np.zeros((3, 2, 2))
@@ -83,6 +86,7 @@ class Grid:
     order: str | None = None
     format: str | None = None
     scale: float | None = None
+    step: int | Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
         if (self.values is None) == (self.file is None):

@@ -34,6 +34,33 @@ impl Array {
         Self { shape, strides, values, unit: None, axis_names: Vec::new() }
     }
 
+    /// The array at the chosen places of some axes, without those axes.
+    pub(crate) fn selected(mut self, selection: &[Option<usize>]) -> Self {
+        let chosen = |axis: usize| selection.get(axis).copied().flatten();
+        if !(0..self.shape.len()).any(|axis| chosen(axis).is_some()) {
+            return self;
+        }
+        let start: usize =
+            self.strides.iter().enumerate().map(|(axis, s)| s * chosen(axis).unwrap_or(0)).sum();
+        let kept = || (0..self.shape.len()).filter(|&axis| chosen(axis).is_none());
+        let shape: Vec<usize> = kept().map(|axis| self.shape[axis]).collect();
+        let strides: Vec<usize> = kept().map(|axis| self.strides[axis]).collect();
+        let lengths = products(shape.iter().rev());
+        let count: usize = shape.iter().product();
+        let place = |at: usize| {
+            let parts = lengths.iter().rev().zip(&shape).zip(&strides);
+            start
+                + parts.map(|((after, length), stride)| at / after % length * stride).sum::<usize>()
+        };
+        let values = (0..count).map(|at| self.values[place(at)]).collect();
+        self.axis_names = match self.axis_names.len() == self.shape.len() {
+            true => kept().map(|axis| self.axis_names[axis].clone()).collect(),
+            false => Vec::new(),
+        };
+        let (unit, axis_names) = (self.unit, self.axis_names);
+        Self { unit, axis_names, ..Self::c_order(shape, values) }
+    }
+
     /// The numbers of an array that has no second axis longer than 1.
     pub(crate) fn into_line(self) -> Result<Vec<f64>, GridReadError> {
         if self.shape.iter().filter(|&&length| length != 1).count() <= 1 {
@@ -126,10 +153,31 @@ fn products<'a>(lengths: impl Iterator<Item = &'a usize>) -> Vec<usize> {
     lengths.scan(1, next).collect()
 }
 
+/// The axes of an array.
+pub(crate) struct Described {
+    /// The length of each axis.
+    pub(crate) shape: Vec<usize>,
+    /// The names of the axes; none where the format has no names for them.
+    pub(crate) axis_names: Vec<String>,
+}
+
 /// A file that has been opened, of whatever format.
 pub(crate) trait Container {
-    /// The values: those of this name, or those that the format has by default.
-    fn values(&mut self, name: Option<&str>) -> Result<Array, GridReadError>;
+    /// The axes of the values: those of this name, or those that the format has by default.
+    fn describe(&mut self, name: Option<&str>) -> Result<Described, GridReadError>;
+
+    /// These values at the chosen places of the axes that have one, without those axes; nothing is chosen of axes
+    /// beyond the list.
+    fn values(
+        &mut self,
+        name: Option<&str>,
+        selection: &[Option<usize>],
+    ) -> Result<Array, GridReadError>;
+
+    /// An array by its name, which may be relative to that of the values.
+    fn array_beside(&mut self, name: &str) -> Result<Array, GridReadError> {
+        self.array(name)
+    }
 
     /// An array by its name.
     fn array(&mut self, name: &str) -> Result<Array, GridReadError>;

@@ -13,10 +13,10 @@
 //! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else `x`, `y`, `z` |
 //!
 //! No array is read that takes more memory than there is: sizes are compared first, and a file is read
-//! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the file, and with
-//! the numbers as they are stored).
+//! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the numbers as they are stored).
+//! Of values with one more axis, such as time, the requested [`Step`] alone is read.
 //!
-//! The files of this module: `request.rs`, `order.rs`, `angle_unit.rs` and `error.rs` are its interface,
+//! The files of this module: `request.rs`, `step.rs`, `order.rs`, `angle_unit.rs` and `error.rs` are its interface,
 //! `array.rs` and `budget.rs` are common to all formats, and each format has a file.
 
 mod angle_unit;
@@ -31,12 +31,14 @@ mod npy;
 mod npz;
 mod order;
 mod request;
+mod step;
 
 pub use angle_unit::AngleUnit;
 pub(crate) use error::one_of;
 pub use error::{GridFileError, GridReadError};
 pub use order::{ArrayOrder, NotAnOrder};
 pub use request::{AxisNodes, GridFormat, GridRequest};
+pub use step::{Step, StepAt};
 
 use angles::{AngleKind, in_radians};
 use array::{Array, Container, Nodes};
@@ -129,6 +131,11 @@ fn read_with<T>(
         Ok((File::open(path)?, metadata.len()))
     });
     let (file, length) = opened.map_err(GridReadError::Unreadable)?;
+    #[cfg(feature = "hdf5")]
+    if matches!(format, GridFormat::Hdf5 | GridFormat::NetCdf) {
+        let budget = Budget::of(request);
+        return make(&mut hdf5::Hdf5Cube::in_file(file, format, budget)?, budget);
+    }
     let file = BufReader::with_capacity(BUFFER, file);
     decode(file, length, format, request, make)
 }
@@ -185,7 +192,7 @@ fn map(
     request: &GridRequest,
     _: Budget,
 ) -> Result<Image, GridReadError> {
-    let array = container.values(request.values.as_deref())?;
+    let array = container.values(request.values.as_deref(), &[])?;
     let &[height, width] = array.shape.as_slice() else {
         return Err(GridReadError::NotAMap { shape: array.shape });
     };
@@ -197,7 +204,8 @@ fn assemble(
     request: &GridRequest,
     budget: Budget,
 ) -> Result<GridFile, GridReadError> {
-    let array = container.values(request.values.as_deref())?;
+    let selection = step::selection(container, request)?;
+    let array = container.values(request.values.as_deref(), &selection)?;
     let &[_, _, _] = array.shape.as_slice() else {
         return Err(GridReadError::NotACube { shape: array.shape });
     };

@@ -3,6 +3,7 @@
 use super::angle_unit::AngleUnit;
 use super::error::GridReadError;
 use super::order::ArrayOrder;
+use super::step::Step;
 use emitree_models::grid::Coordinates;
 use std::fmt;
 use std::path::Path;
@@ -123,6 +124,8 @@ pub struct GridRequest {
     /// The order of the array's axes; what the file says, or z, y, x, or else phi, theta, r, or z, phi, rho, if it is
     /// not given.
     pub order: Option<ArrayOrder>,
+    /// The step of values with a fourth axis.
+    pub step: Option<Step>,
     /// What values are multiplied by.
     pub scale: f64,
     /// The memory that reading one array may take \[bytes\]; what is available if it is not given.
@@ -141,6 +144,7 @@ impl Default for GridRequest {
             angle_unit: None,
             are_logarithmic: [false; 3],
             order: None,
+            step: None,
             scale: 1.0,
             max_memory_bytes: None,
         }

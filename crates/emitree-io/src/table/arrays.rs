@@ -17,7 +17,7 @@ pub(super) fn table(
     of_arrays.format = format.of_arrays();
     let made = read_arrays(path, &of_arrays, |arrays| {
         let name = request.values.clone().unwrap_or_else(|| "values".to_owned());
-        let values = arrays.values(request.values.as_deref())?;
+        let values = arrays.values(request.values.as_deref(), &[])?;
         let shape = values.shape.clone();
         let names = match request.axes.as_slice() {
             [] => values.axis_names.clone(),

@@ -5,7 +5,7 @@ use super::super::document::{Node, Value};
 use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
-use crate::grid::{AngleUnit, ArrayOrder, AxisNodes, GridFormat, GridRequest, read_grid};
+use crate::grid::{AngleUnit, ArrayOrder, AxisNodes, GridFormat, GridRequest, Step, read_grid};
 use crate::words::alternatives;
 use emitree_models::grid::Coordinates;
 use emitree_models::{Grid, Interpolation, Outside};
@@ -104,6 +104,10 @@ fn request(table: &mut Table, places: &mut Places) -> Result<GridRequest, SceneE
         places.others.push(("order", place));
         request.order = Some(order);
     }
+    if let Some(node) = table.take("step") {
+        places.others.push(("step", node.place.clone()));
+        request.step = Some(step(node)?);
+    }
     if let Some(scale) = table.take("scale") {
         request.scale = scale.number()?;
     }
@@ -143,6 +147,32 @@ fn logarithmic(node: &Node, coordinates: Coordinates) -> Result<[bool; 3], Scene
 
 fn quoted(names: [&str; 3]) -> impl Iterator<Item = String> {
     names.map(|name| format!("\"{name}\"")).into_iter()
+}
+
+/// A step: its number, or a table with its number or its coordinate.
+fn step(node: Node) -> Result<Step, SceneError> {
+    const EXPECTED: &str = "the number of a step, or { index = … } or { value = … } of one";
+    if let Value::Integer(index) = node.value {
+        return Ok(Step::index(index));
+    }
+    if !matches!(node.value, Value::Table(_)) {
+        return Err(node.refuse(node.value.kind(), EXPECTED));
+    }
+    let (path, place) = (node.path.clone(), node.place.clone());
+    let mut table = Table::new(node)?;
+    let axis = table.text("axis")?.map(|(axis, _)| axis);
+    let (index, value) = (table.take("index"), table.take("value"));
+    table.finish()?;
+    let mut found = match (index, value) {
+        (Some(index), None) => Step::index(index.count::<i64>("the number of a step")?),
+        (None, Some(value)) => Step::value(value.number()?),
+        _ => {
+            let message = format!("`{path}` has not one of `index` and `value`");
+            return Err(SceneError::at(&place, message).label(format!("expected {EXPECTED}")));
+        }
+    };
+    found.axis = axis;
+    Ok(found)
 }
 
 /// The nodes of an axis: the name of an array, the numbers themselves, or a range.
