@@ -67,11 +67,11 @@ fn fields_are_variables_and_tables_functions() {
     // Linear fields are exact on any grid; with other axes, and by monotone cubics.
     let t = cube(5, |at| linear(at) / 2.0).with_interpolation(Interpolation::MonotoneCubic);
     let fields = vec![("n", cube(3, linear)), ("T", t), ("v", cube(3, |[x, ..]| x))];
-    let glow = parse("a*n^2*sqrt(T)*Twice(T + 0*dy) + v*x*dy", fields, vec![("Twice", twice())]);
+    let glow = parse("a*n^2*sqrt(T)*Twice(T + 1) + v*x*dy", fields, vec![("Twice", twice())]);
     let positions = points(3000);
     for (rate, &at) in rates(&glow, &positions).iter().zip(&positions) {
         let (n, t) = (linear(at), linear(at) / 2.0);
-        let expected = 2.0 * n * n * t.sqrt() * 2.0 * t + at[0] * at[0] * DIRECTION[1];
+        let expected = 2.0 * n * n * t.sqrt() * 2.0 * (t + 1.0) + at[0] * at[0] * DIRECTION[1];
         assert!((rate / expected - 1.0).abs() < 1e-13, "{at:?}: {rate} {expected}");
     }
     assert_eq!(glow.same_axes, [0, 1, 0]);

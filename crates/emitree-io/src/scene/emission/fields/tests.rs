@@ -4,7 +4,7 @@ use super::super::super::Scene;
 use super::super::{EmissionFailure, EmissionSource};
 use emitree::{Emission, Samples};
 
-const REST: &str = "projection.type = \"canonical\"\nimage = { width = 4, height = 4 }\n";
+const REST: &str = "[projection]\ntype = \"canonical\"\n[image]\nwidth = 4\nheight = 4\n";
 
 fn parse_with(emission: &str, rest: &str) -> Result<Scene, super::SceneError> {
     let name = format!("{}/tests/reference/grids/scene.toml", env!("CARGO_MANIFEST_DIR"));
@@ -78,10 +78,7 @@ fn tables_are_functions() {
                  [emission.table.f]\nfile = \"../tables/tables.fits\"\nextension = \"cooling\"\n\
                  scale = 2\n";
     let energy = "[energy]\nmin = 1\nmax = 3\nbins = 2\nunit = \"keV\"\n";
-    let source = parse_with(
-        scene,
-        &format!("{energy}[projection]\ntype = \"canonical\"\n[image]\nwidth = 4\nheight = 4\n"),
-    );
+    let source = parse_with(scene, &format!("{energy}{REST}"));
     let source = source.unwrap().emission.source;
     // n²/T with T = n = 12 and n = E = 2; the other is 8/T at T = 1, 10, linear.
     let expected = 12.0 * 4.0 / 12.0 + 2.0 * (4.0 + (0.4 - 4.0) / 9.0);
@@ -128,7 +125,7 @@ fn what_is_wrong_is_marked_where_it_stands() {
         (
             with("expression = \"n*t\"\nfields = { n = \"other\", T = \"emissivity\" }"),
             3,
-            "`emission.expression`: unknown name `t`: did you mean `r`?",
+            "`emission.expression`: unknown name `t`: did you mean `T`?",
             "",
         ),
         (
@@ -252,6 +249,48 @@ fn tables_are_checked_where_they_stand() {
     for (scene, line, message, expected) in cases {
         let found = error(&scene);
         assert_eq!((found.0, found.1, found.2.as_str()), (line, message, expected), "{scene}");
+    }
+}
+
+#[test]
+fn fields_have_steps() {
+    let scene = |step: &str| {
+        format!(
+            "[emission]\nexpression = \"n\"\nfields = {{ n = \"values\" }}\n[emission.grid]\n\
+             file = \"../steps/steps.npz\"\nstep = {step}\n"
+        )
+    };
+    let at = [2.0, 0.5, 20.0];
+    let cases = [
+        ("0", 112.0),
+        ("-1", 2112.0),
+        ("{ value = 3.0, axis = \"t\" }", 1112.0),
+        ("{ index = 1 }", 1112.0),
+    ];
+    for (step, expected) in cases {
+        let found = rate(&parse(&scene(step)), at).unwrap();
+        assert_eq!(found.to_bits(), f64::to_bits(expected), "{step}");
+    }
+    let number = "expected the number of a step, or { index = … } or { value = … } of one";
+    let in_file = "`emission.fields.n`: the grid ../steps/steps.npz: ";
+    let cases = [
+        ("\"last\"", "`emission.grid.step` is a string".to_owned(), number),
+        (
+            "{ axis = \"t\" }",
+            "`emission.grid.step` has not one of `index` and `value`".to_owned(),
+            number,
+        ),
+        (
+            "{ value = 11, axis = \"t\" }",
+            format!(
+                "{in_file}the step is that at 11: expected 0 to 10, the range of their coordinates"
+            ),
+            "",
+        ),
+    ];
+    for (step, message, expected) in cases {
+        let found = error(&scene(step));
+        assert_eq!((found.0, found.1, found.2.as_str()), (6, message, expected), "{step}");
     }
 }
 
