@@ -34,6 +34,14 @@ impl Array {
         Self { shape, strides, values, unit: None, axis_names: Vec::new() }
     }
 
+    /// Multiplies all values.
+    #[cfg(feature = "hdf5")]
+    pub(super) fn scale(&mut self, factor: f64) {
+        if factor.to_bits() != 1.0_f64.to_bits() {
+            self.values.iter_mut().for_each(|value| *value *= factor);
+        }
+    }
+
     /// The array at the chosen places of some axes, without those axes.
     pub(crate) fn selected(mut self, selection: &[Option<usize>]) -> Self {
         let chosen = |axis: usize| selection.get(axis).copied().flatten();

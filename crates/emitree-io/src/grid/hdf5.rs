@@ -8,6 +8,7 @@
 use super::array::{Array, Container, Described, Nodes};
 use super::budget::{Budget, TWO_ORDERS};
 use super::error::GridReadError;
+use super::openpmd::Mesh;
 use super::request::GridFormat;
 use netcdf_reader::{
     FileStorage, NcFile, NcGroup, NcMetadataMode, NcOpenOptions, NcSliceInfo, NcSliceInfoElem,
@@ -110,6 +111,12 @@ impl Hdf5Cube {
         let names = variable.dimensions().iter().enumerate();
         let names = names.filter(|(place, _)| chosen(*place).is_none());
         array.axis_names = names.map(|(_, dimension)| dimension.name.clone()).collect();
+        if let Some(mesh) = Mesh::of(&self.file, name) {
+            let labels = mesh.labels.iter().enumerate();
+            let labels = labels.filter(|(place, _)| chosen(*place).is_none());
+            array.axis_names = labels.map(|(_, label)| label.clone()).collect();
+            array.scale(mesh.unit_si);
+        }
         Ok(array)
     }
 
@@ -142,7 +149,9 @@ impl Container for Hdf5Cube {
         name.unwrap_or("values").trim_start_matches('/').clone_into(&mut self.values);
         let variable = self.variable(&self.values)?;
         let names = variable.dimensions().iter().map(|dimension| dimension.name.clone());
-        Ok(Described { shape: lengths_of(variable), axis_names: names.collect() })
+        let labels = Mesh::of(&self.file, &self.values).map(|mesh| mesh.labels);
+        let axis_names = labels.unwrap_or_else(|| names.collect());
+        Ok(Described { shape: lengths_of(variable), axis_names })
     }
 
     fn values(
@@ -171,6 +180,10 @@ impl Container for Hdf5Cube {
         place: usize,
         values: &Array,
     ) -> Result<Nodes, GridReadError> {
+        let of_mesh = || Mesh::of(&self.file, &self.values)?.nodes(names, values.shape[place]);
+        if let (None, Some(nodes)) = (self.coordinate(place, values), of_mesh()) {
+            return Ok(Nodes::plain(nodes));
+        }
         let in_group = |name: &&str| format!("{}{name}", self.group());
         let named = || names.iter().map(in_group).find(|name| self.file.variable(name).is_ok());
         let name = self.coordinate(place, values).or_else(named);

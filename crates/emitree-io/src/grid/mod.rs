@@ -10,7 +10,7 @@
 //! | FITS | the first image | the image extensions `x`, `y`, `z`, by name or, without names, by order; else CRPIX, CRVAL, CDELT |
 //! | NPY | the array | none: the request has to give them |
 //! | NPZ | `values` | the arrays `x`, `y`, `z` |
-//! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else `x`, `y`, `z` |
+//! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else those of a mesh of openPMD, in m; else `x`, `y`, `z` |
 //!
 //! No array is read that takes more memory than there is: sizes are compared first, and a file is read
 //! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the numbers as they are stored).
@@ -29,6 +29,8 @@ mod fits;
 mod hdf5;
 mod npy;
 mod npz;
+#[cfg(feature = "hdf5")]
+mod openpmd;
 mod order;
 mod request;
 mod step;

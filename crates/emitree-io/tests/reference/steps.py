@@ -49,6 +49,33 @@ def main():
             file.createVariable(name, "d", (name,))[:] = AXES[name]
         file.createVariable("time", "d", ("time",))[:] = AXES["t"]
         file.createVariable("values", "d", ("time", "z", "y", "x"))[:] = G
+    write_openpmd()
+
+
+def write_openpmd():
+    """A scalar and a component of a vector, as the standard has them: openPMD 1.1.
+
+    x = -1, 0, 1, 2; y = 0.25, 0.75, 1.25; z = 10, 20 in units of 0.5 m, and values in units of 2.
+    """
+    geometry = {
+        "geometry": "cartesian",
+        "dataOrder": "C",
+        "axisLabels": np.array(["z", "y", "x"], dtype=h5py.string_dtype("ascii")),
+        "gridSpacing": np.array([10.0, 0.5, 1.0]),
+        "gridGlobalOffset": np.array([10.0, 0.0, -1.0]),
+        "gridUnitSI": 0.5,
+    }
+    with h5py.File(FOLDER / "openpmd.h5", "w") as file:
+        file.attrs["openPMD"] = "1.1.0"
+        meshes = file.create_group("data/100/meshes")
+        rho = meshes.create_dataset("rho", data=G[0] / 2)
+        field = meshes.create_group("B")
+        component = field.create_dataset("x", data=G[1] / 2)
+        rho.attrs.update(geometry)
+        field.attrs.update(geometry)
+        for dataset in (rho, component):
+            dataset.attrs["position"] = np.array([0.0, 0.5, 0.0])
+            dataset.attrs["unitSI"] = 2.0
 
 
 if __name__ == "__main__":

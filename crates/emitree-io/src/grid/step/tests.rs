@@ -51,6 +51,17 @@ fn dimensions_with_names_tell_which_axis_has_steps() {
     }
 }
 
+#[cfg(feature = "hdf5")]
+#[test]
+fn meshes_of_openpmd_have_their_axes_in_attributes() {
+    for (name, first) in [("data/100/meshes/rho", 0.0), ("/data/100/meshes/B/x", 1000.0)] {
+        let grid = read_grid(&path("openpmd.h5"), &request(Some(name), None)).unwrap().grid;
+        let expected = [&[-0.5, 0.0, 0.5, 1.0][..], &[0.125, 0.375, 0.625], &[5.0, 10.0]];
+        assert_eq!(grid.nodes(), expected, "{name}");
+        assert_eq!(grid.values()[..5], [0.0, 1.0, 2.0, 3.0, 10.0].map(|value| first + value));
+    }
+}
+
 #[test]
 fn a_value_is_that_of_the_nearest_step() {
     for (value, number) in [(0.0, 0.0), (1.2, 0.0), (1.3, 1.0), (10.0, 2.0)] {
