@@ -27,7 +27,8 @@ impl Mesh {
         let group = dataset.rsplit_once('/').and_then(|(group, _)| file.group(group).ok());
         let own = |name: &str| variable.attribute(name).map(|attribute| &attribute.value);
         let of_mesh = |name: &str| {
-            let of_group = || group.and_then(|group| group.attributes.iter().find(|a| a.name == name));
+            let of_group =
+                || group.and_then(|group| group.attributes.iter().find(|a| a.name == name));
             own(name).or_else(|| of_group().map(|attribute| &attribute.value))
         };
         let numbers = |value: Option<&NcAttrValue>| value.and_then(NcAttrValue::as_f64_vec);
@@ -37,7 +38,9 @@ impl Mesh {
         let mut labels = match of_mesh("axisLabels")? {
             NcAttrValue::Strings(labels) => labels.clone(),
             // Labels of one letter each may be one text.
-            NcAttrValue::Chars(text) => text.chars().filter(|c| *c != '\0').map(String::from).collect(),
+            NcAttrValue::Chars(text) => {
+                text.chars().filter(|c| *c != '\0').map(String::from).collect()
+            }
             _ => return None,
         };
         let mut position = numbers(own("position")).unwrap_or_else(|| vec![0.0; count]);
@@ -50,9 +53,11 @@ impl Mesh {
             labels.reverse();
             [&mut spacing, &mut offset, &mut position].into_iter().for_each(|list| list.reverse());
         }
-        let number = |value: Option<&NcAttrValue>| value.and_then(NcAttrValue::as_f64).unwrap_or(1.0);
+        let number =
+            |value: Option<&NcAttrValue>| value.and_then(NcAttrValue::as_f64).unwrap_or(1.0);
         let (grid_unit_si, unit_si) = (number(of_mesh("gridUnitSI")), number(own("unitSI")));
-        let labels = labels.into_iter().map(|label| label.trim_end_matches('\0').to_owned()).collect();
+        let labels =
+            labels.into_iter().map(|label| label.trim_end_matches('\0').to_owned()).collect();
         Some(Self { labels, spacing, offset, position, grid_unit_si, unit_si })
     }
 

@@ -298,7 +298,7 @@ fn fields_have_steps() {
 #[test]
 fn fields_declare_where_they_end() {
     let rest = "[projection]\ntype = \"orthographic\"\nposition = [2, 0.5, 99]\n\
-                target = [2, 0.5, 0]\nextent = [1, 1]\n[image]\nwidth = 4\nheight = 4\n";
+                target = [2, 0.5, 0]\nup = [0, 1, 0]\nextent = [1, 1]\n[image]\nwidth = 4\nheight = 4\n";
     let scene = format!("{DATA}expression = \"n\"\nfields = {{ n = \"other\" }}\n");
     let scene = parse_with(&scene, rest).unwrap();
     let depth = |z: f64| scene.camera.projection().world_from_canonical([0.5, 0.5, z]).position[2];
