@@ -1,6 +1,7 @@
 """Fields and a formula of them: values, images with closed forms, derivatives, units, messages."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -248,3 +249,14 @@ def test_values_of_functions_are_checked():
     glow = emitree.Fields({"n": lambda at: at}, "n")
     with pytest.raises(ValueError, match=r"the field `n`: the values have the shape \(4, 3\)"):
         glow(points(4))
+
+
+def test_the_example_of_the_guide():
+    guide = Path(__file__).parents[2] / "docs" / "guide.md"
+    section = guide.read_text(encoding="utf-8").split("#### `emission.fields`")[1]
+    names = {}
+    exec(section.split("```python")[1].split("```")[0], names)
+    rendering = names["rendering"]
+    assert rendering.converged
+    # a n^2 2 (6 n): at the centre of the image, but for the width of a pixel and the data.
+    assert rendering.image.max() == pytest.approx(36 * CORE**6 * column(3, 0.0), rel=0.02)
