@@ -14,7 +14,7 @@
 //! * `rendering`: an image or a cube with its error and its cost;
 //! * `cameras`: the kinds of cameras that scenes have, for the classes in Python;
 //! * `lines`: lines of sight, for what integrates along them in Python;
-//! * `arrays`: images and cubes as arrays of `NumPy`;
+//! * `arrays`: images and cubes as arrays of `NumPy`; the memory for others;
 //! * `output`: files that are whole or absent;
 //! * `error`: errors as exceptions, all in one place.
 
@@ -36,6 +36,8 @@ mod table;
 /// emitree's compiled half: use `emitree`.
 #[pyo3::pymodule]
 mod _native {
+    #[pymodule_export]
+    use crate::arrays::available_memory_bytes;
     #[pymodule_export]
     use crate::cameras::cameras;
     #[pymodule_export]

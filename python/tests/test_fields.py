@@ -260,3 +260,12 @@ def test_the_example_of_the_guide():
     assert rendering.converged
     # The tolerance, and 1 % of linear interpolation at the centre of the data.
     assert worst(rendering.image, 36 * exact(3, 24, 1.0)) < 0.02
+
+
+def test_arrays_beyond_the_memory_are_refused():
+    xarray = pytest.importorskip("xarray")
+    large = np.broadcast_to(1.0, (100_000, 100_000, 1000))
+    nodes = {"x": np.arange(100_000.0), "y": np.arange(100_000.0), "z": np.arange(1000.0)}
+    data = xarray.DataArray(large, dims=("x", "y", "z"), coords=nodes)
+    with pytest.raises(emitree.SceneError, match="takes 160000000000000 bytes of memory"):
+        emitree.Fields({"n": data}, "n")(points(1))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from emitree import _units
+from emitree import _native, _units
 from emitree._axes import (
     COORDINATES,
     Nodes,
@@ -143,6 +143,7 @@ class Grid:
             if self.variable is not None:
                 grid["values"] = self.variable
         else:
+            _check_memory(values)
             if is_data_array(values):
                 values, nodes = of_data_array(values, kind, given, length_unit)
             if _units.is_quantity(values):
@@ -174,6 +175,21 @@ class Grid:
             if getattr(self, name) is not None:
                 grid[name] = _units.plain(getattr(self, name))
         return {"grid": grid} | table, aliases
+
+
+#: 64-bit floats in memory at once: the array, and the grid that is made of it.
+_COPIES = 2
+
+
+def _check_memory(values: Any) -> None:
+    """Refuses an array that is not in memory yet, as of dask, and would not fit."""
+    size, available = getattr(values, "size", 0), _native.available_memory_bytes()
+    needed = 8 * _COPIES * size if isinstance(size, int) else 0
+    if available is not None and needed > available:
+        raise SceneError(
+            f"`values` of shape {tuple(values.shape)} takes {needed} bytes of memory: expected at "
+            f"most {available}, which are available (`isel` or `sel` chooses a part of a DataArray)"
+        )
 
 
 def _is_dataset(values: Any) -> bool:

@@ -18,6 +18,7 @@ __all__ = [
     "Session",
     "Table",
     "__version__",
+    "available_memory_bytes",
     "cameras",
     "draw_counts",
 ]
@@ -36,6 +37,7 @@ class EmissionError(RenderError):
     energy: float | None
     rate: float
 
+def available_memory_bytes() -> int | None: ...
 def cameras() -> list[dict[str, Any]]: ...
 def draw_counts(expected: _Floats, seed: int) -> _Floats: ...
 
