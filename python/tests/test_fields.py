@@ -269,3 +269,22 @@ def test_arrays_beyond_the_memory_are_refused():
     data = xarray.DataArray(large, dims=("x", "y", "z"), coords=nodes)
     with pytest.raises(emitree.SceneError, match="takes 160000000000000 bytes of memory"):
         emitree.Fields({"n": data}, "n")(points(1))
+
+
+def test_steps_of_files(tmp_path):
+    nodes = np.linspace(-1, 1, 3)
+    values = np.arange(4.0)[:, None, None, None] + np.zeros((4, 3, 3, 3))
+    axes = dict.fromkeys("xyz", nodes)
+    np.savez(tmp_path / "run.npz", rho=values, t=[0.0, 1.0, 5.0, 7.0], **axes)
+    given = {"file": tmp_path / "run.npz", "variable": "rho"}
+    for step, expected in [(1, 1.0), (-1, 3.0), ({"value": 5.5, "axis": "t"}, 2.0)]:
+        glow = emitree.Fields({"n": emitree.Grid(**given, step=step)}, "n")
+        assert glow(np.zeros((1, 3))).tolist() == [expected]
+        image = emitree.render(emitree.Grid(**given, step=step), camera(1.0), (2, 2)).image
+        assert image == pytest.approx(2 * expected, rel=0.01)
+    with pytest.raises(emitree.SceneError, match="or `step`, which chooses one of the 4 along"):
+        emitree.render(emitree.Grid(**given), camera(1.0), (2, 2))
+    with pytest.raises(
+        emitree.SceneError, match="`step` is for files: expected none with an array"
+    ):
+        emitree.Grid(values=values[0], step=1)

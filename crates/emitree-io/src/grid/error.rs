@@ -27,7 +27,9 @@ pub enum GridReadError {
     #[error("it can't be read: {0}")]
     Unreadable(#[source] std::io::Error),
     /// The ending of the name stands for no format.
-    #[error("no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5 or .nc")]
+    #[error(
+        "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5, .nc or .vtk"
+    )]
     Ending,
     /// The library was built without this format.
     #[error("this program was built without {0}: expected a build with the feature `hdf5`")]

@@ -1,4 +1,4 @@
-//! Cubes of gridded data from files: FITS, NPY, NPZ, HDF5 and `NetCDF`.
+//! Cubes of gridded data from files: FITS, NPY, NPZ, HDF5, `NetCDF` and VTK.
 //!
 //! [`read_grid`] makes a [`Grid`] of a file and a [`GridRequest`], which says where in the file the
 //! values and the nodes of the axes are. An array's axes are in the order z, y, x with x varying
@@ -11,6 +11,7 @@
 //! | NPY | the array | none: the request has to give them |
 //! | NPZ | `values` | the arrays `x`, `y`, `z` |
 //! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else those of a mesh of openPMD, in m; else `x`, `y`, `z` |
+//! | VTK (legacy) | the only scalar array | the coordinates of the points, or the centres of the cells |
 //!
 //! No array is read that takes more memory than there is: sizes are compared first, and a file is read
 //! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the numbers as they are stored).
@@ -34,6 +35,7 @@ mod openpmd;
 mod order;
 mod request;
 mod step;
+mod vtk;
 
 pub use angle_unit::AngleUnit;
 pub(crate) use error::one_of;
@@ -178,6 +180,7 @@ fn decode<R: Read + Seek, T>(
         GridFormat::Fits => &mut fits::FitsCube::open(source, budget)?,
         GridFormat::Npy => &mut npy::NpyCube::open(source, length, budget)?,
         GridFormat::Npz => &mut npz::NpzCube::open(source, budget)?,
+        GridFormat::Vtk => &mut vtk::VtkCube::open(source, length, budget)?,
         #[cfg(feature = "hdf5")]
         GridFormat::Hdf5 | GridFormat::NetCdf => {
             &mut hdf5::Hdf5Cube::open(source, length, format, budget)?

@@ -269,7 +269,7 @@ fn numbers(
 }
 
 /// One number of at most eight bytes.
-fn number(kind: &str, bytes: &[u8], big_endian: bool) -> f64 {
+pub(super) fn number(kind: &str, bytes: &[u8], big_endian: bool) -> f64 {
     // The bytes from the most significant one on, at the upper end of 64 bits.
     let mut upper = [0; 8];
     upper[..bytes.len()].copy_from_slice(bytes);
