@@ -18,7 +18,7 @@
 //! Of values with one more axis, such as time, the requested [`Step`] alone is read.
 //!
 //! The files of this module: `request.rs`, `step.rs`, `order.rs`, `angle_unit.rs` and `error.rs` are its interface,
-//! `array.rs` and `budget.rs` are common to all formats, and each format has a file.
+//! `array.rs`, `selection.rs` and `budget.rs` are common to all formats, and each format has a file.
 
 mod angle_unit;
 mod angles;
@@ -34,6 +34,7 @@ mod npz;
 mod openpmd;
 mod order;
 mod request;
+mod selection;
 mod step;
 mod vtk;
 
@@ -209,7 +210,7 @@ fn assemble(
     request: &GridRequest,
     budget: Budget,
 ) -> Result<GridFile, GridReadError> {
-    let selection = step::selection(container, request)?;
+    let selection = selection::selection(container, request)?;
     let array = container.values(request.values.as_deref(), &selection)?;
     let &[_, _, _] = array.shape.as_slice() else {
         return Err(GridReadError::NotACube { shape: array.shape });

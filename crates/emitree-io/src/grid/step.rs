@@ -1,13 +1,24 @@
-//! Steps: values with one more axis, of which one place is read.
-
-use super::array::{Container, Described};
-use super::error::GridReadError;
-use super::order::names_of;
-use super::request::GridRequest;
+//! Steps: which place along a fourth axis, such as time, is read.
 
 /// Which step of values with one more axis, such as time, is read.
 ///
 /// The axis is the dimension whose name is that of no coordinate, or else the first of the array.
+///
+/// ```
+/// use emitree_io::encode_npy;
+/// use emitree_io::grid::{AxisNodes, GridRequest, Step, read_grid};
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("run.npy");
+/// let values: Vec<f64> = (0..24).map(f64::from).collect();
+/// std::fs::write(&path, encode_npy(&[3, 2, 2, 2], &values)?)?; // [t, z, y, x]
+///
+/// let mut request = GridRequest::default();
+/// request.nodes = [const { AxisNodes::Range { min: 0.0, max: 1.0 } }; 3];
+/// request.step = Some(Step::index(-1));
+/// assert_eq!(read_grid(&path, &request)?.grid.values()[0], 16.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Step {
@@ -22,9 +33,7 @@ impl Step {
     pub fn index(index: i64) -> Self {
         Self { axis: None, at: StepAt::Index(index) }
     }
-}
 
-impl Step {
     /// The step whose coordinate is nearest to `value`.
     pub fn value(value: f64) -> Self {
         Self { axis: None, at: StepAt::Value(value) }
@@ -40,105 +49,3 @@ pub enum StepAt {
     /// The step whose coordinate is nearest to this one, which lies within the range of all.
     Value(f64),
 }
-
-/// For each axis of the array the place that is read, or all of them.
-pub(super) type Selection = Vec<Option<usize>>;
-
-/// What of the values is read: their three axes.
-pub(super) fn selection(
-    container: &mut dyn Container,
-    request: &GridRequest,
-) -> Result<Selection, GridReadError> {
-    let Described { shape, axis_names } = container.describe(request.values.as_deref())?;
-    let mut found: Selection = vec![None; shape.len()];
-    let name = |place: usize| match axis_names.get(place) {
-        Some(name) if !name.is_empty() => format!("`{name}`"),
-        _ => format!("{place} of the array"),
-    };
-    let mut others = other_axes(request, &shape, &axis_names)?;
-    // Axes of one step need no choice.
-    others.retain(|&place| {
-        let is_single = shape[place] == 1 && shape.len() > AXES;
-        if is_single && request.step.is_none() {
-            found[place] = Some(0);
-        }
-        !is_single || request.step.is_some()
-    });
-    match (&request.step, others.as_slice()) {
-        (None, []) => Ok(found),
-        (None, &[place]) => {
-            let (count, axis) = (shape[place], name(place));
-            Err(GridReadError::WithoutStep { shape, count, axis })
-        }
-        (Some(step), &[place]) => {
-            let nodes = |container: &mut dyn Container| {
-                let axis = step.axis.as_deref().or(axis_names.get(place).map(String::as_str));
-                match axis.filter(|axis| !axis.is_empty()) {
-                    Some(axis) => container.array_beside(axis)?.into_line(),
-                    None => Err(GridReadError::StepWithoutAxis),
-                }
-            };
-            let index = match step.at {
-                StepAt::Index(index) => index_of(index, shape[place], name(place))?,
-                StepAt::Value(value) => nearest(value, &nodes(container)?, shape[place])?,
-            };
-            found[place] = Some(index);
-            Ok(found)
-        }
-        (Some(_), []) => Err(GridReadError::NoSteps { shape }),
-        _ => Err(GridReadError::NotACube { shape }),
-    }
-}
-
-/// The axes of a grid.
-const AXES: usize = 3;
-
-/// The axes of an array that are no coordinates.
-fn other_axes(
-    request: &GridRequest,
-    shape: &[usize],
-    axis_names: &[String],
-) -> Result<Vec<usize>, GridReadError> {
-    let count = shape.len().saturating_sub(AXES);
-    if shape.len() < AXES {
-        return Err(GridReadError::NotACube { shape: shape.to_vec() });
-    }
-    let is_coordinate = |name: &String| {
-        let name = name.to_lowercase();
-        (0..AXES).any(|axis| names_of(request.coordinates, axis).contains(&name.as_str()))
-    };
-    let chosen = request.step.as_ref().and_then(|step| step.axis.as_ref());
-    if let (Some(chosen), true) = (chosen, count == 1)
-        && let Some(place) = axis_names.iter().position(|name| name == chosen)
-    {
-        return Ok(vec![place]);
-    }
-    let others = || (0..axis_names.len()).filter(|&place| !is_coordinate(&axis_names[place]));
-    if others().count() == count && axis_names.len() == shape.len() {
-        return Ok(others().collect());
-    }
-    Ok((0..count).collect())
-}
-
-fn index_of(index: i64, count: usize, axis: String) -> Result<usize, GridReadError> {
-    let from_end = || usize::try_from(index.unsigned_abs()).ok().and_then(|n| count.checked_sub(n));
-    let found = if index < 0 { from_end() } else { usize::try_from(index).ok() };
-    let found = found.filter(|&found| found < count);
-    found.ok_or(GridReadError::StepBeyond { index, count, axis })
-}
-
-fn nearest(value: f64, nodes: &[f64], count: usize) -> Result<usize, GridReadError> {
-    if nodes.len() != count {
-        return Err(GridReadError::StepNodes { found: nodes.len(), count });
-    }
-    let (min, max) = nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), &node| {
-        (min.min(node), max.max(node))
-    });
-    let distance = |index: &usize| (nodes[*index] - value).abs();
-    let found = (0..count).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let is_within = min <= value && value <= max;
-    found.filter(|_| is_within).ok_or(GridReadError::StepOutside { value, min, max })
-}
-
-#[cfg(test)]
-mod tests;

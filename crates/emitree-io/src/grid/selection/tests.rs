@@ -1,6 +1,6 @@
 //! Files that `numpy`, astropy, h5py and SciPy have written: `tests/reference/steps.py`.
 
-use super::super::{AxisNodes, read_grid};
+use super::super::{AxisNodes, Step, read_grid};
 use super::*;
 use std::path::PathBuf;
 
