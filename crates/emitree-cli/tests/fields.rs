@@ -109,7 +109,7 @@ fn messages_name_the_file_the_line_and_the_value() {
     run.fails_with(2);
     for text in [
         "`emission.table.Lambda`: the table ",
-        "cooling.csv: line 3: the column `Lambda` is `-`: expected a finite number",
+        "cooling.csv: line 3: the column `Lambda` is `-`: expected",
         "file = \"cooling.csv\"",
     ] {
         assert!(run.stderr.contains(text), "{text}\n{}", run.stderr);
