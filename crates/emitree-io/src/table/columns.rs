@@ -115,7 +115,7 @@ fn nodes_of(values: &[f64]) -> Vec<f64> {
     let mut nodes = values.to_vec();
     nodes.sort_by(f64::total_cmp);
     // 0 and -0 are one node.
-    nodes.dedup_by(|a, b| a == b);
+    nodes.dedup_by(|a, b| (*a - *b).abs() <= 0.0);
     nodes
 }
 

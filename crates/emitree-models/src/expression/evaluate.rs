@@ -114,7 +114,7 @@ fn outside(
     let sample = Samples::new(positions, &samples.directions()[place.clone()]);
     let sample = sample.at_energies(energies);
     let instructions = &tape.instructions;
-    let found = instructions.iter().enumerate().find_map(|(number, instruction)| {
+    instructions.iter().enumerate().find_map(|(number, instruction)| {
         let Operation::Table(lookup, arguments) = instruction.operation else { return None };
         // Up to here, since registers are written again later.
         let before = Tape {
@@ -127,8 +127,7 @@ fn outside(
         let (name, table) = &given.tables[lookup.table];
         let outside = table.outside(arguments.map(|a| lanes_of(a, &registers, 1).at(0)))?;
         Some(OutsideTable { table: Some(name.clone()), ..outside })
-    });
-    found
+    })
 }
 
 /// Runs the tape on one block of at most [`BLOCK`] samples, those at `places` among all.

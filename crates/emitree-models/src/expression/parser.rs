@@ -343,7 +343,7 @@ impl<'a> Parser<'a> {
         let suggestion = match name {
             "log" => ": write `ln` or `log10`".to_owned(),
             "pow" => ": write a^b".to_owned(),
-            _ => did_you_mean(closest(name, self.functions().into_iter())),
+            _ => did_you_mean(closest(name, self.functions())),
         };
         let listed = self.functions().join(", ");
         ExpressionError::new(format!("unknown function `{name}`{suggestion}"), span)

@@ -1,4 +1,4 @@
-//! Files that `numpy`, astropy, h5py and SciPy have written: `tests/reference/steps.py`.
+//! Files that `numpy`, astropy, h5py and scipy have written: `tests/reference/steps.py`.
 
 use super::super::{AxisNodes, Step, read_grid};
 use super::*;

@@ -14,8 +14,8 @@ pub(super) fn read(mut table: Table) -> Result<Lookup, SceneError> {
     let path = table.path().to_owned();
     let (file, file_place) = table.require("file", FILE)?.text()?;
     let mut places: Vec<(&str, Place)> = Vec::new();
-    let mut request = TableRequest::default();
-    request.format = choice(table.text("format")?, "format", &TableFormat::NAMES)?;
+    let format = choice(table.text("format")?, "format", &TableFormat::NAMES)?;
+    let mut request = TableRequest { format, ..TableRequest::default() };
     if let Some((name, place)) = table.text("extension")? {
         request.extension = Some(name);
         places.push(("extension", place));

@@ -163,7 +163,7 @@ fn what_is_wrong_is_marked_where_it_stands() {
             "expected `fields = { n = \"…\" }` too, which name its arrays",
         ),
         (
-            with(&format!("expression = \"n*E\"\nfields = {{ n = \"other\" }}")),
+            with("expression = \"n*E\"\nfields = { n = \"other\" }"),
             3,
             "`emission.expression` depends on the energy `E`, and the scene has no `[energy]`",
             "expected a table `[energy]` too, with `min`, `max` and `bins`",
