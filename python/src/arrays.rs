@@ -51,3 +51,9 @@ pub(crate) fn points<'py>(py: Python<'py>, samples: &Samples<'_>) -> PyResult<Po
     let energies = (!energies.is_empty()).then(|| PyArray1::from_slice(py, energies));
     Ok((vectors(py, samples.positions())?, vectors(py, samples.directions())?, energies))
 }
+
+/// The memory that new allocations could get now \[bytes\], if the system reports it.
+#[pyfunction]
+pub(crate) fn available_memory_bytes() -> Option<u64> {
+    emitree_io::available_memory_bytes()
+}

@@ -10,10 +10,11 @@
 //!   called, which alone runs Python;
 //! * `emission`: the emission of a scene, or a function in Python, for the library;
 //! * `expression`: expressions with their derivatives;
+//! * `table`: tables of functions, for expressions;
 //! * `rendering`: an image or a cube with its error and its cost;
 //! * `cameras`: the kinds of cameras that scenes have, for the classes in Python;
 //! * `lines`: lines of sight, for what integrates along them in Python;
-//! * `arrays`: images and cubes as arrays of `NumPy`;
+//! * `arrays`: images and cubes as arrays of `NumPy`; the memory for others;
 //! * `output`: files that are whole or absent;
 //! * `error`: errors as exceptions, all in one place.
 
@@ -30,10 +31,13 @@ mod rendering;
 mod scene;
 mod session;
 mod surfaces;
+mod table;
 
 /// emitree's compiled half: use `emitree`.
 #[pyo3::pymodule]
 mod _native {
+    #[pymodule_export]
+    use crate::arrays::available_memory_bytes;
     #[pymodule_export]
     use crate::cameras::cameras;
     #[pymodule_export]
@@ -50,6 +54,8 @@ mod _native {
     use crate::scene::Scene;
     #[pymodule_export]
     use crate::session::Session;
+    #[pymodule_export]
+    use crate::table::Table;
 
     /// The version of the package.
     #[pymodule_export]

@@ -2,15 +2,17 @@
 
 use crate::bridge::{Caller, Hooks, run};
 use crate::emission::AnyEmission;
-use crate::error::{SceneError, of_encoding, of_rendering, of_scene, of_tree};
+use crate::error::{EmissionError, SceneError, of_encoding, of_rendering, of_scene, of_tree};
+use crate::expression::vectors as vectors_of;
 use crate::lines::{Lines, lines};
 use crate::mesh::Mesh;
 use crate::rendering::Rendered;
 use emitree::progress::Frame;
 use emitree::world_tree::{WorldTreeOptions, build_world_tree};
-use emitree::{Image, RenderOptions, StopReason};
-use emitree_io::{Override, TreeFile};
-use numpy::{PyArray1, PyReadonlyArray1};
+use emitree::{Emission, Image, RenderOptions, Samples, StopReason};
+use emitree_io::{EmissionSource, Override, TreeFile};
+use emitree_models::Outside;
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::path::PathBuf;
@@ -193,6 +195,49 @@ impl Scene {
         y: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Lines<'py>> {
         lines(py, self.0.camera.projection(), x.as_slice()?, y.as_slice()?)
+    }
+
+    /// Of a grid, the emission of the scene: its coordinates, and the first and the last node of each axis.
+    fn grid_ranges(&self) -> PyResult<(String, [[f64; 2]; 3])> {
+        let EmissionSource::Grid(emission) = &self.0.emission.source else {
+            return Err(SceneError::new_err("the emission of the scene is no grid"));
+        };
+        let end = |node: Option<&f64>| node.copied().unwrap_or(f64::NAN);
+        let ranges = emission.grid.nodes().map(|nodes| [end(nodes.first()), end(nodes.last())]);
+        let first = emission.grid.axes().coordinates().names()[0];
+        let coordinates = match first {
+            "r" => "spherical",
+            "rho" => "cylindrical",
+            _ => "cartesian",
+        };
+        Ok((coordinates.to_owned(), ranges))
+    }
+
+    /// The values (n,) of a grid, the emission of the scene, at positions (n, 3); NaN outside, unless that is an
+    /// error.
+    fn grid_values<'py>(
+        &self,
+        py: Python<'py>,
+        position: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let EmissionSource::Grid(emission) = &self.0.emission.source else {
+            return Err(SceneError::new_err("the emission of the scene is no grid"));
+        };
+        let positions = vectors_of(&position, "position")?;
+        let grid = &emission.grid;
+        let values = py.detach(|| {
+            let value = |&position: &[f64; 3]| grid.value(position).unwrap_or(f64::NAN);
+            positions.iter().map(value).collect::<Vec<f64>>()
+        });
+        if grid.outside() == Outside::Error && values.iter().any(|value| value.is_nan()) {
+            // The grid itself says which position is outside.
+            let mut rates = vec![0.0; positions.len()];
+            let directions = vec![[0.0, 0.0, 1.0]; positions.len()];
+            let samples = Samples::new(&positions, &directions);
+            let evaluated = grid.emission_rates(&samples, &mut rates);
+            evaluated.map_err(|error| EmissionError::new_err(error.to_string()))?;
+        }
+        Ok(PyArray1::from_vec(py, values))
     }
 
     fn __repr__(&self) -> String {

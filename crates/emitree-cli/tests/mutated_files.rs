@@ -9,7 +9,8 @@ use emitree::FromFn;
 use emitree::world_tree::{WorldBox, WorldTreeOptions, build_world_tree};
 use emitree_instrument::{EffectiveArea, Psf, Redistribution};
 use emitree_io::TreeFile;
-use emitree_io::grid::{AxisNodes, GridRequest, read_grid};
+use emitree_io::grid::{AxisNodes, GridRequest, Step, read_grid};
+use emitree_io::table::{TableRequest, read_table};
 use emitree_problems::mutation::{Campaign, Mutator, watched};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -56,6 +57,25 @@ fn grid(path: &Path) -> Result<(), String> {
         request.nodes = nodes.map(|nodes| AxisNodes::List(nodes.to_vec()));
     }
     read_grid(path, &request).map(|_| ()).map_err(|error| error.to_string())
+}
+
+/// The second step of a file with steps, or an array of a file with others.
+fn part(path: &Path) -> Result<(), String> {
+    let mut request = GridRequest::default();
+    request.max_memory_bytes = Some(MEMORY_BYTES);
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("vtk") => request.values = Some("g".to_owned()),
+        _ => request.step = Some(Step::index(1)),
+    }
+    read_grid(path, &request).map(|_| ()).map_err(|error| error.to_string())
+}
+
+fn lookup(path: &Path) -> Result<(), String> {
+    let mut request = TableRequest::default();
+    if path.extension().is_some_and(|ending| ending == "npz") {
+        request.axes = ["T", "n"].map(str::to_owned).to_vec();
+    }
+    read_table(path, &request).map(|_| ()).map_err(|error| error.to_string())
 }
 
 fn tree(path: &Path) -> Result<(), String> {
@@ -116,6 +136,21 @@ fn grids() {
     let endings = ["fits", "npy", "npz", "h5", "nc"];
     let readers = endings.map(|ending| (ending, grid as Reader));
     read_mutants(originals("emitree-io/tests/reference/grids", &readers), 1500);
+}
+
+#[test]
+fn steps_and_meshes() {
+    let readers = ["fits", "npz", "nc", "vtk"].map(|ending| (ending, part as Reader));
+    let mut files = originals("emitree-io/tests/reference/steps", &readers);
+    files.extend(originals("emitree-io/tests/reference/vtk", &readers));
+    read_mutants(files, 800);
+}
+
+#[test]
+fn tables_of_functions() {
+    let endings = ["csv", "ecsv", "fits", "npz"];
+    let readers = endings.map(|ending| (ending, lookup as Reader));
+    read_mutants(originals("emitree-io/tests/reference/tables", &readers), 800);
 }
 
 #[test]

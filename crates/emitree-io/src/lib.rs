@@ -1,7 +1,7 @@
 //! Files of emitree: scenes, grids and trees in; images as FITS, `HEALPix` FITS, NPY and PNG out.
 //!
 //! [`Scene`] reads a scene file and checks everything in it; [`grid`] reads cubes of data, from FITS,
-//! NPY, NPZ, HDF5 and `NetCDF`; [`TreeFile`] keeps a tree of an emission; [`units`] reads units in the
+//! NPY, NPZ, HDF5 and `NetCDF`; [`table`] reads tables of functions; [`TreeFile`] keeps a tree of an emission; [`units`] reads units in the
 //! grammar of FITS and converts them. Encoders turn an [`Image`](emitree::Image) or a
 //! [`Cube`](emitree::Cube) into bytes in memory:
 //! [`FitsFile`] with coordinates ([`Wcs`]), [`HealpixFile`] for the whole sky, [`mollweide()`] for a
@@ -52,6 +52,7 @@ mod report;
 pub mod scene;
 mod surfaces;
 mod sweep;
+pub mod table;
 mod templates;
 mod tree_file;
 pub mod units;

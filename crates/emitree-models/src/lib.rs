@@ -8,9 +8,10 @@
 //! * [`means`]: of functions over intervals, for the exact image of a [model](models::Holmstrom) that
 //!   has one.
 //! * [`Grid`]: values at the nodes of a Cartesian, cylindrical or spherical grid, and interpolation in between.
+//! * [`FieldExpression`]: an expression of several grids, and of [tables](table) as functions.
 //!
 //! Each is an [`Emission`](emitree::Emission), evaluated in batches, and cheap to share between
-//! threads. The first two can't fail; a grid can be set to refuse positions outside.
+//! threads. The first two can't fail; a grid can be set to refuse positions outside, a table arguments.
 //!
 //! ```
 //! use emitree::{Emission, Samples};
@@ -34,9 +35,12 @@ pub mod grid;
 pub mod means;
 pub mod models;
 mod spelling;
+pub mod table;
 
 pub use catalogue::{Model, ModelDescription, ModelError, build_model, catalogue};
-pub use expression::{DifferentiableExpression, Expression, ExpressionError};
+pub use expression::{
+    DifferentiableExpression, Expression, ExpressionError, FieldExpression, FieldFailure,
+};
 pub use grid::{Grid, GridError, Interpolation, Outside, OutsideGrid};
 
 /// The example of the README.

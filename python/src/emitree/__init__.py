@@ -41,6 +41,7 @@ from emitree._cameras import (
 from emitree._components import Components
 from emitree._emissions import Expression, Model, Tree
 from emitree._energies import Energies
+from emitree._fields import Fields
 from emitree._forward import Forward
 from emitree._grid import Grid
 from emitree._instrument import Instrument
@@ -65,6 +66,7 @@ from emitree._splines import BSplines
 from emitree._sums import RegionSum
 from emitree._surfaces import Surfaces
 from emitree._sweep import Sweep, sweep
+from emitree._table import Table
 from emitree._view import view
 from emitree._yt import from_yt
 
@@ -84,6 +86,7 @@ __all__ = [
     "Energies",
     "Equirectangular",
     "Expression",
+    "Fields",
     "Fisheye",
     "Forward",
     "Frame",
@@ -117,6 +120,7 @@ __all__ = [
     "Sphere",
     "Surfaces",
     "Sweep",
+    "Table",
     "Tree",
     "Voxels",
     "__version__",

@@ -214,7 +214,17 @@ class AmrGrid:
             rates[part] = self._rates(position[part])
         return rates if self.unit is None else rates << _units.to_astropy(self.unit)
 
-    def _rates(self, position: Floats) -> Floats:
+    def is_inside(self, position: Any) -> Any:
+        """Whether positions (n, 3) are in one of the blocks."""
+        position = _numbers(position, self.length_unit, "position")
+        found = np.empty(len(position), dtype=bool)
+        for start in range(0, len(position), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            found[part] = self._cells(position[part])[1] > 0
+        return found
+
+    def _cells(self, position: Floats) -> tuple[Floats, Any]:
+        """Positions (3, n) in the smallest cells, and blocks (n,), from 1; 0 is outside."""
         lattice = self._lattice
         cells = position.T - lattice.origin[:, None]
         cells *= (1 / lattice.width)[:, None]
@@ -224,7 +234,10 @@ class AmrGrid:
         tile += lattice.tile_of(2, cells[2])
         outside = ((cells < 0) | (cells >= lattice.count[:, None])).any(axis=0)
         tile[outside] = len(self._block_of_tile) - 1
-        block = self._block_of_tile.take(tile, mode="clip").astype(np.intp)
+        return cells, self._block_of_tile.take(tile, mode="clip").astype(np.intp)
+
+    def _rates(self, position: Floats) -> Floats:
+        cells, block = self._cells(position)
         of_block = self._of_block.take(block, axis=1, mode="clip")
         cells *= of_block[:3]
         cells += of_block[3:6]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from emitree import _units
+from emitree import _native, _units
 from emitree._axes import (
     COORDINATES,
     Nodes,
@@ -28,7 +28,7 @@ from emitree._native import SceneError
 #: Keys of the scene that are taken as they are.
 _PLAIN = ("interpolation", "outside")
 #: And those that only files need.
-_OF_FILES = ("order", "format", "scale")
+_OF_FILES = ("order", "format", "scale", "step")
 
 #: Pairs: the name of a temporary file, and what it is called in messages and reports.
 Aliases = list[tuple[str, str]]
@@ -42,8 +42,8 @@ class Grid:
         or an xarray DataArray with dimensions of these names in any order, whose coordinates are
         the nodes unless keywords say otherwise (lat, latitude, lon, longitude, radius and
         colatitude are names too); or a Dataset, of which `variable` chooses an array.
-    file: the name of a file (.npy, .npz, .fits, .h5, .nc), whose own axes are kept unless keywords
-        say otherwise; variable: which of its arrays has the rates.
+    file: the name of a file (.npy, .npz, .fits, .h5, .nc, .vtk), whose own axes are kept unless
+        keywords say otherwise; variable: which of its arrays has the rates.
     coordinates: "cartesian" (x, y, z), "cylindrical" (rho, phi, z) or "spherical" (r, theta, phi);
         of arrays, those of the axes that are given.
     x, y, z, rho, r, theta, phi: the nodes of the axes, lengths in the length unit of the camera and
@@ -55,7 +55,10 @@ class Grid:
     logarithmic: the names of axes that are interpolated in the logarithm of their coordinate.
     interpolation: "linear", "monotone" or "nearest"; outside: "zero" or "error".
     order: of the axes in a file, as in "zyx" or "phi theta r"; format: of a file with another
-        ending; scale: what its rates are multiplied with.
+        ending; scale: what its rates are multiplied with; step: which step of values with a fourth
+        axis, such as time: its number, -1 being the last, or {"value": 12.5}, the step whose
+        coordinate is nearest, with the name of the array of coordinates as "axis" if the
+        dimensions have no names. (`isel` and `sel` choose a step of a DataArray.)
 
     >>> import emitree, numpy as np
     >>> ramp = np.arange(3.0)[:, None, None] + np.zeros((3, 2, 2))
@@ -83,6 +86,7 @@ class Grid:
     order: str | None = None
     format: str | None = None
     scale: float | None = None
+    step: int | Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
         if (self.values is None) == (self.file is None):
@@ -139,6 +143,7 @@ class Grid:
             if self.variable is not None:
                 grid["values"] = self.variable
         else:
+            _check_memory(values)
             if is_data_array(values):
                 values, nodes = of_data_array(values, kind, given, length_unit)
             if _units.is_quantity(values):
@@ -170,6 +175,21 @@ class Grid:
             if getattr(self, name) is not None:
                 grid[name] = _units.plain(getattr(self, name))
         return {"grid": grid} | table, aliases
+
+
+#: 64-bit floats in memory at once: the array, and the grid that is made of it.
+_COPIES = 2
+
+
+def _check_memory(values: Any) -> None:
+    """Refuses an array that is not in memory yet, as of dask, and would not fit."""
+    size, available = getattr(values, "size", 0), _native.available_memory_bytes()
+    needed = 8 * _COPIES * size if isinstance(size, int) else 0
+    if available is not None and needed > available:
+        raise SceneError(
+            f"`values` of shape {tuple(values.shape)} takes {needed} bytes of memory: expected at "
+            f"most {available}, which are available (`isel` or `sel` chooses a part of a DataArray)"
+        )
 
 
 def _is_dataset(values: Any) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 
 from emitree._cameras import Camera
 from emitree._emissions import Expression, ExpressionModel
+from emitree._fields import FieldsModel
 from emitree._function import Floats
 from emitree._neighbourhood import plan_of_all
 from emitree._parameters import checked_parameters
@@ -188,7 +189,11 @@ class Derivatives:
         for number in linear:
             if not 0 <= number < count:
                 raise ValueError(f"`linear` has the parameter {number}: expected 0 to {count - 1}")
-        if derivative is None and steps is None and isinstance(model, ExpressionModel):
+        if (
+            derivative is None
+            and steps is None
+            and isinstance(model, ExpressionModel | FieldsModel)
+        ):
             derivative = model.derivative
         self.model = _in_64_bits(model) if derivative == "jax" else model
         self.count = count
@@ -213,7 +218,7 @@ class Derivatives:
         return {number: self._change(theta, number) for number in numbers}
 
     def _change(self, theta: Floats, number: int) -> Callable[..., Any]:
-        if isinstance(self.model, ExpressionModel) and callable(self.derivative):
+        if isinstance(self.model, ExpressionModel | FieldsModel) and callable(self.derivative):
             derivatives = self.derivative(*theta.tolist())
             size = _CHANGE * (abs(theta[number]) or 1.0)
             return lambda *arguments: size * derivatives(*arguments)[:, number]

@@ -15,6 +15,7 @@ from emitree._along import NODES, Along
 from emitree._amr import AmrGrid
 from emitree._cells import Integers
 from emitree._emissions import Expression
+from emitree._fields import Fields
 from emitree._function import Floats, Function
 from emitree._line_parts import parts_of
 from emitree._lines import Lines
@@ -149,6 +150,8 @@ def line_integrals(
     most = MAX_EVALUATIONS if most is None else most
     if isinstance(emission, str):
         emission = Expression(emission)
+    if isinstance(emission, Fields):
+        emission = emission.in_length_unit(lines.length_unit)
     own = with_own(emission, {"bounds": bounds, "unit": unit})
     unit = _units.to_text(own["unit"])
     function = _function(emission, unit, lines.length_unit, quantities)

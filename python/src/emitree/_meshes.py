@@ -98,9 +98,18 @@ class CellData:
 
     def __call__(self, position: Any, direction: Any = None, energy: Any = None) -> Floats:
         """The rates (n,) at positions (n, 3), in all directions and at all energies."""
+        rates, is_inside = self._at(position)
+        return np.where(is_inside, rates, 0.0)
+
+    def is_inside(self, position: Any) -> Any:
+        """Whether positions (n, 3) are in one of the cells."""
+        return self._at(position)[1]
+
+    def _at(self, position: Any) -> tuple[Floats, Any]:
+        """Values (n,), and whether points are in a cell."""
         points = np.ascontiguousarray(position, dtype=np.float64)
         if len(points) == 0:
-            return np.zeros(0)
+            return np.zeros(0), np.zeros(0, dtype=bool)
         if self._probe is None:
             self._probe = _probe(self._mesh)
         self._probe.SetInputDataObject(_pyvista().PolyData(points))
@@ -108,7 +117,7 @@ class CellData:
         found = _pyvista().wrap(self._probe.GetOutput()).point_data
         is_inside = np.asarray(found["vtkValidPointMask"]) > 0
         if self._tetrahedra is None:
-            return np.where(is_inside, np.asarray(found["rate"], dtype=np.float64), 0.0)
+            return np.asarray(found["rate"], dtype=np.float64), is_inside
         # VTK takes points outside of a cell, by a thousandth of its size, as points of the cell.
         guess = np.where(is_inside, np.asarray(found["cell"]), -1.0).astype(np.int64)
         cell, coordinates = self._tetrahedra.located(points, guess)
@@ -116,7 +125,7 @@ class CellData:
             rates = self._values[cell]
         else:
             rates = self._tetrahedra.interpolated(self._values, cell, coordinates)
-        return np.where(cell >= 0, rates, 0.0)
+        return rates, cell >= 0
 
 
 def _pyvista() -> Any:

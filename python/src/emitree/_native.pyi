@@ -16,7 +16,9 @@ __all__ = [
     "Scene",
     "SceneError",
     "Session",
+    "Table",
     "__version__",
+    "available_memory_bytes",
     "cameras",
     "draw_counts",
 ]
@@ -35,15 +37,54 @@ class EmissionError(RenderError):
     energy: float | None
     rate: float
 
+def available_memory_bytes() -> int | None: ...
 def cameras() -> list[dict[str, Any]]: ...
 def draw_counts(expected: _Floats, seed: int) -> _Floats: ...
 
 @final
 class Expression:
-    def __new__(cls, text: str, constants: dict[str, float], by: list[str]) -> Expression: ...
+    def __new__(
+        cls,
+        text: str,
+        constants: dict[str, float],
+        by: list[str],
+        fields: list[str] = ...,
+        tables: list[tuple[str, Table]] = ...,
+    ) -> Expression: ...
     def rates_and_derivatives(
-        self, position: _Floats, direction: _Floats, energy: _Floats | None
+        self,
+        position: _Floats,
+        direction: _Floats,
+        energy: _Floats | None,
+        fields: list[_Floats] = ...,
     ) -> tuple[_Floats, _Floats]: ...
+
+@final
+class Table:
+    def __new__(
+        cls,
+        names: list[str],
+        nodes: list[list[float]],
+        values: list[float],
+        are_logarithmic: list[bool],
+        has_logarithmic_values: bool,
+        outside: str,
+    ) -> Table: ...
+    @staticmethod
+    def read(
+        path: str | PathLike[str],
+        format: str | None,
+        extension: str | None,
+        axes: list[str],
+        values: str | None,
+        logarithmic: list[str],
+        outside: str,
+        scale: float,
+    ) -> Table: ...
+    @property
+    def names(self) -> list[str]: ...
+    def nodes(self, axis: int) -> _Floats: ...
+    def values(self, arguments: list[_Floats]) -> _Floats: ...
 
 @final
 class OutputFile:
@@ -112,6 +153,8 @@ class Scene:
     def lines(
         self, x: _Floats, y: _Floats
     ) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
+    def grid_ranges(self) -> tuple[str, list[list[float]]]: ...
+    def grid_values(self, position: _Floats) -> _Floats: ...
     def build_tree(
         self,
         *,

@@ -10,14 +10,16 @@ from functools import partial
 from typing import Any
 
 from emitree import _native, _options, _progress
-from emitree._cameras import Camera
+from emitree._cameras import Camera, Canonical
 from emitree._components import Columns, of_all
 from emitree._evaluator import batch_size_of, evaluator
+from emitree._fields import Fields
 from emitree._function import Floats, Function
 from emitree._result import Rendering
 from emitree._scene import is_scene_file
 from emitree._setup import (
     Setup,
+    before_camera,
     function_in,
     opened_scene,
     refuse_unused,
@@ -203,7 +205,12 @@ def render(
             raise TypeError("`changes` are for scene files: expected none")
         several = Several.of(emission)
         emission = emission if several is None else several
+        shapes = [*([] if bounds is None else [bounds]), *occulters, *edges, *singularities]
+        emission = before_camera(emission, camera, shapes)
         options = with_own(emission, of_view | settings)
+        if isinstance(camera, Canonical) and isinstance(emission, Fields) and bounds is None:
+            # The unit cube is a volume of its own.
+            options |= {"bounds": None, "edges": edges}
         setup = Setup(camera, shape, options, quantities, batch_size, threads)
         scene = scene_of_camera(emission, camera, shape, setup.options)
         takes_components = cache is None and frame is None

@@ -10,6 +10,7 @@ from emitree import _native, _options, _units
 from emitree._amr import AmrGrid
 from emitree._cameras import Box, Camera, Ellipsoid, Sphere
 from emitree._energies import energy_table
+from emitree._fields import Fields
 from emitree._function import Function
 from emitree._particles import Particles
 from emitree._scene import compose, length_unit_of, open_scene
@@ -54,8 +55,8 @@ OF_VIEW = frozenset(
 def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
     """Keywords of `render`, with the bounds, unit and seeds of an emission, if none are given.
 
-    A function may have an attribute `bounds`; an AMR grid has a unit, too, and particles have
-    seeds.
+    A function may have an attribute `bounds`; an AMR grid has a unit, too, particles have seeds,
+    and fields have edges.
     """
     found = dict(options)
     bounds = getattr(emission, "bounds", None) if callable(emission) else None
@@ -63,6 +64,9 @@ def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
         found["bounds"] = bounds
     if found.get("unit") is None and isinstance(emission, AmrGrid):
         found["unit"] = emission.unit
+    if isinstance(emission, Fields) and len(found.get("edges", ())) == 0:
+        radii = {body.radius for body in found.get("occulters", ()) if isinstance(body, Sphere)}
+        found["edges"] = [edge for edge in emission.edges if edge.radius not in radii]
     is_by_vol = found.get("method") in (None, "vol")
     if isinstance(emission, Particles) and is_by_vol and len(found.get("seeds", ())) == 0:
         found["seeds"] = emission.seeds
@@ -71,12 +75,19 @@ def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
 
 def in_length_unit(emission: Any, unit: str | None) -> Any:
     """An emission as a function of positions in a unit, if it has a length unit of its own."""
-    if isinstance(emission, AmrGrid):
+    if isinstance(emission, AmrGrid | Fields):
         return emission.in_length_unit(unit)
     if isinstance(emission, Several):
         functions = [in_length_unit(function, unit) for function in emission.functions]
         return Several(functions, emission.names)
     return emission
+
+
+def before_camera(emission: Any, camera: Camera, shapes: Sequence[Any]) -> Any:
+    """Fields as functions of positions in the length unit of a camera, or else of shapes."""
+    if not isinstance(emission, Fields):
+        return emission
+    return emission.in_length_unit(length_unit_of(camera, list(shapes)))
 
 
 def unit_of_positions(setup: Setup) -> str | None:

@@ -7,9 +7,9 @@ use emitree_models::grid::Coordinates;
 
 /// An array of a file.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Array {
+pub(crate) struct Array {
     /// The length of each axis, in the order that the format writes indices in.
-    pub(super) shape: Vec<usize>,
+    pub(crate) shape: Vec<usize>,
     /// How far apart in `values` neighbours along each axis are.
     strides: Vec<usize>,
     /// As many as the shape has room for.
@@ -17,7 +17,7 @@ pub(super) struct Array {
     /// The unit of the values.
     pub(super) unit: Option<String>,
     /// The names of the axes; none where the format has no names for them.
-    pub(super) axis_names: Vec<String>,
+    pub(crate) axis_names: Vec<String>,
 }
 
 impl Array {
@@ -34,13 +34,65 @@ impl Array {
         Self { shape, strides, values, unit: None, axis_names: Vec::new() }
     }
 
+    /// Multiplies all values.
+    #[cfg(feature = "hdf5")]
+    pub(super) fn scale(&mut self, factor: f64) {
+        if factor.to_bits() != 1.0_f64.to_bits() {
+            self.values.iter_mut().for_each(|value| *value *= factor);
+        }
+    }
+
+    /// The array at the chosen places of some axes, without those axes.
+    pub(crate) fn selected(mut self, selection: &[Option<usize>]) -> Self {
+        let chosen = |axis: usize| selection.get(axis).copied().flatten();
+        if !(0..self.shape.len()).any(|axis| chosen(axis).is_some()) {
+            return self;
+        }
+        let start: usize =
+            self.strides.iter().enumerate().map(|(axis, s)| s * chosen(axis).unwrap_or(0)).sum();
+        let kept = || (0..self.shape.len()).filter(|&axis| chosen(axis).is_none());
+        let shape: Vec<usize> = kept().map(|axis| self.shape[axis]).collect();
+        let strides: Vec<usize> = kept().map(|axis| self.strides[axis]).collect();
+        let lengths = products(shape.iter().rev());
+        let count: usize = shape.iter().product();
+        let place = |at: usize| {
+            let parts = lengths.iter().rev().zip(&shape).zip(&strides);
+            start
+                + parts.map(|((after, length), stride)| at / after % length * stride).sum::<usize>()
+        };
+        let values = (0..count).map(|at| self.values[place(at)]).collect();
+        self.axis_names = match self.axis_names.len() == self.shape.len() {
+            true => kept().map(|axis| self.axis_names[axis].clone()).collect(),
+            false => Vec::new(),
+        };
+        let (unit, axis_names) = (self.unit, self.axis_names);
+        Self { unit, axis_names, ..Self::c_order(shape, values) }
+    }
+
     /// The numbers of an array that has no second axis longer than 1.
-    pub(super) fn into_line(self) -> Result<Vec<f64>, GridReadError> {
+    pub(crate) fn into_line(self) -> Result<Vec<f64>, GridReadError> {
         if self.shape.iter().filter(|&&length| length != 1).count() <= 1 {
             Ok(self.values)
         } else {
             Err(GridReadError::NotALine { shape: self.shape })
         }
+    }
+
+    /// The values of an array of any axes, the last one varying fastest.
+    pub(crate) fn into_last_fastest(self) -> Vec<f64> {
+        let wanted = products(self.shape.iter().rev());
+        if wanted.iter().rev().eq(&self.strides) {
+            return self.values;
+        }
+        let place = |mut at: usize| {
+            let lengths = self.shape.iter().zip(&self.strides).rev();
+            lengths.fold(0, |place, (length, stride)| {
+                let index = at % length;
+                at /= length;
+                place + index * stride
+            })
+        };
+        (0..self.values.len()).map(|at| self.values[place(at)]).collect()
     }
 
     /// The values of an array of two axes, row after row.
@@ -123,10 +175,31 @@ fn products<'a>(lengths: impl Iterator<Item = &'a usize>) -> Vec<usize> {
     lengths.scan(1, next).collect()
 }
 
+/// The axes of an array.
+pub(crate) struct Described {
+    /// The length of each axis.
+    pub(crate) shape: Vec<usize>,
+    /// The names of the axes; none where the format has no names for them.
+    pub(crate) axis_names: Vec<String>,
+}
+
 /// A file that has been opened, of whatever format.
-pub(super) trait Container {
-    /// The values: those of this name, or those that the format has by default.
-    fn values(&mut self, name: Option<&str>) -> Result<Array, GridReadError>;
+pub(crate) trait Container {
+    /// The axes of the values: those of this name, or those that the format has by default.
+    fn describe(&mut self, name: Option<&str>) -> Result<Described, GridReadError>;
+
+    /// These values at the chosen places of the axes that have one, without those axes; nothing is chosen of axes
+    /// beyond the list.
+    fn values(
+        &mut self,
+        name: Option<&str>,
+        selection: &[Option<usize>],
+    ) -> Result<Array, GridReadError>;
+
+    /// An array by its name, which may be relative to that of the values.
+    fn array_beside(&mut self, name: &str) -> Result<Array, GridReadError> {
+        self.array(name)
+    }
 
     /// An array by its name.
     fn array(&mut self, name: &str) -> Result<Array, GridReadError>;
@@ -144,8 +217,8 @@ pub(super) trait Container {
 
 /// The nodes along an axis, and what a file says of them.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Nodes {
-    pub(super) values: Vec<f64>,
+pub(crate) struct Nodes {
+    pub(crate) values: Vec<f64>,
     /// The name of their array.
     pub(super) name: String,
     pub(super) unit: Option<String>,

@@ -27,7 +27,9 @@ pub enum GridReadError {
     #[error("it can't be read: {0}")]
     Unreadable(#[source] std::io::Error),
     /// The ending of the name stands for no format.
-    #[error("no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5 or .nc")]
+    #[error(
+        "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5, .nc or .vtk"
+    )]
     Ending,
     /// The library was built without this format.
     #[error("this program was built without {0}: expected a build with the feature `hdf5`")]
@@ -64,6 +66,60 @@ pub enum GridReadError {
     /// The file does not contain the nodes along an axis.
     #[error("the file does not contain its nodes: expected {0}")]
     NoNodes(String),
+    /// The values have one more axis, and no step of it was requested.
+    #[error(
+        "the values are an array of shape {shape:?}: expected three axes, or `step`, which chooses one \
+         of the {count} along the axis {axis}"
+    )]
+    WithoutStep {
+        /// The length of each axis.
+        shape: Vec<usize>,
+        /// The number of steps.
+        count: usize,
+        /// The name or the place of their axis.
+        axis: String,
+    },
+    /// A step was requested, and there are none.
+    #[error("the values are an array of shape {shape:?}: expected four axes, or no `step`")]
+    NoSteps {
+        /// The length of each axis.
+        shape: Vec<usize>,
+    },
+    /// There is no step of this number.
+    #[error(
+        "the step is {index}: expected one of the {count} along the axis {axis}, from 0, or from -1 backwards"
+    )]
+    StepBeyond {
+        /// The requested step.
+        index: i64,
+        /// The number of steps.
+        count: usize,
+        /// The name or the place of their axis.
+        axis: String,
+    },
+    /// The requested coordinate is not within those of the steps.
+    #[error("the step is that at {value}: expected {min} to {max}, the range of their coordinates")]
+    StepOutside {
+        /// The requested coordinate.
+        value: f64,
+        /// The least coordinate of a step.
+        min: f64,
+        /// The largest.
+        max: f64,
+    },
+    /// The steps have no coordinates in the file.
+    #[error(
+        "the axis of the steps has no name: expected `step.axis`, the array of their coordinates, or `step.index`"
+    )]
+    StepWithoutAxis,
+    /// The coordinates of the steps are not as many.
+    #[error("the axis of the steps has {found} coordinates: expected {count}, one for each step")]
+    StepNodes {
+        /// The coordinates.
+        found: usize,
+        /// The number of steps.
+        count: usize,
+    },
     /// The values are no cube.
     #[error("the values are an array of shape {shape:?}: expected three axes")]
     NotACube {
@@ -185,10 +241,16 @@ pub enum GridReadError {
 
 impl GridReadError {
     /// What of a [`GridRequest`](super::GridRequest) it is about, as scenes name it: `file`,
-    /// `values`, `order`, or the name of an axis.
+    /// `values`, `step`, `order`, or the name of an axis.
     pub fn concerns(&self) -> &'static str {
         match self {
             Self::Missing { .. } | Self::NotACube { .. } | Self::NotAMap { .. } => "values",
+            Self::WithoutStep { .. }
+            | Self::NoSteps { .. }
+            | Self::StepBeyond { .. }
+            | Self::StepOutside { .. }
+            | Self::StepWithoutAxis
+            | Self::StepNodes { .. } => "step",
             Self::Order { .. } | Self::OrderOfOthers { .. } => "order",
             Self::Axis { axis, .. }
             | Self::Grid(
@@ -210,7 +272,7 @@ impl GridReadError {
 }
 
 /// "one of `a`, `b`", at most so many that a line holds them.
-fn one_of(names: &[String]) -> String {
+pub(crate) fn one_of(names: &[String]) -> String {
     const SHOWN: usize = 12;
     if names.is_empty() {
         return "a file with arrays, but it has none".to_owned();

@@ -4,7 +4,7 @@
 //! `numpy` reads it as `[z, y, x]`, and the nodes, evenly spaced or not, in image extensions `x`, `y`
 //! and `z`. A cube without them has its nodes from the linear coordinates of its header.
 
-use super::array::{Array, Container, Nodes};
+use super::array::{Array, Container, Described, Nodes};
 use super::budget::Budget;
 use super::error::GridReadError;
 use super::request::GridFormat;
@@ -35,15 +35,17 @@ impl<R: Read + Seek> FitsCube<R> {
     }
 
     /// The image in an HDU, its axes as C has them: the last one of FITS first.
-    fn image(&mut self, index: usize) -> Result<Array, GridReadError> {
+    fn image(&mut self, index: usize, selection: &[Option<usize>]) -> Result<Array, GridReadError> {
         let mut image = self.reader.image(index).map_err(malformed)?;
         let axes = image.metadata().shape.to_vec();
-        let shape: Vec<usize> = axes.iter().rev().copied().collect();
+        let chosen = |axis: usize| selection.get(axes.len() - 1 - axis).copied().flatten();
+        let kept = (0..axes.len()).rev().filter(|&axis| chosen(axis).is_none());
+        let shape: Vec<usize> = kept.map(|axis| axes[axis]).collect();
         let mut values = self.budget.reserve(&shape, 0)?;
+        let range = |axis: usize| chosen(axis).map_or(0..axes[axis], |index| index..index + 1);
+        let mut region: Vec<Range<usize>> = (0..axes.len()).map(range).collect();
         // One step of the last axis after the other, so that there are never two copies of the whole.
-        let steps = axes.last().copied().unwrap_or_default();
-        let mut region: Vec<Range<usize>> = axes.iter().map(|&length| 0..length).collect();
-        for step in 0..steps {
+        for step in region.last().cloned().unwrap_or_default() {
             if let Some(last) = region.last_mut() {
                 *last = step..step + 1;
             }
@@ -102,20 +104,25 @@ impl<R: Read + Seek> FitsCube<R> {
 }
 
 impl<R: Read + Seek> Container for FitsCube<R> {
-    fn values(&mut self, name: Option<&str>) -> Result<Array, GridReadError> {
-        self.values = match name {
-            Some(name) => self.named(name).ok_or_else(|| self.missing(name))?,
-            None => match self.reader.images().next() {
-                Some(hdu) => hdu.index,
-                None => return Err(self.no_image()),
-            },
-        };
-        self.image(self.values)
+    fn describe(&mut self, name: Option<&str>) -> Result<Described, GridReadError> {
+        let index = self.values_at(name)?;
+        let image = self.reader.image(index).map_err(malformed)?;
+        let shape = image.metadata().shape.iter().rev().copied().collect();
+        Ok(Described { shape, axis_names: Vec::new() })
+    }
+
+    fn values(
+        &mut self,
+        name: Option<&str>,
+        selection: &[Option<usize>],
+    ) -> Result<Array, GridReadError> {
+        self.values = self.values_at(name)?;
+        self.image(self.values, selection)
     }
 
     fn array(&mut self, name: &str) -> Result<Array, GridReadError> {
         let index = self.named(name).ok_or_else(|| self.missing(name))?;
-        self.image(index)
+        self.image(index, &[])
     }
 
     fn nodes(
@@ -127,7 +134,7 @@ impl<R: Read + Seek> Container for FitsCube<R> {
     ) -> Result<Nodes, GridReadError> {
         let named = names.iter().find_map(|name| Some((*name, self.named(name)?)));
         if let Some((name, index)) = named.or(self.nameless(axis).map(|index| ("", index))) {
-            return Nodes::of(name, self.image(index)?);
+            return Nodes::of(name, self.image(index, &[])?);
         }
         let n = AXES - place;
         let linear = self.linear_nodes(n, values.shape[place])?.map(Nodes::plain);
@@ -142,6 +149,17 @@ impl<R: Read + Seek> Container for FitsCube<R> {
 }
 
 impl<R: Read + Seek> FitsCube<R> {
+    /// The HDU of the values: that of this name, or the first image.
+    fn values_at(&self, name: Option<&str>) -> Result<usize, GridReadError> {
+        match name {
+            Some(name) => self.named(name).ok_or_else(|| self.missing(name)),
+            None => match self.reader.images().next() {
+                Some(hdu) => Ok(hdu.index),
+                None => Err(self.no_image()),
+            },
+        }
+    }
+
     fn missing(&self, name: &str) -> GridReadError {
         let names = self.reader.images().map(name_of).filter(|name| !name.is_empty());
         let available = names.map(str::to_owned).collect();

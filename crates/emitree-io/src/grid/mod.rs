@@ -1,4 +1,4 @@
-//! Cubes of gridded data from files: FITS, NPY, NPZ, HDF5 and `NetCDF`.
+//! Cubes of gridded data from files: FITS, NPY, NPZ, HDF5, `NetCDF` and VTK.
 //!
 //! [`read_grid`] makes a [`Grid`] of a file and a [`GridRequest`], which says where in the file the
 //! values and the nodes of the axes are. An array's axes are in the order z, y, x with x varying
@@ -10,14 +10,15 @@
 //! | FITS | the first image | the image extensions `x`, `y`, `z`, by name or, without names, by order; else CRPIX, CRVAL, CDELT |
 //! | NPY | the array | none: the request has to give them |
 //! | NPZ | `values` | the arrays `x`, `y`, `z` |
-//! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else `x`, `y`, `z` |
+//! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else those of a mesh of openPMD, in m; else `x`, `y`, `z` |
+//! | VTK (legacy) | the only scalar array | the coordinates of the points, or the centres of the cells |
 //!
 //! No array is read that takes more memory than there is: sizes are compared first, and a file is read
-//! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the file, and with
-//! the numbers as they are stored).
+//! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the numbers as they are stored).
+//! Of values with one more axis, such as time, the requested [`Step`] alone is read.
 //!
-//! The files of this module: `request.rs`, `order.rs`, `angle_unit.rs` and `error.rs` are its interface,
-//! `array.rs` and `budget.rs` are common to all formats, and each format has a file.
+//! The files of this module: `request.rs`, `step.rs`, `order.rs`, `angle_unit.rs` and `error.rs` are its interface,
+//! `array.rs`, `selection.rs` and `budget.rs` are common to all formats, and each format has a file.
 
 mod angle_unit;
 mod angles;
@@ -29,13 +30,20 @@ mod fits;
 mod hdf5;
 mod npy;
 mod npz;
+#[cfg(feature = "hdf5")]
+mod openpmd;
 mod order;
 mod request;
+mod selection;
+mod step;
+mod vtk;
 
 pub use angle_unit::AngleUnit;
+pub(crate) use error::one_of;
 pub use error::{GridFileError, GridReadError};
 pub use order::{ArrayOrder, NotAnOrder};
 pub use request::{AxisNodes, GridFormat, GridRequest};
+pub use step::{Step, StepAt};
 
 use angles::{AngleKind, in_radians};
 use array::{Array, Container, Nodes};
@@ -129,9 +137,26 @@ fn stored(
 /// What `make` makes of the file at `path`.
 fn read<T>(path: &Path, request: &GridRequest, make: Make<T>) -> Result<T, GridFileError> {
     let in_file = |cause| GridFileError { path: path.to_owned(), cause };
+    read_with(path, request, |container, budget| make(container, request, budget)).map_err(in_file)
+}
+
+/// What `make` makes of arrays of the file at `path`, of which `request` has the format.
+pub(crate) fn read_arrays<T>(
+    path: &Path,
+    request: &GridRequest,
+    make: impl FnOnce(&mut dyn Container) -> Result<T, GridReadError>,
+) -> Result<T, GridReadError> {
+    read_with(path, request, |container, _| make(container))
+}
+
+fn read_with<T>(
+    path: &Path,
+    request: &GridRequest,
+    make: impl FnOnce(&mut dyn Container, Budget) -> Result<T, GridReadError>,
+) -> Result<T, GridReadError> {
     let format = match request.format {
         Some(format) => format,
-        None => GridFormat::from_path(path).map_err(in_file)?,
+        None => GridFormat::from_path(path)?,
     };
     let opened = fs::metadata(path).and_then(|metadata| {
         // A pipe or a device has no length that could be compared with the memory.
@@ -139,9 +164,14 @@ fn read<T>(path: &Path, request: &GridRequest, make: Make<T>) -> Result<T, GridF
         ordinary.map_err(|kind| io::Error::new(kind, "it is not an ordinary file"))?;
         Ok((File::open(path)?, metadata.len()))
     });
-    let (file, length) = opened.map_err(|cause| in_file(GridReadError::Unreadable(cause)))?;
+    let (file, length) = opened.map_err(GridReadError::Unreadable)?;
+    #[cfg(feature = "hdf5")]
+    if matches!(format, GridFormat::Hdf5 | GridFormat::NetCdf) {
+        let budget = Budget::of(request);
+        return make(&mut hdf5::Hdf5Cube::in_file(file, format, budget)?, budget);
+    }
     let file = BufReader::with_capacity(BUFFER, file);
-    decode(file, length, format, request, make).map_err(in_file)
+    decode(file, length, format, request, make)
 }
 
 /// Bytes that are read from a file at once.
@@ -158,7 +188,10 @@ pub fn decode_grid(
     request: &GridRequest,
 ) -> Result<GridFile, GridReadError> {
     let length = bytes.len() as u64;
-    decode(Cursor::new(bytes), length, format, request, assemble)
+    let source = Cursor::new(bytes);
+    decode(source, length, format, request, |container, budget| {
+        assemble(container, request, budget)
+    })
 }
 
 /// What is made of an opened file.
@@ -170,13 +203,14 @@ fn decode<R: Read + Seek, T>(
     length: u64,
     format: GridFormat,
     request: &GridRequest,
-    make: Make<T>,
+    make: impl FnOnce(&mut dyn Container, Budget) -> Result<T, GridReadError>,
 ) -> Result<T, GridReadError> {
     let budget = Budget::of(request);
     let container: &mut dyn Container = match format {
         GridFormat::Fits => &mut fits::FitsCube::open(source, budget)?,
         GridFormat::Npy => &mut npy::NpyCube::open(source, length, budget)?,
         GridFormat::Npz => &mut npz::NpzCube::open(source, budget)?,
+        GridFormat::Vtk => &mut vtk::VtkCube::open(source, length, budget)?,
         #[cfg(feature = "hdf5")]
         GridFormat::Hdf5 | GridFormat::NetCdf => {
             &mut hdf5::Hdf5Cube::open(source, length, format, budget)?
@@ -184,7 +218,7 @@ fn decode<R: Read + Seek, T>(
         #[cfg(not(feature = "hdf5"))]
         GridFormat::Hdf5 | GridFormat::NetCdf => return Err(GridReadError::NotBuilt(format)),
     };
-    make(container, request, budget)
+    make(container, budget)
 }
 
 /// The map of pixels in a file.
@@ -193,7 +227,7 @@ fn map(
     request: &GridRequest,
     _: Budget,
 ) -> Result<Image, GridReadError> {
-    let array = container.values(request.values.as_deref())?;
+    let array = container.values(request.values.as_deref(), &[])?;
     let &[height, width] = array.shape.as_slice() else {
         return Err(GridReadError::NotAMap { shape: array.shape });
     };
@@ -205,7 +239,8 @@ fn assemble(
     request: &GridRequest,
     budget: Budget,
 ) -> Result<GridFile, GridReadError> {
-    let array = container.values(request.values.as_deref())?;
+    let selection = selection::selection(container, request)?;
+    let array = container.values(request.values.as_deref(), &selection)?;
     let &[_, _, _] = array.shape.as_slice() else {
         return Err(GridReadError::NotACube { shape: array.shape });
     };

@@ -3,7 +3,7 @@
 //! After a magic string and the version comes the length of the header, then the header, a Python
 //! dictionary with the type of the numbers, their order and the shape, then the numbers.
 
-use super::array::{Array, Container, Nodes};
+use super::array::{Array, Container, Described, Nodes};
 use super::budget::Budget;
 use super::error::GridReadError;
 use super::request::GridFormat;
@@ -17,24 +17,37 @@ const BLOCK: usize = 1 << 16;
 
 /// A file of one array.
 #[derive(Debug)]
-pub(super) struct NpyCube(Option<Array>);
+pub(super) struct NpyCube<R> {
+    source: R,
+    header: Header,
+    budget: Budget,
+}
 
-impl NpyCube {
+impl<R: Read> NpyCube<R> {
     /// The array in a source of `length` bytes.
-    pub(super) fn open(
-        mut source: impl Read,
-        length: u64,
-        budget: Budget,
-    ) -> Result<Self, GridReadError> {
-        decode(&mut source, length, budget).map(Some).map(Self)
+    pub(super) fn open(mut source: R, length: u64, budget: Budget) -> Result<Self, GridReadError> {
+        let header = Header::read(&mut source, length)?;
+        Ok(Self { source, header, budget })
     }
 }
 
-impl Container for NpyCube {
-    fn values(&mut self, name: Option<&str>) -> Result<Array, GridReadError> {
-        match (name, self.0.take()) {
-            (None, Some(array)) => Ok(array),
-            (name, _) => Err(nameless(name.unwrap_or_default())),
+impl<R: Read> Container for NpyCube<R> {
+    fn describe(&mut self, name: Option<&str>) -> Result<Described, GridReadError> {
+        match name {
+            None => Ok(self.header.described()),
+            Some(name) => Err(nameless(name)),
+        }
+    }
+
+    /// Read once: the source is at its end then.
+    fn values(
+        &mut self,
+        name: Option<&str>,
+        selection: &[Option<usize>],
+    ) -> Result<Array, GridReadError> {
+        match name {
+            None => self.header.array(&mut self.source, selection, self.budget),
+            Some(name) => Err(nameless(name)),
         }
     }
 
@@ -56,22 +69,92 @@ fn malformed(reason: impl ToString) -> GridReadError {
     GridReadError::malformed(GridFormat::Npy, reason)
 }
 
+/// What a .npy file says before its numbers.
+#[derive(Debug)]
+pub(super) struct Header {
+    descr: String,
+    shape: Vec<usize>,
+    fortran: bool,
+    /// The bytes of numbers.
+    length: u64,
+}
+
+impl Header {
+    /// The header at the start of a source of `length` bytes.
+    pub(super) fn read(source: &mut impl Read, length: u64) -> Result<Self, GridReadError> {
+        let (header, before) = read_header(source)?;
+        let descr = field(&header, "descr")?.to_owned();
+        let shape = shape(field(&header, "shape")?)?;
+        let fortran = match field(&header, "fortran_order")? {
+            order if order.starts_with("True") => true,
+            order if order.starts_with("False") => false,
+            order => {
+                return Err(malformed(format!("`fortran_order` is {order}: expected a boolean")));
+            }
+        };
+        Ok(Self { descr, shape, fortran, length: length.saturating_sub(before) })
+    }
+
+    /// The axes of the array.
+    pub(super) fn described(&self) -> Described {
+        Described { shape: self.shape.clone(), axis_names: Vec::new() }
+    }
+
+    /// The numbers after the header, which are read to their end. A step along the first axis, the slowest one,
+    /// is read alone.
+    pub(super) fn array(
+        &self,
+        source: &mut impl Read,
+        selection: &[Option<usize>],
+        budget: Budget,
+    ) -> Result<Array, GridReadError> {
+        let is_first = selection.iter().skip(1).all(Option::is_none);
+        let step = match (selection.first(), self.shape.first()) {
+            (Some(&Some(index)), Some(&count)) if is_first && !self.fortran => Some((index, count)),
+            _ => None,
+        };
+        let Some((index, count)) = step else {
+            let values = numbers(source, &self.descr, &self.shape, self.length, budget)?;
+            let shape = self.shape.clone();
+            let array = match self.fortran {
+                true => Array::fortran_order(shape, values),
+                false => Array::c_order(shape, values),
+            };
+            return Ok(array.selected(selection));
+        };
+        let bytes = self.length / (count.max(1) as u64);
+        if bytes.saturating_mul(count as u64) != self.length {
+            let (length, shape) = (self.length, &self.shape);
+            return Err(malformed(format!(
+                "it has {length} bytes of numbers: expected as many as its shape {shape:?} takes"
+            )));
+        }
+        skip(source, bytes * index as u64)?;
+        let inner = self.shape[1..].to_vec();
+        let mut one = source.take(bytes);
+        let values = numbers(&mut one, &self.descr, &inner, bytes, budget)?;
+        skip(source, bytes * (count - 1 - index) as u64)?;
+        Ok(Array::c_order(inner, values))
+    }
+}
+
+/// Reads bytes that are not needed.
+fn skip(source: &mut impl Read, count: u64) -> Result<(), GridReadError> {
+    let skipped = std::io::copy(&mut source.take(count), &mut std::io::sink());
+    match skipped.map_err(malformed)? {
+        skipped if skipped == count => Ok(()),
+        _ => Err(malformed("its numbers are cut off")),
+    }
+}
+
 /// The array in a .npy file of `length` bytes, which is read to its end.
 pub(super) fn decode(
     source: &mut impl Read,
     length: u64,
+    selection: &[Option<usize>],
     budget: Budget,
 ) -> Result<Array, GridReadError> {
-    let (header, before) = read_header(source)?;
-    let descr = field(&header, "descr")?;
-    let shape = shape(field(&header, "shape")?)?;
-    let fortran = match field(&header, "fortran_order")? {
-        order if order.starts_with("True") => true,
-        order if order.starts_with("False") => false,
-        order => return Err(malformed(format!("`fortran_order` is {order}: expected a boolean"))),
-    };
-    let values = numbers(source, descr, &shape, length.saturating_sub(before), budget)?;
-    Ok(if fortran { Array::fortran_order(shape, values) } else { Array::c_order(shape, values) })
+    Header::read(source, length)?.array(source, selection, budget)
 }
 
 /// The header as text, and the number of bytes up to its end.
@@ -186,7 +269,7 @@ fn numbers(
 }
 
 /// One number of at most eight bytes.
-fn number(kind: &str, bytes: &[u8], big_endian: bool) -> f64 {
+pub(super) fn number(kind: &str, bytes: &[u8], big_endian: bool) -> f64 {
     // The bytes from the most significant one on, at the upper end of 64 bits.
     let mut upper = [0; 8];
     upper[..bytes.len()].copy_from_slice(bytes);

@@ -1,15 +1,18 @@
 //! Several arrays of `numpy` by name: the .npz file, a zip archive of .npy files.
 
-use super::array::{Array, Container, Nodes};
+use super::array::{Array, Container, Described, Nodes};
 use super::budget::Budget;
 use super::error::GridReadError;
 use super::npy;
 use super::request::GridFormat;
 use std::io::{Read, Seek};
 use zip::ZipArchive;
+use zip::read::ZipFile;
 use zip::result::ZipError;
 
 const ENDING: &str = ".npy";
+/// The array of the values, unless it is named.
+const VALUES: &str = "values";
 
 /// A file of arrays by name.
 pub(super) struct NpzCube<R> {
@@ -23,19 +26,12 @@ impl<R: Read + Seek> NpzCube<R> {
         Ok(Self { archive, budget })
     }
 
-    /// The names of all arrays, in the order of the file.
-    fn names(&self) -> Vec<String> {
-        let files = self.archive.file_names().filter_map(Result::ok);
-        files.map(|file| file.trim_end_matches(ENDING).to_owned()).collect()
-    }
-}
-
-impl<R: Read + Seek> Container for NpzCube<R> {
-    fn values(&mut self, name: Option<&str>) -> Result<Array, GridReadError> {
-        self.array(name.unwrap_or("values"))
-    }
-
-    fn array(&mut self, name: &str) -> Result<Array, GridReadError> {
+    /// What is made of the file of an array, of so many bytes.
+    fn with_file<T>(
+        &mut self,
+        name: &str,
+        make: impl FnOnce(&mut ZipFile<'_, R>, u64, Budget) -> Result<T, GridReadError>,
+    ) -> Result<T, GridReadError> {
         let available = self.names();
         let mut file = match self.archive.by_name(&format!("{name}{ENDING}")) {
             Ok(file) => file,
@@ -45,12 +41,40 @@ impl<R: Read + Seek> Container for NpzCube<R> {
             Err(error) => return Err(malformed(error)),
         };
         let length = file.size();
-        npy::decode(&mut file, length, self.budget).map_err(|error| match error {
+        make(&mut file, length, self.budget).map_err(|error| match error {
             GridReadError::Malformed { reason, .. } => {
                 malformed(format!("the array `{name}`: {reason}"))
             }
             error => error,
         })
+    }
+
+    /// The names of all arrays, in the order of the file.
+    fn names(&self) -> Vec<String> {
+        let files = self.archive.file_names().filter_map(Result::ok);
+        files.map(|file| file.trim_end_matches(ENDING).to_owned()).collect()
+    }
+}
+
+impl<R: Read + Seek> Container for NpzCube<R> {
+    fn describe(&mut self, name: Option<&str>) -> Result<Described, GridReadError> {
+        self.with_file(name.unwrap_or(VALUES), |file, length, _| {
+            Ok(npy::Header::read(file, length)?.described())
+        })
+    }
+
+    fn values(
+        &mut self,
+        name: Option<&str>,
+        selection: &[Option<usize>],
+    ) -> Result<Array, GridReadError> {
+        self.with_file(name.unwrap_or(VALUES), |file, length, budget| {
+            npy::decode(file, length, selection, budget)
+        })
+    }
+
+    fn array(&mut self, name: &str) -> Result<Array, GridReadError> {
+        self.with_file(name, |file, length, budget| npy::decode(file, length, &[], budget))
     }
 
     fn nodes(

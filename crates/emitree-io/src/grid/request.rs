@@ -3,6 +3,7 @@
 use super::angle_unit::AngleUnit;
 use super::error::GridReadError;
 use super::order::ArrayOrder;
+use super::step::Step;
 use emitree_models::grid::Coordinates;
 use std::fmt;
 use std::path::Path;
@@ -21,11 +22,13 @@ pub enum GridFormat {
     Hdf5,
     /// `NetCDF`, classic or version 4.
     NetCdf,
+    /// VTK, the legacy format: structured points and rectilinear grids.
+    Vtk,
 }
 
 impl GridFormat {
     /// The endings that choose a format, lower case and without the dot.
-    pub const ENDINGS: [(&'static str, Self); 7] = [
+    pub const ENDINGS: [(&'static str, Self); 8] = [
         ("fits", Self::Fits),
         ("fit", Self::Fits),
         ("npy", Self::Npy),
@@ -33,15 +36,17 @@ impl GridFormat {
         ("h5", Self::Hdf5),
         ("hdf5", Self::Hdf5),
         ("nc", Self::NetCdf),
+        ("vtk", Self::Vtk),
     ];
 
     /// The formats by the names that scenes have for them.
-    pub const NAMES: [(&'static str, Self); 5] = [
+    pub const NAMES: [(&'static str, Self); 6] = [
         ("fits", Self::Fits),
         ("npy", Self::Npy),
         ("npz", Self::Npz),
         ("hdf5", Self::Hdf5),
         ("netcdf", Self::NetCdf),
+        ("vtk", Self::Vtk),
     ];
 
     /// The format that the ending of `path` stands for, upper or lower case.
@@ -53,7 +58,7 @@ impl GridFormat {
     /// let error = GridFormat::from_path("run7.dat".as_ref()).unwrap_err();
     /// assert_eq!(
     ///     error.to_string(),
-    ///     "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5 or .nc"
+    ///     "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5, .nc or .vtk"
     /// );
     /// # Ok::<(), emitree_io::grid::GridReadError>(())
     /// ```
@@ -76,6 +81,7 @@ impl fmt::Display for GridFormat {
             Self::Npz => "NPZ",
             Self::Hdf5 => "HDF5",
             Self::NetCdf => "NetCDF",
+            Self::Vtk => "VTK",
         })
     }
 }
@@ -123,6 +129,8 @@ pub struct GridRequest {
     /// The order of the array's axes; what the file says, or z, y, x, or else phi, theta, r, or z, phi, rho, if it is
     /// not given.
     pub order: Option<ArrayOrder>,
+    /// The step of values with a fourth axis.
+    pub step: Option<Step>,
     /// What values are multiplied by.
     pub scale: f64,
     /// The memory that reading one array may take \[bytes\]; what is available if it is not given.
@@ -141,6 +149,7 @@ impl Default for GridRequest {
             angle_unit: None,
             are_logarithmic: [false; 3],
             order: None,
+            step: None,
             scale: 1.0,
             max_memory_bytes: None,
         }

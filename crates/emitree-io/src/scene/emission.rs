@@ -1,6 +1,8 @@
-//! `[emission]`: an expression, a built-in model, a grid of data, or a tree.
+//! `[emission]`: an expression, also of fields and tables, a built-in model, a grid of data, or a tree.
 
+mod fields;
 mod grid;
+mod lookup;
 
 pub use grid::GridEmission;
 
@@ -14,7 +16,11 @@ use crate::tree_file::TreeFile;
 use emitree::{Emission, Samples};
 use emitree_models::catalogue::SingularPoint;
 use emitree_models::grid::GridAxes;
-use emitree_models::{Expression, Model, ModelError, Outside, OutsideGrid, build_model};
+use emitree_models::{
+    Expression, ExpressionError, FieldExpression, FieldFailure, Model, ModelError, Outside,
+    OutsideGrid, build_model,
+};
+use fields::FieldTables;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -24,6 +30,8 @@ use std::sync::Arc;
 pub enum EmissionSource {
     /// An expression, in the units that its writer had in mind.
     Expression(Expression),
+    /// An expression of data on grids and of tables.
+    Fields(FieldExpression),
     /// A built-in model.
     Model(Model),
     /// Data on a grid, from a file.
@@ -41,6 +49,13 @@ pub enum EmissionFailure {
     /// A grid with `outside = "error"` was evaluated outside.
     #[error("{0} (or `emission.grid.outside = \"zero\"`)")]
     OutsideGrid(#[from] OutsideGrid),
+    /// A field or a table was evaluated outside, and has `outside = "error"`.
+    #[error("{failure} ({})", remedy(failure))]
+    OutsideField {
+        /// The field or the table, and where.
+        #[from]
+        failure: FieldFailure,
+    },
     /// The scene names a function, and is rendered without it.
     #[error(
         "`emission.function` is `{0}`, a function in Python: expected that this scene is rendered \
@@ -49,11 +64,25 @@ pub enum EmissionFailure {
     Function(String),
 }
 
+/// The key that would change it.
+fn remedy(failure: &FieldFailure) -> String {
+    match failure {
+        FieldFailure::Field { field, .. } => {
+            format!("or `emission.fields.{field}.outside = \"zero\"`, or that of `emission.grid`")
+        }
+        FieldFailure::Table { cause, .. } => {
+            let name = cause.table.as_deref().unwrap_or("NAME");
+            format!("or `emission.table.{name}.outside`, \"zero\" or \"edge\"")
+        }
+        _ => String::new(),
+    }
+}
+
 impl EmissionSource {
     /// The length unit that positions are in; `None` where the scene is free to choose.
     pub fn length_unit(&self) -> Option<&str> {
         match self {
-            Self::Expression(_) | Self::Grid(_) | Self::Function(_) => None,
+            Self::Expression(_) | Self::Fields(_) | Self::Grid(_) | Self::Function(_) => None,
             Self::Model(model) => Some(model.description().length_unit).filter(|&unit| unit != "1"),
             Self::Tree(file) => file.length_unit.as_deref(),
         }
@@ -63,17 +92,18 @@ impl EmissionSource {
     pub(super) fn singular_points(&self) -> Vec<SingularPoint> {
         match self {
             Self::Model(model) => model.singular_points(),
-            Self::Expression(_) | Self::Grid(_) | Self::Tree(_) | Self::Function(_) => Vec::new(),
+            _ => Vec::new(),
         }
     }
 
     /// The axes of data outside of which there is no emission.
-    pub(super) fn data_axes(&self) -> Option<&GridAxes> {
+    pub(super) fn data_axes(&self) -> Vec<&GridAxes> {
         match self {
             Self::Grid(emission) if emission.grid.outside() == Outside::Zero => {
-                Some(emission.grid.axes())
+                vec![emission.grid.axes()]
             }
-            _ => None,
+            Self::Fields(expression) => expression.data_axes().collect(),
+            _ => Vec::new(),
         }
     }
 
@@ -81,14 +111,14 @@ impl EmissionSource {
     pub fn energy_unit(&self) -> Option<&str> {
         match self {
             Self::Model(model) => model.description().energy_unit,
-            Self::Expression(_) | Self::Grid(_) | Self::Tree(_) | Self::Function(_) => None,
+            _ => None,
         }
     }
 
     /// The unit of an image, FITS grammar; empty if the source has none.
     pub fn image_unit(&self) -> &str {
         match self {
-            Self::Expression(_) | Self::Grid(_) | Self::Function(_) => "",
+            Self::Expression(_) | Self::Fields(_) | Self::Grid(_) | Self::Function(_) => "",
             Self::Model(model) => model.description().image_unit,
             Self::Tree(file) => &file.image_unit,
         }
@@ -110,6 +140,7 @@ impl Emission for EmissionSource {
             Self::Model(model) => {
                 model.emission_rates(samples, rates).map_err(|never| match never {})
             }
+            Self::Fields(expression) => Ok(expression.emission_rates(samples, rates)?),
             Self::Grid(emission) => Ok(emission.grid.emission_rates(samples, rates)?),
             Self::Tree(file) => {
                 file.tree.emission_rates(samples, rates).map_err(|never| match never {})
@@ -134,7 +165,25 @@ pub(super) fn read(
     let grid = table.take("grid");
     let tree = table.text("tree")?;
     let function = table.text("function")?;
+    let (fields, tables) = (table.take("fields"), table.take("table"));
+    let mut of_fields = FieldTables { grid: None, fields, tables };
+    let grid = match &expression {
+        Some(_) if of_fields.are_some() => {
+            of_fields.grid = grid;
+            None
+        }
+        Some(_) => grid,
+        None => {
+            of_fields.refuse()?;
+            grid
+        }
+    };
     let emission = match (expression, model, grid, tree, function) {
+        (Some((text, place)), None, None, None, None) if of_fields.are_some() => {
+            let constants = table.table("constants")?;
+            let found = fields::read(&text, &place, constants, of_fields, spectral)?;
+            EmissionSource::Fields(found)
+        }
         (Some(expression), None, None, None, None) => {
             let constants = table.table("constants")?;
             read_expression(expression, constants, spectral)?
@@ -161,7 +210,8 @@ pub(super) fn read(
             let second = second.or(grid.map(|node| node.place));
             let second = second.or(model.map(|(_, place)| place)).unwrap_or(whole);
             return Err(SceneError::at(&second, "the scene has two emissions")
-                .label(format!("expected only one of {KINDS}")));
+                .label(format!("expected only one of {KINDS}"))
+                .help("an expression of data has a grid and `fields = { n = \"…\" }` too"));
         }
     };
     let units = EmissionUnits::read(&mut table)?;
@@ -194,25 +244,33 @@ fn read_expression(
 ) -> Result<EmissionSource, SceneError> {
     let constants = constants.map(Table::numbers).transpose()?.unwrap_or_default();
     let values = constants.iter().map(|(name, (value, _))| (name.clone(), *value)).collect();
-    let expression = Expression::parse(&text, &values).map_err(|error| {
-        let place = Place { span: span_in_string(&place, error.span()), ..place.clone() };
-        let scene_error = SceneError::at(&place, format!("`emission.expression`: {error}"));
-        match error.help() {
-            Some(help) => scene_error.help(help),
-            None => scene_error,
-        }
-    })?;
+    let expression = Expression::parse(&text, &values).map_err(|error| place_in(&error, &place))?;
     if let Some(name) = expression.unused_constants().first()
         && let Some((_, entry)) = constants.get(name)
     {
-        return Err(SceneError::at(&entry.key, format!("the constant `{name}` is not used"))
-            .label("expected a name that stands in `emission.expression`"));
+        return Err(refuse_unused("constant", name, &entry.key));
     }
     if let (false, Some(span)) = (spectral, expression.energy_span()) {
         let place = Place { span: span_in_string(&place, span), ..place };
         return Err(needs_energies("`emission.expression`", &place));
     }
     Ok(EmissionSource::Expression(expression))
+}
+
+/// An error of an expression at its place in the scene.
+fn place_in(error: &ExpressionError, place: &Place) -> SceneError {
+    let place = Place { span: span_in_string(place, error.span()), ..place.clone() };
+    let scene_error = SceneError::at(&place, format!("`emission.expression`: {error}"));
+    match error.help() {
+        Some(help) => scene_error.help(help),
+        None => scene_error,
+    }
+}
+
+/// Refuses a constant, a field or a table that the expression does not name.
+fn refuse_unused(what: &str, name: &str, key: &Place) -> SceneError {
+    SceneError::at(key, format!("the {what} `{name}` is not used"))
+        .label("expected a name that stands in `emission.expression`")
 }
 
 /// The place in the scene of a span of a string's content. Where escapes make the text differ from

@@ -86,6 +86,16 @@ impl Table {
         self.entries.into_iter().map(number).collect()
     }
 
+    /// All entries, whatever their names.
+    pub(super) fn into_entries(self) -> BTreeMap<String, Entry> {
+        self.entries
+    }
+
+    /// The keys that lead to it, as in `emission.grid`.
+    pub(super) fn path(&self) -> &str {
+        &self.path
+    }
+
     pub(super) fn place(&self) -> &Place {
         &self.place
     }

@@ -3,6 +3,8 @@
 //! Forward differentiation, node by node: the derivative of a node is made of those of its operands, which
 //! are shared as all equal parts are. `None` is a derivative that is 0 everywhere.
 //!
+//! Of a table it is that of the interpolant, in the cell above at a node.
+//!
 //! At a kink the derivative is that of one side: `abs` has that of its argument at 0, `min` and `max` that of
 //! their first argument where both are equal, `if` that of the branch that it takes, and `floor` and
 //! comparisons have 0, also where they jump.
@@ -31,6 +33,16 @@ pub(super) fn derivatives(graph: &mut Graph, root: NodeId, parameters: usize) ->
                     graph.of_binary(operation, [id, a, b], [of_nodes[a], of_nodes[b]])
                 }
                 Node::Select(condition, a, b) => graph.choice(condition, of_nodes[a], of_nodes[b]),
+                Node::Table(lookup, arguments) => {
+                    let arguments = &arguments[..lookup.count];
+                    arguments.iter().enumerate().fold(None, |sum, (along, &argument)| {
+                        let of_argument = of_nodes[argument].map(|da| {
+                            let slope = graph.look_up(lookup.table, Some(along), arguments);
+                            graph.product(slope, da)
+                        });
+                        graph.total(sum, of_argument)
+                    })
+                }
             };
             of_nodes.push(derivative);
         }

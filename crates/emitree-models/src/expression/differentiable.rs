@@ -1,8 +1,9 @@
 //! An expression with its derivatives by some of its constants.
 
 use super::derivative::derivatives;
-use super::error::ExpressionError;
+use super::error::{ExpressionError, FieldFailure};
 use super::evaluate;
+use super::inputs::Inputs;
 use super::parser;
 use super::tape::Tape;
 use emitree::Samples;
@@ -37,6 +38,7 @@ use std::collections::BTreeMap;
 pub struct DifferentiableExpression {
     tape: Tape,
     constants: Vec<String>,
+    inputs: Inputs,
     has_energy: bool,
 }
 
@@ -52,6 +54,20 @@ impl DifferentiableExpression {
         constants: &BTreeMap<String, f64>,
         by: &[N],
     ) -> Result<Self, ExpressionError> {
+        Self::with_inputs(text, constants, by, &Inputs::default())
+    }
+
+    /// As [`parse`](Self::parse), with fields and tables: see [`Inputs`].
+    ///
+    /// # Errors
+    ///
+    /// As of [`parse`](Self::parse), or if a field or a table has the name of something else.
+    pub fn with_inputs<N: AsRef<str>>(
+        text: &str,
+        constants: &BTreeMap<String, f64>,
+        by: &[N],
+        inputs: &Inputs,
+    ) -> Result<Self, ExpressionError> {
         let by: Vec<String> = by.iter().map(|name| name.as_ref().to_owned()).collect();
         let mut values = Vec::with_capacity(by.len());
         for (number, name) in by.iter().enumerate() {
@@ -66,17 +82,23 @@ impl DifferentiableExpression {
             }
             values.push(*value);
         }
-        let mut parsed = parser::parse_with_parameters(text, constants, &by)?;
+        let mut parsed = parser::parse(text, constants, &by, inputs)?;
         let has_energy = parsed.energy_span.is_some();
         let of_root = derivatives(&mut parsed.graph, parsed.root, by.len());
         let roots: Vec<_> = core::iter::once(parsed.root).chain(of_root).collect();
         let (graph, roots) = parsed.graph.with_values(&roots, &values);
-        Ok(Self { tape: Tape::new(&graph, &roots), constants: by, has_energy })
+        let (tape, inputs) = (Tape::new(&graph, &roots), inputs.clone());
+        Ok(Self { tape, constants: by, inputs, has_energy })
     }
 
     /// Whether it has the energy `E`: without energies its rates are not numbers then.
     pub fn has_energy(&self) -> bool {
         self.has_energy
+    }
+
+    /// The names of its fields, in the order of their values.
+    pub fn fields(&self) -> &[String] {
+        self.inputs.fields()
     }
 
     /// The names of the constants, in the order of the derivatives.
@@ -89,22 +111,58 @@ impl DifferentiableExpression {
     ///
     /// # Panics
     ///
-    /// If the lengths are not n, the number of samples, and n times that of the constants.
+    /// If the lengths are not n, the number of samples, and n times that of the constants, or if the expression
+    /// has fields.
     pub fn rates_and_derivatives(
         &self,
         samples: &Samples<'_>,
         rates: &mut [f64],
         derivatives: &mut [f64],
     ) {
+        self.evaluate(samples, &[], rates, derivatives);
+    }
+
+    /// As [`rates_and_derivatives`](Self::rates_and_derivatives), with the values of each field at all samples.
+    /// The derivatives of a table are those of its interpolant.
+    ///
+    /// # Errors
+    ///
+    /// [`FieldFailure::Table`] if a rate is not a number and an argument of a table is outside of it.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one list of n values for each field, or as `rates_and_derivatives`.
+    pub fn rates_and_derivatives_of(
+        &self,
+        samples: &Samples<'_>,
+        fields: &[&[f64]],
+        rates: &mut [f64],
+        derivatives: &mut [f64],
+    ) -> Result<(), FieldFailure> {
+        self.evaluate(samples, fields, rates, derivatives);
+        let given = evaluate::Given::new(&self.inputs, fields);
+        evaluate::check(&self.tape, samples, given, rates)
+    }
+
+    fn evaluate(
+        &self,
+        samples: &Samples<'_>,
+        fields: &[&[f64]],
+        rates: &mut [f64],
+        derivatives: &mut [f64],
+    ) {
         let n = samples.len();
         assert_eq!(rates.len(), n, "a rate for each sample");
+        assert_eq!(fields.len(), self.inputs.fields().len(), "the values of each field");
+        assert!(fields.iter().all(|values| values.len() == n), "a value for each field and sample");
         let expected = n * self.constants.len();
         assert_eq!(derivatives.len(), expected, "a derivative for each constant and sample");
         let mut outputs = vec![rates];
         if n > 0 {
             outputs.extend(derivatives.chunks_mut(n));
         }
-        evaluate::evaluate(&self.tape, samples, &mut outputs);
+        let given = evaluate::Given::new(&self.inputs, fields);
+        evaluate::evaluate(&self.tape, samples, given, &mut outputs);
     }
 }
 

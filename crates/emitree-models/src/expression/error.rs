@@ -1,5 +1,7 @@
-//! What is wrong with an expression, and where.
+//! What is wrong with an expression, and where; and at which points it has no value.
 
+use crate::grid::OutsideGrid;
+use crate::table::OutsideTable;
 use core::ops::Range;
 
 /// An expression that can't be parsed: what is wrong, where, and what to write instead.
@@ -49,4 +51,28 @@ impl ExpressionError {
     pub fn help(&self) -> Option<&str> {
         self.help.as_deref()
     }
+}
+
+/// A point at which an expression of fields and tables has no rate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FieldFailure {
+    /// A position outside of a field with [`Outside::Error`](crate::Outside::Error).
+    #[error("the field `{field}`: {cause}")]
+    Field {
+        /// The name of the field.
+        field: String,
+        /// The position, and the range of the grid.
+        #[source]
+        cause: OutsideGrid,
+    },
+    /// An argument outside of a table with [`BeyondTable::Error`](crate::table::BeyondTable::Error).
+    #[error("at the position {position:?}: {cause}")]
+    Table {
+        /// The position (x, y, z).
+        position: [f64; 3],
+        /// The table, the argument, and the range.
+        #[source]
+        cause: OutsideTable,
+    },
 }

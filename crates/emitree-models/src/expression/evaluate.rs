@@ -4,11 +4,16 @@
 //! small enough that all registers of an ordinary expression stay in the fastest cache. Every
 //! operation acts on each sample alone, so that a value does not depend on its neighbours.
 
+use super::error::FieldFailure;
+use super::inputs::Inputs;
 use super::lanes::{Lanes, binary, copy, load, replace_where, unary};
-use super::operation::Variable;
+use super::operation::{Lookup, Variable};
 use super::tape::{Operand, Operation, Tape};
+use crate::table::{BeyondTable, OutsideTable, Table};
 use core::cell::Cell;
+use core::ops::Range;
 use emitree::Samples;
+use std::sync::Arc;
 
 /// Samples in a block: 2 kB a register.
 pub(super) const BLOCK: usize = 256;
@@ -20,8 +25,31 @@ thread_local! {
     static REGISTERS: Cell<Registers> = const { Cell::new(Vec::new()) };
 }
 
+/// What a tape reads besides samples: the values of each field at all samples, and the tables.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Given<'a> {
+    fields: &'a [&'a [f64]],
+    tables: &'a [(String, Arc<Table>)],
+}
+
+impl<'a> Given<'a> {
+    /// The values of the fields of these inputs, and their tables.
+    pub(super) fn new(inputs: &'a Inputs, fields: &'a [&'a [f64]]) -> Self {
+        Self { fields, tables: inputs.tables() }
+    }
+
+    fn field(&self, number: usize, places: &Range<usize>) -> &'a [f64] {
+        &self.fields[number][places.clone()]
+    }
+}
+
 /// Writes the tape's value number `k` at sample `i` to `outputs[k][i]`.
-pub(super) fn evaluate(tape: &Tape, samples: &Samples<'_>, outputs: &mut [&mut [f64]]) {
+pub(super) fn evaluate(
+    tape: &Tape,
+    samples: &Samples<'_>,
+    given: Given<'_>,
+    outputs: &mut [&mut [f64]],
+) {
     let mut is_constant = true;
     for (result, out) in tape.results.iter().zip(outputs.iter_mut()) {
         match result {
@@ -43,8 +71,8 @@ pub(super) fn evaluate(tape: &Tape, samples: &Samples<'_>, outputs: &mut [&mut [
     let mut first = 0;
     for ((positions, directions), energies) in positions.zip(directions).zip(energies) {
         let block = Samples::new(positions, directions).at_energies(energies);
-        run(tape, &block, &mut registers);
         let places = first..first + block.len();
+        run(tape, &block, given, &places, &mut registers);
         for (result, out) in tape.results.iter().zip(outputs.iter_mut()) {
             if let Operand::Register(register) = *result {
                 out[places.clone()].copy_from_slice(&registers[register][..places.len()]);
@@ -55,8 +83,61 @@ pub(super) fn evaluate(tape: &Tape, samples: &Samples<'_>, outputs: &mut [&mut [
     REGISTERS.set(registers);
 }
 
-/// Runs the tape on one block of at most [`BLOCK`] samples.
-fn run(tape: &Tape, block: &Samples<'_>, registers: &mut Registers) {
+/// Refuses rates that are not numbers since an argument is outside of a table.
+pub(super) fn check(
+    tape: &Tape,
+    samples: &Samples<'_>,
+    given: Given<'_>,
+    rates: &[f64],
+) -> Result<(), FieldFailure> {
+    if !given.tables.iter().any(|(_, table)| table.beyond() == BeyondTable::Error) {
+        return Ok(());
+    }
+    match rates.iter().position(|rate| rate.is_nan()) {
+        Some(at) => outside(tape, samples, given, at).map_or(Ok(()), |cause| {
+            Err(FieldFailure::Table { position: samples.positions()[at], cause })
+        }),
+        None => Ok(()),
+    }
+}
+
+/// The first table that sample number `at` is outside of, if that is an error.
+fn outside(
+    tape: &Tape,
+    samples: &Samples<'_>,
+    given: Given<'_>,
+    at: usize,
+) -> Option<OutsideTable> {
+    let place = at..at + 1;
+    let energies = samples.energies().get(place.clone()).unwrap_or_default();
+    let positions = &samples.positions()[place.clone()];
+    let sample = Samples::new(positions, &samples.directions()[place.clone()]);
+    let sample = sample.at_energies(energies);
+    let instructions = &tape.instructions;
+    instructions.iter().enumerate().find_map(|(number, instruction)| {
+        let Operation::Table(lookup, arguments) = instruction.operation else { return None };
+        // Up to here, since registers are written again later.
+        let before = Tape {
+            instructions: instructions[..number].to_vec(),
+            registers: tape.registers,
+            results: Vec::new(),
+        };
+        let mut registers = vec![vec![0.0; 1].into_boxed_slice(); tape.registers];
+        run(&before, &sample, given, &place, &mut registers);
+        let (name, table) = &given.tables[lookup.table];
+        let outside = table.outside(arguments.map(|a| lanes_of(a, &registers, 1).at(0)))?;
+        Some(OutsideTable { table: Some(name.clone()), ..outside })
+    })
+}
+
+/// Runs the tape on one block of at most [`BLOCK`] samples, those at `places` among all.
+fn run(
+    tape: &Tape,
+    block: &Samples<'_>,
+    given: Given<'_>,
+    places: &Range<usize>,
+    registers: &mut Registers,
+) {
     let lanes = block.len();
     for instruction in &tape.instructions {
         // The register to write is never one to read: taking it out satisfies the borrow checker
@@ -67,6 +148,9 @@ fn run(tape: &Tape, block: &Samples<'_>, registers: &mut Registers) {
             Operation::Load(Variable::Position(axis)) => load(out, block.positions(), axis),
             Operation::Load(Variable::Direction(axis)) => load(out, block.directions(), axis),
             Operation::Load(Variable::Energy) => load_energies(out, block.energies()),
+            Operation::Load(Variable::Field(number)) => {
+                out.copy_from_slice(given.field(number, places));
+            }
             Operation::Unary(operation, a) => unary(operation, out, lanes_of(a, registers, lanes)),
             Operation::Binary(operation, a, b) => {
                 let (a, b) = (lanes_of(a, registers, lanes), lanes_of(b, registers, lanes));
@@ -77,8 +161,28 @@ fn run(tape: &Tape, block: &Samples<'_>, registers: &mut Registers) {
                 let condition = lanes_of(condition, registers, lanes);
                 replace_where(out, condition, lanes_of(then, registers, lanes));
             }
+            Operation::Table(lookup, arguments) => {
+                let arguments = arguments.map(|a| lanes_of(a, registers, lanes));
+                look_up(&given.tables[lookup.table].1, lookup, out, arguments);
+            }
         }
         registers[instruction.to] = taken;
+    }
+}
+
+/// Writes a table's values, or its derivatives by one argument.
+fn look_up(
+    table: &Table,
+    lookup: Lookup,
+    out: &mut [f64],
+    arguments: [Lanes<'_>; Table::MAX_AXES],
+) {
+    for (lane, out) in out.iter_mut().enumerate() {
+        let arguments = arguments.map(|argument| argument.at(lane));
+        *out = match lookup.along {
+            None => table.interpolated(arguments),
+            Some(along) => table.slope(arguments, along),
+        };
     }
 }
 

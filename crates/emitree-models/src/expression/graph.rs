@@ -1,9 +1,10 @@
 //! The expression as a graph in which equal parts are one node.
 //!
 //! Invariants: a node's operands come before it; no two nodes are equal; a node is a constant if
-//! all its operands are.
+//! all its operands are, but for those of tables.
 
-use super::operation::{Binary, Unary, Variable};
+use super::operation::{Binary, Lookup, Unary, Variable};
+use crate::table::Table;
 use std::collections::HashMap;
 
 /// Largest |n| for which xⁿ becomes products. Rounding grows as n/2 units in the last place, the
@@ -25,6 +26,8 @@ pub(super) enum Node {
     Binary(Binary, NodeId, NodeId),
     /// if(condition, then, otherwise)
     Select(NodeId, NodeId, NodeId),
+    /// Places beyond the number of arguments repeat the first of them.
+    Table(Lookup, [NodeId; Table::MAX_AXES]),
 }
 
 /// A growing graph of nodes.
@@ -80,6 +83,9 @@ impl Graph {
                 Node::Unary(operation, a) => graph.unary(operation, places[a]),
                 Node::Binary(operation, a, b) => graph.binary(operation, places[a], places[b]),
                 Node::Select(c, a, b) => graph.select(places[c], places[a], places[b]),
+                Node::Table(lookup, arguments) => {
+                    graph.share(Node::Table(lookup, arguments.map(|a| places[a])))
+                }
             };
             places.push(place);
         }
@@ -129,6 +135,18 @@ impl Graph {
             None if then == otherwise => then,
             None => self.share(Node::Select(condition, then, otherwise)),
         }
+    }
+
+    /// A table's value, or its derivative by one of its arguments, which are 1 to as many as it may have.
+    pub(super) fn look_up(
+        &mut self,
+        table: usize,
+        along: Option<usize>,
+        arguments: &[NodeId],
+    ) -> NodeId {
+        let mut all = [arguments[0]; Table::MAX_AXES];
+        all[..arguments.len()].copy_from_slice(arguments);
+        self.share(Node::Table(Lookup { table, count: arguments.len(), along }, all))
     }
 
     /// xⁿ by squaring and multiplying, the bits of n from the lowest.

@@ -16,6 +16,16 @@ pub(super) enum Lanes<'a> {
     Same(f64),
 }
 
+impl Lanes<'_> {
+    /// The value of one sample.
+    pub(super) fn at(self, lane: usize) -> f64 {
+        match self {
+            Self::Each(values) => values[lane],
+            Self::Same(value) => value,
+        }
+    }
+}
+
 /// A component of all vectors.
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
 pub(super) fn load(out: &mut [f64], vectors: &[[f64; 3]], axis: u8) {

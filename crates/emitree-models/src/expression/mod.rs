@@ -26,6 +26,11 @@
 //! A [`DifferentiableExpression`] has the derivatives by its constants as well, which are parts of the same
 //! graph.
 //!
+//! # Fields and tables
+//!
+//! With [`Inputs`] an expression has more variables, fields whose values are given for each sample, and
+//! more functions, tables: those of a [`FieldExpression`].
+//!
 //! # Evaluation
 //!
 //! Text → graph in which equal parts are one node and constants are folded → tape of instructions
@@ -40,7 +45,9 @@ mod derivative;
 mod differentiable;
 mod error;
 mod evaluate;
+mod field_expression;
 mod graph;
+mod inputs;
 mod lanes;
 mod lexer;
 mod operation;
@@ -48,7 +55,9 @@ mod parser;
 mod tape;
 
 pub use differentiable::DifferentiableExpression;
-pub use error::ExpressionError;
+pub use error::{ExpressionError, FieldFailure};
+pub use field_expression::FieldExpression;
+pub use inputs::Inputs;
 
 use core::convert::Infallible;
 use core::ops::Range;
@@ -101,8 +110,8 @@ impl Expression {
     /// something unknown, or is nested more than 128 deep; or if a constant is not finite or has
     /// the name of something else.
     pub fn parse(text: &str, constants: &BTreeMap<String, f64>) -> Result<Self, ExpressionError> {
-        let parsed = parser::parse(text, constants)?;
-        let unused = constants.keys().filter(|name| !parsed.used_constants.contains(*name));
+        let parsed = parser::parse(text, constants, &[], &Inputs::default())?;
+        let unused = constants.keys().filter(|name| !parsed.used.contains(*name));
         Ok(Self {
             text: text.to_owned(),
             tape: Tape::new(&parsed.graph, &[parsed.root]),
@@ -155,7 +164,7 @@ impl Emission for Expression {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        evaluate::evaluate(&self.tape, samples, &mut [rates]);
+        evaluate::evaluate(&self.tape, samples, evaluate::Given::default(), &mut [rates]);
         Ok(())
     }
 }

@@ -11,6 +11,19 @@ pub(super) enum Variable {
     Direction(u8),
     /// The energy, in the unit of the energy axis.
     Energy,
+    /// A field of this number, whose values are given.
+    Field(usize),
+}
+
+/// The value of a table, or a derivative of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Lookup {
+    /// The number of the table.
+    pub(super) table: usize,
+    /// The number of its arguments.
+    pub(super) count: usize,
+    /// The argument that it is differentiated by.
+    pub(super) along: Option<usize>,
 }
 
 /// An operation on one value.

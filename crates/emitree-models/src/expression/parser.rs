@@ -5,9 +5,11 @@
 
 use super::error::ExpressionError;
 use super::graph::{Graph, NodeId};
-use super::lexer::{Lexer, Token, is_name};
+use super::inputs::{Inputs, check_names};
+use super::lexer::{Lexer, Token};
 use super::operation::{Binary, FUNCTIONS, Function, Unary, VARIABLES, Variable, function};
 use crate::spelling::{closest, did_you_mean};
+use crate::table::Table;
 use core::f64::consts::PI;
 use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};
@@ -27,27 +29,21 @@ const OTHER_NAMES: [&str; 2] = ["r", "pi"];
 pub(super) struct Parsed {
     pub(super) graph: Graph,
     pub(super) root: NodeId,
-    pub(super) used_constants: BTreeSet<String>,
+    /// The names of the constants, fields and tables in it.
+    pub(super) used: BTreeSet<String>,
     /// The place of the first `E`.
     pub(super) energy_span: Option<Range<usize>>,
 }
 
-/// Parses `text`, in which `constants` may be named.
+/// Parses `text`, in which `constants` and `inputs` may be named: those of the constants in `parameters` are
+/// parameters of the graph, with their numbers.
 pub(super) fn parse(
     text: &str,
     constants: &BTreeMap<String, f64>,
-) -> Result<Parsed, ExpressionError> {
-    parse_with_parameters(text, constants, &[])
-}
-
-/// Parses `text`, in which `constants` may be named: those in `parameters` are parameters of the graph, with
-/// their numbers.
-pub(super) fn parse_with_parameters(
-    text: &str,
-    constants: &BTreeMap<String, f64>,
     parameters: &[String],
+    inputs: &Inputs,
 ) -> Result<Parsed, ExpressionError> {
-    check_constants(constants)?;
+    check_names(constants, inputs)?;
     let mut lexer = Lexer::new(text);
     let (token, span) = lexer.token()?;
     if token == Token::End {
@@ -59,7 +55,8 @@ pub(super) fn parse_with_parameters(
         span,
         constants,
         parameters,
-        used_constants: BTreeSet::new(),
+        inputs,
+        used: BTreeSet::new(),
         energy_span: None,
         graph: Graph::default(),
         nesting: 0,
@@ -73,35 +70,7 @@ pub(super) fn parse_with_parameters(
         }
         _ => return Err(parser.expected_operator()),
     }
-    Ok(Parsed {
-        graph: parser.graph,
-        root,
-        used_constants: parser.used_constants,
-        energy_span: parser.energy_span,
-    })
-}
-
-/// Refuses constants that could not be named or would hide something else.
-fn check_constants(constants: &BTreeMap<String, f64>) -> Result<(), ExpressionError> {
-    for (name, value) in constants {
-        let fault = if !is_name(name) {
-            "is not a name: expected letters, digits and underscores, a digit not first"
-        } else if name == "E" {
-            "has a reserved name: `E` is the energy"
-        } else if function(name).is_some() {
-            "has the name of a function"
-        } else if name == "pi" {
-            "has the name of the number pi"
-        } else if name == "r" || VARIABLES.iter().any(|(variable, _)| variable == name) {
-            "has the name of a variable"
-        } else if !value.is_finite() {
-            "is not a finite number"
-        } else {
-            continue;
-        };
-        return Err(ExpressionError::new(format!("the constant `{name}` {fault}"), 0..0));
-    }
-    Ok(())
+    Ok(Parsed { graph: parser.graph, root, used: parser.used, energy_span: parser.energy_span })
 }
 
 /// An operator between two values.
@@ -144,7 +113,8 @@ struct Parser<'a> {
     span: Range<usize>,
     constants: &'a BTreeMap<String, f64>,
     parameters: &'a [String],
-    used_constants: BTreeSet<String>,
+    inputs: &'a Inputs,
+    used: BTreeSet<String>,
     energy_span: Option<Range<usize>>,
     graph: Graph,
     nesting: usize,
@@ -236,12 +206,21 @@ impl<'a> Parser<'a> {
             return Ok(self.graph.variable(variable));
         }
         if let Some(&value) = self.constants.get(name) {
-            self.used_constants.insert(name.to_owned());
+            self.used.insert(name.to_owned());
             let number = self.parameters.iter().position(|parameter| parameter == name);
             return Ok(match number {
                 Some(number) => self.graph.parameter(number),
                 None => self.graph.constant(value),
             });
+        }
+        if let Some(number) = self.inputs.field(name) {
+            self.used.insert(name.to_owned());
+            return Ok(self.graph.variable(Variable::Field(number)));
+        }
+        if let Some((_, table)) = self.inputs.table(name) {
+            let error = ExpressionError::new(format!("`{name}` is a table"), span);
+            let usage = usage_of(name, table);
+            return Err(error.with_help(format!("arguments follow in parentheses: {usage}")));
         }
         match name {
             "r" => Ok(self.graph.radius()),
@@ -256,9 +235,11 @@ impl<'a> Parser<'a> {
 
     /// A function's value; the token is the `(` after its name.
     fn call(&mut self, name: &str, span: Range<usize>) -> Result<NodeId, ExpressionError> {
-        let Some(function) = function(name) else {
+        let table = self.inputs.table(name);
+        let function = function(name);
+        if function.is_none() && table.is_none() {
             return Err(self.unknown_function(name, span));
-        };
+        }
         let open = self.advance()?;
         let mut arguments = Vec::new();
         while self.token != Token::Close {
@@ -272,7 +253,46 @@ impl<'a> Parser<'a> {
             }
         }
         let close = self.close(open)?;
-        match (function, arguments.as_slice()) {
+        let span = span.start..close.end;
+        match function {
+            Some(function) => self.of_function(name, function, &arguments, span),
+            None => self.of_table(name, &arguments, span),
+        }
+    }
+
+    /// The value of a table, which is one of the inputs.
+    fn of_table(
+        &mut self,
+        name: &str,
+        arguments: &[NodeId],
+        span: Range<usize>,
+    ) -> Result<NodeId, ExpressionError> {
+        let Some((number, table)) = self.inputs.table(name) else {
+            return Err(self.unknown_function(name, span));
+        };
+        let count = table.names().len();
+        if arguments.len() != count {
+            let plural = if count == 1 { "" } else { "s" };
+            let message = format!(
+                "the table `{name}` takes {count} argument{plural}, not {}",
+                arguments.len()
+            );
+            let error = ExpressionError::new(message, span);
+            return Err(error.with_help(format!("write {}", usage_of(name, table))));
+        }
+        self.used.insert(name.to_owned());
+        Ok(self.graph.look_up(number, None, arguments))
+    }
+
+    /// The value of a function of these arguments.
+    fn of_function(
+        &mut self,
+        name: &str,
+        function: Function,
+        arguments: &[NodeId],
+        span: Range<usize>,
+    ) -> Result<NodeId, ExpressionError> {
+        match (function, arguments) {
             (Function::If, &[condition, then, otherwise]) => {
                 Ok(self.graph.select(condition, then, otherwise))
             }
@@ -291,7 +311,7 @@ impl<'a> Parser<'a> {
                     Function::Fold(_) => ("2 or more arguments", format!("{name}(x, y)")),
                 };
                 let message = format!("`{name}` takes {takes}, not {}", arguments.len());
-                let error = ExpressionError::new(message, span.start..close.end);
+                let error = ExpressionError::new(message, span);
                 Err(error.with_help(format!("write {usage}")))
             }
         }
@@ -300,7 +320,8 @@ impl<'a> Parser<'a> {
     fn unknown_name(&self, name: &str, span: Range<usize>) -> ExpressionError {
         let variables = VARIABLES.iter().map(|&(variable, _)| variable).chain(["r", "pi"]);
         let constants = self.constants.keys().map(String::as_str);
-        let listed = variables.chain(constants).collect::<Vec<_>>();
+        let fields = self.inputs.fields().iter().map(String::as_str);
+        let listed = variables.chain(constants).chain(fields).collect::<Vec<_>>();
         let suggestion = match name {
             // Rather Euler's number than a slip of the energy's name.
             "e" => ": write exp(1), or E for the energy".to_owned(),
@@ -313,7 +334,8 @@ impl<'a> Parser<'a> {
     fn unknown_function(&self, name: &str, span: Range<usize>) -> ExpressionError {
         let is_value = OTHER_NAMES.contains(&name)
             || VARIABLES.iter().any(|(variable, _)| *variable == name)
-            || self.constants.contains_key(name);
+            || self.constants.contains_key(name)
+            || self.inputs.field(name).is_some();
         if is_value {
             let error = ExpressionError::new(format!("`{name}` is not a function"), span);
             return error.with_help(format!("a product is written with *: {name}*(…)"));
@@ -321,11 +343,17 @@ impl<'a> Parser<'a> {
         let suggestion = match name {
             "log" => ": write `ln` or `log10`".to_owned(),
             "pow" => ": write a^b".to_owned(),
-            _ => did_you_mean(closest(name, FUNCTIONS.iter().map(|&(known, _)| known))),
+            _ => did_you_mean(closest(name, self.functions())),
         };
-        let listed = FUNCTIONS.map(|(known, _)| known).join(", ");
+        let listed = self.functions().join(", ");
         ExpressionError::new(format!("unknown function `{name}`{suggestion}"), span)
             .with_help(format!("known: {listed}"))
+    }
+
+    /// The names of functions and tables.
+    fn functions(&self) -> Vec<&str> {
+        let tables = self.inputs.tables().iter().map(|(name, _)| name.as_str());
+        FUNCTIONS.iter().map(|&(known, _)| known).chain(tables).collect()
     }
 
     /// The error for a token that starts no value.
@@ -354,6 +382,11 @@ impl<'a> Parser<'a> {
             _ => "a product is written with *",
         })
     }
+}
+
+/// How a table is written: with the names of its axes.
+fn usage_of(name: &str, table: &Table) -> String {
+    format!("{name}({})", table.names().join(", "))
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@
 //! before; constants are part of the instructions and take no register.
 
 use super::graph::{Graph, Node, NodeId};
-use super::operation::{Binary, Unary, Variable};
+use super::operation::{Binary, Lookup, Unary, Variable};
+use crate::table::Table;
 
 /// A register: one value for each sample of a block.
 pub(super) type Register = usize;
@@ -24,6 +25,8 @@ pub(super) enum Operation {
     Binary(Binary, Operand, Operand),
     /// if(condition, then, otherwise)
     Select(Operand, Operand, Operand),
+    /// A table's value or slope; see [`Node::Table`].
+    Table(Lookup, [Operand; Table::MAX_AXES]),
 }
 
 /// One step: an operation and the register that it writes.
@@ -66,6 +69,9 @@ impl Tape {
                 Node::Unary(operation, a) => Operation::Unary(operation, place[a]),
                 Node::Binary(operation, a, b) => Operation::Binary(operation, place[a], place[b]),
                 Node::Select(c, a, b) => Operation::Select(place[c], place[a], place[b]),
+                Node::Table(lookup, arguments) => {
+                    Operation::Table(lookup, arguments.map(|argument| place[argument]))
+                }
             };
             // Taken before the operands' registers are given up: never one of them.
             let to = free.pop().unwrap_or_else(|| {
@@ -108,18 +114,21 @@ fn operands(node: &Node) -> impl Iterator<Item = NodeId> {
         Node::Unary(_, a) => [Some(a), None, None],
         Node::Binary(_, a, b) => [Some(a), Some(b), None],
         Node::Select(c, a, b) => [Some(c), Some(a), Some(b)],
+        Node::Table(_, [a, b, c]) => [Some(a), Some(b), Some(c)],
     };
     operands.into_iter().flatten()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::inputs::Inputs;
     use super::super::parser::parse;
     use super::*;
     use std::collections::BTreeMap;
 
     fn tape(text: &str) -> Tape {
-        let parsed = parse(text, &BTreeMap::from([("a".to_owned(), 100.0)])).unwrap();
+        let constants = BTreeMap::from([("a".to_owned(), 100.0)]);
+        let parsed = parse(text, &constants, &[], &Inputs::default()).unwrap();
         Tape::new(&parsed.graph, &[parsed.root])
     }
 
@@ -166,6 +175,7 @@ mod tests {
                 Operation::Unary(_, a) => vec![a],
                 Operation::Binary(_, a, b) => vec![a, b],
                 Operation::Select(c, a, b) => vec![c, a, b],
+                Operation::Table(_, arguments) => arguments.to_vec(),
             };
             for operand in reads {
                 if let Operand::Register(register) = operand {

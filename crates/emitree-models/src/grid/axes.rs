@@ -184,8 +184,18 @@ impl GridAxes {
         Some([a.locate(along[0])?, b.locate(along[1])?, c.locate(along[2])?])
     }
 
+    /// The cells around all positions.
+    pub(crate) fn locate_all(
+        &self,
+        positions: &[[f64; 3]],
+        locations: &mut Vec<Option<[Location; 3]>>,
+    ) {
+        locations.clear();
+        locations.extend(positions.iter().map(|&position| self.locate(position)));
+    }
+
     /// Why a position is outside.
-    pub(super) fn outside(&self, position: [f64; 3]) -> OutsideGrid {
+    pub(crate) fn outside(&self, position: [f64; 3]) -> OutsideGrid {
         let along = self.coordinates_of(position);
         let leaves = |&i: &usize| self.axes[i].locate(along[i]).is_none();
         let i = (0..3).find(leaves).unwrap_or_default();

@@ -6,7 +6,7 @@ use crate::elementary;
 
 /// An axis: finite coordinates of at least two nodes, strictly increasing.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Axis {
+pub(crate) struct Axis {
     nodes: Vec<f64>,
     /// The logarithms of the nodes, where it is interpolated in them.
     logarithms: Option<Vec<f64>>,
@@ -17,16 +17,16 @@ pub(super) struct Axis {
 
 /// A cell of an axis: where it starts, and where in it a coordinate is, from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Location {
+pub(crate) struct Location {
     /// The node at the lower end of the cell.
-    pub(super) cell: usize,
+    pub(crate) cell: usize,
     /// 0 at the lower node, 1 at the upper one.
-    pub(super) fraction: f64,
+    pub(crate) fraction: f64,
 }
 
 impl Axis {
     /// An axis of nodes that are known to be finite and to increase strictly.
-    pub(super) fn new(nodes: Vec<f64>) -> Self {
+    pub(crate) fn new(nodes: Vec<f64>) -> Self {
         let (search, last) = (Search::new(&nodes), nodes.len() - 1);
         Self { nodes, logarithms: None, search, of_data: [0, last] }
     }
@@ -37,7 +37,7 @@ impl Axis {
     }
 
     /// The same axis, interpolated in the logarithm of its coordinate; `Err` of a node that has none.
-    pub(super) fn logarithmic(self) -> Result<Self, (usize, f64)> {
+    pub(crate) fn logarithmic(self) -> Result<Self, (usize, f64)> {
         if let Some(index) = self.nodes.iter().position(|&node| node <= 0.0) {
             return Err((index, self.nodes[index]));
         }
@@ -50,34 +50,34 @@ impl Axis {
         Ok(Self { logarithms: Some(logarithms), search, ..self })
     }
 
-    pub(super) fn is_logarithmic(&self) -> bool {
+    pub(crate) fn is_logarithmic(&self) -> bool {
         self.logarithms.is_some()
     }
 
-    pub(super) fn nodes(&self) -> &[f64] {
+    pub(crate) fn nodes(&self) -> &[f64] {
         &self.nodes
     }
 
     /// The nodes in the coordinate that is interpolated in.
     #[inline(always)]
-    pub(super) fn places(&self) -> &[f64] {
+    pub(crate) fn places(&self) -> &[f64] {
         self.logarithms.as_deref().unwrap_or(&self.nodes)
     }
 
     #[inline(always)]
-    pub(super) fn min(&self) -> f64 {
+    pub(crate) fn min(&self) -> f64 {
         self.nodes[0]
     }
 
     #[inline(always)]
-    pub(super) fn max(&self) -> f64 {
+    pub(crate) fn max(&self) -> f64 {
         self.nodes[self.nodes.len() - 1]
     }
 
     /// The cell of a coordinate; a node belongs to the cell above it, the last one to the cell
     /// below. `None` outside the axis, and for NaN.
     #[inline(always)]
-    pub(super) fn locate(&self, coordinate: f64) -> Option<Location> {
+    pub(crate) fn locate(&self, coordinate: f64) -> Option<Location> {
         if !(self.min() <= coordinate && coordinate <= self.max()) {
             return None;
         }
@@ -136,7 +136,7 @@ pub fn check_nodes(axis: &'static str, nodes: &[f64]) -> Result<(), GridError> {
 }
 
 /// Whether an axis ends below its start.
-pub(super) fn is_descending(nodes: &[f64]) -> bool {
+pub(crate) fn is_descending(nodes: &[f64]) -> bool {
     matches!((nodes.first(), nodes.last()), (Some(first), Some(last)) if last < first)
 }
 

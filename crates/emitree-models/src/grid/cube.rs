@@ -142,6 +142,28 @@ impl Grid {
         self.outside
     }
 
+    /// The value at a position, or `None` outside, whatever it [is](Self::outside) there.
+    pub fn value(&self, position: [f64; 3]) -> Option<f64> {
+        let at = self.axes.locate(position)?;
+        let (axes, values) = (self.axes.axes(), self.values.as_slice());
+        Some(match self.interpolation {
+            Interpolation::Nearest => nearest(axes, values, at),
+            Interpolation::Linear => linear(axes, values, at),
+            Interpolation::MonotoneCubic => cubic(axes, values, at),
+        })
+    }
+
+    /// The values in these cells of the axes, 0 where there is none.
+    pub(crate) fn values_at(&self, locations: &[Option<[Location; 3]>], values: &mut [f64]) {
+        let (axes, of_nodes) = (self.axes.axes(), self.values.as_slice());
+        let pairs = values.iter_mut().zip(locations);
+        match self.interpolation {
+            Interpolation::Nearest => fill(pairs, |at| nearest(axes, of_nodes, at)),
+            Interpolation::Linear => fill(pairs, |at| linear(axes, of_nodes, at)),
+            Interpolation::MonotoneCubic => fill(pairs, |at| cubic(axes, of_nodes, at)),
+        }
+    }
+
     /// g at all positions, from the cells around them.
     fn evaluate(
         &self,
@@ -157,6 +179,16 @@ impl Grid {
             };
         }
         Ok(())
+    }
+}
+
+/// The value in each cell; 0 where there is none.
+fn fill<'a>(
+    pairs: impl Iterator<Item = (&'a mut f64, &'a Option<[Location; 3]>)>,
+    value_in: impl Fn([Location; 3]) -> f64,
+) {
+    for (value, location) in pairs {
+        *value = location.map_or(0.0, &value_in);
     }
 }
 

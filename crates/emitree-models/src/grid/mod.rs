@@ -16,7 +16,7 @@
 
 mod arrange;
 mod axes;
-mod axis;
+pub(crate) mod axis;
 mod coordinates;
 mod cube;
 mod cubic;

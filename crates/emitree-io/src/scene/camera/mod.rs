@@ -87,8 +87,8 @@ pub(super) fn read(
         return Err(SceneError::at(&place, message).label(format!("expected {}", names())));
     };
     // The unit cube is a volume of its own, which data in it usually fill.
-    if let (Some(axes), false) = (emission.data_axes(), description.name == "canonical") {
-        shapes.add_ends_of(axes);
+    if description.name != "canonical" {
+        emission.data_axes().into_iter().for_each(|axes| shapes.add_ends_of(axes));
     }
     let has_shapes = shapes.bounds.is_some() || !shapes.bodies.is_empty();
     let Optics { coordinates, projection } = (description.read)(&mut table, shapes, &place)?;

@@ -5,7 +5,7 @@ use super::super::document::{Node, Value};
 use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
-use crate::grid::{AngleUnit, ArrayOrder, AxisNodes, GridFormat, GridRequest, read_grid};
+use crate::grid::{AngleUnit, ArrayOrder, AxisNodes, GridFormat, GridRequest, Step, read_grid};
 use crate::words::alternatives;
 use emitree_models::grid::Coordinates;
 use emitree_models::{Grid, Interpolation, Outside};
@@ -38,6 +38,7 @@ impl Places {
 
 pub(super) fn read(mut table: Table) -> Result<GridEmission, SceneError> {
     const FILE: &str = "the name of a file of data, as in \"cube.fits\"";
+    let path = table.path().to_owned();
     let (file, file_place) = table.require("file", FILE)?.text()?;
     let mut places = Places { file: file_place, others: Vec::new() };
     let request = request(&mut table, &mut places)?;
@@ -60,7 +61,7 @@ pub(super) fn read(mut table: Table) -> Result<GridEmission, SceneError> {
     let file = beside_scene(&file, &places.file);
     let read = read_grid(&file, &request).map_err(|error| {
         let place = places.of(error.cause.concerns());
-        SceneError::at(place, format!("`emission.grid`: {error}"))
+        SceneError::at(place, format!("`{path}`: {error}"))
     })?;
     let grid = read.grid.with_interpolation(interpolation.unwrap_or_default());
     let grid = grid.with_outside(outside.unwrap_or_default());
@@ -81,7 +82,7 @@ fn request(table: &mut Table, places: &mut Places) -> Result<GridRequest, SceneE
         let latitudes = if key == "theta" { table.take("latitude") } else { None };
         let given = table.take(key);
         if let (Some(latitudes), Some(_)) = (&latitudes, &given) {
-            let message = "`emission.grid` has `theta` and `latitude`";
+            let message = format!("`{}` has `theta` and `latitude`", table.path());
             return Err(SceneError::at(&latitudes.place, message).label("expected one of them"));
         }
         request.has_latitudes |= latitudes.is_some();
@@ -97,11 +98,15 @@ fn request(table: &mut Table, places: &mut Places) -> Result<GridRequest, SceneE
     }
     if let Some((text, place)) = table.text("order")? {
         let order: ArrayOrder = text.parse().map_err(|expected| {
-            SceneError::at(&place, format!("`emission.grid.order` is \"{text}\""))
+            SceneError::at(&place, format!("`{}.order` is \"{text}\"", table.path()))
                 .label(format!("{expected}"))
         })?;
         places.others.push(("order", place));
         request.order = Some(order);
+    }
+    if let Some(node) = table.take("step") {
+        places.others.push(("step", node.place.clone()));
+        request.step = Some(step(node)?);
     }
     if let Some(scale) = table.take("scale") {
         request.scale = scale.number()?;
@@ -144,6 +149,32 @@ fn quoted(names: [&str; 3]) -> impl Iterator<Item = String> {
     names.map(|name| format!("\"{name}\"")).into_iter()
 }
 
+/// A step: its number, or a table with its number or its coordinate.
+fn step(node: Node) -> Result<Step, SceneError> {
+    const EXPECTED: &str = "the number of a step, or { index = … } or { value = … } of one";
+    if let Value::Integer(index) = node.value {
+        return Ok(Step::index(index));
+    }
+    if !matches!(node.value, Value::Table(_)) {
+        return Err(node.refuse(node.value.kind(), EXPECTED));
+    }
+    let (path, place) = (node.path.clone(), node.place.clone());
+    let mut table = Table::new(node)?;
+    let axis = table.text("axis")?.map(|(axis, _)| axis);
+    let (index, value) = (table.take("index"), table.take("value"));
+    table.finish()?;
+    let mut found = match (index, value) {
+        (Some(index), None) => Step::index(index.count::<i64>("the number of a step")?),
+        (None, Some(value)) => Step::value(value.number()?),
+        _ => {
+            let message = format!("`{path}` has not one of `index` and `value`");
+            return Err(SceneError::at(&place, message).label(format!("expected {EXPECTED}")));
+        }
+    };
+    found.axis = axis;
+    Ok(found)
+}
+
 /// The nodes of an axis: the name of an array, the numbers themselves, or a range.
 fn axis_nodes(node: Node) -> Result<AxisNodes, SceneError> {
     const NODE: &str = "the coordinate of a node, in the length unit of the scene or `angle_unit`";
@@ -173,7 +204,7 @@ fn axis_nodes(node: Node) -> Result<AxisNodes, SceneError> {
 }
 
 /// The value that a word stands for.
-fn choice<T: Copy>(
+pub(super) fn choice<T: Copy>(
     given: Option<(String, Place)>,
     what: &str,
     choices: &[(&str, T)],

@@ -103,9 +103,9 @@ fn keys_are_checked_where_they_stand() {
             "expected one of `zero`, `error`",
         ),
         (
-            "format = \"vtk\"",
-            "unknown format `vtk`",
-            "expected one of `fits`, `npy`, `npz`, `hdf5`, `netcdf`",
+            "format = \"vti\"",
+            "unknown format `vti`",
+            "expected one of `fits`, `npy`, `npz`, `hdf5`, `netcdf`, `vtk`",
         ),
         (
             "order = \"zzy\"",

@@ -2,6 +2,10 @@
 
 use super::*;
 
+fn parse(text: &str, constants: &BTreeMap<String, f64>) -> Result<Parsed, ExpressionError> {
+    super::parse(text, constants, &[], &Inputs::default())
+}
+
 /// The value of an expression without variables; a = 3, b = 5.
 fn value(text: &str) -> f64 {
     let constants = BTreeMap::from([("a".to_owned(), 3.0), ("b".to_owned(), 5.0)]);
