@@ -274,12 +274,14 @@ def _rendered(
             "images: expected neither, or method `vol`"
         )
     with ExitStack() as stack:
-        evaluate, opened = evaluator(stack, scene, function, executor, cache)
-        columns = Columns(evaluate) if evaluate is not None else None
+        evaluate = evaluator(stack, scene, function, executor, cache)
+        columns = Columns(evaluate.rates) if evaluate is not None else None
         render_scene = scene.render
         if start is not None:
             render_scene = partial(scene.render, start=start, is_fixed=is_fixed)
         hook = stack.enter_context(_progress.hook(progress))
+        if evaluate is not None:
+            hook = evaluate.progress(hook)
 
         def rendering() -> Rendering:
             found = render_scene(
@@ -290,8 +292,8 @@ def _rendered(
                 frame=frame,
             )
             report = json.loads(found.report())
-            if opened is not None:
-                report["cache"] = opened.report
+            if evaluate is not None:
+                report.update(evaluate.report)
             return Rendering(found, report, setup)
 
         first = rendering()
