@@ -70,11 +70,13 @@ class Watched:
     """The peak, whose calls are written to a folder: the process, and the number of points.
 
     dies_at: after this many calls one process is killed, in the middle of its next call.
+    seconds: how long a call takes.
     """
 
-    def __init__(self, folder, dies_at=None):
+    def __init__(self, folder, dies_at=None, seconds=0.002):
         self.folder = str(folder)
         self.dies_at = dies_at
+        self.seconds = seconds
 
     def __call__(self, position, direction):
         self._write("calls", f"{os.getpid()} {len(position)}")
@@ -85,7 +87,7 @@ class Watched:
                 # Until what this process gave before has arrived.
                 time.sleep(0.3)
                 os.kill(os.getpid(), signal.SIGKILL)
-        time.sleep(0.002)
+        time.sleep(self.seconds)
         return peak(position, direction)
 
     def calls(self):
