@@ -163,7 +163,7 @@ def test_executors_that_tell_nothing():
 
 @pytest.mark.parametrize("wrong", [5, Late, "ray", object()])
 def test_what_is_no_executor_is_refused(wrong):
-    with pytest.raises(emitree.SceneError, match="`executor` is .*: expected a concurrent"):
+    with pytest.raises(emitree.SceneError, match=r"`executor` is .*: expected a concurrent"):
         render(peak, executor=wrong)
 
 

@@ -87,7 +87,9 @@ class Ray:
 
     def __init__(self, ray: Any) -> None:
         if not ray.is_initialized():
-            raise SceneError("`executor` is ray, which is not connected: expected `ray.init()` before")
+            raise SceneError(
+                "`executor` is ray, which is not connected: expected `ray.init()` before"
+            )
         self.ray = ray
         self.seconds_per_call = 1e-3
         self.references: dict[Future[Any], Any] = {}

@@ -38,7 +38,7 @@ class Lateness:
         if seconds is None or idle <= 0:
             return []
         waited = time.perf_counter() - self._last
-        found = []
+        found: list[slice] = []
         for part in waiting:
             copies = self._copies.get(part.start, 0)
             expected = seconds * (part.stop - part.start) + self._slowest_start
