@@ -13,6 +13,7 @@ from models import dying, failing, peak, rendering, slow_peak, spectral
 
 import emitree
 from emitree import _executor
+from emitree._call_times import seconds_per_call
 from emitree._engines import engine_of
 from emitree._late import Lateness
 from emitree._part_sizes import Cost, parts_of
@@ -133,6 +134,8 @@ def test_parts_follow_the_time_that_points_take():
     assert sizes(800, 2, 1e-4)[:3] == [200, 150, 113] and min(sizes(800, 2, 1e-4)[:-1]) == 20
     # A scheduler that sends a part in 1 ms keeps 64 workers busy with parts of 64 ms.
     assert min(sizes(10_000, 64, 0.01, 1e-3)[:-1]) == 6
+    # Parts of 1 s, sent within 1 s, if sending takes 0.1 s: 1 s of work for 10 parts.
+    assert sizes(1000, 64, 0.01, 0.1) == [100] * 10
 
 
 def test_workers_end_at_about_the_same_time():
@@ -155,6 +158,17 @@ def test_the_cost_of_a_point_is_the_mean_of_what_came_last():
     for _ in range(200):
         cost.add(2.0, 100)
     assert cost.seconds_per_point == pytest.approx(0.02, rel=1e-4)
+
+
+def test_the_time_of_a_call_is_measured_once():
+    with ThreadPoolExecutor(2) as executor:
+        engine = engine_of(executor)
+        guess = seconds_per_call(engine)
+        render(peak, executor=executor)
+        measured = seconds_per_call(engine)
+        assert 0 < measured < 0.1 and measured != guess
+        render(peak, executor=executor)
+        assert seconds_per_call(engine_of(executor)) == measured
 
 
 def test_executors_that_tell_nothing():

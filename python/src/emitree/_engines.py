@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor, Future
 from types import ModuleType
 from typing import Any, Protocol
 
@@ -14,14 +14,14 @@ from emitree._native import SceneError
 class Engine(Protocol):
     """Workers that call functions."""
 
-    #: How long it takes to send one call and to receive its result [s], roughly.
-    seconds_per_call: float
+    #: What its time of a call is known by, for later renderings.
+    identity: Any
 
     def workers(self) -> int:
         """How many calls they work on at once, as far as it is known."""
 
-    def submit(self, *call: Any) -> Future[Any]:
-        """The result to come of a function with arguments."""
+    def submit(self, work: Callable[..., Any], function: Any, *arguments: Any) -> Future[Any]:
+        """The result to come of some work; `function` is the same for many calls."""
 
     def result(self, future: Future[Any]) -> Any:
         """The result of a future that is done; raises the exception of the function."""
@@ -35,7 +35,7 @@ class Pool:
 
     def __init__(self, executor: Executor) -> None:
         self.executor = executor
-        self.seconds_per_call = 5e-5 if isinstance(executor, ThreadPoolExecutor) else 3e-4
+        self.identity = executor
 
     def workers(self) -> int:
         """The threads of a cluster, the workers of a pool, or else the processors."""
@@ -45,9 +45,9 @@ class Pool:
         workers = getattr(self.executor, "_max_workers", None)
         return workers if isinstance(workers, int) and workers > 0 else os.cpu_count() or 1
 
-    def submit(self, *call: Any) -> Future[Any]:
+    def submit(self, work: Callable[..., Any], function: Any, *arguments: Any) -> Future[Any]:
         """The result to come."""
-        return self.executor.submit(*call)
+        return self.executor.submit(work, function, *arguments)
 
     def result(self, future: Future[Any]) -> Any:
         """The result."""
@@ -65,8 +65,7 @@ class Dask(Pool):
     def __init__(self, client: Any) -> None:
         # Rates are the same each time, but a pure function would be called once for equal arrays.
         super().__init__(client.get_executor(pure=False))
-        self.seconds_per_call = 1e-3
-        self.client = client
+        self.client = self.identity = client
 
     def workers(self) -> int:
         """The threads of all workers that are there now."""
@@ -90,8 +89,7 @@ class Ray:
             raise SceneError(
                 "`executor` is ray, which is not connected: expected `ray.init()` before"
             )
-        self.ray = ray
-        self.seconds_per_call = 1e-3
+        self.ray = self.identity = ray
         self.references: dict[Future[Any], Any] = {}
         #: Functions are sent to each machine once: by their identity, with themselves.
         self.stored: dict[int, tuple[Any, Any]] = {}
@@ -100,9 +98,8 @@ class Ray:
         """The processors of the cluster."""
         return max(1, int(self.ray.cluster_resources().get("CPU", 1)))
 
-    def submit(self, *call: Any) -> Future[Any]:
+    def submit(self, work: Callable[..., Any], function: Any, *arguments: Any) -> Future[Any]:
         """The result to come."""
-        work, function, *arguments = call
         if id(function) not in self.stored:
             self.stored[id(function)] = function, self.ray.put(function)
         remote = self.ray.remote(work).options(name="emitree")

@@ -9,6 +9,7 @@ from concurrent.futures import BrokenExecutor, Future
 from contextvars import ContextVar
 from typing import Any
 
+from emitree._call_times import measure, seconds_per_call
 from emitree._engines import engine_of
 from emitree._function import Floats, Function
 from emitree._late import Lateness
@@ -80,13 +81,16 @@ class Shared:
 
         def submit(part: slice) -> None:
             of_part = None if energy is None else energy[part]
-            call = (emission_rates, self.function, position[part], direction[part], of_part)
-            future = self.engine.submit(*call)
+            arguments = (position[part], direction[part], of_part)
+            future = self.engine.submit(emission_rates, self.function, *arguments)
             futures[future] = part
             future.add_done_callback(done.put)
 
         try:
-            costs = self.cost.seconds_per_point, self.engine.seconds_per_call
+            if self._batches == 1:
+                # Now workers have imported what they need.
+                measure(self.engine, _next)
+            costs = self.cost.seconds_per_point, seconds_per_call(self.engine)
             for part in parts_of(len(position), workers, *costs):
                 waiting[part.start] = part
                 submit(part)

@@ -38,21 +38,31 @@ def parts_of(
     """Parts of `count` points, one after the other.
 
     Each has half of the points that are left for a worker: parts become smaller, so that all
-    workers end at about the same time, whatever the time of a point. No part is so small that
-    others have to wait until theirs is sent.
+    workers end at about the same time, whatever the time of a point. No part takes less than
+    `_least_seconds`.
 
     seconds_per_part: the time in which a part is sent, and its rates are received [s].
     """
-    least_seconds = max(_LEAST_SECONDS, workers * seconds_per_part)
-    most_seconds = max(_MOST_SECONDS, least_seconds)
     start = 0
     while start < count:
         left = count - start
         if seconds_per_point is None:
             size = math.ceil(math.ceil(count / workers) / 4)
         else:
-            limits = (least_seconds, most_seconds)
+            least_seconds = _least_seconds(count * seconds_per_point, workers, seconds_per_part)
+            limits = (least_seconds, max(_MOST_SECONDS, least_seconds))
             least, most = (max(1, int(limit / seconds_per_point)) for limit in limits)
             size = min(max(math.ceil(left / (2 * workers)), least), most)
         yield slice(start, start + min(size, left))
         start += min(size, left)
+
+
+def _least_seconds(work_seconds: float, workers: int, seconds_per_part: float) -> float:
+    """The least time of a part [s] of a batch with so much work [s].
+
+    If parts are sent one after the other, p parts take the time p t to be sent, and the last one
+    ends the time w / p after that, of the work w: sqrt(w t) for each part is the best. Where
+    workers are fewer, they are busy with parts that take as long as one is sent to each.
+    """
+    sent = math.sqrt(work_seconds * seconds_per_part)
+    return max(_LEAST_SECONDS, min(workers * seconds_per_part, sent))

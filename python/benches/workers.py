@@ -1,0 +1,135 @@
+"""The time of a rendering whose emission takes 10 ms a point, by the number of workers.
+
+    python benches/workers.py
+    python benches/workers.py --engine dask --workers 16
+    python benches/workers.py --engine ray --workers 16
+
+The workers sleep: they are as many as are asked for, whatever the number of processors. Each row
+compares the measured time with the model of docs/guide.md, "Clusters",
+
+    time = rounds x latency + evaluations x cost / workers,
+
+with a latency of one point: on average the last worker of a round ends that much later than it would
+if all ended at the same time. The efficiency is evaluations x cost / (workers x time).
+"""
+
+import argparse
+import contextlib
+import functools
+import time
+
+import numpy as np
+
+import emitree
+
+#: The time of a point [s].
+COST = 0.01
+
+#: At 64 workers, for the larger rendering.
+LEAST_EFFICIENCY = 0.8
+
+VIEW = emitree.Perspective(
+    position=(6, 0, 1), target=(0, 0, 0), field_of_view=(40, 40), near=0, far=12
+)
+
+
+def torus(position, direction):
+    """A torus with a Gaussian section, tilted by half a radian."""
+    x, y, z = position.T
+    y, z = np.cos(0.5) * y - np.sin(0.5) * z, np.sin(0.5) * y + np.cos(0.5) * z
+    return np.exp(-((np.hypot(x, y) - 1.2) ** 2 + z**2) / (2 * 0.3**2))
+
+
+def planet(position, direction):
+    """The airglow of a planet with a day and a night: it falls with the height."""
+    radius = np.linalg.norm(position, axis=1)
+    return np.exp(-(radius - 1) / 0.1) * (1 + 0.5 * position[:, 0] / radius)
+
+
+def slow(cost, position, direction):
+    """The torus, and the time that it takes [s a point]."""
+    time.sleep(cost * len(position))
+    return torus(position, direction)
+
+
+@contextlib.contextmanager
+def engine_of(name, workers):
+    """What `executor` is, with so many workers."""
+    if name == "threads":
+        from concurrent.futures import ThreadPoolExecutor
+
+        with ThreadPoolExecutor(workers) as executor:
+            yield executor
+    elif name == "dask":
+        import distributed
+
+        # Two processes, as most machines of this benchmark have few processors.
+        options = {"host": "127.0.0.1", "dashboard_address": None}
+        cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=workers // 2, **options)
+        with cluster, distributed.Client(cluster) as client:
+            yield client
+    else:
+        import ray
+
+        ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False)
+        yield ray
+        ray.shutdown()
+
+
+def rounds() -> None:
+    """Prints how many rounds some renderings take."""
+    print("rendering of 64 x 64 pixels      tolerance   evaluations   rounds   points a round")
+    ball = emitree.Sphere(center=(0, 0, 0), radius=1.0)
+    near = emitree.Perspective(
+        position=(4, 0, 0.5), target=(0, 0, 0), field_of_view=(40, 40), near=0, far=8
+    )
+    scenes = [("torus", torus, VIEW, {}), ("planet", planet, near, {"occulters": [ball]})]
+    for name, emission, camera, options in scenes:
+        for tolerance in (0.01, 1e-3, 1e-4):
+            found = emitree.render(emission, camera, (64, 64), tolerance=tolerance, **options)
+            number, batches = found.evaluations, found.report["batches"]
+            mean = number / batches
+            print(f"{name:30}   {tolerance:9}   {number:11,}   {batches:6}   {mean:14,.0f}")
+
+
+def measure(name: str, counts: list[int], tolerance: float) -> float:
+    """Measures, prints and compares with the model; the efficiency with the most workers."""
+    emission = functools.partial(slow, COST)
+    alone = emitree.render(torus, VIEW, (64, 64), tolerance=tolerance)
+    print(f"\n{name}, tolerance {tolerance}: {alone.evaluations:,} evaluations", end=" ")
+    print(f"in {alone.report['batches']} rounds")
+    print("workers   time [s]   model [s]   efficiency   parts   repeated")
+    efficiency = 0.0
+    for workers in counts:
+        with engine_of(name, workers) as executor:
+            # Workers import what they need, and the time of a point becomes known.
+            emitree.render(emission, VIEW, (2, 2), tolerance=0.5, executor=executor)
+            start = time.perf_counter()
+            found = emitree.render(emission, VIEW, (64, 64), tolerance=tolerance, executor=executor)
+            seconds = time.perf_counter() - start
+        assert np.array_equal(found.image, alone.image), "the bits are those of one worker"
+        work = found.evaluations * COST / workers
+        model = found.report["batches"] * COST + work
+        efficiency = work / seconds
+        of_workers = found.report["executor"]
+        print(f"{workers:7}   {seconds:8.2f}   {model:9.2f}   {efficiency:10.3f}", end="   ")
+        print(f"{of_workers['parts']:5}   {of_workers['repeated']:8}", flush=True)
+    return efficiency
+
+
+def main() -> None:
+    """Measures, prints and checks."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--engine", choices=["threads", "dask", "ray"], default="threads")
+    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4, 8, 16, 32, 64])
+    given = parser.parse_args()
+    rounds()
+    measure(given.engine, given.workers, 1e-3)
+    efficiency = measure(given.engine, given.workers[-1:], 7e-5)
+    if given.engine == "threads" and given.workers[-1] == 64:
+        text = f"{efficiency:.3f} with 64 workers: expected at least {LEAST_EFFICIENCY}"
+        assert efficiency > LEAST_EFFICIENCY, text
+
+
+if __name__ == "__main__":
+    main()
