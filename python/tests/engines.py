@@ -54,6 +54,19 @@ def check_lost_worker(executor, folder):
     assert watched.points() == found.evaluations + watched.lost()
 
 
+def check_stalled_worker(executor, folder):
+    """What a worker takes too long for is given to the other one; the result is the same."""
+    watched = Watched(folder, stalls_at=4)
+    options = {"shape": (8, 8), "tolerance": None, "method": "los", "steps": 16}
+    start = time.perf_counter()
+    found = render(watched, executor=executor, **options)
+    assert time.perf_counter() - start < 0.7 * watched.stall_seconds
+    alone = render(peak, **options)
+    assert np.array_equal(found.image, alone.image) and found.evaluations == alone.evaluations
+    assert found.report["executor"]["repeated"] >= 1
+    assert watched.points() > found.evaluations
+
+
 def check_emission_on_workers(executor, folder):
     """It is made once in each worker, for several renderings."""
     width = 0.05

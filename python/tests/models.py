@@ -70,12 +70,16 @@ class Watched:
     """The peak, whose calls are written to a folder: the process, and the number of points.
 
     dies_at: after this many calls one process is killed, in the middle of its next call.
+    stalls_at: after this many calls one process takes `stall_seconds` for its next call.
     seconds: how long a call takes.
     """
 
-    def __init__(self, folder, dies_at=None, seconds=0.002):
+    stall_seconds = 8.0
+
+    def __init__(self, folder, dies_at=None, stalls_at=None, seconds=0.002):
         self.folder = str(folder)
         self.dies_at = dies_at
+        self.stalls_at = stalls_at
         self.seconds = seconds
 
     def __call__(self, position, direction):
@@ -87,6 +91,11 @@ class Watched:
                 # Until what this process gave before has arrived.
                 time.sleep(0.3)
                 os.kill(os.getpid(), signal.SIGKILL)
+        if self.stalls_at is not None and len(self.calls()) > self.stalls_at:
+            stalled = os.path.join(self.folder, "stalled")
+            if not os.path.exists(stalled):
+                self._write("stalled", str(len(position)))
+                time.sleep(self.stall_seconds)
         time.sleep(self.seconds)
         return peak(position, direction)
 

@@ -60,3 +60,8 @@ def test_parts_have_a_name_in_the_dashboard(client):
 
 def test_a_worker_that_is_killed(client, tmp_path):
     engines.check_lost_worker(client, tmp_path)
+
+
+def test_a_worker_that_stalls(client, tmp_path):
+    client.wait_for_workers(2)
+    engines.check_stalled_worker(client, tmp_path)

@@ -59,3 +59,7 @@ def test_an_interruption(connected, tmp_path):
 
 def test_a_worker_that_is_killed(connected, tmp_path):
     engines.check_lost_worker(connected, tmp_path)
+
+
+def test_a_worker_that_stalls(connected, tmp_path):
+    engines.check_stalled_worker(connected, tmp_path)

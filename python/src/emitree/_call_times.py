@@ -12,8 +12,8 @@ from weakref import WeakKeyDictionary
 
 from emitree._engines import Engine
 
-#: How many calls are measured.
-_CALLS = 32
+#: How many calls are sent, and how many of them are waited for: a worker may not respond.
+_CALLS, _WAITED_FOR = 32, 24
 
 #: How long it is measured at most [s].
 _MOST_SECONDS = 2.0
@@ -50,8 +50,7 @@ def measure(engine: Engine, wait: Callable[[queue.SimpleQueue[Future[Any]]], Any
         future.add_done_callback(done.put)
     came, seconds = 0, 0.0
     try:
-        # Not for ever: a worker may not respond.
-        while came < _CALLS and seconds < _MOST_SECONDS:
+        while came < _WAITED_FOR and seconds < _MOST_SECONDS:
             came += wait(done) is not None
             seconds = time.perf_counter() - start
     finally:

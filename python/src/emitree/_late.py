@@ -33,9 +33,12 @@ class Lateness:
         self._slowest_start = max(self._slowest_start, made_seconds)
 
     def late(self, waiting: Iterable[slice], idle: int) -> list[slice]:
-        """Parts to be given to idle workers as well."""
+        """Parts to be given to idle workers as well, one at a time if none is known to be idle.
+
+        Then parts may be waiting behind the one that is late.
+        """
         seconds = self._cost.seconds_per_point
-        if seconds is None or idle <= 0:
+        if seconds is None:
             return []
         waited = time.perf_counter() - self._last
         found: list[slice] = []
@@ -43,7 +46,7 @@ class Lateness:
             copies = self._copies.get(part.start, 0)
             expected = seconds * (part.stop - part.start) + self._slowest_start
             patience = 2**copies * max(_LATE_SECONDS, _LATE_FACTOR * expected)
-            if copies < _MOST_COPIES and waited > patience and len(found) < idle:
+            if copies < _MOST_COPIES and waited > patience and len(found) < max(1, idle):
                 self._copies[part.start] = copies + 1
                 found.append(part)
         return found
