@@ -7,10 +7,11 @@
 The workers sleep: they are as many as are asked for, whatever the number of processors. Each row
 compares the measured time with the model of docs/guide.md, "Clusters",
 
-    time = rounds x latency + evaluations x cost / workers,
+    time = batches x latency + evaluations x cost / workers,
 
-with a latency of one point: the last worker of a round ends about that much later than it would
-if all ended at the same time. The efficiency is evaluations x cost / (workers x time).
+with a latency of one point: the last worker of a batch ends about that much later than it would
+if all ended at the same time. The measured latency is (time - evaluations x cost / workers) /
+batches, the efficiency evaluations x cost / (workers x time).
 """
 
 import argparse
@@ -53,7 +54,7 @@ def slow(cost, position, direction):
 
 
 @contextlib.contextmanager
-def engine_of(name, workers):
+def workers_of(name, workers):
     """What `executor` is, with so many workers."""
     if name == "threads":
         from concurrent.futures import ThreadPoolExecutor
@@ -76,9 +77,9 @@ def engine_of(name, workers):
         ray.shutdown()
 
 
-def rounds() -> None:
-    """Prints how many rounds some renderings take."""
-    print("rendering of 64 x 64 pixels      tolerance   evaluations   rounds   points a round")
+def batches() -> None:
+    """Prints how many batches some renderings have."""
+    print("64 x 64 pixels   tolerance   evaluations   batches   points a batch")
     ball = emitree.Sphere(center=(0, 0, 0), radius=1.0)
     near = emitree.Perspective(
         position=(4, 0, 0.5), target=(0, 0, 0), field_of_view=(40, 40), near=0, far=8
@@ -88,8 +89,8 @@ def rounds() -> None:
         for tolerance in (0.01, 1e-3, 1e-4):
             found = emitree.render(emission, camera, (64, 64), tolerance=tolerance, **options)
             number, batches = found.evaluations, found.report["batches"]
-            mean = number / batches
-            print(f"{name:30}   {tolerance:9}   {number:11,}   {batches:6}   {mean:14,.0f}")
+            print(f"{name:14}   {tolerance:9}   {number:11,}   {batches:7}", end="")
+            print(f"   {number / batches:14,.0f}")
 
 
 def measure(name: str, counts: list[int], tolerance: float) -> float:
@@ -97,11 +98,11 @@ def measure(name: str, counts: list[int], tolerance: float) -> float:
     emission = functools.partial(slow, COST)
     alone = emitree.render(torus, VIEW, (64, 64), tolerance=tolerance)
     print(f"\n{name}, tolerance {tolerance}: {alone.evaluations:,} evaluations", end=" ")
-    print(f"in {alone.report['batches']} rounds")
-    print("workers   time [s]   model [s]   efficiency   parts   repeated")
+    print(f"in {alone.report['batches']} batches")
+    print("workers   time [s]   model [s]   latency [ms]   efficiency   parts   repeated")
     efficiency = 0.0
     for workers in counts:
-        with engine_of(name, workers) as executor:
+        with workers_of(name, workers) as executor:
             # Workers import what they need, and the time of a point becomes known.
             emitree.render(emission, VIEW, (2, 2), tolerance=0.5, executor=executor)
             start = time.perf_counter()
@@ -110,10 +111,11 @@ def measure(name: str, counts: list[int], tolerance: float) -> float:
         assert np.array_equal(found.image, alone.image), "the bits are those of one worker"
         work = found.evaluations * COST / workers
         model = found.report["batches"] * COST + work
+        latency_ms = 1e3 * (seconds - work) / found.report["batches"]
         efficiency = work / seconds
-        of_workers = found.report["executor"]
-        print(f"{workers:7}   {seconds:8.2f}   {model:9.2f}   {efficiency:10.3f}", end="   ")
-        print(f"{of_workers['parts']:5}   {of_workers['repeated']:8}", flush=True)
+        parts, repeated = (found.report["executor"][key] for key in ("parts", "repeated"))
+        print(f"{workers:7}   {seconds:8.2f}   {model:9.2f}   {latency_ms:12.1f}", end="")
+        print(f"   {efficiency:10.3f}   {parts:5}   {repeated:8}", flush=True)
     return efficiency
 
 
@@ -123,7 +125,7 @@ def main() -> None:
     parser.add_argument("--engine", choices=["threads", "dask", "ray"], default="threads")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4, 8, 16, 32, 64])
     given = parser.parse_args()
-    rounds()
+    batches()
     measure(given.engine, given.workers, 1e-3)
     efficiency = measure(given.engine, given.workers[-1:], 3e-5)
     if given.engine == "threads" and given.workers[-1] == 64:

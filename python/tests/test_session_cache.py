@@ -88,33 +88,46 @@ def test_what_is_wrong_is_named_and_nothing_is_lost(tmp_path):
         emitree.Session(emitree.Canonical(length_unit="km"), (8, 8), cache=tmp_path)
 
 
-SCRIPT = """
-import sys, pathlib
-import numpy as np, emitree
+#: The programs of docs/guide.md, "Batch queues without a connection".
+NEXT = """
+import pathlib
 
-folder = pathlib.Path(sys.argv[1])
-cube = emitree.Canonical()
-with emitree.Session(cube, (8, 8), tolerance=0.5, cache=folder / "cache") as session:
-    if (folder / "rates.npy").exists():
-        session.tell(np.load(folder / "rates.npy"))
-        (folder / "rates.npy").unlink()
+import emitree
+import numpy as np
+
+JOBS = 2
+files = [pathlib.Path(f"rates-{job}.npy") for job in range(JOBS)]
+with emitree.Session(emitree.Canonical(), (8, 8), max_evaluations=200, cache="points") as session:
     points = session.ask()
-    if points is None:
-        (folder / "points.npy").unlink()
-        np.save(folder / "image.npy", session.rendering().image)
+    asked = pathlib.Path("points.npy")
+    if points and asked.exists() and np.array_equal(np.load(asked)[:, :3], points.position):
+        rates = np.empty(len(points))
+        for job, file in enumerate(files):
+            rates[job::JOBS] = np.load(file)
+        session.tell(rates)
+        points = session.ask()
+    for file in files:
+        file.unlink(missing_ok=True)
+    if points:
+        np.save(asked, np.hstack([points.position, points.direction]))
     else:
-        np.save(folder / "points.npy", points.position)
+        np.save("image.npy", session.rendering().image)
 """
 
 
-def test_processes_that_pass_files(tmp_path):
-    command = [sys.executable, "-c", SCRIPT, str(tmp_path)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+def test_jobs_that_pass_files(tmp_path):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
+    command = [sys.executable, "-c", NEXT]
+    evaluated = 0
     for _ in range(20):
-        subprocess.run(command, check=True, env=environment)
-        if not (tmp_path / "points.npy").exists():
+        subprocess.run(command, check=True, env=environment, cwd=tmp_path)
+        if (tmp_path / "image.npy").exists():
             break
-        position = np.load(tmp_path / "points.npy")
-        np.save(tmp_path / "rates.npy", peak(position, None))
-    plain = emitree.render(peak, CUBE, (8, 8), tolerance=0.5)
+        points = np.load(tmp_path / "points.npy")
+        evaluated += len(points)
+        for job in range(2):
+            of_job = points[job::2]
+            np.save(tmp_path / f"rates-{job}.npy", peak(of_job[:, :3], of_job[:, 3:]))
+    plain = emitree.render(peak, CUBE, (8, 8), max_evaluations=200)
     assert np.array_equal(np.load(tmp_path / "image.npy"), plain.image)
+    assert evaluated == plain.evaluations
