@@ -97,7 +97,8 @@ import numpy as np
 
 JOBS = 2
 files = [pathlib.Path(f"rates-{job}.npy") for job in range(JOBS)]
-with emitree.Session(emitree.Canonical(), (8, 8), max_evaluations=200, cache="points") as session:
+options = {"tolerance": 0.5, "max_evaluations": 200, "cache": "points"}
+with emitree.Session(emitree.Canonical(), (8, 8), **options) as session:
     points = session.ask()
     asked = pathlib.Path("points.npy")
     if points and asked.exists() and np.array_equal(np.load(asked)[:, :3], points.position):
@@ -128,6 +129,6 @@ def test_jobs_that_pass_files(tmp_path):
         for job in range(2):
             of_job = points[job::2]
             np.save(tmp_path / f"rates-{job}.npy", peak(of_job[:, :3], of_job[:, 3:]))
-    plain = emitree.render(peak, CUBE, (8, 8), max_evaluations=200)
+    plain = emitree.render(peak, CUBE, (8, 8), tolerance=0.5, max_evaluations=200)
     assert np.array_equal(np.load(tmp_path / "image.npy"), plain.image)
     assert evaluated == plain.evaluations
