@@ -50,8 +50,10 @@ def check_lost_worker(executor, folder):
     watched = Watched(folder, dies_at=20)
     found = render(watched, executor=executor)
     assert_same(render(peak), found)
-    assert watched.lost() > 0
-    assert watched.points() == found.evaluations + watched.lost()
+    # Engines start a new worker: if that takes long, parts that wait for it are repeated, too.
+    largest = max(points for _, points in watched.calls())
+    more = watched.points() - found.evaluations - watched.lost()
+    assert watched.lost() > 0 and 0 <= more <= found.report["executor"]["repeated"] * largest
 
 
 def check_stalled_worker(executor, folder):

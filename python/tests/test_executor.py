@@ -6,6 +6,7 @@ import threading
 import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -179,6 +180,12 @@ def test_executors_that_tell_nothing():
 def test_what_is_no_executor_is_refused(wrong):
     with pytest.raises(emitree.SceneError, match=r"`executor` is .*: expected a concurrent"):
         render(peak, executor=wrong)
+
+
+def test_an_asynchronous_client_is_refused():
+    client = SimpleNamespace(get_executor=None, asynchronous=True)
+    with pytest.raises(emitree.SceneError, match="`executor` is an asynchronous dask client"):
+        render(peak, executor=client)
 
 
 def test_the_work_of_the_workers_is_reported():

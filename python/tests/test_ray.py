@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 
 import engines
 import pytest
@@ -57,9 +58,19 @@ def test_an_interruption(connected, tmp_path):
     engines.check_interruption(connected, tmp_path)
 
 
-def test_a_worker_that_is_killed(connected, tmp_path):
-    engines.check_lost_worker(connected, tmp_path)
+def process():
+    """Takes so long that another worker gets the next call."""
+    time.sleep(0.2)
+    return os.getpid()
 
 
 def test_a_worker_that_stalls(connected, tmp_path):
+    remote = connected.remote(process)
+    # Workers that were interrupted are replaced by new ones, which takes a while.
+    while len(set(connected.get([remote.remote() for _ in range(2)]))) < 2:
+        pass
     engines.check_stalled_worker(connected, tmp_path)
+
+
+def test_a_worker_that_is_killed(connected, tmp_path):
+    engines.check_lost_worker(connected, tmp_path)

@@ -63,6 +63,8 @@ class Dask(Pool):
     """A dask `Client`: a call that was lost with its worker is repeated by the scheduler."""
 
     def __init__(self, client: Any) -> None:
+        if getattr(client, "asynchronous", False):
+            raise SceneError("`executor` is an asynchronous dask client: expected another one")
         # Rates are the same each time, but a pure function would be called once for equal arrays.
         super().__init__(client.get_executor(pure=False))
         self.client = self.identity = client
@@ -91,6 +93,8 @@ class Ray:
             )
         self.ray = self.identity = ray
         self.references: dict[Future[Any], Any] = {}
+        #: What workers do, as Ray knows it.
+        self.remote: dict[Callable[..., Any], Any] = {}
         #: Functions are sent to each machine once: by their identity, with themselves.
         self.stored: dict[int, tuple[Any, Any]] = {}
 
@@ -102,8 +106,9 @@ class Ray:
         """The result to come."""
         if id(function) not in self.stored:
             self.stored[id(function)] = function, self.ray.put(function)
-        remote = self.ray.remote(work).options(name="emitree")
-        reference = remote.remote(self.stored[id(function)][1], *arguments)
+        if work not in self.remote:
+            self.remote[work] = self.ray.remote(work).options(name="emitree")
+        reference = self.remote[work].remote(self.stored[id(function)][1], *arguments)
         future: Future[Any] = reference.future()
         self.references[future] = reference
         return future
