@@ -4,7 +4,13 @@ import functools
 import multiprocessing
 import threading
 import time
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import (
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
 from concurrent.futures.process import BrokenProcessPool
 from types import SimpleNamespace
 
@@ -86,6 +92,18 @@ def test_other_parts_are_called_off_after_an_exception():
         with pytest.raises(ArithmeticError):
             render(fails_once, executor=executor)
     assert len(calls) <= 2
+
+
+def test_an_executor_that_is_shut_down_is_an_error():
+    with ThreadPoolExecutor(1) as executor:
+
+        def shuts_down(position, direction):
+            executor.shutdown(wait=False, cancel_futures=True)
+            return peak(position, direction)
+
+        with pytest.raises(CancelledError) as raised:
+            render(shuts_down, executor=executor)
+    assert any("were called off, but not by this" in note for note in raised.value.__notes__)
 
 
 class Late(Executor):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, Future
+from concurrent.futures import BrokenExecutor, CancelledError, Future
 from contextvars import ContextVar
 from typing import Any
 
@@ -119,6 +119,12 @@ class Shared:
             error.add_note(
                 "emitree: a worker was lost, and with it this executor; with `cache` the same call "
                 "goes on with another one from the points that were evaluated"
+            )
+            raise
+        except CancelledError as error:
+            error.add_note(
+                "emitree: parts of a batch were called off, but not by this rendering: by "
+                "`shutdown` of the executor, or a restart of the cluster"
             )
             raise
         finally:
