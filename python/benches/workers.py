@@ -9,9 +9,9 @@ compares the measured time with the model of docs/guide.md, "Clusters",
 
     time = batches x latency + evaluations x cost / workers,
 
-with a latency of one point: the last worker of a batch ends about that much later than it would
-if all ended at the same time. The measured latency is (time - evaluations x cost / workers) /
-batches, the efficiency evaluations x cost / (workers x time).
+whose latency is half the cost of a point, and the time in which each worker is sent a part: the
+measured time of a call of the engine, for each worker. The measured latency is (time - evaluations
+x cost / workers) / batches, the efficiency evaluations x cost / (workers x time).
 """
 
 import argparse
@@ -22,6 +22,8 @@ import time
 import numpy as np
 
 import emitree
+from emitree._call_times import seconds_per_call
+from emitree._engines import engine_of
 
 #: The time of a point [s].
 COST = 0.01
@@ -99,7 +101,7 @@ def measure(name: str, counts: list[int], tolerance: float) -> float:
     alone = emitree.render(torus, VIEW, (64, 64), tolerance=tolerance)
     print(f"\n{name}, tolerance {tolerance}: {alone.evaluations:,} evaluations", end=" ")
     print(f"in {alone.report['batches']} batches")
-    print("workers   time [s]   model [s]   latency [ms]   efficiency   parts   repeated")
+    print("workers   call [ms]   latency [ms]   model [s]   time [s]   efficiency   parts")
     efficiency = 0.0
     for workers in counts:
         with workers_of(name, workers) as executor:
@@ -108,14 +110,15 @@ def measure(name: str, counts: list[int], tolerance: float) -> float:
             start = time.perf_counter()
             found = emitree.render(emission, VIEW, (64, 64), tolerance=tolerance, executor=executor)
             seconds = time.perf_counter() - start
+            call = seconds_per_call(engine_of(executor))
         assert np.array_equal(found.image, alone.image), "the bits are those of one worker"
         work = found.evaluations * COST / workers
-        model = found.report["batches"] * COST + work
-        latency_ms = 1e3 * (seconds - work) / found.report["batches"]
+        batches, parts = found.report["batches"], found.report["executor"]["parts"]
+        model = batches * (0.5 * COST + workers * call) + work
+        latency = (seconds - work) / batches
         efficiency = work / seconds
-        parts, repeated = (found.report["executor"][key] for key in ("parts", "repeated"))
-        print(f"{workers:7}   {seconds:8.2f}   {model:9.2f}   {latency_ms:12.1f}", end="")
-        print(f"   {efficiency:10.3f}   {parts:5}   {repeated:8}", flush=True)
+        print(f"{workers:7}   {1e3 * call:9.2f}   {1e3 * latency:12.1f}   {model:9.2f}", end="")
+        print(f"   {seconds:8.2f}   {efficiency:10.3f}   {parts:5}", flush=True)
     return efficiency
 
 
