@@ -179,6 +179,23 @@ def test_the_cost_of_a_point_is_the_mean_of_what_came_last():
     assert cost.seconds_per_point == pytest.approx(0.02, rel=1e-4)
 
 
+def test_a_large_batch_begins_with_a_few_points():
+    sizes = []
+
+    def noting(position, direction):
+        sizes.append(len(position))
+        time.sleep(1e-3 * len(position))
+        return peak(position, direction)
+
+    options = {"shape": (16, 16), "tolerance": None, "method": "los", "steps": 8}
+    with ThreadPoolExecutor(4) as executor:
+        found = render(noting, executor=executor, **options)
+    assert np.array_equal(found.image, render(peak, **options).image)
+    assert found.evaluations == sum(sizes) > 1024 and found.report["executor"]["batches"] == 1
+    # 16 points for each worker; then half a second, instead of a quarter of all for a worker.
+    assert max(sizes[:16]) == 4 and 4 < max(sizes) <= 500
+
+
 def test_the_time_of_a_call_is_measured_once():
     with ThreadPoolExecutor(2) as executor:
         engine = engine_of(executor)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import queue
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Future
+from contextlib import closing
 from contextvars import ContextVar
 from typing import Any
 
@@ -18,6 +19,10 @@ from emitree._part_sizes import Cost, parts_of
 
 #: How often a rendering that waits for workers checks whether it was cancelled [s].
 _LOOK_SECONDS = 0.2
+
+#: A batch with more points than this for each worker begins with a few points for each, if the time
+#: of a point is unknown.
+_LARGE, _FIRST = 256, 16
 
 #: Raises an exception if the rendering was cancelled; set in the thread of that rendering.
 still_wanted: ContextVar[Callable[[], None] | None] = ContextVar("still_wanted", default=None)
@@ -51,7 +56,8 @@ class Shared:
         self.cost = Cost()
         #: Is called with the number of points so far, now and then.
         self.progress: Callable[[int], Any] | None = None
-        self._workers = self._batches = self._parts = self._repeated = self._points = 0
+        self._workers = self._batches = self._count_of_parts = 0
+        self._repeated = self._points = 0
         self._seconds = 0.0
         self._waited = 0.0
 
@@ -65,7 +71,7 @@ class Shared:
         return {
             "workers": self._workers,
             "batches": self._batches,
-            "parts": self._parts,
+            "parts": self._count_of_parts,
             "repeated": self._repeated,
             "seconds": self._seconds,
             "waited": self._waited,
@@ -75,6 +81,25 @@ class Shared:
         """The rates of each part, as they come."""
         start = time.perf_counter()
         workers = self.engine.workers()
+        self._workers = max(self._workers, workers)
+        count = len(position)
+        # The time of a point is unknown, and too much may depend on it.
+        is_large = self.cost.seconds_per_point is None and count > _LARGE * workers
+        ends = [_FIRST * workers, count] if is_large else [count]
+        try:
+            for begin, end in zip([0, *ends[:-1]], ends, strict=True):
+                of_some = None if energy is None else energy[begin:end]
+                some = (position[begin:end], direction[begin:end], of_some)
+                with closing(self._parts(workers, *some)) as parts:
+                    for part, rates in parts:
+                        yield slice(part.start + begin, part.stop + begin), rates
+            self._batches += 1
+        finally:
+            self._waited += time.perf_counter() - start
+
+    def _parts(
+        self, workers: int, position: Floats, direction: Floats, energy: Floats | None
+    ) -> Generator[Part, None, None]:
         done: queue.SimpleQueue[Future[Any]] = queue.SimpleQueue()
         futures: dict[Future[Any], slice] = {}
         waiting: dict[int, slice] = {}
@@ -87,16 +112,14 @@ class Shared:
             future.add_done_callback(done.put)
 
         try:
-            if self._batches == 1:
+            if self.cost.seconds_per_point is not None:
                 # Now workers have imported what they need.
                 measure(self.engine, _next)
             costs = self.cost.seconds_per_point, seconds_per_call(self.engine)
             for part in parts_of(len(position), workers, *costs):
                 waiting[part.start] = part
                 submit(part)
-            self._workers = max(self._workers, workers)
-            self._batches += 1
-            self._parts += len(waiting)
+            self._count_of_parts += len(waiting)
             lateness = Lateness(self.cost)
             while waiting:
                 future = _next(done)
@@ -130,7 +153,6 @@ class Shared:
         finally:
             # After an exception the others are not needed.
             self.engine.cancel(futures)
-            self._waited += time.perf_counter() - start
 
     def _count(self, points: int, seconds: float) -> None:
         self.cost.add(seconds, points)
