@@ -7,9 +7,9 @@
 The workers sleep: they are as many as are asked for, whatever the number of processors. Each row
 compares the measured time with the model of docs/guide.md, "Clusters",
 
-    time = own + batches x latency + evaluations x cost / workers.
+    time = overhead + batches x latency + evaluations x cost / workers.
 
-The own time is that of the same rendering by a function that takes no time. The latency of the
+The overhead is the time of the same rendering by a function that takes no time. The latency of the
 model is half the cost of a point, and the time in which each worker is sent a part: the measured
 time of a call of the engine, for each worker. The measured latency is that with which the model has
 the measured time. The efficiency is evaluations x cost / (workers x time).
@@ -101,9 +101,9 @@ def measure(name: str, counts: list[int], tolerance: float) -> float:
     emission = functools.partial(slow, COST)
     start = time.perf_counter()
     alone = emitree.render(torus, VIEW, (64, 64), tolerance=tolerance)
-    own = time.perf_counter() - start
+    overhead = time.perf_counter() - start
     print(f"\n{name}, tolerance {tolerance}: {alone.evaluations:,} evaluations", end=" ")
-    print(f"in {alone.report['batches']} batches, own time {own:.2f} s")
+    print(f"in {alone.report['batches']} batches, overhead {overhead:.2f} s")
     print("workers   call [ms]   latency [ms]   model [s]   time [s]   efficiency   parts")
     efficiency = 0.0
     for workers in counts:
@@ -117,8 +117,8 @@ def measure(name: str, counts: list[int], tolerance: float) -> float:
         assert np.array_equal(found.image, alone.image), "the bits are those of one worker"
         work = found.evaluations * COST / workers
         batches, parts = found.report["batches"], found.report["executor"]["parts"]
-        model = own + batches * (0.5 * COST + workers * call) + work
-        latency = (seconds - own - work) / batches
+        model = overhead + batches * (0.5 * COST + workers * call) + work
+        latency = (seconds - overhead - work) / batches
         efficiency = work / seconds
         print(f"{workers:7}   {1e3 * call:9.2f}   {1e3 * latency:12.1f}   {model:9.2f}", end="")
         print(f"   {seconds:8.2f}   {efficiency:10.3f}   {parts:5}", flush=True)

@@ -90,7 +90,7 @@ class Watched:
                 self._write("killed", str(len(position)))
                 # Until what this process gave before has arrived.
                 time.sleep(0.3)
-                os.kill(os.getpid(), signal.SIGKILL)
+                os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
         if self.stalls_at is not None and len(self.calls()) > self.stalls_at:
             stalled = os.path.join(self.folder, "stalled")
             if not os.path.exists(stalled):

@@ -78,14 +78,22 @@ def test_what_is_wrong_is_named_and_nothing_is_lost(tmp_path):
         with pytest.raises(emitree.EmissionError, match="NaN"):
             session.tell(wrong)
         assert len(session.ask()) == len(points), "it still waits for them"
-        with pytest.raises(ValueError, match="another rendering uses it"):
-            emitree.Session(CUBE, (8, 8), cache=tmp_path)
     with pytest.raises(ValueError, match="the session is closed"):
         session.tell(rates)
     with emitree.Session(CUBE, (8, 8), cache=tmp_path) as session:
         assert len(session.ask()) == 1, "the rates that were numbers are there"
     with pytest.raises(ValueError, match="`length_unit` is None: expected 'km', or another cache"):
         emitree.Session(emitree.Canonical(length_unit="km"), (8, 8), cache=tmp_path)
+
+
+def test_two_sessions_at_once_are_refused(tmp_path):
+    pytest.importorskip("fcntl")
+    with emitree.Session(CUBE, (8, 8), cache=tmp_path):
+        with pytest.raises(ValueError, match="another rendering uses it"):
+            emitree.Session(CUBE, (8, 8), cache=tmp_path)
+    # One that is no longer there needs not be closed.
+    emitree.Session(CUBE, (8, 8), cache=tmp_path)
+    emitree.Session(CUBE, (8, 8), cache=tmp_path).close()
 
 
 #: The programs of docs/guide.md, "Batch queues without a connection".
