@@ -24,7 +24,13 @@ def run(folder, task):
     command = [MPIEXEC, "-n", "3", sys.executable, "-m", "mpi4py.futures", "mpi_render.py"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
-        [*command, folder, task], cwd=HERE, env=environment, capture_output=True, timeout=60
+        [*command, folder, task],
+        cwd=HERE,
+        env=environment,
+        capture_output=True,
+        timeout=60,
+        # MPI ends the processes of a group if one of them was killed: not those of the tests.
+        start_new_session=True,
     )
     is_whole = (folder / f"{task}.done").exists()
     assert is_whole == (done.returncode == 0), done.stderr.decode()
