@@ -1,5 +1,7 @@
 """Batches on the workers of a dask cluster: two processes here."""
 
+import importlib
+
 import engines
 import pytest
 from engines import assert_same, render
@@ -63,5 +65,7 @@ def test_a_worker_that_is_killed(client, tmp_path):
 
 
 def test_a_worker_that_stalls(client, tmp_path):
+    # The one that was killed is replaced by a new one, which imports what it needs.
     client.wait_for_workers(2)
+    client.run(importlib.import_module, "models")
     engines.check_stalled_worker(client, tmp_path)
