@@ -1,7 +1,9 @@
 """Emissions that the tests render, in a module that worker processes can import."""
 
+import functools
 import math
 import os
+import signal
 import time
 
 import numpy as np
@@ -62,6 +64,75 @@ def failing(position, direction):
 def dying(position, direction):
     """A model that takes its process with it."""
     os._exit(1)
+
+
+class Watched:
+    """The peak, whose calls are written to a folder: the process, and the number of points.
+
+    dies_at: after this many calls one process is killed, in the middle of its next call.
+    stalls_at: after this many calls one process takes `stall_seconds` for its next call.
+    seconds: how long a call takes.
+    """
+
+    stall_seconds = 9.0
+
+    def __init__(self, folder, dies_at=None, stalls_at=None, seconds=0.002):
+        self.folder = str(folder)
+        self.dies_at = dies_at
+        self.stalls_at = stalls_at
+        self.seconds = seconds
+
+    def __call__(self, position, direction):
+        self._write("calls", f"{os.getpid()} {len(position)}")
+        if self.dies_at is not None and len(self.calls()) > self.dies_at:
+            killed = os.path.join(self.folder, "killed")
+            if not os.path.exists(killed):
+                self._write("killed", str(len(position)))
+                # Until what this process gave before has arrived.
+                time.sleep(0.3)
+                os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
+        if self.stalls_at is not None and len(self.calls()) > self.stalls_at:
+            stalled = os.path.join(self.folder, "stalled")
+            if not os.path.exists(stalled):
+                self._write("stalled", str(len(position)))
+                time.sleep(self.stall_seconds)
+        time.sleep(self.seconds)
+        return peak(position, direction)
+
+    def calls(self):
+        """Each call: its process, and its number of points."""
+        with open(os.path.join(self.folder, "calls")) as file:
+            return [tuple(map(int, line.split())) for line in file]
+
+    def points(self):
+        """How many points were evaluated, or at least begun."""
+        return sum(points for _, points in self.calls())
+
+    def processes(self):
+        """The processes that were called."""
+        return {process for process, _ in self.calls()}
+
+    def lost(self):
+        """How many points the killed process had been given."""
+        with open(os.path.join(self.folder, "killed")) as file:
+            return sum(map(int, file))
+
+    def _write(self, name, line):
+        with open(os.path.join(self.folder, name), "a") as file:
+            file.write(f"{line}\n")
+
+
+def loaded(folder, width):
+    """Makes a peak, as from a large file; each time it writes the process to a folder."""
+    with open(os.path.join(folder, "loaded"), "a") as file:
+        file.write(f"{os.getpid()}\n")
+    time.sleep(0.1)
+    return functools.partial(_of_width, width)
+
+
+def _of_width(width, position, direction):
+    time.sleep(0.002)
+    return np.exp(-((position - 0.5) ** 2).sum(axis=1) / width)
 
 
 def rendering(position, direction):

@@ -50,6 +50,7 @@ from emitree._line_integrals import LineIntegrals, line_integrals
 from emitree._lines import Lines
 from emitree._meshes import from_pyvista
 from emitree._native import EmissionError, RenderError, SceneError, __version__
+from emitree._on_workers import on_workers
 from emitree._particles import Particles
 from emitree._plan import Plan
 from emitree._points import Points
@@ -129,6 +130,7 @@ __all__ = [
     "from_yt",
     "jacobian",
     "line_integrals",
+    "on_workers",
     "progressive",
     "render",
     "sensitivity",

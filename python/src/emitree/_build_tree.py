@@ -65,13 +65,14 @@ def build_tree(
     function = function_in(emission, scene, unit, False)
     threads = _options.threads(threads)
     with ExitStack() as stack:
-        evaluate, _ = evaluator(stack, scene, function, executor, cache)
+        evaluate = evaluator(stack, scene, function, executor, cache)
+        hook = stack.enter_context(_progress.hook(progress))
         output = stack.enter_context(_native.OutputFile(path))
         encoded, report = scene.build_tree(
-            function=evaluate,
+            function=None if evaluate is None else evaluate.rates,
             batch_size=batch_size_of(batch_size, function),
             threads=threads,
-            progress=stack.enter_context(_progress.hook(progress)),
+            progress=hook if evaluate is None else evaluate.progress(hook),
         )
         output.commit(encoded)
     return Tree(path, report)

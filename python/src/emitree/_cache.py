@@ -29,6 +29,7 @@ from types import TracebackType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from emitree import _native
 from emitree._function import Floats
@@ -187,22 +188,28 @@ class Cache:
         """The rates of a batch; the evaluator gives those of points that are not stored."""
         if len(self.stored):
             self._compare(evaluator, energy is not None)
+        points, wanted, new = self.missing(position, direction, energy)
+        fresh: dict[bytes, float] = {}
+        if len(new):
+            for part, rates in _evaluated(evaluator, points[new], energy is not None):
+                fresh.update(zip(keys(part), rates.tolist(), strict=True))
+                part[:, KEY] = rates
+                # A rate that is no number ends the rendering; a corrected function is called again.
+                self.add(part[np.isfinite(rates)])
+        found = (fresh[key] if key in fresh else self.known[key] for key in wanted)
+        return np.fromiter(found, np.float64, len(wanted))
+
+    def missing(
+        self, position: Floats, direction: Floats, energy: Floats | None
+    ) -> tuple[Floats, list[bytes], NDArray[np.intp]]:
+        """Points as they are stored, without rates; their keys; which of them are not known."""
         points = np.empty((len(position), KEY + 1), "<f8")
         points[:, :3], points[:, 3:6] = position, direction
         points[:, 6] = np.nan if energy is None else energy
         wanted = keys(points)
         first = {key: i for i, key in reversed(list(enumerate(wanted))) if key not in self.known}
         self.found += len(wanted) - len(first)
-        fresh: dict[bytes, float] = {}
-        if first:
-            new = np.array(sorted(first.values()))
-            for part, rates in _evaluated(evaluator, points[new], energy is not None):
-                fresh.update(zip(keys(part), rates.tolist(), strict=True))
-                part[:, KEY] = rates
-                # A rate that is no number ends the rendering; a corrected function is called again.
-                self._append(part[np.isfinite(rates)])
-        found = (fresh[key] if key in fresh else self.known[key] for key in wanted)
-        return np.fromiter(found, np.float64, len(wanted))
+        return points, wanted, np.array(sorted(first.values()), np.intp)
 
     def _compare(self, evaluator: Any, has_energy: bool) -> None:
         """Refuses a function that gives other rates than those that are stored."""
@@ -224,7 +231,8 @@ class Cache:
                 )
             self.compared += len(part)
 
-    def _append(self, points: Floats) -> None:
+    def add(self, points: Floats) -> None:
+        """Stores points with their rates."""
         records = encode(points)
         try:
             while records:

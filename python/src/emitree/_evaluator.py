@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from emitree import _executor, _native, _options
+from emitree import _native, _options
 from emitree._cache import Cache
 from emitree._executor import Serial, Shared
 from emitree._function import Floats, Function
+from emitree._progress import Rising
 
 #: The most points of one call of a function: few enough for their arrays to stay in a cache of the
 #: processor, enough for the call to cost nothing.
@@ -25,22 +27,43 @@ def batch_size_of(given: int | None, function: Function | None) -> int | None:
     return BATCH_SIZE if given is None and function is not None else given
 
 
+@dataclass(frozen=True)
+class Evaluator:
+    """What is called with each batch, and what there is to report of it."""
+
+    rates: Callable[..., Floats]
+    shared: Shared | None
+    cache: Cache | None
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """The tables `executor` and `cache` of a report, of those that were used."""
+        tables = {"executor": self.shared, "cache": self.cache}
+        return {name: of.report for name, of in tables.items() if of is not None}
+
+    def progress(self, hook: Callable[[int], Any] | None) -> Callable[[int], Any] | None:
+        """A hook that is called in the middle of batches too, where they are in parts."""
+        if hook is None or self.shared is None:
+            return hook
+        self.shared.progress = Rising(hook)
+        return self.shared.progress
+
+
 def evaluator(
     stack: ExitStack,
     scene: _native.Scene,
     function: Function | None,
     executor: Any,
     cache: str | os.PathLike[str] | None,
-) -> tuple[Callable[..., Floats] | None, Cache | None]:
-    """What is called with each batch."""
+) -> Evaluator | None:
+    """What is called with each batch; None of an emission that is no function."""
     if function is None:
         for name, given in (("executor", executor), ("cache", cache)):
             if given is not None:
                 raise TypeError(f"`{name}` is for functions: expected none with this emission")
-        return None, None
-    evaluate: Serial | Shared = Serial(function)
-    if executor is not None:
-        evaluate = Shared(function, _executor.checked(executor))
+        return None
+    shared = None if executor is None else Shared(function, executor)
+    evaluate = Serial(function) if shared is None else shared
     if cache is not None:
         energies = scene.energies
         units = {
@@ -49,15 +72,15 @@ def evaluator(
             "energy_unit": energies[1] if energies else None,
         }
         opened = stack.enter_context(Cache(cache, units, function.name))
-        return (lambda *batch: opened.rates(evaluate, *batch)), opened
-    if executor is None:
-        return function, None
+        return Evaluator(lambda *batch: opened.rates(evaluate, *batch), shared, opened)
+    if shared is None:
+        return Evaluator(function, None, None)
 
-    def shared(position: Floats, direction: Floats, energy: Floats | None) -> Floats:
+    def in_parts(position: Floats, direction: Floats, energy: Floats | None) -> Floats:
         parts = list(evaluate.parts(position, direction, energy))
         rates = np.empty((len(position), *parts[0][1].shape[1:]))
         for part, of_part in parts:
             rates[part] = of_part
         return rates
 
-    return shared, None
+    return Evaluator(in_parts, shared, None)

@@ -1,25 +1,28 @@
-"""Batches divided over any `concurrent.futures.Executor`: threads, processes, clusters."""
+"""Batches divided over workers: threads, processes, clusters."""
 
 from __future__ import annotations
 
-import math
-import os
+import queue
 import time
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, Future, as_completed
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError, Future
+from contextlib import closing
 from contextvars import ContextVar
 from typing import Any
 
+from emitree._call_times import measure, seconds_per_call
+from emitree._engines import engine_of
 from emitree._function import Floats, Function
-from emitree._native import SceneError
-
-#: A part that takes less is not worth sending to another process or machine [s].
-_LEAST_SECONDS = 0.002
-#: And one that takes more makes others wait for it at the end of a batch [s].
-_MOST_SECONDS = 0.5
+from emitree._late import Lateness
+from emitree._on_workers import OnWorkers
+from emitree._part_sizes import Cost, parts_of
 
 #: How often a rendering that waits for workers checks whether it was cancelled [s].
 _LOOK_SECONDS = 0.2
+
+#: A batch with more points than this for each worker begins with a few points for each, if the time
+#: of a point is unknown.
+_LARGE, _FIRST = 256, 16
 
 #: Raises an exception if the rendering was cancelled; set in the thread of that rendering.
 still_wanted: ContextVar[Callable[[], None] | None] = ContextVar("still_wanted", default=None)
@@ -42,91 +45,144 @@ class Serial:
 class Shared:
     """Parts of a batch for the workers of an executor.
 
-    Their size follows the time that the points before took. Which points are evaluated, and what
-    becomes of their rates, does not depend on it.
+    Their size follows the time that the points before took, and a part that is late is given to an
+    idle worker as well. Which points are evaluated, and what becomes of their rates, depends on
+    neither.
     """
 
-    def __init__(self, function: Function, executor: Executor) -> None:
+    def __init__(self, function: Function, executor: Any) -> None:
         self.function = function
-        self.executor = executor
-        self.workers = worker_count(executor)
-        self.seconds_per_point: float | None = None
+        self.engine = engine_of(executor)
+        self.cost = Cost()
+        #: Is called with the number of points so far, now and then.
+        self.progress: Callable[[int], Any] | None = None
+        self._workers = self._batches = self._count_of_parts = 0
+        self._repeated = self._points = 0
+        self._seconds = 0.0
+        self._waited = 0.0
 
-    def part_size(self, count: int) -> int:
-        """How many of `count` points go in one part."""
-        even = math.ceil(count / self.workers)
-        if self.seconds_per_point is None:
-            return math.ceil(even / 4)
-        seconds = max(self.seconds_per_point, 1e-12)
-        least, most = (max(1, int(limit / seconds)) for limit in (_LEAST_SECONDS, _MOST_SECONDS))
-        return min(max(even, least), most)
+    @property
+    def report(self) -> dict[str, Any]:
+        """The work of the workers.
+
+        How many there were, the batches, their parts, how many of these were given to a second
+        worker, the time that calls took, of all workers together, and the time of the batches [s].
+        """
+        return {
+            "workers": self._workers,
+            "batches": self._batches,
+            "parts": self._count_of_parts,
+            "repeated": self._repeated,
+            "seconds": self._seconds,
+            "waited": self._waited,
+        }
 
     def parts(self, position: Floats, direction: Floats, energy: Floats | None) -> Iterator[Part]:
         """The rates of each part, as they come."""
-        size = self.part_size(len(position))
-        futures: dict[Future[Any], slice] = {}
+        start = time.perf_counter()
+        workers = self.engine.workers()
+        self._workers = max(self._workers, workers)
+        count = len(position)
+        # The time of a point is unknown, and too much may depend on it.
+        is_large = self.cost.seconds_per_point is None and count > _LARGE * workers
+        ends = [_FIRST * workers, count] if is_large else [count]
         try:
-            for start in range(0, len(position), size):
-                part = slice(start, min(start + size, len(position)))
-                of_part = (None if energy is None else energy[part],)
-                arguments = (position[part], direction[part], *of_part)
-                futures[self.executor.submit(timed, self.function, *arguments)] = part
-            for future in _as_they_come(futures):
-                rates, seconds = future.result()
-                part = futures[future]
-                self.seconds_per_point = seconds / (part.stop - part.start)
+            for begin, end in zip([0, *ends[:-1]], ends, strict=True):
+                of_some = None if energy is None else energy[begin:end]
+                some = (position[begin:end], direction[begin:end], of_some)
+                with closing(self._parts(workers, *some)) as parts:
+                    for part, rates in parts:
+                        yield slice(part.start + begin, part.stop + begin), rates
+            self._batches += 1
+        finally:
+            self._waited += time.perf_counter() - start
+
+    def _parts(
+        self, workers: int, position: Floats, direction: Floats, energy: Floats | None
+    ) -> Generator[Part, None, None]:
+        done: queue.SimpleQueue[Future[Any]] = queue.SimpleQueue()
+        futures: dict[Future[Any], slice] = {}
+        waiting: dict[int, slice] = {}
+
+        def submit(part: slice) -> None:
+            of_part = None if energy is None else energy[part]
+            arguments = (position[part], direction[part], of_part)
+            future = self.engine.submit(emission_rates, self.function, *arguments)
+            futures[future] = part
+            future.add_done_callback(done.put)
+
+        try:
+            if self.cost.seconds_per_point is not None:
+                # Now workers have imported what they need.
+                measure(self.engine, _next)
+            costs = self.cost.seconds_per_point, seconds_per_call(self.engine)
+            for part in parts_of(len(position), workers, *costs):
+                waiting[part.start] = part
+                submit(part)
+            self._count_of_parts += len(waiting)
+            lateness = Lateness(self.cost)
+            while waiting:
+                future = _next(done)
+                if future is None:
+                    for part in lateness.late(waiting.values(), workers - len(futures)):
+                        self._repeated += 1
+                        submit(part)
+                    continue
+                part = futures.pop(future)
+                if part.start not in waiting:
+                    # Another copy of it was faster.
+                    self.engine.cancel([future])
+                    continue
+                rates, seconds, made_seconds = self.engine.result(future)
+                del waiting[part.start]
+                self._count(part.stop - part.start, seconds)
+                lateness.came(made_seconds)
                 yield part, rates
+        except BrokenExecutor as error:
+            error.add_note(
+                "emitree: a worker was lost, and with it this executor; with `cache` the same call "
+                "goes on with another one from the points that were evaluated"
+            )
+            raise
+        except CancelledError as error:
+            error.add_note(
+                "emitree: parts of a batch were called off, but not by this rendering: by "
+                "`shutdown` of the executor, or a restart of the cluster"
+            )
+            raise
         finally:
             # After an exception the others are not needed.
-            for future in futures:
-                future.cancel()
+            self.engine.cancel(futures)
+
+    def _count(self, points: int, seconds: float) -> None:
+        self.cost.add(seconds, points)
+        self._seconds += seconds
+        self._points += points
+        if self.progress is not None:
+            self.progress(self._points)
 
 
-def _as_they_come(futures: Iterable[Future[Any]]) -> Iterator[Future[Any]]:
-    """Futures that are done, without waiting after a cancellation."""
+def _next(done: queue.SimpleQueue[Future[Any]]) -> Future[Any] | None:
+    """The next future that is done; None after a while, without waiting after a cancellation."""
     wanted = still_wanted.get()
-    waiting = set(futures)
-    while waiting:
-        done = as_completed(waiting, timeout=_LOOK_SECONDS)
-        while True:
-            if wanted is not None:
-                wanted()
-            try:
-                future = next(done)
-            except StopIteration:
-                return
-            except TimeoutError:
-                break
-            waiting.discard(future)
-            yield future
+    if wanted is not None:
+        wanted()
+    try:
+        return done.get(timeout=_LOOK_SECONDS)
+    except queue.Empty:
+        return None
 
 
-def checked(executor: Any) -> Executor:
-    """What `executor` stands for: itself, or that of a dask client."""
-    if hasattr(executor, "get_executor"):
-        # Rates are the same each time, but a pure function would be called once for equal arrays.
-        return executor.get_executor(pure=False)
-    if not callable(getattr(executor, "submit", None)) or isinstance(executor, type):
-        raise SceneError(
-            f"`executor` is {executor!r}: expected a concurrent.futures.Executor, which has "
-            "`submit`, or a dask.distributed.Client"
-        )
-    return executor
-
-
-def timed(
+def emission_rates(
     function: Function, position: Floats, direction: Floats, energy: Floats | None
-) -> tuple[Floats, float]:
-    """The rates of a part, and how long they took [s]; what a worker does."""
+) -> tuple[Floats, float, float]:
+    """The rates of a part, how long they took, and how long the emission took to be made [s].
+
+    This is what a worker does; clusters show it by its name.
+    """
     start = time.perf_counter()
+    if isinstance(function.function, OnWorkers):
+        function.function.function()
+    made = time.perf_counter()
     rates = function(position, direction, energy)
-    return rates, time.perf_counter() - start
-
-
-def worker_count(executor: Any) -> int:
-    """How many workers an executor has, as far as it is known."""
-    client = getattr(executor, "_client", None)
-    if client is not None and hasattr(client, "nthreads"):
-        return max(1, sum(client.nthreads().values()))
-    workers = getattr(executor, "_max_workers", None)
-    return workers if isinstance(workers, int) and workers > 0 else os.cpu_count() or 1
+    return rates, time.perf_counter() - made, made - start

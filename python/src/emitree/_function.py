@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emitree import _units
+from emitree._on_workers import OnWorkers
 
 Floats = NDArray[np.float64]
 
@@ -56,6 +57,8 @@ def name_of(function: Any) -> str:
     """
     if isinstance(function, partial):
         return f"partial of {name_of(function.func)}"
+    if isinstance(function, OnWorkers):
+        return f"on_workers of {name_of(function.factory)}"
     named = function if hasattr(function, "__qualname__") else type(function)
     module = getattr(named, "__module__", None) or "?"
     return f"{module}.{named.__qualname__}"

@@ -24,3 +24,17 @@ def hook(progress: Progress) -> Iterator[Callable[[int], Any] | None]:
             yield lambda evaluations: bar.update(evaluations - bar.n)
     else:
         yield progress
+
+
+class Rising:
+    """A hook that is told of larger numbers alone."""
+
+    def __init__(self, hook: Callable[[int], Any]) -> None:
+        self.hook = hook
+        self.told = 0
+
+    def __call__(self, evaluations: int) -> None:
+        """The evaluations so far."""
+        if evaluations > self.told:
+            self.told = evaluations
+            self.hook(evaluations)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from emitree import _executor
 from emitree._components import keys_of
 from emitree._executor import Serial, Shared
 from emitree._function import Floats, Function
@@ -27,7 +26,7 @@ class Recorded:
 
     def __init__(self, function: Function, executor: Any = None) -> None:
         self._evaluator: Serial | Shared = (
-            Serial(function) if executor is None else Shared(function, _executor.checked(executor))
+            Serial(function) if executor is None else Shared(function, executor)
         )
         self._known: dict[bytes, float] = {}
         self._assumed: dict[bytes, float] = {}

@@ -110,8 +110,9 @@ def render(
         image so far, after the call of a function that is under way.
     smallest_feature: the standard deviation of the smallest Gaussian that may not be missed: a
         fraction of the edge of the view's cube, or a length as a quantity or as in "0.1 R_E".
-    executor: any `concurrent.futures.Executor`, or a dask `Client`, whose workers share each batch
-        of a function.
+    executor: any `concurrent.futures.Executor`, as that of `mpi4py.futures`, a dask `Client`, or
+        the module `ray`: its workers share each batch of a function. The result has the same bits
+        for any number of workers. See also `on_workers`.
     energy: bins of a cube: `Energies`, a dictionary with the same keys, or their borders
         (bins + 1,) in uniform steps or equal ratios, in keV or a quantity.
     unit, image_unit: units of the rates and of the image: a text in the grammar of FITS, or an
@@ -281,12 +282,14 @@ def _rendered(
             "images: expected neither, or method `vol`"
         )
     with ExitStack() as stack:
-        evaluate, opened = evaluator(stack, scene, function, executor, cache)
-        columns = Columns(evaluate) if evaluate is not None else None
+        evaluate = evaluator(stack, scene, function, executor, cache)
+        columns = Columns(evaluate.rates) if evaluate is not None else None
         render_scene = scene.render
         if start is not None:
             render_scene = partial(scene.render, start=start, is_fixed=is_fixed)
         hook = stack.enter_context(_progress.hook(progress))
+        if evaluate is not None:
+            hook = evaluate.progress(hook)
 
         def rendering() -> Rendering:
             found = render_scene(
@@ -297,8 +300,8 @@ def _rendered(
                 frame=frame,
             )
             report = json.loads(found.report())
-            if opened is not None:
-                report["cache"] = opened.report
+            if evaluate is not None:
+                report.update(evaluate.report)
             return Rendering(found, report, setup)
 
         first = rendering()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,6 +13,7 @@ from emitree._function import Floats, as_rates
 from emitree._plan import Plan
 from emitree._points import Points
 from emitree._result import Rendering
+from emitree._session_cache import Stored
 from emitree._setup import OF_VIEW, Setup, scene_of_camera
 
 #: Keywords of `render` that set how a view is rendered: `resume` may change them.
@@ -51,6 +53,9 @@ class Session:
     point is evaluated twice, and the result is, bit by bit, that of the new options at once.
 
     camera, shape: as of `render`.
+    cache: a folder that keeps each point and its rate, as of `render`: `ask` gives no point that is
+        there. A process that is started later, with the same arguments or another tolerance, goes
+        on where the last one ended; `close` it, or use the session in `with`.
     options: keywords of `render` that define the rendering: tolerance, rtol, atol, floor, weights,
         mask, per_band, sums, method, max_evaluations, max_seconds, smallest_feature, energy, unit,
         image_unit, quantity, bounds, occulters, edges, singularities, seeds, instrument, and the
@@ -69,18 +74,44 @@ class Session:
     True
     """
 
-    def __init__(self, camera: Camera, shape: Sequence[int] | int, **options: Any) -> None:
+    def __init__(
+        self,
+        camera: Camera,
+        shape: Sequence[int] | int,
+        *,
+        cache: str | os.PathLike[str] | None = None,
+        **options: Any,
+    ) -> None:
         _known(options, SESSION_OPTIONS)
         self._camera = camera
         self._shape = shape
         self._options = options
-        self._native = _native.Session(self._scene(shape, options))
+        scene = self._scene(shape, options)
+        self._native = _native.Session(scene)
+        self._stored = None if cache is None else Stored(self._native, scene, cache, self._unit)
+
+    @property
+    def _unit(self) -> str | None:
+        return _units.to_text(self._options.get("unit"))
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the cache, which another process may use then."""
+        if self._stored is not None:
+            self._stored.close()
 
     def _scene(self, shape: Sequence[int] | int, options: Mapping[str, Any]) -> _native.Scene:
         return scene_of_camera(_told, self._camera, shape, options)
 
     def ask(self) -> Points | None:
         """The points at which rates are needed next; None once the rendering has ended."""
+        if self._stored is not None:
+            return self._stored.ask()
         asked = self._native.ask()
         return Points(*asked) if asked is not None else None
 
@@ -90,11 +121,15 @@ class Session:
         Raises `ValueError` if there are not as many rates as points, `EmissionError` if one is not
         finite: then the session still waits for them.
         """
-        count = self._native.waits_for()
+        stored = self._stored
+        count = self._native.waits_for() if stored is None else stored.waits_for()
         if count is None:
             raise ValueError("rates were given: expected none, as the session waits for no rates")
-        unit = _units.to_text(self._options.get("unit"))
-        self._native.tell(as_rates(rates, count, unit))
+        given = as_rates(rates, count, self._unit)
+        if stored is None:
+            self._native.tell(given)
+        else:
+            stored.tell(given)
 
     def resume(self, shape: Sequence[int] | int | None = None, **options: Any) -> None:
         """Continues to a tighter tolerance, to more pixels, or with a larger budget.
@@ -109,6 +144,8 @@ class Session:
         changed = self._options | options
         self._native.resume(self._scene(shape, changed))
         self._shape, self._options = shape, changed
+        if self._stored is not None:
+            self._stored.advance()
 
     def rendering(self) -> Rendering | None:
         """The rendering so far; None if there is no image yet.
