@@ -20,7 +20,7 @@ use crate::vol::seeds::check_seeds;
 use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
-use crate::vol::view::part::{Parts, atlas, parts};
+use crate::vol::view::part::{Parts, SeenCharts, atlas, parts};
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
 use std::sync::Arc;
 
@@ -40,10 +40,14 @@ pub(crate) async fn render(
         Some(start) => start.division.clone(),
         None => Division { edges: edges(meter, tiles, axis, vol).await?, ..Division::default() },
     };
+    let mut seen: Option<SeenCharts> = None;
     loop {
         let Division { edges, cuts, depths, stretch } = &division;
         let atlas = atlas(tiles, edges).map(|atlas| atlas.with_weights(depths).with_cuts(cuts));
-        let parts = parts(tiles, atlas.as_ref(), *stretch);
+        let parts = match (seen.take(), &atlas) {
+            (Some(seen), Some(atlas)) => seen.parts(tiles, atlas),
+            _ => parts(tiles, atlas.as_ref(), *stretch),
+        };
         meter.check_time()?;
         let mut attempted = match axis {
             None => {
@@ -60,6 +64,7 @@ pub(crate) async fn render(
             continue;
         }
         if !attempted.depths.is_empty() {
+            seen = parts.seen_charts();
             division.depths = attempted.depths;
             continue;
         }
