@@ -12,14 +12,27 @@ pub(crate) fn orthonormalise<'a>(
     mut on_common: impl FnMut(usize, f64),
 ) -> Option<f64> {
     let size = norm(column);
+    // What is to be subtracted next: in the loop of the dot product that follows, whose additions wait for
+    // each other anyway.
+    let mut next: Option<(f64, &[f64])> = None;
     for _ in 0..2 {
         for (number, other) in others.clone().enumerate() {
-            let common = dot(column, other);
-            column.iter_mut().zip(other).for_each(|(a, b)| *a -= common * b);
+            let common = match next {
+                None => dot(column, other),
+                Some((before, former)) => {
+                    subtract(column, before, former).zip(other).map(|(a, b)| a * b).sum()
+                }
+            };
             on_common(number, common);
+            next = Some((common, other));
         }
     }
-    let across = norm(column);
+    let across = match next {
+        None => size,
+        Some((before, former)) => {
+            subtract(column, before, former).map(|a| a * a).sum::<f64>().sqrt()
+        }
+    };
     if across <= least * size {
         return None;
     }
@@ -58,6 +71,18 @@ impl Residuals {
     pub(crate) fn left_out(&self, i: usize, least_independence: f64) -> f64 {
         self.values[i].abs() / self.independence[i].max(least_independence)
     }
+}
+
+/// Subtracts `common` times another column. Returns the entries that result.
+fn subtract<'a>(
+    column: &'a mut [f64],
+    common: f64,
+    other: &'a [f64],
+) -> impl Iterator<Item = f64> + 'a {
+    column.iter_mut().zip(other).map(move |(a, b)| {
+        *a -= common * b;
+        *a
+    })
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

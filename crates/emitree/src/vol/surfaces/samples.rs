@@ -38,7 +38,8 @@ const MOST_BEYOND: f64 = 2.0;
 #[derive(Debug)]
 pub(super) struct Samples {
     all: Vec<Sample>,
-    buckets: FxHashMap<[i32; 3], Vec<u32>>,
+    /// The places and numbers of the samples in each bucket.
+    buckets: FxHashMap<[i32; 3], Vec<([f64; 3], u32)>>,
     /// The edge of a bucket.
     bucket: f64,
     /// The region that each label stands for: regions whose values agree become one.
@@ -186,7 +187,8 @@ impl Samples {
             self.counts[current] += 1;
         }
         let place = self.place(at);
-        self.buckets.entry(place).or_default().push(u32::try_from(number).unwrap_or(u32::MAX));
+        let of_bucket = self.buckets.entry(place).or_default();
+        of_bucket.push((at, u32::try_from(number).unwrap_or(u32::MAX)));
         number
     }
 
@@ -202,16 +204,16 @@ impl Samples {
                     let mut dz = -ring;
                     while dz <= ring {
                         let place = [middle[0] + dx, middle[1] + dy, middle[2] + dz];
-                        for &i in self.buckets.get(&place).into_iter().flatten() {
-                            let i = i as usize;
-                            found.push((norm(difference(self.all[i].at, at)), i));
+                        for (of, i) in self.buckets.get(&place).into_iter().flatten() {
+                            found.push((norm(difference(*of, at)), *i as usize));
                         }
                         dz += step;
                     }
                 }
             }
             let covered = f64::from(ring) * self.bucket;
-            if found.iter().filter(|(distance, _)| *distance <= covered).count() >= count {
+            let is_covered = |(distance, _): &&(f64, usize)| *distance <= covered;
+            if found.len() >= count && found.iter().filter(is_covered).count() >= count {
                 break;
             }
         }
