@@ -12,27 +12,14 @@ pub(crate) fn orthonormalise<'a>(
     mut on_common: impl FnMut(usize, f64),
 ) -> Option<f64> {
     let size = norm(column);
-    // What is to be subtracted next: in the loop of the dot product that follows, whose additions wait for
-    // each other anyway.
-    let mut next: Option<(f64, &[f64])> = None;
     for _ in 0..2 {
         for (number, other) in others.clone().enumerate() {
-            let common = match next {
-                None => dot(column, other),
-                Some((before, former)) => {
-                    subtract(column, before, former).zip(other).map(|(a, b)| a * b).sum()
-                }
-            };
+            let common = dot(column, other);
+            column.iter_mut().zip(other).for_each(|(a, b)| *a -= common * b);
             on_common(number, common);
-            next = Some((common, other));
         }
     }
-    let across = match next {
-        None => size,
-        Some((before, former)) => {
-            subtract(column, before, former).map(|a| a * a).sum::<f64>().sqrt()
-        }
-    };
+    let across = norm(column);
     if across <= least * size {
         return None;
     }
@@ -71,18 +58,6 @@ impl Residuals {
     pub(crate) fn left_out(&self, i: usize, least_independence: f64) -> f64 {
         self.values[i].abs() / self.independence[i].max(least_independence)
     }
-}
-
-/// Subtracts `common` times another column. Returns the entries that result.
-fn subtract<'a>(
-    column: &'a mut [f64],
-    common: f64,
-    other: &'a [f64],
-) -> impl Iterator<Item = f64> + 'a {
-    column.iter_mut().zip(other).map(move |(a, b)| {
-        *a -= common * b;
-        *a
-    })
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

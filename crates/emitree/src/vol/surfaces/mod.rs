@@ -16,7 +16,7 @@
 //! * `search`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves:
 //!   regions of the base lattice, regions that are one, points of surfaces on the edges of cells, patches of
 //!   cells, their continuation through faces;
-//! * `polynomial`, `integrals`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
+//! * `polynomial`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
 //! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
 //!   `attempt`: all of it, with the decision.
@@ -40,7 +40,6 @@ mod borders;
 mod facets;
 mod faces;
 mod polynomial;
-mod integrals;
 mod boxes;
 mod outline;
 mod pieces;

@@ -2,7 +2,6 @@
 
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::beam::Beam;
-use crate::vol::surfaces::integrals::Integrals;
 use crate::vol::surfaces::octree::{Label, Octree};
 use crate::vol::surfaces::pieces::Pieces;
 use crate::vol::surfaces::rays::{LineIntegral, Segment};
@@ -22,31 +21,22 @@ impl Model {
         [column / width as f64 * edges[0], row / height as f64 * edges[1]]
     }
 
-    /// Adds a line at a place of the grid by its segments, with the error of its surfaces.
-    pub(super) fn add_line<'a>(
-        &'a self,
-        integrals: &mut Integrals<'a>,
+    /// The integral of segments of a line at a place of the grid, with the error of its surfaces.
+    pub(super) fn integral(
+        &self,
         xy: [f64; 2],
         segments: impl Iterator<Item = Segment>,
         error: f64,
-    ) {
+    ) -> LineIntegral {
+        let mut sum = [0.0, error];
         for segment in segments {
-            let of = self.pieces.get(usize::from(segment.label)).and_then(Option::as_ref);
-            if of.is_some_and(|of| of.add_to(integrals, xy, segment.ends)) {
-                integrals.add_up();
+            if let Some(of) = self.pieces.get(usize::from(segment.label)).and_then(Option::as_ref) {
+                let [value, error] = of.integral(xy, segment.ends);
+                sum = [sum[0] + value, sum[1] + error];
             }
         }
-        integrals.end_line(error);
-    }
-
-    /// The integrals of the lines that were added.
-    pub(super) fn integrals(&self, integrals: &mut Integrals<'_>) -> Vec<LineIntegral> {
-        let depth = self.tree.grid.edges[2];
-        let of_line = |[value, error]: [f64; 2]| LineIntegral {
-            value: value / depth,
-            error: error / depth,
-        };
-        integrals.take().into_iter().map(of_line).collect()
+        let [value, error] = sum.map(|of| of / self.tree.grid.edges[2]);
+        LineIntegral { value, error }
     }
 
     /// The lines of a pixel.

@@ -224,20 +224,21 @@ impl Patch {
         let reach = TUNING.surfaces.reach * size;
         let weight = |point: &FitPoint| (-1.5 * (point.distance / reach).powi(2)).exp();
         let weights: Vec<f64> = points.iter().map(weight).collect();
-        let is_near = |i: &usize| *i < 3 || points[*i].distance < 0.5 * reach;
-        let near = || (0..points.len()).filter(is_near);
+        let is_near = |i: usize| i < 3 || points[i].distance < 0.5 * reach;
+        let near: Vec<usize> = (0..points.len()).filter(|&i| is_near(i)).collect();
         let weighted = local.iter().zip(&weights).map(|(at, weight)| at[2] * weight);
-        let is_enough = |terms: usize| (points.len() as f64) >= 1.25 * terms as f64 + 1.0;
-        let most = (0..=DEGREE).map(terms).take_while(|terms| is_enough(*terms)).last();
-        let mut columns = Columns::new(weighted.collect(), most.unwrap_or(0));
+        let mut columns = Columns::new(weighted.collect(), TERMS);
+        let powers: Vec<[[f64; DEGREE + 1]; 2]> =
+            local.iter().map(|at| [powers(at[0]), powers(at[1])]).collect();
         let mut best: Option<(Self, f64)> = None;
         'degrees: for degree in 0..=DEGREE {
-            if !is_enough(terms(degree)) {
+            let terms = (degree + 1) * (degree + 2) / 2;
+            if (points.len() as f64) < 1.25 * terms as f64 + 1.0 {
                 break;
             }
             for j in 0..=degree {
-                let value = |at: &[f64; 3]| power(at[0], degree - j) * power(at[1], j);
-                let column = local.iter().zip(&weights).map(|(at, weight)| value(at) * weight);
+                let power = |[u, v]: &[[f64; DEGREE + 1]; 2]| u[degree - j] * v[j];
+                let column = powers.iter().zip(&weights).map(|(at, weight)| power(at) * weight);
                 if !columns.add(column) {
                     break 'degrees;
                 }
@@ -245,8 +246,8 @@ impl Patch {
             if degree == 0 {
                 continue;
             }
-            let square = |i: usize| (columns.left_out(i) / weights[i]).powi(2);
-            let mean = near().map(square).sum::<f64>() / near().count().max(1) as f64;
+            let square = |&i: &usize| (columns.left_out(i) / weights[i]).powi(2);
+            let mean = near.iter().map(square).sum::<f64>() / near.len().max(1) as f64;
             let error = TUNING.surfaces.patch_margin * mean.sqrt() * size;
             if best.as_ref().is_none_or(|best| error < best.1) {
                 let mut coefficients = [0.0; TERMS];
@@ -264,9 +265,7 @@ impl Patch {
 
 /// The points whose orientation agrees with a normal, within a tilt.
 fn oriented(points: &[FitPoint], normal: [f64; 3], tilt: f64) -> Vec<FitPoint> {
-    let mut kept = Vec::with_capacity(points.len());
-    kept.extend(points.iter().filter(|point| is_oriented(point, normal, tilt)));
-    kept
+    points.iter().filter(|point| is_oriented(point, normal, tilt)).copied().collect()
 }
 
 /// Whether the orientation of a point agrees with a normal, within a tilt.
@@ -275,20 +274,10 @@ pub(super) fn is_oriented(point: &FitPoint, normal: [f64; 3], tilt: f64) -> bool
     upward > -tilt
 }
 
-/// The number of terms of a polynomial in two coordinates.
-fn terms(degree: usize) -> usize {
-    (degree + 1) * (degree + 2) / 2
-}
-
-/// A power of a number, 4 at the most.
-fn power(x: f64, exponent: usize) -> f64 {
-    match exponent {
-        0 => 1.0,
-        1 => x,
-        2 => x * x,
-        3 => x * (x * x),
-        _ => (x * x) * (x * x),
-    }
+/// The powers of a number.
+fn powers(x: f64) -> [f64; DEGREE + 1] {
+    let square = x * x;
+    [1.0, x, square, x * square, square * square]
 }
 
 #[cfg(test)]

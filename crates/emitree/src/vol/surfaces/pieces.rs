@@ -2,7 +2,6 @@
 
 use crate::parallel::prelude::*;
 use crate::vol::surfaces::boxes::OpenBox;
-use crate::vol::surfaces::integrals::Integrals;
 use crate::vol::surfaces::octree::{Cell, Label, Octree};
 use crate::vol::surfaces::outline::Outline;
 use crate::vol::surfaces::polynomial::Polynomial;
@@ -56,43 +55,28 @@ impl Pieces {
         self.at(at).map_or(0.0, |polynomial| polynomial.value(at))
     }
 
-    /// Adds the polynomials on a part of a line from one depth to another. Returns whether there are any: their
-    /// sum is the last one then.
-    pub(super) fn add_to<'a>(
-        &'a self,
-        integrals: &mut Integrals<'a>,
-        xy: [f64; 2],
-        ends: [f64; 2],
-    ) -> bool {
-        self.add_below(0, integrals, xy, ends)
+    /// The integrals along z of the value and of its error, from one depth to another.
+    pub(super) fn integral(&self, [x, y]: [f64; 2], ends: [f64; 2]) -> [f64; 2] {
+        self.integral_below(0, [x, y], ends)
     }
 
-    fn add_below<'a>(
-        &'a self,
-        node: usize,
-        integrals: &mut Integrals<'a>,
-        xy: [f64; 2],
-        [from, to]: [f64; 2],
-    ) -> bool {
+    fn integral_below(&self, node: usize, [x, y]: [f64; 2], [from, to]: [f64; 2]) -> [f64; 2] {
         match self.nodes.get(node) {
-            None => false,
-            Some(Node::Polynomial(of)) => {
-                integrals.add(of, xy, [from, to]);
-                true
-            }
+            None => [0.0; 2],
+            Some(Node::Polynomial(of)) => [of.integral([x, y], [from, to]), (to - from) * of.error],
             Some(&Node::Halves { axis, at, below, above }) => {
                 if axis < 2 {
-                    let next = if xy[axis] < at { below } else { above };
-                    return self.add_below(next, integrals, xy, [from, to]);
+                    let next = if [x, y][axis] < at { below } else { above };
+                    return self.integral_below(next, [x, y], [from, to]);
                 }
-                let mut add = |next: usize, [from, to]: [f64; 2]| {
-                    from < to && self.add_below(next, integrals, xy, [from, to])
-                };
-                let has_parts = [add(below, [from, to.min(at)]), add(above, [from.max(at), to])];
-                if has_parts == [true; 2] {
-                    integrals.add_up();
+                let mut sum = [0.0; 2];
+                for (next, ends) in [(below, [from, to.min(at)]), (above, [from.max(at), to])] {
+                    if ends[0] < ends[1] {
+                        let [value, error] = self.integral_below(next, [x, y], ends);
+                        sum = [sum[0] + value, sum[1] + error];
+                    }
                 }
-                has_parts.contains(&true)
+                sum
             }
         }
     }

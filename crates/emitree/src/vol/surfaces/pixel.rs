@@ -3,7 +3,6 @@
 
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::beam::Beam;
-use crate::vol::surfaces::integrals::Integrals;
 use crate::vol::surfaces::model::Model;
 use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree};
 use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
@@ -27,18 +26,11 @@ pub(super) struct PixelLines {
 }
 
 impl PixelLines {
-    /// Forgets all lines, but keeps the memory for those that follow.
     fn clear(&mut self) {
-        self.segments.clear();
-        self.lines.clear();
+        (self.segments, self.lines) = (Vec::new(), Vec::new());
     }
 
-    /// Adds a line, with room for as many `more` like it.
-    fn add(&mut self, ray: &Ray, more: usize) {
-        if self.lines.capacity() == self.lines.len() {
-            self.lines.reserve(1 + more);
-            self.segments.reserve((1 + more) * ray.segments.len());
-        }
+    fn add(&mut self, ray: &Ray) {
         self.segments.extend(ray.segments.iter().map(|of| (of.label, of.ends[1])));
         self.lines.push((self.segments.len(), ray.error_of_surfaces()));
     }
@@ -110,7 +102,6 @@ pub(super) struct Pixel<'a> {
     /// What new lines follow, and one of them.
     beam: Option<Beam<'a>>,
     ray: Ray,
-    integrals: Integrals<'a>,
 }
 
 impl<'a> Pixel<'a> {
@@ -120,43 +111,35 @@ impl<'a> Pixel<'a> {
         number: usize,
         lines: &'a mut PixelLines,
     ) -> Self {
-        let (ray, integrals) = (Ray::default(), Integrals::default());
-        Self { model, aim, number, lines, asked: 0, beam: None, ray, integrals }
+        Self { model, aim, number, lines, asked: 0, beam: None, ray: Ray::default() }
     }
 
-    /// The means over the next lines by several rules, each at places from 0 to 1 in the pixel with weights
-    /// whose sum is 1.
-    pub(super) fn means<const N: usize>(&mut self, rules: [&[RuleNode]; N]) -> [LineIntegral; N] {
+    /// The mean over the next lines, at places from 0 to 1 in the pixel with weights whose sum is 1.
+    pub(super) fn mean(&mut self, nodes: &[RuleNode]) -> LineIntegral {
         let [column, row] = self.aim.corner(self.number);
-        let count: usize = rules.iter().map(|nodes| nodes.len()).sum();
-        for (number, ([u, v], _)) in rules.into_iter().flatten().enumerate() {
+        let mut sum = LineIntegral::default();
+        for ([u, v], weight) in nodes {
             let xy = self.model.place(self.aim, [column + u, row + v]);
             if self.asked == self.lines.lines.len() {
                 let beam = || self.model.beam(self.aim, self.number);
                 let end = self.aim.end_of_line(&self.model.tree.grid, xy);
                 self.ray.follow(self.beam.get_or_insert_with(beam), xy, end);
-                self.lines.add(&self.ray, count - number - 1);
+                self.lines.add(&self.ray);
             }
             let (segments, error) = self.lines.line(self.asked);
-            self.model.add_line(&mut self.integrals, xy, segments, error);
+            let line = self.model.integral(xy, segments, error);
             self.asked += 1;
+            sum.value += weight * line.value;
+            sum.error += weight * line.error;
         }
-        let mut lines = self.model.integrals(&mut self.integrals).into_iter();
-        rules.map(|nodes| {
-            let mut sum = LineIntegral::default();
-            for ((_, weight), line) in nodes.iter().zip(&mut lines) {
-                sum.value += weight * line.value;
-                sum.error += weight * line.error;
-            }
-            sum
-        })
+        sum
     }
 }
 
 impl Drop for Pixel<'_> {
     fn drop(&mut self) {
         if self.lines.is_forgotten {
-            (self.lines.segments, self.lines.lines) = (Vec::new(), Vec::new());
+            self.lines.clear();
         }
     }
 }

@@ -3,8 +3,6 @@
 use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::beam::Beam;
-use crate::vol::surfaces::integrals::Integrals;
 use crate::vol::surfaces::model::Model;
 use crate::vol::surfaces::pixel::{KnownLines, Pixel};
 use crate::vol::surfaces::rays::{LineIntegral, Ray};
@@ -82,26 +80,19 @@ impl Model {
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         // Lines at the corners of pixels, which neighbours share: an edge of the image may be parallel to the
         // border of a pixel, between this border and all other lines.
-        let rows: Vec<usize> = (0..=height).collect();
-        let corners = rows.par_iter().map(|&row| {
-            let (mut integrals, mut ray) = (Integrals::default(), Ray::default());
-            for column in 0..=width {
-                let xy = self.place(aim, [column as f64, row as f64]);
-                let end = aim.end_of_line(&self.tree.grid, xy);
-                ray.follow(&Beam::new(&self.tree, [xy; 2]), xy, end);
-                let segments = ray.segments.iter().copied();
-                self.add_line(&mut integrals, xy, segments, ray.error_of_surfaces());
-            }
-            self.integrals(&mut integrals)
-        });
-        let corners: Vec<Vec<LineIntegral>> = corners.collect();
-        let corners: Vec<f64> = corners.into_iter().flatten().map(|of| of.value).collect();
+        let corners: Vec<usize> = (0..(height + 1) * (width + 1)).collect();
+        let corner = |&number: &usize| {
+            let (row, column) = (number / (width + 1), number % (width + 1));
+            let xy = self.place(aim, [column as f64, row as f64]);
+            let ray = Ray::new(&self.tree, xy, aim.end_of_line(&self.tree.grid, xy));
+            self.integral(xy, ray.segments.iter().copied(), ray.error_of_surfaces()).value
+        };
+        let corners: Vec<f64> = corners.par_iter().map(corner).collect();
         let of_corners = |pixel: usize| {
             let first = pixel / width * (width + 1) + pixel % width;
             let below = first + width + 1;
             0.25 * (corners[first] + corners[first + 1] + corners[below] + corners[below + 1])
         };
-        let checks = lattice_nodes(5);
         let first = known.first.par_iter_mut().enumerate().map(|(pixel, lines)| {
             if aim.scale.pixels()[pixel] == 0.0 {
                 return (LineIntegral::default(), false);
@@ -109,8 +100,8 @@ impl Model {
             let mut of = Pixel::new(self, aim, pixel, lines);
             let gauss: [RuleNode; 4] =
                 core::array::from_fn(|k| ([GAUSS[k % 2], GAUSS[k / 2]], 0.25));
-            let middle = [([0.5; 2], 1.0)];
-            let [line, check, middle] = of.means([&gauss, &checks, &middle]);
+            let (line, check) = (of.mean(&gauss), of.mean(&lattice_nodes(5)));
+            let middle = of.mean(&[([0.5; 2], 1.0)]);
             let allowed = SPREAD * aim.target / aim.scale.pixels()[pixel];
             // Simpson's rule.
             let outer = 2.0 / 3.0 * middle.value + 1.0 / 3.0 * of_corners(pixel);
@@ -127,19 +118,15 @@ impl Model {
                 columns.into_iter().any(|column| first[row * width + column].1)
             })
         };
-        let lattices = lines.map(lattice_nodes);
         let all = known.lattices.par_iter_mut().enumerate().map(|(pixel, known)| {
             if !is_rough(pixel) || aim.scale.pixels()[pixel] == 0.0 {
                 return first[pixel].0;
             }
             let mut pixel_lines = Pixel::new(self, aim, pixel, known);
             let at_limb = aim.visible.as_ref().filter(|of| of.is_at_limb(pixel));
-            let mut of = |step: usize| {
-                let [mean] = match at_limb {
-                    Some(visible) => pixel_lines.means([&visible.nodes_at_limb(pixel, step)]),
-                    None => pixel_lines.means([&lattices[step]]),
-                };
-                mean
+            let mut of = |step: usize| match at_limb {
+                Some(visible) => pixel_lines.mean(&visible.nodes_at_limb(pixel, step)),
+                None => pixel_lines.mean(&lattice_nodes(lines[step])),
             };
             let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
             let mut before = of(0);

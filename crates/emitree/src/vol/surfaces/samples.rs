@@ -38,8 +38,7 @@ const MOST_BEYOND: f64 = 2.0;
 #[derive(Debug)]
 pub(super) struct Samples {
     all: Vec<Sample>,
-    /// The places and numbers of the samples in each bucket.
-    buckets: FxHashMap<[i32; 3], Vec<([f64; 3], u32)>>,
+    buckets: FxHashMap<[i32; 3], Vec<u32>>,
     /// The edge of a bucket.
     bucket: f64,
     /// The region that each label stands for: regions whose values agree become one.
@@ -187,8 +186,7 @@ impl Samples {
             self.counts[current] += 1;
         }
         let place = self.place(at);
-        let of_bucket = self.buckets.entry(place).or_default();
-        of_bucket.push((at, u32::try_from(number).unwrap_or(u32::MAX)));
+        self.buckets.entry(place).or_default().push(u32::try_from(number).unwrap_or(u32::MAX));
         number
     }
 
@@ -204,16 +202,16 @@ impl Samples {
                     let mut dz = -ring;
                     while dz <= ring {
                         let place = [middle[0] + dx, middle[1] + dy, middle[2] + dz];
-                        for (of, i) in self.buckets.get(&place).into_iter().flatten() {
-                            found.push((norm(difference(*of, at)), *i as usize));
+                        for &i in self.buckets.get(&place).into_iter().flatten() {
+                            let i = i as usize;
+                            found.push((norm(difference(self.all[i].at, at)), i));
                         }
                         dz += step;
                     }
                 }
             }
             let covered = f64::from(ring) * self.bucket;
-            let is_covered = |(distance, _): &&(f64, usize)| *distance <= covered;
-            if found.len() >= count && found.iter().filter(is_covered).count() >= count {
+            if found.iter().filter(|(distance, _)| *distance <= covered).count() >= count {
                 break;
             }
         }

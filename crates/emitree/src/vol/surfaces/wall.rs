@@ -144,30 +144,16 @@ impl Wall {
     }
 }
 
-/// The nearer of two numbered distances, the first if they are equal.
-fn nearer(best: (usize, f64), of: (usize, f64)) -> (usize, f64) {
-    if of.1 < best.1 { of } else { best }
-}
-
 /// The patch that is nearest to a point, of those with its orientation; their number for a point
 /// beside the cell that belongs to none.
 fn nearest(patches: &[Patch], point: &FitPoint, near: f64, belongs: f64) -> usize {
-    let mut heights = [f64::INFINITY; MOST_PATCHES];
-    for (height, patch) in heights.iter_mut().zip(patches) {
-        *height = patch.above(point.at).abs();
-    }
-    // Normals cost more than heights, and decide only about the nearest.
-    let (mut best, mut distance) = (0, f64::INFINITY);
-    for _ in patches {
-        let (k, height) = heights.iter().copied().enumerate().fold((0, f64::INFINITY), nearer);
-        let is_oriented =
-            |patch: &Patch| is_oriented(point, patch.normal(point.at), TUNING.surfaces.second_tilt);
-        if height < f64::INFINITY && is_oriented(&patches[k]) {
-            (best, distance) = (k, height);
-            break;
-        }
-        heights[k] = f64::INFINITY;
-    }
+    let distance = |patch: &Patch| {
+        let is_oriented = is_oriented(point, patch.normal(point.at), TUNING.surfaces.second_tilt);
+        if is_oriented { patch.above(point.at).abs() } else { f64::INFINITY }
+    };
+    let all = patches.iter().map(distance).enumerate();
+    let (best, distance) =
+        all.reduce(|best, of| if of.1 < best.1 { of } else { best }).unwrap_or((0, 0.0));
     let is_of_it = point.distance <= near || distance <= belongs;
     if is_of_it { best } else { patches.len() }
 }
@@ -205,45 +191,22 @@ fn with_one_more(
         };
         points.iter().map(distance).collect()
     };
-    let of_planes: Vec<Vec<f64>> = planes.iter().map(distances).collect();
-    let weight = |point: &FitPoint| {
-        let is_near = point.distance <= TUNING.surfaces.wall_near * size;
-        if is_near { 1.0 } else { TUNING.surfaces.wall_far_weight }
+    let distances: Vec<Vec<f64>> = planes.iter().map(distances).collect();
+    let cost = |of: &[usize]| {
+        let least = |i: usize| {
+            let is_near = points[i].distance <= TUNING.surfaces.wall_near * size;
+            let weight = if is_near { 1.0 } else { TUNING.surfaces.wall_far_weight };
+            weight * of.iter().map(|&k| distances[k][i]).fold(most, f64::min)
+        };
+        (0..points.len()).map(least).sum::<f64>()
     };
-    let weights: Vec<f64> = points.iter().map(weight).collect();
-    // The costs of the first planes, each together with others that are `nearest` to the points: sums for
-    // all planes side by side, since each of them is one long chain of additions.
-    let of_points: Vec<Vec<f64>> =
-        (0..points.len()).map(|i| of_planes.iter().map(|of| of[i]).collect()).collect();
-    let costs = |nearest: &[f64], first: usize| {
-        let mut costs = vec![0.0; first];
-        for ((nearest, weight), of_planes) in nearest.iter().zip(&weights).zip(&of_points) {
-            for (cost, of_plane) in costs.iter_mut().zip(of_planes) {
-                *cost += weight * nearest.min(*of_plane);
-            }
-        }
-        costs
-    };
-    let mut best: Option<(f64, Vec<usize>)> = None;
-    let mut compare = |cost: f64, set: &[&[usize]]| {
-        if best.as_ref().is_none_or(|(least, _)| cost.total_cmp(least).is_lt()) {
-            best = Some((cost, set.concat()));
-        }
-    };
-    if chosen.len() + 1 == count {
-        let nearest = |i: usize| chosen.iter().map(|&k| of_planes[k][i]).fold(most, f64::min);
-        let nearest: Vec<f64> = (0..points.len()).map(nearest).collect();
-        for (k, cost) in costs(&nearest, planes.len()).into_iter().enumerate() {
-            compare(cost, &[chosen, &[k]]);
-        }
+    let sets: Vec<Vec<usize>> = if chosen.len() + 1 == count {
+        (0..planes.len()).map(|k| [chosen, &[k][..]].concat()).collect()
     } else {
-        for i in 0..planes.len() {
-            for (j, cost) in costs(&of_planes[i], i).into_iter().enumerate() {
-                compare(cost, &[&[j, i]]);
-            }
-        }
-    }
-    best.map(|(_, set)| set)
+        let pairs = (0..planes.len()).flat_map(|i| (0..i).map(move |j| vec![j, i]));
+        pairs.collect()
+    };
+    sets.into_iter().map(|set| (cost(&set), set)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|of| of.1)
 }
 
 /// A direction for the first normal of a wall, from the orientations of points.
