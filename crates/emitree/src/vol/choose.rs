@@ -22,7 +22,7 @@ use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::faces::reaches_faces_at;
-use crate::vol::view::part::{Parts, atlas, atlas_of_box, parts};
+use crate::vol::view::part::{Parts, SeenCharts, atlas, atlas_of_box, parts};
 use crate::vol::view::scattered::KnownParts;
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
 use std::sync::Arc;
@@ -104,13 +104,17 @@ async fn to_tolerance(
         Some(start) => start.division.clone(),
         None => division(meter, tiles, axis, vol).await?,
     };
+    let mut seen: Option<SeenCharts> = None;
     loop {
         let Division { edges, cuts, depths, stretch, is_by_faces } = &division;
         let atlas = match is_by_faces {
             true => atlas_of_box(tiles),
             false => atlas(tiles, edges).map(|atlas| atlas.with_weights(depths).with_cuts(cuts)),
         };
-        let parts = parts(tiles, atlas.as_ref(), *stretch);
+        let parts = match (seen.take(), &atlas) {
+            (Some(seen), Some(atlas)) => seen.parts(tiles, atlas),
+            _ => parts(tiles, atlas.as_ref(), *stretch),
+        };
         meter.check_time()?;
         let mut attempted = match axis {
             None => {
@@ -130,6 +134,7 @@ async fn to_tolerance(
             continue;
         }
         if !attempted.depths.is_empty() {
+            seen = parts.seen_charts();
             division.depths = attempted.depths;
             continue;
         }

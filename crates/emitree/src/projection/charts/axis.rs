@@ -6,7 +6,7 @@
 //! it. Both sides of the axis have charts of their own: the azimuth of shells is the elevation ε on one side, and
 //! π − ε on the other.
 
-use crate::projection::charts::aim::Aim;
+use crate::projection::charts::aim::{Aim, Angle};
 use crate::projection::surroundings::{Observer, SightLine};
 use crate::projection::vector::{along, cross, difference, dot, norm, unit};
 use core::f64::consts::{FRAC_PI_2, PI};
@@ -80,12 +80,13 @@ impl SeenAxis {
             let place = dot(from, cross(self.across, self.towards));
             let azimuth = beside(miss, (place / self.length).atan());
             let miss = miss.abs();
-            return Aim { angle: miss, azimuth, miss, is_ahead: true, nearest, stretch };
+            let (angle, azimuth) = (Angle::Known(miss), Angle::Known(azimuth));
+            return Aim { angle, azimuth, miss, is_ahead: true, nearest, stretch };
         }
         let (across, ahead) = (dot(line.direction, self.across), dot(line.direction, self.towards));
         Aim {
-            angle: across.abs().atan2(ahead),
-            azimuth: beside(across, rise.atan2(stretch)),
+            angle: Angle::Of { across: across.abs(), along: ahead },
+            azimuth: Angle::Known(beside(across, rise.atan2(stretch))),
             miss: self.distance * across.abs() / stretch,
             is_ahead: ahead > 0.0,
             nearest,
@@ -156,8 +157,8 @@ mod tests {
                 let (origin, towards) = axis.line(observer, angle, azimuth);
                 let line = SightLine { origin, direction: towards, ends: [0.0, 9.0] };
                 let aim = axis.aim(&line);
-                assert!((aim.angle / angle - 1.0).abs() < 1e-6, "{observer:?} {}", aim.angle);
-                assert!((aim.azimuth - azimuth).abs() < 1e-9, "{azimuth} {}", aim.azimuth);
+                assert!((aim.angle() / angle - 1.0).abs() < 1e-6, "{observer:?} {}", aim.angle());
+                assert!((aim.azimuth() - azimuth).abs() < 1e-9, "{azimuth} {}", aim.azimuth());
                 let (miss, at) = nearest_of(&line);
                 assert!((aim.miss - miss).abs() < 1e-4 && (aim.nearest - at).abs() < 0.01);
             }

@@ -168,7 +168,7 @@ impl Chart for PieceChart<'_> {
         if !self.shells.has(self.shells.zone(&aim), self.piece, ends_at_body) {
             return None;
         }
-        let [u, v] = self.window.unit([self.shells.coordinate(self.piece, &aim), aim.azimuth]);
+        let [u, v] = self.window.unit([self.shells.coordinate(self.piece, &aim), aim.azimuth()]);
         let distance = dot(difference(position, line.origin), line.direction);
         Some([u, v, self.depth(&line).z_of(distance)])
     }

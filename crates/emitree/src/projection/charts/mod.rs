@@ -276,9 +276,18 @@ impl<'a> Atlas<'a> {
 
     /// A number for the zones of a line of sight: where it changes, the image is singular.
     pub(crate) fn zones(&self, line: &SightLine) -> u64 {
-        let zones = self.shells.iter().map(|shells| shells.zone(&shells.aim(line)));
         let add = |all: u64, zone: usize| all.wrapping_mul(31).wrapping_add(zone as u64);
-        let zones = zones.fold(self.sectors(line), add);
+        let zones = match &self.shells[..] {
+            [only] => {
+                let aim = only.aim(line);
+                let is_cut = only.sectors.len() > 1;
+                add(if is_cut { only.sectors.of(aim.azimuth()) as u64 } else { 0 }, only.zone(&aim))
+            }
+            all => {
+                let zones = all.iter().map(|shells| shells.zone(&shells.aim(line)));
+                zones.fold(self.sectors(line), add)
+            }
+        };
         match self.surroundings.end_of(line).0 {
             Region::Body(number) => zones.wrapping_mul(31).wrapping_add(1 + number as u64),
             Region::Sky | Region::Outside => zones.wrapping_mul(31),
@@ -291,7 +300,7 @@ impl<'a> Atlas<'a> {
             return faces.place(line).map_or(0, |(passage, _)| 1 + passage as u64);
         }
         let cut = self.shells.iter().filter(|shells| shells.sectors.len() > 1);
-        let sectors = cut.map(|shells| shells.sectors.of(shells.aim(line).azimuth));
+        let sectors = cut.map(|shells| shells.sectors.of(shells.aim(line).azimuth()));
         sectors.fold(0_u64, |all, sector| all.wrapping_mul(31).wrapping_add(sector as u64))
     }
 
@@ -312,12 +321,14 @@ impl<'a> Atlas<'a> {
         if let Some((chart, place)) = self.faces.as_ref().and_then(|faces| faces.place(line)) {
             pieces.push(PieceOfLine { chart, place, density: 1.0 });
         }
-        let Some(number) = self.shells_of(line) else { return };
+        let (end, _) = self.surroundings.end_of(line);
+        let Some(number) = self.shells_of(line, end) else { return };
         let shells = &self.shells[number];
         let aim = shells.aim(line);
         let zone = shells.zone(&aim);
-        let ends_at_body = shells.ends(self.surroundings, line);
-        let sector = shells.sectors.of(aim.azimuth);
+        let ends_at_body = matches!(end, Region::Body(body) if shells.body == Some(body));
+        let azimuth = aim.azimuth();
+        let sector = shells.sectors.of(azimuth);
         for (chart, of) in self.charts.iter().enumerate() {
             let ChartOf::Piece { shells: of_shells, piece, sector: of_sector } = *of else {
                 continue;
@@ -329,16 +340,19 @@ impl<'a> Atlas<'a> {
             if shells.has(zone, piece, ends_at_body) && to > from {
                 let c = shells.coordinate(piece, &aim);
                 let density = shells.density(piece, c);
-                pieces.push(PieceOfLine { chart, place: [c, aim.azimuth], density });
+                pieces.push(PieceOfLine { chart, place: [c, azimuth], density });
             }
         }
     }
 
     /// The number of the shells in whose coordinates a line is: those of the body at which it ends,
     /// those with a surface that it crosses, or those with the nearest limb.
-    fn shells_of(&self, line: &SightLine) -> Option<usize> {
-        if let (Region::Body(body), _) = self.surroundings.end_of(line) {
+    fn shells_of(&self, line: &SightLine, end: Region) -> Option<usize> {
+        if let Region::Body(body) = end {
             return self.shells.iter().position(|shells| shells.body == Some(body));
+        }
+        if self.shells.len() == 1 {
+            return Some(0);
         }
         let order = |(number, shells): (usize, &Shells)| {
             let aim = shells.aim(line);

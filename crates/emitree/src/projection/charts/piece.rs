@@ -129,7 +129,7 @@ impl Shells {
         let central = |number: usize, side: f64| match self.is_parallel() {
             // The angle of the point from the axis, on the side of the observer or beyond.
             true => FRAC_PI_2 + side * incidence(number),
-            false => FRAC_PI_2 - aim.angle + side * incidence(number),
+            false => FRAC_PI_2 - aim.angle() + side * incidence(number),
         };
         match piece {
             Piece::Near(number) => central(number, -1.0).max(0.0),
@@ -142,11 +142,11 @@ impl Shells {
                 share.clamp(0.0, 1.0).sqrt().asin() / FRAC_PI_2
             }
             Piece::Far(number) => central(number, 1.0),
-            Piece::Sky if self.limbs == 0 => aim.angle,
+            Piece::Sky if self.limbs == 0 => aim.angle(),
             Piece::Sky if self.is_parallel() => {
                 (aim.miss.powi(2) - self.outer_limb().powi(2)).max(0.0).sqrt()
             }
-            Piece::Sky => (aim.angle - self.outer_limb()).max(0.0).sqrt(),
+            Piece::Sky => (aim.angle() - self.outer_limb()).max(0.0).sqrt(),
         }
     }
 

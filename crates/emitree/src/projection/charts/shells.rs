@@ -7,7 +7,7 @@
 //! the limbs of two successive surfaces are one *zone*, and all lines of a zone consist of the same
 //! *pieces*, the parts between successive crossings.
 
-use crate::projection::charts::aim::Aim;
+use crate::projection::charts::aim::{Aim, Angle};
 use crate::projection::charts::axis::{SIDES, SeenAxis};
 use crate::projection::charts::excluded::Excluded;
 use crate::projection::charts::sectors::Sectors;
@@ -193,14 +193,14 @@ impl Shells {
             let at = along(from, nearest, along_line);
             let (a, b) = (dot(at, x), dot(at, y));
             let miss = a.hypot(b);
-            let azimuth = b.atan2(a);
-            return Aim { angle: miss, azimuth, miss, is_ahead: true, nearest, stretch };
+            let (angle, azimuth) = (Angle::Known(miss), Angle::Of { across: b, along: a });
+            return Aim { angle, azimuth, miss, is_ahead: true, nearest, stretch };
         }
         let (a, b, c) = (dot(along_line, x), dot(along_line, y), dot(along_line, forward));
         let across = a.hypot(b);
         Aim {
-            angle: across.atan2(c),
-            azimuth: b.atan2(a),
+            angle: Angle::Of { across, along: c },
+            azimuth: Angle::Of { across: b, along: a },
             miss: self.distance * across / stretch,
             is_ahead: c > 0.0,
             nearest,

@@ -109,7 +109,7 @@ fn size_of_pixel(
 ) -> Option<f64> {
     let angle = |x: f64, y: f64| {
         let place = [PLACE[0] + x * STEP / width as f64, PLACE[1] + y * STEP / height as f64];
-        Some(shells.aim(&tile.line(place)?).angle)
+        Some(shells.aim(&tile.line(place)?).angle())
     };
     let here = angle(0.0, 0.0)?;
     let size = f64::hypot(angle(1.0, 0.0)? - here, angle(0.0, 1.0)? - here) / STEP;
@@ -171,7 +171,11 @@ impl Atlas<'_> {
         let place = |k: usize| (k as f64 + 0.5) / LATTICE as f64;
         let places = || (0..LATTICE * LATTICE).map(|k| [place(k % LATTICE), place(k / LATTICE)]);
         let lines = self.tiles.iter().flat_map(|tile| places().filter_map(|xy| tile.line(xy)));
-        lines.filter_map(|line| Some((self.shells_of(&line)?, line))).collect()
+        lines
+            .filter_map(|line| {
+                Some((self.shells_of(&line, self.surroundings.end_of(&line).0)?, line))
+            })
+            .collect()
     }
 
     /// Whether the emission is singular somewhere.
@@ -184,7 +188,7 @@ impl Atlas<'_> {
         let near = self.shells.iter().filter_map(|shells| {
             let singular = shells.singular?;
             let aim = shells.aim(line);
-            let pixels = aim.angle / (2.0 * singular.pixel);
+            let pixels = aim.angle() / (2.0 * singular.pixel);
             Some(NearSingularity { pixels, is_axis: shells.has_axis() })
         });
         near.min_by(|a, b| a.pixels.total_cmp(&b.pixels))

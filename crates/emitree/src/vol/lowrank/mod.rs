@@ -167,7 +167,7 @@ pub(crate) async fn attempt(
             Ok(found) => Some(found),
             // If there is a time limit, this image is kept in case that lines give none before.
             Err(End::NotSeparable) if is_only && meter.deadline().is_some() => {
-                attempted.kinks = attempt.kinks().await?;
+                attempted.kinks = attempt.kinks(parts).await?;
                 if !attempted.kinks.is_empty() {
                     return Ok(attempted);
                 }
@@ -175,7 +175,7 @@ pub(crate) async fn attempt(
                 Some(attempt.unfinished())
             }
             Err(End::NotSeparable) => {
-                attempted.kinks = attempt.kinks().await?;
+                attempted.kinks = attempt.kinks(parts).await?;
                 if !attempted.kinks.is_empty() {
                     return Ok(attempted);
                 }
@@ -360,7 +360,10 @@ impl Attempt<'_> {
     }
 
     /// The azimuths at which a chart has a kink or a jump, after a search that failed.
-    async fn kinks(&mut self) -> Result<Vec<Kink>, MethodError> {
+    async fn kinks(&mut self, parts: &Parts<'_>) -> Result<Vec<Kink>, MethodError> {
+        if !parts.have_azimuths() {
+            return Ok(Vec::new());
+        }
         let Footing::Nodes { chart, window, .. } = &*self.part.footing else {
             return Ok(Vec::new());
         };

@@ -102,31 +102,11 @@ pub(crate) fn parts<'a>(
     atlas: Option<&'a Atlas<'a>>,
     stretch: Option<Stretch>,
 ) -> Parts<'a> {
-    let scales: Vec<Image> =
-        tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape)).collect();
-    let scale = scales.iter().flat_map(Image::pixels).enumerate();
-    let without = scale.filter(|(_, scale)| **scale == 0.0).map(|(pixel, _)| pixel);
-    let mut outside: Vec<usize> = without.collect();
-    let quadrature = Quadrature::new(atlas, tiles);
     if let Some(atlas) = atlas {
-        let ChartsInView { charts, most_pieces, outside: beyond, crossings } =
-            quadrature.charts_in_view(atlas);
-        outside.extend(beyond);
-        let pixels = tiles.iter().map(|tile| tile.shape[0] * tile.shape[1]).sum::<usize>();
-        let parts = charts.into_iter().map(|ChartInView { chart: number, window, nodes }| {
-            let chart = atlas.chart(number, window);
-            let share = nodes.pixels_in_view as f64 / pixels as f64;
-            let is_small = share < TUNING.view.small_share || atlas.looks_dark(number);
-            let scale = Arc::new(nodes.cells_in_view());
-            let footing = Arc::new(Footing::Nodes { chart: number, window, nodes });
-            let coarser = u8::from(is_small);
-            let pieces_of_line = most_pieces;
-            Part { chart, footing, scale, share, coarser, pieces_of_line, least_feature: 1.0 }
-        });
-        let parts = parts.collect();
-        let (is_stretched, has_box) = (false, false);
-        return Parts { parts, outside, quadrature, crossings, is_stretched, has_box };
+        return SeenCharts::new(tiles, atlas).parts(tiles, atlas);
     }
+    let (scales, mut outside) = scales_and_outside(tiles);
+    let quadrature = Quadrature::new(None, tiles);
     let of_tile = |(number, (tile, scale)): (usize, (&Tile<'a>, &Image))| {
         let first_row = number * tile.shape[0];
         let rim = Quadrature::new(None, core::slice::from_ref(tile)).rim_nodes();
@@ -157,7 +137,80 @@ pub(crate) fn parts<'a>(
     Parts { parts, outside, quadrature, crossings: Vec::new(), is_stretched, has_box }
 }
 
+/// The ratio of each pixel of the tiles to the mean over its density, and the numbers of the pixels without one.
+fn scales_and_outside(tiles: &[Tile<'_>]) -> (Vec<Image>, Vec<usize>) {
+    let scales: Vec<Image> =
+        tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape)).collect();
+    let scale = scales.iter().flat_map(Image::pixels).enumerate();
+    let without = scale.filter(|(_, scale)| **scale == 0.0).map(|(pixel, _)| pixel);
+    let outside = without.collect();
+    (scales, outside)
+}
+
+/// What pixels see of the charts of an atlas. The weights of the coordinates of depth change nothing of it.
+pub(crate) struct SeenCharts {
+    charts: Vec<SeenChart>,
+    outside: Vec<usize>,
+    crossings: Vec<Crossing>,
+}
+
+/// A [`Part`] without its coordinates of depth.
+struct SeenChart {
+    number: usize,
+    window: Window,
+    footing: Arc<Footing>,
+    scale: Arc<Image>,
+    share: f64,
+    coarser: u8,
+    pieces_of_line: usize,
+}
+
+impl SeenCharts {
+    fn new<'a>(tiles: &[Tile<'a>], atlas: &'a Atlas<'a>) -> Self {
+        let (_, mut outside) = scales_and_outside(tiles);
+        let ChartsInView { charts, most_pieces, outside: beyond, crossings } =
+            Quadrature::new(Some(atlas), tiles).charts_in_view(atlas);
+        outside.extend(beyond);
+        let pixels = tiles.iter().map(|tile| tile.shape[0] * tile.shape[1]).sum::<usize>();
+        let charts = charts.into_iter().map(|ChartInView { chart: number, window, nodes }| {
+            let share = nodes.pixels_in_view as f64 / pixels as f64;
+            let is_small = share < TUNING.view.small_share || atlas.looks_dark(number);
+            let scale = Arc::new(nodes.cells_in_view());
+            let footing = Arc::new(Footing::Nodes { chart: number, window, nodes });
+            let (coarser, pieces_of_line) = (u8::from(is_small), most_pieces);
+            SeenChart { number, window, footing, scale, share, coarser, pieces_of_line }
+        });
+        Self { charts: charts.collect(), outside, crossings }
+    }
+
+    /// The parts of a view with the atlas, or with one that differs in the weights of depths alone.
+    pub(crate) fn parts<'a>(self, tiles: &[Tile<'a>], atlas: &'a Atlas<'a>) -> Parts<'a> {
+        let part = |of: SeenChart| Part {
+            chart: atlas.chart(of.number, of.window),
+            footing: of.footing,
+            scale: of.scale,
+            share: of.share,
+            coarser: of.coarser,
+            pieces_of_line: of.pieces_of_line,
+            least_feature: 1.0,
+        };
+        let quadrature = Quadrature::new(Some(atlas), tiles);
+        let (outside, crossings) = (self.outside, self.crossings);
+        let parts = self.charts.into_iter().map(part).collect();
+        let (is_stretched, has_box) = (false, false);
+        Parts { parts, outside, quadrature, crossings, is_stretched, has_box }
+    }
+}
+
 impl Part<'_> {
+    /// What pixels see of its chart; `None` on the image plane.
+    fn seen_chart(&self) -> Option<SeenChart> {
+        let Footing::Nodes { chart: number, window, .. } = *self.footing else { return None };
+        let (footing, scale) = (self.footing.clone(), self.scale.clone());
+        let (share, coarser, pieces_of_line) = (self.share, self.coarser, self.pieces_of_line);
+        Some(SeenChart { number, window, footing, scale, share, coarser, pieces_of_line })
+    }
+
     /// The base level of the part if that of a whole view is `of_view`.
     pub(crate) fn base_level(&self, of_view: u8) -> u8 {
         of_view.saturating_sub(self.coarser).max(1)
@@ -220,6 +273,18 @@ impl Parts<'_> {
     /// Whether the depths of some charts or of the image plane have been fitted to samples.
     pub(crate) fn has_fitted_depths(&self) -> bool {
         self.is_stretched || self.quadrature.atlas.is_some_and(Atlas::has_fitted_depths)
+    }
+
+    /// Whether the second coordinate of charts is an azimuth, at which they may be cut.
+    pub(crate) fn have_azimuths(&self) -> bool {
+        self.quadrature.atlas.is_some_and(|atlas| atlas.has_shells(0))
+    }
+
+    /// What pixels see of the charts, for another atlas; `None` on the image plane.
+    pub(crate) fn seen_charts(&self) -> Option<SeenCharts> {
+        let charts = self.parts.iter().map(Part::seen_chart).collect::<Option<Vec<_>>>()?;
+        let (outside, crossings) = (self.outside.clone(), self.crossings.clone());
+        (!charts.is_empty()).then_some(SeenCharts { charts, outside, crossings })
     }
 
     /// The number of parts along each side of a pixel that a limb crosses; `None` for other pixels.

@@ -15,6 +15,8 @@ use crate::vol::view::crossings::crossings_of_row;
 use crate::vol::view::pixel_rule::{Crossing, PixelRules, RuleNode};
 use crate::vol::view::squares::{Square, squares_about_singularities};
 use crate::vol::view::windows::{NaturalNode, in_window, window};
+use core::cell::RefCell;
+use rustc_hash::FxHashMap;
 
 /// The number of nodes along each side of an image: those of a pixel follow from it, within limits. A
 /// pixel of a small image is a large part of the view.
@@ -169,10 +171,17 @@ impl<'a> Quadrature<'a> {
     ) -> Vec<RuleNode> {
         let (geometry, at) = self.place_of_pixel(pixel);
         let is_inside = |xy| !geometry.has_rim() || geometry.solid_angle_density(xy) > 0.0;
-        let label = |place: [f64; 2]| {
+        let label_at = |place: [f64; 2]| {
             let xy = at(place);
             let Some(atlas) = self.atlas else { return is_inside(xy).then_some(0) };
             Some(atlas.zones(&geometry.line(xy).filter(|_| is_inside(xy))?))
+        };
+        // Many places are asked for twice: parts of a pixel share borders, and lines are searched for corners
+        // before they are divided.
+        let known: RefCell<FxHashMap<[u64; 2], Option<u64>>> = RefCell::default();
+        let label = |place: [f64; 2]| {
+            let key = place.map(f64::to_bits);
+            *known.borrow_mut().entry(key).or_insert_with(|| label_at(place))
         };
         if !self.atlas.is_some_and(Atlas::has_singularities) {
             return self.rules.nodes(crossing, level, &label);
@@ -191,20 +200,21 @@ impl<'a> Quadrature<'a> {
     pub(crate) fn nodes_of_pixel(&self, pixel: usize, crossing: Crossing, level: u8) -> PixelNodes {
         let (geometry, at) = self.place_of_pixel(pixel);
         let nodes = self.places_in_pixel(pixel, crossing, level);
-        let density = |place: [f64; 2]| geometry.solid_angle_density(at(place));
-        let whole: f64 = nodes.iter().map(|(place, weight)| weight * density(*place)).sum();
+        let density = |(place, _): &RuleNode| geometry.solid_angle_density(at(*place));
+        let densities: Vec<f64> = nodes.iter().map(density).collect();
+        let whole: f64 = nodes.iter().zip(&densities).map(|((_, weight), of)| weight * of).sum();
         let is_outside = whole.is_nan() || whole <= 0.0;
         let mut found = PixelNodes { pixel, nodes: Vec::new(), most_pieces: 0, is_outside };
         if is_outside {
             return found;
         }
         let mut pieces: Vec<PieceOfLine> = Vec::new();
-        for (place, weight) in nodes {
+        for ((place, weight), density) in nodes.into_iter().zip(densities) {
             let xy = at(place);
             // Of the irradiance density on the image plane, of the radiance in a chart.
             let mut weight = weight / whole;
             if let Some((atlas, line)) = self.atlas.zip(geometry.line(xy)) {
-                weight *= density(place);
+                weight *= density;
                 atlas.pieces(&line, &mut pieces);
             } else {
                 pieces.clear();
