@@ -74,7 +74,7 @@ class Watched:
     seconds: how long a call takes.
     """
 
-    stall_seconds = 9.0
+    stall_seconds = 7.0
 
     def __init__(self, folder, dies_at=None, stalls_at=None, seconds=0.002):
         self.folder = str(folder)
