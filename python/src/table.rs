@@ -97,7 +97,10 @@ impl Table {
             return Err(SceneError::new_err(message));
         }
         let arguments: Vec<_> = arguments.iter().map(|values| values.as_array()).collect();
-        let n = arguments.iter().map(|values| values.len()).next().unwrap_or_default();
+        let n = match arguments.first() {
+            Some(values) => values.len(),
+            None => 0,
+        };
         let value = |i: usize| {
             let point: Vec<f64> = arguments.iter().filter_map(|of| of.get(i).copied()).collect();
             if point.len() != count {
