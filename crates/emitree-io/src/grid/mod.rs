@@ -126,7 +126,7 @@ fn stored(
     request: &GridRequest,
     _: Budget,
 ) -> Result<StoredArray, GridReadError> {
-    let array = container.values(request.values.as_deref())?;
+    let array = container.values(request.values.as_deref(), &[])?;
     let (shape, unit) = (array.shape.clone(), array.unit.clone());
     // Most files have no such array, and NPY has no names.
     let error = container.array("ERROR").ok().filter(|error| error.shape == shape);
