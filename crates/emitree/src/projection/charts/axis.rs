@@ -158,7 +158,7 @@ mod tests {
                 let line = SightLine { origin, direction: towards, ends: [0.0, 9.0] };
                 let aim = axis.aim(&line);
                 assert!((aim.angle() / angle - 1.0).abs() < 1e-6, "{observer:?} {}", aim.angle());
-                assert!((aim.azimuth() - azimuth).abs() < 1e-9, "{azimuth} {}", aim.azimuth);
+                assert!((aim.azimuth() - azimuth).abs() < 1e-9, "{azimuth} {}", aim.azimuth());
                 let (miss, at) = nearest_of(&line);
                 assert!((aim.miss - miss).abs() < 1e-4 && (aim.nearest - at).abs() < 0.01);
             }
