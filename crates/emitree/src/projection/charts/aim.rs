@@ -20,7 +20,10 @@ pub(crate) struct Aim {
 pub(super) enum Angle {
     Known(f64),
     /// That of a point from the first axis.
-    Of { across: f64, along: f64 },
+    Of {
+        across: f64,
+        along: f64,
+    },
 }
 
 impl Angle {

@@ -171,7 +171,11 @@ impl Atlas<'_> {
         let place = |k: usize| (k as f64 + 0.5) / LATTICE as f64;
         let places = || (0..LATTICE * LATTICE).map(|k| [place(k % LATTICE), place(k / LATTICE)]);
         let lines = self.tiles.iter().flat_map(|tile| places().filter_map(|xy| tile.line(xy)));
-        lines.filter_map(|line| Some((self.shells_of(&line, self.surroundings.end_of(&line).0)?, line))).collect()
+        lines
+            .filter_map(|line| {
+                Some((self.shells_of(&line, self.surroundings.end_of(&line).0)?, line))
+            })
+            .collect()
     }
 
     /// Whether the emission is singular somewhere.

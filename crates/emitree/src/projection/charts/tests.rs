@@ -209,7 +209,10 @@ fn a_line_has_the_angle_and_azimuth_that_it_is_made_from() {
         for (angle, azimuth) in [(0.03, 0.4), (0.4, -2.0), (0.9, 3.0), (1.9, 1.2)] {
             let line = shells.line(&around, angle, azimuth);
             let aim = shells.aim(&line);
-            assert!((aim.angle() - angle).abs() + (aim.azimuth() - azimuth).abs() < 1e-12, "{aim:?}");
+            assert!(
+                (aim.angle() - angle).abs() + (aim.azimuth() - azimuth).abs() < 1e-12,
+                "{aim:?}"
+            );
             // The nearest point is as far from the centre as the line.
             let nearest = shells.radius_at(line.at(aim.nearest));
             assert!((nearest - aim.miss).abs() < 1e-12, "{nearest} {aim:?}");
