@@ -118,7 +118,6 @@ fn grouped_numbers(text: &str) -> Vec<&str> {
 }
 
 #[test]
-#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn the_numbers_of_the_paper_are_those_of_the_results() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let text = |file: &str| fs::read_to_string(root.join(file)).unwrap();

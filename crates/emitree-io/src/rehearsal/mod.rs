@@ -123,36 +123,12 @@ impl Rehearsal {
                 remarks.extend(remark);
                 spent += evaluations;
             }
-            let left = most.saturating_sub(spent);
-            let (remark, evaluations) = surfaces_are_off(scene, left, progress)?;
-            remarks.extend(remark);
-            spent += evaluations;
         }
         if let Some(forecast) = &forecast {
             remarks.extend(remarks::of_forecast(scene, forecast));
         }
         Ok(Self { evaluations: spent, how, forecast, remarks })
     }
-}
-
-/// The remark that surfaces at which g jumps would be found, were it not for an option; and the evaluations of
-/// the search.
-fn surfaces_are_off(
-    scene: &Scene,
-    most: u64,
-    progress: Option<&Progress<'_>>,
-) -> Result<(Option<Remark>, u64), RenderError<EmissionFailure>> {
-    let Some((why, stage)) = Stage::with_surfaces(scene).filter(|_| most > 0) else {
-        return Ok((None, 0));
-    };
-    let run = stage.run(scene, most, progress)?;
-    let remark = match &run.end {
-        StageEnd::Ended(rendering) if rendering.surfaces.is_some() => {
-            Some(remarks::surfaces_are_off(why, run.evaluations))
-        }
-        _ => None,
-    };
-    Ok((remark, run.evaluations))
 }
 
 /// The method of a scene, if it is `vol`.

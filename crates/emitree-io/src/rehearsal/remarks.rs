@@ -10,7 +10,7 @@ use emitree::{Cube, Method, Rendering};
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Remark {
-    /// What it is about, in a word: `view`, `rates`, `far`, `data`, `tolerance`, `surfaces`, `limits`, `keys` or
+    /// What it is about, in a word: `view`, `rates`, `far`, `data`, `tolerance`, `limits`, `keys` or
     /// `pixels`.
     pub about: &'static str,
     /// The remark.
@@ -132,14 +132,4 @@ pub(super) fn of_forecast(scene: &Scene, forecast: &Forecast) -> Vec<Remark> {
         remarks.push(Remark::new("limits", text));
     }
     remarks
-}
-
-/// The remark on surfaces that are not searched for.
-pub(super) fn surfaces_are_off(why: &str, evaluations: u64) -> Remark {
-    let text = format!(
-        "the emission rate jumps at surfaces, which are not searched for with {why}: without it they were found, in \
-         {} evaluations",
-        grouped(evaluations)
-    );
-    Remark::new("surfaces", text)
 }

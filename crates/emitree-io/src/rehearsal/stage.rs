@@ -88,30 +88,6 @@ impl Stage {
         }
     }
 
-    /// The stage with which surfaces at which g jumps would be found, and the option that prevents it; none if
-    /// nothing does, or more than one.
-    pub(super) fn with_surfaces(scene: &Scene) -> Option<(&'static str, Self)> {
-        let vol = vol_of(scene)?;
-        let usual = VolOptions::default();
-        let is_possible = scene.energy.is_none()
-            && vol.by_pixel.is_none()
-            && vol.weights.is_none()
-            && vol.seeds.is_empty()
-            && vol.tolerance >= 5e-4
-            && scene.camera.description().pixels == PixelLayout::Rectangle;
-        let why = match (vol.base_level > usual.base_level, vol.smallest_feature.is_some()) {
-            (true, false) => "`base_level` above 3",
-            (false, true) => "`smallest_feature`",
-            _ => return None,
-        };
-        let (mut method, looseness) = looser(vol);
-        method.base_level = usual.base_level;
-        method.smallest_feature = None;
-        let shape = [scene.height, scene.width];
-        let stage = Self { method: method.into(), shape, looseness, ratio_of_pixels: 1.0 };
-        is_possible.then_some((why, stage))
-    }
-
     /// Renders the stage with at most so many evaluations.
     pub(super) fn run(
         &self,

@@ -96,18 +96,6 @@ fn emission_behind_far_is_told_with_its_amount() {
 }
 
 #[test]
-fn surfaces_that_an_option_hides_are_told() {
-    let jump = r#"expression = "if(x^2 + y^2 + z^2 < 9, 1 + 0.1 * x, 0)""#;
-    let render = "[render]\ntolerance = 0.02\nbase_level = 4\n";
-    let found = Rehearsal::of(&scene(jump, render), 300_000, None).unwrap().remarks;
-    let remark = found.iter().find(|remark| remark.about == "surfaces");
-    let remark = remark.unwrap_or_else(|| panic!("{found:?}"));
-    assert!(remark.text.contains("with `base_level` above 3"), "{remark:?}");
-    let smooth = remarks(&scene(BALL, render));
-    assert_eq!(smooth, []);
-}
-
-#[test]
 fn limits_and_keys_without_effect_are_told() {
     let render = "[render]\ntolerance = 0.01\nmax_evaluations = 300\nsteps = 7\n";
     let found = remarks(&scene(BALL, render));

@@ -5,7 +5,7 @@
 //! are a chart.
 //!
 //! On the plane of the face by which lines enter, in units of the edges of the box, the image of the
-//! opposite face, seen by the observer, is a rectangle \[l_b, h_b\] × \[l_c, h_c\]. Lines through it leave by the
+//! opposite face, seen by the observer, is a rectangle, from l to h along b and c. Lines through it leave by the
 //! opposite face. All others leave by a side: the planes through the observer and the edges between
 //! sides are seen as straight lines from the corners of the face to those of the rectangle, so that the
 //! region of each side is a trapezoid with two parallel edges. In it u is the distance from the outer
