@@ -60,7 +60,9 @@ fn compile(workspace: &Workspace, crates: &[(&str, &str)]) -> Result<(), String>
     for (name, version) in crates {
         let archive = packed.join("package").join(format!("{name}-{version}.crate"));
         let mut unpack = workspace.command("tar");
-        succeed(unpack.arg("-xzf").arg(archive).arg("-C").arg(&unpacked))?;
+        // With `m` files are as new as they are: those of the archive always have the same time, and cargo would not
+        // compile what has changed.
+        succeed(unpack.arg("-xmzf").arg(archive).arg("-C").arg(&unpacked))?;
     }
     let in_folder = |error| format!("{}: {error}", unpacked.display());
     fs::write(unpacked.join("Cargo.toml"), manifest(crates)).map_err(in_folder)?;
