@@ -209,15 +209,15 @@ class _BySession:
 
         with ExitStack() as stack:
             calls = (self._calls.get(name) for name in ("executor", "cache"))
-            evaluate, _ = evaluator(stack, scene, function, *calls)
-            assert evaluate is not None, "functions have an evaluator"
+            evaluated = evaluator(stack, scene, function, *calls)
+            assert evaluated is not None, "functions have an evaluator"
             while asked := session.ask():
                 parts = []
                 for part in self._parts(len(asked[0])):
                     still_wanted()
                     position, direction, energy = asked
                     of_part = None if energy is None else energy[part]
-                    parts.append(evaluate(position[part], direction[part], of_part))
+                    parts.append(evaluated.rates(position[part], direction[part], of_part))
                 still_wanted()
                 session.tell(np.concatenate(parts))
                 self._evaluations += len(asked[0])
