@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, Future
 from types import ModuleType
 from typing import Any, Protocol
+from weakref import WeakSet
 
 from emitree._native import SceneError
 
@@ -22,6 +23,9 @@ class Engine(Protocol):
 
     def submit(self, work: Callable[..., Any], function: Any, *arguments: Any) -> Future[Any]:
         """The result to come of some work; `function` is the same for many calls."""
+
+    def submit_again(self, work: Callable[..., Any], function: Any, *arguments: Any) -> Future[Any]:
+        """The same of work that is late: for another worker, as far as one can be chosen."""
 
     def result(self, future: Future[Any]) -> Any:
         """The result of a future that is done; raises the exception of the function."""
@@ -49,6 +53,10 @@ class Pool:
         """The result to come."""
         return self.executor.submit(work, function, *arguments)
 
+    def submit_again(self, work: Callable[..., Any], function: Any, *arguments: Any) -> Future[Any]:
+        """The result to come, of any worker."""
+        return self.submit(work, function, *arguments)
+
     def result(self, future: Future[Any]) -> Any:
         """The result."""
         return future.result()
@@ -68,16 +76,30 @@ class Dask(Pool):
         # Rates are the same each time, but a pure function would be called once for equal arrays.
         super().__init__(client.get_executor(pure=False))
         self.client = self.identity = client
+        #: Futures of other executors than the present one.
+        self.again: WeakSet[Future[Any]] = WeakSet()
 
     def workers(self) -> int:
         """The threads of all workers that are there now."""
         return threads_of(self.client)
+
+    def submit_again(self, work: Callable[..., Any], function: Any, *arguments: Any) -> Future[Any]:
+        """The result to come, of a worker with the fewest calls: not of one that stalls."""
+        calls = {worker: len(keys) for worker, keys in self.client.processing().items()}
+        fewest = min(calls.values(), default=0)
+        workers = [worker for worker, count in calls.items() if count == fewest]
+        choice = {"workers": workers, "allow_other_workers": True} if workers else {}
+        executor = self.client.get_executor(pure=False, **choice)
+        future: Future[Any] = executor.submit(work, function, *arguments)
+        self.again.add(future)
+        return future
 
     def cancel(self, futures: Iterable[Future[Any]]) -> None:
         """Calls off what no worker has begun."""
         waiting = [future for future in futures if not future.done()]
         if len(waiting) <= 1:
             return super().cancel(waiting)
+        super().cancel([future for future in waiting if future in self.again])
         # All in one message to the scheduler.
         self.executor.shutdown(wait=False)
         self.executor = self.client.get_executor(pure=False)
@@ -112,6 +134,10 @@ class Ray:
         future: Future[Any] = reference.future()
         self.references[future] = reference
         return future
+
+    def submit_again(self, work: Callable[..., Any], function: Any, *arguments: Any) -> Future[Any]:
+        """The result to come: Ray gives it to a worker that is free."""
+        return self.submit(work, function, *arguments)
 
     def result(self, future: Future[Any]) -> Any:
         """The result; exceptions of the function are raised as they were in the worker."""

@@ -104,10 +104,11 @@ class Shared:
         futures: dict[Future[Any], slice] = {}
         waiting: dict[int, slice] = {}
 
-        def submit(part: slice) -> None:
+        def submit(part: slice, is_late: bool = False) -> None:
             of_part = None if energy is None else energy[part]
             arguments = (position[part], direction[part], of_part)
-            future = self.engine.submit(emission_rates, self.function, *arguments)
+            submit_to = self.engine.submit_again if is_late else self.engine.submit
+            future = submit_to(emission_rates, self.function, *arguments)
             futures[future] = part
             future.add_done_callback(done.put)
 
@@ -126,7 +127,7 @@ class Shared:
                 if future is None:
                     for part in lateness.late(waiting.values(), workers - len(futures)):
                         self._repeated += 1
-                        submit(part)
+                        submit(part, is_late=True)
                     continue
                 part = futures.pop(future)
                 if part.start not in waiting:
