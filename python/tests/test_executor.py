@@ -98,6 +98,8 @@ def test_an_executor_that_is_shut_down_is_an_error():
     with ThreadPoolExecutor(1) as executor:
 
         def shuts_down(position, direction):
+            # When all parts of the batch have been submitted.
+            time.sleep(0.3)
             executor.shutdown(wait=False, cancel_futures=True)
             return peak(position, direction)
 
