@@ -121,18 +121,32 @@ impl Axis {
 ///
 /// [`GridError::NodeNotFinite`] and [`GridError::NotMonotone`] with the axis, the index and the value.
 pub fn check_nodes(axis: &'static str, nodes: &[f64]) -> Result<(), GridError> {
+    match flaw(nodes) {
+        None => Ok(()),
+        Some(Flaw::NotFinite { index, value }) => {
+            Err(GridError::NodeNotFinite { axis, index, value })
+        }
+        Some(Flaw::NotMonotone { index, previous, value }) => {
+            Err(GridError::NotMonotone { axis, index, previous, value })
+        }
+    }
+}
+
+/// What is wrong with nodes along an axis, at the first place.
+pub(crate) enum Flaw {
+    NotFinite { index: usize, value: f64 },
+    NotMonotone { index: usize, previous: f64, value: f64 },
+}
+
+/// The first node that is not finite, or else the first that ends the increase or the decrease of all.
+pub(crate) fn flaw(nodes: &[f64]) -> Option<Flaw> {
     if let Some(index) = nodes.iter().position(|node| !node.is_finite()) {
-        return Err(GridError::NodeNotFinite { axis, index, value: nodes[index] });
+        return Some(Flaw::NotFinite { index, value: nodes[index] });
     }
     let decreases = is_descending(nodes);
     let is_wrong = |pair: &[f64]| if decreases { pair[0] <= pair[1] } else { pair[0] >= pair[1] };
-    match nodes.windows(2).position(is_wrong) {
-        None => Ok(()),
-        Some(at) => {
-            let (previous, value) = (nodes[at], nodes[at + 1]);
-            Err(GridError::NotMonotone { axis, index: at + 1, previous, value })
-        }
-    }
+    let at = nodes.windows(2).position(is_wrong)?;
+    Some(Flaw::NotMonotone { index: at + 1, previous: nodes[at], value: nodes[at + 1] })
 }
 
 /// Whether an axis ends below its start.

@@ -9,7 +9,7 @@ mod error;
 pub use error::{OutsideTable, TableError};
 
 use crate::elementary;
-use crate::grid::axis::{Axis, Location, is_descending};
+use crate::grid::axis::{Axis, Flaw, Location, flaw, is_descending};
 use core::fmt;
 
 /// What a table is beyond the outermost nodes of an axis.
@@ -304,16 +304,13 @@ fn check_axis(axis: &TableAxis) -> Result<(), TableError> {
     if nodes.len() < 2 {
         return Err(TableError::TooFewNodes { axis: name(), count: nodes.len() });
     }
-    if let Some(index) = nodes.iter().position(|node| !node.is_finite()) {
-        return Err(TableError::NodeNotFinite { axis: name(), index, value: nodes[index] });
-    }
-    let decreases = is_descending(nodes);
-    let is_wrong = |pair: &[f64]| if decreases { pair[0] <= pair[1] } else { pair[0] >= pair[1] };
-    match nodes.windows(2).position(is_wrong) {
+    match flaw(nodes) {
         None => Ok(()),
-        Some(at) => {
-            let (previous, value) = (nodes[at], nodes[at + 1]);
-            Err(TableError::NotMonotone { axis: name(), index: at + 1, previous, value })
+        Some(Flaw::NotFinite { index, value }) => {
+            Err(TableError::NodeNotFinite { axis: name(), index, value })
+        }
+        Some(Flaw::NotMonotone { index, previous, value }) => {
+            Err(TableError::NotMonotone { axis: name(), index, previous, value })
         }
     }
 }

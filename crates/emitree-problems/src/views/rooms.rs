@@ -6,11 +6,11 @@ use super::shapes::{Room, Vector, advanced, less, norm};
 use super::{KINDS, Lens, RandomView};
 use crate::family::generator::Generator;
 use core::f64::consts::PI;
-use emitree::Healpix;
 use emitree::projection::GeometryError;
+use emitree::{Healpix, Viewpoint};
 
 /// A view of a box with emission up to its faces; its camera's kind is the seed modulo 6. One view in three
-/// is exactly along an axis of the box, and in one of four of the others the observer is inside. The emission is
+/// is exactly along an axis of the box. In one of four the observer is inside, but for parallel lines. The emission is
 /// uniform or consists of Gaussians, with or without a level rate. Every seed is a view for ever.
 ///
 /// ```
@@ -65,7 +65,7 @@ fn draw(seed: u64, generator: &mut Generator) -> Result<Option<RandomView>, Geom
         _ => Glow::Blobs { level: 0.0, blobs },
     };
     let depth = [if kind == 0 { f64::NEG_INFINITY } else { 0.0 }, f64::INFINITY];
-    let viewpoint = emitree::Viewpoint { position, target, up };
+    let viewpoint = Viewpoint { position, target, up };
     let lens = Lens {
         kind,
         viewpoint,

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::projection::{Canonical, Ellipsoid};
+use crate::vol::engine::base_evaluations;
 use crate::vol::lattice::{point, smallest_detected};
 use crate::vol::lowrank::search::Assessment;
 use crate::vol::seeds::Seed;
@@ -322,8 +323,7 @@ fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
     // As many as the points of a base finer than usual.
     for base_level in BASE_LEVELS {
         let vol = VolOptions { base_level, ..of(0.2) };
-        let expected =
-            if base_level > 3 { crate::vol::engine::base_evaluations(base_level) } else { 256 };
+        let expected = if base_level > 3 { base_evaluations(base_level) } else { 256 };
         assert_eq!(needed(&vol, None) as u64, expected);
     }
     let of_feature = points_to_detect(0.01, TUNING.verification.detection_share);
