@@ -13,7 +13,7 @@ use crate::vol::surfaces::octree::{Cell, Grid, HIDDEN};
 use crate::vol::surfaces::pixel::KnownLines;
 use crate::vol::surfaces::raster::Maps;
 use crate::vol::surfaces::samples::Samples;
-use crate::vol::surfaces::search::{Failure, Search};
+use crate::vol::surfaces::search::{Failure, Reason, Search};
 use crate::vol::surfaces::start::{Request, Start};
 use crate::vol::surfaces::visible::Visible;
 use crate::vol::tuning::TUNING;
@@ -82,7 +82,7 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         if rounds == TUNING.surfaces.verifications {
             return Ok(None);
         }
-        search.divide(&verdict.wrong, 1.0).await?;
+        search.divide(&verdict.wrong, Reason::Wrong).await?;
     };
     let Maps { image, error } = maps;
     let surfaces = found_surfaces(&*request.view.part.chart, &model);
@@ -103,7 +103,7 @@ async fn improve(
     let cells = leaves.iter().map(|leaf| model.tree.leaves[*leaf].0);
     let cells: Vec<Cell> = cells.filter(|(level, _)| *level < grid.finest).collect();
     let share = TUNING.surfaces.improved_share.powf((number + 1) as f64);
-    search.divide(&cells, share).await?;
+    search.divide(&cells, Reason::Inaccurate(share)).await?;
     Ok(!cells.is_empty())
 }
 
@@ -112,7 +112,7 @@ async fn model(search: &mut Search<'_>) -> Result<Model, Failure> {
     for _ in 0..TUNING.surfaces.rounds {
         match pieces(search).await? {
             Ok(model) => return Ok(model),
-            Err(wrong) => search.divide(&wrong, 1.0).await?,
+            Err(wrong) => search.divide(&wrong, Reason::Wrong).await?,
         }
     }
     Err(Failure::TooComplex)

@@ -25,7 +25,7 @@ impl Search<'_> {
     pub(super) async fn test_borders(&mut self, cells: &[OpenCell]) -> Result<(), Failure> {
         let mut nearest: BTreeMap<[Label; 2], Pair> = BTreeMap::new();
         for cell in cells {
-            let samples: Vec<usize> = self.seen_samples(cell).copied().collect();
+            let samples: Vec<usize> = self.measured_samples(cell).copied().collect();
             for (k, &a) in samples.iter().enumerate() {
                 for &b in &samples[k + 1..] {
                     let [from, to] = [a, b].map(|i| self.samples.label(i));

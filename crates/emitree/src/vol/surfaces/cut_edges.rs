@@ -52,6 +52,7 @@ impl Search<'_> {
             }
         }
         self.run_searches(&mut found).await?;
+        self.measure(found.iter().flat_map(|(.., search)| search.samples)).await?;
         for (line, from, step, search) in found {
             let [low, high] = search.samples;
             let labels = [low, high].map(|i| self.samples.label(i));
@@ -94,6 +95,7 @@ impl Search<'_> {
                     let [a, b] = ends.map(|i| self.samples.label(i));
                     let [from, to] = ends.map(|i| self.samples.get(i).rate);
                     if a != b
+                        && ends.iter().all(|&i| self.samples.is_measured(i))
                         && ![a, b].contains(&HIDDEN)
                         && (to - from).abs() <= self.samples.negligible
                     {

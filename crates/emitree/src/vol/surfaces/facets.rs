@@ -182,7 +182,7 @@ impl Search<'_> {
             let (label, distance) = region(facets, at);
             if label == self.samples.label(i) { 0.0 } else { distance }
         };
-        self.seen_samples(cell).map(wrong).fold(0.0, f64::max)
+        self.measured_samples(cell).map(wrong).fold(0.0, f64::max)
     }
 
     /// Fits patches to cells without a change of region between their samples, into which the

@@ -13,7 +13,7 @@
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`: the part of the view that is not constant; `start`: the first samples;
-//! * `search`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves:
+//! * `search`, `corners`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves:
 //!   regions of the base lattice, regions that are one, points of surfaces on the edges of cells, patches of
 //!   cells, their continuation through faces;
 //! * `polynomial`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
@@ -32,6 +32,7 @@ mod aim;
 mod roots;
 mod points;
 mod search;
+mod corners;
 mod cut_edges;
 mod focus;
 mod start;

@@ -118,7 +118,7 @@ impl Search<'_> {
             let is_near = |&i: &usize| {
                 let at = self.samples.get(i).at;
                 let is_in = (0..3).all(|k| low[k] <= at[k] && at[k] <= high[k]);
-                is_in && self.samples.label(i) == label
+                is_in && self.samples.is_of(i, label)
             };
             let samples: Vec<usize> = (0..self.samples.len()).filter(is_near).collect();
             let is_whole = (0..3).all(|k| low[k] <= 0.0 && high[k] >= self.grid.edges[k]);

@@ -90,7 +90,7 @@ impl Search<'_> {
         tree: &Octree,
         label: Label,
     ) -> Result<Result<Pieces, Vec<Cell>>, Failure> {
-        let known = (0..self.samples.len()).filter(|&i| self.samples.label(i) == label);
+        let known = (0..self.samples.len()).filter(|&i| self.samples.is_of(i, label));
         let leaves = (0..tree.leaves.len()).filter(|&leaf| tree.leaves[leaf].1.has(label));
         let first = OpenBox {
             node: 0,

@@ -8,12 +8,14 @@ use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
-/// One sample.
+/// One sample, or a point whose region is known otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sample {
     pub(super) at: [f64; 3],
+    /// G there; what its region predicts if G was not evaluated.
     pub(super) rate: f64,
     label: Label,
+    is_measured: bool,
 }
 
 /// What the samples of a region predict at a point.
@@ -167,7 +169,7 @@ impl Samples {
 
     /// Adds a point that no line of sight reaches. It belongs to no region.
     pub(super) fn add_hidden(&mut self, at: [f64; 3]) -> usize {
-        self.all.push(Sample { at, rate: 0.0, label: HIDDEN });
+        self.all.push(Sample { at, rate: 0.0, label: HIDDEN, is_measured: false });
         self.all.len() - 1
     }
 
@@ -176,10 +178,45 @@ impl Samples {
         self.all[i].label == HIDDEN
     }
 
+    /// Adds a point that is in a region for certain, where G is not evaluated. It takes no part in the
+    /// predictions for others.
+    pub(super) fn add_inferred(&mut self, at: [f64; 3], label: Label) -> usize {
+        let few = TUNING.surfaces.nearest_samples;
+        let of_region =
+            |count: usize| self.predictions(at, count).into_iter().find(|of| of.label == label);
+        let rate = [few, 8 * few].into_iter().find_map(of_region).map_or(0.0, |of| of.rate);
+        self.all.push(Sample { at, rate, label, is_measured: false });
+        self.all.len() - 1
+    }
+
+    /// Makes a sample of such a point.
+    pub(super) fn measure(&mut self, number: usize, rate: f64, label: Label) {
+        let at = self.all[number].at;
+        self.all[number] = Sample { at, rate, label, is_measured: true };
+        self.register(number);
+    }
+
+    /// Whether G was evaluated at a point.
+    pub(super) fn is_measured(&self, i: usize) -> bool {
+        self.all[i].is_measured
+    }
+
+    /// Whether G was evaluated at a point, and has a value of a region.
+    pub(super) fn is_of(&self, i: usize, label: Label) -> bool {
+        self.is_measured(i) && self.label(i) == label
+    }
+
     /// Adds a sample of a region. Returns its number.
     pub(super) fn add(&mut self, at: [f64; 3], rate: f64, label: Label) -> usize {
         let number = self.all.len();
-        self.all.push(Sample { at, rate, label });
+        self.all.push(Sample { at, rate, label, is_measured: true });
+        self.register(number);
+        number
+    }
+
+    /// Enters a sample into its region and into its bucket.
+    fn register(&mut self, number: usize) {
+        let Sample { at, rate, label, .. } = self.all[number];
         let current = usize::from(self.current(label));
         if let Some(ends) = self.ends.get_mut(current) {
             *ends = [ends[0].min(rate), ends[1].max(rate)];
@@ -187,7 +224,6 @@ impl Samples {
         }
         let place = self.place(at);
         self.buckets.entry(place).or_default().push(u32::try_from(number).unwrap_or(u32::MAX));
-        number
     }
 
     /// The nearest samples, with their distances.

@@ -6,7 +6,7 @@ use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::tuning::TUNING;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -44,11 +44,22 @@ pub(super) struct Guess {
     pub(super) facets: Option<Arc<[Facet]>>,
     /// The displacements allowed, in units of the usual ones.
     pub(super) share: f64,
+    /// Whether an evaluation has contradicted these patches.
+    pub(super) is_refuted: bool,
 }
 
 impl Guess {
     /// Nothing is known.
-    pub(super) const NONE: Self = Self { facets: None, share: 1.0 };
+    pub(super) const NONE: Self = Self { facets: None, share: 1.0, is_refuted: false };
+}
+
+/// Why leaves are divided.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Reason {
+    /// An evaluation contradicts them.
+    Wrong,
+    /// Their patches need smaller errors, by this factor.
+    Inaccurate(f64),
 }
 
 /// A cell that is not a leaf yet.
@@ -60,8 +71,9 @@ pub(super) struct OpenCell {
     pub(super) inside: Vec<usize>,
     pub(super) guess: Guess,
     pub(super) facets: Option<Vec<Facet>>,
-    /// Whether its patches are good enough.
+    /// Whether its patches are good enough, and whether an evaluation has contradicted them.
     pub(super) is_done: bool,
+    pub(super) is_refuted: bool,
 }
 
 /// The state of the search.
@@ -124,13 +136,19 @@ impl<'a> Search<'a> {
 
     /// Adds a sample to the region that its value belongs to, or to a new one.
     pub(super) fn add(&mut self, at: [f64; 3], rate: f64) -> Result<usize, Failure> {
+        let label = self.label_of(at, rate)?;
+        Ok(self.samples.add(at, rate, label))
+    }
+
+    /// The region that a value belongs to, or a new one.
+    pub(super) fn label_of(&mut self, at: [f64; 3], rate: f64) -> Result<Label, Failure> {
         let label = self.samples.classify(at, rate);
         let label = label.or_else(|| self.samples.constant(rate));
         let label = label.unwrap_or_else(|| self.samples.new_label());
         if self.samples.regions() > TUNING.surfaces.most_regions {
             return Err(Failure::TooComplex);
         }
-        Ok(self.samples.add(at, rate, label))
+        Ok(label)
     }
 
     /// Divides the view into leaves.
@@ -146,10 +164,10 @@ impl<'a> Search<'a> {
         self.refine(active).await
     }
 
-    /// Replaces leaves by their children, with a share of the displacements allowed, and refines these.
-    pub(super) async fn divide(&mut self, cells: &[Cell], share: f64) -> Result<(), Failure> {
+    /// Replaces leaves by their children, and refines these.
+    pub(super) async fn divide(&mut self, cells: &[Cell], reason: Reason) -> Result<(), Failure> {
         let mut active = vec![BTreeMap::new(); usize::from(self.grid.finest) + 1];
-        cells.iter().for_each(|cell| self.open(*cell, share, &mut active));
+        cells.iter().for_each(|cell| self.open(*cell, reason, &mut active));
         self.refine(active).await
     }
 
@@ -171,14 +189,14 @@ impl<'a> Search<'a> {
                 return Ok(());
             }
             for cell in disagreeing {
-                self.open(cell, 1.0, &mut active);
+                self.open(cell, Reason::Wrong, &mut active);
             }
         }
         Ok(())
     }
 
     /// Replaces a leaf by its children, which are refined next.
-    fn open(&mut self, cell: Cell, share: f64, active: &mut [BTreeMap<[u32; 3], Guess>]) {
+    fn open(&mut self, cell: Cell, reason: Reason, active: &mut [BTreeMap<[u32; 3], Guess>]) {
         let (level, at) = cell;
         let Some(next) = active.get_mut(usize::from(level) + 1) else { return };
         if let Some(leaf) = self.leaves.remove(&cell) {
@@ -186,7 +204,10 @@ impl<'a> Search<'a> {
                 Leaf::Cut(facets) => Some(facets.into()),
                 _ => None,
             };
-            let guess = Guess { facets, share };
+            let guess = match reason {
+                Reason::Wrong => Guess { facets, share: 1.0, is_refuted: true },
+                Reason::Inaccurate(share) => Guess { facets, share, is_refuted: false },
+            };
             next.extend(children(at).map(|child| (child, guess.clone())));
         }
     }
@@ -247,7 +268,8 @@ impl<'a> Search<'a> {
                     let most = TUNING.surfaces.guess_error * self.grid.cell_size(level);
                     let is_guess = |facets: &Vec<Facet>| facets.iter().all(|of| of.error < most);
                     let facets = cell.facets.filter(is_guess).map(Into::into);
-                    let guess = Guess { facets, share: cell.guess.share };
+                    let guess =
+                        Guess { facets, share: cell.guess.share, is_refuted: cell.is_refuted };
                     next.extend(children(cell.cell.1).map(|child| (child, guess.clone())));
                 }
             }
@@ -266,8 +288,7 @@ impl<'a> Search<'a> {
             // Its regions have become one.
             return Some(Leaf::Uncut(*only));
         }
-        let samples = || self.seen_samples(cell);
-        let rates = samples().map(|&i| self.samples.get(i).rate);
+        let rates = self.measured_samples(cell).map(|&i| self.samples.get(i).rate);
         let [low, high] = rates.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], rate| {
             [low.min(rate), high.max(rate)]
         });
@@ -327,12 +348,20 @@ impl<'a> Search<'a> {
         (is_near && !self.has_ambiguous_places(cell.cell, facets)).then_some(facets)
     }
 
-    /// The samples at the corners of a cell and in it that lines of sight reach.
+    /// The points at the corners of a cell and in it that lines of sight reach.
     pub(super) fn seen_samples<'b>(
         &'b self,
         cell: &'b OpenCell,
     ) -> impl Iterator<Item = &'b usize> {
         cell.corners.iter().chain(&cell.inside).filter(|&&i| !self.samples.is_hidden(i))
+    }
+
+    /// Those of them at which G was evaluated.
+    pub(super) fn measured_samples<'b>(
+        &'b self,
+        cell: &'b OpenCell,
+    ) -> impl Iterator<Item = &'b usize> {
+        self.seen_samples(cell).filter(|&&i| self.samples.is_measured(i))
     }
 
     /// The region of a cell with only one.
@@ -349,48 +378,6 @@ impl<'a> Search<'a> {
         labels
     }
 
-    /// The cells with their corners, which are sampled, and with the samples inside them.
-    async fn with_corners(
-        &mut self,
-        level: u8,
-        cells: BTreeMap<[u32; 3], Guess>,
-    ) -> Result<Vec<OpenCell>, Failure> {
-        let mut missing = Vec::new();
-        let mut seen = FxHashSet::default();
-        for at in cells.keys() {
-            for corner in self.corners_of((level, *at)) {
-                if !self.corners.contains_key(&corner) && seen.insert(corner) {
-                    missing.push(corner);
-                }
-            }
-        }
-        let points: Vec<[f64; 3]> =
-            missing.iter().map(|corner| self.grid.corner(*corner)).collect();
-        let samples = self.sample(&points).await?;
-        self.corners.extend(missing.into_iter().zip(samples));
-        let mut inside: FxHashMap<[u32; 3], Vec<usize>> = FxHashMap::default();
-        for i in 0..self.samples.len() {
-            let place = self.grid.cell_at(level, self.samples.get(i).at);
-            if cells.contains_key(&place) {
-                inside.entry(place).or_default().push(i);
-            }
-        }
-        let open = |(at, guess): ([u32; 3], Guess)| {
-            let corners = self.corners_of((level, at));
-            let corners = corners.map(|corner| self.corners.get(&corner).copied().unwrap_or(0));
-            let inside = inside.remove(&at).unwrap_or_default();
-            let cell = (level, at);
-            OpenCell { cell, corners, inside, guess, facets: None, is_done: false }
-        };
-        Ok(cells.into_iter().map(open).collect())
-    }
-
-    /// The corners of a cell on the finest lattice.
-    pub(super) fn corners_of(&self, cell: Cell) -> [[u32; 3]; 8] {
-        let (low, step) = self.grid.corners(cell);
-        core::array::from_fn(|c| core::array::from_fn(|k| low[k] + step * bit(c, k)))
-    }
-
     /// Evaluates G on both sides of each new patch, where it is furthest from the points it was fitted to.
     async fn check(&mut self, cells: &mut [OpenCell]) -> Result<(), Failure> {
         let places = self.places_of_checks(cells);
@@ -401,7 +388,7 @@ impl<'a> Search<'a> {
             let expected = cell.facets.as_deref().map(|facets| region(facets, point).0);
             let expected = expected.map(|label| self.samples.current(label));
             if expected != Some(self.samples.label(sample)) {
-                cell.is_done = false;
+                (cell.is_done, cell.is_refuted) = (false, true);
                 cell.inside.push(sample);
             }
         }

@@ -75,6 +75,10 @@ group! {
         /// The largest error of a patch, in sizes of its cell, with which it is a guess for the children
         /// of the cell, or better than no patch if the cell is not divided.
         guess_error: f64 = 0.35, 0.2..=0.5;
+        /// A corner of a cell is in the region on its side of the patches of the parent, without an
+        /// evaluation, if its distance from them is so many times their error, and this share of the cell.
+        inferred_errors: f64 = 4.0, 2.0..=8.0;
+        inferred_share: f64 = 0.1, 0.05..=0.2;
         /// The ratio of the error of a patch to its leave-one-out residuals.
         patch_margin: f64 = 1.5, 1.0..=2.0;
         /// The share of T that the displacement of one patch may change a line of sight by.

@@ -115,3 +115,20 @@ fn foreign_values_and_jumps_that_fade_out_follow_from_predictions() {
     }
     assert_eq!(samples.largest_jump(at, &[0, 7]), None);
 }
+
+#[test]
+fn an_inferred_point_has_the_value_of_its_region_and_counts_once_it_is_measured() {
+    let mut samples = samples(|[x, _, z]| if z > 0.5 { 3.0 + x } else { 0.0 });
+    let at = [0.31, 0.42, 0.93];
+    let number = samples.add_inferred(at, 1);
+    let inferred = samples.get(number);
+    assert!((inferred.rate - (3.0 + at[0])).abs() < 1e-9, "{inferred:?}");
+    assert!(
+        !samples.is_measured(number) && !samples.is_of(number, 1) && samples.label(number) == 1
+    );
+    let is_near = |samples: &Samples| samples.nearest(at, 1) == [(0.0, number)];
+    assert!(!is_near(&samples));
+    // The evaluation may contradict what was inferred.
+    samples.measure(number, 0.0, 0);
+    assert!(is_near(&samples) && samples.is_of(number, 0) && samples.get(number).rate == 0.0);
+}

@@ -1,0 +1,118 @@
+//! The corners of cells: sampled, or far from the patches of the parent, from which their regions follow.
+//!
+//! A cell is divided where its patches are not accurate enough, and most corners of its children are far
+//! from all of its surfaces. G is evaluated at those corners only when a bracket of a surface ends there.
+
+use crate::vol::surfaces::octree::{Cell, Label, region};
+use crate::vol::surfaces::search::{Failure, Guess, OpenCell, Search, bit};
+use crate::vol::tuning::TUNING;
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+
+impl Search<'_> {
+    /// The cells with their corners, which are sampled or inferred, and with the samples inside them.
+    pub(super) async fn with_corners(
+        &mut self,
+        level: u8,
+        cells: BTreeMap<[u32; 3], Guess>,
+    ) -> Result<Vec<OpenCell>, Failure> {
+        let mut missing = Vec::new();
+        for (corner, inferred) in self.new_corners(level, &cells) {
+            let Some(label) = inferred else {
+                missing.push(corner);
+                continue;
+            };
+            let sample = self.samples.add_inferred(self.grid.corner(corner), label);
+            self.corners.insert(corner, sample);
+        }
+        let points: Vec<[f64; 3]> =
+            missing.iter().map(|corner| self.grid.corner(*corner)).collect();
+        let samples = self.sample(&points).await?;
+        self.corners.extend(missing.into_iter().zip(samples));
+        let mut inside: FxHashMap<[u32; 3], Vec<usize>> = FxHashMap::default();
+        for i in 0..self.samples.len() {
+            let place = self.grid.cell_at(level, self.samples.get(i).at);
+            if cells.contains_key(&place) {
+                inside.entry(place).or_default().push(i);
+            }
+        }
+        let open = |(at, guess): ([u32; 3], Guess)| {
+            let corners = self.corners_of((level, at));
+            let corners = corners.map(|corner| self.corners.get(&corner).copied().unwrap_or(0));
+            let inside = inside.remove(&at).unwrap_or_default();
+            let cell = (level, at);
+            OpenCell {
+                cell,
+                corners,
+                inside,
+                guess,
+                facets: None,
+                is_done: false,
+                is_refuted: false,
+            }
+        };
+        Ok(cells.into_iter().map(open).collect())
+    }
+
+    /// The corners of cells that are not known yet, in the order of the cells, each with its region if all cells
+    /// infer the same one.
+    fn new_corners(
+        &self,
+        level: u8,
+        cells: &BTreeMap<[u32; 3], Guess>,
+    ) -> Vec<([u32; 3], Option<Label>)> {
+        let size = self.grid.cell_size(level);
+        let mut found: FxHashMap<[u32; 3], (usize, Option<Label>)> = FxHashMap::default();
+        for (at, guess) in cells {
+            for corner in self.corners_of((level, *at)) {
+                if self.corners.contains_key(&corner) {
+                    continue;
+                }
+                let inferred = self.inferred(guess, self.grid.corner(corner), size);
+                let number = found.len();
+                let (_, of_all) = found.entry(corner).or_insert((number, inferred));
+                *of_all = of_all.filter(|_| *of_all == inferred);
+            }
+        }
+        let mut order: Vec<_> = found.into_iter().collect();
+        order.sort_unstable_by_key(|(_, (number, _))| *number);
+        order.into_iter().map(|(corner, (_, label))| (corner, label)).collect()
+    }
+
+    /// The region of a point that is far from the patches of the parent of a cell of this size.
+    fn inferred(&self, guess: &Guess, at: [f64; 3], size: f64) -> Option<Label> {
+        let facets = guess.facets.as_deref()?;
+        if guess.is_refuted || self.hides(at) {
+            return None;
+        }
+        let error = facets.iter().map(|of| of.error).fold(0.0, f64::max);
+        let least = TUNING.surfaces.inferred_errors * error;
+        let (label, distance) = region(facets, at);
+        let is_far = distance > least.max(TUNING.surfaces.inferred_share * size);
+        is_far.then(|| self.samples.current(label))
+    }
+
+    /// The corners of a cell on the finest lattice.
+    pub(super) fn corners_of(&self, cell: Cell) -> [[u32; 3]; 8] {
+        let (low, step) = self.grid.corners(cell);
+        core::array::from_fn(|c| core::array::from_fn(|k| low[k] + step * bit(c, k)))
+    }
+
+    /// Evaluates G at those of some points at which a region was inferred.
+    pub(super) async fn measure(
+        &mut self,
+        points: impl Iterator<Item = usize>,
+    ) -> Result<(), Failure> {
+        let is_inferred = |i: &usize| !self.samples.is_measured(*i) && !self.samples.is_hidden(*i);
+        let mut inferred: Vec<usize> = points.filter(is_inferred).collect();
+        inferred.sort_unstable();
+        inferred.dedup();
+        let places: Vec<[f64; 3]> = inferred.iter().map(|&i| self.samples.get(i).at).collect();
+        let rates = self.rates(&places).await?;
+        for ((number, at), rate) in inferred.into_iter().zip(places).zip(rates) {
+            let label = self.label_of(at, rate)?;
+            self.samples.measure(number, rate, label);
+        }
+        Ok(())
+    }
+}
