@@ -163,9 +163,22 @@ class Elsewhere(Foreign):
         return self.values
 
 
+class OnDevice(Foreign):
+    """An array on another device, which DLPack copies on request, as those of CuPy and PyTorch."""
+
+    def __dlpack__(self, *, dl_device=None, copy=None, **options):
+        if dl_device is None or not copy:
+            raise BufferError("on another device")
+        return self.values.__dlpack__(dl_device=dl_device, copy=copy, **options)
+
+    def __dlpack_device__(self):
+        return (2, 0)
+
+
 @pytest.mark.parametrize("made", [
     Foreign,
     Elsewhere,
+    OnDevice,
     list,
     lambda rates: np.repeat(rates, 2)[::2],
     lambda rates: np.ma.masked_array(rates),
@@ -195,9 +208,22 @@ def test_jax_functions():
 
 def test_torch_functions():
     torch = pytest.importorskip("torch")
+    device = "cuda" if torch.cuda.is_available() else "cpu"
 
     def glow(position, direction):
-        return torch.exp(-40 * ((torch.from_numpy(position) - 0.5) ** 2).sum(dim=1))
+        at = torch.from_numpy(position).to(device)
+        return torch.exp(-40 * ((at - 0.5) ** 2).sum(dim=1))
+
+    found = emitree.render(glow, CUBE, (8, 8))
+    np.testing.assert_allclose(found.image, emitree.render(peak, CUBE, (8, 8)).image, atol=1e-12)
+
+
+def test_cupy_functions():
+    # Its arrays are on a GPU.
+    cupy = pytest.importorskip("cupy")
+
+    def glow(position, direction):
+        return cupy.exp(-40 * ((cupy.asarray(position) - 0.5) ** 2).sum(axis=1))
 
     found = emitree.render(glow, CUBE, (8, 8))
     np.testing.assert_allclose(found.image, emitree.render(peak, CUBE, (8, 8)).image, atol=1e-12)

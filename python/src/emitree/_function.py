@@ -64,6 +64,18 @@ def name_of(function: Any) -> str:
     return f"{module}.{named.__qualname__}"
 
 
+def _on_host(array: Any) -> Any:
+    """An array of another library as one of NumPy: without a copy if it is in the memory of the
+    host, by one if it is on another device. An array that is part of a gradient is left to its own
+    conversion, which may raise an exception.
+    """
+    for options in ({}, {"device": "cpu", "copy": True}):
+        # TypeError: a library whose arrays have no copies by DLPack.
+        with suppress(BufferError, RuntimeError, TypeError, ValueError):
+            return np.from_dlpack(array, **options)
+    return array
+
+
 def as_rates(result: Any, count: int, unit: str | None, takes_components: bool = False) -> Floats:
     """What a function returned as `count` rates in `unit`, or as rows of k components.
 
@@ -77,10 +89,7 @@ def as_rates(result: Any, count: int, unit: str | None, takes_components: bool =
     if isinstance(result, np.ma.MaskedArray) and np.ma.is_masked(result):
         raise ValueError("some rates are masked: expected a number for each point")
     if not isinstance(result, np.ndarray) and hasattr(result, "__dlpack__"):
-        # An array on another device, or one that is part of a gradient, is left to its own
-        # conversion, or raises an exception.
-        with suppress(BufferError, RuntimeError):
-            result = np.from_dlpack(result)
+        result = _on_host(result)
     rates = np.asarray(result)
     if rates.dtype.kind not in "fiub":
         raise TypeError(f"the rates are of type {rates.dtype}: expected real numbers")
