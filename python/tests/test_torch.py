@@ -11,6 +11,9 @@ from plans import KINDS, norm, plan_of, random_image, random_rates
 
 torch = pytest.importorskip("torch", reason="torch is missing: it is optional, and large")
 
+# PyTorch 2.11 itself uses what it calls deprecated, in derivatives of forward mode.
+pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit.script:DeprecationWarning")
+
 DEVICE = "cuda" if torch.cuda.is_available() else "cpu"
 #: Rounding of sums of thousands of terms of both signs, relative to the norm of an image.
 ROUNDING = 1e-13
