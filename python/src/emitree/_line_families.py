@@ -201,8 +201,8 @@ def _axes(vectors: Floats, forward: Floats) -> Floats:
     """Rows are right, along which vectors extend most across forward, up and forward."""
     across = vectors - (vectors @ forward)[:, np.newaxis] * forward
     across = across - across.mean(axis=0)
-    right = np.linalg.eigh(across.T @ across)[1][:, -1]
-    right = _unit(right - (right @ forward) * forward)
+    longest = np.linalg.eigh(across.T @ across)[1][:, -1]
+    right = _unit(longest - (longest @ forward) * forward)
     if right is None:
         right = _unit(np.cross(forward, np.eye(3)[np.argmin(abs(forward))]))
     assert right is not None

@@ -240,18 +240,19 @@ def _add(
         return function(position, direction, None)
 
     near = _near_places(plane)
+    given: dict[str, Any] = {**allowed, **options}
     rendered = render(
         rates,
         plane.camera,
         plane.shape,
         mask=near.astype(np.float64) if not near.all() else None,
         max_evaluations=budget,
-        **allowed,
-        **options,
+        **given,
     )
     components = list(rendered) if isinstance(rendered, Components) else [rendered]
     for number, one in enumerate(components):
-        values, errors = values_at(one.image, one.error, plane, plane.places)
+        error = np.full(plane.shape, np.inf) if one.error is None else one.error
+        values, errors = values_at(one.image, error, plane, plane.places)
         found.values[plane.line, number], found.errors[plane.line, number] = values, errors
     found.evaluations += rendered.evaluations
 
