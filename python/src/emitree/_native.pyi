@@ -21,6 +21,7 @@ __all__ = [
     "available_memory_bytes",
     "cameras",
     "draw_counts",
+    "sky_coordinates",
 ]
 
 _Floats = NDArray[np.float64]
