@@ -1,7 +1,8 @@
 //! The kinds of cameras that scenes have, for the classes in Python.
 
-use emitree_io::{KeyDefault, KeyUnit};
+use emitree_io::{KeyDefault, KeyUnit, SkyCoordinates};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// A kind of camera.
 #[derive(Debug, IntoPyObject)]
@@ -48,4 +49,14 @@ pub(crate) fn cameras() -> Vec<CameraRow> {
         keys: camera.keys.iter().map(key).collect(),
     };
     emitree_io::cameras().iter().map(camera).collect()
+}
+
+/// The coordinates of the sky that scenes have, by name, and whether they depend on an equinox.
+#[pyfunction]
+pub(crate) fn sky_coordinates(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let found = PyDict::new(py);
+    for of in SkyCoordinates::ALL.map(SkyCoordinates::description) {
+        found.set_item(of.name, of.has_equinox)?;
+    }
+    Ok(found)
 }

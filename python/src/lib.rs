@@ -39,7 +39,7 @@ mod _native {
     #[pymodule_export]
     use crate::arrays::available_memory_bytes;
     #[pymodule_export]
-    use crate::cameras::cameras;
+    use crate::cameras::{cameras, sky_coordinates};
     #[pymodule_export]
     use crate::error::{EmissionError, RenderError, SceneError};
     #[pymodule_export]

@@ -1,13 +1,13 @@
 //! An image or a cube with its estimated error and its cost.
 
 use crate::arrays::{array, cube_of, voxels};
-use crate::error::{of_counting, of_encoding};
+use crate::error::{of_counting, of_encoding, of_scene};
 use crate::mesh::Mesh;
 use crate::surfaces::{ReadSurfaceArrays, SurfaceArrays, arrays_of, encoded, surfaces_of};
 use emitree::{Cube, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
-    Account, Bands, Card, PictureOptions, ProductMap, Quantity, RenderedScene, Scene, WcsAxis,
+    Account, Bands, Card, PictureOptions, ProductMap, Quantity, RenderedScene, Scene, Sky, WcsAxis,
     encode_png, picture_of_sky,
 };
 use numpy::{PyArray1, PyReadonlyArray3};
@@ -77,8 +77,10 @@ impl Rendered {
         map: ProductMap<'_>,
         others: Vec<ProductMap<'_>>,
         cards: Vec<Card>,
+        sky: Option<&Sky>,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let file = self.rendered.fits(map, others, cards).map_err(of_encoding)?;
+        let sky = sky.or(self.account().sky.as_ref());
+        let file = self.rendered.fits_on_sky(map, others, cards, sky).map_err(of_encoding)?;
         Ok(PyBytes::new(py, &file))
     }
 }
@@ -271,10 +273,22 @@ impl Rendered {
     }
 
     /// The image with its error, its evaluations and, of a cube, the whole band, with units, coordinates
-    /// and provenance: the bytes of a FITS file.
-    fn fits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+    /// and provenance: the bytes of a FITS file. `sky` is the text of a table `[sky]`, for a scene that has
+    /// none.
+    #[pyo3(signature = (sky=None))]
+    fn fits<'py>(&self, py: Python<'py>, sky: Option<&str>) -> PyResult<Bound<'py, PyBytes>> {
+        let sky = sky.map(|text| self.account().read_sky(text)).transpose();
+        let sky = sky.map_err(|error| of_scene(&error, false, &[]))?;
         let (map, others) = (self.rendered.values_map(), self.rendered.companions());
-        self.encoded(py, map, others, self.account().cards())
+        self.encoded(py, map, others, self.account().cards(), sky.as_ref())
+    }
+
+    /// The name of the camera, its position, the unit of lengths, and whether the scene has a sky.
+    #[getter]
+    fn view(&self) -> (&str, [f64; 3], Option<&str>, bool) {
+        let Account { camera, pointing, length_unit, sky, .. } = self.account();
+        let position = pointing.map_or([0.0; 3], |pointing| pointing.position);
+        (camera, position, length_unit.as_deref(), sky.is_some())
     }
 
     /// Counts (channels, height, width) with the number and the nominal energies \[keV\] of each
@@ -295,7 +309,7 @@ impl Rendered {
         let channels: Vec<Channel> = channels.collect();
         let bands = Bands::Counts { channels: &channels };
         let (map, cards) = self.rendered.counts_map(&map, bands, seed);
-        self.encoded(py, map, Vec::new(), cards)
+        self.encoded(py, map, Vec::new(), cards, None)
     }
 }
 

@@ -197,7 +197,7 @@ def test_what_does_not_fit_together_is_refused(tmp_path):
     with pytest.raises(emitree.SceneError, match="expected one place"):
         emitree.render("0", camera_of(wcs_of())).to_fits(observer=elsewhere)
     polar = emitree.Polar(position=(-10, 0, 0), field_of_view=20, **looking)
-    with pytest.raises(emitree.SceneError, match="camera polar has no celestial projection"):
+    with pytest.raises(emitree.SceneError, match="camera `polar` has no celestial projection"):
         emitree.render("0", polar, (2, 2)).to_fits(tmp_path / "image.fits", frame=ICRS())
     plain = emitree.Perspective(position=(9, 0, 0), target=(0, 0, 0), field_of_view=(2, 1), far=9)
     with pytest.raises(emitree.SceneError, match="no `length_unit`"):
@@ -215,8 +215,7 @@ def test_a_scene_file_has_a_sky_by_its_frame(tmp_path):
     header = emitree.render(scene).to_fits(frame=ICRS())[0].header
     assert header["CTYPE1"] == "RA---TAN" and header["CRVAL1"] == 0
     changed = emitree.render(scene, changes={"projection.position": [0, -10, 0]})
-    with pytest.raises(emitree.SceneError, match="was changed by `changes`"):
-        changed.to_fits(frame=ICRS())
+    assert changed.to_fits(frame=ICRS())[0].header["CRVAL1"] == 90
 
 
 @pytest.mark.parametrize(

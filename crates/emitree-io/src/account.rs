@@ -5,7 +5,8 @@ use crate::energies::Energies;
 use crate::fits::{Card, Wcs};
 use crate::memory::peak_memory_bytes;
 use crate::product::scene_history;
-use crate::scene::{Scene, SceneSum};
+use crate::scene::{CameraDescription, Scene, SceneError, SceneSum, SkyView, cameras, read_sky};
+use crate::sky::{Pointing, Sky};
 use crate::units::Unit;
 use emitree::sums::RegionSum;
 use emitree::{Cube, EnergyAxis, EnergyScale, Image, Method, Rendering, StopReason};
@@ -58,8 +59,17 @@ pub struct Account {
     pub length_unit: Option<String>,
     /// Whether the pixels are those of `HEALPix`.
     pub is_sky: bool,
-    /// The coordinates of the pixels, if they have some.
+    /// The coordinates of the pixels about the pointing of the camera, if they have some.
     pub wcs: Option<Wcs>,
+    /// The name of the camera.
+    #[serde(default)]
+    pub camera: String,
+    /// Where the camera is and how it looks.
+    #[serde(default)]
+    pub pointing: Option<Pointing>,
+    /// Where on the sky the image is, if the scene says so.
+    #[serde(default)]
+    pub sky: Option<Sky>,
     /// The energy bins, if there are some.
     pub bins: Option<Bins>,
     /// The exposure of the instrument \[s\], if there is one.
@@ -237,6 +247,9 @@ impl Account {
             length_unit: scene.length_unit.clone(),
             is_sky: scene.camera.description().is_sky(),
             wcs: scene.wcs(),
+            camera: scene.camera.description().name.to_owned(),
+            pointing: scene.camera.pointing().copied(),
+            sky: scene.sky.clone(),
             bins: scene.energy.as_ref().map(Bins::from),
             exposure_s: instrument.map(|found| found.instrument.exposure_s),
             seed: instrument.map(|found| found.seed),
@@ -269,6 +282,23 @@ impl Account {
     /// The scene with what was changed in it, a line for each change.
     pub fn history(&self) -> String {
         scene_history(&self.text, &self.overrides)
+    }
+
+    /// The sky of the text of a table `[sky]`, for an image that was rendered without one.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::parse`].
+    pub fn read_sky(&self, text: &str) -> Result<Sky, SceneError> {
+        let kind = cameras().iter().find(|kind| kind.name == self.camera);
+        let view = SkyView {
+            camera: &self.camera,
+            is_celestial: kind.is_some_and(CameraDescription::is_celestial),
+            is_healpix: self.is_sky,
+            pointing: self.pointing,
+            length_unit: self.length_unit.as_deref(),
+        };
+        read_sky(text, &view)
     }
 
     /// The image of the whole energy band of a cube, in [`band_unit`](Self::band_unit).

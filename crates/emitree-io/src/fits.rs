@@ -4,13 +4,16 @@
 //! that [`Image`] and [`Cube`] keep them, without a flip.
 
 mod card;
+mod celestial;
 mod channels;
 mod energies;
 mod healpix;
+mod on_sky;
 mod provenance;
 mod wcs;
 
 pub use card::{Card, CardValue};
+pub use celestial::Celestial;
 pub use healpix::{HealpixColumn, HealpixFile};
 pub use wcs::{Wcs, WcsAxis};
 

@@ -50,6 +50,7 @@ mod rehearsal;
 mod rendered;
 mod report;
 pub mod scene;
+mod sky;
 mod surfaces;
 mod sweep;
 pub mod table;
@@ -63,7 +64,8 @@ pub use colour::{ColourMap, ValueRange};
 pub use comparison::{Comparison, ComparisonError, Difference, StoredImage};
 pub use energies::{Energies, energy_range};
 pub use fits::{
-    Card, CardValue, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile, Wcs, WcsAxis,
+    Card, CardValue, Celestial, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile,
+    Wcs, WcsAxis,
 };
 pub use forecast::CostLaw;
 pub use format::{EncodeError, Format, FormatDescription, PictureStyle, UnknownEnding};
@@ -83,6 +85,7 @@ pub use scene::{
     PlotScale, Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,
     SceneSum, cameras,
 };
+pub use sky::{Pointing, Sky, SkyCoordinates, SkyCoordinatesDescription, SkyDate, SolarObserver};
 pub use surfaces::SurfaceFormat;
 pub use sweep::{NameTemplate, SceneSweep, SweepError, SweepReport, SweptImage, SweptKey};
 pub use templates::{SceneTemplate, scene_templates};

@@ -97,6 +97,8 @@ pub struct FitsProduct<'a> {
     pub is_sky: bool,
     /// The coordinates of the pixels, if they have some.
     pub wcs: Option<Wcs>,
+    /// The system of the longitudes and latitudes of a `HEALPix` map (`COORDSYS`), if it is known.
+    pub coordinates: Option<&'a str>,
     /// The energy bins, if there are some.
     pub energies: Option<&'a Energies>,
     /// [`Account::cards`](crate::Account::cards), and what is true of this file only.
@@ -112,7 +114,7 @@ impl FitsProduct<'_> {
     ///
     /// [`FitsEncodeError`]: what FITS can't hold.
     pub fn encode(self) -> Result<Vec<u8>, FitsEncodeError> {
-        let Self { maps, is_sky, wcs, energies, provenance, history } = self;
+        let Self { maps, is_sky, wcs, coordinates, energies, provenance, history } = self;
         let date = Some(SystemTime::now());
         if is_sky {
             let columns: Vec<(String, &str, Vec<f64>)> = maps.iter().flat_map(columns).collect();
@@ -120,7 +122,6 @@ impl FitsProduct<'_> {
                 .iter()
                 .map(|(name, unit, values)| HealpixColumn { name, unit: known(unit), values })
                 .collect();
-            let coordinates = None;
             return HealpixFile { columns, coordinates, energies, provenance, history, date }
                 .encode();
         }

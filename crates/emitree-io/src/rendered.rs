@@ -8,6 +8,7 @@ use crate::grouped::grouped;
 use crate::product::{Bands, FitsProduct, Product, ProductMap};
 use crate::report::{CountsReport, Report};
 use crate::scene::Scene;
+use crate::sky::Sky;
 use emitree::result::{EvaluationCounts, FoundSurfaces};
 use emitree::{Cube, Image, Rendering};
 use std::error::Error;
@@ -219,12 +220,32 @@ impl RenderedScene {
         others: Vec<ProductMap<'_>>,
         provenance: Vec<Card>,
     ) -> Result<Vec<u8>, FitsEncodeError> {
+        self.fits_on_sky(map, others, provenance, self.account.sky.as_ref())
+    }
+
+    /// The same with the coordinates of another sky than that of the scene, or with those about the pointing.
+    ///
+    /// # Errors
+    ///
+    /// As [`fits`](Self::fits).
+    pub fn fits_on_sky(
+        &self,
+        map: ProductMap<'_>,
+        others: Vec<ProductMap<'_>>,
+        provenance: Vec<Card>,
+        sky: Option<&Sky>,
+    ) -> Result<Vec<u8>, FitsEncodeError> {
         let account = &self.account;
         let energies = self.energies.as_ref().filter(|_| map.has_energies());
+        let wcs = account.wcs.clone().map(|wcs| match (sky, &account.pointing) {
+            (Some(sky), Some(pointing)) => wcs.on_sky(sky, pointing),
+            _ => wcs,
+        });
         let file = FitsProduct {
             maps: [map].into_iter().chain(others).collect(),
             is_sky: account.is_sky,
-            wcs: account.wcs.clone(),
+            wcs,
+            coordinates: sky.and_then(Sky::healpix_system),
             energies,
             provenance,
             history: account.history(),

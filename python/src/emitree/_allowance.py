@@ -42,6 +42,16 @@ class Allowance:
             raise SceneError(f"`atol` is {atol!r}: expected a finite number above 0")
         return cls(tolerance, rtol or 0.0, atol or 0.0, weights)
 
+    def of_image(self, share: float, loosest: float) -> dict[str, float]:
+        """The options of `render` for an image with a share of the errors that are allowed.
+
+        loosest: the largest `tolerance` and `rtol`.
+        """
+        if self.tolerance is not None:
+            return {"tolerance": min(share * self.tolerance, loosest)}
+        both = {"rtol": min(share * self.rtol, loosest), "atol": share * self.atol}
+        return {name: value for name, value in both.items() if value > 0.0}
+
     def sums(self, values: Floats) -> Floats:
         """The values (m, k) of lines (n, k)."""
         return values if self.weights is None else _product(self.weights, values)

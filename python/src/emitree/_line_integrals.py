@@ -17,6 +17,7 @@ from emitree._cells import Integers
 from emitree._emissions import Expression
 from emitree._fields import Fields
 from emitree._function import Floats, Function
+from emitree._line_images import LOOSEST, SHARE, Shared, none_shared, shared_integrals
 from emitree._line_parts import parts_of
 from emitree._lines import Lines
 from emitree._native import EmissionError, SceneError
@@ -25,8 +26,12 @@ from emitree._several import Several
 
 #: Samples of a panel: nodes of a rule of Gauss and Kronrod.
 SAMPLES = len(NODES)
+#: Parts of a line at first.
+PANELS = 8
 #: As in `render`.
 MAX_EVALUATIONS = 50_000_000
+#: How often lines are integrated one by one because the errors that are allowed have become less.
+_ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,15 +102,19 @@ def line_integrals(
     rtol: float | None = None,
     atol: float | None = None,
     max_evaluations: int | None = None,
-    panels: int = 8,
+    panels: int | None = None,
+    shared: bool | None = None,
     bounds: Any = None,
     occulters: Sequence[Any] = (),
     unit: Any = None,
     quantities: bool = False,
 ) -> LineIntegrals:
-    """Integrals of an emission along lines of sight, each by adaptive steps to a tolerance.
+    """Integrals of an emission along lines of sight, each to a tolerance.
 
-    For an image of a camera use `render`: its pixels share their samples, and here lines do not.
+    Lines are integrated one by one in adaptive steps. With `shared`, those that pass through one
+    point, or are parallel, and have equal ends (the same length, or those of the bounds) are places
+    in the image of a camera, which is rendered, if they are 100 or more; only those beside jumps of
+    the image are integrated one by one.
 
     emission: one of
         * a function f(position, direction) -> rates: position (n, 3), direction (n, 3), unit
@@ -119,9 +128,12 @@ def line_integrals(
     rtol, atol: instead of `tolerance`, the error allowed in each value: atol + rtol * |value|.
     max_evaluations: how often the emission may be evaluated, 50,000,000 by default. A budget that
         does not suffice for the first samples leaves fewer; then the result is not converged.
-    panels: into how many equal parts a line is divided at first, with 15 samples each. A feature
-        between these samples is not seen: the longest gap between two is 0.104 / panels of the
-        line (of what is inside of the bounds), 1.3 % with the default of 8.
+    panels: into how many equal parts a line is divided at first, with 15 samples each, 8 by
+        default. A feature between these samples is not seen: the longest gap between two is
+        0.104 / panels of the line (of what is inside of the bounds), 1.3 % by default.
+    shared: whether lines of one family are integrated by an image, which sees fewer small features
+        than panels do: those that `render` sees. By default only lines of `camera.lines` are,
+        without `panels`.
     bounds: a `Sphere`, `Ellipsoid` or `Box` outside of which the emission is 0; by default the
         attribute `bounds` of a function. Nothing is evaluated outside.
     occulters: opaque `Sphere`s and `Ellipsoid`s, at which lines end.
@@ -145,7 +157,10 @@ def line_integrals(
             "`camera.lines(shape)`"
         )
     allowance = Allowance.of(tolerance, rtol, atol, lines.weights)
-    panels = _options.count("panels", panels, "a number of parts of a line", 100_000) or 1
+    has_panels = panels is not None
+    panels = _options.count("panels", panels, "a number of parts of a line", 100_000) or PANELS
+    if shared is not None and not isinstance(shared, bool):
+        raise SceneError(f"`shared` is {shared!r}: expected True or False")
     most = _options.count("max_evaluations", max_evaluations, "a number of evaluations")
     most = MAX_EVALUATIONS if most is None else most
     if isinstance(emission, str):
@@ -158,26 +173,27 @@ def line_integrals(
     near, far = parts_of(lines, own["bounds"], occulters)
     columns = Sampler(function, lines, near, far)
     line = np.flatnonzero(far > near)
-    fewer = min(panels, (most - 1) // (SAMPLES * max(len(line), 1)))
-    if fewer < 1:
-        raise SceneError(
-            f"`max_evaluations` is {most}: expected at least {SAMPLES * len(line) + 1}, "
-            f"{SAMPLES} for each line and 1 more"
-        )
     count = columns.count(line)
-    along = Along(columns.values_of(line), count, is_cautious=True)
-    value, error, evaluations = along.integrals(
-        np.zeros(len(line)),
-        np.ones(len(line)),
-        np.full(len(line), fewer),
-        line,
-        len(lines),
-        allowance.of_lines,
-        most - columns.evaluations,
-    )
+    is_shared = lines.is_of_camera and not has_panels if shared is None else shared
+    found = none_shared(len(lines), count)
+    if is_shared:
+        found = shared_integrals(
+            function,
+            lines,
+            (near, far),
+            count,
+            bounds=own["bounds"],
+            occulters=occulters,
+            seeds=getattr(emission, "seeds", ()),
+            allowed=allowance.of_image(SHARE, LOOSEST),
+            integrals=lambda some: _first_panels(columns, some, count, panels),
+            most=most - columns.evaluations - SAMPLES * len(line),
+        )
+    is_complete = _one_by_one(found, columns, line, allowance, panels, most)
+    value, error = found.values, found.errors
     sums, of_sums = allowance.sums(value), allowance.bounds(error)
     allowed = allowance.of_values(sums, of_sums, is_final=True)
-    is_good = bool(np.all(of_sums <= allowed)) and fewer == panels
+    is_good = bool(np.all(of_sums <= allowed)) and is_complete
     arrays = [sums, of_sums, allowed, value, error]
     if columns.is_single:
         arrays = [array[:, 0] for array in arrays]
@@ -186,12 +202,68 @@ def line_integrals(
         error=arrays[1],
         allowed=arrays[2],
         converged=is_good,
-        evaluations=evaluations + columns.evaluations,
+        evaluations=found.evaluations + columns.evaluations,
         along_lines=arrays[3],
         along_lines_error=arrays[4],
         unit=unit,
         length_unit=lines.length_unit,
     )
+
+
+def _first_panels(
+    columns: Sampler, line: Integers, count: int, panels: int
+) -> tuple[Floats, Floats, int]:
+    """Integrals and errors (n, k) of lines (n,) in equal panels, and the evaluations."""
+    along = Along(columns.values_of(line), count, is_cautious=True)
+    number = np.arange(len(line))
+    start, end = np.zeros(len(line)), np.ones(len(line))
+    return along.integrals(start, end, np.full(len(line), panels), number, len(line), None)
+
+
+def _one_by_one(
+    found: Shared, columns: Sampler, line: Integers, allowance: Allowance, panels: int, most: int
+) -> bool:
+    """Integrates what images do not tell well enough, and whether all lines had all panels."""
+    is_in = np.zeros(len(found.is_known), dtype=bool)
+    is_in[line] = True
+    is_complete = True
+    for number in range(_ROUNDS):
+        target = allowance.of_lines(found.values, found.errors)
+        is_good = np.all(found.errors <= target, axis=1)
+        some = np.flatnonzero(is_in & ~(found.is_known & is_good))
+        if len(some) == 0:
+            break
+        left = most - found.evaluations - columns.evaluations
+        fewer = min(panels, left // (SAMPLES * len(some)))
+        if fewer < 1 and number > 0:
+            return False
+        if fewer < 1:
+            raise SceneError(
+                f"`max_evaluations` is {most}: expected at least {SAMPLES * len(line) + 1}, "
+                f"{SAMPLES} for each line and 1 more"
+            )
+        is_complete &= fewer == panels
+        is_in[some] = False
+        found.values[some], found.errors[some] = 0.0, 0.0
+        values, errors = found.values.copy(), found.errors.copy()
+
+        def allowed(value: Floats, error: Floats, values=values, errors=errors) -> Floats:
+            return allowance.of_lines(values + value, errors + error)
+
+        along = Along(columns.values_of(some), values.shape[1], is_cautious=True)
+        value, error, evaluations = along.integrals(
+            np.zeros(len(some)),
+            np.ones(len(some)),
+            np.full(len(some), fewer),
+            some,
+            len(values),
+            allowed,
+            left,
+        )
+        found.values += value
+        found.errors += error
+        found.evaluations += evaluations
+    return is_complete
 
 
 def _function(emission: Any, unit: Any, length_unit: str | None, quantities: bool) -> Function:

@@ -92,6 +92,8 @@ class Lines:
         self.scale: Floats = of.get("scale", np.where(default > 0.0, default, 1.0))
         is_good = np.isfinite(self.scale) & (self.scale > 0.0)
         _check("scale", self.scale, is_good, "a finite length above 0")
+        #: Whether these are the lines of a camera, of `camera.lines`.
+        self.is_of_camera = False
         #: (m, n), or None.
         self.weights: SparseMatrix | None = None
         if groups is not None:
@@ -126,7 +128,9 @@ def lines_of_camera(
     length = np.where(is_seen, lines.far - near, 0.0)
     position = (lines.origin + near * lines.direction).T
     unit = view.scene.length_unit
-    return Lines(position, lines.direction.T, length, scale=_scale(camera, unit), length_unit=unit)
+    made = Lines(position, lines.direction.T, length, scale=_scale(camera, unit), length_unit=unit)
+    made.is_of_camera = True
+    return made
 
 
 def _scale(camera: Camera, unit: str | None) -> float:

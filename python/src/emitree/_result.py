@@ -230,10 +230,6 @@ class Rendering(OnSky):
         seed = None if expected else self._seed(seed)
         counts = self.expected_counts if seed is None else self.draw_counts(seed)
         encoded = self._found.counts_fits(counts, self._counted[2], seed)
-        if self._sky is not None:
-            from emitree import _sky_fits
-
-            encoded = _sky_fits.encoded(encoded, _sky_fits.placed(self))
         return written(encoded, path, overwrite)
 
     def spectrum(self, counts: Floats | None = None, *, where: Any = None) -> Spectrum:

@@ -142,6 +142,7 @@ def compose(
         tables: dict[str, Any] = {
             "emission": of_emission,
             "projection": projection,
+            "sky": camera.sky.table if camera.sky is not None else None,
             "image": image,
             "energy": energy_table(energy),
             "instrument": instrument_table(instrument),

@@ -8,6 +8,7 @@ time, aberration, the deflection of light and refraction are ignored.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -106,6 +107,24 @@ class Sky:
         Raises `SceneError` if no rotation relates the two.
         """
         return rotation(self.frame, self.coordinates)
+
+    @cached_property
+    def table(self) -> dict[str, Any]:
+        """The table `[sky]` of a scene file: names, and numbers in the model's length unit.
+
+        Scenes of a camera that has this sky have it, and so has `Rendering.scene`.
+
+        Raises `SceneError` if FITS has no such coordinates, or if something is missing.
+
+        >>> import emitree
+        >>> from astropy.coordinates import Galactic
+        >>> sky = emitree.Sky(frame=Galactic(), coordinates=Galactic(), length_unit="kpc")
+        >>> sky.table
+        {'frame': 'Galactic', 'coordinates': 'Galactic'}
+        """
+        from emitree._sky_table import table_of
+
+        return table_of(self)
 
 
 def sky_of(

@@ -60,9 +60,9 @@ class OnSky(ABC):
         With a path the file is written; without one, an astropy HDUList is returned. A file is
         whole or absent: one that is replaced stays until the other is complete.
 
-        The image of a camera of `Camera.from_wcs`, or of another one with `frame` or `observer`,
-        has coordinates of the sky, with the time and the observer. Others have those about the
-        pointing, and are written without astropy.
+        The image of a camera of `Camera.from_wcs`, of a scene file with `[sky]`, or of another one
+        with `frame` or `observer`, has coordinates of the sky, with the time and the observer.
+        Others have those about the pointing.
 
         observer: a `SkyCoord` with a distance: where the camera is. It is needed only where the
             model's frame has no time of its own, and has to agree with `position`.
@@ -83,9 +83,9 @@ class OnSky(ABC):
         at = _sky_fits.placed(
             self, observer=observer, frame=frame, origin=origin, coordinates=coordinates
         )
-        encoded = self._found.fits()
-        if at is not None or not extensions:
-            encoded = _sky_fits.encoded(encoded, at, extensions)
+        encoded = self._found.fits(at)
+        if not extensions:
+            encoded = _sky_fits.first_image(encoded)
         return written(encoded, path, overwrite)
 
     def to_sunpy(

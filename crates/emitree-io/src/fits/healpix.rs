@@ -97,6 +97,9 @@ impl HealpixFile<'_> {
         add("OBJECT", "FULLSKY".into(), "all pixels are there")?;
         if let Some(system) = self.coordinates {
             add("COORDSYS", system.into(), "system of longitude and latitude")?;
+            if system == "C" {
+                add("RADESYS", "ICRS".into(), "reference frame")?;
+            }
         }
 
         let mut table = Builder::with_rows(pixels);

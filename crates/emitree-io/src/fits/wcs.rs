@@ -5,6 +5,7 @@
 //! has its centre at FITS pixel coordinates (column + 1, row + 1) and its edges half a pixel off.
 
 use super::Card;
+use super::celestial::Celestial;
 use crate::energies::Energies;
 use emitree_instrument::Channel;
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,9 @@ pub struct Wcs {
     pub axes: Vec<WcsAxis>,
     /// Where the native pole lies \[deg\] (`LONPOLE`, `LATPOLE`); only for spherical coordinates.
     pub pole_deg: Option<[f64; 2]>,
+    /// What coordinates of the sky have beside their axes; `None` of others.
+    #[serde(default)]
+    pub celestial: Option<Celestial>,
 }
 
 /// One axis: world = `crval` + `cdelt` · (FITS pixel − `crpix`), before any projection.
@@ -35,7 +39,7 @@ pub struct WcsAxis {
     pub ctype: String,
     /// The unit (`CUNITi`), in the grammar of FITS; none for pure numbers.
     pub cunit: Option<String>,
-    /// What the axis is, in words (`CNAMEi`).
+    /// What the axis is, in words (`CNAMEi`); empty where the type says it.
     pub cname: String,
     /// The FITS pixel of the reference point (`CRPIXi`).
     pub crpix: f64,
@@ -66,6 +70,7 @@ impl Wcs {
                 axis("XLAT", "latitude", height, extent_deg[1]),
             ],
             pole_deg: Some(pole_deg),
+            celestial: None,
         }
     }
 
@@ -115,10 +120,16 @@ impl Wcs {
             if let Some(unit) = &axis.cunit {
                 cards.push(Card::new(key("CUNIT"), &**unit, "unit of the coordinate"));
             }
-            cards.push(Card::new(key("CNAME"), &*axis.cname, "name of the coordinate"));
+            if !axis.cname.is_empty() {
+                cards.push(Card::new(key("CNAME"), &*axis.cname, "name of the coordinate"));
+            }
             cards.push(Card::new(key("CRPIX"), axis.crpix, "reference pixel, first centre 1"));
             cards.push(Card::new(key("CRVAL"), axis.crval, "coordinate at the reference pixel"));
             cards.push(Card::new(key("CDELT"), axis.cdelt, "step from pixel to pixel"));
+        }
+        if let Some(celestial) = &self.celestial {
+            cards.extend(celestial.rotation_cards());
+            cards.extend(celestial.cards());
         }
         if let Some([longitude, latitude]) = self.pole_deg {
             cards.push(Card::new("LONPOLE", longitude, "[deg] native longitude of the pole"));

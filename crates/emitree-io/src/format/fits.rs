@@ -3,6 +3,7 @@
 use super::{EncodeError, FormatDescription, PictureStyle};
 use crate::fits::HealpixFile;
 use crate::product::{FitsProduct, Product, scene_history};
+use crate::sky::Sky;
 
 pub(super) const FITS: FormatDescription = FormatDescription {
     name: "FITS",
@@ -21,7 +22,8 @@ fn encode(product: &Product<'_>, _: PictureStyle) -> Result<Vec<u8>, EncodeError
     let file = FitsProduct {
         maps: std::iter::once(product.map).chain(product.others.iter().copied()).collect(),
         is_sky: scene.camera.description().is_sky(),
-        wcs: scene.wcs(),
+        wcs: scene.celestial_wcs(),
+        coordinates: scene.sky.as_ref().and_then(Sky::healpix_system),
         energies: product.energies(),
         provenance: product.provenance.clone(),
         history: scene_history(&scene.text, &scene.overrides),

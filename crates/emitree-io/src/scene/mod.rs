@@ -16,6 +16,7 @@ mod instrument;
 mod radiometry;
 mod seed;
 mod settings;
+mod sky;
 mod source;
 mod sums;
 mod table;
@@ -30,12 +31,14 @@ pub use error::SceneError;
 pub use instrument::SceneInstrument;
 pub use radiometry::{Quantity, SceneEmission};
 pub use settings::RenderSettings;
+pub(crate) use sky::SkyView;
 pub use sums::SceneSum;
 pub use tree::BuildSettings;
 
 use crate::energies::Energies;
 use crate::fits::Wcs;
 use crate::memory::available_memory_bytes;
+use crate::sky::Sky;
 use crate::units::Unit;
 use camera::ShapeTables;
 use document::Node;
@@ -93,6 +96,8 @@ pub struct Scene {
     pub energy: Option<Energies>,
     /// The camera that counts photons, if the scene has one.
     pub instrument: Option<SceneInstrument>,
+    /// Where on the sky the image is, if the scene says so.
+    pub sky: Option<Sky>,
     /// The unit of the pixels, FITS grammar; empty if the scene has none.
     unit: String,
     /// The unit of the image of all energies, where there are energies.
@@ -119,6 +124,15 @@ impl Scene {
     pub fn wcs(&self) -> Option<Wcs> {
         let length = self.length_unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
         self.camera.wcs(self.height, self.width, &length.unwrap_or_else(Unit::one))
+    }
+
+    /// The same coordinates, those of the sky where the scene has `[sky]`: of files.
+    pub fn celestial_wcs(&self) -> Option<Wcs> {
+        let wcs = self.wcs()?;
+        Some(match (&self.sky, self.camera.pointing()) {
+            (Some(sky), Some(pointing)) => wcs.on_sky(sky, pointing),
+            _ => wcs,
+        })
     }
 
     /// What a sum of voxels times the widths of their bins is multiplied with, for
@@ -329,6 +343,7 @@ impl Scene {
         let seeds = seed::read(seeds)?;
         let render = table.table("render")?.unwrap_or_else(|| Table::absent("render", &start));
         let build = table.table("build")?.map(tree::read_build).transpose()?;
+        let sky = table.table("sky")?;
         table.finish()?;
 
         let camera_units = CameraUnits {
@@ -359,6 +374,8 @@ impl Scene {
             unit: &found.unit,
         };
         let instrument = instrument.map(|table| instrument::read(table, observer)).transpose()?;
+        let view = camera.sky_view(found.length_unit.as_deref());
+        let sky = sky.map(|table| sky::read(table, &view)).transpose()?;
         let [height, width] = shape;
         Ok(Self {
             name: name.to_owned(),
@@ -372,12 +389,23 @@ impl Scene {
             quantity: found.quantity,
             energy,
             instrument,
+            sky,
             unit: found.unit,
             band: found.band,
             render,
             build,
         })
     }
+}
+
+/// The sky of the text of a table `[sky]`.
+pub(crate) fn read_sky(text: &str, view: &SkyView<'_>) -> Result<Sky, SceneError> {
+    let source = Arc::new(Source { name: "sky".to_owned(), text: text.to_owned() });
+    let mut root = Table::new(Node::parse(&source)?)?;
+    let place = Place { source, span: 0..0 };
+    let table = root.table("sky")?.unwrap_or_else(|| Table::absent("sky", &place));
+    root.finish()?;
+    sky::read(table, view)
 }
 
 /// The camera of a scene that a session shares.

@@ -5,6 +5,7 @@ use crate::fits::Wcs;
 use crate::scene::error::SceneError;
 use crate::scene::source::Place;
 use crate::scene::table::Table;
+use crate::sky::Pointing;
 use crate::units::Unit;
 use core::fmt;
 use emitree::Projection;
@@ -47,6 +48,22 @@ impl CameraDescription {
         match self.pixels {
             PixelLayout::Rectangle => false,
             PixelLayout::Healpix => true,
+        }
+    }
+
+    /// Whether its images have longitudes and latitudes about the pointing, which `[sky]` replaces by those of
+    /// the sky.
+    ///
+    /// ```
+    /// use emitree_io::cameras;
+    ///
+    /// let celestial = cameras().iter().filter(|camera| camera.is_celestial());
+    /// assert!(celestial.map(|of| of.name).eq(["perspective", "equirectangular", "fisheye"]));
+    /// ```
+    pub fn is_celestial(&self) -> bool {
+        match self.fits {
+            FitsCoordinates::Axes(axes) => axes.iter().all(|[x, _]| x.starts_with("XLON-")),
+            FitsCoordinates::None(_) => false,
         }
     }
 }
@@ -177,6 +194,7 @@ pub(super) trait ImageCoordinates: fmt::Debug + Send + Sync {
 pub(super) struct Optics {
     pub(super) coordinates: Arc<dyn ImageCoordinates>,
     pub(super) projection: Arc<dyn Projection + Send>,
+    pub(super) pointing: Option<Pointing>,
 }
 
 /// Takes the keys of a camera from `[projection]`, which names it at the given place, and makes it

@@ -15,9 +15,11 @@ pub(super) use shapes::ShapeTables;
 use super::emission::EmissionSource;
 use super::error::SceneError;
 use super::radiometry::length_factor;
+use super::sky::SkyView;
 use super::source::Place;
 use super::table::Table;
 use crate::fits::Wcs;
+use crate::sky::Pointing;
 use crate::units::Unit;
 use crate::words::alternatives;
 use description::{ImageCoordinates, Optics};
@@ -31,6 +33,7 @@ pub struct Camera {
     description: &'static CameraDescription,
     coordinates: Arc<dyn ImageCoordinates>,
     projection: Arc<dyn Projection + Send>,
+    pointing: Option<Pointing>,
     has_shapes: bool,
 }
 
@@ -54,6 +57,22 @@ impl Camera {
     /// none where [`FitsCoordinates::None`] says why.
     pub fn wcs(&self, height: usize, width: usize, unit: &Unit) -> Option<Wcs> {
         self.coordinates.wcs([height, width], unit)
+    }
+
+    /// Where it is and how it looks; none of the unit cube.
+    pub fn pointing(&self) -> Option<&Pointing> {
+        self.pointing.as_ref()
+    }
+
+    /// What the sky of its images has to fit to, for a scene of this length unit.
+    pub(super) fn sky_view<'a>(&self, length_unit: Option<&'a str>) -> SkyView<'a> {
+        SkyView {
+            camera: self.description.name,
+            is_celestial: self.description.is_celestial(),
+            is_healpix: self.description.is_sky(),
+            pointing: self.pointing,
+            length_unit,
+        }
     }
 
     /// What surrounds its image in an annotated picture.
@@ -91,9 +110,10 @@ pub(super) fn read(
         emission.data_axes().into_iter().for_each(|axes| shapes.add_ends_of(axes));
     }
     let has_shapes = shapes.bounds.is_some() || !shapes.bodies.is_empty();
-    let Optics { coordinates, projection } = (description.read)(&mut table, shapes, &place)?;
+    let Optics { coordinates, projection, pointing } =
+        (description.read)(&mut table, shapes, &place)?;
     table.finish()?;
-    Ok((Camera { description, coordinates, projection, has_shapes }, length_unit))
+    Ok((Camera { description, coordinates, projection, pointing, has_shapes }, length_unit))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use crate::scene::document::{Node, Value};
 use crate::scene::error::SceneError;
 use crate::scene::source::Place;
 use crate::scene::table::Table;
+use crate::sky::Pointing;
 use emitree::projection::{Camera as AnyCamera, GeometryError, ImagePlane};
 use emitree::{Projection as _, Viewpoint};
 use std::ops::RangeInclusive;
@@ -173,7 +174,9 @@ impl Keys {
             return Err(self.field.refuse(given, expected));
         }
         let projection = Arc::new(with_shapes(camera, shapes, &self.position.place)?);
-        Ok(Optics { coordinates: Arc::new(coordinates), projection })
+        let Viewpoint { position, target, up } = self.viewpoint()?;
+        let pointing = Some(Pointing::new(position, target, up));
+        Ok(Optics { coordinates: Arc::new(coordinates), projection, pointing })
     }
 }
 

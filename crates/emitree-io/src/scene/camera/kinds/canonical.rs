@@ -32,7 +32,7 @@ fn read(_: &mut Table, shapes: Shapes, place: &Place) -> Result<Optics, SceneErr
     } else {
         Arc::new(with_shapes(Orthographic::of_unit_cube(), shapes, place)?)
     };
-    Ok(Optics { coordinates: Arc::new(Cube), projection })
+    Ok(Optics { coordinates: Arc::new(Cube), projection, pointing: None })
 }
 
 /// The image of the cube: x and y from 0 to 1.
@@ -67,6 +67,7 @@ impl Wcs {
             name: "canonical".to_owned(),
             axes: vec![axis("x", width), axis("y", height)],
             pole_deg: None,
+            celestial: None,
         }
     }
 }

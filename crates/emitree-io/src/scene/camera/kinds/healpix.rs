@@ -9,6 +9,7 @@ use crate::scene::camera::shapes::Shapes;
 use crate::scene::error::SceneError;
 use crate::scene::source::Place;
 use crate::scene::table::Table;
+use crate::sky::Pointing;
 use crate::units::Unit;
 use emitree::Healpix;
 use emitree::projection::GeometryError;
@@ -45,7 +46,8 @@ fn read(table: &mut Table, shapes: Shapes, _: &Place) -> Result<Optics, SceneErr
     let sky = sky.with_edges(shapes.edges).with_singularities(shapes.singularities);
     let bodied = sky.with_occulters(shapes.bodies);
     let sky = bodied.map_err(|error| of_body(&error, &places, &position.place))?;
-    Ok(Optics { coordinates: Arc::new(Sky), projection: Arc::new(sky) })
+    let pointing = Pointing::at(position.vector(POSITION.expected)?);
+    Ok(Optics { coordinates: Arc::new(Sky), projection: Arc::new(sky), pointing: Some(pointing) })
 }
 
 /// The sky, which pictures show as an ellipse.

@@ -87,6 +87,7 @@ impl Wcs {
                 axis("Y", "y on the image plane", height, extent[1]),
             ],
             pole_deg: None,
+            celestial: None,
         }
     }
 }

@@ -71,6 +71,7 @@ impl Wcs {
                 axis("ANGLE", "angle from the pointing", height, 0.5 * fov_deg),
             ],
             pole_deg: None,
+            celestial: None,
         }
     }
 }
