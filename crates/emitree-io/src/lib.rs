@@ -80,8 +80,8 @@ pub use report::{CountsReport, Report};
 pub use scene::{
     BuildSettings, Camera, CameraDescription, CameraKey, EmissionFailure, EmissionSource,
     FitsCoordinates, GridEmission, KeyDefault, KeyUnit, Override, PixelLayout, PlotAxis, PlotFrame,
-    PlotScale, Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,
-    SceneSum, cameras,
+    PlotScale, Quantity, RenderSettings, Scene, SceneAbsorption, SceneEmission, SceneError,
+    SceneInstrument, SceneSum, cameras,
 };
 pub use surfaces::SurfaceFormat;
 pub use sweep::{NameTemplate, SceneSweep, SweepError, SweepReport, SweptImage, SweptKey};

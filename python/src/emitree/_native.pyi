@@ -143,6 +143,7 @@ class Scene:
         self,
         *,
         function: _Function | None = None,
+        absorption: _Function | None = None,
         batch_size: int | None = None,
         threads: int | None = None,
         progress: Callable[[int], Any] | None = None,
@@ -181,6 +182,8 @@ class Rendered:
     def flat_unit(self) -> str: ...
     @property
     def evaluations(self) -> int: ...
+    @property
+    def absorption_evaluations(self) -> int | None: ...
     @property
     def converged(self) -> bool: ...
     @property
