@@ -114,19 +114,21 @@ fn a_uniform_ball_has_the_radiance_of_its_chords() {
     let outside = Perspective::new(viewpoint([1.0, 2.0, 3.0]), [0.7, 0.7], [0.0, 8.0]).unwrap();
     let parallel = Orthographic::new(viewpoint([1.0, 2.0, 3.0]), [2.4, 2.4], [0.0, 8.0]).unwrap();
     let within = Equirectangular::new(viewpoint([0.3, 0.2, -0.4]), [3.0, 2.0], [0.0, 4.0]).unwrap();
-    let cameras: [(&str, Box<dyn Projection>); 4] = [
-        ("outside, with its edge", Box::new(outside.with_edges(edges.clone()))),
-        ("parallel, with its edge", Box::new(parallel.with_edges(edges.clone()))),
-        ("inside", Box::new(within.clone())),
-        ("inside, with its edge", Box::new(within.with_edges(edges))),
+    // With the lengths of their lines.
+    let cameras: [(&str, Box<dyn Projection>, f64); 4] = [
+        ("outside, with its edge", Box::new(outside.with_edges(edges.clone())), 8.0),
+        ("parallel, with its edge", Box::new(parallel.with_edges(edges.clone())), 8.0),
+        ("inside", Box::new(within.clone()), 4.0),
+        ("inside, with its edge", Box::new(within.with_edges(edges)), 4.0),
     ];
     for coefficient in [0.5, 4.0] {
         let ball = medium(|r| 3.0 * inside(r), |r| coefficient * inside(r));
         let of_line = of_ball(3.0, coefficient, 1.0);
-        for (name, camera) in &cameras {
+        for (name, camera, longest) in &cameras {
             let exact = means(&**camera, shape, 40, &of_line);
             check(name, &rendered(&ball, &**camera, shape, vol(0.01)), &exact, 0.01);
-            // Lines that graze the ball are stepped over by adaptive steps, whether it absorbs or not.
+            // Adaptive steps miss a jump that is closer to the end of a panel, an eighth of the line, than its
+            // outermost sample, 0.43 % of it, and chords between samples, whether the ball absorbs or not.
             let lines = means(&**camera, shape, 1, &of_line);
             let (_, largest) = lines.min_max();
             let found = rendered(&ball, &**camera, shape, adaptive(1, 1e-4));
@@ -134,7 +136,8 @@ fn a_uniform_ball_has_the_radiance_of_its_chords() {
             let bright = pixels.filter(|(_, exact)| **exact > 0.3 * largest);
             let error = bright.map(|(found, exact)| (found - exact).abs() / largest);
             let error = error.fold(0.0, f64::max);
-            assert!(error < 1e-4, "{name}: {error}");
+            let missed = 0.0043 * longest / 8.0 * 3.0 / largest;
+            assert!(error < 1e-4 + missed, "{name}: {error} {missed}");
         }
     }
 }

@@ -2,6 +2,7 @@
 //! from few evaluations.
 
 use crate::calls::Calls;
+use crate::cube::Cube;
 use crate::emission::{Emission, Samples};
 use crate::error::RenderError;
 use crate::meter::{Limits, Meter};
@@ -90,7 +91,7 @@ pub(super) fn find<E: Emission>(
         }
         Err(error) => return Err(error),
     };
-    let error = made.error.as_ref().map_or(f64::INFINITY, |error| error.largest());
+    let error = made.error.as_ref().map_or(f64::INFINITY, Cube::largest);
     let is_known = made.ending == StopReason::Complete && error <= allowed;
     let stretch = made.stretch;
     Ok(made.model.filter(|_| is_known).map(|model| KnownCoefficient { model, stretch, error }))
