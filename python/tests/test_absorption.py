@@ -55,7 +55,7 @@ def test_a_coefficient_is_in_one_over_the_length_unit():
 
 def test_a_grid_may_absorb():
     nodes = np.linspace(0, 1, 5)
-    grid = emitree.Grid(np.full((5, 5, 5), 2.0), x=nodes, y=nodes, z=nodes)
+    grid = emitree.Grid(values=np.full((5, 5, 5), 2.0), x=nodes, y=nodes, z=nodes)
     rendering = emitree.render(uniform, emitree.Canonical(), (4, 4), absorption=grid)
     assert np.allclose(rendering.image, EXACT, rtol=0.01)
 
