@@ -31,15 +31,34 @@ const TICK: Duration = Duration::from_millis(50);
 pub(crate) struct Hooks {
     /// `function(position, direction, energy | None) -> rates`.
     pub(crate) function: Option<Py<PyAny>>,
+    /// `absorption(position, direction, energy | None) -> coefficients`.
+    pub(crate) absorption: Option<Py<PyAny>>,
     /// `progress(evaluations)`, now and then.
     pub(crate) progress: Option<Py<PyAny>>,
     /// `frame(image, error, evaluations, batches)`, for each intermediate image.
     pub(crate) frame: Option<Py<PyAny>>,
 }
 
+/// A function that takes batches.
+#[derive(Clone, Copy)]
+pub(crate) enum Called {
+    Emission,
+    Absorption,
+}
+
+impl Hooks {
+    fn function(&self, called: Called) -> Option<&Py<PyAny>> {
+        match called {
+            Called::Emission => self.function.as_ref(),
+            Called::Absorption => self.absorption.as_ref(),
+        }
+    }
+}
+
 /// The requests of worker threads to the calling one. A missing reply means: stop.
 enum Event {
     Batch {
+        function: Called,
         positions: Vec<f64>,
         directions: Vec<f64>,
         energies: Vec<f64>,
@@ -68,11 +87,12 @@ pub(crate) struct Caller {
 }
 
 impl Caller {
-    /// The rates of a batch; none if the function raised an exception.
-    pub(crate) fn rates(&self, samples: &Samples<'_>) -> Option<Vec<f64>> {
+    /// The values of a function for a batch; none if it raised an exception.
+    pub(crate) fn values(&self, function: Called, samples: &Samples<'_>) -> Option<Vec<f64>> {
         let (reply, answer) = sync_channel(1);
         // The function may keep its arrays: they are its own.
         let batch = Event::Batch {
+            function,
             positions: samples.positions().as_flattened().to_vec(),
             directions: samples.directions().as_flattened().to_vec(),
             energies: samples.energies().to_vec(),
@@ -181,8 +201,8 @@ fn report(py: Python<'_>, shared: &Shared, hooks: &Hooks, reported: &mut u64) ->
 fn answer(py: Python<'_>, event: Event, hooks: &Hooks) -> PyResult<()> {
     // The other side waits for each answer: if it can't be sent there is no receiver any more.
     match event {
-        Event::Batch { positions, directions, energies, reply } => {
-            let Some(function) = &hooks.function else { return Ok(()) };
+        Event::Batch { function, positions, directions, energies, reply } => {
+            let Some(function) = hooks.function(function) else { return Ok(()) };
             let first = First::of(&positions, &directions, &energies);
             let rates = call(function.bind(py), positions, directions, energies);
             let _ = reply.send(rates.map_err(|exception| first.note(py, exception))?);

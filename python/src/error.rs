@@ -69,7 +69,8 @@ pub(crate) fn of_counting(error: impl ToString) -> PyErr {
 /// A rendering that failed, for a reason that is not an exception already.
 pub(crate) fn of_rendering(py: Python<'_>, error: CoreError<EmissionStop>) -> PyErr {
     match error {
-        CoreError::NotFinite { rate, position, direction, energy } => {
+        CoreError::NotFinite { rate, position, direction, energy }
+        | CoreError::AbsorptionNotFinite { coefficient: rate, position, direction, energy } => {
             let exception = EmissionError::new_err(error.to_string());
             let value = exception.value(py);
             let set = value

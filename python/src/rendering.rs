@@ -217,6 +217,12 @@ impl Rendered {
         self.account().evaluations
     }
 
+    /// How often the absorption coefficient was evaluated; `None` if the medium does not absorb.
+    #[getter]
+    fn absorption_evaluations(&self) -> Option<u64> {
+        self.account().absorption_evaluations
+    }
+
     /// Whether the stopping criterion was met.
     #[getter]
     fn converged(&self) -> bool {

@@ -112,17 +112,19 @@ impl Scene {
     }
 
     /// Renders the scene, or a function in place of its emission:
-    /// `function(position, direction, energy | None) -> rates`. It begins with the functions of the mesh
+    /// `function(position, direction, energy | None) -> rates`, and another one in place of its absorption
+    /// coefficient, if it has one. It begins with the functions of the mesh
     /// `start`, and anew where they do not suffice, unless it `is_fixed` to them.
     #[pyo3(signature = (
-        *, function=None, batch_size=None, threads=None, progress=None, frame=None, start=None,
-        is_fixed=false
+        *, function=None, absorption=None, batch_size=None, threads=None, progress=None, frame=None,
+        start=None, is_fixed=false
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn render(
         &self,
         py: Python<'_>,
         function: Option<Py<PyAny>>,
+        absorption: Option<Py<PyAny>>,
         batch_size: Option<u64>,
         threads: Option<usize>,
         progress: Option<Py<PyAny>>,
@@ -130,7 +132,7 @@ impl Scene {
         start: Option<Py<Mesh>>,
         is_fixed: bool,
     ) -> PyResult<Rendered> {
-        let hooks = Hooks { function, progress, frame };
+        let hooks = Hooks { function, absorption, progress, frame };
         let scene = &self.0;
         let mut options = options_of(scene).with_mesh_up_to(EVALUATIONS_OF_MESHES);
         options.batch_size = batch_size.unwrap_or(options.batch_size);
@@ -158,7 +160,7 @@ impl Scene {
         let Some(settings) = &scene.build else {
             return Err(SceneError::new_err("the scene has no `[build]`"));
         };
-        let hooks = Hooks { function, progress, frame: None };
+        let hooks = Hooks { function, progress, ..Hooks::default() };
         let built = run(py, &hooks, threads, |caller| {
             let progress = |evaluations| caller.progress(evaluations);
             let defaults = WorldTreeOptions::default();
@@ -259,10 +261,11 @@ fn emission<'a>(
     hooks: &Hooks,
     caller: &'a Caller,
 ) -> AnyEmission<'a> {
-    match hooks.function {
-        // The scene's emission is a placeholder then, in the units of the function.
-        Some(_) => AnyEmission::Function { caller, rate_factor: scene.emission.rate_factor },
-        None => AnyEmission::Scene(&scene.emission),
+    AnyEmission {
+        scene: &scene.emission,
+        caller,
+        is_function: hooks.function.is_some(),
+        absorbs_by_function: hooks.absorption.is_some(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::arrays::{Points, points};
 use crate::emission::EmissionStop;
-use crate::error::of_rendering;
+use crate::error::{SceneError, of_rendering};
 use crate::mesh::{self, Mesh};
 use crate::rendering::Rendered;
 use crate::scene::{Scene, options_of};
@@ -27,11 +27,23 @@ impl Session {
     }
 }
 
+/// Refuses a medium that absorbs: a session takes rates, and its caller would have to know the optical depths.
+fn refuse_absorption(scene: &emitree_io::Scene) -> PyResult<()> {
+    match scene.emission.absorption {
+        None => Ok(()),
+        Some(_) => Err(SceneError::new_err(
+            "the scene has `[absorption]`, and a session takes rates alone: expected none, or \
+             `emitree.render`",
+        )),
+    }
+}
+
 #[pymethods]
 impl Session {
     #[new]
     fn new(py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let scene = scene.shared();
+        refuse_absorption(&scene)?;
         let session = py.detach(|| scene.session(&options_of(&scene)));
         let session = session.map_err(|error| raised(py, error))?;
         Ok(Self(Mutex::new(State { scene, session })))

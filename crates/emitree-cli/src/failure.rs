@@ -63,6 +63,7 @@ pub(crate) enum Failure {
 fn code_of<E>(error: &RenderError<E>) -> u8 {
     match error {
         RenderError::NotFinite { .. }
+        | RenderError::AbsorptionNotFinite { .. }
         | RenderError::ImageNotFinite { .. }
         | RenderError::Emission(_) => BAD_EMISSION,
         RenderError::Interrupted => INTERRUPTED,

@@ -81,6 +81,9 @@ pub struct Account {
     pub largest_rate_position: Option<[f64; 3]>,
     /// Evaluations of the emission rate.
     pub evaluations: u64,
+    /// Evaluations of the absorption coefficient; none if the medium does not absorb.
+    #[serde(default)]
+    pub absorption_evaluations: Option<u64>,
     /// In how many batches.
     pub batches: u64,
     /// Why the rendering ended: `complete`, `deepest level`, `budget`, `time` or `unfinished`.
@@ -255,6 +258,11 @@ impl Account {
             seed: instrument.map(|found| found.seed),
             largest_rate_position: stats.largest_rate.map(|of| of.position),
             evaluations: stats.evaluations,
+            absorption_evaluations: scene
+                .emission
+                .absorption
+                .as_ref()
+                .map(|_| stats.absorption_evaluations),
             batches: stats.batches,
             ending: ending(stats.ending).to_owned(),
             estimated_error,
@@ -325,6 +333,9 @@ impl Account {
             Card::new("NEVAL", self.evaluations, "evaluations of the emission rate"),
             Card::new("CONVERGD", self.converged(), "the method ended by itself"),
         ];
+        let absorption = self
+            .absorption_evaluations
+            .map(|n| Card::new("NABSORB", n, "evaluations of the absorption coefficient"));
         let energies =
             self.energies.map(|n| Card::new("NENERGY", n, "energies that were evaluated"));
         let tolerance = self.tolerance.map(|tolerance| {
@@ -372,7 +383,8 @@ impl Account {
                 Card::new(format!("SUMERR{number}"), sum.error, "its estimated error"),
             ]
         });
-        let known = [energies, tolerance, error, threshold, order, base_level, length_unit];
+        let known =
+            [absorption, energies, tolerance, error, threshold, order, base_level, length_unit];
         let known = known.into_iter().flatten().chain(by_pixel);
         let known = known.chain([weighted, per_band, share].into_iter().flatten());
         always.into_iter().chain(known).chain(sums).collect()

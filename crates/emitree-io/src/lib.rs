@@ -82,8 +82,8 @@ pub use report::{CountsReport, Report};
 pub use scene::{
     BuildSettings, Camera, CameraDescription, CameraKey, EmissionFailure, EmissionSource,
     FitsCoordinates, GridEmission, KeyDefault, KeyUnit, Override, PixelLayout, PlotAxis, PlotFrame,
-    PlotScale, Quantity, RenderSettings, Scene, SceneEmission, SceneError, SceneInstrument,
-    SceneSum, cameras,
+    PlotScale, Quantity, RenderSettings, Scene, SceneAbsorption, SceneEmission, SceneError,
+    SceneInstrument, SceneSum, cameras,
 };
 pub use sky::{Pointing, Sky, SkyCoordinates, SkyCoordinatesDescription, SkyDate, SolarObserver};
 pub use surfaces::SurfaceFormat;

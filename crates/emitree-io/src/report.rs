@@ -9,6 +9,8 @@ use serde::{Serialize, Serializer};
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report<'a> {
     evaluations: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    absorption_evaluations: Option<u64>,
     batches: u64,
     method: &'a str,
     tolerance: Option<f64>,
@@ -122,6 +124,7 @@ impl<'a> Report<'a> {
         let ([_, height, width], (min, max)) = (values.shape(), values.min_max());
         Self {
             evaluations: account.evaluations,
+            absorption_evaluations: account.absorption_evaluations,
             batches: account.batches,
             method: &account.method,
             tolerance: account.tolerance,

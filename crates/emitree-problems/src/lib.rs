@@ -19,6 +19,7 @@
 //! # Ok::<(), emitree::RenderError<std::convert::Infallible>>(())
 //! ```
 
+pub mod absorbing;
 pub mod ball;
 pub mod beta_model;
 #[cfg(test)]

@@ -41,6 +41,18 @@ impl<'a, E: Emission> Calls<'a, E> {
         Self { emission, meter, progress }
     }
 
+    pub(crate) fn emission(&self) -> &'a E {
+        self.emission
+    }
+
+    pub(crate) fn meter(&self) -> &'a Meter {
+        self.meter
+    }
+
+    pub(crate) fn progress(&self) -> Option<&'a Progress<'a>> {
+        self.progress
+    }
+
     /// Runs a method with the rates of the emission.
     pub(crate) fn drive<T>(
         &self,
@@ -60,6 +72,22 @@ impl<'a, E: Emission> Calls<'a, E> {
 
     /// The rates of one batch.
     pub(crate) fn evaluate(&self, batch: &mut Batch) -> Result<(), RenderError<E::Error>> {
+        self.evaluate_function(batch, Function::Rate)
+    }
+
+    /// The absorption coefficients at the points of one batch, in place of rates.
+    pub(crate) fn absorption_coefficients(
+        &self,
+        batch: &mut Batch,
+    ) -> Result<(), RenderError<E::Error>> {
+        self.evaluate_function(batch, Function::AbsorptionCoefficient)
+    }
+
+    fn evaluate_function(
+        &self,
+        batch: &mut Batch,
+        function: Function,
+    ) -> Result<(), RenderError<E::Error>> {
         let Batch { positions, directions, energies, rates } = batch;
         if rates.is_empty() {
             self.meter.check_time()?;
@@ -85,7 +113,7 @@ impl<'a, E: Emission> Calls<'a, E> {
             let points = number * per_call..number * per_call + rates.len();
             let samples = Samples::new(&positions[points.clone()], &directions[points.clone()]);
             let samples = samples.at_energies(energies.get(points).unwrap_or_default());
-            let result = self.call(&samples, rates, &in_calls);
+            let result = self.call(function, &samples, rates, &in_calls);
             if result.is_err() {
                 failed.fetch_min(number, Ordering::Relaxed);
             }
@@ -96,7 +124,10 @@ impl<'a, E: Emission> Calls<'a, E> {
         let results: Vec<Result<(), RenderError<E::Error>>> = all_calls.map(call).collect();
         // Parallel calls are not each other's waiting time.
         let waited = in_calls.into_inner() / calls.min(threads).max(1) as u64;
-        self.meter.count_time(rates.len(), waited);
+        match function {
+            Function::Rate => self.meter.count_time(rates.len(), waited),
+            Function::AbsorptionCoefficient => self.meter.count_time(0, waited),
+        }
         results.into_iter().collect()
     }
 
@@ -124,21 +155,36 @@ impl<'a, E: Emission> Calls<'a, E> {
         so_far > 0.0 && nanoseconds / so_far * (evaluations as f64) < WORTH_A_THREAD_NANOSECONDS
     }
 
-    /// One call of g.
+    /// One call of g, or of the absorption coefficient.
     fn call(
         &self,
+        function: Function,
         samples: &Samples<'_>,
         rates: &mut [f64],
         in_calls: &AtomicU64,
     ) -> Result<(), RenderError<E::Error>> {
         self.meter.check_time()?;
         let start = Instant::now();
-        let result = self.emission.emission_rates(samples, rates);
+        let result = match function {
+            Function::Rate => self.emission.emission_rates(samples, rates),
+            Function::AbsorptionCoefficient => {
+                self.emission.absorption_coefficients(samples, rates)
+            }
+        };
         let spent = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
         in_calls.fetch_add(spent, Ordering::Relaxed);
-        let evaluations = self.meter.count(samples.len());
+        let evaluations = match function {
+            Function::Rate => self.meter.count(samples.len()),
+            Function::AbsorptionCoefficient => {
+                self.meter.count_absorption(samples.len());
+                self.meter.new_evaluations()
+            }
+        };
         result.map_err(RenderError::Emission)?;
-        check_finite(samples, rates)?;
+        match function {
+            Function::Rate => check_finite(samples, rates)?,
+            Function::AbsorptionCoefficient => check_coefficients(samples, rates)?,
+        }
         self.tell_progress(evaluations)
     }
 
@@ -148,6 +194,26 @@ impl<'a, E: Emission> Calls<'a, E> {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
             _ => Ok(()),
         }
+    }
+}
+
+/// What is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Function {
+    Rate,
+    AbsorptionCoefficient,
+}
+
+/// Refuses absorption coefficients that are not finite.
+fn check_coefficients<E>(samples: &Samples<'_>, found: &[f64]) -> Result<(), RenderError<E>> {
+    match found.iter().position(|coefficient| !coefficient.is_finite()) {
+        None => Ok(()),
+        Some(k) => Err(RenderError::AbsorptionNotFinite {
+            coefficient: found[k],
+            position: samples.positions()[k],
+            direction: samples.directions()[k],
+            energy: samples.energies().get(k).copied(),
+        }),
     }
 }
 

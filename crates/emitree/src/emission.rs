@@ -119,6 +119,30 @@ pub trait Emission: Sync {
     /// renderer finds them and names the point.
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Self::Error>;
 
+    /// Whether the medium absorbs: then the image is the integral of g exp(−τ) along lines of sight, where the
+    /// optical depth τ is the integral of the [absorption
+    /// coefficient](Self::absorption_coefficients) between the observer and the point. [`Absorbing`] is an
+    /// emission with a coefficient of its own.
+    fn absorbs(&self) -> bool {
+        false
+    }
+
+    /// Writes the absorption coefficient κ at sample `i` to `coefficients[i]`, for every sample, in one over the
+    /// length unit of the scene; 0 by default. It is called only if the medium [absorbs](Self::absorbs). The direction is
+    /// that of emission, as for the rates, and the light is absorbed on its way along it.
+    ///
+    /// # Errors
+    ///
+    /// As [`emission_rates`](Self::emission_rates).
+    fn absorption_coefficients(
+        &self,
+        _samples: &Samples<'_>,
+        coefficients: &mut [f64],
+    ) -> Result<(), Self::Error> {
+        coefficients.fill(0.0);
+        Ok(())
+    }
+
     /// Whether each batch has to come in one call: for a model that is parallel itself, or that only
     /// one thread may call at a time. Otherwise a batch comes in parts, from several threads.
     fn takes_whole_batches(&self) -> bool {
@@ -133,8 +157,73 @@ impl<E: Emission + ?Sized> Emission for &E {
         (**self).emission_rates(samples, rates)
     }
 
+    fn absorbs(&self) -> bool {
+        (**self).absorbs()
+    }
+
+    fn absorption_coefficients(
+        &self,
+        samples: &Samples<'_>,
+        coefficients: &mut [f64],
+    ) -> Result<(), Self::Error> {
+        (**self).absorption_coefficients(samples, coefficients)
+    }
+
     fn takes_whole_batches(&self) -> bool {
         (**self).takes_whole_batches()
+    }
+}
+
+/// An emission in a medium that absorbs: g of `emission`, and the absorption coefficient κ in place of the rates
+/// of `absorption`, in one over the length unit of the scene.
+///
+/// The image is the integral of g exp(−τ) along lines of sight, where the optical depth τ is the integral of κ between the
+/// observer, or the near end of the line or the bounds of the view, and the point.
+///
+/// ```
+/// use emitree::{Absorbing, Canonical, FromFn, RenderOptions, VolOptions, render};
+///
+/// // A uniform cube of optical depth 2, seen through one of its faces.
+/// let fog = Absorbing {
+///     emission: FromFn(|_: [f64; 3], _: [f64; 3]| 1.0),
+///     absorption: FromFn(|_: [f64; 3], _: [f64; 3]| 2.0),
+/// };
+/// let options = RenderOptions::new(VolOptions::new(0.01));
+/// let rendering = render(&fog, &Canonical, [4, 4], &options)?;
+/// let exact = 0.5 * (1.0 - (-2.0_f64).exp()); // ∫ exp(−2 z) dz
+/// assert!((rendering.values[(0, 0)] - exact).abs() < 0.01 * exact);
+/// assert!(rendering.stats.absorption_evaluations > 0);
+/// # Ok::<(), emitree::RenderError<std::convert::Infallible>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Absorbing<G, K> {
+    /// g.
+    pub emission: G,
+    /// κ.
+    pub absorption: K,
+}
+
+impl<G: Emission, K: Emission<Error = G::Error>> Emission for Absorbing<G, K> {
+    type Error = G::Error;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), G::Error> {
+        self.emission.emission_rates(samples, rates)
+    }
+
+    fn absorbs(&self) -> bool {
+        true
+    }
+
+    fn absorption_coefficients(
+        &self,
+        samples: &Samples<'_>,
+        coefficients: &mut [f64],
+    ) -> Result<(), G::Error> {
+        self.absorption.emission_rates(samples, coefficients)
+    }
+
+    fn takes_whole_batches(&self) -> bool {
+        self.emission.takes_whole_batches() || self.absorption.takes_whole_batches()
     }
 }
 

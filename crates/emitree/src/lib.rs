@@ -61,6 +61,7 @@ mod known;
 mod polling;
 mod exchange;
 mod calls;
+mod absorption;
 mod meter;
 mod site;
 mod tally;
@@ -97,7 +98,7 @@ pub mod sweep;
 pub mod error;
 
 pub use cube::Cube;
-pub use emission::{Emission, FromFn, FromSpectralFn, Samples};
+pub use emission::{Absorbing, Emission, FromFn, FromSpectralFn, Samples};
 pub use energy::axis::{EnergyAxis, EnergyScale};
 pub use error::render::RenderError;
 pub use image::Image;

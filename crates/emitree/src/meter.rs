@@ -39,6 +39,8 @@ pub(crate) struct Meter {
     largest_rate: Mutex<Option<RateAt>>,
     /// Evaluations that were not known before.
     new_evaluations: AtomicU64,
+    /// Evaluations of the absorption coefficient.
+    absorption_evaluations: AtomicU64,
     known: Option<Arc<Mutex<KnownRates>>>,
     /// Intermediate images, if they are stored.
     shown: Option<Mutex<Vec<Shown>>>,
@@ -46,6 +48,8 @@ pub(crate) struct Meter {
     freezes_up_to: u64,
     /// What the method begins with.
     start: Option<Start>,
+    /// Whether the method leaves the function that its image has the means of.
+    wants_model: bool,
     /// The number of evaluations up to which g may be called although the time has ended.
     overtime: AtomicU64,
 }
@@ -134,10 +138,12 @@ impl Meter {
             used: Mutex::default(),
             largest_rate: Mutex::default(),
             new_evaluations: AtomicU64::new(0),
+            absorption_evaluations: AtomicU64::new(0),
             known,
             shown: keeps_images.then(Mutex::default),
             freezes_up_to: 0,
             start: None,
+            wants_model: false,
             overtime: AtomicU64::new(0),
         }
     }
@@ -152,6 +158,17 @@ impl Meter {
     pub(crate) fn with_start(mut self, start: Option<Start>) -> Self {
         self.start = start;
         self
+    }
+
+    /// The same for a method that leaves the function that its image has the means of, if there is one.
+    pub(crate) fn with_model(mut self) -> Self {
+        self.wants_model = true;
+        self
+    }
+
+    /// Whether the method leaves that function.
+    pub(crate) fn wants_model(&self) -> bool {
+        self.wants_model
     }
 
     /// Whether the method would make a frozen quadrature if it ended now.
@@ -212,6 +229,16 @@ impl Meter {
     pub(crate) fn count(&self, evaluations: usize) -> u64 {
         let evaluations = evaluations as u64;
         self.new_evaluations.fetch_add(evaluations, Ordering::Relaxed) + evaluations
+    }
+
+    /// Counts evaluations of the absorption coefficient that have been made.
+    pub(crate) fn count_absorption(&self, evaluations: usize) {
+        self.absorption_evaluations.fetch_add(evaluations as u64, Ordering::Relaxed);
+    }
+
+    /// How often the absorption coefficient was evaluated.
+    pub(crate) fn absorption_evaluations(&self) -> u64 {
+        self.absorption_evaluations.load(Ordering::Relaxed)
     }
 
     /// Counts time spent waiting for g, which has made so many evaluations.

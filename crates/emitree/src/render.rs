@@ -1,5 +1,6 @@
 //! Rendering in one call: from an emission and a projection to an image or a cube.
 
+use crate::absorption;
 use crate::cube::Cube;
 use crate::emission::Emission;
 use crate::energy::EnergyAxis;
@@ -87,6 +88,8 @@ fn run<E: Emission, V: Values>(
     options: &RenderOptions<'_>,
 ) -> Result<Rendering<V>, RenderError<E::Error>> {
     let kept = Kept { rates: None, images: options.frame.is_some() };
+    let of_method = emission.absorbs().then(|| absorption::of_method(options));
+    let options = of_method.as_ref().unwrap_or(options);
     let whole_batches = emission.takes_whole_batches();
     let mut session: Session<'_, V> =
         Session::start(projection, shape, axis.cloned(), options, kept, whole_batches)?;

@@ -35,7 +35,7 @@ pub struct Rendering<V = Image> {
     /// has no jumps: an image tree may have followed them, or products may represent them.
     pub surfaces: Option<Arc<FoundSurfaces>>,
     /// The frozen quadrature, if [`RenderOptions::with_mesh_up_to`](crate::RenderOptions::with_mesh_up_to)
-    /// asks for it and there is one: images of found surfaces have none.
+    /// asks for it and there is one: images of found surfaces, and of media that absorb, have none.
     pub mesh: Option<Mesh<V>>,
 }
 
@@ -45,6 +45,9 @@ pub struct Rendering<V = Image> {
 pub struct RenderStats {
     /// How often g was evaluated.
     pub evaluations: u64,
+    /// How often the absorption coefficient was evaluated, which `evaluations` does not include; 0 for a medium
+    /// that does not absorb.
+    pub absorption_evaluations: u64,
     /// How many samples are on the lines of sight of each pixel, at all energies: those of the values
     /// that were returned.
     pub evaluations_per_pixel: EvaluationCounts,
@@ -69,7 +72,7 @@ pub struct RenderStats {
     /// The largest |rate| of all evaluations, the first one if there are several; `None` if all are 0. If the
     /// image does not converge, g may be [singular](crate::projection::Singularity) there.
     pub largest_rate: Option<RateAt>,
-    /// Time spent in g, of one thread.
+    /// Time spent in g, and in the absorption coefficient, of one thread.
     pub emission_time: Duration,
     /// The total time.
     pub total_time: Duration,

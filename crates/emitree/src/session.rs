@@ -2,6 +2,7 @@
 //!
 //! [`render()`](crate::render()) runs a session to its end.
 
+use crate::absorption::Absorption;
 use crate::calls::{Calls, check_finite};
 use crate::checks::{check_options, limits, refuse_callbacks};
 use crate::cube::Cube;
@@ -74,12 +75,26 @@ type Begin<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + 
 /// ```
 pub struct Session<'a, V = Image> {
     start: Box<Begin<'a>>,
+    view: Arc<dyn SeenThrough<'a> + 'a>,
+    /// What is known of the medium, once it has absorbed.
+    absorption: Option<Absorption>,
     axis: Option<EnergyAxis>,
     known: Option<Arc<Mutex<KnownRates>>>,
     course: Course<'a>,
     /// What was done before the session was resumed.
     before: Cost,
     values: PhantomData<fn() -> V>,
+}
+
+/// What has a projection.
+trait SeenThrough<'a>: Send + Sync {
+    fn projection(&self) -> &(dyn Projection + 'a);
+}
+
+impl<'a, P: Borrow<dyn Projection + 'a> + Send + Sync> SeenThrough<'a> for (P, Option<EnergyAxis>) {
+    fn projection(&self) -> &(dyn Projection + 'a) {
+        self.0.borrow()
+    }
 }
 
 /// The current rendering of a session.
@@ -166,6 +181,7 @@ enum State {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cost {
     pub(crate) evaluations: u64,
+    pub(crate) absorption_evaluations: u64,
     pub(crate) batches: u64,
     pub(crate) emission_time: Duration,
     pub(crate) total_time: Duration,
@@ -232,6 +248,8 @@ impl<'a, V: Values> Session<'a, V> {
         whole_batches: bool,
     ) -> Result<Self, RenderError<E>> {
         let view = Arc::new((projection, axis));
+        let seen_through: Arc<dyn SeenThrough<'a> + 'a> =
+            Arc::<(P, Option<EnergyAxis>)>::clone(&view);
         let start = move |meter: Arc<Meter>, shape: [usize; 2], method: Method| -> Running<'a> {
             let view = Arc::clone(&view);
             Box::pin(async move {
@@ -249,6 +267,8 @@ impl<'a, V: Values> Session<'a, V> {
         let course = Course::begin(meter, &start, shape, &options.method);
         Ok(Self {
             start: Box::new(start),
+            view: seen_through,
+            absorption: None,
             axis,
             known,
             course: course.map_err(of_method)?,
@@ -333,7 +353,15 @@ impl<'a, V: Values> Session<'a, V> {
         progress: Option<&Progress<'_>>,
     ) -> Result<(), RenderError<E::Error>> {
         let State::Waiting(batch) = &mut self.course.state else { return Ok(()) };
-        let answer = match Calls::new(emission, &self.course.meter, progress).evaluate(batch) {
+        let calls = Calls::new(emission, &self.course.meter, progress);
+        let mut evaluated = calls.evaluate(batch);
+        if evaluated.is_ok() && emission.absorbs() {
+            let (method, keeps_rates) = (&self.course.options, self.known.is_some());
+            let absorption =
+                self.absorption.get_or_insert_with(|| Absorption::new(method, keeps_rates));
+            evaluated = absorption.attenuate(&calls, self.view.projection(), batch);
+        }
+        let answer = match evaluated {
             Ok(()) => Ok(core::mem::take(batch)),
             // The method may still have an image.
             Err(RenderError::Time { seconds }) => Err(RenderError::Time { seconds }),
@@ -372,9 +400,12 @@ impl<'a, V: Values> Session<'a, V> {
     /// # Errors
     ///
     /// [`MeshError`]: a session that has not ended; one that its time limit has ended, or may have changed; an
-    /// image of found surfaces, which is not linear in the rates.
+    /// image of found surfaces, which is not linear in the rates; one of a medium that absorbs.
     pub fn mesh(&self) -> Result<Mesh<V>, MeshError> {
         let State::Ended(ended) = &self.course.state else { return Err(MeshError::NotEnded) };
+        if self.absorption.is_some() {
+            return Err(MeshError::Absorption);
+        }
         if let Some(frozen) = &ended.frozen {
             return Ok(Mesh::new(Arc::clone(frozen)));
         }
@@ -424,6 +455,8 @@ impl<'a, V: Values> Session<'a, V> {
     pub(crate) fn cost(&self) -> Cost {
         Cost {
             evaluations: self.before.evaluations + self.course.meter.new_evaluations(),
+            absorption_evaluations: self.before.absorption_evaluations
+                + self.course.meter.absorption_evaluations(),
             batches: self.before.batches + self.course.meter.batches(),
             emission_time: self.before.emission_time + self.course.meter.emission_time(),
             total_time: self.before.total_time
@@ -431,10 +464,16 @@ impl<'a, V: Values> Session<'a, V> {
         }
     }
 
-    fn finished(&self, made: MethodOutput) -> Rendering<V> {
-        let Cost { evaluations, batches, emission_time, total_time } = self.cost();
+    fn finished(&self, mut made: MethodOutput) -> Rendering<V> {
+        if let Some(absorption) = &self.absorption {
+            absorption.add_error(&mut made);
+        }
+        let cost = self.cost();
+        let Cost { evaluations, absorption_evaluations, .. } = cost;
+        let Cost { batches, emission_time, total_time, .. } = cost;
         let stats = RenderStats {
             evaluations,
+            absorption_evaluations,
             evaluations_per_pixel: self.course.meter.evaluations_per_pixel(),
             batches,
             ending: made.ending,
@@ -448,7 +487,8 @@ impl<'a, V: Values> Session<'a, V> {
         };
         let (values, error) = (V::from_cube(made.cube), made.error.map(V::from_cube));
         let (sums, tree, surfaces) = (made.sums, made.tree, made.surfaces);
-        let mesh = made.frozen.map(Mesh::new);
+        // It would be one of g exp(−τ).
+        let mesh = made.frozen.filter(|_| self.absorption.is_none()).map(Mesh::new);
         Rendering { values, error, sums, stats, tree, surfaces, mesh }
     }
 }

@@ -145,6 +145,7 @@ class Scene:
         self,
         *,
         function: _Function | None = None,
+        absorption: _Function | None = None,
         batch_size: int | None = None,
         threads: int | None = None,
         progress: Callable[[int], Any] | None = None,
@@ -183,6 +184,8 @@ class Rendered:
     def flat_unit(self) -> str: ...
     @property
     def evaluations(self) -> int: ...
+    @property
+    def absorption_evaluations(self) -> int | None: ...
     @property
     def converged(self) -> bool: ...
     @property

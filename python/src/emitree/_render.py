@@ -19,6 +19,7 @@ from emitree._result import Rendering
 from emitree._scene import is_scene_file
 from emitree._setup import (
     Setup,
+    absorption_in,
     before_camera,
     function_in,
     opened_scene,
@@ -58,6 +59,7 @@ def render(
     singularities: Sequence[Any] = (),
     seeds: Sequence[tuple[Any, Any]] = (),
     instrument: Any = None,
+    absorption: Any = None,
     base_level: int | None = None,
     order: int | None = None,
     finest_level: int | None = None,
@@ -129,6 +131,12 @@ def render(
         the attribute `seeds` of a function that has one.
     instrument: a camera that counts photons: an `Instrument`, or a dictionary with the same keys;
         needs `energy`.
+    absorption: the absorption coefficient of the medium, in one over the camera's length unit: a
+        function of the same arguments as the emission, which returns coefficients (n,), a formula,
+        an `Expression`, a `Grid` and so on. The image is the integral of the emission times
+        exp(-tau), where tau is the integral of the coefficient from the observer to the point. Its
+        evaluations are `Rendering.absorption_evaluations`. An `executor` and a `cache` are for the
+        emission alone, and there are no components beside it.
     base_level, order, finest_level, rule, threshold, lines, steps: options of the methods, as in
         the table `[render]` of a scene; one that the method does not use is an error.
     quantities: whether a function gets astropy quantities instead of plain arrays.
@@ -187,6 +195,7 @@ def render(
         "singularities": singularities,
         "seeds": seeds,
         "instrument": instrument,
+        "absorption": absorption,
     }
     if camera is None:
         if not is_scene_file(emission):
@@ -196,7 +205,7 @@ def render(
                 raise TypeError(f"`{name}` is for a camera: the scene file has its own")
         scene = opened_scene(emission, shape, values_of(settings, image_unit), changes)
         refuse_unused(scene, settings, energy, seeds, changes)
-        function, setup = None, None
+        function, coefficient, setup = None, None, None
     else:
         if shape is None and camera.sky is not None:
             shape = camera.sky.shape
@@ -206,20 +215,33 @@ def render(
             raise TypeError("`changes` are for scene files: expected none")
         several = Several.of(emission)
         emission = emission if several is None else several
+        if several is not None and absorption is not None:
+            raise TypeError("`absorption` is given with several emissions: expected one emission")
         shapes = [*([] if bounds is None else [bounds]), *occulters, *edges, *singularities]
         emission = before_camera(emission, camera, shapes)
+        of_view["absorption"] = absorption = before_camera(absorption, camera, shapes)
         options = with_own(emission, of_view | settings)
         if isinstance(camera, Canonical) and isinstance(emission, Fields) and bounds is None:
             # The unit cube is a volume of its own.
             options |= {"bounds": None, "edges": edges}
         setup = Setup(camera, shape, options, quantities, batch_size, threads)
         scene = scene_of_camera(emission, camera, shape, setup.options)
-        takes_components = cache is None and frame is None
+        takes_components = cache is None and frame is None and absorption is None
         function = function_in(emission, scene, setup.unit, quantities, takes_components)
-    if quantities and function is None:
+        coefficient = absorption_in(absorption, scene, quantities)
+    if quantities and function is None and coefficient is None:
         raise _native.SceneError("`quantities` is for functions: expected none with this emission")
     return _rendered(
-        scene, function, executor, batch_size, threads, cache, progress, frame, setup=setup
+        scene,
+        function,
+        executor,
+        batch_size,
+        threads,
+        cache,
+        progress,
+        frame,
+        coefficient=coefficient,
+        setup=setup,
     )
 
 
@@ -271,6 +293,7 @@ def _rendered(
     progress: _progress.Progress,
     frame: Callable[..., Any] | None,
     *,
+    coefficient: Function | None = None,
     setup: Setup | None = None,
     start: _native.Mesh | None = None,
     is_fixed: bool = False,
@@ -294,7 +317,8 @@ def _rendered(
         def rendering() -> Rendering:
             found = render_scene(
                 function=columns,
-                batch_size=batch_size_of(batch_size, function),
+                absorption=coefficient,
+                batch_size=batch_size_of(batch_size, function or coefficient),
                 threads=threads,
                 progress=hook,
                 frame=frame,

@@ -106,6 +106,8 @@ class Rendering(OnSky):
     def _reason_for_no_plan(self) -> str:
         if self.__dict__.get("_is_copy"):
             return "it was pickled or copied; expected the original, or `plan.save` before"
+        if self.absorption_evaluations is not None:
+            return "the medium absorbs, and the image is not linear in rates and coefficients"
         if self._found.surfaces() is not None:
             return (
                 "its image is that of surfaces at which g jumps, whose places do not depend on "
@@ -276,6 +278,14 @@ class Rendering(OnSky):
     def evaluations(self) -> int:
         """How often the emission was evaluated."""
         return self._found.evaluations
+
+    @property
+    def absorption_evaluations(self) -> int | None:
+        """How often the absorption coefficient was evaluated; None if the medium does not absorb.
+
+        `evaluations` does not include them.
+        """
+        return self._found.absorption_evaluations
 
     @property
     def estimated_error(self) -> float | None:

@@ -92,6 +92,23 @@ def emission_table(
     )
 
 
+def absorption_table(
+    absorption: Any, folder: str, length_unit: str | None
+) -> tuple[dict[str, Any], Aliases]:
+    """The table `[absorption]`; numbers are in one over the length unit."""
+    if absorption is None:
+        return {}, []
+    unit = None if length_unit is None else f"{length_unit}-1"
+    own = os.path.join(folder, "absorption")
+    os.mkdir(own)
+    try:
+        table, aliases = emission_table(absorption, own, length_unit, unit)
+    except TypeError as error:
+        message = str(error).replace("the emission is", "the absorption is")
+        raise TypeError(message) from None
+    return {"unit": unit} | table, aliases
+
+
 def image_table(camera: Camera, shape: Any) -> dict[str, Any]:
     """The table `[image]` of a shape (height, width); of a sky, also nside alone."""
     sides = np.asarray(shape).tolist()
@@ -121,6 +138,7 @@ def compose(
     singularities: Any = (),
     seeds: Any = (),
     instrument: Any = None,
+    absorption: Any = None,
     render: Mapping[str, Any],
     build: Mapping[str, Any] | None = None,
 ) -> _native.Scene:
@@ -137,10 +155,12 @@ def compose(
         of_rates = _units.to_text(unit)
         of_emission, aliases = emission_table(emission, folder, length_unit, of_rates)
         of_emission = {"unit": of_rates} | of_emission
+        of_absorption, of_coefficient = absorption_table(absorption, folder, length_unit)
         render, of_maps = with_maps(render, folder)
-        aliases = aliases + of_maps
+        aliases = [*aliases, *of_coefficient, *of_maps]
         tables: dict[str, Any] = {
             "emission": of_emission,
+            "absorption": of_absorption,
             "projection": projection,
             "sky": camera.sky.table if camera.sky is not None else None,
             "image": image,

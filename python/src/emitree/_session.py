@@ -42,7 +42,7 @@ _OF_METHOD = frozenset(
 )
 
 #: Keywords of `render` that a session takes.
-SESSION_OPTIONS = OF_VIEW | _OF_METHOD
+SESSION_OPTIONS = (OF_VIEW - {"absorption"}) | _OF_METHOD
 
 
 class Session:

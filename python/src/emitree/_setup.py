@@ -38,6 +38,7 @@ class Setup:
 #: Keywords of `render` that belong to the camera; all others are of the table `[render]`.
 OF_VIEW = frozenset(
     [
+        "absorption",
         "energy",
         "unit",
         "image_unit",
@@ -179,6 +180,12 @@ def function_in(
         quantities=quantities,
         takes_components=takes_components,
     )
+
+
+def absorption_in(absorption: Any, scene: _native.Scene, quantities: bool) -> Function | None:
+    """A function as the absorption coefficient of a scene, in one over its length unit."""
+    unit = scene.length_unit
+    return function_in(absorption, scene, None if unit is None else f"{unit}-1", quantities)
 
 
 def function_of(emission: Callable[..., Any], setup: Setup | None, unit: str | None) -> Function:

@@ -42,6 +42,9 @@ pub(crate) fn print(
         if rendered.stats.batches == 1 { "" } else { "es" },
         rendered.stats.evaluations as f64 / values,
     )?;
+    if let Some(evaluations) = rendered.account.absorption_evaluations {
+        writeln!(out, "  absorption   {} evaluations of its coefficient", grouped(evaluations))?;
+    }
     writeln!(out, "  error        {}", error(scene, rendered, value))?;
     for sum in &rendered.account.sums {
         writeln!(out, "  sum          {}", region_sum(sum))?;

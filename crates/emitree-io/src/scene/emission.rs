@@ -6,6 +6,7 @@ mod lookup;
 
 pub use grid::GridEmission;
 
+use super::absorption::of_section;
 use super::document::Node;
 use super::error::SceneError;
 use super::radiometry::EmissionUnits;
@@ -56,6 +57,9 @@ pub enum EmissionFailure {
         #[from]
         failure: FieldFailure,
     },
+    /// The absorption coefficient could not be evaluated.
+    #[error("of the absorption coefficient: {}", of_section(&.0.to_string()))]
+    Absorption(Box<Self>),
     /// The scene names a function, and is rendered without it.
     #[error(
         "`emission.function` is `{0}`, a function in Python: expected that this scene is rendered \
@@ -154,11 +158,42 @@ impl Emission for EmissionSource {
 const KINDS: &str = "`expression = \"…\"`, `model = \"…\"`, `grid = { file = \"…\" }` or \
                      `tree = \"…\"`";
 
+/// Whether a function depends on the energy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Spectrum {
+    /// It can't: the scene has no energy axis.
+    Without,
+    /// It does, as a rate per unit of energy.
+    Of,
+    /// It may.
+    OrGrey,
+}
+
 /// The emission, and its units in the scene; `spectral` if the scene has an energy axis.
 pub(super) fn read(
     mut table: Table,
     spectral: bool,
 ) -> Result<(EmissionSource, EmissionUnits), SceneError> {
+    let spectrum = if spectral { Spectrum::Of } else { Spectrum::Without };
+    let emission = read_source(&mut table, spectrum)?;
+    let units = EmissionUnits::read(&mut table)?;
+    table.finish()?;
+    Ok((emission, units))
+}
+
+/// A coefficient with the same keys, and its unit.
+pub(super) fn read_coefficient(
+    mut table: Table,
+    spectrum: Spectrum,
+) -> Result<(EmissionSource, Option<(String, Place)>), SceneError> {
+    let source = read_source(&mut table, spectrum)?;
+    let unit = table.text("unit")?;
+    table.finish()?;
+    Ok((source, unit))
+}
+
+fn read_source(table: &mut Table, spectrum: Spectrum) -> Result<EmissionSource, SceneError> {
+    let (spectral, must_be) = (spectrum != Spectrum::Without, spectrum == Spectrum::Of);
     let whole = table.place().clone();
     let expression = table.text("expression")?;
     let model = table.text("model")?;
@@ -190,14 +225,14 @@ pub(super) fn read(
         }
         (None, Some(model), None, None, None) => {
             let parameters = table.take("parameters");
-            read_model(&model, parameters, spectral)?
+            read_model(&model, parameters, spectrum)?
         }
         (None, None, Some(grid), None, None) => {
-            refuse_energies(spectral, "grid", &grid.place)?;
+            refuse_energies(must_be, "grid", &grid.place)?;
             EmissionSource::Grid(grid::read(Table::new(grid)?)?)
         }
         (None, None, None, Some(tree), None) => {
-            refuse_energies(spectral, "tree", &tree.1)?;
+            refuse_energies(must_be, "tree", &tree.1)?;
             tree::read_emission(&tree)?
         }
         (None, None, None, None, Some((name, _))) => EmissionSource::Function(name),
@@ -214,9 +249,7 @@ pub(super) fn read(
                 .help("an expression of data has a grid and `fields = { n = \"…\" }` too"));
         }
     };
-    let units = EmissionUnits::read(&mut table)?;
-    table.finish()?;
-    Ok((emission, units))
+    Ok(emission)
 }
 
 /// Refuses an emission that is the same at all energies by its nature where there is an energy axis.
@@ -295,7 +328,7 @@ fn span_in_string(place: &Place, span: std::ops::Range<usize>) -> std::ops::Rang
 fn read_model(
     (name, place): &(String, Place),
     parameters: Option<Node>,
-    spectral: bool,
+    spectrum: Spectrum,
 ) -> Result<EmissionSource, SceneError> {
     let parameters = parameters.map(Table::new).transpose()?;
     let parameters = parameters.map(Table::numbers).transpose()?.unwrap_or_default();
@@ -316,8 +349,10 @@ fn read_model(
         SceneError::at(place, error.to_string())
     })?;
     match model.description().needs_energy() {
-        false => refuse_energies(spectral, "model", place)?,
-        true if !spectral => return Err(needs_energies("`emission.model`", place)),
+        false => refuse_energies(spectrum == Spectrum::Of, "model", place)?,
+        true if spectrum == Spectrum::Without => {
+            return Err(needs_energies("`emission.model`", place));
+        }
         true => {}
     }
     Ok(EmissionSource::Model(model))

@@ -60,6 +60,16 @@ impl SceneError {
         self
     }
 
+    /// The same with other texts, each made of the former one.
+    #[must_use]
+    pub(super) fn with_text(mut self, of_text: impl Fn(&str) -> String) -> Self {
+        self.0.message = of_text(&self.0.message);
+        for text in [&mut self.0.label, &mut self.0.help] {
+            *text = text.as_deref().map(&of_text);
+        }
+        self
+    }
+
     /// What is wrong, in one sentence.
     pub fn message(&self) -> &str {
         &self.0.message

@@ -4,6 +4,7 @@
 //! that are merged into the file, so every value is checked in one place and every error names the
 //! place that the value came from.
 
+mod absorption;
 mod accuracy;
 mod camera;
 mod document;
@@ -22,6 +23,7 @@ mod sums;
 mod table;
 mod tree;
 
+pub use absorption::SceneAbsorption;
 pub use camera::{
     Camera, CameraDescription, CameraKey, FitsCoordinates, KeyDefault, KeyUnit, PixelLayout,
     PlotAxis, PlotFrame, PlotScale, cameras,
@@ -329,6 +331,9 @@ impl Scene {
         let energy = table.table("energy")?.map(energy::read).transpose()?;
         let instrument = table.table("instrument")?;
         let (source, of_emission) = emission::read(emission, energy.is_some())?;
+        let absorption = table.table("absorption")?;
+        let absorption =
+            absorption.map(|table| absorption::read(table, energy.is_some())).transpose()?;
         let projection = table.table("projection")?;
         let occulters = table.tables("occulter", "tables `[[occulter]]`, each with a `type`")?;
         let bounds = table.table("bounds")?;
@@ -350,8 +355,12 @@ impl Scene {
             length: length_unit,
             has_solid_angles: camera.description().has_solid_angles,
         };
-        let found =
+        let mut found =
             radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
+        if let Some(given) = absorption {
+            let of_scene = given.resolve(found.length_unit.as_deref(), energy.as_ref())?;
+            found.emission.absorption = Some(of_scene);
+        }
         let render = {
             let lines = energy.as_ref().map_or_else(Vec::new, |energies| energies.lines().to_vec());
             let view = accuracy::RenderedView {

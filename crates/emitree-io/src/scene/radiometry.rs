@@ -4,6 +4,7 @@
 //! another unit for the image. All of it becomes two factors: one on positions, one on rates. The
 //! renderer works with pure numbers.
 
+use super::absorption::SceneAbsorption;
 use super::emission::{EmissionFailure, EmissionSource};
 use super::error::SceneError;
 use super::source::Place;
@@ -106,6 +107,8 @@ pub struct SceneEmission {
     /// The unit of the source's rates as it is written, or empty: of a model that of its image over its length
     /// unit.
     pub rate_unit: String,
+    /// The absorption coefficient of the medium, if it absorbs.
+    pub absorption: Option<SceneAbsorption>,
 }
 
 impl Emission for SceneEmission {
@@ -117,21 +120,48 @@ impl Emission for SceneEmission {
         samples: &Samples<'_>,
         rates: &mut [f64],
     ) -> Result<(), EmissionFailure> {
-        if self.length_factor == 1.0 && self.energy_factor == 1.0 {
-            self.source.emission_rates(samples, rates)?;
-        } else {
-            let scaled = |position: &[f64; 3]| position.map(|along| along * self.length_factor);
-            let positions: Vec<[f64; 3]> = samples.positions().iter().map(scaled).collect();
-            let energies = samples.energies().iter().map(|energy| energy * self.energy_factor);
-            let energies: Vec<f64> = energies.collect();
-            let samples = Samples::new(&positions, samples.directions()).at_energies(&energies);
-            self.source.emission_rates(&samples, rates)?;
-        }
+        let factors = [self.length_factor, self.energy_factor];
+        samples_in_units(samples, factors, |samples| self.source.emission_rates(samples, rates))?;
         if self.rate_factor != 1.0 {
             rates.iter_mut().for_each(|rate| *rate *= self.rate_factor);
         }
         Ok(())
     }
+
+    fn absorbs(&self) -> bool {
+        self.absorption.is_some()
+    }
+
+    fn absorption_coefficients(
+        &self,
+        samples: &Samples<'_>,
+        coefficients: &mut [f64],
+    ) -> Result<(), EmissionFailure> {
+        match &self.absorption {
+            Some(absorption) => absorption.coefficients(samples, coefficients),
+            None => {
+                coefficients.fill(0.0);
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Calls a function with samples whose positions and energies are multiplied with factors.
+#[expect(clippy::float_cmp, reason = "only a factor of exactly 1 changes nothing")]
+pub(super) fn samples_in_units<T>(
+    samples: &Samples<'_>,
+    [length_factor, energy_factor]: [f64; 2],
+    of: impl FnOnce(&Samples<'_>) -> T,
+) -> T {
+    if length_factor == 1.0 && energy_factor == 1.0 {
+        return of(samples);
+    }
+    let scaled = |position: &[f64; 3]| position.map(|along| along * length_factor);
+    let positions: Vec<[f64; 3]> = samples.positions().iter().map(scaled).collect();
+    let energies: Vec<f64> =
+        samples.energies().iter().map(|energy| energy * energy_factor).collect();
+    of(&Samples::new(&positions, samples.directions()).at_energies(&energies))
 }
 
 /// What the camera has to do with units.
@@ -198,7 +228,14 @@ pub(super) fn resolve(
     // The source's rates are for its own length unit.
     let rate_factor = length_factor * factor;
     Ok(Radiometry {
-        emission: SceneEmission { source, length_factor, energy_factor, rate_factor, rate_unit },
+        emission: SceneEmission {
+            source,
+            length_factor,
+            energy_factor,
+            rate_factor,
+            rate_unit,
+            absorption: None,
+        },
         length_unit: scene_length,
         quantity,
         band: BandUnit::of(&unit, energies),
@@ -257,7 +294,7 @@ pub(super) fn length_factor(
 }
 
 /// Energy units of the source in one of the scene.
-fn energy_factor(of_source: Option<&str>, energies: Option<&Energies>) -> f64 {
+pub(super) fn energy_factor(of_source: Option<&str>, energies: Option<&Energies>) -> f64 {
     let (Some(source), Some(energies)) = (of_source, energies) else { return 1.0 };
     // A model names a unit of energy; with another one the factor would stay 1.
     let known = Unit::parse(source).and_then(|source| energies.unit().factor_to(&source));

@@ -73,6 +73,22 @@ pub enum RenderError<E> {
         /// The energy, in the unit of the energy axis, if there is one.
         energy: Option<f64>,
     },
+    /// The absorption coefficient is NaN or infinite.
+    #[error(
+        "the absorption coefficient is {coefficient:e} at position {position:?}, emission direction \
+         {direction:?}{}: expected a finite number",
+        energy.map(|energy| format!(", energy {energy}")).unwrap_or_default()
+    )]
+    AbsorptionNotFinite {
+        /// The value returned.
+        coefficient: f64,
+        /// Where, in world coordinates and the scene's length unit.
+        position: [f64; 3],
+        /// The unit vector of emission.
+        direction: [f64; 3],
+        /// The energy, in the unit of the energy axis, if there is one.
+        energy: Option<f64>,
+    },
     /// The rates are finite, but so large that a pixel's sum is not.
     #[error("the image is {value} in row {row}, column {column}: expected smaller emission rates")]
     ImageNotFinite {
@@ -133,6 +149,9 @@ impl<E> RenderError<E> {
             Self::Time { seconds } => RenderError::Time { seconds },
             Self::NotFinite { rate, position, direction, energy } => {
                 RenderError::NotFinite { rate, position, direction, energy }
+            }
+            Self::AbsorptionNotFinite { coefficient, position, direction, energy } => {
+                RenderError::AbsorptionNotFinite { coefficient, position, direction, energy }
             }
             Self::ImageNotFinite { row, column, value } => {
                 RenderError::ImageNotFinite { row, column, value }

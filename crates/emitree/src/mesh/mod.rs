@@ -166,6 +166,12 @@ pub enum MeshError {
          not depend on the rates linearly"
     )]
     FoundSurfaces,
+    /// The medium absorbs.
+    #[error(
+        "the session has no mesh: the medium absorbs, and the image is not linear in the rates and the \
+         absorption coefficients"
+    )]
+    Absorption,
     /// The number of rates is not that of the points.
     #[error("{number} rates were given: expected {expected}, one for each point of the mesh")]
     Rates {

@@ -23,6 +23,7 @@ mod region;
 mod singularity;
 mod surroundings;
 pub(crate) mod map;
+pub(crate) mod path;
 mod plane;
 mod span;
 pub(crate) mod vector;

@@ -48,6 +48,11 @@ impl Depth {
         [self.near, self.far]
     }
 
+    /// The distance over which an infinite line of sight is resolved.
+    pub(crate) fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// The part of a line of sight from `from` to `to`; empty if that is not beyond.
     pub(crate) fn span(&self, from: f64, to: f64) -> Span {
         Span { from, to: to.max(from), scale: self.scale }
@@ -63,6 +68,11 @@ pub(crate) struct Span {
 }
 
 impl Span {
+    /// The unit interval itself.
+    pub(crate) fn of_unit_interval() -> Self {
+        Self { from: 0.0, to: 1.0, scale: 1.0 }
+    }
+
     /// The distances of both ends.
     pub(crate) fn ends(&self) -> [f64; 2] {
         [self.from, self.to]

@@ -142,6 +142,17 @@ impl Surroundings {
         self.depth.ends()
     }
 
+    /// Whether there are bodies, edges, singularities or bounds that are an ellipsoid, for which views have charts.
+    pub(crate) fn has_surfaces(&self) -> bool {
+        !(self.bodies.is_empty() && self.edges.is_empty() && self.singularities.is_empty())
+            || matches!(self.bounds, Some(Bounds::Ellipsoid(_)))
+    }
+
+    /// The distance of the target, a length of the size of the view.
+    pub(super) fn scale(&self) -> f64 {
+        self.depth.scale()
+    }
+
     pub(super) fn span(&self, from: f64, to: f64) -> Span {
         self.depth.span(from, to)
     }

@@ -1,5 +1,6 @@
 //! One emission in one view: renderings of it that share all rates, and their cost together.
 
+use crate::absorption;
 use crate::calls::Calls;
 use crate::checks::limits;
 use crate::cube::Cube;
@@ -34,6 +35,7 @@ impl Spent {
 
     fn add(&mut self, cost: Cost) {
         self.cost.evaluations += cost.evaluations;
+        self.cost.absorption_evaluations += cost.absorption_evaluations;
         self.cost.batches += cost.batches;
         self.cost.emission_time += cost.emission_time;
         self.cost.total_time += cost.total_time;
@@ -42,6 +44,7 @@ impl Spent {
     /// The cost of all renderings instead of that of the last one.
     pub(super) fn write(&self, stats: &mut RenderStats) {
         stats.evaluations = self.cost.evaluations;
+        stats.absorption_evaluations = self.cost.absorption_evaluations;
         stats.batches = self.cost.batches;
         stats.emission_time = self.cost.emission_time;
         stats.total_time = self.cost.total_time;
@@ -103,13 +106,18 @@ impl<E: Emission> OfEmission<'_, E> {
             Some(progress) => progress(before + evaluations),
             None => core::ops::ControlFlow::Continue(()),
         };
-        let has_meshes = self.view.has_meshes();
+        // A mesh would be one of g exp(−τ), and τ that of each emission.
+        let has_meshes = self.view.has_meshes() && !self.emission.absorbs();
         let rates = has_meshes.then(|| Arc::clone(&self.spent.rates));
+        let options = match self.emission.absorbs() {
+            true => absorption::of_method(options),
+            false => options.clone(),
+        };
         let options = RenderOptions {
             frame: None,
             progress: None,
             mesh_up_to: if has_meshes { MESH_UP_TO } else { 0 },
-            ..options.clone()
+            ..options
         };
         let kept = Kept { rates, images: false };
         let whole_batches = self.emission.takes_whole_batches();
@@ -155,6 +163,7 @@ impl<E: Emission> OfEmission<'_, E> {
             let (evaluations, emission_time) = (meter.new_evaluations(), meter.emission_time());
             self.spent.add(Cost {
                 evaluations,
+                absorption_evaluations: 0,
                 batches: 1,
                 emission_time,
                 total_time: emission_time,

@@ -37,7 +37,8 @@ impl Stretch {
         (place, self.uniform + share / (self.width * (1.0 + x * x)))
     }
 
-    fn place_of(&self, z: f64) -> f64 {
+    /// The place t of the depth z.
+    pub(crate) fn place_of(&self, z: f64) -> f64 {
         self.place_and_density(z).0
     }
 

@@ -135,7 +135,8 @@ impl Attempted {
         let mut made = MethodOutput::new(cube, Some(error), self.ending);
         made.base_level = Some(attempt.vol.base_level);
         made.smallest_feature = known.smallest;
-        if footing.is_raster_of_pixels() && !attempt.vol.sums.is_empty() {
+        let wants_model = attempt.meter.wants_model() || !attempt.vol.sums.is_empty();
+        if footing.is_raster_of_pixels() && wants_model {
             made.model = Some(Arc::new(attempt.search.interpolant.clone()));
         }
         if attempt.meter.freezes() {
