@@ -6,12 +6,12 @@ Needs scipy, and pyvista for the tetrahedra. Prints the tables of docs/results/d
 a function, known everywhere, that is sampled at nodes, cells, points or particles. Errors are
 relative to the largest pixel:
 
-* of the data: the image of the exact interpolant, differs from that of the function by so much;
-* of the rendering: differs from the image of the interpolant by so much.
+* against the function: of the rendering, to the image of the function itself;
+* against scipy: of the rendering, to the image of scipy's interpolant of the same data;
+* of the data: the difference of these two images, which no rendering can avoid.
 
-The image of the interpolant is made with scipy: its interpolation, integrated by the method `los`
-in uniform steps, 2 x 2 lines of sight in each pixel; and once more in half as many steps, whose
-difference shows how well it is converged. That of the function is made by the same lines.
+Both images are made by the method `los`: n x n lines of sight in each pixel, with adaptive steps.
+Their convergence is the difference to the image of n/2 x n/2 lines.
 """
 
 import sys
@@ -37,8 +37,8 @@ POINTS = 500_000
 class Case:
     """A function, the data that sample it, and the same by scipy.
 
-    function, by_scipy: of positions (n, 3); emission: what `render` takes; bounds: of both; steps:
-    of `los` along a line of sight.
+    function, by_scipy: of positions (n, 3); emission: what `render` takes; bounds: of both; lines:
+    of `los` along each axis of a pixel.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Case:
     by_scipy: Callable[..., Any] | None
     camera: Any
     bounds: Any
-    steps: int
+    lines: int
     edges: tuple[Any, ...] = ()
 
 
@@ -110,10 +110,10 @@ def corona() -> list[Case]:
             by_scipy if interpolation == "linear" else None,
             perspective(),
             bounds,
-            2000,
+            8,
             edges,
         )
-        for interpolation in ("linear", "monotone")
+        for interpolation in ("linear", "cubic", "monotone")
     ]
 
 
@@ -133,6 +133,29 @@ def lumps(position: Any, direction: Any = None) -> Any:
 def centres(low: float, high: float, count: int) -> Any:
     """The centres of cells."""
     return low + (np.arange(count) + 0.5) * (high - low) / count
+
+
+def cube() -> list[Case]:
+    """A cube of 80 nodes along each edge."""
+    nodes = np.linspace(-4, 4, 80)
+    values = lumps(np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1))
+    table = RegularGridInterpolator((nodes,) * 3, values, bounds_error=False, fill_value=0.0)
+
+    def by_scipy(position: Any, direction: Any = None) -> Any:
+        return table(position)
+
+    return [
+        Case(
+            f"cube, 80³, {interpolation}",
+            lumps,
+            emitree.Grid(values=values, x=nodes, y=nodes, z=nodes, interpolation=interpolation),
+            by_scipy if interpolation == "linear" else None,
+            perspective(),
+            emitree.Box(min=(-4, -4, -4), max=(4, 4, 4)),
+            4,
+        )
+        for interpolation in ("linear", "cubic", "monotone", "nearest")
+    ]
 
 
 def amr() -> list[Case]:
@@ -161,9 +184,9 @@ def amr() -> list[Case]:
             by_scipy if interpolation == "linear" else None,
             perspective(),
             bounds,
-            2000,
+            4,
         )
-        for interpolation in ("linear", "nearest")
+        for interpolation in ("linear", "quadratic", "nearest")
     ]
 
 
@@ -191,7 +214,7 @@ def tetrahedra() -> list[Case]:
             lambda position, direction=None: table(position),
             perspective(),
             emission.bounds,
-            500,
+            4,
         )
     ]
 
@@ -222,17 +245,13 @@ def particles() -> list[Case]:
     def function(position: Any, direction: Any = None) -> Any:
         return np.exp(-0.5 * (position**2).sum(axis=1)) / (2 * np.pi) ** 1.5
 
-    return [
-        Case("10⁵ particles", function, emission, by_scipy, perspective(), emission.bounds, 150)
-    ]
+    return [Case("10⁵ particles", function, emission, by_scipy, perspective(), emission.bounds, 4)]
 
 
-def by_lines(rate: Any, case: Case, steps: int) -> Any:
-    """An image by uniform steps along 2 x 2 lines of sight in each pixel."""
-    fine = tuple(2 * n for n in SHAPE)
-    options = {"method": "los", "steps": steps, "max_evaluations": 10**9}
-    image = emitree.render(rate, case.camera, fine, bounds=case.bounds, **options).image
-    return image.reshape(SHAPE[0], 2, SHAPE[1], 2).mean(axis=(1, 3))
+def by_lines(rate: Any, case: Case, lines: int) -> Any:
+    """An image by lines of sight, each in adaptive steps."""
+    options = {"method": "los", "lines": lines, "tolerance": 1e-3, "max_evaluations": 10**9}
+    return emitree.render(rate, case.camera, SHAPE, bounds=case.bounds, **options).image
 
 
 def nanoseconds(case: Case) -> float:
@@ -262,8 +281,8 @@ def measure(case: Case) -> None:
     options = {"bounds": case.bounds, "edges": case.edges, "tolerance": TOLERANCE, "threads": 1}
     found = emitree.render(case.emission, case.camera, SHAPE, **options)
     smooth = emitree.render(case.function, case.camera, SHAPE, **options)
-    exact = by_lines(case.function, case, 2 * case.steps)
-    half = by_lines(case.function, case, case.steps)
+    exact = by_lines(case.function, case, case.lines)
+    half = by_lines(case.function, case, case.lines // 2)
     top = exact.max()
 
     def error(a: Any, b: Any) -> str:
@@ -280,8 +299,8 @@ def measure(case: Case) -> None:
     if case.by_scipy is None:
         row += ["", "", ""]
     else:
-        theirs = by_lines(case.by_scipy, case, case.steps)
-        coarse = by_lines(case.by_scipy, case, case.steps // 2)
+        theirs = by_lines(case.by_scipy, case, case.lines)
+        coarse = by_lines(case.by_scipy, case, case.lines // 2)
         row += [error(found.image, theirs), error(theirs, coarse), error(theirs, exact)]
     row.append(f"{nanoseconds(case):.0f}")
     print("| " + " | ".join(row) + " |", flush=True)
@@ -289,7 +308,13 @@ def measure(case: Case) -> None:
 
 def main() -> None:
     """Prints the table of the cases that are named, or of all."""
-    cases = {"corona": corona, "amr": amr, "tetrahedra": tetrahedra, "particles": particles}
+    cases = {
+        "cube": cube,
+        "corona": corona,
+        "amr": amr,
+        "tetrahedra": tetrahedra,
+        "particles": particles,
+    }
     names = sys.argv[1:] or list(cases)
     print(
         "| data | evaluations | of the function itself | estimated | against the function | its "
