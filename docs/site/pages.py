@@ -38,6 +38,11 @@ NOTEBOOKS = {
     "python/docs/tomography.ipynb": "tutorials/tomography",
     "python/docs/corona.ipynb": "tutorials/corona",
     "python/docs/exosphere.ipynb": "tutorials/exosphere",
+    "python/docs/magnetosphere.ipynb": "tutorials/magnetosphere",
+    "python/docs/cluster.ipynb": "tutorials/cluster",
+    "python/docs/zodiacal.ipynb": "tutorials/zodiacal",
+    "python/docs/darkmatter.ipynb": "tutorials/darkmatter",
+    "python/docs/bolometer.ipynb": "tutorials/bolometer",
 }
 #: Where pages of the site have the pictures and other files of the repository.
 FILES = "files"

@@ -42,7 +42,7 @@ def two_levels(cells, rate=ball, **options):
     return emitree.AmrGrid([coarse, fine], **options)
 
 
-def leaves(rate=ball):
+def leaves(rate=ball, **options):
     """The same without coarse cells under fine ones, in many blocks of both levels."""
     found = []
     for at in np.ndindex(4, 4, 4):
@@ -51,7 +51,7 @@ def leaves(rate=ball):
         found.append(
             block(int(is_fine), lower, lower + 1, (8, 8, 8) if is_fine else (4, 4, 4), rate)
         )
-    return emitree.AmrGrid(found[::-1])
+    return emitree.AmrGrid(found[::-1], **options)
 
 
 def points(extent, count=2000):
@@ -134,6 +134,79 @@ def test_errors_and_jumps_are_of_second_order():
     assert 3.7 < errors[0] / errors[1] < 4.3
     jumps = [jump(cells) for cells in (32, 64)]
     assert jumps[0] < 1e-3 and 3.7 < jumps[0] / jumps[1] < 4.3
+
+
+# -- Quadratic splines.
+
+
+@pytest.mark.parametrize("make", [two_levels, lambda cells, rate, **given: leaves(rate, **given)])
+def test_quadratic_splines_are_exact_for_linear_data(make):
+    # The rate is constant in the outer half of the outermost cells, which bends two more cells.
+    inside = points(2 - 0.7)
+    found = make(16, linear, interpolation="quadratic")(inside)
+    np.testing.assert_allclose(found, linear(inside), rtol=1e-12, atol=1e-12)
+
+
+def test_quadratic_splines_are_exact_for_quadratic_data_in_a_block():
+    def rate(position):
+        x, y, z = np.moveaxis(position, -1, 0)
+        return 20 + x * x - y * z + 3 * y * y + z - x * z
+
+    one = emitree.AmrGrid(
+        [block(0, (-2, -2, -2), (2, 2, 2), (16,) * 3, rate)], interpolation="quadratic"
+    )
+    inside = points(2 - 0.7)
+    np.testing.assert_allclose(one(inside), rate(inside), rtol=1e-12)
+    just_outside = np.array([[2.0, 0, 0], [-2.0001, 0, 0], [0, 0, 1e300]])
+    assert np.array_equal(one(just_outside), np.zeros(3))
+
+
+def test_errors_of_quadratic_splines_are_of_third_order_and_jumps_of_second():
+    at = points(2, 20000)
+    grids = [two_levels(cells, interpolation="quadratic") for cells in (32, 64)]
+    errors = [np.sqrt(np.mean((grid(at) - ball(at)) ** 2)) for grid in grids]
+    assert errors[0] < 2e-4 and errors[0] / errors[1] > 7
+    y, z = np.random.default_rng(2).uniform(-1, 1, (2, 4000))
+    sides = [np.stack([np.full(4000, 1 + shift), y, z], axis=1) for shift in (-1e-9, 1e-9)]
+    jumps = [np.abs(grid(sides[0]) - grid(sides[1])).max() for grid in grids]
+    assert jumps[0] < 1e-3 and jumps[0] / jumps[1] > 3.7
+
+
+def test_slopes_of_quadratic_splines_are_continuous_in_a_level():
+    blocks = [
+        block(3, lower, lower + 1, (4, 4, 4)) for lower in np.array(list(np.ndindex(4, 4, 4))) - 2.0
+    ]
+    grid = emitree.AmrGrid(blocks, interpolation="quadratic")
+    # At borders of cells, some of them of blocks.
+    at = points(1.5, 500)
+    at[:, 0] = np.round(at[:, 0] * 4) / 4
+    step = np.array([1e-5, 0, 0])
+    before, after = (grid(at) - grid(at - step)) / 1e-5, (grid(at + step) - grid(at)) / 1e-5
+    assert np.abs(before - after).max() < 1e-3 * np.abs(before).max()
+
+
+def test_quadratic_splines_of_rates_above_zero_are_not_negative():
+    def step(position):
+        return np.where(position[..., 0] < 0, 0.0, 1.0)
+
+    at = points(2)
+    grid = two_levels(16, step, interpolation="quadratic")
+    assert grid(at).min() == 0 and 1.05 < grid(at).max() < 1.25
+    lower = two_levels(16, lambda position: step(position) - 1, interpolation="quadratic")
+    assert -1.25 < lower(at).min() < -1.05
+
+
+def test_the_image_of_a_quadratic_spline_costs_what_that_of_the_function_costs():
+    camera = orthographic((2, -1.5, 1), 2)
+    box = emitree.Box(min=(-2, -2, -2), max=(2, 2, 2))
+    smooth = emitree.render(lambda r, d: ball(r), camera, (24, 24), bounds=box)
+    spline, linear = (
+        emitree.render(two_levels(32, interpolation=name), camera, (24, 24))
+        for name in ("quadratic", "linear")
+    )
+    evaluations = [found.evaluations for found in (smooth, spline, linear)]
+    assert evaluations == [8591, 8604, 9934]
+    assert np.abs(spline.image - smooth.image).max() < 0.01 * smooth.image.max()
 
 
 def test_ratios_may_differ_by_axis_and_exceed_two():
@@ -384,9 +457,7 @@ def test_too_many_tiles_are_refused(monkeypatch):
 
 
 def test_other_interpolations_are_refused():
-    with pytest.raises(
-        emitree.SceneError, match="`interpolation` is 'cubic': expected 'linear' or"
-    ):
+    with pytest.raises(emitree.SceneError, match="`interpolation` is 'cubic': expected 'linear', "):
         emitree.AmrGrid([FIRST], interpolation="cubic")
 
 

@@ -158,3 +158,95 @@ def test_the_scene_names_no_temporary_file():
     grid = emitree.Grid(values=VALUES, x=X, y=Y, z=Z)
     scene = emitree.render(grid, CUBE, (2, 2)).scene
     assert 'file = "array of shape (5, 4, 3)"' in scene and ".npy" not in scene
+
+
+def lumps(position):
+    """Two Gaussians in (0, 1)^3."""
+    total = 0.0
+    for height, centre in [(1.0, (0.45, 0.5, 0.55)), (0.5, (0.6, 0.35, 0.5))]:
+        offset = position - np.array(centre)
+        total = total + height * np.exp(-50 * (offset**2).sum(axis=-1))
+    return total
+
+
+def sampled(function, nodes, interpolation):
+    places = np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1)
+    axes = {"x": nodes, "y": nodes, "z": nodes}
+    return emitree.Grid(values=function(places), interpolation=interpolation, **axes)
+
+
+def values(grid, position):
+    return emitree.Fields({"g": grid}, "g").values(position)["g"]
+
+
+def test_cubics_are_of_third_order_at_peaks_too():
+    at = np.random.default_rng(1).uniform(0.1, 0.9, (4000, 3))
+    errors = {}
+    for interpolation in ("linear", "cubic"):
+        for count in (33, 65):
+            found = values(sampled(lumps, np.linspace(0, 1, count), interpolation), at)
+            errors[interpolation, count] = np.abs(found - lumps(at)).max()
+    assert 3.4 < errors["linear", 33] / errors["linear", 65] < 4.4
+    assert errors["cubic", 33] / errors["cubic", 65] > 7
+    assert errors["cubic", 33] < errors["linear", 33] / 5
+
+
+def test_cubics_are_smooth_and_not_negative():
+    nodes = np.cumsum([0.0, 1, 2, 1, 3, 1, 1])
+
+    def step(position):
+        return (position[..., 0] > 4).astype(float)
+
+    x = np.stack([np.linspace(0, nodes[-1], 3001), np.full(3001, 4.5), np.full(3001, 4.5)], axis=1)
+    along = values(sampled(step, nodes, "cubic"), x)
+    assert along.min() == 0 and 1.01 < along.max() < 1.1
+    np.testing.assert_array_equal(along[np.isclose(x[:, 0], 7)], 1)
+    # Where none of them is cut off at 0 the slopes at both sides of a node are the same.
+    bent = sampled(lambda position: step(position) + 1, nodes, "cubic")
+    for node in nodes[1:-1]:
+        three = values(bent, np.array([[node + shift, 4.5, 4.5] for shift in (-1e-6, 0, 1e-6)]))
+        slopes = np.diff(three) / 1e-6
+        assert abs(slopes[1] - slopes[0]) < 1e-4
+
+
+def error_of_sums(count):
+    """1/12 of the second differences of the sums along an axis, over their largest value."""
+    nodes = np.linspace(0, 1, count)
+    values = lumps(np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1))
+    # By the trapezoidal rule.
+    weights = np.ones(count)
+    weights[[0, -1]] = 0.5
+    errors = []
+    for axis in range(3):
+        sums = np.tensordot(weights, values, axes=(0, axis))
+        bends = [np.abs(np.diff(sums, 2, axis=along)) for along in (0, 1)]
+        bend = bends[0][:, 1:-1] + bends[1][1:-1]
+        errors.append(bend.max() / 12 / sums.max())
+    return min(errors)
+
+
+def test_images_of_cubics_cost_what_those_of_the_function_cost():
+    camera = emitree.Orthographic(
+        position=(3, 0.5, 0.5), target=(0.5, 0.5, 0.5), extent=(1, 1), near=0, far=9
+    )
+    box = emitree.Box(min=(0, 0, 0), max=(1, 1, 1))
+    smooth = emitree.render(lambda r, d: lumps(r), camera, (24, 24), bounds=box, tolerance=0.01)
+    evaluations = [smooth.evaluations]
+    for interpolation in ("cubic", "linear"):
+        grid = sampled(lumps, np.linspace(0, 1, 33), interpolation)
+        found = emitree.render(grid, camera, (24, 24), tolerance=0.01)
+        assert found.converged
+        evaluations.append(found.evaluations)
+        if interpolation == "cubic":
+            assert np.abs(found.image - smooth.image).max() < 0.015 * smooth.image.max()
+            assert found.report["data_error"] is None
+        else:
+            assert found.report["data_error"] == pytest.approx(error_of_sums(33), rel=1e-6)
+            assert found.report["hint"] == (
+                "linear interpolation between the data makes an error of some 1.3 % of the largest "
+                "pixel, more than the tolerance, which no error estimate contains; where the data "
+                'are smooth, that of `interpolation` = "cubic" is smaller'
+            )
+            looser = emitree.render(grid, camera, (24, 24), tolerance=0.03).report
+            assert looser["data_error"] == found.report["data_error"] and looser["hint"] is None
+    assert evaluations == [1515, 1508, 13819]

@@ -47,7 +47,7 @@ fn the_image_of_a_grid_is_that_of_its_function() {
     by_expression.emitree("render scene.toml -o image.npy").succeeds();
     let expected = pixels(&by_expression.bytes("image.npy"));
     // Trilinear functions are exact, and so are lines by the cubics.
-    for interpolation in ["linear", "monotone"] {
+    for interpolation in ["linear", "monotone", "cubic"] {
         let (folder, run) = render(1.0, &format!("interpolation = \"{interpolation}\""));
         run.succeeds();
         let found = pixels(&folder.bytes("image.npy"));

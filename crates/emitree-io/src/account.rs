@@ -1,6 +1,7 @@
 //! What was rendered and what it cost, as plain data: for reports, for the headers of files, and for
 //! results that are kept without their scene.
 
+use crate::data_error;
 use crate::energies::Energies;
 use crate::fits::{Card, Wcs};
 use crate::memory::peak_memory_bytes;
@@ -86,6 +87,9 @@ pub struct Account {
     pub absorption_evaluations: Option<u64>,
     /// In how many batches.
     pub batches: u64,
+    /// Of linear data on a Cartesian grid: the error of their interpolation over the largest |value|.
+    #[serde(default)]
+    pub data_error: Option<f64>,
     /// Why the rendering ended: `complete`, `deepest level`, `budget`, `time` or `unfinished`.
     pub ending: String,
     /// The largest estimated error over the largest |value|, if there is an estimate.
@@ -264,6 +268,7 @@ impl Account {
                 .as_ref()
                 .map(|_| stats.absorption_evaluations),
             batches: stats.batches,
+            data_error: data_error::for_account(scene),
             ending: ending(stats.ending).to_owned(),
             estimated_error,
             error_over_allowed: stats.error_over_allowed,

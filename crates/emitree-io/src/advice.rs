@@ -1,4 +1,4 @@
-//! What to do next if a rendering has not met its tolerance.
+//! What to do next if a rendering has not met its tolerance, or if its data do not allow it.
 
 use crate::account::Account;
 use crate::forecast::CostLaw;
@@ -66,6 +66,19 @@ pub(crate) fn advice(account: &Account) -> Option<String> {
         at(least),
         at(most),
     ))
+}
+
+/// That interpolation changes the image by more than the tolerance, if it does, and what to do.
+pub(crate) fn of_data(account: &Account) -> Option<String> {
+    let (error, tolerance) = (account.data_error?, account.tolerance?);
+    (error > tolerance).then(|| {
+        format!(
+            "linear interpolation between the data makes an error of some {:.1} % of the largest pixel, more than \
+             the tolerance, which no error estimate contains; where the data are smooth, that of `interpolation` = \
+             \"cubic\" is smaller",
+            100.0 * error
+        )
+    })
 }
 
 /// Twice the error of the image, with two digits, if one tolerance is that of all pixels.

@@ -35,6 +35,7 @@ mod energies;
 #[cfg(feature = "figure")]
 pub mod figure;
 mod comparison;
+mod data_error;
 mod fits;
 mod forecast;
 mod format;

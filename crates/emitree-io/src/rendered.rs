@@ -1,7 +1,7 @@
 //! A rendering in the quantity of its scene, with its account: what every front end has and writes.
 
 use crate::account::{Account, Bins};
-use crate::advice::advice;
+use crate::advice::{advice, of_data};
 use crate::energies::Energies;
 use crate::fits::{Card, FitsEncodeError};
 use crate::grouped::grouped;
@@ -253,8 +253,8 @@ impl RenderedScene {
         file.encode()
     }
 
-    /// The likely reason why every value is 0, or why the tolerance is not met, and what to do next; otherwise
-    /// none.
+    /// The likely reason why every value is 0, or why the tolerance is not met, and what to do next; or that linear
+    /// interpolation of data has an error above the tolerance; otherwise none.
     pub fn hint(&self) -> Option<String> {
         let is_dark = self.values.voxels().all(|value| value.is_nan() || value == 0.0);
         let position = self.account.largest_rate_position;
@@ -265,7 +265,7 @@ impl RenderedScene {
             Some(position) if self.account.ended_at_finest_level() => {
                 Some(may_be_singular(position))
             }
-            _ => advice(&self.account),
+            _ => advice(&self.account).or_else(|| of_data(&self.account)),
         }
     }
 

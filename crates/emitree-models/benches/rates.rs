@@ -146,9 +146,12 @@ fn grids(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("grids");
     group.throughput(Throughput::Elements(POINTS as u64)).sample_size(20);
     for (name, grid) in cases {
-        for interpolation in
-            [Interpolation::Nearest, Interpolation::Linear, Interpolation::MonotoneCubic]
-        {
+        for interpolation in [
+            Interpolation::Nearest,
+            Interpolation::Linear,
+            Interpolation::MonotoneCubic,
+            Interpolation::Cubic,
+        ] {
             let grid = grid.clone().with_interpolation(interpolation);
             let mut rates = vec![0.0; POINTS];
             group.bench_function(format!("{name} {interpolation:?}"), |bencher| {

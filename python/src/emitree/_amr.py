@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from emitree import _units
-from emitree._amr_ghosts import painted
+from emitree._amr_ghosts import painted, quadratic
 from emitree._amr_lattice import Lattice, Place, lattice_of
 from emitree._cameras import Box
 from emitree._function import Floats
 from emitree._native import SceneError
 
-_INTERPOLATIONS = ("linear", "nearest")
+_INTERPOLATIONS = ("linear", "quadratic", "nearest")
 #: Points at once: their arrays stay in the cache of a core.
 _CHUNK = 8192
 
@@ -53,8 +53,9 @@ class AmrGrid:
     blocks: `Block`s. The cells of a level have one size, which is a whole multiple of that of the
         next finer level, along each axis; blocks are whole numbers of their cells away from the
         least corner of all. Blocks need not be nested properly, and may be leaves only.
-    interpolation: "linear", trilinear between the centres of cells, or "nearest", the value of the
-        cell. Outside of all blocks the rate is 0.
+    interpolation: "linear", trilinear between the centres of cells; "quadratic", a quadratic spline
+        with continuous derivatives; or "nearest", the value of the cell. Outside of all blocks the
+        rate is 0.
     length_unit: of corners that are quantities, that of the first one by default. Corners that are
         numbers are in the camera's length unit unless `length_unit` is given.
     unit: of the rates, that of the first values that are a quantity by default; `render` converts
@@ -69,6 +70,11 @@ class AmrGrid:
     continuous within a level; at the border of two levels it jumps by a difference of second order
     in the size of the cells, and not at all if the data are linear. Where the blocks end, the rate
     falls to 0 from that of the last cells.
+
+    "quadratic" has an error of third order in the size of the cells, and images of it cost as few
+    evaluations as those of a smooth function. It uses two layers of cells around blocks. Beside a
+    jump of the data it overshoots by up to a fifth of it; rates of which none is negative stay so.
+    At the centre of a cell it differs from the value by a term of fourth order.
 
     >>> import emitree, numpy as np
     >>> coarse = emitree.Block(0, (0, 0, 0), (4, 4, 4), np.ones((4, 4, 4)))
@@ -100,7 +106,8 @@ class AmrGrid:
         if not blocks:
             raise SceneError("`blocks` is empty: expected at least one emitree.Block")
         if interpolation not in _INTERPOLATIONS:
-            expected = " or ".join(map(repr, _INTERPOLATIONS))
+            *first, last = map(repr, _INTERPOLATIONS)
+            expected = f"{', '.join(first)} or {last}"
             raise SceneError(f"`interpolation` is {interpolation!r}: expected {expected}")
         for number, block in enumerate(blocks):
             if not isinstance(block, Block):
@@ -113,7 +120,12 @@ class AmrGrid:
         self.interpolation = interpolation
         places = [self._place(number, block) for number, block in enumerate(blocks)]
         lattice = lattice_of(places)
-        layers = painted(lattice, places)
+        if interpolation == "quadratic":
+            layers = [quadratic(padded) for padded in painted(lattice, places, 2)]
+        else:
+            layers = painted(lattice, places)
+        is_negative = any((place.values < 0).any() for place in places)
+        self._least = -np.inf if is_negative else 0.0
         self._upper = np.max([place.upper for place in places], axis=0)
         self._blocks = len(places)
         self._set_tables(lattice, layers)
@@ -251,8 +263,41 @@ class AmrGrid:
         if self.interpolation == "nearest":
             return self._values.take(here, mode="clip")
         cells -= first
+        if self.interpolation == "quadratic":
+            return self._quadratic(here, step_x.astype(np.intp), step_y.astype(np.intp), cells)
         x, y, z = cells
         return self._linear(here, step_x.astype(np.intp), step_y.astype(np.intp), x, y, z)
+
+    def _quadratic(self, at: Any, step_x: Any, step_y: Any, cells: Floats) -> Floats:
+        """The quadratic spline in cells at `at`, at fractions of their edges."""
+        last = cells**2 / 2
+        first = last - cells + 0.5
+        middle = 1 - first - last
+        outside = step_x == 0
+        # Their block has two zeros, and its neighbours are those of another one.
+        at[outside] = 0
+
+        def three(values: Sequence[Floats], axis: int) -> Floats:
+            low, here, high = values
+            low *= first[axis]
+            here *= middle[axis]
+            high *= last[axis]
+            low += here
+            low += high
+            return low
+
+        # Values before, at and after a place.
+        shifted = [self._values[:-2], self._values[1:-1], self._values[2:]]
+
+        def along_z(at: Any) -> Floats:
+            return three([values.take(at - 1, mode="clip") for values in shifted], 2)
+
+        def along_y(at: Any) -> Floats:
+            return three([along_z(at + shift * step_y) for shift in (-1, 0, 1)], 1)
+
+        found = three([along_y(at + shift * step_x) for shift in (-1, 0, 1)], 0)
+        found[outside] = 0.0
+        return np.maximum(found, self._least, out=found)
 
     def _linear(self, at: Any, step_x: Any, step_y: Any, x: Floats, y: Floats, z: Floats) -> Floats:
         """The trilinear interpolant in cells at `at`, at fractions of their edges."""

@@ -53,7 +53,7 @@ class Grid:
         phi that goes all round is closed.
     angle_unit: "deg" or "rad", where neither quantities nor attributes of coordinates have it.
     logarithmic: the names of axes that are interpolated in the logarithm of their coordinate.
-    interpolation: "linear", "monotone" or "nearest"; outside: "zero" or "error".
+    interpolation: "linear", "cubic", "monotone" or "nearest"; outside: "zero" or "error".
     order: of the axes in a file, as in "zyx" or "phi theta r"; format: of a file with another
         ending; scale: what its rates are multiplied with; step: which step of values with a fourth
         axis, such as time: its number, -1 being the last, or {"value": 12.5}, the step whose

@@ -55,6 +55,8 @@ pub struct Grid {
     axes: Arc<GridAxes>,
     /// One for each node that is interpolated between, the first axis fastest.
     values: Arc<Vec<f64>>,
+    /// What smooth cubics do not fall below: 0 if no value is negative.
+    least: f64,
     interpolation: Interpolation,
     outside: Outside,
 }
@@ -97,7 +99,8 @@ impl Grid {
     pub fn on(axes: GridAxes, values: Vec<f64>) -> Result<Self, GridError> {
         let values = Arc::new(axes.arranged(values)?);
         let (interpolation, outside) = (Interpolation::default(), Outside::default());
-        Ok(Self { axes: Arc::new(axes), values, interpolation, outside })
+        let least = if values.iter().all(|&value| value >= 0.0) { 0.0 } else { f64::NEG_INFINITY };
+        Ok(Self { axes: Arc::new(axes), values, least, interpolation, outside })
     }
 
     /// The same grid with another interpolation.
@@ -149,7 +152,8 @@ impl Grid {
         Some(match self.interpolation {
             Interpolation::Nearest => nearest(axes, values, at),
             Interpolation::Linear => linear(axes, values, at),
-            Interpolation::MonotoneCubic => cubic(axes, values, at),
+            Interpolation::MonotoneCubic => cubic::<true>(axes, values, at),
+            Interpolation::Cubic => cubic::<false>(axes, values, at).max(self.least),
         })
     }
 
@@ -160,7 +164,10 @@ impl Grid {
         match self.interpolation {
             Interpolation::Nearest => fill(pairs, |at| nearest(axes, of_nodes, at)),
             Interpolation::Linear => fill(pairs, |at| linear(axes, of_nodes, at)),
-            Interpolation::MonotoneCubic => fill(pairs, |at| cubic(axes, of_nodes, at)),
+            Interpolation::MonotoneCubic => fill(pairs, |at| cubic::<true>(axes, of_nodes, at)),
+            Interpolation::Cubic => {
+                fill(pairs, |at| cubic::<false>(axes, of_nodes, at).max(self.least));
+            }
         }
     }
 
@@ -218,8 +225,10 @@ impl Emission for Grid {
             }
             Interpolation::Linear => self.evaluate(positions, rates, |at| linear(axes, values, at)),
             Interpolation::MonotoneCubic => {
-                self.evaluate(positions, rates, |at| cubic(axes, values, at))
+                self.evaluate(positions, rates, |at| cubic::<true>(axes, values, at))
             }
+            Interpolation::Cubic => self
+                .evaluate(positions, rates, |at| cubic::<false>(axes, values, at).max(self.least)),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Monotone cubic interpolation in one dimension: Hermite cubics whose slopes are limited.
+//! Cubic interpolation in one dimension: Hermite cubics, monotone ones, whose slopes are limited, and smooth ones.
 //!
 //! The slope at a node is that of the parabola through the node and its two neighbours, limited so
 //! that the cubic is monotone wherever the data are: M. Steffen, "A simple method for monotonic
@@ -9,6 +9,11 @@
 //! Between two nodes the interpolant never leaves the range of their two values: data that are not
 //! negative stay so. Where the data are monotone and smooth, its error is of third order in the
 //! spacing; at an extremum the slope is set to 0, and the error is of second order.
+//!
+//! Without the limits the interpolant is linear in the values, its derivative is continuous, and its error is of third
+//! order everywhere. It may leave the range of the two values. On even nodes it is the cubic convolution of R. G. Keys
+//! (1981, doi:10.1109/TASSP.1981.1163711) and the spline of E. Catmull and R. Rom (1974,
+//! doi:10.1016/B978-0-12-079050-0.50020-5).
 
 use super::axis::{Axis, Location};
 use core::array::from_fn;
@@ -64,22 +69,28 @@ impl Stencil {
     }
 
     /// The interpolants of `N` rows at once, from the values at the four nodes: `values[i]` are
-    /// those at node i, one for each row.
-    pub(super) fn interpolate<const N: usize>(
+    /// those at node i, one for each row. `MONOTONE` ones have limited slopes.
+    pub(super) fn interpolate<const N: usize, const MONOTONE: bool>(
         &self,
         [before, start, end, after]: [[f64; N]; 4],
     ) -> [f64; N] {
         let secants: [f64; N] = from_fn(|row| end[row] - start[row]);
         let below = from_fn(|row| start[row] - before[row]);
         let above = from_fn(|row| after[row] - end[row]);
-        let slopes_start = self.start.slopes(secants, below, above);
-        let slopes_end = self.end.slopes(secants, above, below);
+        let slopes_start = self.start.slopes::<N, MONOTONE>(secants, below, above);
+        let slopes_end = self.end.slopes::<N, MONOTONE>(secants, above, below);
         let [of_start, of_end, of_slope_start, of_slope_end] = self.weights;
         from_fn(|row| {
-            let value = of_start * start[row]
-                + of_end * end[row]
-                + of_slope_start * slopes_start[row]
-                + of_slope_end * slopes_end[row];
+            // From one end, so that equal values stay as they are.
+            let value = if MONOTONE {
+                of_start * start[row] + of_end * end[row]
+            } else {
+                start[row] + of_end * secants[row]
+            };
+            let value = value + of_slope_start * slopes_start[row] + of_slope_end * slopes_end[row];
+            if !MONOTONE {
+                return value;
+            }
             // The cubic lies between its ends: rounding shall not take it out.
             larger(smaller(value, larger(start[row], end[row])), smaller(start[row], end[row]))
         })
@@ -98,7 +109,7 @@ impl Side {
     /// The slopes at this end of the cell, times the width of the cell. `secants`, `beyond` and
     /// `opposite` are the differences of values over the cell, over the one beyond this end and
     /// over the one beyond the other end.
-    fn slopes<const N: usize>(
+    fn slopes<const N: usize, const MONOTONE: bool>(
         &self,
         secants: [f64; N],
         beyond: [f64; N],
@@ -107,13 +118,15 @@ impl Side {
         match *self {
             Self::Inner { ratio, weight } => from_fn(|row| {
                 let (secant, other) = (secants[row], ratio * beyond[row]);
-                limited(weight * (other - secant) + secant, secant, other)
+                let parabola = weight * (other - secant) + secant;
+                if MONOTONE { limited(parabola, secant, other) } else { parabola }
             }),
             Self::Edge { ratio, weight } => from_fn(|row| {
                 let secant = secants[row];
                 let parabola = secant + weight * (secant - ratio * opposite[row]);
                 // One secant alone limits it, and its sign has to be that of the parabola.
-                limited(parabola, secant, secant.copysign(parabola))
+                let limit = secant.copysign(parabola);
+                if MONOTONE { limited(parabola, secant, limit) } else { parabola }
             }),
         }
     }

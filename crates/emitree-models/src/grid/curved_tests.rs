@@ -162,8 +162,10 @@ fn linear_is_of_second_order_across_poles_and_seam() {
 #[test]
 fn cubic_is_of_second_order_there_too() {
     for way in 0..3 {
-        let orders = orders(Interpolation::MonotoneCubic, way);
-        assert!(orders.iter().all(|&order| order > 1.95), "{way}: {orders:?}");
+        for interpolation in [Interpolation::MonotoneCubic, Interpolation::Cubic] {
+            let orders = orders(interpolation, way);
+            assert!(orders.iter().all(|&order| order > 1.95), "{way}: {orders:?}");
+        }
     }
 }
 
@@ -219,7 +221,9 @@ fn values_meet_at_poles_and_on_the_axis() {
 
 #[test]
 fn equal_values_stay_as_they_are() {
-    for interpolation in [Interpolation::Nearest, Interpolation::MonotoneCubic] {
+    for interpolation in
+        [Interpolation::Nearest, Interpolation::MonotoneCubic, Interpolation::Cubic]
+    {
         for way in 0..3 {
             let nodes = [vec![1.0, 2.0], colatitudes(5)[way].clone(), turns(7)[way].clone()];
             let grid = sampled(Coordinates::Spherical, nodes, |_| 0.1);

@@ -19,6 +19,11 @@ pub enum Interpolation {
     /// range of the eight nodes around, so never negative where the data are not. The limits on
     /// slopes are not linear, so that another order of the axes would give slightly other values.
     MonotoneCubic,
+    /// A product of cubics whose slopes at a node are those of the parabola through it and its neighbours (on even nodes
+    /// those of Catmull and Rom): of third order where the data are smooth, with continuous derivatives, so that an image costs
+    /// no more evaluations than that of a smooth function. Beside a jump of the data it overshoots by up to a tenth of it;
+    /// data of which none is negative stay so.
+    Cubic,
 }
 
 /// The value of the nearest node.
@@ -45,8 +50,12 @@ pub(super) fn linear(axes: &[Axis; 3], values: &[f64], [x, y, z]: [Location; 3])
     between(along_y(z.cell), along_y(z.cell + 1), z.fraction)
 }
 
-/// Monotone cubics along each axis.
-pub(super) fn cubic(axes: &[Axis; 3], values: &[f64], at: [Location; 3]) -> f64 {
+/// Cubics along each axis, monotone ones or smooth ones.
+pub(super) fn cubic<const MONOTONE: bool>(
+    axes: &[Axis; 3],
+    values: &[f64],
+    at: [Location; 3],
+) -> f64 {
     let [nx, ny] = [&axes[0], &axes[1]].map(|axis| axis.nodes().len());
     let [x, y, z]: [Stencil; 3] = from_fn(|i| Stencil::new(&axes[i], at[i]));
     // Four planes at once: rows of one y in all of them along x, then the four along y.
@@ -55,9 +64,9 @@ pub(super) fn cubic(axes: &[Axis; 3], values: &[f64], at: [Location; 3]) -> f64 
             let row = y_node + ny * z_node;
             &values[nx * row..nx * (row + 1)]
         });
-        x.interpolate(x.nodes.map(|x_node| rows.map(|row| row[x_node])))
+        x.interpolate::<4, MONOTONE>(x.nodes.map(|x_node| rows.map(|row| row[x_node])))
     };
-    let planes = y.interpolate(y.nodes.map(along_x));
-    let [rate] = z.interpolate(planes.map(|value| [value]));
+    let planes = y.interpolate::<4, MONOTONE>(y.nodes.map(along_x));
+    let [rate] = z.interpolate::<1, MONOTONE>(planes.map(|value| [value]));
     rate
 }

@@ -68,6 +68,60 @@ fn cubic_is_of_third_order_away_from_extrema() {
 }
 
 #[test]
+fn smooth_cubic_is_of_third_order_at_extrema_too() {
+    let hill = |[x, y, z]: [f64; 3]| (-4.0 * (x - 0.47).powi(2) - (y - 0.2 * z).powi(2)).exp();
+    for uneven in [0.0, 0.1] {
+        let orders_of_both = [
+            orders(Interpolation::Cubic, uneven, smooth),
+            orders(Interpolation::Cubic, uneven, hill),
+        ];
+        let all_above = orders_of_both.iter().flatten().all(|&order| order > 2.6);
+        assert!(all_above, "{uneven}: {orders_of_both:?}");
+    }
+}
+
+#[test]
+fn smooth_cubic_is_exact_for_quadratics_and_lines() {
+    let quadratic = |[x, y, z]: [f64; 3]| (x - 0.4).powi(2) + 3.0 * y + 0.5 * y * z - z * z;
+    let nodes = [warped(5, 0.1), vec![0.0, 0.3, 1.0], warped(4, -0.05)];
+    let grid = sampled(nodes, quadratic).with_interpolation(Interpolation::Cubic);
+    let error = largest_error(&grid, quadratic);
+    assert!(error < 1e-14, "{error:e}");
+    let line = |[x, y, z]: [f64; 3]| 2.0 * x - y + z;
+    let grid = sampled([vec![0.0, 1.0], vec![0.0, 1.0], warped(4, 0.1)], line);
+    let error = largest_error(&grid.with_interpolation(Interpolation::Cubic), line);
+    assert!(error < 1e-14, "{error:e}");
+}
+
+/// The slope along x from both sides of each plane of nodes, by differences.
+#[test]
+fn derivatives_of_smooth_cubics_are_continuous() {
+    let nodes = [warped(6, 0.1), warped(5, -0.1), warped(4, 0.05)];
+    let planes = nodes[0].clone();
+    let grid = sampled(nodes, smooth).with_interpolation(Interpolation::Cubic);
+    for x in &planes[1..5] {
+        let rate = |offset: f64| at(&grid, [x + offset, 0.37, 0.61]);
+        let slopes = [(rate(0.0) - rate(-1e-6)) / 1e-6, (rate(1e-6) - rate(0.0)) / 1e-6];
+        assert!((slopes[0] - slopes[1]).abs() < 1e-4, "{x}: {slopes:?}");
+    }
+}
+
+/// Beside a step the cubic is below 0, which emission rates never are.
+#[test]
+fn smooth_cubics_of_data_that_are_not_negative_are_not_negative() {
+    let nodes = [uniform_nodes(0.0, 1.0, 9), vec![0.0, 1.0], vec![0.0, 1.0]];
+    let step = |height: f64| move |[x, _, _]: [f64; 3]| if x < 0.5 { height } else { height + 1.0 };
+    let least = |height: f64| {
+        let grid = sampled(nodes.clone(), step(height)).with_interpolation(Interpolation::Cubic);
+        let rates = (0..=240).map(|i| at(&grid, [f64::from(i) / 240.0, 0.5, 0.5]));
+        rates.fold(f64::INFINITY, f64::min)
+    };
+    assert_eq!(least(0.0).to_bits(), 0.0_f64.to_bits());
+    // 2/27 of the step, at two thirds of the cell beside it.
+    assert!((least(-1.0) + 1.0 + 2.0 / 27.0).abs() < 1e-4, "{}", least(-1.0));
+}
+
+#[test]
 fn cubic_is_of_second_order_at_an_extremum() {
     let hill = |[x, y, z]: [f64; 3]| (-4.0 * (x - 0.47).powi(2) - (y - 0.2 * z).powi(2)).exp();
     let orders = orders(Interpolation::MonotoneCubic, 0.1, hill);

@@ -47,6 +47,7 @@ pub(super) fn read(mut table: Table) -> Result<GridEmission, SceneError> {
         "interpolation",
         &[
             ("linear", Interpolation::Linear),
+            ("cubic", Interpolation::Cubic),
             ("monotone", Interpolation::MonotoneCubic),
             ("nearest", Interpolation::Nearest),
         ],

@@ -95,7 +95,7 @@ fn keys_are_checked_where_they_stand() {
         (
             "interpolation = \"cubic\"",
             "unknown interpolation `cubic`",
-            "expected one of `linear`, `monotone`, `nearest`",
+            "expected one of `linear`, `cubic`, `monotone`, `nearest`",
         ),
         (
             "outside = \"nan\"",
