@@ -251,7 +251,9 @@ impl Meter {
 
     /// Evaluations that may still be made: none once the time has ended, or those of the overtime.
     pub(crate) fn evaluations_left(&self) -> u64 {
-        let left = self.limits.max_evaluations.saturating_sub(self.evaluations());
+        // Points that were evaluated ahead count as well.
+        let made = self.evaluations().max(self.new_evaluations());
+        let left = self.limits.max_evaluations.saturating_sub(made);
         if self.time_is_up() { left.min(self.overtime_left()) } else { left }
     }
 
@@ -381,6 +383,8 @@ impl Meter {
     /// The rates at all points of a batch; those that are not stored are requested.
     async fn rates(&self, mut batch: Batch) -> Result<Batch, MethodError> {
         let Some(known) = &self.known else { return self.exchange.ask(batch).await };
+        let given = locked(known).count_given(&batch);
+        self.count(given);
         let unknown = locked(known).unknown(&batch);
         if unknown.len() > 0 {
             let answered = self.exchange.ask(unknown).await?;
@@ -475,7 +479,8 @@ struct Collected {
     of_pixels: Vec<([usize; 2], usize)>,
 }
 
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+/// Locks a mutex, also after a thread has panicked with it.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -154,10 +154,15 @@ impl Emission for EmissionSource {
 const KINDS: &str = "`expression = \"…\"`, `model = \"…\"`, `grid = { file = \"…\" }` or \
                      `tree = \"…\"`";
 
-/// The emission, and its units in the scene; `spectral` if the scene has an energy axis.
+/// The name of an emission that another program evaluates.
+const OF_ANOTHER_PROGRAM: &str = "of another program";
+
+/// The emission, and its units in the scene; `spectral` if the scene has an energy axis. An emission that is not
+/// needed may be missing.
 pub(super) fn read(
     mut table: Table,
     spectral: bool,
+    is_needed: bool,
 ) -> Result<(EmissionSource, EmissionUnits), SceneError> {
     let whole = table.place().clone();
     let expression = table.text("expression")?;
@@ -201,6 +206,9 @@ pub(super) fn read(
             tree::read_emission(&tree)?
         }
         (None, None, None, None, Some((name, _))) => EmissionSource::Function(name),
+        (None, None, None, None, None) if !is_needed => {
+            EmissionSource::Function(OF_ANOTHER_PROGRAM.to_owned())
+        }
         (None, None, None, None, None) => {
             return Err(SceneError::at(&whole, "the scene has no emission")
                 .label(format!("expected {KINDS} here")));
