@@ -1,7 +1,7 @@
 //! Stored rates: no point is evaluated twice in one session.
 
 use crate::exchange::Batch;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 use std::collections::hash_map::Entry;
 
 /// Memory that a rate takes with its point: 64 bytes, in a hash table that has just grown.
@@ -12,11 +12,7 @@ pub(crate) type Point = [u64; 7];
 
 /// The rates at all points that have been evaluated.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct KnownRates {
-    rates: FxHashMap<Point, f64>,
-    /// Points whose rates were given before they were requested.
-    given: FxHashSet<Point>,
-}
+pub(crate) struct KnownRates(FxHashMap<Point, f64>);
 
 /// The bits of a point at `position` with a direction, and an energy if there is an axis.
 pub(crate) fn key([x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3], energy: Option<f64>) -> Point {
@@ -31,7 +27,7 @@ pub(crate) fn point(batch: &Batch, i: usize) -> Point {
 impl KnownRates {
     /// The points of a batch without a stored rate.
     pub(crate) fn unknown(&self, batch: &Batch) -> Batch {
-        let numbers = || (0..batch.len()).filter(|&i| !self.rates.contains_key(&point(batch, i)));
+        let numbers = || (0..batch.len()).filter(|&i| !self.0.contains_key(&point(batch, i)));
         let positions: Vec<[f64; 3]> = numbers().map(|i| batch.positions[i]).collect();
         Batch {
             directions: numbers().map(|i| batch.directions[i]).collect(),
@@ -43,28 +39,14 @@ impl KnownRates {
 
     /// Stores the rates of a batch.
     pub(crate) fn insert(&mut self, batch: &Batch) {
-        self.rates.extend((0..batch.len()).map(|i| (point(batch, i), batch.rates[i])));
-    }
-
-    /// Stores rates that nothing has requested so far; stored ones stay as they are.
-    pub(crate) fn give(&mut self, batch: &Batch) {
-        let new = self.insert_new(batch);
-        self.given.extend(new);
-    }
-
-    /// How many points of a batch, which is requested now, were given beforehand. Each is counted once.
-    pub(crate) fn count_given(&mut self, batch: &Batch) -> usize {
-        if self.given.is_empty() {
-            return 0;
-        }
-        (0..batch.len()).filter(|&i| self.given.remove(&point(batch, i))).count()
+        self.0.extend((0..batch.len()).map(|i| (point(batch, i), batch.rates[i])));
     }
 
     /// Stores the rates of a batch at points without a stored rate, and returns these points.
     pub(crate) fn insert_new(&mut self, batch: &Batch) -> Vec<Point> {
         let mut new = Vec::new();
         for i in 0..batch.len() {
-            if let Entry::Vacant(entry) = self.rates.entry(point(batch, i)) {
+            if let Entry::Vacant(entry) = self.0.entry(point(batch, i)) {
                 new.push(*entry.key());
                 entry.insert(batch.rates[i]);
             }
@@ -75,14 +57,14 @@ impl KnownRates {
     /// Removes the rates at some points.
     pub(crate) fn remove(&mut self, points: &[Point]) {
         for point in points {
-            self.rates.remove(point);
+            self.0.remove(point);
         }
     }
 
     /// Fills in the rates of a batch, all of which are stored.
     pub(crate) fn fill(&self, batch: &mut Batch) {
         for i in 0..batch.len() {
-            batch.rates[i] = self.rates.get(&point(batch, i)).copied().unwrap_or(f64::NAN);
+            batch.rates[i] = self.0.get(&point(batch, i)).copied().unwrap_or(f64::NAN);
         }
     }
 }
@@ -124,16 +106,6 @@ mod tests {
         assert_eq!((new.len(), others.rates.as_slice()), (1, [1.0, 6.0].as_slice()));
         known.remove(&new);
         assert_eq!(known.unknown(&others).positions, [[2.0, 0.0, 0.0]]);
-    }
-
-    #[test]
-    fn rates_that_were_given_are_counted_once_they_are_requested() {
-        let mut known = KnownRates::default();
-        known.insert(&batch(&[1.0], &[]));
-        known.give(&batch(&[1.0, 2.0, 3.0], &[]));
-        assert_eq!(known.count_given(&batch(&[1.0, 2.0, 4.0], &[])), 1);
-        assert_eq!(known.count_given(&batch(&[2.0, 3.0], &[])), 1);
-        assert_eq!(known.count_given(&batch(&[2.0, 3.0], &[])), 0);
     }
 
     #[test]

@@ -39,6 +39,8 @@ pub(crate) struct Meter {
     largest_rate: Mutex<Option<RateAt>>,
     /// Evaluations that were not known before.
     new_evaluations: AtomicU64,
+    /// Evaluations that were made elsewhere for this rendering.
+    given_evaluations: AtomicU64,
     known: Option<Arc<Mutex<KnownRates>>>,
     /// Intermediate images, if they are stored.
     shown: Option<Mutex<Vec<Shown>>>,
@@ -134,6 +136,7 @@ impl Meter {
             used: Mutex::default(),
             largest_rate: Mutex::default(),
             new_evaluations: AtomicU64::new(0),
+            given_evaluations: AtomicU64::new(0),
             known,
             shown: keeps_images.then(Mutex::default),
             freezes_up_to: 0,
@@ -202,6 +205,16 @@ impl Meter {
         self.new_evaluations.load(Ordering::Relaxed)
     }
 
+    /// Evaluations that were made for this rendering, here or elsewhere, whether it has requested them or not.
+    pub(crate) fn made_evaluations(&self) -> u64 {
+        self.new_evaluations() + self.given_evaluations.load(Ordering::Relaxed)
+    }
+
+    /// Counts evaluations that were made elsewhere.
+    pub(crate) fn count_given(&self, evaluations: usize) {
+        self.given_evaluations.fetch_add(evaluations as u64, Ordering::Relaxed);
+    }
+
     /// Where batches are requested.
     pub(crate) fn exchange(&self) -> &Exchange {
         &self.exchange
@@ -252,7 +265,7 @@ impl Meter {
     /// Evaluations that may still be made: none once the time has ended, or those of the overtime.
     pub(crate) fn evaluations_left(&self) -> u64 {
         // Points that were evaluated ahead count as well.
-        let made = self.evaluations().max(self.new_evaluations());
+        let made = self.evaluations().max(self.made_evaluations());
         let left = self.limits.max_evaluations.saturating_sub(made);
         if self.time_is_up() { left.min(self.overtime_left()) } else { left }
     }
@@ -383,8 +396,6 @@ impl Meter {
     /// The rates at all points of a batch; those that are not stored are requested.
     async fn rates(&self, mut batch: Batch) -> Result<Batch, MethodError> {
         let Some(known) = &self.known else { return self.exchange.ask(batch).await };
-        let given = locked(known).count_given(&batch);
-        self.count(given);
         let unknown = locked(known).unknown(&batch);
         if unknown.len() > 0 {
             let answered = self.exchange.ask(unknown).await?;

@@ -2,7 +2,7 @@
 //!
 //! [`render()`](crate::render()) runs a session to its end.
 
-use crate::ahead::Ahead;
+use crate::ahead::{Ahead, Allowed};
 use crate::calls::{Calls, check_finite};
 use crate::checks::{check_options, limits, refuse_callbacks};
 use crate::cube::Cube;
@@ -278,7 +278,7 @@ impl<'a, V: Values> Session<'a, V> {
             let method = (self.start)(Arc::clone(&repeated), *shape, options.clone());
             (repeated, method)
         };
-        let allowed = meter.evaluations_left();
+        let allowed = Allowed { now: meter.evaluations_left(), altogether: limits.max_evaluations };
         let asked = core::mem::take(batch);
         *batch = ahead.extended(asked, &locked(known), meter.evaluations(), allowed, repeat);
     }
@@ -358,9 +358,9 @@ impl<'a, V: Values> Session<'a, V> {
     }
 
     /// Takes rates that are known from elsewhere, such as those of a session in another process, at any points
-    /// in any order, and continues to the first points without a rate. They count as evaluations once they are
-    /// requested. So a session that is told all rates of another one is where that one was, and its result has
-    /// the same bits.
+    /// in any order, and continues to the first points without a rate. They count as evaluations, made in so many
+    /// `batches`. So a session that is told all rates of another one is where that one was, and its result has the
+    /// same bits.
     ///
     /// ```
     /// use emitree::{Canonical, Image, Projection, RenderOptions, Samples, Session, VolOptions};
@@ -374,7 +374,7 @@ impl<'a, V: Values> Session<'a, V> {
     /// first.tell(&rates)?;
     ///
     /// let mut second = Session::<Image>::new(camera, [8, 8], &options)?;
-    /// second.tell_known(&Samples::new(&positions, &directions), &rates)?;
+    /// second.tell_known(&Samples::new(&positions, &directions), &rates, 1)?;
     /// assert_eq!(first.ask().map(|points| points.len()), second.ask().map(|points| points.len()));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -386,6 +386,7 @@ impl<'a, V: Values> Session<'a, V> {
         &mut self,
         points: &Samples<'_>,
         rates: &[f64],
+        batches: u64,
     ) -> Result<(), RenderError<Infallible>> {
         if points.len() != rates.len() {
             let expected = format!("{}, one for each point", points.len());
@@ -401,14 +402,15 @@ impl<'a, V: Values> Session<'a, V> {
             rates: rates.to_vec(),
         };
         let mut known = locked(known);
-        known.give(&told);
+        let new = known.insert_new(&told).len();
+        self.course.meter.count_given(new);
+        self.before.batches += batches;
         if let Some(ahead) = &mut self.ahead {
             ahead.add(&told);
         }
         let State::Waiting(batch) = &mut self.course.state else { return Ok(()) };
         // Others follow from more rates than before.
         batch.truncate(self.course.needed);
-        self.course.meter.count(known.count_given(batch));
         *batch = known.unknown(batch);
         self.course.needed = batch.len();
         let is_known = batch.len() == 0;
@@ -527,7 +529,7 @@ impl<'a, V: Values> Session<'a, V> {
     /// Evaluations, batches and times so far, of all renderings of the session.
     pub(crate) fn cost(&self) -> Cost {
         Cost {
-            evaluations: self.before.evaluations + self.course.meter.new_evaluations(),
+            evaluations: self.before.evaluations + self.course.meter.made_evaluations(),
             batches: self.before.batches + self.course.meter.batches(),
             emission_time: self.before.emission_time + self.course.meter.emission_time(),
             total_time: self.before.total_time

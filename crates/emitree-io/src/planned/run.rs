@@ -73,7 +73,7 @@ impl PlannedRun {
         let mut run = Self { scene: Arc::clone(scene), session, state };
         if !run.state.points.is_empty() {
             let rates = run.scaled(&run.state.rates);
-            run.session.tell_known(&run.state.points.samples(), &rates)?;
+            run.session.tell_known(&run.state.points.samples(), &rates, run.state.rounds)?;
         }
         if run.state.asked.is_empty() {
             run.ask();
@@ -130,7 +130,7 @@ impl PlannedRun {
     pub fn tell(&mut self, rates: &[f64]) -> Result<(), PlannedError> {
         let scaled = self.scaled(rates);
         let Self { session, state, .. } = self;
-        session.tell_known(&state.asked.samples(), &scaled)?;
+        session.tell_known(&state.asked.samples(), &scaled, 1)?;
         let PlannedPoints { positions, directions, energies } = core::mem::take(&mut state.asked);
         state.points.positions.extend(positions);
         state.points.directions.extend(directions);

@@ -30,6 +30,9 @@ const FIRST: f64 = 1000.0;
 /// The least number of expected points of a round, at `USUAL_ROUNDS`: where many were in vain, rounds would
 /// be as many as without the option.
 const LEAST: f64 = 300.0;
+/// The most points that may be in vain, as a share of all evaluations that are allowed: the rest has to suffice for
+/// the method.
+const SHARE_IN_VAIN: f64 = 0.25;
 /// The most comparisons of places with known ones for one round, each of some nanoseconds: about ten seconds. Where
 /// there are so many points, batches are large without others.
 const MOST_COMPARISONS: u64 = 1 << 32;
@@ -44,6 +47,15 @@ pub(crate) struct Ahead {
     /// The number of rounds that is aimed at.
     rounds: u32,
     surrogate: Surrogate,
+}
+
+/// Evaluations that are allowed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Allowed {
+    /// From now on.
+    pub(crate) now: u64,
+    /// In the whole rendering.
+    pub(crate) altogether: u64,
 }
 
 /// A repetition of a method, with a meter of its own.
@@ -65,14 +77,13 @@ impl Ahead {
     }
 
     /// The batch `asked` with the points that are expected to follow. The method has requested so many points
-    /// so far, `used`, of those that are `known`, and `allowed` are the most points of the batch. `repeat` begins the
-    /// method again, on rates that it may add to.
+    /// so far, `used`, of those that are `known`. `repeat` begins the method again, on rates that it may add to.
     pub(crate) fn extended<'a>(
         &self,
         asked: Batch,
         known: &KnownRates,
         used: u64,
-        allowed: u64,
+        allowed: Allowed,
         repeat: impl Fn(Arc<Mutex<KnownRates>>) -> Repetition<'a>,
     ) -> Batch {
         let most = self.most(&asked, used, allowed);
@@ -101,14 +112,15 @@ impl Ahead {
     }
 
     /// The most points of a round.
-    fn most(&self, asked: &Batch, used: u64, allowed: u64) -> u64 {
+    fn most(&self, asked: &Batch, used: u64, allowed: Allowed) -> u64 {
         let aggression = USUAL_ROUNDS / f64::from(self.rounds);
         let used = used as f64 + asked.len() as f64;
         let in_vain = self.surrogate.len() as f64 + asked.len() as f64 - used;
         let room = (aggression * (used + FIRST) - in_vain).max(aggression * LEAST);
+        let room = room.min(SHARE_IN_VAIN * allowed.altogether as f64 - in_vain).max(0.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         let room = room as u64;
-        (asked.len() as u64 + room).min(allowed.max(asked.len() as u64))
+        (asked.len() as u64 + room).min(allowed.now.max(asked.len() as u64))
     }
 }
 
