@@ -89,7 +89,7 @@ impl Ahead {
         let most = self.most(&asked, used, allowed);
         let mut wanted = Wanted::new(asked, most);
         let interpolant = self.surrogate.interpolant();
-        let mut comparisons = 0;
+        let (mut interpolated, mut comparisons) = (KnownRates::default(), 0);
         for repetition in 0..REPETITIONS {
             let (meter, mut method) = repeat(Arc::new(Mutex::new(known.clone())));
             while advance(method.as_mut()).is_pending() {
@@ -97,11 +97,14 @@ impl Ahead {
                 if !wanted.add(&batch) {
                     return wanted.batch;
                 }
-                comparisons += (batch.len() * self.surrogate.len()) as u64;
+                let mut new = interpolated.unknown(&batch);
+                comparisons += (new.len() * self.surrogate.len()) as u64;
                 if comparisons > MOST_COMPARISONS {
                     return wanted.batch;
                 }
-                batch.rates = interpolant.rates(&batch);
+                new.rates = interpolant.rates(&new);
+                interpolated.insert(&new);
+                interpolated.fill(&mut batch);
                 if repetition > 0 {
                     disturb(&mut batch, repetition);
                 }
