@@ -34,6 +34,21 @@ def test_a_new_session_for_each_round_gives_the_same_bits(tmp_path):
     assert rounds == plain.report["batches"]
 
 
+def test_fewer_rounds_have_the_same_bits(tmp_path):
+    plain = emitree.render(peak, CUBE, (16, 16), tolerance=1e-3)
+    fewer = emitree.render(peak, CUBE, (16, 16), tolerance=1e-3, rounds=6)
+    assert same(plain, fewer) and fewer.report["batches"] < plain.report["batches"]
+    rounds = 0
+    while True:
+        options = {"tolerance": 1e-3, "rounds": 6, "cache": tmp_path}
+        with emitree.Session(CUBE, (16, 16), **options) as session:
+            if (points := session.ask()) is None:
+                break
+            session.tell(peak(points.position, points.direction))
+            rounds += 1
+    assert same(session.rendering(), plain) and rounds == fewer.report["batches"]
+
+
 def test_another_tolerance_goes_on_with_the_points_that_are_there(tmp_path):
     numbers = []
     for tolerance in (0.01, 1e-4, 1e-3):

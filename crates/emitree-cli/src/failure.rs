@@ -4,8 +4,8 @@ use emitree::RenderError;
 use emitree::world_tree::WorldTreeError;
 use emitree_instrument::{ObservationError, PoissonError};
 use emitree_io::{
-    ComparisonError, EmissionFailure, EncodeError, FitsEncodeError, OutputError, SceneError,
-    UnknownEnding,
+    ComparisonError, EmissionFailure, EncodeError, FitsEncodeError, OutputError, PlannedError,
+    SceneError, UnknownEnding,
 };
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use std::convert::Infallible;
@@ -20,6 +20,8 @@ const BAD_REQUEST: u8 = 2;
 const BAD_EMISSION: u8 = 3;
 /// The budget ended before the tolerance was met; the image was written all the same.
 pub(crate) const BUDGET_ENDED: u8 = 4;
+/// A planned run needs the rates of more points.
+pub(crate) const NEEDS_RATES: u8 = 5;
 /// The code of shells for a program ended by Ctrl-C: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
 
@@ -39,6 +41,8 @@ pub(crate) enum Failure {
     Observation(#[from] ObservationError),
     #[error("--counts: {0}")]
     Poisson(#[from] PoissonError),
+    #[error(transparent)]
+    Planned(#[from] PlannedError),
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error("output: {0}")]
@@ -82,7 +86,8 @@ impl Failure {
         match self {
             Self::Tree(WorldTreeError::Directional { .. }) => BAD_EMISSION,
             Self::Render(error) | Self::Tree(WorldTreeError::Render(error)) => code_of(error),
-            Self::Problem(error) => code_of(error),
+            Self::Problem(error) | Self::Planned(PlannedError::Render(error)) => code_of(error),
+            Self::Planned(PlannedError::NotFinite { .. }) => BAD_EMISSION,
             Self::Image { failure, .. } => failure.code(),
             _ => BAD_REQUEST,
         }

@@ -10,6 +10,7 @@ mod manual;
 mod models;
 mod new;
 mod numbers;
+mod plan;
 mod progress;
 mod render;
 mod reproduce;
@@ -26,6 +27,8 @@ fn main() -> ExitCode {
         Command::New(options) => new::run(options),
         Command::Check(options) => check::run(options),
         Command::Render(options) => render::run(options),
+        Command::Plan(options) => plan::begin(options),
+        Command::Resume(options) => plan::resume(options),
         Command::Sweep(options) => sweep::run(options),
         Command::Build(options) => build::run(options),
         Command::Compare(options) => compare::run(options),

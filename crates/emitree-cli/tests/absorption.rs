@@ -24,7 +24,6 @@ height = 3
 "#;
 
 #[test]
-#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn a_scene_absorbs_and_says_how_often_its_coefficient_was_evaluated() {
     for method in ["vol", "paper", "los"] {
         let folder = Folder::with_scene(FOG);

@@ -15,6 +15,9 @@ pub(crate) fn check_options<E>(
     if options.batch_size == 0 {
         return Err(OptionError::BatchSize(0).into());
     }
+    if options.rounds == Some(0) {
+        return Err(OptionError::Rounds(0).into());
+    }
     if options.max_seconds.is_nan() || options.max_seconds <= 0.0 {
         return Err(OptionError::MaxSeconds(options.max_seconds).into());
     }

@@ -62,6 +62,14 @@ impl Batch {
         }
     }
 
+    /// Adds the points and rates of another batch, with energies if this one has them.
+    pub(crate) fn append(&mut self, other: Self) {
+        self.positions.extend(other.positions);
+        self.directions.extend(other.directions);
+        self.energies.extend(other.energies);
+        self.rates.extend(other.rates);
+    }
+
     /// Room for so many points; energies are none.
     pub(crate) fn make_room(&mut self, points: usize) {
         self.positions.resize(points, [0.0; 3]);
@@ -73,6 +81,7 @@ impl Batch {
     pub(crate) fn truncate(&mut self, points: usize) {
         self.positions.truncate(points);
         self.directions.truncate(points);
+        self.energies.truncate(points);
         self.rates.clear();
         self.rates.resize(points, 0.0);
     }

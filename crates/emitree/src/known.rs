@@ -11,7 +11,7 @@ pub(crate) const BYTES_PER_KNOWN_RATE: u64 = 160;
 pub(crate) type Point = [u64; 7];
 
 /// The rates at all points that have been evaluated.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct KnownRates(FxHashMap<Point, f64>);
 
 /// The bits of a point at `position` with a direction, and an energy if there is an axis.
@@ -20,7 +20,7 @@ pub(crate) fn key([x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3], energy: Option<f6
 }
 
 /// Point `i` of a batch.
-fn point(batch: &Batch, i: usize) -> Point {
+pub(crate) fn point(batch: &Batch, i: usize) -> Point {
     key(batch.positions[i], batch.directions[i], batch.energies.get(i).copied())
 }
 

@@ -60,6 +60,7 @@ mod emission;
 mod known;
 mod polling;
 mod exchange;
+mod ahead;
 mod calls;
 mod absorption;
 mod meter;

@@ -41,6 +41,8 @@ pub(crate) struct Meter {
     new_evaluations: AtomicU64,
     /// Evaluations of the absorption coefficient.
     absorption_evaluations: AtomicU64,
+    /// Evaluations that were made elsewhere for this rendering.
+    given_evaluations: AtomicU64,
     known: Option<Arc<Mutex<KnownRates>>>,
     /// Intermediate images, if they are stored.
     shown: Option<Mutex<Vec<Shown>>>,
@@ -139,6 +141,7 @@ impl Meter {
             largest_rate: Mutex::default(),
             new_evaluations: AtomicU64::new(0),
             absorption_evaluations: AtomicU64::new(0),
+            given_evaluations: AtomicU64::new(0),
             known,
             shown: keeps_images.then(Mutex::default),
             freezes_up_to: 0,
@@ -219,6 +222,16 @@ impl Meter {
         self.new_evaluations.load(Ordering::Relaxed)
     }
 
+    /// Evaluations that were made for this rendering, here or elsewhere, whether it has requested them or not.
+    pub(crate) fn made_evaluations(&self) -> u64 {
+        self.new_evaluations() + self.given_evaluations.load(Ordering::Relaxed)
+    }
+
+    /// Counts evaluations that were made elsewhere.
+    pub(crate) fn count_given(&self, evaluations: usize) {
+        self.given_evaluations.fetch_add(evaluations as u64, Ordering::Relaxed);
+    }
+
     /// Where batches are requested.
     pub(crate) fn exchange(&self) -> &Exchange {
         &self.exchange
@@ -278,7 +291,9 @@ impl Meter {
 
     /// Evaluations that may still be made: none once the time has ended, or those of the overtime.
     pub(crate) fn evaluations_left(&self) -> u64 {
-        let left = self.limits.max_evaluations.saturating_sub(self.evaluations());
+        // Points that were evaluated ahead count as well.
+        let made = self.evaluations().max(self.made_evaluations());
+        let left = self.limits.max_evaluations.saturating_sub(made);
         if self.time_is_up() { left.min(self.overtime_left()) } else { left }
     }
 
@@ -502,7 +517,8 @@ struct Collected {
     of_pixels: Vec<([usize; 2], usize)>,
 }
 
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+/// Locks a mutex, also after a thread has panicked with it.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -7,6 +7,12 @@ use crate::options::Method;
 use crate::output::MethodOutput;
 use crate::tile::Tile;
 use crate::{los, paper, vol};
+use core::future::Future;
+use core::pin::Pin;
+
+/// A method in progress, which waits for rates.
+pub(crate) type Running<'a> =
+    Pin<Box<dyn Future<Output = Result<MethodOutput, MethodError>> + Send + 'a>>;
 
 /// The image of a camera, or the cube in the bins of `axis`, by a method.
 pub(crate) async fn run(

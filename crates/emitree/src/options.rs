@@ -90,6 +90,11 @@ pub struct RenderOptions<'a> {
     pub max_memory_bytes: u64,
     /// The largest number of evaluations in one batch: a larger one is made in parts.
     pub batch_size: u64,
+    /// The number of batches that is aimed at, 1 or more; `None` for as few evaluations as possible. Where a batch
+    /// takes long, points that are expected to be needed soon are evaluated with those that are needed: a
+    /// rendering takes fewer batches and more evaluations, the more so the smaller the number is. It is no limit.
+    /// The result has the same bits.
+    pub rounds: Option<u32>,
     /// Called after each call of g, from any thread, with the evaluations so far; may break.
     pub progress: Option<&'a Progress<'a>>,
     /// Called after each step that has made a better image, coarse first; may break. Only
@@ -128,6 +133,7 @@ impl<'a> RenderOptions<'a> {
             max_seconds: f64::INFINITY,
             max_memory_bytes: DEFAULT_MAX_MEMORY_BYTES,
             batch_size: u64::MAX,
+            rounds: None,
             progress: None,
             frame: None,
             mesh_up_to: 0,
@@ -160,6 +166,13 @@ impl<'a> RenderOptions<'a> {
     #[must_use]
     pub fn with_batch_size(mut self, batch_size: u64) -> Self {
         self.batch_size = batch_size;
+        self
+    }
+
+    /// Sets the number of batches that is aimed at, 1 or more.
+    #[must_use]
+    pub fn with_rounds(mut self, rounds: u32) -> Self {
+        self.rounds = Some(rounds);
         self
     }
 
@@ -215,6 +228,7 @@ impl core::fmt::Debug for RenderOptions<'_> {
             .field("max_seconds", &self.max_seconds)
             .field("max_memory_bytes", &self.max_memory_bytes)
             .field("batch_size", &self.batch_size)
+            .field("rounds", &self.rounds)
             .finish_non_exhaustive()
     }
 }

@@ -3,6 +3,7 @@
 //! [`render()`](crate::render()) runs a session to its end.
 
 use crate::absorption::Absorption;
+use crate::ahead::{Ahead, Allowed};
 use crate::calls::{Calls, check_finite};
 use crate::checks::{check_options, limits, refuse_callbacks};
 use crate::cube::Cube;
@@ -14,8 +15,8 @@ use crate::image::Image;
 use crate::known::KnownRates;
 use crate::mesh::start::Start;
 use crate::mesh::{Mesh, MeshError};
-use crate::meter::{Limits, Meter, Shown};
-use crate::method;
+use crate::meter::{Limits, Meter, Shown, locked};
+use crate::method::{self, Running};
 use crate::options::{Method, RenderOptions};
 use crate::output::MethodOutput;
 use crate::polling::advance;
@@ -27,16 +28,11 @@ use crate::tree::StopReason;
 use crate::values::Values;
 use core::borrow::Borrow;
 use core::convert::Infallible;
-use core::future::Future;
 use core::marker::PhantomData;
-use core::pin::Pin;
 use core::task::Poll;
 use core::time::Duration;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
-
-/// A method in progress, which waits for rates.
-type Running<'a> = Pin<Box<dyn Future<Output = Result<MethodOutput, MethodError>> + Send + 'a>>;
 
 /// What starts a method in the view of a session.
 type Begin<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + Sync + 'a;
@@ -81,6 +77,8 @@ pub struct Session<'a, V = Image> {
     axis: Option<EnergyAxis>,
     known: Option<Arc<Mutex<KnownRates>>>,
     course: Course<'a>,
+    /// What expects the next points, if rounds are to be fewer.
+    ahead: Option<Ahead>,
     /// What was done before the session was resumed.
     before: Cost,
     values: PhantomData<fn() -> V>,
@@ -106,6 +104,8 @@ struct Course<'a> {
     meter: Arc<Meter>,
     method: Running<'a>,
     state: State,
+    /// The points of the batch that the method itself waits for: they are its first.
+    needed: usize,
     /// Intermediate images: those that have not been passed on yet, or the latest one.
     shown: Vec<Shown>,
     started: Instant,
@@ -130,6 +130,7 @@ impl<'a> Course<'a> {
             method: start(Arc::clone(&meter), shape, options.clone()),
             meter,
             state: State::Failed(RenderError::Interrupted),
+            needed: 0,
             shown: Vec::new(),
             started: Instant::now(),
             took: None,
@@ -157,6 +158,7 @@ impl<'a> Course<'a> {
                 asked.map_or(State::Failed(RenderError::Interrupted), State::Waiting)
             }
         };
+        self.needed = if let State::Waiting(batch) = &self.state { batch.len() } else { 0 };
         let shown = self.meter.take_shown();
         if !shown.is_empty() && self.meter.keeps_rates() {
             self.shown.clear();
@@ -259,22 +261,56 @@ impl<'a, V: Values> Session<'a, V> {
         };
         // Before anything is allocated.
         check_options(shape, axis.as_ref().map(EnergyAxis::bins), options)?;
-        let known = kept.rates.or_else(|| options.method.repeats_points().then(Arc::default));
+        let is_ahead = options.rounds.is_some();
+        let stores = options.method.repeats_points() || is_ahead;
+        let known = kept.rates.or_else(|| stores.then(Arc::default));
         let limits = limits(options, whole_batches, known.is_some());
         let meter = Meter::new(shape, limits, known.clone(), kept.images);
         let meter =
             meter.with_frozen_quadrature(options.mesh_up_to).with_start(options.start.clone());
         let course = Course::begin(meter, &start, shape, &options.method);
-        Ok(Self {
+        let mut session = Self {
             start: Box::new(start),
             view: seen_through,
             absorption: None,
             axis,
             known,
             course: course.map_err(of_method)?,
+            ahead: options.rounds.map(Ahead::new),
             before: Cost::default(),
             values: PhantomData,
-        })
+        };
+        session.look_ahead();
+        Ok(session)
+    }
+
+    /// Adds points that the method is expected to need next to the batch that it waits for, if rounds are to be
+    /// fewer.
+    fn look_ahead(&mut self) {
+        let (Some(ahead), Some(known)) = (&self.ahead, &self.known) else { return };
+        let Course { shape, limits, options, begins_with, meter, state, .. } = &mut self.course;
+        let State::Waiting(batch) = state else { return };
+        // A repetition has no limit of time: its points do not depend on the machine.
+        let limits = Limits { deadline: None, ..*limits };
+        let repeat = |known: Arc<Mutex<KnownRates>>| {
+            let repeated = Meter::new(*shape, limits, Some(known), false);
+            let repeated = Arc::new(repeated.with_start(begins_with.clone()));
+            let method = (self.start)(Arc::clone(&repeated), *shape, options.clone());
+            (repeated, method)
+        };
+        let allowed = Allowed { now: meter.evaluations_left(), altogether: limits.max_evaluations };
+        let asked = core::mem::take(batch);
+        *batch = ahead.extended(asked, &locked(known), meter.evaluations(), allowed, repeat);
+    }
+
+    /// Answers the method, and continues to its next request.
+    fn answer(&mut self, answer: Result<Batch, MethodError>) -> Result<(), MethodError> {
+        if let (Some(ahead), Ok(batch)) = (&mut self.ahead, &answer) {
+            ahead.add(batch);
+        }
+        self.course.answer(answer)?;
+        self.look_ahead();
+        Ok(())
     }
 
     /// Continues a session with other options or another `shape` = \[height, width\], in the same view: to a
@@ -300,6 +336,11 @@ impl<'a, V: Values> Session<'a, V> {
         let course = course.map_err(of_method)?;
         self.before = self.cost();
         self.course = course;
+        self.ahead = match (self.ahead.take(), options.rounds) {
+            (Some(ahead), Some(rounds)) => Some(ahead.with_rounds(rounds)),
+            (_, rounds) => rounds.map(Ahead::new),
+        };
+        self.look_ahead();
         Ok(())
     }
 
@@ -333,7 +374,72 @@ impl<'a, V: Values> Session<'a, V> {
         batch.rates.copy_from_slice(rates);
         self.course.meter.count(rates.len());
         let batch = core::mem::take(batch);
-        self.course.answer(Ok(batch)).map_err(of_method)
+        self.answer(Ok(batch)).map_err(of_method)
+    }
+
+    /// Takes rates that are known from elsewhere, such as those of a session in another process, at any points
+    /// in any order, and continues to the first points without a rate. They count as evaluations, made in so many
+    /// `batches`. So a session that is told all rates of another one is where that one was, and its result has the
+    /// same bits.
+    ///
+    /// ```
+    /// use emitree::{Canonical, Image, Projection, RenderOptions, Samples, Session, VolOptions};
+    ///
+    /// let options = RenderOptions::new(VolOptions::new(0.01));
+    /// let camera: &dyn Projection = &Canonical;
+    /// let mut first = Session::<Image>::new(camera, [8, 8], &options)?;
+    /// let points = first.ask().ok_or("points")?;
+    /// let (positions, directions) = (points.positions().to_vec(), points.directions().to_vec());
+    /// let rates: Vec<f64> = positions.iter().map(|[x, y, z]| x * y + z).collect();
+    /// first.tell(&rates)?;
+    ///
+    /// let mut second = Session::<Image>::new(camera, [8, 8], &options)?;
+    /// second.tell_known(&Samples::new(&positions, &directions), &rates, 1)?;
+    /// assert_eq!(first.ask().map(|points| points.len()), second.ask().map(|points| points.len()));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError`] as of [`tell`](Self::tell); then nothing has been taken.
+    pub fn tell_known(
+        &mut self,
+        points: &Samples<'_>,
+        rates: &[f64],
+        batches: u64,
+    ) -> Result<(), RenderError<Infallible>> {
+        if points.len() != rates.len() {
+            let expected = format!("{}, one for each point", points.len());
+            return Err(wrong_number(rates.len(), expected));
+        }
+        check_finite(points, rates)?;
+        // Only a caller with the loop has this method, and then all rates are stored.
+        let Some(known) = &self.known else { return Ok(()) };
+        let told = Batch {
+            positions: points.positions().to_vec(),
+            directions: points.directions().to_vec(),
+            energies: points.energies().to_vec(),
+            rates: rates.to_vec(),
+        };
+        let mut known = locked(known);
+        let new = known.insert_new(&told).len();
+        self.course.meter.count_given(new);
+        self.before.batches += batches;
+        if let Some(ahead) = &mut self.ahead {
+            ahead.add(&told);
+        }
+        let State::Waiting(batch) = &mut self.course.state else { return Ok(()) };
+        // Others follow from more rates than before.
+        batch.truncate(self.course.needed);
+        *batch = known.unknown(batch);
+        self.course.needed = batch.len();
+        let is_known = batch.len() == 0;
+        drop(known);
+        if is_known {
+            return self.answer(Ok(Batch::default())).map_err(of_method);
+        }
+        self.look_ahead();
+        Ok(())
     }
 
     /// Evaluates an emission at the points of [`ask`](Self::ask), and continues to the next ones; does
@@ -367,7 +473,7 @@ impl<'a, V: Values> Session<'a, V> {
             Err(RenderError::Time { seconds }) => Err(RenderError::Time { seconds }),
             Err(error) => return Err(error),
         };
-        self.course.answer(answer).map_err(of_method)
+        self.answer(answer).map_err(of_method)
     }
 
     /// How many rates the method has had and waits for, whether they were known or not.
@@ -454,7 +560,7 @@ impl<'a, V: Values> Session<'a, V> {
     /// Evaluations, batches and times so far, of all renderings of the session.
     pub(crate) fn cost(&self) -> Cost {
         Cost {
-            evaluations: self.before.evaluations + self.course.meter.new_evaluations(),
+            evaluations: self.before.evaluations + self.course.meter.made_evaluations(),
             absorption_evaluations: self.before.absorption_evaluations
                 + self.course.meter.absorption_evaluations(),
             batches: self.before.batches + self.course.meter.batches(),

@@ -47,6 +47,7 @@ def render(
     method: str | None = None,
     max_evaluations: int | None = None,
     max_seconds: Any = None,
+    rounds: int | None = None,
     smallest_feature: Any = None,
     executor: Any = None,
     energy: Any = None,
@@ -110,6 +111,9 @@ def render(
     max_evaluations: how often the emission may be evaluated.
     max_seconds: how long the rendering may take [s], a number or a quantity; it ends with the best
         image so far, after the call of a function that is under way.
+    rounds: the number of batches that is aimed at, 1 or more: where a batch takes long, points that
+        are expected to be needed soon are evaluated with those that are needed. A smaller number
+        takes fewer batches and more evaluations; the result has the same bits.
     smallest_feature: the standard deviation of the smallest Gaussian that may not be missed: a
         fraction of the edge of the view's cube, or a length as a quantity or as in "0.1 R_E".
     executor: any `concurrent.futures.Executor`, as that of `mpi4py.futures`, a dask `Client`, or
@@ -175,6 +179,7 @@ def render(
         "sums": sums,
         "max_evaluations": max_evaluations,
         "max_seconds": max_seconds,
+        "rounds": rounds,
         "smallest_feature": smallest_feature,
         "base_level": base_level,
         "order": order,

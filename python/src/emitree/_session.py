@@ -30,6 +30,7 @@ _OF_METHOD = frozenset(
         "method",
         "max_evaluations",
         "max_seconds",
+        "rounds",
         "smallest_feature",
         "base_level",
         "order",
@@ -57,9 +58,9 @@ class Session:
         there. A process that is started later, with the same arguments or another tolerance, goes
         on where the last one ended; `close` it, or use the session in `with`.
     options: keywords of `render` that define the rendering: tolerance, rtol, atol, floor, weights,
-        mask, per_band, sums, method, max_evaluations, max_seconds, smallest_feature, energy, unit,
-        image_unit, quantity, bounds, occulters, edges, singularities, seeds, instrument, and the
-        options of the methods.
+        mask, per_band, sums, method, max_evaluations, max_seconds, rounds, smallest_feature,
+        energy, unit, image_unit, quantity, bounds, occulters, edges, singularities, seeds,
+        instrument, and the options of the methods.
 
     >>> import emitree, numpy as np
     >>> session = emitree.Session(emitree.Canonical(), (16, 16), tolerance=0.01)

@@ -25,6 +25,10 @@ pub(crate) enum Command {
     Check(Box<CheckArguments>),
     /// Render a scene file to images.
     Render(Box<RenderArguments>),
+    /// Write the points at which a rendering needs the rates of another program.
+    Plan(Box<PlanArguments>),
+    /// Take the rates that a program has made, and write the next points, or the images.
+    Resume(Box<ResumeArguments>),
     /// Render a scene at several values of some of its keys, with fewer evaluations than one by one.
     Sweep(Box<SweepArguments>),
     /// Build the tree of a scene's emission: a FITS file that scenes can render from any camera.
@@ -147,6 +151,45 @@ pub(crate) struct RenderArguments {
     pub(crate) scene_options: SceneOptions,
     #[command(flatten)]
     pub(crate) running: Running,
+}
+
+/// `emitree plan`: the first points of a rendering.
+#[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
+pub(crate) struct PlanArguments {
+    /// The scene file (TOML); it needs no [emission].
+    pub(crate) scene: PathBuf,
+
+    /// Write the points here; .npz, .npy or .csv.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Write the state of the run here; SCENE.state in this folder without it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) state: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) scene_options: SceneOptions,
+    #[command(flatten)]
+    pub(crate) running: Running,
+}
+
+/// `emitree resume`: outputs are those of `emitree render`.
+#[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
+pub(crate) struct ResumeArguments {
+    #[command(flatten)]
+    pub(crate) render: RenderArguments,
+
+    /// The rates at the points, in their order; .npz with the array `rate`, .npy, or .csv with a column `rate`. May
+    /// be repeated, for rates in parts. Without it the points are written again.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) rates: Vec<PathBuf>,
+    /// Write the next points here; .npz, .npy or .csv.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) points: PathBuf,
+    /// The state of the run; SCENE.state in this folder without it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) state: Option<PathBuf>,
 }
 
 /// `emitree sweep`: an image for each combination of values.

@@ -137,6 +137,9 @@ pub(crate) struct SceneOptions {
     /// Make at most this many evaluations in one batch.
     #[arg(long, value_name = "N")]
     batch_size: Option<String>,
+    /// Aim at this number of batches, for up to some times the evaluations: where a batch takes long, however small.
+    #[arg(long, value_name = "N")]
+    rounds: Option<String>,
     /// N x N lines of sight for each pixel (method los).
     #[arg(long, value_name = "N")]
     lines: Option<String>,
@@ -167,6 +170,7 @@ impl SceneOptions {
             ("render.rule", "rule", &self.rule),
             ("render.smallest_feature", "smallest-feature", &self.smallest_feature),
             ("render.batch_size", "batch-size", &self.batch_size),
+            ("render.rounds", "rounds", &self.rounds),
             ("render.lines", "lines", &self.lines),
             ("render.steps", "steps", &self.steps),
             ("instrument.seed", "seed", &self.seed),

@@ -163,7 +163,7 @@ pub(super) fn is_frame_of(path: &Path, folder: &Path) -> bool {
 }
 
 /// Whether two paths lead to the same file.
-pub(super) fn same_file(a: &Path, b: &Path) -> bool {
+pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
         (Ok(a), Ok(b)) => a == b,
         _ => false,

@@ -16,11 +16,13 @@ use crate::interrupt;
 use crate::progress::{Goal, ProgressLine};
 use crate::threads;
 use emitree::progress::Frame;
-use emitree::{Method, RenderError, RenderOptions};
+use emitree::{Cube, Method, RenderError, RenderOptions, Rendering};
 use emitree_io::Scene;
 use frames::FrameWriter;
-use outputs::Outputs;
+pub(crate) use frames::same_file;
+pub(crate) use outputs::Outputs;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
@@ -55,15 +57,27 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     // A frame that can't be written ends the rendering as an interruption does: its own failure
     // says more.
     let frames = frames.map_or_else(|| Ok(Vec::new()), FrameWriter::finish)?;
-    let (rendered, of_counts) = rendered?;
+    let found = rendered?;
     if interrupt::requested() {
         return Err(Failure::Render(RenderError::Interrupted));
     }
-    let (mut written, of_files) = pool.install(|| outputs.write(&scene, &rendered))?;
+    write(arguments, &scene, outputs, found, frames, &pool)
+}
+
+/// Writes all outputs of a rendering with its counts, and prints the summary. `frames` have been written.
+fn write(
+    arguments: &RenderArguments,
+    scene: &Scene,
+    outputs: Outputs,
+    (rendered, of_counts): (Rendered, Option<Failure>),
+    frames: Vec<PathBuf>,
+    pool: &rayon::ThreadPool,
+) -> Result<ExitCode, Failure> {
+    let (mut written, of_files) = pool.install(|| outputs.write(scene, &rendered))?;
     written.extend(frames);
     if !arguments.running.quiet {
         // The files are written: a summary without a reader is not a failure.
-        let _ = summary::print(&scene, &rendered, &written);
+        let _ = summary::print(scene, &rendered, &written);
     }
     // Counts and surfaces that can't be had cost no more than themselves: the rendering may have taken
     // hours.
@@ -71,6 +85,21 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
         return Err(Failure::Request(format!("{failure}; all other outputs were written")));
     }
     Ok(if rendered.account.converged() { ExitCode::SUCCESS } else { ExitCode::from(BUDGET_ENDED) })
+}
+
+/// Writes all outputs of a rendering whose rates came from elsewhere; `outputs` were prepared before.
+pub(crate) fn write_finished(
+    arguments: &RenderArguments,
+    scene: &Scene,
+    outputs: Outputs,
+    rendering: Rendering<Cube>,
+    pool: &rayon::ThreadPool,
+) -> Result<ExitCode, Failure> {
+    let found = pool.install(|| {
+        let (counts, failure) = Counts::of(arguments, scene, &rendering.values);
+        (Rendered::new(scene, rendering, counts), failure)
+    });
+    write(arguments, scene, outputs, found, Vec::new(), pool)
 }
 
 /// Whether the tolerance is that of all pixels, relative to the largest.

@@ -118,6 +118,7 @@ impl Stage {
         options.method = self.method.clone();
         // The limits are those of the rendering, not of its rehearsal.
         options.max_seconds = f64::INFINITY;
+        options.rounds = None;
         options.max_evaluations = options.max_evaluations.max(u64::MAX >> 1);
         if matches!(self.method, Method::Vol(_)) {
             options.frame = Some(&on_frame);

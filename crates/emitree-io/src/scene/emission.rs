@@ -158,6 +158,9 @@ impl Emission for EmissionSource {
 const KINDS: &str = "`expression = \"…\"`, `model = \"…\"`, `grid = { file = \"…\" }` or \
                      `tree = \"…\"`";
 
+/// The name of an emission that another program evaluates.
+const OF_ANOTHER_PROGRAM: &str = "of another program";
+
 /// Whether a function depends on the energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Spectrum {
@@ -169,13 +172,15 @@ pub(super) enum Spectrum {
     OrGrey,
 }
 
-/// The emission, and its units in the scene; `spectral` if the scene has an energy axis.
+/// The emission, and its units in the scene; `spectral` if the scene has an energy axis. An emission that is not
+/// needed may be missing.
 pub(super) fn read(
     mut table: Table,
     spectral: bool,
+    is_needed: bool,
 ) -> Result<(EmissionSource, EmissionUnits), SceneError> {
     let spectrum = if spectral { Spectrum::Of } else { Spectrum::Without };
-    let emission = read_source(&mut table, spectrum)?;
+    let emission = read_source(&mut table, spectrum, is_needed)?;
     let units = EmissionUnits::read(&mut table)?;
     table.finish()?;
     Ok((emission, units))
@@ -186,13 +191,17 @@ pub(super) fn read_coefficient(
     mut table: Table,
     spectrum: Spectrum,
 ) -> Result<(EmissionSource, Option<(String, Place)>), SceneError> {
-    let source = read_source(&mut table, spectrum)?;
+    let source = read_source(&mut table, spectrum, true)?;
     let unit = table.text("unit")?;
     table.finish()?;
     Ok((source, unit))
 }
 
-fn read_source(table: &mut Table, spectrum: Spectrum) -> Result<EmissionSource, SceneError> {
+fn read_source(
+    table: &mut Table,
+    spectrum: Spectrum,
+    is_needed: bool,
+) -> Result<EmissionSource, SceneError> {
     let (spectral, must_be) = (spectrum != Spectrum::Without, spectrum == Spectrum::Of);
     let whole = table.place().clone();
     let expression = table.text("expression")?;
@@ -236,6 +245,9 @@ fn read_source(table: &mut Table, spectrum: Spectrum) -> Result<EmissionSource, 
             tree::read_emission(&tree)?
         }
         (None, None, None, None, Some((name, _))) => EmissionSource::Function(name),
+        (None, None, None, None, None) if !is_needed => {
+            EmissionSource::Function(OF_ANOTHER_PROGRAM.to_owned())
+        }
         (None, None, None, None, None) => {
             return Err(SceneError::at(&whole, "the scene has no emission")
                 .label(format!("expected {KINDS} here")));

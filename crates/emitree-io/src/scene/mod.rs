@@ -22,6 +22,7 @@ mod source;
 mod sums;
 mod table;
 mod tree;
+mod values;
 
 pub use absorption::SceneAbsorption;
 pub use camera::{
@@ -229,11 +230,13 @@ impl Scene {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn render_options(&self) -> RenderOptions<'static> {
-        let RenderSettings { method, max_evaluations, max_seconds, batch_size, .. } = &self.render;
+        let RenderSettings { method, max_evaluations, max_seconds, batch_size, rounds, .. } =
+            &self.render;
         let mut options = RenderOptions::new(method.clone());
         options.max_evaluations = max_evaluations.unwrap_or(options.max_evaluations);
         options.max_seconds = max_seconds.unwrap_or(options.max_seconds);
         options.batch_size = batch_size.unwrap_or(options.batch_size);
+        options.rounds = *rounds;
         options.max_memory_bytes = available_memory_bytes().unwrap_or(options.max_memory_bytes);
         options
     }
@@ -292,6 +295,17 @@ impl Scene {
         Self::parse(&path.display().to_string(), &text, overrides)
     }
 
+    /// Reads the scene file at `path` for a [`PlannedRun`](crate::PlannedRun): its `[emission]` may be missing, or
+    /// say no more than its unit, since another program makes the rates.
+    ///
+    /// # Errors
+    ///
+    /// As [`open`](Self::open).
+    pub fn open_planned(path: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
+        let text = read(path).map_err(|cause| SceneError::unreadable(path, &cause))?;
+        Self::parse_planned(&path.display().to_string(), &text, overrides)
+    }
+
     /// Reads a scene from its text; `name` is what messages call it.
     ///
     /// ```
@@ -312,6 +326,29 @@ impl Scene {
     ///
     /// As [`open`](Self::open).
     pub fn parse(name: &str, text: &str, overrides: &[Override]) -> Result<Self, SceneError> {
+        Self::parse_with(name, text, overrides, true)
+    }
+
+    /// Reads a scene from its text as [`open_planned`](Self::open_planned) does.
+    ///
+    /// # Errors
+    ///
+    /// As [`open`](Self::open).
+    pub fn parse_planned(
+        name: &str,
+        text: &str,
+        overrides: &[Override],
+    ) -> Result<Self, SceneError> {
+        Self::parse_with(name, text, overrides, false)
+    }
+
+    /// Reads a scene, which may have to have an emission.
+    fn parse_with(
+        name: &str,
+        text: &str,
+        overrides: &[Override],
+        needs_emission: bool,
+    ) -> Result<Self, SceneError> {
         let source = Arc::new(Source { name: name.to_owned(), text: text.to_owned() });
         let mut root = Node::parse(&source)?;
         let mut changes = Vec::with_capacity(overrides.len());
@@ -323,14 +360,18 @@ impl Scene {
         let whole = root.place.clone();
         let start = Place { span: 0..0, ..whole };
         let mut table = Table::new(root)?;
-        let Some(emission) = table.table("emission")? else {
-            return Err(SceneError::at(&start, "the scene has no `[emission]`").label(
-                "expected a table `[emission]` with `expression`, `model`, `grid` or `tree`",
-            ));
+        let emission = match table.table("emission")? {
+            Some(emission) => emission,
+            None if !needs_emission => Table::absent("emission", &start),
+            None => {
+                let expected =
+                    "expected a table `[emission]` with `expression`, `model`, `grid` or `tree`";
+                return Err(SceneError::at(&start, "the scene has no `[emission]`").label(expected));
+            }
         };
         let energy = table.table("energy")?.map(energy::read).transpose()?;
         let instrument = table.table("instrument")?;
-        let (source, of_emission) = emission::read(emission, energy.is_some())?;
+        let (source, of_emission) = emission::read(emission, energy.is_some(), needs_emission)?;
         let absorption = table.table("absorption")?;
         let absorption =
             absorption.map(|table| absorption::read(table, energy.is_some())).transpose()?;

@@ -32,6 +32,8 @@ pub struct RenderSettings {
     pub max_seconds: Option<f64>,
     /// The largest number of evaluations in one batch; no limit if it is not given.
     pub batch_size: Option<u64>,
+    /// The number of batches that is aimed at; as few evaluations as possible if it is not given.
+    pub rounds: Option<u32>,
     /// Sums over regions, in the order of those of the method.
     pub sums: Vec<SceneSum>,
     /// Options that the scene or the command line has and the method has not.
@@ -61,6 +63,7 @@ pub(super) fn read(
     let max_evaluations = table.take("max_evaluations");
     let max_seconds = table.take("max_seconds");
     let batch_size = table.take("batch_size");
+    let rounds = table.take("rounds");
     let smallest_feature = table.take("smallest_feature");
     let tolerance = table.take("tolerance");
     let accuracy = Accuracy::take(&mut table);
@@ -79,6 +82,8 @@ pub(super) fn read(
     let batch_size = batch_size
         .map(|node| at_least_one(&node, "a number of evaluations in a batch, 1 or more"))
         .transpose()?;
+    let rounds =
+        rounds.map(|node| at_least_one(&node, "a number of rounds, 1 or more")).transpose()?;
     if let Some(node) = &tolerance {
         check_tolerance(node, kind, sums.is_some())?;
     }
@@ -147,6 +152,7 @@ pub(super) fn read(
         max_evaluations,
         max_seconds,
         batch_size,
+        rounds,
         sums,
         ignored,
     })

@@ -327,6 +327,33 @@ fn render_settings_out_of_range_are_refused() {
     expect(SCENE, add, 16, "`render.batch_size` is 0", batch);
     let add = ["base_level = 2", "batch_size = 1.5"];
     expect(SCENE, add, 16, "`render.batch_size` is a number", batch);
+    let rounds = "expected a number of rounds, 1 or more";
+    let add = ["base_level = 2", "rounds = 0"];
+    expect(SCENE, add, 16, "`render.rounds` is 0", rounds);
+}
+
+#[test]
+fn rounds_are_an_option_of_every_method() {
+    for method in ["vol", "paper", "los"] {
+        let to = format!("\"{method}\"\nrounds = 6");
+        let scene = SCENE.replace("threshold = 0.038\nbase_level = 2\n", "");
+        let scene = Scene::parse("scene.toml", &scene.replace("\"paper\"", &to), &[]).unwrap();
+        assert_eq!((scene.render.rounds, scene.render_options().rounds), (Some(6), Some(6)));
+        assert_eq!(scene.render.ignored, Vec::<&str>::new());
+    }
+}
+
+#[test]
+fn an_emission_may_be_missing_where_another_program_has_it() {
+    let (_, without) = SCENE.split_once("[projection]").unwrap();
+    let without = format!("[projection]{without}");
+    for text in [without.clone(), format!("emission.unit = \"ph cm-3 s-1 sr-1\"\n{without}")] {
+        let text = text.replace("\"canonical\"", "\"canonical\"\nlength_unit = \"cm\"");
+        let scene = Scene::parse_planned("scene.toml", &text, &[]).unwrap();
+        assert!(matches!(&scene.emission.source, EmissionSource::Function(_)));
+    }
+    let error = Scene::parse("scene.toml", &without, &[]).unwrap_err().to_string();
+    assert_eq!(error, "the scene has no `[emission]`");
 }
 
 #[test]

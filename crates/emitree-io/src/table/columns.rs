@@ -31,12 +31,22 @@ impl Column {
 
 /// The columns of a file, and where each row stands.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Columns {
+pub(crate) struct Columns {
     pub(super) columns: Vec<Column>,
     pub(super) places: Vec<Place>,
 }
 
 impl Columns {
+    /// The names of all columns.
+    pub(crate) fn names(&self) -> Vec<&str> {
+        self.columns.iter().map(|column| column.name.as_str()).collect()
+    }
+
+    /// The numbers of the column of this name, which the request has under `key`.
+    pub(crate) fn numbers(&self, name: &str, key: &'static str) -> Result<&[f64], TableReadError> {
+        Ok(&self.take(name, key, false)?.values)
+    }
+
     /// The column of this name, all of whose fields are numbers, above 0 if it needs logarithms.
     fn take(&self, name: &str, key: &'static str, log: bool) -> Result<&Column, TableReadError> {
         let mut found = self.columns.iter().filter(|column| column.name == name);

@@ -21,6 +21,7 @@ mod fits;
 mod request;
 mod text;
 
+pub(crate) use columns::Columns;
 pub use error::{Place, TableFileError, TableReadError};
 pub use request::{TableFormat, TableRequest};
 
@@ -77,6 +78,11 @@ fn read(path: &Path, request: &TableRequest) -> Result<Table, TableReadError> {
         }
     };
     Ok(table.with_beyond(request.beyond))
+}
+
+/// The columns of the text in the file at `path`.
+pub(crate) fn read_columns(path: &Path) -> Result<Columns, TableReadError> {
+    text::columns(&whole(path)?)
 }
 
 /// The bytes of a file, whose length is compared with the memory first.

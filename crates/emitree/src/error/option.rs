@@ -187,6 +187,9 @@ pub enum OptionError {
     /// A batch without evaluations.
     #[error("`batch_size` is {0}: expected 1 or more evaluations in a batch")]
     BatchSize(u64),
+    /// No rounds.
+    #[error("`rounds` is {0}: expected 1 or more rounds")]
+    Rounds(u32),
     /// A limit on the time that is not above 0 \[s\].
     #[error("`max_seconds` is {0}: expected a time in seconds above 0")]
     MaxSeconds(f64),
@@ -237,6 +240,7 @@ impl OptionError {
             Self::Frame(_) => "frame",
             Self::CallbackOfSession(name) => name,
             Self::BatchSize(_) => "batch_size",
+            Self::Rounds(_) => "rounds",
             Self::MaxSeconds(_) => "max_seconds",
             Self::Width(_) => "width",
             Self::Height(_) | Self::RowsOfTiles(_) => "height",

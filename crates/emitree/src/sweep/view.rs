@@ -116,6 +116,7 @@ impl<E: Emission> OfEmission<'_, E> {
         let options = RenderOptions {
             frame: None,
             progress: None,
+            rounds: None,
             mesh_up_to: if has_meshes { MESH_UP_TO } else { 0 },
             ..options
         };
