@@ -44,6 +44,8 @@ pub(crate) struct Meter {
     shown: Option<Mutex<Vec<Shown>>>,
     /// The most evaluations after which the method makes a frozen quadrature at its end.
     freezes_up_to: u64,
+    /// All rates so far in the order of the requests, as long as a frozen quadrature is made.
+    recorded: Mutex<Vec<f64>>,
     /// What the method begins with.
     start: Option<Start>,
     /// The number of evaluations up to which g may be called although the time has ended.
@@ -137,6 +139,7 @@ impl Meter {
             known,
             shown: keeps_images.then(Mutex::default),
             freezes_up_to: 0,
+            recorded: Mutex::default(),
             start: None,
             overtime: AtomicU64::new(0),
         }
@@ -348,6 +351,7 @@ impl Meter {
         batch = self.rates(batch).await?;
         self.evaluations.fetch_add(batch.len() as u64, Ordering::Relaxed);
         of_pixels.into_iter().for_each(|(pixel, number)| self.of_pixels.count(pixel, number));
+        self.record(&batch.rates);
         if let Some(k) = weigh(values, &batch.rates) {
             return Err(RenderError::NotFinite {
                 rate: batch.rates[k],
@@ -359,6 +363,21 @@ impl Meter {
         self.note_largest(&batch);
         *locked(&self.used) = batch;
         Ok(())
+    }
+
+    /// Stores rates for [`recorded`](Self::recorded).
+    fn record(&self, rates: &[f64]) {
+        let mut recorded = locked(&self.recorded);
+        if self.freezes() {
+            recorded.extend(rates);
+        } else if !recorded.is_empty() {
+            *recorded = Vec::new();
+        }
+    }
+
+    /// All rates in the order of the requests, if a frozen quadrature is made: the method is repeated with them.
+    pub(crate) fn recorded(&self) -> Vec<f64> {
+        core::mem::take(&mut *locked(&self.recorded))
     }
 
     /// Stores the first of the largest |rates| of a batch if it is above all before.

@@ -86,7 +86,7 @@ fn run<E: Emission, V: Values>(
     axis: Option<&EnergyAxis>,
     options: &RenderOptions<'_>,
 ) -> Result<Rendering<V>, RenderError<E::Error>> {
-    let kept = Kept { rates: None, images: options.frame.is_some() };
+    let kept = Kept { rates: None, images: options.frame.is_some(), repeats: false };
     let whole_batches = emission.takes_whole_batches();
     let mut session: Session<'_, V> =
         Session::start(projection, shape, axis.cloned(), options, kept, whole_batches)?;
