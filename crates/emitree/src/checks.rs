@@ -22,8 +22,8 @@ pub(crate) fn check_options<E>(
         return Err(OptionError::MaxSeconds(options.max_seconds).into());
     }
     let is_fixed = options.start.as_ref().is_some_and(|start| start.is_fixed);
-    // Only images of this method are made of functions.
-    if is_fixed && (bins.is_some() || !matches!(options.method, Method::Vol(_))) {
+    // Trees of cell averages have no meshes for other emissions.
+    if is_fixed && matches!(options.method, Method::Paper(_)) {
         return Err(OptionError::FixedMesh.into());
     }
     match &options.method {

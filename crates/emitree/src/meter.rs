@@ -48,6 +48,8 @@ pub(crate) struct Meter {
     shown: Option<Mutex<Vec<Shown>>>,
     /// The most evaluations after which the method makes a frozen quadrature at its end.
     freezes_up_to: u64,
+    /// All rates so far in the order of the requests, as long as a frozen quadrature is made.
+    recorded: Mutex<Vec<f64>>,
     /// What the method begins with.
     start: Option<Start>,
     /// Whether the method leaves the function that its image has the means of.
@@ -145,6 +147,7 @@ impl Meter {
             known,
             shown: keeps_images.then(Mutex::default),
             freezes_up_to: 0,
+            recorded: Mutex::default(),
             start: None,
             wants_model: false,
             overtime: AtomicU64::new(0),
@@ -390,6 +393,7 @@ impl Meter {
         batch = self.rates(batch).await?;
         self.evaluations.fetch_add(batch.len() as u64, Ordering::Relaxed);
         of_pixels.into_iter().for_each(|(pixel, number)| self.of_pixels.count(pixel, number));
+        self.record(&batch.rates);
         if let Some(k) = weigh(values, &batch.rates) {
             return Err(RenderError::NotFinite {
                 rate: batch.rates[k],
@@ -401,6 +405,21 @@ impl Meter {
         self.note_largest(&batch);
         *locked(&self.used) = batch;
         Ok(())
+    }
+
+    /// Stores rates for [`recorded`](Self::recorded).
+    fn record(&self, rates: &[f64]) {
+        let mut recorded = locked(&self.recorded);
+        if self.freezes() {
+            recorded.extend(rates);
+        } else if !recorded.is_empty() {
+            *recorded = Vec::new();
+        }
+    }
+
+    /// All rates in the order of the requests, if a frozen quadrature is made: the method is repeated with them.
+    pub(crate) fn recorded(&self) -> Vec<f64> {
+        core::mem::take(&mut *locked(&self.recorded))
     }
 
     /// Stores the first of the largest |rates| of a batch if it is above all before.

@@ -149,6 +149,9 @@ impl<'a> Course<'a> {
         self.state = match advance(self.method.as_mut()) {
             Poll::Ready(Ok(mut made)) => {
                 made.ending = self.meter.reason_for(made.ending);
+                if let Some(frozen) = made.frozen.as_mut().and_then(Arc::get_mut) {
+                    frozen.recorded = self.meter.recorded();
+                }
                 self.took = Some(self.started.elapsed());
                 State::Ended(Box::new(made))
             }
@@ -196,12 +199,14 @@ pub(crate) struct Kept {
     pub(crate) rates: Option<Arc<Mutex<KnownRates>>>,
     /// Intermediate images.
     pub(crate) images: bool,
+    /// No rates, even if the method asks for some points again.
+    pub(crate) repeats: bool,
 }
 
 impl Kept {
     /// Everything, and no rates yet.
     fn all() -> Self {
-        Self { rates: Some(Arc::default()), images: true }
+        Self { rates: Some(Arc::default()), images: true, repeats: false }
     }
 }
 
@@ -262,7 +267,7 @@ impl<'a, V: Values> Session<'a, V> {
         // Before anything is allocated.
         check_options(shape, axis.as_ref().map(EnergyAxis::bins), options)?;
         let is_ahead = options.rounds.is_some();
-        let stores = options.method.repeats_points() || is_ahead;
+        let stores = (options.method.repeats_points() && !kept.repeats) || is_ahead;
         let known = kept.rates.or_else(|| stores.then(Arc::default));
         let limits = limits(options, whole_batches, known.is_some());
         let meter = Meter::new(shape, limits, known.clone(), kept.images);
@@ -528,6 +533,53 @@ impl<'a, V: Values> Session<'a, V> {
             return Err(MeshError::TimeLimit);
         }
         again.frozen.map(Mesh::new).ok_or(MeshError::FoundSurfaces)
+    }
+
+    /// The mesh of a rendering from its [recorded rates](Mesh::recorded_rates), without g: it takes as long as that
+    /// rendering took without g. `options` are those of the rendering, with its start; its time limit is ignored.
+    ///
+    /// ```
+    /// use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Session, VolOptions, render};
+    ///
+    /// let glow = FromFn(|[x, y, z]: [f64; 3], _| (-9.0 * (x - 0.4).hypot(y - z)).exp());
+    /// let options = RenderOptions::new(VolOptions::new(0.01)).with_mesh_up_to(1_000_000);
+    /// let camera: &dyn Projection = &Canonical;
+    /// let mesh = render(&glow, camera, [24, 32], &options)?.mesh.ok_or("a mesh")?;
+    /// let rates = mesh.recorded_rates();
+    /// let again = Session::<Image>::restored_mesh(camera, [24, 32], None, &options, rates)?;
+    /// assert_eq!(again.points().positions(), mesh.points().positions());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`MeshError::Recorded`]: rates of another rendering; [`MeshError::FoundSurfaces`].
+    pub fn restored_mesh<P: Borrow<dyn Projection + 'a> + Send + Sync + 'a>(
+        projection: P,
+        shape: [usize; 2],
+        axis: Option<EnergyAxis>,
+        options: &RenderOptions<'_>,
+        recorded: &[f64],
+    ) -> Result<Mesh<V>, MeshError> {
+        let differs = MeshError::Recorded { number: recorded.len() };
+        let mut options = options.clone();
+        (options.max_seconds, options.mesh_up_to) = (f64::INFINITY, u64::MAX);
+        let kept = Kept { rates: None, images: false, repeats: true };
+        let session: Result<Self, RenderError<Infallible>> =
+            Self::start(projection, shape, axis, &options, kept, true);
+        let mut session = session.map_err(|_| differs)?;
+        let mut left = recorded;
+        while let Some(number) = session.ask().map(|points| points.len()) {
+            let (next, rest) = left.split_at_checked(number).ok_or(differs)?;
+            session.tell(next).map_err(|_| differs)?;
+            left = rest;
+        }
+        let rendering: Result<_, RenderError<Infallible>> = session.into_rendering();
+        let rendering = rendering.map_err(|_| differs)?;
+        if !left.is_empty() {
+            return Err(differs);
+        }
+        rendering.mesh.ok_or(MeshError::FoundSurfaces)
     }
 
     /// The rendering of a session that has ended.

@@ -55,8 +55,8 @@ pub enum OptionError {
     },
     /// A fixed mesh without functions of all parts of the view.
     #[error(
-        "the fixed mesh has no products for some part of the view: expected the mesh of a rendering by \
-         products in this view, or a rendering that may add points"
+        "the fixed mesh has neither products nor lines for some part of the view: expected the mesh of a \
+         rendering of this view by method vol or los with the same options, or a rendering that may add points"
     )]
     FixedMesh,
     /// Weights that are all 0.

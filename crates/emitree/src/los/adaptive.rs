@@ -39,6 +39,29 @@ struct Panel {
 /// Memory that one line takes: its first panels, its radiance and its error.
 pub(crate) const BYTES_PER_LINE: u64 = (FIRST_PANELS * size_of::<Panel>() + 16) as u64;
 
+/// The panels that lines begin with.
+#[derive(Clone, Copy)]
+pub(super) struct FirstPanels<'a> {
+    /// The line of each panel and its ends, line after line; `None` for equal ones.
+    pub(super) given: Option<&'a [(usize, [f64; 2])]>,
+    /// Whether they are not halved.
+    pub(super) are_fixed: bool,
+}
+
+impl FirstPanels<'_> {
+    /// The panels of all lines, line after line.
+    fn panels(&self, lines: &Lines) -> Vec<Panel> {
+        let panel =
+            |line, [from, to]: [f64; 2]| Panel { line, from, to, integral: 0.0, error: 0.0 };
+        if let Some(given) = self.given {
+            return given.iter().map(|(line, ends)| panel(*line, *ends)).collect();
+        }
+        let end = |k: usize| k as f64 / FIRST_PANELS as f64;
+        let of_line = |line| (0..FIRST_PANELS).map(move |k| panel(line, [end(k), end(k + 1)]));
+        (0..lines.count()).flat_map(of_line).collect()
+    }
+}
+
 /// The image by adaptive integration of each line to `tolerance` times the largest line.
 pub(super) async fn render(
     meter: &Meter,
@@ -46,18 +69,11 @@ pub(super) async fn render(
     per_side: usize,
     tolerance: f64,
     energy: Option<f64>,
+    first: FirstPanels<'_>,
 ) -> Result<AtEnergy, MethodError> {
     let lines = Lines { height, width, per_side };
-    let panels_of = |line: usize| {
-        (0..FIRST_PANELS).map(move |k| Panel {
-            line,
-            from: k as f64 / FIRST_PANELS as f64,
-            to: (k + 1) as f64 / FIRST_PANELS as f64,
-            integral: 0.0,
-            error: 0.0,
-        })
-    };
-    let needed = (lines.count() as u64).saturating_mul((FIRST_PANELS * NODES) as u64);
+    let count = first.given.map_or(lines.count().saturating_mul(FIRST_PANELS), <[_]>::len);
+    let needed = (count as u64).saturating_mul(NODES as u64);
     let allowed = meter.evaluations_left();
     if needed > allowed {
         meter.check_time()?;
@@ -67,18 +83,14 @@ pub(super) async fn render(
     let rule = GaussKronrod::new(GKPair::G7K15);
     let map = |u| projection.world_from_canonical(u);
     let mapping = Mapping { map: &map, tile, energy };
-    let blocks = || (0..lines.count()).step_by(LINES_PER_BLOCK);
-    let block_lines = |first: usize| first..(first + LINES_PER_BLOCK).min(lines.count());
-
+    let mut panels = first.panels(&lines);
     // All lines once: the largest of them sets the scale of the tolerance.
-    let mut panels = Vec::with_capacity(lines.count() * FIRST_PANELS);
-    for first in blocks() {
-        let mut block: Vec<Panel> = block_lines(first).flat_map(panels_of).collect();
-        integrate(meter, mapping, &lines, &rule, &mut block).await?;
-        panels.extend(block);
+    let is_same_block = |a: &Panel, b: &Panel| a.line / LINES_PER_BLOCK == b.line / LINES_PER_BLOCK;
+    for block in panels.chunk_by_mut(is_same_block) {
+        integrate(meter, mapping, &lines, &rule, block).await?;
     }
     let largest = panels
-        .chunks_exact(FIRST_PANELS)
+        .chunk_by(|a, b| a.line == b.line)
         .map(|line| line.iter().map(|panel| panel.integral).sum::<f64>().abs())
         .fold(0.0, f64::max);
 
@@ -91,10 +103,8 @@ pub(super) async fn render(
             taken.extend(panels.iter().map(|panel| (panel.line, [panel.from, panel.to])));
         }
     };
-    for first in blocks() {
-        let of_block = block_lines(first);
-        let mut waiting =
-            panels[of_block.start * FIRST_PANELS..of_block.end * FIRST_PANELS].to_vec();
+    for block in panels.chunk_by(is_same_block) {
+        let mut waiting = block.to_vec();
         loop {
             let (settled, split) =
                 settle(waiting, tolerance * largest, &mut radiances, &mut errors);
@@ -104,7 +114,7 @@ pub(super) async fn render(
             }
             let cost = (split.len() * 2 * NODES) as u64;
             let mut halved = Vec::new();
-            let mut integrated = cost <= meter.evaluations_left();
+            let mut integrated = !first.are_fixed && cost <= meter.evaluations_left();
             if integrated {
                 halved = split.iter().copied().flat_map(halves).collect();
                 integrated = match integrate(meter, mapping, &lines, &rule, &mut halved).await {

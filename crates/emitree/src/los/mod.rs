@@ -7,13 +7,17 @@
 pub(crate) mod adaptive;
 mod fixed;
 mod mesh;
+mod start;
 
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::error::OptionError;
 use crate::exchange::MethodError;
 use crate::image::Image;
+use crate::los::adaptive::FirstPanels;
 use crate::los::mesh::FrozenLines;
+use crate::los::start::LinesStart;
+use crate::mesh::start::Structure;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::projection::Projection;
@@ -71,6 +75,9 @@ pub(crate) async fn render(
     options: &LosOptions,
 ) -> Result<MethodOutput, MethodError> {
     check(options)?;
+    let start = LinesStart::of(meter, tiles, axis, options)?;
+    let are_fixed = meter.start().is_some_and(|start| start.is_fixed);
+    let mut steps = meter.freezes().then(|| LinesStart::new(tiles, axis, options));
     // The energies of each bin and their weights.
     let bins: Vec<Vec<(Option<f64>, f64)>> = match axis {
         None => vec![vec![(None, 1.0)]],
@@ -79,7 +86,8 @@ pub(crate) async fn render(
         }
     };
     let mut of_tiles = Vec::with_capacity(tiles.len());
-    for tile in tiles {
+    for (number, tile) in tiles.iter().enumerate() {
+        let mut numbers = 0..;
         let [mut bands, mut errors] = [Vec::new(), Vec::new()];
         let mut ending = StopReason::Complete;
         let mut frozen = meter.freezes().then(|| FrozenLines::new(tile, options.lines));
@@ -87,14 +95,21 @@ pub(crate) async fn render(
             let [height, width] = tile.shape;
             let mut mean = [Image::zeros(height, width), Image::zeros(height, width)];
             for &(energy, weight) in energies {
-                let found = at_energy(meter, tile, options, energy).await?;
+                let given = start.zip(numbers.next());
+                let given = given.and_then(|(start, energy)| start.panels(number, energy));
+                let first = FirstPanels { given, are_fixed };
+                let found = at_energy(meter, tile, options, energy, first).await?;
                 tile.check_finite(&found.image, 0)?;
                 if !found.converged {
-                    ending = StopReason::Budget;
+                    ending = if are_fixed { StopReason::FixedMesh } else { StopReason::Budget };
                 }
                 frozen = frozen.filter(|_| meter.freezes());
                 if let Some(frozen) = &mut frozen {
                     frozen.add(tile, &found.steps, energy, weight);
+                }
+                steps = steps.filter(|_| meter.freezes());
+                if let Some(steps) = &mut steps {
+                    steps.add(number, found.steps);
                 }
                 for (mean, map) in mean.iter_mut().zip([Some(found.image), found.error]) {
                     map.iter().for_each(|map| mean.add_scaled(map, weight));
@@ -112,7 +127,11 @@ pub(crate) async fn render(
         made.frozen = frozen.map(|frozen| Arc::new(frozen.finish()));
         of_tiles.push(made);
     }
-    Ok(MethodOutput::stacked(of_tiles))
+    let mut made = MethodOutput::stacked(of_tiles);
+    if let Some(frozen) = made.frozen.as_mut().and_then(Arc::get_mut) {
+        frozen.structure = steps.map(|steps| Structure::new(steps, false));
+    }
+    Ok(made)
 }
 
 /// An image at one energy.
@@ -126,6 +145,7 @@ struct AtEnergy {
 }
 
 /// The steps along all lines.
+#[derive(Clone, Debug)]
 enum StepsTaken {
     /// This many uniform steps.
     Fixed(usize),
@@ -138,6 +158,7 @@ async fn at_energy(
     tile: &Tile<'_>,
     &LosOptions { lines, steps }: &LosOptions,
     energy: Option<f64>,
+    first: FirstPanels<'_>,
 ) -> Result<AtEnergy, MethodError> {
     match steps {
         Steps::Fixed(steps) => {
@@ -145,7 +166,9 @@ async fn at_energy(
             let steps = StepsTaken::Fixed(steps);
             Ok(AtEnergy { image, error: None, converged: true, steps })
         }
-        Steps::Adaptive(tolerance) => adaptive::render(meter, tile, lines, tolerance, energy).await,
+        Steps::Adaptive(tolerance) => {
+            adaptive::render(meter, tile, lines, tolerance, energy, first).await
+        }
     }
 }
 

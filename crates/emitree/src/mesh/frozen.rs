@@ -25,6 +25,8 @@ pub(crate) struct Frozen {
     image: Box<dyn NodesToCube>,
     /// What renderings of other emissions can begin with.
     pub(crate) structure: Option<Structure>,
+    /// All rates of the rendering in the order of its requests.
+    pub(crate) recorded: Vec<f64>,
 }
 
 impl Frozen {
@@ -49,7 +51,8 @@ impl Frozen {
             weights.append(&tile.weights);
             images.push((tile.weights.rows(), tile.image));
         }
-        Self { points, weights, image: Box::new(Stacked(images)), structure: None }
+        let image = Box::new(Stacked(images));
+        Self { points, weights, image, structure: None, recorded: Vec::new() }
     }
 }
 
@@ -106,6 +109,7 @@ impl Collector {
 
     pub(crate) fn finish(self, image: impl NodesToCube + 'static) -> Frozen {
         let Self { points, weights, .. } = self;
-        Frozen { points, weights, image: Box::new(image), structure: None }
+        let (image, recorded) = (Box::new(image), Vec::new());
+        Frozen { points, weights, image, structure: None, recorded }
     }
 }

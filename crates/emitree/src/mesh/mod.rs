@@ -30,7 +30,7 @@ use std::sync::Arc;
 ///
 /// With the rates of its own emission it returns the values of the rendering, to rounding. For another
 /// emission it is as good as the same points and weights are for that one, and gives no error estimate;
-/// [`RenderOptions::with_fixed_mesh`](crate::RenderOptions::with_fixed_mesh) does for products:
+/// [`RenderOptions::with_fixed_mesh`](crate::RenderOptions::with_fixed_mesh) does, but for `paper`:
 ///
 /// * `los` and `paper`: lines and cells are those that the first emission needed;
 /// * `vol` with image trees: so are lines, depths and depth rules; with energies so are the selected
@@ -77,11 +77,21 @@ impl<V> Mesh<V> {
         Mesh::new(self.frozen)
     }
 
-    /// Whether renderings of other emissions can begin with the mesh, or be fixed to it: whether it has
-    /// [products](Self) for some part of the view. With others
-    /// [`RenderOptions::with_start`](crate::RenderOptions::with_start) has no effect.
+    /// Whether renderings of other emissions can begin with the mesh, or be fixed to it: all meshes but those of
+    /// method `paper`, with which [`RenderOptions::with_start`](crate::RenderOptions::with_start) has no effect.
     pub fn serves_as_start(&self) -> bool {
         self.frozen.structure.is_some()
+    }
+
+    /// Whether it has products for some part of the view: their points are far fewer than those of a rendering.
+    pub(crate) fn has_products(&self) -> bool {
+        self.frozen.structure.as_ref().is_some_and(|structure| structure.has_products)
+    }
+
+    /// All rates that its rendering has asked for, in the unit of g and in the order of the requests:
+    /// [`Session::restored_mesh`](crate::Session::restored_mesh) makes the mesh from them again, without g.
+    pub fn recorded_rates(&self) -> &[f64] {
+        &self.frozen.recorded
     }
 
     /// The points, without rates.
@@ -172,6 +182,15 @@ pub enum MeshError {
          absorption coefficients"
     )]
     Absorption,
+    /// Recorded rates that are not those of this rendering.
+    #[error(
+        "{number} recorded rates are not those of a rendering with this camera and these options: expected \
+         rates of the same version on a machine with the same rounding"
+    )]
+    Recorded {
+        /// The number of rates given.
+        number: usize,
+    },
     /// The number of rates is not that of the points.
     #[error("{number} rates were given: expected {expected}, one for each point of the mesh")]
     Rates {

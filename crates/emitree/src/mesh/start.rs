@@ -5,16 +5,20 @@ use std::sync::Arc;
 
 /// What a method has found about a view and an emission, for the same method.
 #[derive(Clone)]
-pub(crate) struct Structure(Arc<dyn Any + Send + Sync>);
+pub(crate) struct Structure {
+    of_method: Arc<dyn Any + Send + Sync>,
+    /// Whether it has products for some part of the view: their points are far fewer than those of a rendering.
+    pub(crate) has_products: bool,
+}
 
 impl Structure {
-    pub(crate) fn new(of_method: impl Any + Send + Sync) -> Self {
-        Self(Arc::new(of_method))
+    pub(crate) fn new(of_method: impl Any + Send + Sync, has_products: bool) -> Self {
+        Self { of_method: Arc::new(of_method), has_products }
     }
 
     /// The structure, if it is of this type.
     pub(crate) fn of_method<T: Any>(&self) -> Option<&T> {
-        self.0.downcast_ref()
+        self.of_method.downcast_ref()
     }
 }
 

@@ -149,7 +149,7 @@ impl Sweep {
         let Found { rendering: mut found, requested: of_image } =
             found.ok_or(RenderError::Interrupted)?;
         self.order.rendered_in_full(of_image);
-        let mesh = found.mesh.take().filter(|mesh| found.converged() && mesh.serves_as_start());
+        let mesh = found.mesh.take().filter(|mesh| found.converged() && mesh.has_products());
         let Some(mesh) = mesh.filter(|_| self.order.remaining() > 1) else { return Ok(found) };
         let new = of.spent.evaluations() - before;
         let mesh = self.finer(of, of_image, new)?.unwrap_or(mesh);
@@ -176,7 +176,7 @@ impl Sweep {
         };
         let found = unless_interrupted(of.rendered(&options, of_image + more))?.flatten();
         let found = found.map(|found| found.rendering).filter(Rendering::converged);
-        Ok(found.and_then(|found| found.mesh).filter(Mesh::serves_as_start))
+        Ok(found.and_then(|found| found.mesh).filter(Mesh::has_products))
     }
 }
 

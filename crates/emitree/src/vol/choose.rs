@@ -24,6 +24,7 @@ use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::faces::reaches_faces_at;
 use crate::vol::view::part::{Parts, SeenCharts, atlas, atlas_of_box, parts};
 use crate::vol::view::scattered::KnownParts;
+use crate::vol::view::tree_start::TreeStart;
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
 use std::sync::Arc;
 
@@ -41,7 +42,7 @@ pub(crate) async fn render(
     to_tolerance(meter, tiles, axis, vol).await
 }
 
-/// The same, or if the time ends before there is an image, the coarsest one.
+/// The same, or if the time ends before there is an image, the coarsest one, unless the mesh is fixed.
 pub(crate) async fn render_in_time(
     meter: &Meter,
     tiles: &[Tile<'_>],
@@ -49,7 +50,7 @@ pub(crate) async fn render_in_time(
     vol: &VolOptions,
 ) -> Result<MethodOutput, MethodError> {
     match render(meter, tiles, axis, vol).await {
-        Err(RenderError::Time { seconds }) => {
+        Err(RenderError::Time { seconds }) if !has_fixed_mesh(meter) => {
             let vol = &VolOptions { tolerance: vol.of_largest(), ..vol.clone() };
             coarsest(meter, tiles, axis, vol).await.map_err(|error| match error {
                 RenderError::Budget { .. } => RenderError::Time { seconds },
@@ -78,7 +79,7 @@ async fn coarsest(
     meter.allow_overtime(if has_gaps { MOST_FOR_A_POINT * needed } else { needed });
     let vol = &VolOptions { base_level: COARSEST_LEVEL, smallest_feature: None, ..vol.clone() };
     let known = KnownParts::none(parts.parts.len());
-    let mut made = by_tree(meter, tiles, &parts, axis, vol, known).await?;
+    let mut made = by_tree(meter, tiles, &parts, axis, vol, known, None).await?;
     made.ending = StopReason::Budget;
     let largest = made.cube.largest();
     let at_least = |band: &Image| {
@@ -116,11 +117,9 @@ async fn to_tolerance(
             _ => parts(tiles, atlas.as_ref(), *stretch),
         };
         meter.check_time()?;
+        start = serving(start, &division, parts.parts.len(), axis, meter)?;
         let mut attempted = match axis {
-            None => {
-                let start = start.filter(|start| start.division == division);
-                lowrank::attempt(meter, tiles, &parts, vol, start).await?
-            }
+            None => lowrank::attempt(meter, tiles, &parts, vol, start).await?,
             Some(_) => Attempted::none(&parts),
         };
         if !attempted.functions_suffice {
@@ -153,12 +152,14 @@ async fn to_tolerance(
             }
         }
         let functions = core::mem::take(&mut attempted.functions);
-        let mut made = finish(meter, tiles, &parts, axis, vol, attempted).await?;
+        let trees = start.and_then(|start| start.trees.as_deref());
+        let mut made = finish(meter, tiles, &parts, axis, vol, attempted, trees).await?;
         made.stretch = division.stretch;
-        if functions.iter().any(Option::is_some)
-            && let Some(frozen) = made.frozen.as_mut().and_then(Arc::get_mut)
-        {
-            frozen.structure = Some(Structure::new(Start { division, functions }));
+        if let Some(frozen) = made.frozen.as_mut().and_then(Arc::get_mut) {
+            let trees = frozen.structure.take().and_then(|of| of.of_method().map(Arc::clone));
+            let start = Start { division, functions, trees };
+            let has_products = start.has_functions();
+            frozen.structure = Some(Structure::new(start, has_products));
         }
         return Ok(with_share_of_allowed(made, vol));
     }
@@ -169,6 +170,31 @@ async fn to_tolerance(
 fn start<'a>(meter: &'a Meter, tiles: &[Tile<'_>]) -> Option<&'a Start> {
     let start: &Start = meter.start()?.structure.as_ref()?.of_method()?;
     start.division.fits(atlas(tiles, &start.division.edges).as_ref()).then_some(start)
+}
+
+fn has_fixed_mesh(meter: &Meter) -> bool {
+    meter.start().is_some_and(|start| start.is_fixed)
+}
+
+/// The start, if it serves a view of so many parts. A mesh that is fixed has to, within the budget; a budget
+/// that does not suffice for the points of another one is spent without it.
+fn serving<'a>(
+    start: Option<&'a Start>,
+    division: &Division,
+    parts: usize,
+    axis: Option<&EnergyAxis>,
+    meter: &Meter,
+) -> Result<Option<&'a Start>, MethodError> {
+    let serves = |start: &&Start| start.division == *division && start.serves(parts, axis);
+    let start = start.filter(serves);
+    let allowed = meter.evaluations_left();
+    if has_fixed_mesh(meter) {
+        lowrank::check_budget(start.ok_or(OptionError::FixedMesh)?, allowed)?;
+        return Ok(start);
+    }
+    let is_affordable =
+        |start: &&Start| start.trees.is_none() || lowrank::check_budget(start, allowed).is_ok();
+    Ok(start.filter(is_affordable))
 }
 
 /// How a view is divided before its search for products.
@@ -219,6 +245,7 @@ async fn finish(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     mut attempted: Attempted,
+    trees: Option<&TreeStart>,
 ) -> Result<MethodOutput, MethodError> {
     let is_complete =
         |found: &MethodOutput| matches!(found.ending, StopReason::Complete | StopReason::FixedMesh);
@@ -226,10 +253,14 @@ async fn finish(
         Some(products) if is_complete(&products) => return Ok(products),
         products => products,
     };
-    if let Some(found) = surfaces::render(meter, tiles, parts, axis, vol, &mut attempted).await? {
+    // Where there are trees to begin with, no surfaces were found before.
+    if trees.is_none()
+        && let Some(found) =
+            surfaces::render(meter, tiles, parts, axis, vol, &mut attempted).await?
+    {
         return Ok(found);
     }
-    match (products, by_tree(meter, tiles, parts, axis, vol, attempted.known).await) {
+    match (products, by_tree(meter, tiles, parts, axis, vol, attempted.known, trees).await) {
         // The time limit was reached before lines gave an image. Products that have found nothing yet are none.
         (Some(products), Err(RenderError::Time { .. })) if products.cube.largest() > 0.0 => {
             Ok(products)

@@ -33,7 +33,7 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let engine = render(&meters[0], &tiles, None, &vol);
     Calls::new(&emission, &meters[0], None).drive(pin!(engine)).unwrap();
     let parts = parts(&tiles, None, None);
-    let tree = by_tree(&meters[1], &tiles, &parts, None, &vol, KnownParts::none(1));
+    let tree = by_tree(&meters[1], &tiles, &parts, None, &vol, KnownParts::none(1), None);
     Calls::new(&emission, &meters[1], None).drive(pin!(tree)).unwrap();
     meters.map(|meter| meter.evaluations())
 }

@@ -138,6 +138,7 @@ impl Engine<'_> {
         let weights = ErrorWeights::new(self.vol, &bands, &self.view.outside);
         let of_parts = self.weigh_sheets(&weights, &nodal);
         self.add_unexplained(&mut maps, &weights);
+        self.add_of_exam(&mut maps, &weights);
         let errors = maps.iter().map(|[_, error]| error).enumerate();
         let weighted_errors = errors.map_while(|(bin, error)| weights.weighted(bin, error));
         let weighted_errors = weighted_errors.collect();
@@ -155,6 +156,22 @@ impl Engine<'_> {
             for (error, weight) in errors.pixels_mut().iter_mut().zip(map.pixels()) {
                 if *weight > 0.0 {
                     *error += unexplained / weight;
+                }
+            }
+        }
+    }
+
+    /// Adds what lines of the verification of a fixed mesh have shown, the same weighted error in all pixels.
+    fn add_of_exam(&self, bands: &mut [[Image; 2]], weights: &ErrorWeights) {
+        if self.of_exam == 0.0 {
+            return;
+        }
+        for (bin, [_, errors]) in bands.iter_mut().enumerate() {
+            let map = weights.maps.as_ref().map(|maps| maps[bin].pixels());
+            for (pixel, error) in errors.pixels_mut().iter_mut().enumerate() {
+                let weight = map.map_or(1.0, |map| map[pixel]);
+                if weight > 0.0 {
+                    *error += self.of_exam / weight;
                 }
             }
         }

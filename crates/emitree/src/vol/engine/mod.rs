@@ -6,12 +6,14 @@ pub(crate) mod coverage;
 mod verification;
 pub(crate) mod run;
 mod spectra;
+mod start;
 
 use crate::energy::EnergyAxis;
-use crate::error::RenderError;
+use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::mesh::frozen::Frozen;
+use crate::mesh::start::Structure;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::tile::Tile;
@@ -29,6 +31,7 @@ use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::part::{Footing, Part, Parts, ProductImage, add};
 use crate::vol::view::scattered::{KnownParts, fraction_of_view};
 use crate::vol::view::sheet::{Sheet, SheetId};
+use crate::vol::view::tree_start::{SheetStart, TreeStart};
 use std::sync::Arc;
 
 /// The finest level of nodes: two levels are left for children and their neighbours.
@@ -37,8 +40,8 @@ const FINEST_LEVEL: u8 = 22;
 /// The base level of the smallest possible sampling: 3 x 3 lines in 3 depths.
 pub(crate) const COARSEST_LEVEL: u8 = 1;
 
-/// Renders an image or a cube by image trees alone; `known` is what
-/// products have found.
+/// Renders an image or a cube by image trees alone; `known` is what products have found, and the trees begin
+/// with those of `start`.
 pub(crate) async fn by_tree(
     meter: &Meter,
     tiles: &[Tile<'_>],
@@ -46,8 +49,14 @@ pub(crate) async fn by_tree(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     known: KnownParts,
+    start: Option<&TreeStart>,
 ) -> Result<MethodOutput, MethodError> {
     let parts = &view.parts[..];
+    let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
+    let start = start.filter(|start| start.is_of(&known.products));
+    if is_fixed && start.is_none() {
+        return Err(OptionError::FixedMesh.into());
+    }
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
     meter.check_time()?;
     let base_level = affordable_base_level(parts, vol.base_level, meter.evaluations_left())?;
@@ -61,6 +70,7 @@ pub(crate) async fn by_tree(
         parts,
         footings: parts.iter().map(|part| part.footing.clone()).collect(),
         quadrature_error: None,
+        of_exam: 0.0,
         vol,
         sheets: Vec::new(),
         energies: Energies::none(),
@@ -77,11 +87,15 @@ pub(crate) async fn by_tree(
         line_share: TUNING.engine.line_share
             * (TUNING.engine.loosest_line_tolerance / goal).min(1.0),
         is_strict: false,
+        is_fixed: false,
         base_level,
         finest_level: finest_level(tiles[0].shape, base_level),
     };
     engine.add_products();
-    let (current, ending) = engine.run().await?;
+    let (current, ending) = match start {
+        Some(start) if is_fixed => engine.run_fixed(start).await?,
+        start => engine.run(start).await?,
+    };
     // A base lattice that is coarser than requested does not meet the request.
     let ending = if base_level < vol.base_level { StopReason::Budget } else { ending };
     let [cube, error] = engine.finished(&current);
@@ -89,7 +103,11 @@ pub(crate) async fn by_tree(
     made.base_level = Some(base_level);
     made.energies = engine.energies_used();
     made.smallest_feature = engine.coverage.smallest;
-    made.frozen = meter.freezes().then(|| Arc::new(engine.frozen()));
+    made.frozen = meter.freezes().then(|| {
+        let mut frozen = engine.frozen();
+        frozen.structure = Some(Structure::new(Arc::new(engine.start()), false));
+        Arc::new(frozen)
+    });
     Ok(made)
 }
 
@@ -140,6 +158,8 @@ pub(crate) struct Engine<'b> {
     footings: Vec<Arc<Footing>>,
     /// The error of that quadrature, once it has been compared with a finer one.
     pub(crate) quadrature_error: Option<Image>,
+    /// The weighted error of all pixels that lines of the verification of a fixed mesh have shown.
+    of_exam: f64,
     pub(crate) vol: &'b VolOptions,
     /// The image trees: all parts at the first energy, then all at the second, and so on.
     pub(crate) sheets: Vec<Sheet<'b>>,
@@ -156,6 +176,8 @@ pub(crate) struct Engine<'b> {
     pub(crate) line_share: f64,
     /// Whether a verification has reduced the tolerance of lines.
     pub(crate) is_strict: bool,
+    /// Whether nodes and energies are those of another emission, and none is added.
+    is_fixed: bool,
     pub(crate) base_level: u8,
     pub(crate) finest_level: u8,
     /// The number of evaluations before, by the search for a low-rank approximation.
@@ -239,6 +261,15 @@ impl Engine<'_> {
         let bins = self.energies.selected[0].weights.len();
         let [height, width] = self.shape();
         frozen.finish([bins, height, width])
+    }
+
+    /// What the trees leave for renderings of other emissions.
+    fn start(&self) -> TreeStart {
+        TreeStart {
+            axis: self.spectra.as_ref().map(|spectra| *spectra.axis()),
+            energies: self.energies.clone(),
+            sheets: self.sheets.iter().map(SheetStart::of).collect(),
+        }
     }
 
     /// The largest ∫ |G| dz of a line.

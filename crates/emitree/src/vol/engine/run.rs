@@ -12,12 +12,20 @@ use crate::vol::engine::{Engine, within_budget};
 use crate::vol::image::opening::{Choice, ChoiceLimits, worthwhile};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
+use crate::vol::view::tree_start::TreeStart;
 use std::borrow::Cow;
 
 impl Engine<'_> {
-    pub(crate) async fn run(&mut self) -> Result<(CurrentImage, StopReason), MethodError> {
+    /// Refines the trees until the tolerance is met, beginning with those of `start`.
+    pub(crate) async fn run(
+        &mut self,
+        start: Option<&TreeStart>,
+    ) -> Result<(CurrentImage, StopReason), MethodError> {
         let before = self.evaluations_before;
-        let mut within_budget = self.sample_initially().await?;
+        let mut within_budget = match start {
+            Some(start) => self.sample_start(start, false).await?,
+            None => self.sample_initially().await?,
+        };
         if !within_budget && self.sheets.iter().any(Sheet::has_no_samples) {
             // Where the time has ended there is no image of these lines.
             self.meter.check_time()?;
@@ -157,7 +165,7 @@ impl Engine<'_> {
     }
 
     /// Whether the nodes of all required levels and of all seeds exist.
-    fn has_required_nodes(&self, current: &CurrentImage) -> bool {
+    pub(crate) fn has_required_nodes(&self, current: &CurrentImage) -> bool {
         current.states.iter().all(|state| state.has_required)
             && self.sheets.iter().all(|sheet| sheet.missing_seed_places().is_empty())
     }

@@ -251,6 +251,21 @@ impl<'b> Engine<'b> {
             && self.select_energies(largest).await?)
     }
 
+    /// Samples spectra on the lines of trees that another emission has left, and adds the energies that they
+    /// require, unless the trees are fixed. Returns whether the budget sufficed.
+    pub(crate) async fn sample_spectra_of_start(&mut self) -> Result<bool, MethodError> {
+        self.add_probes(TUNING.spectra.first_probes);
+        if let Some(spectra) = &mut self.spectra {
+            for energy in &self.energies.selected {
+                spectra.probes.add_common_energy(energy.place);
+            }
+        }
+        let largest = self.assemble()?.largest_pixel();
+        Ok(self.select_energies(largest).await?
+            && self.spot_check(largest).await?
+            && self.select_energies(largest).await?)
+    }
+
     /// Samples spectra on new lines, and adds the energies that they require; `largest` is the
     /// largest voxel. Returns whether the budget sufficed.
     pub(crate) async fn sample_spectra(&mut self, largest: f64) -> Result<bool, MethodError> {
@@ -300,8 +315,13 @@ impl<'b> Engine<'b> {
         let views = self.views();
         let Some(spectra) = &mut self.spectra else { return Ok(true) };
         let allowed = spectra.share * target;
-        let most = TUNING.spectra.energies_per_bin * spectra.probes.bins.factors.len()
-            + TUNING.spectra.more_energies;
+        let most = match self.is_fixed {
+            true => 0,
+            false => {
+                TUNING.spectra.energies_per_bin * spectra.probes.bins.factors.len()
+                    + TUNING.spectra.more_energies
+            }
+        };
         let mut sampled = within_budget(spectra.probes.sample(&views, allowed).await)?;
         let Spectra { probes, unexplained, residuals: of_probes, .. } = &mut *spectra;
         let residual = |probe| self.energies.residual(probe, &probes.bins);
@@ -395,7 +415,9 @@ impl<'b> Engine<'b> {
         let mut checks = Vec::new();
         for (part, sheet) in self.sheets[..parts].iter().enumerate() {
             let Scan { node_lines, tree, base_level, .. } = &sheet.scan;
-            for (i, line) in node_lines.lines.iter().enumerate() {
+            // The first nodes of each sheet.
+            let base_lines = ((1_usize << base_level) + 1).pow(2);
+            for (i, line) in node_lines.lines.iter().take(base_lines).enumerate() {
                 let brighter = |best: usize, k: usize| {
                     let [a, b] = [best, k].map(|k| line.samples[k].rate.abs());
                     if b > a { k } else { best }

@@ -157,7 +157,7 @@ fn made(
 ) -> (Result<MethodOutput, MethodError>, u64) {
     let meter = meter(allowed);
     let parts = whole_view(1);
-    let tree = by_tree(&meter, &TILES, &parts, None, vol, KnownParts::none(1));
+    let tree = by_tree(&meter, &TILES, &parts, None, vol, KnownParts::none(1), None);
     (answered(&meter, rate, tree), meter.evaluations())
 }
 

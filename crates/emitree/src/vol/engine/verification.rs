@@ -40,6 +40,16 @@ struct Difference {
     size: f64,
 }
 
+/// Lines of a verification compared with the image.
+struct Compared {
+    /// For each sheet the number of its first line in this verification.
+    first: Vec<usize>,
+    /// Of all lines of all verifications, the largest first.
+    differences: Vec<Difference>,
+    /// The tolerance of a line at each energy.
+    tolerances: Vec<f64>,
+}
+
 impl Engine<'_> {
     /// Compares the image with lines that it was not computed from, and requests nodes where they
     /// differ; `target` is the error allowed, in the unit of the image.
@@ -48,8 +58,59 @@ impl Engine<'_> {
         current: &CurrentImage,
         target: f64,
     ) -> Result<Verdict, MethodError> {
+        let Some(compared) = self.compare(current, target).await? else {
+            return Ok(Verdict::Unaffordable);
+        };
+        let Compared { first, mut differences, tolerances } = compared;
+        let verdict = self.refine_lines(&first, current, target).await?;
+        if verdict != Verdict::Passed {
+            return Ok(verdict);
+        }
+        let errors = self.errors_of_parts(current);
+        differences.retain(|of| self.has_failed(of, &errors, target));
+        let verdict = self.refine_around(&differences, &tolerances).await?;
+        if verdict == Verdict::Passed && !self.coverage.is_sufficient() {
+            return Ok(Verdict::Unaffordable);
+        }
+        self.verification_lines =
+            (2 * self.verification_lines).min(TUNING.verification.most_line_factor);
+        match verdict {
+            Verdict::Passed => self.verify_energies(target, current.largest_pixel()).await,
+            verdict => Ok(verdict),
+        }
+    }
+
+    /// The same without new nodes: the weighted error of pixels that the lines show beyond the
+    /// estimated one; `None` if the budget did not suffice.
+    pub(crate) async fn examine(
+        &mut self,
+        current: &CurrentImage,
+        target: f64,
+    ) -> Result<Option<f64>, MethodError> {
+        let Some(Compared { first, differences, .. }) = self.compare(current, target).await? else {
+            return Ok(None);
+        };
+        let errors = self.errors_of_parts(current);
+        let failed = differences.iter().filter(|of| self.has_failed(of, &errors, target));
+        let beyond = |of: &Difference| target * of.size - self.estimate_at(of, &errors);
+        let by_places = failed.map(beyond).fold(0.0, f64::max);
+        let by_depths = self
+            .sheets_changed_by_depths(&first, target)
+            .into_iter()
+            .map(|i| self.largest_weight(i) * self.sheets[i].largest_change_by_depths(first[i]));
+        let by_depths = by_depths.fold(0.0, f64::max);
+        Ok(Some(TUNING.verification.fixed_margin * (by_places + by_depths)))
+    }
+
+    /// Samples points and lines that the image was not computed from, and compares them with it;
+    /// `None` if the budget did not suffice.
+    async fn compare(
+        &mut self,
+        current: &CurrentImage,
+        target: f64,
+    ) -> Result<Option<Compared>, MethodError> {
         let from_samples = match self.verify_samples(target).await {
-            Err(Stop::Budget) => return Ok(Verdict::Unaffordable),
+            Err(Stop::Budget) => return Ok(None),
             Err(Stop::Failed(error)) => return Err(error),
             Ok(from_samples) => from_samples,
         };
@@ -81,7 +142,7 @@ impl Engine<'_> {
                 let tolerance = sheet.line_tolerance(&tolerances);
                 let of_sheet = core::mem::take(of_sheet);
                 if !within_budget(sheet.verify_lines(of_sheet, tolerance).await)? {
-                    return Ok(Verdict::Unaffordable);
+                    return Ok(None);
                 }
             }
             differences = self.differences(target, &mut sizes);
@@ -95,31 +156,24 @@ impl Engine<'_> {
                 }
             }
         }
-        let verdict = self.refine_lines(&first, current, target).await?;
-        if verdict != Verdict::Passed {
-            return Ok(verdict);
-        }
-        let errors: Vec<Vec<Cow<'_, Image>>> =
-            self.parts.iter().map(|part| current.errors(part)).collect();
-        differences.retain(|of| self.has_failed(of, &errors, target));
-        let verdict = self.refine_around(&differences, &tolerances).await?;
-        if verdict == Verdict::Passed && !self.coverage.is_sufficient() {
-            return Ok(Verdict::Unaffordable);
-        }
-        self.verification_lines =
-            (2 * self.verification_lines).min(TUNING.verification.most_line_factor);
-        match verdict {
-            Verdict::Passed => self.verify_energies(target, current.largest_pixel()).await,
-            verdict => Ok(verdict),
-        }
+        Ok(Some(Compared { first, differences, tolerances }))
+    }
+
+    /// The weighted error of each energy bin on the raster of each part.
+    fn errors_of_parts<'c>(&self, current: &'c CurrentImage) -> Vec<Vec<Cow<'c, Image>>> {
+        self.parts.iter().map(|part| current.errors(part)).collect()
+    }
+
+    /// The error estimated where a line is, the largest of all energy bins.
+    fn estimate_at(&self, of: &Difference, errors: &[Vec<Cow<'_, Image>>]) -> f64 {
+        let sheet = &self.sheets[of.sheet];
+        let [row, column] = sheet.pixel(sheet.verification.places.nodes()[of.line].place);
+        errors[sheet.id.part].iter().map(|error| error[(row, column)]).fold(0.0, f64::max)
     }
 
     /// Whether a line differs by more than the error estimated there allows.
     fn has_failed(&self, of: &Difference, errors: &[Vec<Cow<'_, Image>>], target: f64) -> bool {
-        let sheet = &self.sheets[of.sheet];
-        let [row, column] = sheet.pixel(sheet.verification.places.nodes()[of.line].place);
-        let estimate =
-            errors[sheet.id.part].iter().map(|error| error[(row, column)]).fold(0.0, f64::max);
+        let estimate = self.estimate_at(of, errors);
         of.size > TUNING.verification.failure_share
             && of.size > (TUNING.verification.estimate_margin * estimate / target).min(1.0)
     }
@@ -141,15 +195,9 @@ impl Engine<'_> {
         samples.max(1) as f64 / lines.max(1) as f64
     }
 
-    /// Integrates all lines of a sheet more carefully if the finer depths of a line of this
-    /// verification, one from number `first` on, have changed its integral. The verification has
-    /// failed if there is such a sheet.
-    async fn refine_lines(
-        &mut self,
-        first: &[usize],
-        current: &CurrentImage,
-        target: f64,
-    ) -> Result<Verdict, MethodError> {
+    /// The sheets of which the finer depths of a line of this verification, one from number `first` on, have
+    /// changed its integral.
+    fn sheets_changed_by_depths(&self, first: &[usize], target: f64) -> Vec<usize> {
         let steps_over = |&i: &usize| {
             let (sheet, weight) = (&self.sheets[i], self.largest_weight(i));
             let Scan { base_level, depth_level, .. } = sheet.scan;
@@ -162,7 +210,19 @@ impl Engine<'_> {
                     TUNING.verification.depth_change_share * target / weight,
                 )
         };
-        let sheets: Vec<usize> = (0..self.sheets.len()).filter(steps_over).collect();
+        (0..self.sheets.len()).filter(steps_over).collect()
+    }
+
+    /// Integrates all lines of a sheet more carefully if the finer depths of a line of this
+    /// verification, one from number `first` on, have changed its integral. The verification has
+    /// failed if there is such a sheet.
+    async fn refine_lines(
+        &mut self,
+        first: &[usize],
+        current: &CurrentImage,
+        target: f64,
+    ) -> Result<Verdict, MethodError> {
+        let sheets = self.sheets_changed_by_depths(first, target);
         if sheets.is_empty() {
             return Ok(Verdict::Passed);
         }

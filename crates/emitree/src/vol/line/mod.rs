@@ -6,6 +6,7 @@
 //! (Trefethen & Weideman 2014, doi:10.1137/130932132).
 
 pub(crate) mod error;
+mod fixed;
 pub(crate) mod jumps;
 pub(crate) mod memo;
 pub(crate) mod neighbours;

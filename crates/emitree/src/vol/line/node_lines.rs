@@ -47,6 +47,8 @@ pub(crate) struct NodeLines {
     pub(crate) brackets: Vec<Vec<Bracket>>,
     /// The weight of the error of each line: its tolerance is divided by it.
     pub(crate) error_weights: Vec<f64>,
+    /// The depths of full lines with their weights in a fixed mesh; none without one.
+    pub(crate) fixed: Vec<Vec<(u32, f64)>>,
     /// Cached results for each line.
     derived: Vec<Derived>,
 }
@@ -145,6 +147,7 @@ impl NodeLines {
     pub(crate) fn weights(&self, i: usize) -> Vec<(u32, f64)> {
         let line = &self.lines[i];
         match self.sources[i] {
+            LineSource::Full if !self.fixed.is_empty() => self.fixed[i].clone(),
             LineSource::Full => {
                 let depths = line.samples.iter().map(|sample| sample.depth);
                 depths.zip(line.weights()).collect()

@@ -75,12 +75,14 @@ pub(crate) async fn attempt(
     start: Option<&Start>,
 ) -> Result<Attempted, MethodError> {
     let mut attempted = Attempted::none(parts);
-    let start = start.filter(|start| start.functions.len() == parts.parts.len());
     let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
     let is_divided = parts.parts.iter().any(Part::is_tile_of_several);
-    if is_fixed {
-        let start = start.filter(|start| start.is_complete() && !is_divided);
-        check_budget(start.ok_or(OptionError::FixedMesh)?, meter.evaluations_left())?;
+    if start.is_some_and(|start| !start.has_functions()) {
+        // Its trees are the image.
+        return Ok(attempted);
+    }
+    if is_fixed && is_divided {
+        return Err(OptionError::FixedMesh.into());
     }
     let budget = meter.evaluations_left();
     let is_small =
@@ -95,7 +97,9 @@ pub(crate) async fn attempt(
         let targets = SeedTargets::at(&vol.seeds, chart, vol.base_level, finest_level);
         targets.are_none()
     };
-    let possible = parts.parts.iter().enumerate().filter(|(_, part)| is_possible(part));
+    let is_tree = |part: usize| start.is_some_and(|start| start.functions[part].is_none());
+    let possible = parts.parts.iter().enumerate();
+    let possible = possible.filter(|(number, part)| !is_tree(*number) && is_possible(part));
     let mut attempts: Vec<(usize, Attempt<'_>)> = possible
         .map(|(number, part)| {
             let attempt = Attempt {
@@ -127,7 +131,9 @@ pub(crate) async fn attempt(
             (number, attempt)
         })
         .collect();
-    if is_fixed && attempts.len() < parts.parts.len() {
+    let are_fixed =
+        start.filter(|_| is_fixed).map(|start| start.functions.iter().flatten().count());
+    if are_fixed.is_some_and(|fixed| attempts.len() < fixed) {
         return Err(OptionError::FixedMesh.into());
     }
     // All parts are probed first: the brightest one determines the error allowed in all.
@@ -210,9 +216,9 @@ pub(crate) async fn attempt(
     Ok(attempted)
 }
 
-/// Returns an error if the budget does not suffice for the pivots of a fixed mesh and the first probes.
-fn check_budget(start: &Start, allowed: u64) -> Result<(), MethodError> {
-    let needed = (start.pivots() + start.functions.len() * TUNING.lowrank.first_probes) as u64;
+/// Returns an error if the budget does not suffice for the points of a fixed mesh and the first probes.
+pub(crate) fn check_budget(start: &Start, allowed: u64) -> Result<(), MethodError> {
+    let needed = start.points(TUNING.lowrank.first_probes) as u64;
     if needed <= allowed {
         return Ok(());
     }

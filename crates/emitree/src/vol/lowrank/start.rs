@@ -1,13 +1,15 @@
-//! What a rendering leaves for those of other emissions: the charts of its view, and the functions of each
-//! part.
+//! What a rendering leaves for those of other emissions: the charts of its view, and the functions or the image
+//! tree of each part.
 //!
 //! The functions of one G often serve another one: what differs is in the values at the pivots. The residuals
 //! at scattered samples show whether they do, as for a G of their own.
 
+use crate::energy::EnergyAxis;
 use crate::projection::charts::depth::Weights;
 use crate::projection::charts::stretch::Stretch;
 use crate::projection::charts::{Atlas, FoundCut, FoundEdge};
 use crate::vol::lowrank::interpolant::Interpolant;
+use crate::vol::view::tree_start::TreeStart;
 use std::sync::Arc;
 
 /// How a view is divided, as samples of G have shown.
@@ -38,23 +40,38 @@ impl Division {
 #[derive(Clone, Debug)]
 pub(crate) struct Functions(pub(super) Arc<Interpolant>);
 
-/// The division of a view and the functions of its parts.
+/// The division of a view, and the functions or the tree of each part.
 #[derive(Clone, Debug)]
 pub(crate) struct Start {
     pub(crate) division: Division,
     /// For each part; `None` if it has no products.
     pub(crate) functions: Vec<Option<Functions>>,
+    /// The trees of the parts without products.
+    pub(crate) trees: Option<Arc<TreeStart>>,
 }
 
 impl Start {
-    /// Whether all parts have functions.
-    pub(crate) fn is_complete(&self) -> bool {
-        self.functions.iter().all(Option::is_some)
+    /// Whether it is of so many parts, each with functions or a tree, and of a cube with this axis if there is
+    /// one.
+    pub(crate) fn serves(&self, parts: usize, axis: Option<&EnergyAxis>) -> bool {
+        let has_tree = |part| self.trees.as_ref().is_some_and(|trees| trees.has_part(part));
+        let of_trees = self.trees.as_ref().map(|trees| trees.axis.as_ref());
+        self.functions.len() == parts
+            && (0..parts).all(|part| self.functions[part].is_some() || has_tree(part))
+            && of_trees.unwrap_or(None) == axis
     }
 
-    /// The number of triples of pivots of all parts.
-    pub(super) fn pivots(&self) -> usize {
-        let of_part = |Functions(of): &Functions| of.ranks().iter().product::<usize>();
-        self.functions.iter().flatten().map(of_part).sum()
+    /// Whether some part has functions.
+    pub(crate) fn has_functions(&self) -> bool {
+        self.functions.iter().any(Option::is_some)
+    }
+
+    /// The number of triples of pivots of all parts, with the first probes of each, and of the depths of
+    /// trees.
+    pub(super) fn points(&self, first_probes: usize) -> usize {
+        let of_part =
+            |Functions(of): &Functions| of.ranks().iter().product::<usize>() + first_probes;
+        let of_functions: usize = self.functions.iter().flatten().map(of_part).sum();
+        of_functions + self.trees.as_ref().map_or(0, |trees| trees.samples())
     }
 }

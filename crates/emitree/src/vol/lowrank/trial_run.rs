@@ -45,7 +45,7 @@ pub(super) fn evaluations_of_tree(
     let vol = VolOptions { tolerance, by_pixel, ..VolOptions::default() };
     let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
     let parts = parts(&tiles, None, None);
-    let mut tree = pin!(by_tree(&meter, &tiles, &parts, None, &vol, KnownParts::none(1)));
+    let mut tree = pin!(by_tree(&meter, &tiles, &parts, None, &vol, KnownParts::none(1), None));
     let calls = Calls::new(&emission, &meter, None);
     let is_too_expensive = || meter.evaluations() as f64 > most;
     let ended = drive(meter.exchange(), tree.as_mut(), |batch| match is_too_expensive() {

@@ -1,6 +1,7 @@
 //! Depth rules: a few depths that integrate all lines of a block of the image.
 
 pub(crate) mod depth_rule;
+mod given;
 pub(crate) mod plan;
 mod round;
 pub(crate) mod scan;

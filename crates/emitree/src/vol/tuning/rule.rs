@@ -49,5 +49,8 @@ group! {
         /// Older lines are refined again if their error exceeds the tolerance by this factor. The
         /// tolerance changes a little in each round, with the largest pixel.
         refinement_margin: f64 = 1.02, 1.0..=2.04;
+        /// The error of a rule of another emission, in units of its largest error on the full lines
+        /// around. It was fitted to lines at these places, though not to these rates.
+        given_rule_margin: f64 = 1.5, 1.0..=3.0;
     }
 }

@@ -6,6 +6,10 @@ group! {
         /// The fewest scattered lines of one verification, shared among the sheets of a view. More
         /// lines detect errors on smaller parts of the image.
         least_lines: usize = 12, 6..=24;
+        /// The error of the image of a fixed mesh, in units of the largest difference of a line of the
+        /// verification beyond the error estimated there. Nodes are not added where a line differs,
+        /// and other lines may differ more.
+        fixed_margin: f64 = 2.0, 1.0..=4.0;
         /// The share of all evaluations so far that scattered lines of all verifications may cost.
         /// Smaller values verify expensive images with few lines; larger ones add to the cost of
         /// every image.

@@ -16,6 +16,7 @@ mod refined_raster;
 mod settle;
 pub(crate) mod sheet;
 mod squares;
+pub(crate) mod tree_start;
 pub(crate) mod verification;
 mod verification_lines;
 mod windows;

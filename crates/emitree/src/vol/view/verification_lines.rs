@@ -144,15 +144,18 @@ impl Sheet<'_> {
     /// Whether the finer depths have changed a pixel by more than `most`, in the unit of the image
     /// and times its weight, on a line of this verification, one from number `first` on.
     pub(crate) fn is_changed_by_depths(&self, first: usize, most: f64) -> bool {
-        let mut nodes = self.verification.places.nodes()[first..]
-            .iter()
-            .zip(&self.verification.changes[first..]);
-        let has_changed = |(node, change): (&Node, &f64)| {
+        self.largest_change_by_depths(first) > most
+    }
+
+    /// The largest such change.
+    pub(crate) fn largest_change_by_depths(&self, first: usize) -> f64 {
+        let nodes = self.verification.places.nodes()[first..].iter();
+        let change = |(node, change): (&Node, &f64)| {
             let density = self.scan.view.chart.density(node.place.map(unit));
             let [row, column] = self.pixel(node.place);
-            density * change * self.weighted_scale[(row, column)] > most
+            density * change * self.weighted_scale[(row, column)]
         };
-        nodes.any(has_changed)
+        nodes.zip(&self.verification.changes[first..]).map(change).fold(0.0, f64::max)
     }
 
     /// The differences of the lines from number `first` on from the tree, as weighted errors of a
