@@ -36,8 +36,8 @@ const ACCEPTED: &[Accepted] = &[
     },
     Accepted {
         folder: "emitree-io/scene",
-        modules: &["emission", "radiometry", "tree"],
-        reason: "the units of an emission are read with it",
+        modules: &["absorption", "emission", "radiometry", "tree"],
+        reason: "the units of an emission and of an absorption coefficient are read with them",
     },
     Accepted {
         folder: "emitree-io/units",

@@ -86,7 +86,8 @@ impl Failure {
         match self {
             Self::Tree(WorldTreeError::Directional { .. }) => BAD_EMISSION,
             Self::Render(error) | Self::Tree(WorldTreeError::Render(error)) => code_of(error),
-            Self::Problem(error) | Self::Planned(PlannedError::Render(error)) => code_of(error),
+            Self::Problem(error) => code_of(error),
+            Self::Planned(PlannedError::Render(error)) => code_of(error),
             Self::Planned(PlannedError::NotFinite { .. }) => BAD_EMISSION,
             Self::Image { failure, .. } => failure.code(),
             _ => BAD_REQUEST,

@@ -14,7 +14,7 @@ use zip::result::ZipError;
 pub enum PlannedError {
     /// The options of the scene are out of range, or its image is beyond the memory.
     #[error(transparent)]
-    Render(#[from] RenderError<Infallible>),
+    Render(Box<RenderError<Infallible>>),
     /// The scene can't be read.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -72,7 +72,7 @@ pub enum PlannedError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        cause: TableReadError,
+        cause: Box<TableReadError>,
     },
     /// Rates in arrays that can't be read.
     #[error("the rates {}: {cause}", path.display())]
@@ -80,7 +80,7 @@ pub enum PlannedError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        cause: GridReadError,
+        cause: Box<GridReadError>,
     },
     /// A rate that is not finite.
     #[error("the rates {}: row {row} is {rate}: expected a finite number", path.display())]
@@ -117,4 +117,10 @@ pub enum PlannedError {
         /// The number of points.
         expected: usize,
     },
+}
+
+impl From<RenderError<Infallible>> for PlannedError {
+    fn from(error: RenderError<Infallible>) -> Self {
+        Self::Render(Box::new(error))
+    }
 }

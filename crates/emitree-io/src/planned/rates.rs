@@ -50,7 +50,7 @@ fn is_same(found: &[f64; 3], expected: &[f64; 3]) -> bool {
 }
 
 fn of_file(path: &Path) -> Result<Rates, PlannedError> {
-    let of_arrays = |cause| PlannedError::Arrays { path: path.to_owned(), cause };
+    let of_arrays = |cause| PlannedError::Arrays { path: path.to_owned(), cause: Box::new(cause) };
     let request = GridRequest::default();
     match GridFormat::from_path(path) {
         Ok(GridFormat::Npy) => read_arrays(path, &request, |arrays| {
@@ -69,7 +69,8 @@ fn of_file(path: &Path) -> Result<Rates, PlannedError> {
         })
         .map_err(of_arrays),
         _ => {
-            let in_columns = |cause| PlannedError::Columns { path: path.to_owned(), cause };
+            let in_columns =
+                |cause| PlannedError::Columns { path: path.to_owned(), cause: Box::new(cause) };
             of_columns(&read_columns(path).map_err(in_columns)?).map_err(in_columns)
         }
     }

@@ -87,7 +87,7 @@ fn files_that_are_no_states_are_refused() {
     };
     assert!(refused(b"text").contains("a.state: it is no whole archive"));
     let archive =
-        |about: &str| super::points::archive(&[("about.json", about.as_bytes().to_vec())]).unwrap();
+        |about: &str| points::archive(&[("about.json", about.as_bytes().to_vec())]).unwrap();
     for (about, expected) in [
         ("{", "its `about.json` is no JSON"),
         ("{}", "its `about.json` is not that of a state: expected a file of `emitree plan`"),

@@ -1,4 +1,3 @@
-use super::*;
 use crate::image::Image;
 use crate::projection::{Canonical, Projection};
 use crate::{RenderOptions, Rendering, Session, VolOptions};

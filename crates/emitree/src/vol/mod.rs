@@ -37,7 +37,7 @@ mod dyadic;
 mod engine;
 mod error_weights;
 mod image;
-mod lattice;
+pub(crate) mod lattice;
 mod least_squares;
 mod line;
 mod lowrank;

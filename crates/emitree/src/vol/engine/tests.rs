@@ -46,6 +46,8 @@ fn engine<'a>(
         parts: &view.parts,
         footings: view.parts.iter().map(|part| part.footing.clone()).collect(),
         quadrature_error: None,
+        of_exam: 0.0,
+        is_fixed: false,
         vol: default_options(),
         sheets: Vec::new(),
         energies: Energies::none(),

@@ -165,7 +165,7 @@ fn rounds_continue_until_the_tolerance_is_met() {
     let meter = meter(1_000_000);
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    let (current, ending) = answered(&meter, column, engine.run()).unwrap();
+    let (current, ending) = answered(&meter, column, engine.run(None)).unwrap();
     assert_eq!(ending, StopReason::Complete);
     assert!(current.largest_error() <= TOLERANCE * current.largest_pixel());
     let sum: f64 = current.maps[0][0].pixels().iter().sum();
@@ -178,7 +178,7 @@ fn rounds_end_with_the_budget_and_keep_what_they_have() {
     let meter = meter(1500);
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    let (current, ending) = answered(&meter, column, engine.run()).unwrap();
+    let (current, ending) = answered(&meter, column, engine.run(None)).unwrap();
     assert_eq!(ending, StopReason::Budget);
     assert!(meter.evaluations() <= 1500);
     let sum: f64 = current.maps[0][0].pixels().iter().sum();
@@ -191,7 +191,7 @@ fn rounds_end_at_the_finest_level() {
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 2, None);
     engine.finest_level = 3;
-    let (_, ending) = answered(&meter, column, engine.run()).unwrap();
+    let (_, ending) = answered(&meter, column, engine.run(None)).unwrap();
     assert_eq!(ending, StopReason::MaxLevel);
     assert!(engine.sheets[0].scan.tree.finest_level() <= 3);
 }
@@ -202,7 +202,7 @@ fn the_first_tolerance_is_met_before_the_last_one() {
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
     engine.tolerance = 0.05;
-    let (current, ending) = answered(&meter, column, engine.run()).unwrap();
+    let (current, ending) = answered(&meter, column, engine.run(None)).unwrap();
     assert_eq!(ending, StopReason::Complete);
     assert!(engine.tolerance < 0.05 && engine.tolerance >= TOLERANCE);
     assert!(current.largest_error() <= TOLERANCE * current.largest_pixel());
