@@ -18,6 +18,12 @@ pub enum PlannedError {
     /// The scene can't be read.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The medium absorbs: another program has no optical depths for the rates.
+    #[error(
+        "the scene has [absorption], whose coefficient is evaluated together with the emission: expected a scene \
+         without it, or `emitree render`"
+    )]
+    Absorption,
     /// The ending of a name stands for no format of points.
     #[error("the points {}: expected a name that ends in .npz, .npy or .csv", path.display())]
     PointsEnding {

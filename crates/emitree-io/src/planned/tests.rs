@@ -50,6 +50,14 @@ fn points_of_a_cube_have_energies_in_each_format() {
 }
 
 #[test]
+fn a_medium_that_absorbs_is_refused() {
+    let text = "projection.type = \"canonical\"\nimage = { width = 4, height = 4 }\n\
+                absorption.expression = \"1\"\n";
+    let refused = PlannedRun::new(&scene(text)).err().unwrap().to_string();
+    assert!(refused.contains("the scene has [absorption]"), "{refused}");
+}
+
+#[test]
 fn rates_are_in_the_unit_of_the_emission() {
     let scene = scene(CUBE);
     let mut run = PlannedRun::new(&scene).unwrap();
