@@ -245,7 +245,18 @@ fn man_pages_and_completions_are_made_of_the_options() {
     let run = folder.emitree("manual out/manual");
     run.succeeds();
     let pages = folder.names_in("out/manual", ".1");
-    let commands = ["build", "check", "compare", "models", "new", "render", "reproduce", "sweep"];
+    let commands = [
+        "build",
+        "check",
+        "compare",
+        "models",
+        "new",
+        "plan",
+        "render",
+        "reproduce",
+        "resume",
+        "sweep",
+    ];
     let expected: Vec<String> = commands
         .iter()
         .map(|name| format!("emitree-{name}.1"))
