@@ -93,8 +93,8 @@ fn keys_are_checked_where_they_stand() {
     let with = |line: &str| format!("[emission.grid]\nfile = \"smile.fits\"\n{line}\n");
     let cases = [
         (
-            "interpolation = \"cubic\"",
-            "unknown interpolation `cubic`",
+            "interpolation = \"quartic\"",
+            "unknown interpolation `quartic`",
             "expected one of `linear`, `cubic`, `monotone`, `nearest`",
         ),
         (
