@@ -71,7 +71,7 @@ def test_energies_reach_the_coefficient():
         energy={"min": 1, "max": 3, "bins": 2},
         absorption=grey,
     )
-    assert np.allclose(rendering.cube, EXACT, rtol=0.01)
+    assert np.allclose(rendering.image, EXACT, rtol=0.01)
 
 
 def test_a_scene_file_has_a_table(tmp_path):
