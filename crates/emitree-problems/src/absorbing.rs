@@ -126,7 +126,8 @@ mod tests {
     fn references_are_known_to_their_error() {
         for seed in 0..10 {
             let reference = random_medium(seed).reference_image([24, 24]);
-            assert!(reference.error < 2e-6, "{seed}: {}", reference.error);
+            // A hundredth of the tightest tolerance that is measured with them, 0.1 %.
+            assert!(reference.error < 1e-5, "{seed}: {}", reference.error);
         }
     }
 }
