@@ -69,7 +69,8 @@ def _on_host(array: Any) -> Any:
     host, by one if it is on another device. An array that is part of a gradient is left to its own
     conversion, which may raise an exception.
     """
-    for options in ({}, {"device": "cpu", "copy": True}):
+    choices: tuple[dict[str, Any], ...] = ({}, {"device": "cpu", "copy": True})
+    for options in choices:
         # TypeError: a library whose arrays have no copies by DLPack.
         with suppress(BufferError, RuntimeError, TypeError, ValueError):
             return np.from_dlpack(array, **options)
