@@ -14,7 +14,7 @@ use core::f64::consts::PI;
 use emitree::Image;
 
 /// Nodes across a pixel, panels of a line, and nodes of each, coarse and fine.
-const RULES: [[usize; 3]; 2] = [[3, 12, 10], [4, 16, 12]];
+const RULES: [[usize; 3]; 2] = [[4, 12, 10], [5, 16, 12]];
 /// What makes the stream of numbers another one than that of other families.
 const STREAM: u64 = 0xab50_4b00_0000;
 
@@ -77,7 +77,7 @@ impl AbsorbingMedium {
     }
 
     /// The image of `shape` = \[height, width\] pixels in the canonical projection, and its error relative to
-    /// the largest pixel: below 1e-5 on the seeds 0 to 9 with 24 × 24 pixels.
+    /// the largest pixel: below 2e-6 on the seeds 0 to 9 with 24 × 24 pixels.
     pub fn reference_image(&self, shape: [usize; 2]) -> Reference {
         let [coarse, fine] = RULES.map(|rule| self.image(shape, rule));
         let error = crate::relative_error(&coarse, &fine);
@@ -126,8 +126,7 @@ mod tests {
     fn references_are_known_to_their_error() {
         for seed in 0..10 {
             let reference = random_medium(seed).reference_image([24, 24]);
-            // A hundredth of the tightest tolerance that is measured with them, 0.1 %.
-            assert!(reference.error < 1e-5, "{seed}: {}", reference.error);
+            assert!(reference.error < 2e-6, "{seed}: {}", reference.error);
         }
     }
 }
