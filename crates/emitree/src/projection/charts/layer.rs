@@ -243,3 +243,105 @@ impl Chart for LayerChart<'_> {
         self.chart.image_place(uv)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::Projection;
+    use crate::projection::bounds::Bounds;
+    use crate::projection::camera::Orthographic;
+    use crate::projection::ellipsoid::Ellipsoid;
+    use crate::projection::frame::Viewpoint;
+
+    const WALLS: [([f64; 3], [f64; 3]); 2] =
+        [([0.3, 0.1, 0.0], [1.0, 0.4, -0.2]), ([-0.5, 0.0, 0.2], [-0.6, 0.3, 0.7])];
+
+    fn camera(bounds: Option<Bounds>, edges: Vec<Edge>) -> Orthographic {
+        let viewpoint =
+            Viewpoint { position: [-6.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
+        let camera = Orthographic::new(viewpoint, [2.0, 2.0], [0.0, 12.0]).unwrap();
+        let camera = camera.with_edges(edges);
+        match bounds {
+            Some(bounds) => camera.with_bounds(bounds),
+            None => camera,
+        }
+    }
+
+    fn walls() -> Vec<Edge> {
+        WALLS.map(|(position, normal)| Edge::plane(position, normal).unwrap()).to_vec()
+    }
+
+    fn geometry(camera: &Orthographic) -> &dyn ViewGeometry {
+        camera.view_geometry().unwrap()
+    }
+
+    #[test]
+    fn layers_divide_each_line_without_a_gap() {
+        let ball = Bounds::Ellipsoid(Ellipsoid::sphere([0.0; 3], 3.0).unwrap());
+        for bounds in [None, Some(ball)] {
+            let camera = camera(bounds, walls());
+            let layers = layers(geometry(&camera), 0.0);
+            assert_eq!(layers.len(), 4);
+            for uv in [[0.5, 0.5], [0.1, 0.8], [0.93, 0.2]] {
+                let whole = geometry(&camera).chart(0);
+                let length = |chart: &dyn Chart| {
+                    let steps = 2000;
+                    let step = |k: usize| (k as f64 + 0.5) / steps as f64;
+                    let at = |k: usize| chart.world_from_chart([uv[0], uv[1], step(k)]);
+                    (0..steps).map(|k| at(k).path_per_depth).sum::<f64>() / steps as f64
+                };
+                let of_layer = |layer: &Layer| {
+                    let chart = geometry(&camera).chart(0);
+                    length(&LayerChart { chart, layer: layer.clone() })
+                };
+                let sum: f64 = layers.iter().map(of_layer).sum();
+                let expected = length(&*whole);
+                assert!((sum / expected - 1.0).abs() < 1e-6, "{sum} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn points_are_on_the_sides_of_their_layer_and_inverted() {
+        let camera = camera(None, walls());
+        for layer in layers(geometry(&camera), 0.0) {
+            let chart = LayerChart { chart: geometry(&camera).chart(0), layer };
+            for k in 1..200 {
+                let at = |step: f64| (f64::from(k) * step).fract();
+                let uvw = [at(0.754_877), at(0.569_840), at(0.438_579)];
+                let point = chart.world_from_chart(uvw);
+                if point.path_per_depth == 0.0 {
+                    continue;
+                }
+                for side in &chart.layer.sides {
+                    let height = dot(difference(point.position, side.position), side.normal);
+                    assert!(height > -1e-12, "{height:e}");
+                }
+                let again = chart.chart_from_world(point.position).unwrap();
+                assert!((0..3).all(|i| (again[i] - uvw[i]).abs() < 1e-7), "{uvw:?} {again:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn planes_that_divide_no_depth_make_no_layers() {
+        let count = |position, normal, least_cosine| {
+            let camera = camera(None, vec![Edge::plane(position, normal).unwrap()]);
+            layers(geometry(&camera), least_cosine).len()
+        };
+        assert_eq!(count([0.0; 3], [1.0, 1.0, 0.0], 0.0), 2);
+        assert_eq!(count([0.0; 3], [0.0, 1.0, 0.0], 0.0), 0, "edge-on");
+        assert_eq!(count([40.0, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0), 0, "out of view");
+        assert_eq!(count([0.0; 3], [1.0, 2.0, 0.0], 0.5), 0, "at a grazing angle");
+        let more = (0..5).map(|k| Edge::plane([f64::from(k), 0.0, 0.0], [1.0, 0.0, 0.0]).unwrap());
+        let camera = camera(None, more.collect());
+        assert_eq!(layers(geometry(&camera), 0.0).len(), 8, "three planes at the most");
+    }
+
+    #[test]
+    fn bodies_have_no_layers() {
+        let body = Ellipsoid::sphere([0.0; 3], 0.5).unwrap();
+        let camera = camera(None, walls()).with_occulters(vec![body]).unwrap();
+        assert!(layers(geometry(&camera), 0.0).is_empty());
+    }
+}
