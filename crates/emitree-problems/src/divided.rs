@@ -85,7 +85,7 @@ pub fn random_divided(seed: u64) -> Divided {
             Ball { centre, width, height }
         })
         .collect();
-    let is_jump = seed % 2 == 0;
+    let is_jump = seed.is_multiple_of(2);
     let count = if is_jump { generator.whole(1..=2) } else { 1 };
     let walls = (0..count)
         .map(|_| {
@@ -111,7 +111,7 @@ pub fn random_divided(seed: u64) -> Divided {
 impl Divided {
     /// The kind, the camera and the seed.
     pub fn name(&self) -> String {
-        let kind = if self.seed % 2 == 0 { "jump" } else { "kink" };
+        let kind = if self.seed.is_multiple_of(2) { "jump" } else { "kink" };
         let camera = ["bounds", "parallel lines", "a pinhole"][self.camera_number()];
         format!("{kind} in {camera}, {}", self.seed)
     }
