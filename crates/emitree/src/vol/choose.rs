@@ -113,10 +113,13 @@ async fn to_tolerance(
             true => atlas_of_box(tiles),
             false => atlas(tiles, edges).map(|atlas| atlas.with_weights(depths).with_cuts(cuts)),
         };
-        let atlas = atlas.map(|atlas| match layered_from {
-            Some(from) => atlas.with_layers(*from),
+        let atlas = match layered_from {
+            // Layers of the image plane need fewer evaluations than those of angles about the centre.
+            Some(from) => atlas
+                .filter(|atlas| !atlas.is_inside_bounds())
+                .map(|atlas| atlas.with_layers(*from)),
             None => atlas,
-        });
+        };
         let layered = layered_from.and_then(|from| layered_parts(tiles, *stretch, from));
         let parts = match (seen.take(), &atlas, layered) {
             (Some(seen), Some(atlas), _) => seen.parts(tiles, atlas),

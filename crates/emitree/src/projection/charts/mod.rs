@@ -184,6 +184,28 @@ impl<'a> Atlas<'a> {
         self
     }
 
+    /// Whether the only surface is that of the bounds, and all lines of sight pass well inside of its limb: nothing
+    /// is singular in view.
+    pub(crate) fn is_inside_bounds(&self) -> bool {
+        /// Lines along each side of a tile, with those at its borders.
+        const LINES: usize = 17;
+        /// How far inside, as a share of the radius.
+        const INSIDE: f64 = 0.9;
+        let [only] = &self.shells[..] else { return false };
+        if !only.is_only_bounds() || only.singular.is_some() {
+            return false;
+        }
+        let place = |k: usize| k as f64 / (LINES - 1) as f64;
+        let is_inside = |line: SightLine| {
+            let aim = only.aim(&line);
+            aim.is_ahead && aim.miss < INSIDE * only.radii[0]
+        };
+        self.tiles.iter().all(|tile| {
+            let mut places = (0..LINES * LINES).map(|k| [place(k % LINES), place(k / LINES)]);
+            places.all(|xy| tile.line(xy).is_some_and(is_inside))
+        })
+    }
+
     /// Whether planes divide the charts.
     pub(crate) fn has_layers(&self) -> bool {
         !self.layers.is_empty()
