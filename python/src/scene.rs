@@ -299,7 +299,7 @@ pub(crate) fn options_of(scene: &emitree_io::Scene) -> RenderOptions<'static> {
 
 /// An intermediate image in the unit of the final one; of a cube, the whole band.
 fn on_the_way(scene: &emitree_io::Scene, map: &Image) -> Image {
-    let map = match scene.energy {
+    let map = match scene.axis() {
         Some(_) => scene.in_band_unit(map.clone()),
         None => map.clone(),
     };
