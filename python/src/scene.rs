@@ -104,10 +104,11 @@ impl Scene {
         self.0.image_unit()
     }
 
-    /// The borders of the energy bins, ascending, and their unit; `None` without an energy axis.
+    /// The borders of the bins of the energy, or of the time, ascending, and their unit; `None` without such an axis.
     #[getter]
     fn energies<'py>(&self, py: Python<'py>) -> Option<(Bound<'py, PyArray1<f64>>, &str)> {
-        let energies = self.0.energy.as_ref()?;
+        let times = self.0.exposure.as_ref().map(emitree_io::Exposure::times);
+        let energies = times.or(self.0.energy.as_ref())?;
         Some((PyArray1::from_vec(py, energies.axis().edges()), energies.unit_name()))
     }
 

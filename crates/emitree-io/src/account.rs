@@ -399,11 +399,10 @@ impl Account {
         let absorption = self
             .absorption_evaluations
             .map(|n| Card::new("NABSORB", n, "evaluations of the absorption coefficient"));
-        let energies =
-            self.energies.map(|n| match &self.exposed {
-                None => Card::new("NENERGY", n, "energies that were evaluated"),
-                Some(_) => Card::new("NTIME", n, "times that were evaluated"),
-            });
+        let energies = self.energies.map(|n| match &self.exposed {
+            None => Card::new("NENERGY", n, "energies that were evaluated"),
+            Some(_) => Card::new("NTIME", n, "times that were evaluated"),
+        });
         let exposed = self.exposed.iter().flat_map(Exposed::cards);
         let tolerance = self.tolerance.map(|tolerance| {
             Card::new("TOLERANC", tolerance, format!("tolerance / largest {value}"))

@@ -35,7 +35,11 @@ pub(crate) fn print(
         writeln!(out, "  {noun:11}  {of_bins} of {label} ({scale}){evaluated}")?;
     } else if let Some(exposure) = &scene.exposure {
         let label = exposure.times().label(0..1);
-        writeln!(out, "  exposure     {label}{}", evaluated(rendered).replace(" evaluated", " times evaluated"))?;
+        writeln!(
+            out,
+            "  exposure     {label}{}",
+            evaluated(rendered).replace(" evaluated", " times evaluated")
+        )?;
     }
     writeln!(out, "  method       {}", method(&scene.render.method, value))?;
     writeln!(
@@ -58,7 +62,11 @@ pub(crate) fn print(
     }
     let ranges = [
         (scene.quantity.name(), Some(&rendered.values), scene.image_unit()),
-        (if scene.exposure.is_some() { "all times" } else { "whole band" }, rendered.band.as_ref(), scene.band_unit()),
+        (
+            if scene.exposure.is_some() { "all times" } else { "whole band" },
+            rendered.band.as_ref(),
+            scene.band_unit(),
+        ),
     ];
     for (name, map, unit) in ranges {
         let Some((low, high)) = map.map(Cube::min_max) else { continue };

@@ -12,9 +12,7 @@ use crate::progress::ProgressLine;
 use crate::threads;
 use emitree::sweep::Sweep;
 use emitree::{RenderError, RenderOptions};
-use emitree_io::{
-    Override, RenderedScene, Scene, SceneSweep, SweepReport, SweptImage, SweptKey,
-};
+use emitree_io::{Override, RenderedScene, Scene, SceneSweep, SweepReport, SweptImage, SweptKey};
 use outputs::Outputs;
 use std::process::ExitCode;
 

@@ -76,7 +76,8 @@ impl Exposure {
         length_m: Option<f64>,
         is_parallel: bool,
     ) -> Option<Events> {
-        let speed = length_m.filter(|_| self.light_travels).map(|length_m| SPEED_OF_LIGHT / length_m);
+        let speed =
+            length_m.filter(|_| self.light_travels).map(|length_m| SPEED_OF_LIGHT / length_m);
         if self.motion.is_none() && speed.is_none() {
             return None;
         }

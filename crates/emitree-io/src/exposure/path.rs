@@ -131,7 +131,10 @@ mod tests {
             for k in 0..=40 {
                 let t = first + (last - first) * f64::from(k) / 40.0;
                 for (found, exact) in path.at(t).into_iter().zip(cubic(t)) {
-                    assert!((found - exact).abs() < 1e-11 * (1.0 + exact.abs()), "{t}: {found} {exact}");
+                    assert!(
+                        (found - exact).abs() < 1e-11 * (1.0 + exact.abs()),
+                        "{t}: {found} {exact}"
+                    );
                 }
             }
         }
@@ -165,9 +168,8 @@ mod tests {
 
     #[test]
     fn what_is_no_path_is_refused_by_name() {
-        let message = |times: &[f64], points: &[[f64; 3]]| {
-            Path::new(times, points).unwrap_err().to_string()
-        };
+        let message =
+            |times: &[f64], points: &[[f64; 3]]| Path::new(times, points).unwrap_err().to_string();
         assert_eq!(message(&[1.0], &[[0.0; 3]]), "there are 1 times: expected two or more");
         let order = message(&[0.0, 2.0, 2.0], &[[0.0; 3]; 3]);
         assert_eq!(order, "time 2 is 2: expected more than the one before it, 2");

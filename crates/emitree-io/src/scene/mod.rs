@@ -47,14 +47,14 @@ use crate::sky::Sky;
 use crate::units::Unit;
 use camera::ShapeTables;
 use document::Node;
+use emission::Spectrum;
 use emitree::radiance::irradiance_of;
 use emitree::{
-    Cube, Emission, EnergyAxis, Healpix, Image, Projection, RenderError, RenderOptions, Rendering, Session,
-    render, render_cube,
+    Cube, Emission, EnergyAxis, Healpix, Image, Projection, RenderError, RenderOptions, Rendering,
+    Session, render, render_cube,
 };
 use emitree_instrument::{Observation, ObservationError};
 use instrument::Observer;
-use emission::Spectrum;
 use radiometry::{BandUnit, CameraUnits, ImageUnits};
 use source::{Place, Source};
 use std::borrow::Borrow;

@@ -94,8 +94,9 @@ fn read_observer(
         (None, Some(times), Some(positions), _) => (times, positions),
         _ => {
             let message = "`[time.observer]` is neither a velocity nor a path";
-            return Err(SceneError::at(&whole, message)
-                .label("expected `velocity = [x, y, z]`, or `times` and `positions` (and `targets`)"));
+            return Err(SceneError::at(&whole, message).label(
+                "expected `velocity = [x, y, z]`, or `times` and `positions` (and `targets`)",
+            ));
         }
     };
     let at: Vec<f64> = times.list(TIMES)?.into_iter().map(|(time, _)| time).collect();
@@ -152,7 +153,8 @@ impl GivenTime {
             return Err(SceneError::at(place, "`time.observer.targets` are given for a whole sky")
                 .label("expected none: it has no point in the middle"));
         }
-        let metre = |unit: &str| Unit::parse(unit).and_then(|unit| unit.factor_to(&Unit::parse("m")?));
+        let metre =
+            |unit: &str| Unit::parse(unit).and_then(|unit| unit.factor_to(&Unit::parse("m")?));
         let length_m = match (&self.light, length_unit) {
             (None, _) => None,
             (Some(place), None) => {
@@ -229,7 +231,8 @@ impl GivenTime {
             for (number, seed) in seeds.iter().enumerate() {
                 let point = Shape::Point(seed.position);
                 if let Some(by) = moved_by(events, time, &point, camera) {
-                    let message = format!("`[[seed]]` {} does not move with the observer", number + 1);
+                    let message =
+                        format!("`[[seed]]` {} does not move with the observer", number + 1);
                     return Err(SceneError::at(&self.place, message)
                         .label(format!("expected no seeds: at {time:.6} s this one {by}")));
                 }
