@@ -12,7 +12,7 @@ from scipy.special import erf
 import emitree
 
 CAMERA = emitree.Orthographic(
-    position=(0, 0, -5), target=(0, 0, 0), up=(0, 1, 0), extent=(6, 6), far=10
+    position=(0, 0, 5), target=(0, 0, 0), up=(0, 1, 0), extent=(6, 6), far=10
 )
 SHAPE = (24, 24)
 
@@ -75,9 +75,9 @@ def test_several_bins_are_a_cube_and_their_mean_the_image_of_all():
     "moving",
     [
         {"velocity": (-1, 0, 0)},
-        {"observer": lambda time: (-time, 0, -5)},
-        {"observer": lambda time: ((-time, 0, -5), (-time, 0, 0))},
-        {"observer": ([0, 1, 2], [(0, 0, -5), (-1, 0, -5), (-2, 0, -5)])},
+        {"observer": lambda time: (-time, 0, 5)},
+        {"observer": lambda time: ((-time, 0, 5), (-time, 0, 0))},
+        {"observer": ([0, 1, 2], [(0, 0, 5), (-1, 0, 5), (-2, 0, 5)])},
     ],
     ids=["velocity", "position", "target", "arrays"],
 )
@@ -98,9 +98,8 @@ def test_a_brightness_that_decays_is_its_mean():
     still = emitree.render("exp(-x^2 - y^2 - z^2)", CAMERA, SHAPE, tolerance=1e-6)
     exact = still.image * (np.exp(-1) - np.exp(-3)) / 2
     assert error(found.image, exact) < 1e-4
-    # The time is a factor: two times are enough, and it costs little more than one image.
-    one = emitree.render("exp(-x^2 - y^2 - z^2)", CAMERA, SHAPE, tolerance=1e-4)
-    assert found.evaluations < 4 * one.evaluations
+    # The time is a factor: the image of one time is that of all others.
+    assert (found.report["energies"], found.evaluations) == (1, 10477)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 5])
@@ -130,7 +129,7 @@ def test_light_left_when_the_source_was_elsewhere():
     found = emitree.render(fast, camera, SHAPE, **{**still, "exposure": delayed})
 
     def by_hand(position, direction, time):
-        return fast(position, direction, time - (position[:, 2] + 5) / c)
+        return fast(position, direction, time - (5 - position[:, 2]) / c)
 
     exact = emitree.render(by_hand, camera, SHAPE, **still)
     assert error(found.image, exact.image) < 2e-3
@@ -171,7 +170,7 @@ def test_snapshots_have_bodies_that_do_not_move_with_the_observer():
     times = (np.arange(40) + 0.5) / 20
     images = []
     for time in times:
-        here = replace(CAMERA, position=(-time, 0, -5), target=(-time, 0, 0))
+        here = replace(CAMERA, position=(-time, 0, 5), target=(-time, 0, 0))
         frozen = lambda p, d, t=time: blob(p, d, np.full(len(p), t))  # noqa: E731
         images.append(emitree.render(frozen, here, (12, 12), occulters=body, tolerance=2e-3).image)
     assert error(found.image, np.mean(images, axis=0)) < 2.5e-2
@@ -261,13 +260,13 @@ def test_sessions_and_plans_give_points_where_they_are_seen():
 
 
 def test_absorption_moves_with_the_world():
-    """A slab of fog at rest before a blob at rest, seen by a camera that moves, and the reverse."""
-    fog = "if(x > 0, 0.5, 0.1) * exp(-(z + 2)^2)"
+    """Fog at rest before a blob at rest, seen by a camera that moves, and the reverse."""
+    fog = "0.5 * exp(-x^2 - (z - 2)^2)"
     moving = emitree.Exposure(0, 1, velocity=(0.7, 0, 0))
     found = emitree.render(
         "exp(-r^2)", CAMERA, (8, 8), exposure=moving, absorption=fog, tolerance=1e-2
     )
-    shifted = "if(x + 0.7*t > 0, 0.5, 0.1) * exp(-(z + 2)^2)"
+    shifted = "0.5 * exp(-(x + 0.7*t)^2 - (z - 2)^2)"
     exact = emitree.render(
         "exp(-(x + 0.7*t)^2 - y^2 - z^2)", CAMERA, (8, 8), exposure=emitree.Exposure(0, 1),
         absorption=shifted, tolerance=1e-2,

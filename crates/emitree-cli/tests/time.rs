@@ -11,7 +11,7 @@ expression = "exp(-(x - t)^2 - y^2 - z^2)"
 
 [projection]
 type = "orthographic"
-position = [0, 0, -5]
+position = [0, 0, 5]
 target = [0, 0, 0]
 up = [0, 1, 0]
 extent = [6, 6]

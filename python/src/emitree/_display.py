@@ -22,10 +22,10 @@ def xarray_of(rendering: Rendering, found: _native.Rendered) -> Any:
 
     dims, coords = [], {}
     if found.energies is not None:
-        edges, unit = found.energies
+        edges, of_edges = found.energies
         name = "energy" if rendering.energies is not None else "time"
         dims.append(name)
-        coords[name] = (name, 0.5 * (edges[1:] + edges[:-1]), {"units": unit})
+        coords[name] = (name, 0.5 * (edges[1:] + edges[:-1]), {"units": of_edges})
     axes = found.axes()
     for dim, axis in zip(("y", "x"), reversed(axes), strict=False):
         name, unit, places = axis

@@ -44,7 +44,7 @@ class Exposure:
 
     >>> import emitree
     >>> camera = emitree.Orthographic(
-    ...     position=(0, 0, -5), target=(0, 0, 0), up=(0, 1, 0), extent=(6, 6), far=10
+    ...     position=(0, 0, 5), target=(0, 0, 0), up=(0, 1, 0), extent=(6, 6), far=10
     ... )
     >>> exposure = emitree.Exposure(0, 2)
     >>> trail = emitree.render("exp(-((x - t)^2 + y^2 + z^2))", camera, (32, 32), exposure=exposure)
