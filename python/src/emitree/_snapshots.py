@@ -42,6 +42,11 @@ def refuse_options(options: Mapping[str, Any]) -> None:
                 f"`{name}` is given with an exposure of snapshots: expected none, or an exposure "
                 "without `snapshots`"
             )
+    if options.get("method") not in (None, "vol"):
+        raise _native.SceneError(
+            f'`method` is "{options["method"]}" with an exposure of snapshots: expected "vol", '
+            "whose images have a tolerance in the unit of the image"
+        )
 
 
 def mean_of_snapshots(
