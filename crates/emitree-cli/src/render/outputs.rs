@@ -231,7 +231,8 @@ fn check_method(arguments: &RenderArguments, scene: &Scene) -> Result<(), Failur
         }
         if scene.axis().is_some() {
             let why = "surfaces are not searched for in a cube";
-            return refuse("--surfaces", why, "a scene without `[energy]` and `[time]`");
+            let table = if scene.exposure.is_some() { "`[time]`" } else { "`[energy]`" };
+            return refuse("--surfaces", why, &format!("a scene without {table}"));
         }
     }
     let other = "another method";
