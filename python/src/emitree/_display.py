@@ -23,9 +23,9 @@ def xarray_of(rendering: Rendering, found: _native.Rendered) -> Any:
     dims, coords = [], {}
     if found.energies is not None:
         edges, of_edges = found.energies
-        name = "energy" if rendering.energies is not None else "time"
-        dims.append(name)
-        coords[name] = (name, 0.5 * (edges[1:] + edges[:-1]), {"units": of_edges})
+        third = "energy" if rendering.energies is not None else "time"
+        dims.append(third)
+        coords[third] = (third, 0.5 * (edges[1:] + edges[:-1]), {"units": of_edges})
     axes = found.axes()
     for dim, axis in zip(("y", "x"), reversed(axes), strict=False):
         name, unit, places = axis
