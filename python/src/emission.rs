@@ -35,7 +35,8 @@ impl AnyEmission<'_> {
         factor: f64,
         values: &mut [f64],
     ) -> Result<(), EmissionStop> {
-        let found = self.caller.values(function, samples).ok_or(EmissionStop::Exception)?;
+        let found = self.scene.seen(samples, |samples| self.caller.values(function, samples));
+        let found = found.ok_or(EmissionStop::Exception)?;
         values.iter_mut().zip(found).for_each(|(value, found)| *value = found * factor);
         Ok(())
     }

@@ -50,7 +50,7 @@ impl Mesh {
 
     /// Positions, directions, and energies if there is an axis.
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Points<'py>> {
-        points(py, &self.mesh.points())
+        self.scene.emission.seen(&self.mesh.points(), |samples| points(py, samples))
     }
 
     /// The weights of the points in the values at nodes.

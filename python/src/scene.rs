@@ -104,10 +104,11 @@ impl Scene {
         self.0.image_unit()
     }
 
-    /// The borders of the energy bins, ascending, and their unit; `None` without an energy axis.
+    /// The borders of the bins of the energy, or of the time, ascending, and their unit; `None` without such an axis.
     #[getter]
     fn energies<'py>(&self, py: Python<'py>) -> Option<(Bound<'py, PyArray1<f64>>, &str)> {
-        let energies = self.0.energy.as_ref()?;
+        let times = self.0.exposure.as_ref().map(emitree_io::Exposure::times);
+        let energies = times.or(self.0.energy.as_ref())?;
         Some((PyArray1::from_vec(py, energies.axis().edges()), energies.unit_name()))
     }
 
@@ -299,7 +300,7 @@ pub(crate) fn options_of(scene: &emitree_io::Scene) -> RenderOptions<'static> {
 
 /// An intermediate image in the unit of the final one; of a cube, the whole band.
 fn on_the_way(scene: &emitree_io::Scene, map: &Image) -> Image {
-    let map = match scene.energy {
+    let map = match scene.axis() {
         Some(_) => scene.in_band_unit(map.clone()),
         None => map.clone(),
     };

@@ -60,8 +60,10 @@ impl Session {
         let asked = py.detach(|| {
             let state = self.state();
             let samples = state.session.ask()?;
-            let energies = samples.energies().to_vec();
-            Some((samples.positions().to_vec(), samples.directions().to_vec(), energies))
+            Some(state.scene.emission.seen(&samples, |samples| {
+                let energies = samples.energies().to_vec();
+                (samples.positions().to_vec(), samples.directions().to_vec(), energies)
+            }))
         });
         let Some((positions, directions, energies)) = asked else { return Ok(None) };
         let samples = Samples::new(&positions, &directions).at_energies(&energies);

@@ -46,7 +46,9 @@ fn print(scene: &Scene, rehearsal: &Rehearsal) -> Result<(), Failure> {
     if let Some((energies, bins)) = scene.energy.as_ref().zip(bins) {
         let (label, scale) = (energies.label(0..bins), energies.scale_name());
         let of_bins = format!("{bins} bin{}", if bins == 1 { "" } else { "s" });
-        writeln!(out, "  energies     {of_bins} of {label} ({scale})")?;
+        writeln!(out, "  {:11}  {of_bins} of {label} ({scale})", energies.noun())?;
+    } else if let Some(exposure) = &scene.exposure {
+        writeln!(out, "  exposure     {}", exposure.times().label(0..1))?;
     }
     if let Some(instrument) = &scene.instrument {
         writeln!(out, "  counts       of {} s", instrument.instrument.exposure_s)?;

@@ -3,6 +3,7 @@
 
 use crate::data_error;
 use crate::energies::Energies;
+use crate::exposure::Exposure;
 use crate::fits::{Card, Wcs};
 use crate::memory::peak_memory_bytes;
 use crate::product::scene_history;
@@ -73,6 +74,9 @@ pub struct Account {
     pub sky: Option<Sky>,
     /// The energy bins, if there are some.
     pub bins: Option<Bins>,
+    /// When the image was exposed, if the scene says so.
+    #[serde(default)]
+    pub exposed: Option<Exposed>,
     /// The exposure of the instrument \[s\], if there is one.
     pub exposure_s: Option<f64>,
     /// The seed of its counts.
@@ -158,7 +162,7 @@ pub struct SumAccount {
 
 /// The sums of a rendering in the units of its scene.
 fn sums(scene: &Scene, found: &Rendering<Cube>) -> Vec<SumAccount> {
-    let factor = if scene.energy.is_some() { scene.band_factor() } else { 1.0 };
+    let factor = if scene.axis().is_some() { scene.band_factor() } else { 1.0 };
     let sum = |(asked, found): (&SceneSum, &RegionSum)| SumAccount {
         name: asked.name.clone(),
         of: asked.of.to_owned(),
@@ -174,13 +178,14 @@ fn sums(scene: &Scene, found: &Rendering<Cube>) -> Vec<SumAccount> {
     scene.render.sums.iter().zip(&found.sums).map(sum).collect()
 }
 
-/// Energy bins, as scenes and reports have them: [`Energies`] as plain data.
+/// Bins of the energy, or of the time if their unit is the second, as scenes and reports have them: [`Energies`]
+/// as plain data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Bins {
-    /// The lowest energy.
+    /// The lowest energy, or the first time.
     pub min: f64,
-    /// The highest energy.
+    /// The highest energy, or the last time.
     pub max: f64,
     /// The unit of both.
     pub unit: String,
@@ -188,6 +193,51 @@ pub struct Bins {
     pub bins: usize,
     /// `linear` or `log`.
     pub scale: String,
+}
+
+/// When an image was exposed: an [`Exposure`] as plain data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Exposed {
+    /// The start \[s\].
+    pub start: f64,
+    /// The end \[s\].
+    pub stop: f64,
+    /// The number of bins, each the mean over its times.
+    pub bins: usize,
+    /// Whether the observer moves.
+    pub observer_moves: bool,
+    /// Whether the time that light travels counts.
+    pub light_travel_time: bool,
+}
+
+impl From<&Exposure> for Exposed {
+    fn from(exposure: &Exposure) -> Self {
+        let [start, stop] = exposure.range_s();
+        Self {
+            start,
+            stop,
+            bins: exposure.times().axis().bins(),
+            observer_moves: exposure.motion().is_some(),
+            light_travel_time: exposure.light_travels(),
+        }
+    }
+}
+
+impl Exposed {
+    /// The keywords of FITS (standard 4.0, section 9.6).
+    fn cards(&self) -> Vec<Card> {
+        let always = [
+            Card::new("TSTART", self.start, "start of the exposure"),
+            Card::new("TSTOP", self.stop, "end of the exposure"),
+            Card::new("TIMEUNIT", "s", "unit of TSTART and TSTOP"),
+        ];
+        let moves = Card::new("OBSMOVES", true, "the camera moves; coordinates are in its frame");
+        let light = Card::new("LIGHTTIM", true, "light takes time to the observer");
+        let others = [(self.observer_moves, moves), (self.light_travel_time, light)];
+        let others = others.into_iter().filter_map(|(is_so, card)| is_so.then_some(card));
+        always.into_iter().chain(others).collect()
+    }
 }
 
 impl From<&Energies> for Bins {
@@ -204,12 +254,16 @@ impl From<&Energies> for Bins {
 }
 
 impl Bins {
-    /// The energies.
+    /// The energies, or the times.
     ///
     /// # Errors
     ///
     /// If the data, which may have been read from anywhere, are not those of an energy axis.
     pub fn energies(&self) -> Result<Energies, Box<dyn Error + Send + Sync>> {
+        if self.unit == "s" {
+            let axis = EnergyAxis::new(self.min, self.max, self.bins, EnergyScale::Linear)?;
+            return Ok(Energies::times(axis));
+        }
         let scale = if self.scale == "log" { EnergyScale::Log } else { EnergyScale::Linear };
         let axis = EnergyAxis::new(self.min, self.max, self.bins, scale)?;
         Ok(Energies::new(axis, &self.unit)?)
@@ -258,9 +312,13 @@ impl Account {
             pointing: scene.camera.pointing().copied(),
             sky: scene.sky.clone(),
             bins: scene.energy.as_ref().map(Bins::from),
+            exposed: scene.exposure.as_ref().map(Exposed::from),
             exposure_s: instrument.map(|found| found.instrument.exposure_s),
             seed: instrument.map(|found| found.seed),
-            largest_rate_position: stats.largest_rate.map(|of| of.position),
+            largest_rate_position: stats
+                .largest_rate
+                .map(|of| of.position)
+                .filter(|_| scene.emission.events.is_none()),
             evaluations: stats.evaluations,
             absorption_evaluations: scene
                 .emission
@@ -341,8 +399,11 @@ impl Account {
         let absorption = self
             .absorption_evaluations
             .map(|n| Card::new("NABSORB", n, "evaluations of the absorption coefficient"));
-        let energies =
-            self.energies.map(|n| Card::new("NENERGY", n, "energies that were evaluated"));
+        let energies = self.energies.map(|n| match &self.exposed {
+            None => Card::new("NENERGY", n, "energies that were evaluated"),
+            Some(_) => Card::new("NTIME", n, "times that were evaluated"),
+        });
+        let exposed = self.exposed.iter().flat_map(Exposed::cards);
         let tolerance = self.tolerance.map(|tolerance| {
             Card::new("TOLERANC", tolerance, format!("tolerance / largest {value}"))
         });
@@ -392,7 +453,7 @@ impl Account {
             [absorption, energies, tolerance, error, threshold, order, base_level, length_unit];
         let known = known.into_iter().flatten().chain(by_pixel);
         let known = known.chain([weighted, per_band, share].into_iter().flatten());
-        always.into_iter().chain(known).chain(sums).collect()
+        always.into_iter().chain(exposed).chain(known).chain(sums).collect()
     }
 
     /// The same of counts, with their exposure and, if they were drawn, their seed.

@@ -1,9 +1,12 @@
-//! The energies of a spectral cube with their unit: a scene's `[energy]`.
+//! The third axis of a cube with its unit: the energies of a scene's `[energy]`, or the times of its `[time]`.
 
 use crate::units::{Dimension, Unit, UnitError};
 use emitree::{EnergyAxis, EnergyScale};
 
-/// An energy axis whose numbers have a unit.
+/// The unit of times.
+const SECOND: &str = "s";
+
+/// An energy axis whose numbers have a unit; or one of times, made by [`times`](Self::times).
 ///
 /// ```
 /// use emitree::{EnergyAxis, EnergyScale};
@@ -19,7 +22,8 @@ pub struct Energies {
     axis: EnergyAxis,
     name: String,
     unit: Unit,
-    joules: f64,
+    in_si: f64,
+    is_time: bool,
     lines: Vec<f64>,
 }
 
@@ -34,8 +38,35 @@ impl Energies {
         if unit.dimension() != Dimension::ENERGY {
             return Err(UnitError::NotAnEnergy { unit: name, dimension: unit.dimension() });
         }
-        let joules = unit.factor_to(&Unit::parse("J")?)?;
-        Ok(Self { axis, name, unit, joules, lines: Vec::new() })
+        let in_si = unit.factor_to(&Unit::parse("J")?)?;
+        Ok(Self { axis, name, unit, in_si, is_time: false, lines: Vec::new() })
+    }
+
+    /// The times of `axis` \[s\], of images that are means over their bins.
+    ///
+    /// ```
+    /// use emitree::{EnergyAxis, EnergyScale};
+    /// use emitree_io::Energies;
+    ///
+    /// let times = Energies::times(EnergyAxis::new(0.0, 60.0, 4, EnergyScale::Linear)?);
+    /// assert_eq!((times.is_time(), times.label(0..1)), (true, "0–15 s".to_owned()));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn times(axis: EnergyAxis) -> Self {
+        // The grammar of units has the second: only a name could be missing.
+        let unit = Unit::parse(SECOND).unwrap_or_else(|_| Unit::one());
+        let name = SECOND.to_owned();
+        Self { axis, name, unit, in_si: 1.0, is_time: true, lines: Vec::new() }
+    }
+
+    /// Whether they are times.
+    pub fn is_time(&self) -> bool {
+        self.is_time
+    }
+
+    /// What they are, for people: `energies` or `times`.
+    pub fn noun(&self) -> &'static str {
+        if self.is_time() { "times" } else { "energies" }
     }
 
     /// With the energies of spectral lines, in the unit of the axis; see
@@ -64,9 +95,9 @@ impl Energies {
         &self.name
     }
 
-    /// Joules in one [`unit`](Self::unit).
-    pub fn joules(&self) -> f64 {
-        self.joules
+    /// Joules, or seconds, in one [`unit`](Self::unit).
+    pub fn in_si(&self) -> f64 {
+        self.in_si
     }
 
     /// The name of the scale, as scenes and reports write it.

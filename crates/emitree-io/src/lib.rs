@@ -32,6 +32,7 @@ mod account;
 mod advice;
 mod colour;
 mod energies;
+mod exposure;
 #[cfg(feature = "figure")]
 pub mod figure;
 mod comparison;
@@ -61,10 +62,11 @@ mod tree_file;
 pub mod units;
 mod words;
 
-pub use account::{Account, Bins, SumAccount};
+pub use account::{Account, Bins, Exposed, SumAccount};
 pub use colour::{ColourMap, ValueRange};
 pub use comparison::{Comparison, ComparisonError, Difference, StoredImage};
 pub use energies::{Energies, energy_range};
+pub use exposure::{Events, Exposure, Motion, Path, PathError};
 pub use fits::{
     Card, CardValue, Celestial, FitsEncodeError, FitsFile, FitsImage, HealpixColumn, HealpixFile,
     Wcs, WcsAxis,

@@ -1,6 +1,6 @@
 //! The report of a rendering, for programs to read. Its keys are a contract.
 
-use crate::account::{Account, Bins, SumAccount};
+use crate::account::{Account, Bins, Exposed, SumAccount};
 use emitree::Cube;
 use emitree_instrument::StepSum;
 use serde::{Serialize, Serializer};
@@ -35,6 +35,8 @@ pub struct Report<'a> {
     #[serde(serialize_with = "by_name")]
     sums: &'a [SumAccount],
     energy: Option<&'a Bins>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<&'a Exposed>,
     energies: Option<usize>,
     instrument: Option<CountsReport>,
     hint: Option<String>,
@@ -155,7 +157,8 @@ impl<'a> Report<'a> {
                 unit: &account.unit,
             },
             sums: &account.sums,
-            energy: account.bins.as_ref(),
+            energy: account.bins.as_ref().filter(|_| account.exposed.is_none()),
+            time: account.exposed.as_ref(),
             energies: account.energies,
             instrument,
             hint,

@@ -41,6 +41,7 @@ from emitree._cameras import (
 from emitree._components import Components
 from emitree._emissions import Expression, Model, Tree
 from emitree._energies import Energies
+from emitree._exposure import Exposure
 from emitree._fields import Fields
 from emitree._forward import Forward
 from emitree._grid import Grid
@@ -86,6 +87,7 @@ __all__ = [
     "EmissionError",
     "Energies",
     "Equirectangular",
+    "Exposure",
     "Expression",
     "Fields",
     "Fisheye",

@@ -21,10 +21,11 @@ def xarray_of(rendering: Rendering, found: _native.Rendered) -> Any:
     import xarray
 
     dims, coords = [], {}
-    if rendering.energies is not None:
-        middle = 0.5 * (rendering.energies[1:] + rendering.energies[:-1])
-        dims.append("energy")
-        coords["energy"] = ("energy", middle, {"units": rendering.energy_unit})
+    if found.energies is not None:
+        edges, of_edges = found.energies
+        third = "energy" if rendering.energies is not None else "time"
+        dims.append(third)
+        coords[third] = (third, 0.5 * (edges[1:] + edges[:-1]), {"units": of_edges})
     axes = found.axes()
     for dim, axis in zip(("y", "x"), reversed(axes), strict=False):
         name, unit, places = axis
@@ -82,11 +83,12 @@ def html_of(rendering: Rendering, png: bytes) -> str:
         "converged": "yes" if rendering.converged else "<b>no</b>",
     }
     if rendering.energies is not None:
-        low, high = rendering.energies[[0, -1]].tolist()
-        bins = len(rendering.energies) - 1
-        energies = span_html(low, high, rendering.energy_unit or "")
-        rows["energies"] = f"{energies}, {bins} bin{'s' if bins > 1 else ''}"
-        rows["spectrum"] = _spectrum_svg(rendering)
+        rows["energies"] = _bins_html(rendering.energies, rendering.energy_unit or "")
+        rows["spectrum"] = _steps_svg(rendering, rendering.energies)
+    if rendering.times is not None:
+        rows["times"] = _bins_html(rendering.times, "s")
+        if len(rendering.times) > 2:
+            rows["light curve"] = _steps_svg(rendering, rendering.times)
     style = "height:12em;image-rendering:pixelated"
     return (
         '<div style="display:flex;gap:1em;align-items:center">'
@@ -95,16 +97,22 @@ def html_of(rendering: Rendering, png: bytes) -> str:
     )
 
 
-def _spectrum_svg(rendering: Rendering) -> str:
-    """The mean over the pixels in each energy bin, as steps."""
-    assert rendering.energies is not None, "a cube has energies"
+def _bins_html(edges: Floats, unit: str) -> str:
+    """The range of bins, and how many there are."""
+    low, high = edges[[0, -1]].tolist()
+    bins = len(edges) - 1
+    return f"{span_html(low, high, unit)}, {bins} bin{'s' if bins > 1 else ''}"
+
+
+def _steps_svg(rendering: Rendering, edges: Floats) -> str:
+    """The mean over the pixels in each bin, as steps."""
     image = rendering.image.reshape(len(rendering.image), -1)
     means = image[:, ~np.isnan(image).any(axis=0)].mean(axis=1) if image.size else np.zeros(0)
     if not np.isfinite(means).all() or len(means) == 0:
         return "no values"
     width, height = 160, 60
     low, high = min(0.0, float(means.min())), float(means.max())
-    x = (rendering.energies - rendering.energies[0]) / np.ptp(rendering.energies) * width
+    x = (edges - edges[0]) / np.ptp(edges) * width
     y = height * (1 - (means - low) / (high - low if high > low else 1.0))
     steps = np.stack([np.repeat(x, 2)[1:-1], np.repeat(y, 2)], axis=1)
     points = " ".join(f"{across:.1f},{down:.1f}" for across, down in steps)

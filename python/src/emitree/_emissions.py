@@ -16,7 +16,8 @@ from emitree import _native
 
 @dataclass(frozen=True)
 class Expression:
-    """An emission rate as a formula of x, y, z, r, the emission direction dx, dy, dz, and E.
+    """An emission rate as a formula of x, y, z, r, the emission direction dx, dy, dz, and E; of the
+    time t, in seconds, instead of E with an `exposure`.
 
     text: the formula; constants: the numbers that its names stand for.
 

@@ -13,10 +13,11 @@ from emitree import _native, _options, _progress
 from emitree._cameras import Camera, Canonical
 from emitree._components import Columns, of_all
 from emitree._evaluator import batch_size_of, evaluator
+from emitree._exposure import Exposure
 from emitree._fields import Fields
 from emitree._function import Floats, Function
 from emitree._result import Rendering
-from emitree._scene import is_scene_file
+from emitree._scene import is_scene_file, length_unit_of
 from emitree._setup import (
     Setup,
     absorption_in,
@@ -29,6 +30,7 @@ from emitree._setup import (
     with_own,
 )
 from emitree._several import Several
+from emitree._snapshots import mean_of_snapshots, refuse_options
 
 
 def render(
@@ -51,6 +53,7 @@ def render(
     smallest_feature: Any = None,
     executor: Any = None,
     energy: Any = None,
+    exposure: Any = None,
     unit: Any = None,
     image_unit: Any = None,
     quantity: str | None = None,
@@ -80,7 +83,8 @@ def render(
 
     emission: one of
         * a function f(position, direction) -> rates, or f(position, direction, energy) -> rates
-          if `energy` is given. position (n, 3) is in the camera's length unit, direction (n, 3)
+          if `energy` is given, or f(position, direction, time) -> rates if `exposure` is.
+          position (n, 3) is in the camera's length unit, direction (n, 3)
           are unit vectors of emission, from the point to the observer, energy (n,) is in the unit
           of the bins, rates (n,), or (n, k) for k components: then `Components` are returned.
           It is called with many points at once, in the thread that called
@@ -121,6 +125,8 @@ def render(
         for any number of workers. See also `on_workers`.
     energy: bins of a cube: `Energies`, a dictionary with the same keys, or their borders
         (bins + 1,) in uniform steps or equal ratios, in keV or a quantity.
+    exposure: an `Exposure`: pixels are means over its times, in seconds, during which the emission
+        changes, the observer moves, or both. There are no energies beside it.
     unit, image_unit: units of the rates and of the image: a text in the grammar of FITS, or an
         astropy unit; both need the camera's `length_unit`.
     quantity: "radiance" (the default) or "irradiance".
@@ -191,6 +197,7 @@ def render(
     }
     of_view = {
         "energy": energy,
+        "exposure": exposure,
         "unit": unit,
         "image_unit": image_unit,
         "quantity": quantity,
@@ -218,6 +225,17 @@ def render(
             raise TypeError("expected `shape`, (height, width)")
         if changes is not None:
             raise TypeError("`changes` are for scene files: expected none")
+        if isinstance(exposure, Exposure) and exposure.snapshots:
+            others = {
+                "executor": executor,
+                "batch_size": batch_size,
+                "threads": threads,
+                "progress": progress,
+            }
+            beside = {"cache": cache, "frame": frame, "quantities": quantities}
+            return _of_snapshots(
+                emission, camera, shape, exposure, of_view | settings | beside, others
+            )
         several = Several.of(emission)
         emission = emission if several is None else several
         if several is not None and absorption is not None:
@@ -247,6 +265,36 @@ def render(
         frame,
         coefficient=coefficient,
         setup=setup,
+    )
+
+
+def _of_snapshots(
+    emission: Any,
+    camera: Camera,
+    shape: Sequence[int] | int,
+    exposure: Exposure,
+    options: Mapping[str, Any],
+    others: Mapping[str, Any],
+) -> Rendering:
+    """The mean of many images of cameras that do not move."""
+    refuse_options(options)
+    own = {"tolerance", "max_evaluations", "exposure"}
+    given = {key: value for key, value in options.items() if value is not None and key not in own}
+    bounds = options["bounds"]
+    shapes = [*([] if bounds is None else [bounds]), *options["occulters"], *options["edges"]]
+    tolerance = options["tolerance"]
+
+    def rendered(emission: Any, camera: Camera, **limits: Any) -> Rendering:
+        return render(emission, camera, shape, **{**given, **others, **limits})
+
+    return mean_of_snapshots(
+        emission,
+        camera,
+        exposure,
+        length_unit_of(camera, shapes),
+        0.01 if tolerance is None else tolerance,
+        options["max_evaluations"],
+        rendered,
     )
 
 

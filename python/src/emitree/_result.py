@@ -71,7 +71,8 @@ class Rendering(OnSky):
     def image(self) -> Floats:
         """The image (height, width), or the cube (bins, height, width), in `unit`.
 
-        Row 0 is the lowest y, the first bin that of the lowest energies. Pixels where the camera
+        Row 0 is the lowest y, the first bin that of the lowest energies
+        or of the first times. Pixels where the camera
         has no image are NaN.
         """
         return self._found.values()
@@ -151,7 +152,8 @@ class Rendering(OnSky):
 
     @cached_property
     def flat_image(self) -> Floats:
-        """The image (height, width); of a cube, the integral over its energies."""
+        """The image (height, width); of a cube, the integral over its energies, or the mean over
+        its times."""
         return self._found.flat_image()
 
     @cached_property
@@ -338,13 +340,32 @@ class Rendering(OnSky):
     def energies(self) -> Floats | None:
         """The borders of the energy bins (bins + 1,), or None."""
         energies = self._found.energies
-        return None if energies is None else energies[0]
+        return None if energies is None or self._is_exposed else energies[0]
 
     @property
     def energy_unit(self) -> str | None:
         """The unit of the energies, or None."""
         energies = self._found.energies
-        return None if energies is None else energies[1]
+        return None if energies is None or self._is_exposed else energies[1]
+
+    @property
+    def times(self) -> Floats | None:
+        """The borders of the bins of the exposure (bins + 1,) [s], or None without one.
+
+        >>> import emitree
+        >>> exposure = emitree.Exposure(0, 60, bins=3)
+        >>> rendering = emitree.render("x * t", emitree.Canonical(), (2, 2), exposure=exposure)
+        >>> rendering.times, rendering.image.shape
+        (array([ 0., 20., 40., 60.]), (3, 2, 2))
+        """
+        exposed = self.report.get("time")
+        if exposed is None:
+            return None
+        return np.linspace(exposed["start"], exposed["stop"], exposed["bins"] + 1)
+
+    @property
+    def _is_exposed(self) -> bool:
+        return self.report.get("time") is not None
 
     @property
     def scene(self) -> str:
@@ -372,8 +393,8 @@ class Rendering(OnSky):
     def plot(self, ax: Any = None, *, bin: int | None = None, **options: Any) -> Any:
         """Plots the image with matplotlib, y up, with a colour bar, and returns the axes.
 
-        bin: the energy bin of a cube; the integral over all of them by default. Options go to
-        `imshow`. A HEALPix sky is shown as a Mollweide map.
+        bin: the bin of a cube; the integral over all energies, or the mean over all times, by
+        default. Options go to `imshow`. A HEALPix sky is shown as a Mollweide map.
         """
         return _display.plotted(self, self._found, ax, bin, options)
 

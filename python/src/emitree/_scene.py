@@ -18,6 +18,7 @@ from emitree import _native, _units
 from emitree._cameras import Camera
 from emitree._emissions import Expression, Model, Tree
 from emitree._energies import energy_table
+from emitree._exposure import exposure_table
 from emitree._function import name_of
 from emitree._grid import Aliases, Grid
 from emitree._instrument import instrument_table
@@ -132,6 +133,7 @@ def compose(
     image_unit: Any = None,
     quantity: str | None = None,
     energy: Any = None,
+    exposure: Any = None,
     bounds: Any = None,
     occulters: Any = (),
     edges: Any = (),
@@ -165,6 +167,7 @@ def compose(
             "sky": camera.sky.table if camera.sky is not None else None,
             "image": image,
             "energy": energy_table(energy),
+            "time": exposure_table(exposure, length_unit),
             "instrument": instrument_table(instrument),
             "bounds": bounds.table(length_unit) if bounds is not None else None,
             "occulter": [body.table(length_unit) for body in occulters],

@@ -59,8 +59,8 @@ class Session:
         on where the last one ended; `close` it, or use the session in `with`.
     options: keywords of `render` that define the rendering: tolerance, rtol, atol, floor, weights,
         mask, per_band, sums, method, max_evaluations, max_seconds, rounds, smallest_feature,
-        energy, unit, image_unit, quantity, bounds, occulters, edges, singularities, seeds,
-        instrument, and the options of the methods.
+        energy, exposure, unit, image_unit, quantity, bounds, occulters, edges, singularities,
+        seeds, instrument, and the options of the methods.
 
     >>> import emitree, numpy as np
     >>> session = emitree.Session(emitree.Canonical(), (16, 16), tolerance=0.01)

@@ -40,6 +40,7 @@ OF_VIEW = frozenset(
     [
         "absorption",
         "energy",
+        "exposure",
         "unit",
         "image_unit",
         "quantity",

@@ -26,6 +26,10 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
         let why = "a tree holds rates of one energy: expected a scene without an energy axis";
         return Err(Failure::Request(format!("{}: `[energy]`: {why}", scene.name)));
     }
+    if scene.exposure.is_some() {
+        let why = "a tree holds rates of one time: expected a scene without a time axis";
+        return Err(Failure::Request(format!("{}: `[time]`: {why}", scene.name)));
+    }
     if scene.quantity == Quantity::Irradiance {
         let why = "a tree holds rates, whose integrals are radiances: expected \"radiance\"";
         return Err(Failure::Request(format!("{}: `image.quantity`: {why}", scene.name)));

@@ -65,7 +65,7 @@ impl<'a> FrameWriter<'a> {
     /// range: that of the last image is not known yet.
     fn encode(&self, image: &Cube, error: &Cube) -> Result<[(&'static str, Vec<u8>); 3], Failure> {
         let scene = self.scene;
-        let unit = if scene.energy.is_some() { scene.band_unit() } else { scene.image_unit() };
+        let unit = if scene.axis().is_some() { scene.band_unit() } else { scene.image_unit() };
         Ok([
             (".npy", encode(image, unit, Format::Npy, scene, None)?),
             ("-error.npy", encode(error, unit, Format::Npy, scene, None)?),

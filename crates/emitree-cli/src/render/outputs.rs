@@ -229,9 +229,10 @@ fn check_method(arguments: &RenderArguments, scene: &Scene) -> Result<(), Failur
             let why = format!("the method `{name}` finds no surfaces");
             return refuse("--surfaces", &why, "the method `vol`");
         }
-        if scene.energy.is_some() {
+        if scene.axis().is_some() {
             let why = "surfaces are not searched for in a cube";
-            return refuse("--surfaces", why, "a scene without `[energy]`");
+            let table = if scene.exposure.is_some() { "`[time]`" } else { "`[energy]`" };
+            return refuse("--surfaces", why, &format!("a scene without {table}"));
         }
     }
     let other = "another method";
@@ -244,7 +245,7 @@ fn check_method(arguments: &RenderArguments, scene: &Scene) -> Result<(), Failur
         {
             refuse("--error-map", "uniform steps have no error estimate", other)
         }
-        Method::Paper(_) if arguments.progressive.is_some() && scene.energy.is_some() => {
+        Method::Paper(_) if arguments.progressive.is_some() && scene.axis().is_some() => {
             refuse("--progressive", "`paper` has no frames of a cube", "the method `vol`")
         }
         _ => Ok(()),

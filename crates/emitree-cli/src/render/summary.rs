@@ -31,7 +31,15 @@ pub(crate) fn print(
     if let Some(energies) = &scene.energy {
         let (label, scale) = (energies.label(0..bins), energies.scale_name());
         let of_bins = format!("{bins} bin{}", if bins == 1 { "" } else { "s" });
-        writeln!(out, "  energies     {of_bins} of {label} ({scale}){}", evaluated(rendered))?;
+        let (noun, evaluated) = (energies.noun(), evaluated(rendered));
+        writeln!(out, "  {noun:11}  {of_bins} of {label} ({scale}){evaluated}")?;
+    } else if let Some(exposure) = &scene.exposure {
+        let label = exposure.times().label(0..1);
+        writeln!(
+            out,
+            "  exposure     {label}{}",
+            evaluated(rendered).replace(" evaluated", " times evaluated")
+        )?;
     }
     writeln!(out, "  method       {}", method(&scene.render.method, value))?;
     writeln!(
@@ -54,7 +62,11 @@ pub(crate) fn print(
     }
     let ranges = [
         (scene.quantity.name(), Some(&rendered.values), scene.image_unit()),
-        ("whole band", rendered.band.as_ref(), scene.band_unit()),
+        (
+            if scene.exposure.is_some() { "all times" } else { "whole band" },
+            rendered.band.as_ref(),
+            scene.band_unit(),
+        ),
     ];
     for (name, map, unit) in ranges {
         let Some((low, high)) = map.map(Cube::min_max) else { continue };

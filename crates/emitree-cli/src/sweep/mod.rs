@@ -12,9 +12,7 @@ use crate::progress::ProgressLine;
 use crate::threads;
 use emitree::sweep::Sweep;
 use emitree::{RenderError, RenderOptions};
-use emitree_io::{
-    Energies, Override, RenderedScene, Scene, SceneSweep, SweepReport, SweptImage, SweptKey,
-};
+use emitree_io::{Override, RenderedScene, Scene, SceneSweep, SweepReport, SweptImage, SweptKey};
 use outputs::Outputs;
 use std::process::ExitCode;
 
@@ -80,8 +78,7 @@ fn rendered(
     options: &RenderOptions<'_>,
 ) -> Result<Option<RenderedScene>, Failure> {
     let (camera, shape) = (scene.camera.projection(), [scene.height, scene.width]);
-    let axis = scene.energy.as_ref().map(Energies::axis);
-    let found = sweep.step(&scene.emission, camera, shape, axis, options)?;
+    let found = sweep.step(&scene.emission, camera, shape, scene.axis(), options)?;
     if interrupt::requested() {
         return Err(Failure::Render(RenderError::Interrupted));
     }

@@ -3,6 +3,8 @@
 //! Greisen, Calabretta, Valdes & Allen 2006 (doi:10.1051/0004-6361:20053818): a linear axis is
 //! `ENER`. One with bins of equal ratios is `ENER-LOG`, on which w = `CDELT` (p − `CRPIX`) stands for
 //! the energy `CRVAL` · exp(w/`CRVAL`).
+//!
+//! Rots et al. 2015 (doi:10.1051/0004-6361/201424653): a linear axis of times in seconds is `TIME`.
 
 use super::card::{Card, ascii, set};
 use super::{FitsEncodeError, WcsAxis};
@@ -13,10 +15,10 @@ use fits_well::header::Header;
 use fits_well::table::{Builder, ColumnData, WriteColumn};
 
 impl Energies {
-    /// The coordinates of the bins in joules: each pixel's centre is that of its bin, on a
+    /// The coordinates of the bins in joules, or of times in seconds: each pixel's centre is that of its bin, on a
     /// logarithmic axis the geometric mean of its ends.
     ///
-    /// In joules, and not in the unit of the scene, because that is what wcslib, and with it astropy,
+    /// Energies in joules, and not in the unit of the scene, because that is what wcslib, and with it astropy,
     /// converts everything to: by an electronvolt of CODATA 2002, wrong by 8·10⁻⁸, and in a way that
     /// spectral-cube can't read.
     ///
@@ -32,15 +34,17 @@ impl Energies {
     pub fn wcs(&self) -> WcsAxis {
         let axis = self.axis();
         let bins = super::wcs::count(axis.bins());
-        let first = axis.energy(0.5 / bins) * self.joules();
+        let first = axis.energy(0.5 / bins) * self.in_si();
+        let (cname, unit) = if self.is_time() { ("time", "s") } else { ("energy", "J") };
         let (ctype, cdelt) = match axis.scale() {
-            EnergyScale::Linear => ("ENER", (axis.max() - axis.min()) / bins * self.joules()),
+            EnergyScale::Linear if self.is_time() => ("TIME", (axis.max() - axis.min()) / bins),
+            EnergyScale::Linear => ("ENER", (axis.max() - axis.min()) / bins * self.in_si()),
             EnergyScale::Log => ("ENER-LOG", first * (axis.max() / axis.min()).ln() / bins),
         };
         WcsAxis {
             ctype: ctype.to_owned(),
-            cunit: Some("J".to_owned()),
-            cname: "energy".to_owned(),
+            cunit: Some(unit.to_owned()),
+            cname: cname.to_owned(),
             crpix: 1.0,
             crval: first,
             cdelt,
@@ -49,7 +53,7 @@ impl Energies {
 }
 
 /// Adds the table `ENERGIES`: a row for each bin, the lowest first, with its ends `E_MIN` and
-/// `E_MAX` in the unit of the scene.
+/// `E_MAX` in the unit of the scene; of times the table `TIMES` with `T_START` and `T_STOP` in seconds.
 pub(super) fn write_table(
     writer: &mut FitsWriter<Vec<u8>>,
     energies: &Energies,
@@ -59,9 +63,13 @@ pub(super) fn write_table(
     let edges: Vec<f64> = energies.axis().edges().iter().map(|edge| edge * factor).collect();
     let ends = |from: usize| ColumnData::F64(edges[from..][..energies.axis().bins()].to_vec());
     let mut header = Header::new();
-    set(&mut header, &Card::new("EXTNAME", "ENERGIES", "ends of the energy bins"))?;
+    let (name, meaning, columns) = match energies.is_time() {
+        false => ("ENERGIES", "ends of the energy bins", ["E_MIN", "E_MAX"]),
+        true => ("TIMES", "ends of the bins of the time", ["T_START", "T_STOP"]),
+    };
+    set(&mut header, &Card::new("EXTNAME", name, meaning))?;
     let mut table = Builder::with_rows(energies.axis().bins());
-    for (name, from) in [("E_MIN", 0), ("E_MAX", 1)] {
+    for (name, from) in columns.into_iter().zip([0, 1]) {
         table.push(WriteColumn::scalar(ascii(name), ends(from)).with_unit(ascii(&unit)))?;
     }
     Ok(writer.write_table(&table, Some(&header))?)

@@ -24,6 +24,12 @@ pub enum PlannedError {
          without it, or `emitree render`"
     )]
     Absorption,
+    /// The observer moves, or light takes time: points of the camera are not those of the world.
+    #[error(
+        "the scene has [time.observer] or light_travel_time, and the points of a planned run are those of the camera \
+         as it is described: expected a scene without it, or `emitree render`"
+    )]
+    Events,
     /// The ending of a name stands for no format of points.
     #[error("the points {}: expected a name that ends in .npz, .npy or .csv", path.display())]
     PointsEnding {

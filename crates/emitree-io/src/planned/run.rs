@@ -46,7 +46,8 @@ impl PlannedRun {
     ///
     /// # Errors
     ///
-    /// [`PlannedError::Render`]: options out of range, an image beyond the memory; [`PlannedError::Absorption`].
+    /// [`PlannedError::Render`]: options out of range, an image beyond the memory; [`PlannedError::Absorption`],
+    /// [`PlannedError::Events`].
     pub fn new(scene: &Arc<Scene>) -> Result<Self, PlannedError> {
         Self::with(scene, State { scene: lasting(scene.values()?), ..State::default() })
     }
@@ -69,6 +70,9 @@ impl PlannedRun {
     fn with(scene: &Arc<Scene>, state: State) -> Result<Self, PlannedError> {
         if scene.emission.absorption.is_some() {
             return Err(PlannedError::Absorption);
+        }
+        if scene.emission.events.is_some() {
+            return Err(PlannedError::Events);
         }
         // A limit of time would count the time of this process alone.
         let options: RenderOptions<'_> = scene.render_options().with_max_seconds(f64::INFINITY);

@@ -34,7 +34,7 @@ pub(super) fn remark(
     let repeated = |line: &Line| std::iter::repeat_n(line.direction, POINTS);
     let directions: Vec<[f64; 3]> = lines.iter().flat_map(repeated).collect();
     let energies: Vec<f64> =
-        scene.energy.iter().flat_map(|of| vec![of.axis().energy(0.5); points.len()]).collect();
+        scene.axis().iter().flat_map(|axis| vec![axis.energy(0.5); points.len()]).collect();
     let samples = Samples::new(&points, &directions).at_energies(&energies);
     let mut rates = vec![0.0; points.len()];
     if scene.emission.emission_rates(&samples, &mut rates).is_err() {

@@ -124,11 +124,9 @@ impl Stage {
             options.frame = Some(&on_frame);
         }
         let camera = scene.camera.projection();
-        let made = match &scene.energy {
+        let made = match scene.axis() {
             None => render(&scene.emission, camera, self.shape, &options).map(Into::into),
-            Some(energies) => {
-                render_cube(&scene.emission, camera, self.shape, energies.axis(), &options)
-            }
+            Some(axis) => render_cube(&scene.emission, camera, self.shape, axis, &options),
         };
         let end = match made {
             Ok(rendering) => StageEnd::Ended(Box::new(rendering)),

@@ -47,9 +47,9 @@ pub struct SceneAbsorption {
     pub unit: String,
 }
 
-/// The table; `spectral` if the scene has an energy axis.
-pub(super) fn read(table: Table, spectral: bool) -> Result<Given, SceneError> {
-    let spectrum = if spectral { Spectrum::OrGrey } else { Spectrum::Without };
+/// The table; `spectrum` is what the emission of the scene has.
+pub(super) fn read(table: Table, spectrum: Spectrum) -> Result<Given, SceneError> {
+    let spectrum = if spectrum == Spectrum::Of { Spectrum::OrGrey } else { spectrum };
     let place = table.place().clone();
     let read = emission::read_coefficient(table, spectrum);
     let (source, unit) = read.map_err(|error| error.with_text(of_section))?;

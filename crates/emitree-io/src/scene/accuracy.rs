@@ -151,7 +151,7 @@ fn by_pixel(
     Ok(Some(found))
 }
 
-fn boolean(node: &Node) -> Result<bool, SceneError> {
+pub(super) fn boolean(node: &Node) -> Result<bool, SceneError> {
     match node.value {
         Value::Boolean(value) => Ok(value),
         _ => Err(node.refuse(node.value.kind(), "true or false")),

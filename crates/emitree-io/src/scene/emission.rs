@@ -161,25 +161,25 @@ const KINDS: &str = "`expression = \"…\"`, `model = \"…\"`, `grid = { file =
 /// The name of an emission that another program evaluates.
 const OF_ANOTHER_PROGRAM: &str = "of another program";
 
-/// Whether a function depends on the energy.
+/// Whether a function depends on the energy, or on the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Spectrum {
-    /// It can't: the scene has no energy axis.
+    /// It depends on neither: the scene has no such axis.
     Without,
     /// It does, as a rate per unit of energy.
     Of,
     /// It may.
     OrGrey,
+    /// It may depend on the time: the scene has `[time]`.
+    InTime,
 }
 
-/// The emission, and its units in the scene; `spectral` if the scene has an energy axis. An emission that is not
-/// needed may be missing.
+/// The emission, and its units in the scene. An emission that is not needed may be missing.
 pub(super) fn read(
     mut table: Table,
-    spectral: bool,
+    spectrum: Spectrum,
     is_needed: bool,
 ) -> Result<(EmissionSource, EmissionUnits), SceneError> {
-    let spectrum = if spectral { Spectrum::Of } else { Spectrum::Without };
     let emission = read_source(&mut table, spectrum, is_needed)?;
     let units = EmissionUnits::read(&mut table)?;
     table.finish()?;
@@ -202,7 +202,7 @@ fn read_source(
     spectrum: Spectrum,
     is_needed: bool,
 ) -> Result<EmissionSource, SceneError> {
-    let (spectral, must_be) = (spectrum != Spectrum::Without, spectrum == Spectrum::Of);
+    let must_be = spectrum == Spectrum::Of;
     let whole = table.place().clone();
     let expression = table.text("expression")?;
     let model = table.text("model")?;
@@ -225,12 +225,12 @@ fn read_source(
     let emission = match (expression, model, grid, tree, function) {
         (Some((text, place)), None, None, None, None) if of_fields.are_some() => {
             let constants = table.table("constants")?;
-            let found = fields::read(&text, &place, constants, of_fields, spectral)?;
+            let found = fields::read(&text, &place, constants, of_fields, spectrum)?;
             EmissionSource::Fields(found)
         }
         (Some(expression), None, None, None, None) => {
             let constants = table.table("constants")?;
-            read_expression(expression, constants, spectral)?
+            read_expression(expression, constants, spectrum)?
         }
         (None, Some(model), None, None, None) => {
             let parameters = table.take("parameters");
@@ -285,17 +285,21 @@ fn needs_energies(what: &str, place: &Place) -> SceneError {
 fn read_expression(
     (text, place): (String, Place),
     constants: Option<Table>,
-    spectral: bool,
+    spectrum: Spectrum,
 ) -> Result<EmissionSource, SceneError> {
     let constants = constants.map(Table::numbers).transpose()?.unwrap_or_default();
     let values = constants.iter().map(|(name, (value, _))| (name.clone(), *value)).collect();
-    let expression = Expression::parse(&text, &values).map_err(|error| place_in(&error, &place))?;
+    let expression = match spectrum {
+        Spectrum::InTime => Expression::of_time(&text, &values),
+        _ => Expression::parse(&text, &values),
+    };
+    let expression = expression.map_err(|error| place_in(&error, &place))?;
     if let Some(name) = expression.unused_constants().first()
         && let Some((_, entry)) = constants.get(name)
     {
         return Err(refuse_unused("constant", name, &entry.key));
     }
-    if let (false, Some(span)) = (spectral, expression.energy_span()) {
+    if let (Spectrum::Without, Some(span)) = (spectrum, expression.energy_span()) {
         let place = Place { span: span_in_string(&place, span), ..place };
         return Err(needs_energies("`emission.expression`", &place));
     }
@@ -362,7 +366,7 @@ fn read_model(
     })?;
     match model.description().needs_energy() {
         false => refuse_energies(spectrum == Spectrum::Of, "model", place)?,
-        true if spectrum == Spectrum::Without => {
+        true if matches!(spectrum, Spectrum::Without | Spectrum::InTime) => {
             return Err(needs_energies("`emission.model`", place));
         }
         true => {}

@@ -21,6 +21,7 @@ mod sky;
 mod source;
 mod sums;
 mod table;
+mod time;
 mod tree;
 mod values;
 
@@ -39,16 +40,18 @@ pub use sums::SceneSum;
 pub use tree::BuildSettings;
 
 use crate::energies::Energies;
+use crate::exposure::Exposure;
 use crate::fits::Wcs;
 use crate::memory::available_memory_bytes;
 use crate::sky::Sky;
 use crate::units::Unit;
 use camera::ShapeTables;
 use document::Node;
+use emission::Spectrum;
 use emitree::radiance::irradiance_of;
 use emitree::{
-    Cube, Emission, Healpix, Image, Projection, RenderError, RenderOptions, Rendering, Session,
-    render, render_cube,
+    Cube, Emission, EnergyAxis, Healpix, Image, Projection, RenderError, RenderOptions, Rendering,
+    Session, render, render_cube,
 };
 use emitree_instrument::{Observation, ObservationError};
 use instrument::Observer;
@@ -95,8 +98,10 @@ pub struct Scene {
     pub width: usize,
     /// What the pixels are.
     pub quantity: Quantity,
-    /// The energy axis, if the scene has one: its image is a cube then.
+    /// The third axis of its image, if that is a cube: energies, or more than one bin of the time.
     pub energy: Option<Energies>,
+    /// The times of the image, if the scene says so: pixels are means over them.
+    pub exposure: Option<Exposure>,
     /// The camera that counts photons, if the scene has one.
     pub instrument: Option<SceneInstrument>,
     /// Where on the sky the image is, if the scene says so.
@@ -112,6 +117,12 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The axis along which g is sampled beside space: that of energies, or of times, be it of one bin.
+    pub fn axis(&self) -> Option<&EnergyAxis> {
+        let times = self.exposure.as_ref().map(Exposure::times);
+        times.or(self.energy.as_ref()).map(Energies::axis)
+    }
+
     /// The unit of the image, or of the cube, FITS grammar; empty if the scene has none.
     pub fn image_unit(&self) -> &str {
         &self.unit
@@ -144,7 +155,7 @@ impl Scene {
         self.band.factor
     }
 
-    /// An image of the whole energy band, the cube's unit times that of the energies, in
+    /// An image of the whole energy band, or of all times, the cube's unit times that of the energies, in
     /// [`band_unit`](Self::band_unit): as for the frames of a rendering.
     ///
     /// ```
@@ -252,9 +263,9 @@ impl Scene {
         options: &RenderOptions<'_>,
     ) -> Result<Rendering<Cube>, RenderError<E::Error>> {
         let (camera, shape) = (self.camera.projection(), [self.height, self.width]);
-        match &self.energy {
+        match self.axis() {
             None => render(emission, camera, shape, options).map(Into::into),
-            Some(energies) => render_cube(emission, camera, shape, energies.axis(), options),
+            Some(axis) => render_cube(emission, camera, shape, axis, options),
         }
     }
 
@@ -268,8 +279,7 @@ impl Scene {
         options: &RenderOptions<'_>,
     ) -> Result<Session<'static, Cube>, RenderError<Infallible>> {
         let (camera, shape) = (SceneCamera(Arc::clone(self)), [self.height, self.width]);
-        let axis = self.energy.as_ref().map(|energies| *energies.axis());
-        Session::with_energies(camera, shape, axis, options)
+        Session::with_energies(camera, shape, self.axis().copied(), options)
     }
 
     /// Radiances, or their errors, in the quantity of the scene.
@@ -370,19 +380,28 @@ impl Scene {
             }
         };
         let energy = table.table("energy")?.map(energy::read).transpose()?;
-        let instrument = table.table("instrument")?;
-        let (source, of_emission) = emission::read(emission, energy.is_some(), needs_emission)?;
-        let absorption = table.table("absorption")?;
-        let absorption =
-            absorption.map(|table| absorption::read(table, energy.is_some())).transpose()?;
         let projection = table.table("projection")?;
+        let up = camera::up(projection.as_ref())?;
+        let time = table.table("time")?.map(|table| time::read(table, up)).transpose()?;
+        let spectrum = match (&energy, &time) {
+            (Some(_), Some(time)) => return Err(time.refuse_energies()),
+            (Some(_), None) => Spectrum::Of,
+            (None, Some(_)) => Spectrum::InTime,
+            (None, None) => Spectrum::Without,
+        };
+        let instrument = table.table("instrument")?;
+        let (source, of_emission) = emission::read(emission, spectrum, needs_emission)?;
+        let absorption = table.table("absorption")?;
+        let absorption = absorption.map(|table| absorption::read(table, spectrum)).transpose()?;
         let occulters = table.tables("occulter", "tables `[[occulter]]`, each with a `type`")?;
         let bounds = table.table("bounds")?;
         let edges = table.tables("edge", "tables `[[edge]]`, each with a `type`")?;
         let expected = "tables `[[singularity]]`, each with a `type`";
         let singularities = table.tables("singularity", expected)?;
         let shapes = ShapeTables { bounds, occulters, edges, singularities };
-        let (camera, length_unit) = camera::read(projection, shapes, &source, &start)?;
+        let moves = time.as_ref().is_some_and(time::GivenTime::moves);
+        let (camera, length_unit, shapes) =
+            camera::read(projection, shapes, &source, moves, &start)?;
         let layout = camera.description().pixels;
         let (shape, of_image) = read_image(table.table("image")?, layout, &start)?;
         let seeds = table.tables("seed", "tables `[[seed]]`, each with `position` and `radius`")?;
@@ -396,23 +415,37 @@ impl Scene {
             length: length_unit,
             has_solid_angles: camera.description().has_solid_angles,
         };
-        let mut found =
-            radiometry::resolve(source, &of_emission, &of_image, camera_units, energy.as_ref())?;
+        let exposure = time.as_ref().map(|time| &time.exposure);
+        let mut found = radiometry::resolve(
+            source,
+            &of_emission,
+            &of_image,
+            camera_units,
+            energy.as_ref(),
+            exposure,
+        )?;
         if let Some(given) = absorption {
             let of_scene = given.resolve(found.length_unit.as_deref(), energy.as_ref())?;
             found.emission.absorption = Some(of_scene);
         }
+        if let Some(time) = &time {
+            let length_unit = found.length_unit.as_deref();
+            let events = time.events(&camera, &shapes, &seeds, length_unit)?;
+            found.emission.events = events.map(Arc::new);
+        }
+        let has_axis = energy.is_some() || time.is_some();
+        let times = exposure.map(Exposure::times).filter(|times| times.axis().bins() > 1);
         let render = {
             let lines = energy.as_ref().map_or_else(Vec::new, |energies| energies.lines().to_vec());
             let view = accuracy::RenderedView {
                 shape,
-                has_energies: energy.is_some(),
+                has_energies: energy.is_some() || times.is_some(),
                 quantity: found.quantity,
                 length_unit: found.length_unit.as_deref(),
                 camera: &camera,
                 unit: &found.unit,
-                band_unit: if energy.is_some() { &found.band.unit } else { &found.unit },
-                band_factor: if energy.is_some() { found.band.factor } else { 1.0 },
+                band_unit: if has_axis { &found.band.unit } else { &found.unit },
+                band_factor: if has_axis { found.band.factor } else { 1.0 },
             };
             settings::read(render, seeds, lines, &view)?
         };
@@ -437,7 +470,8 @@ impl Scene {
             height,
             width,
             quantity: found.quantity,
-            energy,
+            energy: energy.or(times.cloned()),
+            exposure: time.map(|time| time.exposure),
             instrument,
             sky,
             unit: found.unit,

@@ -10,8 +10,10 @@ use super::error::SceneError;
 use super::source::Place;
 use super::table::Table;
 use crate::energies::Energies;
+use crate::exposure::{Events, Exposure};
 use crate::units::{Dimension, Unit, UnitError, band_unit, image_unit};
 use emitree::{Emission, Samples};
+use std::sync::Arc;
 
 /// A text and where it was written.
 type Text = (String, Place);
@@ -109,6 +111,19 @@ pub struct SceneEmission {
     pub rate_unit: String,
     /// The absorption coefficient of the medium, if it absorbs.
     pub absorption: Option<SceneAbsorption>,
+    /// Where and when samples of the camera are evaluated, if that is not where and when they are: the observer
+    /// moves, or light takes time.
+    pub events: Option<Arc<Events>>,
+}
+
+impl SceneEmission {
+    /// Calls a function with samples of the camera where and when they are seen.
+    pub fn seen<T>(&self, samples: &Samples<'_>, of: impl FnOnce(&Samples<'_>) -> T) -> T {
+        match &self.events {
+            Some(events) => events.seen(samples, of),
+            None => of(samples),
+        }
+    }
 }
 
 impl Emission for SceneEmission {
@@ -121,7 +136,9 @@ impl Emission for SceneEmission {
         rates: &mut [f64],
     ) -> Result<(), EmissionFailure> {
         let factors = [self.length_factor, self.energy_factor];
-        samples_in_units(samples, factors, |samples| self.source.emission_rates(samples, rates))?;
+        self.seen(samples, |samples| {
+            samples_in_units(samples, factors, |samples| self.source.emission_rates(samples, rates))
+        })?;
         if self.rate_factor != 1.0 {
             rates.iter_mut().for_each(|rate| *rate *= self.rate_factor);
         }
@@ -138,7 +155,9 @@ impl Emission for SceneEmission {
         coefficients: &mut [f64],
     ) -> Result<(), EmissionFailure> {
         match &self.absorption {
-            Some(absorption) => absorption.coefficients(samples, coefficients),
+            Some(absorption) => {
+                self.seen(samples, |samples| absorption.coefficients(samples, coefficients))
+            }
             None => {
                 coefficients.fill(0.0);
                 Ok(())
@@ -191,7 +210,12 @@ pub(super) struct BandUnit {
 
 impl BandUnit {
     /// Of a cube in `unit`, which may be empty.
-    fn of(unit: &str, energies: Option<&Energies>) -> Self {
+    fn of(unit: &str, energies: Option<&Energies>, exposure: Option<&Exposure>) -> Self {
+        if let Some(exposure) = exposure {
+            // The mean over all times.
+            let [start_s, stop_s] = exposure.range_s();
+            return Self { unit: unit.to_owned(), factor: 1.0 / (stop_s - start_s) };
+        }
         let known = energies.filter(|_| !unit.is_empty());
         let found = known.and_then(|energies| {
             let (unit, factor) = band_unit(&Unit::parse(unit).ok()?, energies.unit()).ok()?;
@@ -208,6 +232,7 @@ pub(super) fn resolve(
     of_image: &ImageUnits,
     CameraUnits { length: length_unit, has_solid_angles }: CameraUnits,
     energies: Option<&Energies>,
+    exposure: Option<&Exposure>,
 ) -> Result<Radiometry, SceneError> {
     if energies.is_some() {
         of_emission.check_per_energy()?;
@@ -235,10 +260,11 @@ pub(super) fn resolve(
             rate_factor,
             rate_unit,
             absorption: None,
+            events: None,
         },
         length_unit: scene_length,
         quantity,
-        band: BandUnit::of(&unit, energies),
+        band: BandUnit::of(&unit, energies, exposure),
         unit,
     })
 }

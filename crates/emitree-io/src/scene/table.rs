@@ -36,6 +36,11 @@ impl Table {
         self.entries.remove(key).map(|entry| entry.node)
     }
 
+    /// The value of a key that is read elsewhere.
+    pub(super) fn peek(&self, key: &str) -> Option<&Node> {
+        self.entries.get(key).map(|entry| &entry.node)
+    }
+
     /// The value of a key that must be there; a similar key is taken for a slip.
     pub(super) fn require(
         &mut self,

@@ -69,9 +69,34 @@ impl FieldExpression {
         fields: Vec<(String, Grid)>,
         tables: Vec<(String, Table)>,
     ) -> Result<Self, ExpressionError> {
+        Self::with_third_axis(text, constants, fields, tables, false)
+    }
+
+    /// Parses `text`, in which `t` is the time and there is no energy `E`: the energies of samples are times.
+    ///
+    /// # Errors
+    ///
+    /// As [`parse`](Self::parse).
+    pub fn of_time(
+        text: &str,
+        constants: &BTreeMap<String, f64>,
+        fields: Vec<(String, Grid)>,
+        tables: Vec<(String, Table)>,
+    ) -> Result<Self, ExpressionError> {
+        Self::with_third_axis(text, constants, fields, tables, true)
+    }
+
+    fn with_third_axis(
+        text: &str,
+        constants: &BTreeMap<String, f64>,
+        fields: Vec<(String, Grid)>,
+        tables: Vec<(String, Table)>,
+        is_of_time: bool,
+    ) -> Result<Self, ExpressionError> {
         let (names, fields): (Vec<String>, Vec<Grid>) = fields.into_iter().unzip();
         let tables = tables.into_iter().map(|(name, table)| (name, Arc::new(table))).collect();
         let inputs = Inputs::new(names, tables);
+        let inputs = if is_of_time { inputs.of_time() } else { inputs };
         let parsed = parser::parse(text, constants, &[], &inputs)?;
         let names = constants.keys().map(String::as_str).chain(inputs.names());
         let unused = names.filter(|&name| !parsed.used.contains(name)).map(str::to_owned).collect();

@@ -2,7 +2,7 @@
 
 use super::error::ExpressionError;
 use super::lexer::is_name;
-use super::operation::{VARIABLES, function};
+use super::operation::{ThirdAxis, function};
 use crate::table::Table;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -28,12 +28,25 @@ use std::sync::Arc;
 pub struct Inputs {
     fields: Vec<String>,
     tables: Vec<(String, Arc<Table>)>,
+    third_axis: ThirdAxis,
 }
 
 impl Inputs {
     /// Fields by their names, in the order in which their values are given, and tables by theirs.
     pub fn new(fields: Vec<String>, tables: Vec<(String, Arc<Table>)>) -> Self {
-        Self { fields, tables }
+        Self { fields, tables, third_axis: ThirdAxis::Energy }
+    }
+
+    /// The same of an expression that depends on the time `t` instead of the energy `E`: samples have times as
+    /// their energies.
+    #[must_use]
+    pub fn of_time(self) -> Self {
+        Self { third_axis: ThirdAxis::Time, ..self }
+    }
+
+    /// What the third axis is called.
+    pub(super) fn third_axis(&self) -> ThirdAxis {
+        self.third_axis
     }
 
     /// The names of the fields.
@@ -73,7 +86,7 @@ pub(super) fn check_names(
         Err(ExpressionError::new(format!("the {what} `{name}` {fault}"), 0..0))
     };
     for (name, value) in constants {
-        if let Some(fault) = fault_of(name) {
+        if let Some(fault) = fault_of(name, inputs.third_axis) {
             return refuse("constant", name, fault);
         }
         if !value.is_finite() {
@@ -82,7 +95,7 @@ pub(super) fn check_names(
     }
     for (place, name) in inputs.names().enumerate() {
         let what = if place < inputs.fields.len() { "field" } else { "table" };
-        if let Some(fault) = fault_of(name) {
+        if let Some(fault) = fault_of(name, inputs.third_axis) {
             return refuse(what, name, fault);
         }
         if constants.contains_key(name) {
@@ -96,16 +109,18 @@ pub(super) fn check_names(
 }
 
 /// What is wrong with a name.
-fn fault_of(name: &str) -> Option<&'static str> {
+fn fault_of(name: &str, third_axis: ThirdAxis) -> Option<&'static str> {
     Some(if !is_name(name) {
         "is not a name: expected letters, digits and underscores, a digit not first"
     } else if name == "E" {
         "has a reserved name: `E` is the energy"
+    } else if name == "t" && third_axis == ThirdAxis::Time {
+        "has a reserved name: `t` is the time"
     } else if function(name).is_some() {
         "has the name of a function"
     } else if name == "pi" {
         "has the name of the number pi"
-    } else if name == "r" || VARIABLES.iter().any(|(variable, _)| *variable == name) {
+    } else if name == "r" || third_axis.variables().any(|(variable, _)| variable == name) {
         "has the name of a variable"
     } else {
         return None;

@@ -4,7 +4,8 @@
 //!
 //! * Variables: `x`, `y`, `z`, the position in the scene's length unit; `r` = √(x² + y² + z²);
 //!   `dx`, `dy`, `dz`, the unit vector of emission, from the point to the observer; `E`, the
-//!   energy, in the unit of the scene's energy axis. Constants have names of their own, and `pi` is
+//!   energy, in the unit of the scene's energy axis, or instead `t`, the time, where an axis of times is the third
+//!   one ([`Expression::of_time`]). Constants have names of their own, and `pi` is
 //!   3.14159….
 //! * Numbers: `2`, `.5`, `1e-3`, `1_000`.
 //! * Operators, the loosest first: `<` `<=` `>` `>=` `==` `!=` (1 where true, else 0; they do not
@@ -110,7 +111,37 @@ impl Expression {
     /// something unknown, or is nested more than 128 deep; or if a constant is not finite or has
     /// the name of something else.
     pub fn parse(text: &str, constants: &BTreeMap<String, f64>) -> Result<Self, ExpressionError> {
-        let parsed = parser::parse(text, constants, &[], &Inputs::default())?;
+        Self::with_inputs(text, constants, &Inputs::default())
+    }
+
+    /// Parses `text`, in which `t` is the time and there is no energy `E`: the energies of samples are times.
+    ///
+    /// ```
+    /// use emitree::{Emission, Samples};
+    /// use emitree_models::Expression;
+    /// use std::collections::BTreeMap;
+    ///
+    /// let decay = Expression::of_time("exp(-t/30)", &BTreeMap::new())?;
+    /// let mut rates = [0.0];
+    /// let samples = Samples::new(&[[0.0; 3]], &[[0.0, 0.0, 1.0]]);
+    /// decay.emission_rates(&samples.at_energies(&[60.0]), &mut rates)?;
+    /// assert_eq!(rates[0], (-2.0_f64).exp());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`parse`](Self::parse).
+    pub fn of_time(text: &str, constants: &BTreeMap<String, f64>) -> Result<Self, ExpressionError> {
+        Self::with_inputs(text, constants, &Inputs::default().of_time())
+    }
+
+    fn with_inputs(
+        text: &str,
+        constants: &BTreeMap<String, f64>,
+        inputs: &Inputs,
+    ) -> Result<Self, ExpressionError> {
+        let parsed = parser::parse(text, constants, &[], inputs)?;
         let unused = constants.keys().filter(|name| !parsed.used.contains(*name));
         Ok(Self {
             text: text.to_owned(),
@@ -138,7 +169,7 @@ impl Expression {
         &self.unused_constants
     }
 
-    /// The place of the first `E`, in bytes of the text; `None` if the expression does not name the
+    /// The place of the first `E`, or of the first `t` where the time is the third axis, in bytes of the text; `None` if the expression does not name the
     /// energy, and so has no need of an energy axis.
     ///
     /// ```

@@ -192,7 +192,7 @@ pub(super) fn function(name: &str) -> Option<Function> {
 }
 
 /// Variables that are parts of a sample; `r` is made of them.
-pub(super) const VARIABLES: [(&str, Variable); 7] = [
+const VARIABLES: [(&str, Variable); 7] = [
     ("x", Variable::Position(0)),
     ("y", Variable::Position(1)),
     ("z", Variable::Position(2)),
@@ -201,3 +201,23 @@ pub(super) const VARIABLES: [(&str, Variable); 7] = [
     ("dz", Variable::Direction(2)),
     ("E", Variable::Energy),
 ];
+
+/// What the third axis of an image is called.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum ThirdAxis {
+    /// The energy, `E`.
+    #[default]
+    Energy,
+    /// The time, `t`.
+    Time,
+}
+
+impl ThirdAxis {
+    /// The names of all variables that are parts of a sample.
+    pub(super) fn variables(self) -> impl Iterator<Item = (&'static str, Variable)> {
+        VARIABLES.into_iter().map(move |(name, variable)| match (self, variable) {
+            (Self::Time, Variable::Energy) => ("t", variable),
+            _ => (name, variable),
+        })
+    }
+}

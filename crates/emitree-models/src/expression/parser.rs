@@ -7,7 +7,7 @@ use super::error::ExpressionError;
 use super::graph::{Graph, NodeId};
 use super::inputs::{Inputs, check_names};
 use super::lexer::{Lexer, Token};
-use super::operation::{Binary, FUNCTIONS, Function, Unary, VARIABLES, Variable, function};
+use super::operation::{Binary, FUNCTIONS, Function, ThirdAxis, Unary, Variable, function};
 use crate::spelling::{closest, did_you_mean};
 use crate::table::Table;
 use core::f64::consts::PI;
@@ -199,7 +199,7 @@ impl<'a> Parser<'a> {
 
     /// A variable or a constant.
     fn named(&mut self, name: &str, span: Range<usize>) -> Result<NodeId, ExpressionError> {
-        if let Some(&(_, variable)) = VARIABLES.iter().find(|(known, _)| *known == name) {
+        if let Some((_, variable)) = self.variables().find(|(known, _)| *known == name) {
             if variable == Variable::Energy {
                 self.energy_span.get_or_insert(span);
             }
@@ -317,14 +317,23 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// The names of variables that are parts of a sample.
+    fn variables(&self) -> impl Iterator<Item = (&'static str, Variable)> + use<> {
+        self.inputs.third_axis().variables()
+    }
+
     fn unknown_name(&self, name: &str, span: Range<usize>) -> ExpressionError {
-        let variables = VARIABLES.iter().map(|&(variable, _)| variable).chain(["r", "pi"]);
+        let variables = self.variables().map(|(variable, _)| variable).chain(["r", "pi"]);
         let constants = self.constants.keys().map(String::as_str);
         let fields = self.inputs.fields().iter().map(String::as_str);
         let listed = variables.chain(constants).chain(fields).collect::<Vec<_>>();
         let suggestion = match name {
             // Rather Euler's number than a slip of the energy's name.
-            "e" => ": write exp(1), or E for the energy".to_owned(),
+            "e" if self.inputs.third_axis() == ThirdAxis::Energy => {
+                ": write exp(1), or E for the energy".to_owned()
+            }
+            "e" => ": write exp(1)".to_owned(),
+            "t" => ": it is the time where there is a time axis, `[time]` in a scene".to_owned(),
             _ => did_you_mean(closest(name, listed.iter().copied())),
         };
         ExpressionError::new(format!("unknown name `{name}`{suggestion}"), span)
@@ -333,7 +342,7 @@ impl<'a> Parser<'a> {
 
     fn unknown_function(&self, name: &str, span: Range<usize>) -> ExpressionError {
         let is_value = OTHER_NAMES.contains(&name)
-            || VARIABLES.iter().any(|(variable, _)| *variable == name)
+            || self.variables().any(|(variable, _)| variable == name)
             || self.constants.contains_key(name)
             || self.inputs.field(name).is_some();
         if is_value {

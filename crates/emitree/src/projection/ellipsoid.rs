@@ -75,6 +75,11 @@ impl Ellipsoid {
         self.centre
     }
 
+    /// The vectors from the centre to the ends of the semi-axes.
+    pub fn semi_axis_vectors(&self) -> [[f64; 3]; 3] {
+        core::array::from_fn(|i| self.axes[i].map(|along| along * self.semi_axes[i]))
+    }
+
     /// The longest semi-axis.
     pub(crate) fn longest(&self) -> f64 {
         self.semi_axes.iter().copied().fold(0.0, f64::max)

@@ -87,6 +87,11 @@ impl Singularity {
     pub fn position(&self) -> [f64; 3] {
         self.position
     }
+
+    /// The unit vector along an axis; none of a point.
+    pub fn direction(&self) -> Option<[f64; 3]> {
+        self.axis
+    }
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ pub use description::{
     PlotFrame, PlotScale,
 };
 pub use kinds::cameras;
-pub(super) use shapes::ShapeTables;
+pub(super) use shapes::{Shape, ShapeOfScene, ShapeTables};
 
 use super::emission::EmissionSource;
 use super::error::SceneError;
@@ -24,7 +24,7 @@ use crate::units::Unit;
 use crate::words::alternatives;
 use description::{ImageCoordinates, Optics};
 use emitree::Projection;
-use pointing::LENGTH_UNIT;
+use pointing::{LENGTH_UNIT, UP};
 use std::sync::Arc;
 
 /// The camera of a scene.
@@ -81,24 +81,34 @@ impl Camera {
     }
 }
 
-/// The camera, and the length unit with its place; singular points, bounds and edges are those of the
-/// scene and of its emission.
+/// The direction that is up in the image: that of the camera, or z.
+pub(super) fn up(projection: Option<&Table>) -> Result<[f64; 3], SceneError> {
+    let up = projection.and_then(|table| table.peek(UP.name));
+    up.map_or(Ok([0.0, 0.0, 1.0]), |up| up.vector(UP.expected))
+}
+
+/// The camera, the length unit with its place, and the shapes of the scene; singular points, bounds and edges are
+/// those of the scene and, if the camera does not move, of its emission.
 pub(super) fn read(
     projection: Option<Table>,
     shapes: ShapeTables,
     emission: &EmissionSource,
+    moves: bool,
     whole: &Place,
-) -> Result<(Camera, Option<(String, Place)>), SceneError> {
+) -> Result<(Camera, Option<(String, Place)>, Vec<ShapeOfScene>), SceneError> {
     let names = || alternatives(cameras().iter().map(|camera| format!("`{}`", camera.name)));
     let Some(mut table) = projection else {
         return Err(SceneError::at(whole, "the scene has no `[projection]`")
             .label(format!("expected a table `[projection]` with `type` = {}", names())));
     };
     let mut shapes = shapes::read(shapes)?;
+    let listed = shapes.listed();
     let (name, place) = table.require("type", &names())?.text()?;
     let length_unit = table.text(LENGTH_UNIT.name)?;
     // A length unit that can't be converted is refused with the other units.
-    if let Ok(factor) = length_factor(emission.length_unit(), length_unit.as_ref()) {
+    if let (Ok(factor), false) =
+        (length_factor(emission.length_unit(), length_unit.as_ref()), moves)
+    {
         shapes.add_singular_points(emission.singular_points(), factor);
     }
     let Some(description) = cameras().iter().find(|camera| camera.name == name) else {
@@ -106,14 +116,15 @@ pub(super) fn read(
         return Err(SceneError::at(&place, message).label(format!("expected {}", names())));
     };
     // The unit cube is a volume of its own, which data in it usually fill.
-    if description.name != "canonical" {
+    if description.name != "canonical" && !moves {
         emission.data_axes().into_iter().for_each(|axes| shapes.add_ends_of(axes));
     }
     let has_shapes = shapes.bounds.is_some() || !shapes.bodies.is_empty();
     let Optics { coordinates, projection, pointing } =
         (description.read)(&mut table, shapes, &place)?;
     table.finish()?;
-    Ok((Camera { description, coordinates, projection, pointing, has_shapes }, length_unit))
+    let camera = Camera { description, coordinates, projection, pointing, has_shapes };
+    Ok((camera, length_unit, listed))
 }
 
 #[cfg(test)]

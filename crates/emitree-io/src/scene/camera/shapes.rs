@@ -17,6 +17,35 @@ pub(in crate::scene) struct ShapeTables {
     pub(in crate::scene) singularities: Vec<Table>,
 }
 
+/// The form of a shape, as far as it matters where it is relative to a camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::scene) enum Shape {
+    /// A point.
+    Point([f64; 3]),
+    /// An ellipsoid: its centre, and the vectors from there to the ends of its semi-axes.
+    Ellipsoid { centre: [f64; 3], semi_axes: [[f64; 3]; 3] },
+    /// A box along the axes of the world.
+    Box,
+    /// A plane: a point of it, and its normal of length 1.
+    Plane { position: [f64; 3], normal: [f64; 3] },
+    /// A line: a point of it, and its direction of length 1.
+    Axis { position: [f64; 3], direction: [f64; 3] },
+}
+
+/// A shape that a scene has, by what messages call it.
+pub(in crate::scene) struct ShapeOfScene {
+    pub(in crate::scene) name: String,
+    pub(in crate::scene) place: Place,
+    pub(in crate::scene) shape: Shape,
+}
+
+impl From<&Ellipsoid> for Shape {
+    fn from(ellipsoid: &Ellipsoid) -> Self {
+        let (centre, semi_axes) = (ellipsoid.centre(), ellipsoid.semi_axis_vectors());
+        Self::Ellipsoid { centre, semi_axes }
+    }
+}
+
 /// The shapes of a scene.
 pub(super) struct Shapes {
     pub(super) bounds: Option<Bounds>,
@@ -25,9 +54,44 @@ pub(super) struct Shapes {
     pub(super) places: Vec<Place>,
     pub(super) edges: Vec<Edge>,
     pub(super) singularities: Vec<Singularity>,
+    /// Where the bounds, each edge and each singularity were written.
+    others: Vec<Place>,
 }
 
 impl Shapes {
+    /// Those that the scene has itself, without those of its emission.
+    pub(super) fn listed(&self) -> Vec<ShapeOfScene> {
+        let bounds = self.bounds.iter().map(|bounds| match bounds {
+            Bounds::Ellipsoid(ellipsoid) => ("`[bounds]`".to_owned(), ellipsoid.into()),
+            _ => ("`[bounds]`".to_owned(), Shape::Box),
+        });
+        let numbered = |key: &str, number: usize| format!("`[[{key}]]` {}", number + 1);
+        let edges = self.edges.iter().enumerate().filter_map(|(number, edge)| {
+            let shape = match edge {
+                Edge::Ellipsoid(ellipsoid) => ellipsoid.into(),
+                &Edge::Plane { position, normal, .. } => Shape::Plane { position, normal },
+                _ => return None,
+            };
+            Some((numbered("edge", number), shape))
+        });
+        let singularities = self.singularities.iter().enumerate().map(|(number, of)| {
+            let position = of.position();
+            let shape = match of.direction() {
+                Some(direction) => Shape::Axis { position, direction },
+                None => Shape::Point(position),
+            };
+            (numbered("singularity", number), shape)
+        });
+        let bodies = self.bodies.iter().enumerate();
+        let bodies = bodies.map(|(number, body)| (numbered("occulter", number), body.into()));
+        let others = bounds.chain(edges).chain(singularities).zip(&self.others);
+        bodies
+            .zip(&self.places)
+            .chain(others)
+            .map(|((name, shape), place)| ShapeOfScene { name, place: place.clone(), shape })
+            .collect()
+    }
+
     pub(super) fn is_empty(&self) -> bool {
         self.bounds.is_none()
             && self.bodies.is_empty()
@@ -79,12 +143,14 @@ const LENGTH: &str = "a length in `length_unit`";
 pub(super) fn read(tables: ShapeTables) -> Result<Shapes, SceneError> {
     let ShapeTables { bounds, occulters, edges, singularities } = tables;
     let places = occulters.iter().map(|table| table.place().clone()).collect();
+    let tables = bounds.iter().chain(&edges).chain(&singularities);
+    let others = tables.map(|table| table.place().clone()).collect();
     let bodies = occulters.into_iter().map(read_body).collect::<Result<_, _>>()?;
     let bounds = bounds.map(read_bounds).transpose()?;
     let edges = edges.into_iter().map(read_edge).collect::<Result<_, _>>()?;
     let singularities =
         singularities.into_iter().map(read_singularity).collect::<Result<_, _>>()?;
-    Ok(Shapes { bounds, bodies, places, edges, singularities })
+    Ok(Shapes { bounds, bodies, places, edges, singularities, others })
 }
 
 fn read_body(mut table: Table) -> Result<Ellipsoid, SceneError> {

@@ -4,7 +4,7 @@ use super::super::document::{Entry, Node, Value};
 use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
-use super::{grid, lookup, needs_energies, place_in, refuse_unused};
+use super::{Spectrum, grid, lookup, needs_energies, place_in, refuse_unused};
 use emitree_models::FieldExpression;
 use std::collections::BTreeMap;
 
@@ -40,7 +40,7 @@ pub(super) fn read(
     place: &Place,
     constants: Option<Table>,
     given: FieldTables,
-    spectral: bool,
+    spectrum: Spectrum,
 ) -> Result<FieldExpression, SceneError> {
     let constants = constants.map(Table::numbers).transpose()?.unwrap_or_default();
     let values: BTreeMap<String, f64> =
@@ -73,14 +73,17 @@ pub(super) fn read(
         .into_iter()
         .map(|(name, entry)| Ok((name, lookup::read(Table::new(entry.node)?)?)))
         .collect::<Result<_, SceneError>>()?;
-    let expression = FieldExpression::parse(text, &values, of_fields, of_tables)
-        .map_err(|error| place_in(&error, place))?;
+    let expression = match spectrum {
+        Spectrum::InTime => FieldExpression::of_time(text, &values, of_fields, of_tables),
+        _ => FieldExpression::parse(text, &values, of_fields, of_tables),
+    };
+    let expression = expression.map_err(|error| place_in(&error, place))?;
     if let Some(name) = expression.unused_names().first()
         && let Some((what, place)) = keys.get(name)
     {
         return Err(refuse_unused(what, name, place));
     }
-    if let (false, Some(span)) = (spectral, expression.energy_span()) {
+    if let (Spectrum::Without, Some(span)) = (spectrum, expression.energy_span()) {
         let place = Place { span: super::span_in_string(place, span), ..place.clone() };
         return Err(needs_energies("`emission.expression`", &place));
     }
