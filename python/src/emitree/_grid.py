@@ -24,6 +24,7 @@ from emitree._axes import (
 )
 from emitree._function import Floats
 from emitree._native import SceneError
+from emitree._real import real
 
 #: Keys of the scene that are taken as they are.
 _PLAIN = ("interpolation", "outside")
@@ -212,14 +213,7 @@ def _array_of(values: Any, variable: str | None) -> Any:
 
 def _cube(values: Any, axes: tuple[str, ...]) -> tuple[Floats, tuple[int, ...]]:
     expected = f"({', '.join('n' + axis for axis in axes)})"
-    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
-        raise SceneError("some `values` are masked: expected a number at each node")
-    try:
-        found = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(
-            f"`values` is {type(values).__name__}: expected an array {expected} of numbers"
-        ) from None
-    if np.ndim(values) != 3:
-        raise SceneError(f"`values` has the shape {np.shape(values)}: expected {expected}")
-    return found, found.shape
+    found = real(values, "`values`", f"an array {expected} of numbers")
+    if found.ndim != 3:
+        raise SceneError(f"`values` has the shape {found.shape}: expected {expected}")
+    return np.ascontiguousarray(found), found.shape

@@ -7,6 +7,12 @@ use emitree_models::GridError;
 use emitree_models::grid::Coordinates;
 use std::path::PathBuf;
 
+/// What one node more than there are values may be.
+const EDGES: &str =
+    " (the nodes are the places of the values: the centres of cells, not their edges)";
+/// What colatitudes below 0 may be.
+const LATITUDES: &str = "; `latitude` instead of `theta` is for latitudes";
+
 /// A file that no grid could be read from.
 #[derive(Debug, thiserror::Error)]
 #[error("the grid {}: {cause}", path.display())]
@@ -28,7 +34,7 @@ pub enum GridReadError {
     Unreadable(#[source] std::io::Error),
     /// The ending of the name stands for no format.
     #[error(
-        "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5, .nc or .vtk"
+        "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5, .nc, .vtk, .vti or .vtr"
     )]
     Ending,
     /// The library was built without this format.
@@ -141,7 +147,8 @@ pub enum GridReadError {
     /// The nodes of an axis are not as many as the values along it.
     #[error(
         "it has {found} nodes: expected {length}, since the values are an array of shape {shape:?}, \
-         with axes in the order {order}"
+         with axes in the order {order}{}",
+        if *found == length + 1 { EDGES } else { "" }
     )]
     AxisLength {
         /// The nodes found or given.
@@ -178,7 +185,8 @@ pub enum GridReadError {
     /// An angle that no direction has.
     #[error(
         "node {index} is {value} {unit}: expected a {name} from {low} to {high} {unit} \
-         (`angle_unit` is the unit of all angles)"
+         (`angle_unit` is the unit of all angles{})",
+        if *value < 0.0 && *name == "colatitude" { LATITUDES } else { "" }
     )]
     AngleOutOfRange {
         /// The node, from 0.
