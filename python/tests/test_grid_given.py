@@ -100,7 +100,9 @@ def test_integers_are_numbers(kind):
 
 
 def test_axes_of_any_kind_are_the_same():
-    down = grid(CUBE[::-1, ::-1, ::-1], x=X[::-1], y=Y[::-1].tolist(), z=(Z[::-1]).astype(np.float32))
+    down = grid(
+        CUBE[::-1, ::-1, ::-1], x=X[::-1], y=Y[::-1].tolist(), z=(Z[::-1]).astype(np.float32)
+    )
     check(down)
     check(grid(CUBE[:, ::-1], y=Y[::-1]), "z")
     check(grid(x=(-5, 5), y=[-5, 5], z=np.array([-5, 5])), "z")
@@ -116,7 +118,9 @@ def test_thin_grids_have_their_thickness():
     for view, expected in [("z", 0.5), ("x", 10 / 3)]:
         found = emitree.render(thin, camera(view), (COUNT, COUNT), tolerance=0.01).image
         np.testing.assert_allclose(found[COUNT // 2], expected, rtol=0.02)
-    with pytest.raises(emitree.SceneError, match="the z axis has 1 node.*: expected at least 2, since a plane"):
+    with pytest.raises(
+        emitree.SceneError, match=r"the z axis has 1 node.*: expected at least 2, since a plane"
+    ):
         emitree.render(grid(CUBE[..., :1], z=[0.0]), camera("z"), (2, 2))
 
 
@@ -143,10 +147,14 @@ def test_mixed_lengths_are_converted_or_refused(cube):
     mixed = cube.assign_coords(x=("x", 1000 * X, {"units": "m"}), y=("y", Y, {"units": "km"}))
     given = emitree.Grid(values=mixed, interpolation="cubic")
     check(given, "xy", length_unit="km")
-    with pytest.raises(emitree.SceneError, match="`x` in 'm', `y` in 'km': expected one unit, or a camera"):
+    with pytest.raises(
+        emitree.SceneError, match="`x` in 'm', `y` in 'km': expected one unit, or a camera"
+    ):
         check(given, "x")
     cube.x.attrs["units"] = "pixels"
-    with pytest.raises(emitree.SceneError, match="coordinate `x` of `values` is in 'pixels': expected 'km'"):
+    with pytest.raises(
+        emitree.SceneError, match="coordinate `x` of `values` is in 'pixels': expected 'km'"
+    ):
         check(emitree.Grid(values=cube), "x", length_unit="km")
 
 
@@ -173,8 +181,14 @@ LATITUDE_DEG = np.linspace(-90, 90, 61)
 
 def ball(latitude_deg, phi_deg, radii=R):
     """The emission on r, latitude and phi."""
-    r, latitude, phi = np.meshgrid(radii, np.radians(latitude_deg), np.radians(phi_deg), indexing="ij")
-    place = [r * np.cos(latitude) * np.cos(phi), r * np.cos(latitude) * np.sin(phi), r * np.sin(latitude)]
+    r, latitude, phi = np.meshgrid(
+        radii, np.radians(latitude_deg), np.radians(phi_deg), indexing="ij"
+    )
+    place = [
+        r * np.cos(latitude) * np.cos(phi),
+        r * np.cos(latitude) * np.sin(phi),
+        r * np.sin(latitude),
+    ]
     return rate(np.stack(place, axis=-1))
 
 

@@ -58,9 +58,10 @@ class Block:
 class AmrGrid:
     """Emission rates of nested blocks of cells: a function `grid(position, direction)`.
 
-    blocks: `Block`s, all with values in cells or all with values at nodes. The cells of a level have one size, which is a whole multiple of that of the
-        next finer level, along each axis; blocks are whole numbers of their cells away from the
-        least corner of all. Blocks need not be nested properly, and may be leaves only.
+    blocks: `Block`s, all with values in cells or all with values at nodes. The cells of a level
+        have one size, which is a whole multiple of that of the next finer level, along each axis;
+        blocks are whole numbers of their cells away from the least corner of all. Blocks need not
+        be nested properly, and may be leaves only.
     interpolation: "linear", trilinear between the centres of cells; "quadratic", a quadratic spline
         with continuous derivatives; or "nearest", the value of the cell. Outside of all blocks the
         rate is 0. Of values at nodes "linear", trilinear between the corners of a cell, or

@@ -50,7 +50,7 @@ def painted(lattice: Lattice, places: Sequence[Place], layers: int = 1) -> list[
 
 
 def nodal(lattice: Lattice, places: Sequence[Place]) -> list[Floats]:
-    """The values of all blocks with values at nodes, which need no layers; all tiles are painted."""
+    """The values of blocks with values at nodes, which need no layers; all tiles are painted."""
     for blocks in _levels(lattice):
         for block in blocks:
             _paint(lattice, places, block)

@@ -206,8 +206,8 @@ def as_in_scenes(nodes: Any, count: int | None, name: str) -> Any:
     found = real(nodes, f"`{name}`", "the coordinates of the nodes")
     if found.ndim > 1:
         raise SceneError(
-            f"`{name}` has the shape {found.shape}: expected one axis, the coordinates of the nodes "
-            "along it"
+            f"`{name}` has the shape {found.shape}: expected one axis, the coordinates of the "
+            "nodes along it"
         )
     if found.shape == (2,) and count != 2:
         first, last = found.tolist()

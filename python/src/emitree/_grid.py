@@ -43,8 +43,8 @@ class Grid:
         or an xarray DataArray with dimensions of these names in any order, whose coordinates are
         the nodes unless keywords say otherwise (lat, latitude, lon, longitude, radius and
         colatitude are names too); or a Dataset, of which `variable` chooses an array.
-    file: the name of a file (.npy, .npz, .fits, .h5, .nc, .vtk), whose own axes are kept unless
-        keywords say otherwise; variable: which of its arrays has the rates.
+    file: the name of a file (.npy, .npz, .fits, .h5, .nc, .vtk, .vti, .vtr), whose own axes are
+        kept unless keywords say otherwise; variable: which of its arrays has the rates.
     coordinates: "cartesian" (x, y, z), "cylindrical" (rho, phi, z) or "spherical" (r, theta, phi);
         of arrays, those of the axes that are given.
     x, y, z, rho, r, theta, phi: the nodes of the axes, lengths in the length unit of the camera and

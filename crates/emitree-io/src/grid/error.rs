@@ -7,12 +7,6 @@ use emitree_models::GridError;
 use emitree_models::grid::Coordinates;
 use std::path::PathBuf;
 
-/// What one node more than there are values may be.
-const EDGES: &str =
-    " (the nodes are the places of the values: the centres of cells, not their edges)";
-/// What colatitudes below 0 may be.
-const LATITUDES: &str = "; `latitude` instead of `theta` is for latitudes";
-
 /// A file that no grid could be read from.
 #[derive(Debug, thiserror::Error)]
 #[error("the grid {}: {cause}", path.display())]
@@ -148,7 +142,7 @@ pub enum GridReadError {
     #[error(
         "it has {found} nodes: expected {length}, since the values are an array of shape {shape:?}, \
          with axes in the order {order}{}",
-        if *found == length + 1 { EDGES } else { "" }
+        edges(*.found, *.length)
     )]
     AxisLength {
         /// The nodes found or given.
@@ -186,7 +180,7 @@ pub enum GridReadError {
     #[error(
         "node {index} is {value} {unit}: expected a {name} from {low} to {high} {unit} \
          (`angle_unit` is the unit of all angles{})",
-        if *value < 0.0 && *name == "colatitude" { LATITUDES } else { "" }
+        latitudes(*.value, .name)
     )]
     AngleOutOfRange {
         /// The node, from 0.
@@ -276,6 +270,22 @@ impl GridReadError {
     /// Bytes that the format does not allow.
     pub(super) fn malformed(format: GridFormat, reason: impl ToString) -> Self {
         Self::Malformed { format, reason: reason.to_string() }
+    }
+}
+
+/// What one node more than there are values may be.
+fn edges(found: usize, length: usize) -> &'static str {
+    match found == length + 1 {
+        true => " (the nodes are the places of the values: the centres of cells, not their edges)",
+        false => "",
+    }
+}
+
+/// What colatitudes below 0 may be.
+fn latitudes(value: f64, name: &str) -> &'static str {
+    match value < 0.0 && name == "colatitude" {
+        true => "; `latitude` instead of `theta` is for latitudes",
+        false => "",
     }
 }
 
