@@ -8,7 +8,7 @@ import pytest
 import emitree
 
 #: The emission is exp(-r^2/2) (1 + b . r) up to r = 5, where the first factor is 4e-6.
-SLOPE = np.array([0.3, 0.2, -0.25])
+SLOPE = np.array([0.12, 0.08, -0.1])
 #: Coordinates of the image (right, up) and the direction of sight.
 VIEWS = {
     "x": dict(position=(40, 0, 0), up=(0, 0, 1), right=1, above=2),
@@ -91,12 +91,12 @@ def test_arrays_of_any_kind_are_the_same(change):
 
 @pytest.mark.parametrize("kind", [np.int16, np.uint8, np.int64])
 def test_integers_are_numbers(kind):
-    # Half a step of the numbers is an error of 0.2 % of the largest.
     counts = np.rint(CUBE * 200 / CUBE.max()).astype(kind)
     nodes = {name: axis.astype(np.float32) for name, axis in AXES.items()}
     found = emitree.render(grid(counts, **nodes), camera("x"), (COUNT, COUNT), tolerance=0.01)
     truth = exact("x") * 200 / CUBE.max()
-    assert np.abs(found.image - truth).max() < 0.03 * truth.max()
+    # The sum of half steps along a line of 70 nodes is some 0.5 % of the largest integral.
+    assert np.abs(found.image - truth).max() < 0.02 * truth.max()
 
 
 def test_axes_of_any_kind_are_the_same():
@@ -272,9 +272,9 @@ def with_nan(array, at):
     ({"values": CUBE + 1j}, r"`values` is an array of complex128: expected an array \(nx, ny, nz\) of numbers"),
     ({"values": CUBE.astype(str)}, "`values` is an array of <U32: expected an array"),
     ({"values": with_nan(CUBE, (1, 2, 3))}, r"at \(x, y, z\) node \(1, 2, 3\)|\(1, 2, 3\)"),
-    ({"x": with_nan(X, 2)}, "node 2 of the x axis is NaN: expected a finite number"),
+    ({"x": with_nan(X, 2)}, r"`emission.grid.x\[2\]` is NaN: expected a finite number"),
     ({"x": np.ma.masked_equal(np.arange(71), 4)}, r"`x` is masked at \(4,\): expected the coordinates of the nodes"),
-    ({"x": np.linspace(-5, 5, 72)}, r"the x axis: it has 72 nodes: expected 71, .*, with axes in the order x y z \(.*centres of cells.*edges"),
+    ({"x": np.linspace(-5, 5, 72)}, r"the x axis: it has 72 nodes: expected 71, .*, with axes in the order xyz \(.*centres of cells.*edges"),
     ({"x": np.meshgrid(X, Y, Z, indexing="ij")[0]}, r"`x` has the shape \(71, 73, 75\): expected one axis, the coordinates of the nodes along it"),
     ({"x": np.array(["2024-01-01", "2024-01-02"], dtype="datetime64[D]")}, r"`x` is an array of datetime64\[D\]: expected the coordinates"),
     ({"values": CUBE.transpose(2, 1, 0)}, "the x axis: it has 71 nodes: expected 75, since the values are an array of shape"),

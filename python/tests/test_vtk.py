@@ -174,7 +174,9 @@ def test_files_that_are_none_are_named(tmp_path):
     path = tmp_path / "cut.vtu"
     tetrahedra().save(path)
     path.write_bytes(path.read_bytes()[:500])
-    with pytest.raises(emitree.SceneError, match=r"cut\.vtu': expected one that PyVista reads, such"):
+    with pytest.raises(
+        emitree.SceneError, match=r"cut\.vtu': expected one that PyVista reads, such"
+    ):
         emitree.from_pyvista(path)
     with pytest.raises(
         emitree.SceneError,
