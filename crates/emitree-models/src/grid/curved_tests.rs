@@ -372,7 +372,8 @@ fn many_values_have_the_bits_of_one() {
         let mut grid = sampled(coordinates, nodes.clone(), g);
         if is_logarithmic {
             let axes = GridAxes::new(coordinates, nodes).unwrap().with_logarithmic(0).unwrap();
-            let values = (0..axes.shape().iter().product()).map(|i| f64::from(i % 7)).collect();
+            let count: usize = axes.shape().iter().product();
+            let values = (0..count).map(|i| (i % 7) as f64).collect();
             grid = Grid::on(axes, values).unwrap();
         }
         let places = grid.nodes();
