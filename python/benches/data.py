@@ -191,12 +191,13 @@ def amr() -> list[Case]:
 
 
 def tetrahedra() -> list[Case]:
-    """A ball of tetrahedra between 20,000 points."""
+    """A ball of tetrahedra between 40,000 points, whose density falls as 1/r."""
     import pyvista
 
+    count = 40_000
     random = np.random.default_rng(SEED)
-    points = random.normal(size=(20_000, 3))
-    points *= (3 * random.random(20_000) ** (1 / 3) / np.linalg.norm(points, axis=1))[:, None]
+    points = random.normal(size=(count, 3))
+    points *= (3 * random.random(count) ** 0.5 / np.linalg.norm(points, axis=1))[:, None]
     mesh = Delaunay(points)
     cells = np.insert(mesh.simplices, 0, 4, axis=1)
     dataset = pyvista.UnstructuredGrid(cells, np.full(len(cells), 10, dtype=np.uint8), points)
