@@ -6,11 +6,14 @@ from scipy.special import erf
 import emitree
 
 
-def gaussians(rng):
-    """A sum of Gaussians that images resolve, and its integrals along lines."""
+def gaussians(rng, narrowest=0.2):
+    """A sum of Gaussians of widths from ``narrowest`` to 1, and its integrals along lines.
+
+    The default is what images resolve.
+    """
     count = rng.integers(1, 5)
     centres, heights = rng.uniform(-0.6, 0.6, (count, 3)), rng.uniform(0.2, 1, count)
-    sigmas = np.exp(rng.uniform(np.log(0.2), 0, count))
+    sigmas = np.exp(rng.uniform(np.log(narrowest), 0, count))
 
     def emission(position, direction):
         squares = [((position - centre) ** 2).sum(axis=1) for centre in centres]

@@ -2,6 +2,7 @@
 
 import pickle
 
+import chords_of_lines
 import numpy as np
 import pytest
 from models import torus
@@ -22,27 +23,8 @@ def random_lines(rng, count=300):
 
 
 def gaussians(rng):
-    """A sum of Gaussians, and its integrals along lines."""
-    count = rng.integers(1, 5)
-    centres, heights = rng.uniform(-0.6, 0.6, (count, 3)), rng.uniform(0.2, 1, count)
-    sigmas = np.exp(rng.uniform(np.log(0.03), 0, count))
-
-    def emission(position, direction):
-        squares = [((position - centre) ** 2).sum(axis=1) for centre in centres]
-        return sum(
-            h * np.exp(-q / (2 * s * s)) for h, q, s in zip(heights, squares, sigmas, strict=True)
-        )
-
-    def exact(lines):
-        total = 0.0
-        for centre, height, sigma in zip(centres, heights, sigmas, strict=True):
-            offset, width = lines.positions - centre, sigma * np.sqrt(2)
-            along = (offset * lines.directions).sum(axis=1)
-            square = (offset**2).sum(axis=1) - along**2
-            ends = erf((along + lines.lengths) / width) - erf(along / width)
-            total += height * np.exp(-square / width**2) * width * np.sqrt(np.pi) / 2 * ends
-        return total
-
+    """A sum of Gaussians, its integrals along lines, and nothing between samples."""
+    emission, exact = chords_of_lines.gaussians(rng, narrowest=0.03)
     return emission, exact, lambda lines: np.zeros(len(lines))
 
 

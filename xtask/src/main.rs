@@ -41,6 +41,7 @@ mod workspace;
 use outcome::Outcome;
 use std::io::{self, Write};
 use std::process::ExitCode;
+use std::time::Instant;
 use step::{STEPS, Step};
 use workspace::Workspace;
 
@@ -88,7 +89,11 @@ fn main() -> ExitCode {
         Err(message) => return failure(&message),
     };
     for step in steps {
-        if !report(step, (step.run)(&workspace)) {
+        let start = Instant::now();
+        let outcome = (step.run)(&workspace);
+        // Before the total, which is the last line.
+        eprintln!("xtask: step `{}` took {:.0} s", step.name, start.elapsed().as_secs_f64());
+        if !report(step, outcome) {
             return ExitCode::FAILURE;
         }
     }

@@ -29,6 +29,7 @@ pub mod corona;
 pub mod cubes;
 pub mod cusps;
 pub mod deep;
+pub mod divided;
 pub mod equation8;
 pub mod family;
 mod gauss;

@@ -6,6 +6,7 @@
 //! `… -- peaks 0 40 1e-2` anisotropic peaks, `… -- solids 0 120 1e-2` sums of random solids with sharp
 //! surfaces, `… -- shapes 0 80 1e-2` random boxes, ellipsoids, cylinders, unions and shells,
 //! `… -- planets 0 80 1e-2` these around an opaque planet, in orthographic and perspective views,
+//! `… -- divided 0 48 1e-2` Gaussians divided by declared planes,
 //! `… -- smile 0 40 1e-2` the magnetosheath from random viewpoints,
 //! `… -- deep 0 40 10 1e-2` Gaussians in a depth range ten times as long as needed,
 //! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- rooms 0 60 1e-2` views of boxes with
@@ -15,11 +16,13 @@
 //! Images have 64 × 64 pixels, those of views as many as the view has.
 
 use emitree::progress::Frame;
+use emitree::projection::GeometryError;
 use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Rendering, VolOptions, render};
 use emitree_problems::catalogue::{problem, problems};
 use emitree_problems::deep::random_deep;
+use emitree_problems::divided::random_divided;
 use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
 use emitree_problems::planets::random_planet;
 use emitree_problems::relative_error;
@@ -60,6 +63,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scenes = (from.parse()?..to.parse()?).map(planet_scene).collect();
             many(scenes, &numbers(tolerances)?)
         }
+        ["divided", from, to, tolerances] => {
+            let scenes: Result<Vec<Scene>, _> =
+                (from.parse()?..to.parse()?).map(divided_scene).collect();
+            many(scenes?, &numbers(tolerances)?)
+        }
         ["smile", from, to, tolerances] => {
             let scenes = (from.parse()?..to.parse()?).map(smile_scene).collect();
             many(scenes, &numbers(tolerances)?)
@@ -81,7 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
         _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
-                  solids FROM TO T,… | shapes FROM TO T,… | planets FROM TO T,… | \
+                  solids FROM TO T,… | shapes FROM TO T,… | planets FROM TO T,… | divided FROM TO T,… | \
                   smile FROM TO T,… | deep FROM TO FACTOR T,… | views FROM TO T,… | rooms FROM TO T,… | \
                   monotone FROM TO [peaks] | paper [FROM TO] T,… | trace NAME T"
             .into()),
@@ -196,6 +204,13 @@ fn planet_scene(seed: u64) -> Scene {
     let (name, reference) = (scene.name(), scene.reference_image(SHAPE));
     let camera = scene.camera();
     Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference }
+}
+
+fn divided_scene(seed: u64) -> Result<Scene, GeometryError> {
+    let scene = random_divided(seed);
+    let (name, reference) = (scene.name(), scene.reference_image([64; 2]));
+    let camera = scene.camera()?;
+    Ok(Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference })
 }
 
 fn smile_scene(seed: u64) -> Scene {

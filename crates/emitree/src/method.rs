@@ -14,6 +14,16 @@ use core::pin::Pin;
 pub(crate) type Running<'a> =
     Pin<Box<dyn Future<Output = Result<MethodOutput, MethodError>> + Send + 'a>>;
 
+/// [`run`], boxed: compiled here, once, and not in each function that is generic in the emission.
+pub(crate) fn begin<'a>(
+    meter: &'a Meter,
+    tiles: &'a [Tile<'a>],
+    axis: Option<&'a EnergyAxis>,
+    method: &'a Method,
+) -> Running<'a> {
+    Box::pin(run(meter, tiles, axis, method))
+}
+
 /// The image of a camera, or the cube in the bins of `axis`, by a method.
 pub(crate) async fn run(
     meter: &Meter,

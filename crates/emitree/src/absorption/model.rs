@@ -15,7 +15,6 @@ use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::{PixelTolerance, VolOptions};
 use core::ops::ControlFlow;
-use core::pin::pin;
 use std::sync::Arc;
 
 /// Evaluations after which there is no approximation: without one there are 64 on each of several hundred lines.
@@ -74,7 +73,7 @@ pub(super) fn find<E: Emission>(
     };
     let method = Method::Vol(vol);
     let made = Calls::new(&coefficient, &meter, Some(&progress))
-        .drive(pin!(method::run(&meter, &tiles, None, &method)));
+        .drive(method::begin(&meter, &tiles, None, &method).as_mut());
     let evaluations = usize::try_from(meter.new_evaluations()).unwrap_or(usize::MAX);
     outer.count_absorption(evaluations);
     outer.count_time(0, u64::try_from(meter.emission_time().as_nanos()).unwrap_or(u64::MAX));

@@ -427,6 +427,15 @@ impl<P: ImagePlane> Chart for PlaneChart<'_, P> {
         self.camera.plane.solid_angle_density(uv)
     }
 
+    fn line(&self, uv: [f64; 2]) -> Option<SightLine> {
+        Some(self.camera.line(uv))
+    }
+
+    fn depth_of(&self, line: &SightLine, distance: f64) -> f64 {
+        let [from, to] = line.ends;
+        self.camera.surroundings.span(from, to).z_of(distance).clamp(0.0, 1.0)
+    }
+
     fn visible_end(&self, uv: [f64; 2]) -> Option<(usize, f64)> {
         let line = self.camera.line(uv);
         let surroundings = &self.camera.surroundings;

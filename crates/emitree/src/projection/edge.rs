@@ -24,10 +24,14 @@ pub enum Edge {
     Ellipsoid(Ellipsoid),
     /// A plane without an end; made by [`plane`](Self::plane).
     ///
-    /// It saves evaluations where it is seen edge-on: in views with an opaque body, an ellipsoidal
-    /// edge or ellipsoidal bounds, if it contains their centre and the observer, or with parallel
-    /// lines of sight the centre and their direction, to 1e-9 of the radius. The image is then
-    /// computed on its two sides separately. Other planes have no effect.
+    /// In views without opaque bodies, up to three planes that are not seen edge-on divide lines of sight where g
+    /// jumps, and where it has a kink if the normal is within 60° of the line of sight in the middle: both sides
+    /// of a plane are then smooth.
+    ///
+    /// A plane that is seen edge-on saves evaluations in views with an opaque body, an ellipsoidal edge or
+    /// ellipsoidal bounds, if it contains their centre and the observer, or with parallel lines of sight the centre and
+    /// their direction, to 1e-9 of the radius. The image is then computed on its two sides separately. Other
+    /// planes have no effect.
     #[non_exhaustive]
     Plane {
         /// A point of the plane, in the length unit of the scene.

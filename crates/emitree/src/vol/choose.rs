@@ -22,7 +22,7 @@ use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::faces::reaches_faces_at;
-use crate::vol::view::part::{Parts, SeenCharts, atlas, atlas_of_box, parts};
+use crate::vol::view::part::{Parts, SeenCharts, atlas, atlas_of_box, layered_parts, parts};
 use crate::vol::view::scattered::KnownParts;
 use crate::vol::view::tree_start::TreeStart;
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
@@ -106,14 +106,24 @@ async fn to_tolerance(
         None => division(meter, tiles, axis, vol).await?,
     };
     let mut seen: Option<SeenCharts> = None;
+    let mut unfinished: Option<MethodOutput> = None;
     loop {
-        let Division { edges, cuts, depths, stretch, is_by_faces } = &division;
+        let Division { edges, cuts, depths, stretch, is_by_faces, layered_from } = &division;
         let atlas = match is_by_faces {
             true => atlas_of_box(tiles),
             false => atlas(tiles, edges).map(|atlas| atlas.with_weights(depths).with_cuts(cuts)),
         };
-        let parts = match (seen.take(), &atlas) {
-            (Some(seen), Some(atlas)) => seen.parts(tiles, atlas),
+        let atlas = match layered_from {
+            // Layers of the image plane need fewer evaluations than those of angles about the centre.
+            Some(from) => atlas
+                .filter(|atlas| !atlas.is_inside_bounds())
+                .map(|atlas| atlas.with_layers(*from)),
+            None => atlas,
+        };
+        let layered = layered_from.and_then(|from| layered_parts(tiles, *stretch, from));
+        let parts = match (seen.take(), &atlas, layered) {
+            (Some(seen), Some(atlas), _) => seen.parts(tiles, atlas),
+            (_, None, Some(layered)) => layered,
             _ => parts(tiles, atlas.as_ref(), *stretch),
         };
         meter.check_time()?;
@@ -151,6 +161,17 @@ async fn to_tolerance(
                 continue;
             }
         }
+        // Products of whole lines of sight need fewer evaluations than those of their layers.
+        if layered_from.is_none() && !attempted.found.as_ref().is_some_and(is_complete) {
+            let jumps = attempted.has_jump;
+            let from = if jumps { 0.0 } else { TUNING.view.least_cosine_of_kinks };
+            if layered_parts(tiles, None, from).is_some() {
+                division.layered_from = Some(from);
+                unfinished = attempted.found.take();
+                continue;
+            }
+        }
+        attempted.found = attempted.found.or(unfinished);
         let functions = core::mem::take(&mut attempted.functions);
         let trees = start.and_then(|start| start.trees.as_deref());
         let mut made = finish(meter, tiles, &parts, axis, vol, attempted, trees).await?;
@@ -237,6 +258,10 @@ fn with_share_of_allowed(mut made: MethodOutput, vol: &VolOptions) -> MethodOutp
     made
 }
 
+fn is_complete(found: &MethodOutput) -> bool {
+    matches!(found.ending, StopReason::Complete | StopReason::FixedMesh)
+}
+
 /// The image of products, of surfaces, or of trees of the parts that have none.
 async fn finish(
     meter: &Meter,
@@ -247,8 +272,6 @@ async fn finish(
     mut attempted: Attempted,
     trees: Option<&TreeStart>,
 ) -> Result<MethodOutput, MethodError> {
-    let is_complete =
-        |found: &MethodOutput| matches!(found.ending, StopReason::Complete | StopReason::FixedMesh);
     let products = match attempted.found.take() {
         Some(products) if is_complete(&products) => return Ok(products),
         products => products,

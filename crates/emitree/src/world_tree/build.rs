@@ -13,7 +13,8 @@ use crate::quadrature::{AsyncIntegrand, Points};
 use crate::refinement::Threshold;
 use crate::site::Mapping;
 use crate::tree::{BuildOptions, GrownPoints, PointTree, StopReason};
-use core::pin::pin;
+use core::future::Future;
+use core::pin::Pin;
 use core::time::Duration;
 use std::time::Instant;
 
@@ -226,16 +227,8 @@ pub fn build_world_tree<E: Emission>(
         finest_level: options.finest_level,
         ..BuildOptions::default()
     };
-    let method = pin!(async {
-        match directional(&meter, bounds).await? {
-            Some(directional) => Ok(Err(directional)),
-            None => {
-                let rates = Rates { meter: &meter, bounds };
-                Ok(Ok(PointTree::grow(&rates, &build_options).await?))
-            }
-        }
-    });
-    let grown = Calls::new(emission, &meter, options.progress).drive(method)?;
+    let mut method = grow(&meter, bounds, &build_options);
+    let grown = Calls::new(emission, &meter, options.progress).drive(method.as_mut())?;
     let grown = grown.map_err(|Directional { position, rates }| WorldTreeError::Directional {
         position,
         directions: DIRECTIONS,
@@ -253,6 +246,20 @@ pub fn build_world_tree<E: Emission>(
         unresolved_cells: grown.unresolved_cells,
         emission_time: meter.emission_time(),
         total_time: start.elapsed(),
+    })
+}
+
+/// A tree in progress, which waits for rates.
+type Growing<'a> =
+    Pin<Box<dyn Future<Output = Result<Result<GrownPoints, Directional>, MethodError>> + 'a>>;
+
+/// Boxed: compiled here, once, and not for each emission.
+fn grow<'a>(meter: &'a Meter, bounds: WorldBox, options: &'a BuildOptions) -> Growing<'a> {
+    Box::pin(async move {
+        match directional(meter, bounds).await? {
+            Some(directional) => Ok(Err(directional)),
+            None => Ok(Ok(PointTree::grow(&Rates { meter, bounds }, options).await?)),
+        }
     })
 }
 

@@ -25,6 +25,17 @@ pub trait Chart: Send + Sync + core::fmt::Debug {
     /// smoothly where there is no image, and 1 in angles at a body.
     fn density(&self, uv: [f64; 2]) -> f64;
 
+    /// The line of sight at (u, v); `None` without lines of sight that planes may divide.
+    fn line(&self, _uv: [f64; 2]) -> Option<SightLine> {
+        None
+    }
+
+    /// The depth at a distance along a [line](Self::line), 0 or 1 beyond the ends.
+    fn depth_of(&self, line: &SightLine, distance: f64) -> f64 {
+        let place = self.chart_from_world(line.at(distance));
+        place.map_or(0.0, |[_, _, z]| z.clamp(0.0, 1.0))
+    }
+
     /// How much each coordinate of depth changes with z, if there are several.
     fn depth_shares(&self, _u: [f64; 3]) -> Option<Weights> {
         None
@@ -86,6 +97,10 @@ impl<P: Projection + ?Sized> Chart for Whole<'_, P> {
         self.projection.solid_angle_density(uv)
     }
 
+    fn line(&self, uv: [f64; 2]) -> Option<SightLine> {
+        self.projection.view_geometry()?.line(uv)
+    }
+
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
         (self.tile, uv)
     }
@@ -137,7 +152,7 @@ pub(crate) struct PieceChart<'a> {
 }
 
 impl PieceChart<'_> {
-    fn line(&self, uv: [f64; 2]) -> SightLine {
+    fn line_at(&self, uv: [f64; 2]) -> SightLine {
         let [c, azimuth] = self.window.natural(uv);
         self.shells.line(self.surroundings, self.shells.angle(self.piece, c), azimuth)
     }
@@ -155,7 +170,7 @@ impl PieceChart<'_> {
 
 impl Chart for PieceChart<'_> {
     fn world_from_chart(&self, [u, v, z]: [f64; 3]) -> MappedPoint {
-        let line = self.line([u, v]);
+        let line = self.line_at([u, v]);
         let mut point = self.shells.point(self.surroundings, self.piece, self.weights, &line, z);
         point.path_per_depth *= self.density_at_singularity(u);
         point
@@ -177,8 +192,23 @@ impl Chart for PieceChart<'_> {
         1.0
     }
 
+    fn line(&self, uv: [f64; 2]) -> Option<SightLine> {
+        Some(self.line_at(uv))
+    }
+
+    fn depth_of(&self, line: &SightLine, distance: f64) -> f64 {
+        let [from, to] = self.shells.range(self.piece, line, &self.shells.aim(line));
+        if distance <= from {
+            0.0
+        } else if distance >= to {
+            1.0
+        } else {
+            self.depth(line).z_of(distance)
+        }
+    }
+
     fn depth_shares(&self, [u, v, z]: [f64; 3]) -> Option<Weights> {
-        self.depth(&self.line([u, v])).shares(z)
+        self.depth(&self.line_at([u, v])).shares(z)
     }
 
     fn has_gaps(&self) -> bool {
@@ -186,7 +216,7 @@ impl Chart for PieceChart<'_> {
     }
 
     fn across_gap(&self, [u, v, z]: [f64; 3]) -> Option<AcrossGap> {
-        let line = self.line([u, v]);
+        let line = self.line_at([u, v]);
         let range = self.shells.range(self.piece, &line, &self.shells.aim(&line));
         // The point that `outside` has not moved.
         let (distance, path) = self.depth(&line).at(z)?;
@@ -201,7 +231,7 @@ impl Chart for PieceChart<'_> {
     }
 
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
-        image_place(&self.tiles, &self.line(uv))
+        image_place(&self.tiles, &self.line_at(uv))
     }
 }
 

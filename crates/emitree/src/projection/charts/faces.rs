@@ -332,7 +332,7 @@ impl FaceChart<'_> {
 
 impl Chart for FaceChart<'_> {
     fn world_from_chart(&self, [u, v, z]: [f64; 3]) -> MappedPoint {
-        let line = self.line([u, v]);
+        let line = Self::line(self, [u, v]);
         let mut point = line.point(&self.span(&line), z);
         // Rounding does not move points out of the box.
         let cuboid = self.passage.cuboid;
@@ -361,7 +361,15 @@ impl Chart for FaceChart<'_> {
         1.0
     }
 
+    fn line(&self, uv: [f64; 2]) -> Option<SightLine> {
+        Some(Self::line(self, uv))
+    }
+
+    fn depth_of(&self, line: &SightLine, distance: f64) -> f64 {
+        self.span(line).z_of(distance).clamp(0.0, 1.0)
+    }
+
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
-        image_place(&self.tiles, &self.line(uv))
+        image_place(&self.tiles, &Self::line(self, uv))
     }
 }

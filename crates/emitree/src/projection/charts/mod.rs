@@ -14,6 +14,7 @@
 //! * `singularities`: the coordinates about those of a view, and where they are in the image;
 //! * `sectors`: parts of the azimuth between planes on which g jumps or has a kink;
 //! * `faces`: lines of sight by the faces at which they enter and leave bounds that are a box;
+//! * `layer`: the parts of a chart on each side of planes on which g jumps or has a kink;
 //! * `piece`: the pieces of lines between surfaces, their coordinates and depths;
 //! * `chart`: a piece in view as a map from the unit cube;
 //! * `stretch`: a chart with more places where the emission is.
@@ -24,6 +25,7 @@ pub(crate) mod chart;
 pub(crate) mod depth;
 mod excluded;
 mod faces;
+pub(crate) mod layer;
 mod piece;
 mod sectors;
 mod shells;
@@ -41,6 +43,7 @@ use chart::{Chart, PieceChart, Window};
 use core::f64::consts::TAU;
 use depth::Weights;
 use faces::{Faces, Passage};
+use layer::{Layer, LayerChart, layers};
 use piece::Piece;
 use shells::Shells;
 pub(crate) use singularities::NearSingularity;
@@ -55,10 +58,20 @@ pub(crate) struct Atlas<'a> {
     shells: Vec<Shells>,
     /// The faces of bounds that are a box, if there are no shells.
     faces: Option<Faces>,
+    /// The regions between planes that divide all charts; none without such planes.
+    layers: Vec<Layer>,
     /// What the charts are of, by their numbers.
-    charts: Vec<ChartOf>,
+    charts: Vec<LayerOf>,
     /// The weights of the coordinates of depth, by shells and pieces, where they have been fitted.
     fitted: Vec<(usize, Piece, Weights)>,
+}
+
+/// A chart of lines, or its part in a layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LayerOf {
+    lines: ChartOf,
+    /// The number of the layer, if planes divide the charts.
+    layer: Option<usize>,
 }
 
 /// What a chart is of.
@@ -133,9 +146,9 @@ impl<'a> Atlas<'a> {
             let Edge::Plane { position, normal } = *edge else { continue };
             shells.iter_mut().for_each(|shells| shells.cut_at_plane(position, normal));
         }
-        let charts = charts_of(&shells);
-        let (faces, fitted) = (None, Vec::new());
-        let mut atlas = Self { surroundings, tiles, shells, faces, charts, fitted };
+        let charts = in_layers(&[], charts_of(&shells));
+        let (faces, layers, fitted) = (None, Vec::new(), Vec::new());
+        let mut atlas = Self { surroundings, tiles, shells, faces, layers, charts, fitted };
         atlas.exclude_singularities();
         Some(atlas)
     }
@@ -146,9 +159,10 @@ impl<'a> Atlas<'a> {
         let surroundings = tiles.first()?.surroundings()?;
         let Some(Bounds::Cuboid(cuboid)) = surroundings.bounds else { return None };
         let faces = Faces::new(cuboid, surroundings.observer);
-        let charts = faces.passages().iter().copied().map(ChartOf::Passage).collect();
-        let (shells, fitted) = (Vec::new(), Vec::new());
-        Some(Self { surroundings, tiles, shells, faces: Some(faces), charts, fitted })
+        let passages = faces.passages().iter().copied().map(ChartOf::Passage).collect();
+        let charts = in_layers(&[], passages);
+        let (shells, layers, fitted) = (Vec::new(), Vec::new(), Vec::new());
+        Some(Self { surroundings, tiles, shells, faces: Some(faces), layers, charts, fitted })
     }
 
     /// The same atlas with charts that end at these azimuths, too.
@@ -156,13 +170,50 @@ impl<'a> Atlas<'a> {
         for cut in cuts {
             self.shells[cut.shells].sectors.cut(cut.azimuth_rad);
         }
-        self.charts = charts_of(&self.shells);
+        self.charts = in_layers(&self.layers, charts_of(&self.shells));
         self
+    }
+
+    /// The same atlas with charts divided into the [`layers`] that some tile has with the cosine `least_cosine`.
+    pub(crate) fn with_layers(mut self, least_cosine: f64) -> Self {
+        let mut of_tiles = self.tiles.iter().map(|tile| layers(*tile, least_cosine));
+        self.layers = of_tiles.find(|layers| !layers.is_empty()).unwrap_or_default();
+        let mut lines: Vec<ChartOf> = self.charts.iter().map(|of| of.lines).collect();
+        lines.dedup();
+        self.charts = in_layers(&self.layers, lines);
+        self
+    }
+
+    /// Whether the only surface is that of the bounds, and all lines of sight pass well inside of its limb: nothing
+    /// is singular in view.
+    pub(crate) fn is_inside_bounds(&self) -> bool {
+        /// Lines along each side of a tile, with those at its borders.
+        const LINES: usize = 17;
+        /// How far inside, as a share of the radius.
+        const INSIDE: f64 = 0.9;
+        let [only] = &self.shells[..] else { return false };
+        if !only.is_only_bounds() || only.singular.is_some() {
+            return false;
+        }
+        let place = |k: usize| k as f64 / (LINES - 1) as f64;
+        let is_inside = |line: SightLine| {
+            let aim = only.aim(&line);
+            aim.is_ahead && aim.miss < INSIDE * only.radii[0]
+        };
+        self.tiles.iter().all(|tile| {
+            let mut places = (0..LINES * LINES).map(|k| [place(k % LINES), place(k / LINES)]);
+            places.all(|xy| tile.line(xy).is_some_and(is_inside))
+        })
+    }
+
+    /// Whether planes divide the charts.
+    pub(crate) fn has_layers(&self) -> bool {
+        !self.layers.is_empty()
     }
 
     /// The weights of the coordinates of depth in a chart; `None` if there is one coordinate only.
     pub(crate) fn weights(&self, chart: usize) -> Option<Weights> {
-        let ChartOf::Piece { shells, piece, .. } = self.charts[chart] else { return None };
+        let ChartOf::Piece { shells, piece, .. } = self.charts[chart].lines else { return None };
         Some(self.weights_of(shells, piece))
     }
 
@@ -181,7 +232,7 @@ impl<'a> Atlas<'a> {
     /// The same atlas with other weights in some charts.
     pub(crate) fn with_weights(mut self, weights: &[(usize, Weights)]) -> Self {
         for (chart, weights) in weights {
-            if let ChartOf::Piece { shells, piece, .. } = self.charts[*chart] {
+            if let ChartOf::Piece { shells, piece, .. } = self.charts[*chart].lines {
                 self.fitted.push((shells, piece, *weights));
             }
         }
@@ -191,7 +242,7 @@ impl<'a> Atlas<'a> {
     /// The cut through a chart at the coordinate v of a window; `None` if v is no azimuth.
     pub(crate) fn cut(&self, chart: usize, window: &Window, v: f64) -> Option<FoundCut> {
         let [begin, width] = window.azimuth_rad;
-        match self.charts[chart] {
+        match self.charts[chart].lines {
             ChartOf::Piece { shells, .. } => {
                 Some(FoundCut { shells, azimuth_rad: begin + v * width })
             }
@@ -202,7 +253,7 @@ impl<'a> Atlas<'a> {
     /// The beginning and the width of the second coordinate of a chart; `None` if it is the azimuth of the whole
     /// circle.
     pub(crate) fn sector_rad(&self, chart: usize) -> Option<[f64; 2]> {
-        match self.charts[chart] {
+        match self.charts[chart].lines {
             ChartOf::Piece { shells, sector, .. } => {
                 self.shells[shells].sectors.azimuth_rad(sector)
             }
@@ -265,7 +316,7 @@ impl<'a> Atlas<'a> {
 
     /// Whether samples found no emission where a chart is.
     pub(crate) fn looks_dark(&self, chart: usize) -> bool {
-        let ChartOf::Piece { shells, piece, .. } = self.charts[chart] else { return false };
+        let ChartOf::Piece { shells, piece, .. } = self.charts[chart].lines else { return false };
         self.shells[shells].has_found_edge && matches!(piece, Piece::Near(0) | Piece::Chord(1))
     }
 
@@ -278,7 +329,7 @@ impl<'a> Atlas<'a> {
     pub(crate) fn zones(&self, line: &SightLine) -> u64 {
         let add = |all: u64, zone: usize| all.wrapping_mul(31).wrapping_add(zone as u64);
         let zones = match &self.shells[..] {
-            [only] => {
+            [only] if self.layers.is_empty() => {
                 let aim = only.aim(line);
                 let is_cut = only.sectors.len() > 1;
                 add(if is_cut { only.sectors.of(aim.azimuth()) as u64 } else { 0 }, only.zone(&aim))
@@ -294,14 +345,30 @@ impl<'a> Atlas<'a> {
         }
     }
 
-    /// A number for the sectors of a line of sight, or for its passage through a box.
+    /// A number for the sectors of a line of sight, or for its passage through a box, and for the pieces that
+    /// planes divide.
     pub(crate) fn sectors(&self, line: &SightLine) -> u64 {
-        if let Some(faces) = &self.faces {
-            return faces.place(line).map_or(0, |(passage, _)| 1 + passage as u64);
-        }
+        let add = |all: u64, number: usize| all.wrapping_mul(31).wrapping_add(number as u64);
+        let passage = self.faces.as_ref().and_then(|faces| faces.place(line));
         let cut = self.shells.iter().filter(|shells| shells.sectors.len() > 1);
         let sectors = cut.map(|shells| shells.sectors.of(shells.aim(line).azimuth()));
-        sectors.fold(0_u64, |all, sector| all.wrapping_mul(31).wrapping_add(sector as u64))
+        let sectors = sectors.fold(passage.map_or(0, |(passage, _)| 1 + passage as u64), add);
+        let Some(layer) = self.layers.first() else { return sectors };
+        let divided = |distance: f64| {
+            let [begin, end] = line.ends;
+            if distance <= begin {
+                return 0;
+            }
+            if distance >= end {
+                return 1;
+            }
+            let around = |shells: &Shells| {
+                let radius = shells.radius_at(line.at(distance));
+                shells.radii.partition_point(|of| *of < radius)
+            };
+            2 + self.shells.iter().map(around).sum::<usize>()
+        };
+        layer.crossings(line).map(divided).fold(sectors, add)
     }
 
     /// For each shells the distance of a line from the centre, in units of the radius of each
@@ -318,8 +385,11 @@ impl<'a> Atlas<'a> {
     /// The pieces of a line of sight that are not empty.
     pub(crate) fn pieces(&self, line: &SightLine, pieces: &mut Vec<PieceOfLine>) {
         pieces.clear();
-        if let Some((chart, place)) = self.faces.as_ref().and_then(|faces| faces.place(line)) {
-            pieces.push(PieceOfLine { chart, place, density: 1.0 });
+        if let Some((passage, place)) = self.faces.as_ref().and_then(|faces| faces.place(line)) {
+            let layers = self.layers.len().max(1);
+            let charts = (passage * layers..).take(layers);
+            let in_layer = charts.filter(|chart| self.has_part_of(*chart, line, line.ends));
+            pieces.extend(in_layer.map(|chart| PieceOfLine { chart, place, density: 1.0 }));
         }
         let (end, _) = self.surroundings.end_of(line);
         let Some(number) = self.shells_of(line, end) else { return };
@@ -330,19 +400,26 @@ impl<'a> Atlas<'a> {
         let azimuth = aim.azimuth();
         let sector = shells.sectors.of(azimuth);
         for (chart, of) in self.charts.iter().enumerate() {
-            let ChartOf::Piece { shells: of_shells, piece, sector: of_sector } = *of else {
+            let ChartOf::Piece { shells: of_shells, piece, sector: of_sector } = of.lines else {
                 continue;
             };
             if of_shells != number || of_sector != sector {
                 continue;
             }
-            let [from, to] = shells.range(piece, line, &aim);
-            if shells.has(zone, piece, ends_at_body) && to > from {
+            let ends @ [from, to] = shells.range(piece, line, &aim);
+            let has_piece = shells.has(zone, piece, ends_at_body) && to > from;
+            if has_piece && self.has_part_of(chart, line, ends) {
                 let c = shells.coordinate(piece, &aim);
                 let density = shells.density(piece, c);
                 pieces.push(PieceOfLine { chart, place: [c, azimuth], density });
             }
         }
+    }
+
+    /// Whether a piece of a line, given its ends, has a part in the layer of a chart.
+    fn has_part_of(&self, chart: usize, line: &SightLine, ends: [f64; 2]) -> bool {
+        let layer = self.charts[chart].layer;
+        layer.is_none_or(|layer| self.layers[layer].has_part_of(line, ends))
     }
 
     /// The number of the shells in whose coordinates a line is: those of the body at which it ends,
@@ -365,7 +442,7 @@ impl<'a> Atlas<'a> {
 
     /// The coordinate c at limbs and on the axis, at which the window of a chart may end.
     pub(crate) fn natural_ends(&self, chart: usize) -> [f64; 2] {
-        match self.charts[chart] {
+        match self.charts[chart].lines {
             ChartOf::Piece { shells, piece, .. } => self.shells[shells].natural_ends(piece),
             ChartOf::Passage(_) => [0.0, 1.0],
         }
@@ -374,13 +451,18 @@ impl<'a> Atlas<'a> {
     /// A chart with what is in view of it.
     pub(crate) fn chart(&'a self, chart: usize, window: Window) -> Box<dyn Chart + 'a> {
         let (surroundings, tiles) = (self.surroundings, self.tiles.clone());
-        match self.charts[chart] {
+        let LayerOf { lines, layer } = self.charts[chart];
+        let chart: Box<dyn Chart + 'a> = match lines {
             ChartOf::Piece { shells, piece, .. } => {
                 let weights = self.weights_of(shells, piece);
                 let shells = &self.shells[shells];
                 Box::new(PieceChart { surroundings, shells, piece, weights, window, tiles })
             }
             ChartOf::Passage(passage) => Box::new(passage.chart(surroundings, window, tiles)),
+        };
+        match layer {
+            Some(layer) => Box::new(LayerChart { chart, layer: self.layers[layer].clone() }),
+            None => chart,
         }
     }
 }
@@ -396,6 +478,16 @@ fn charts_of(shells: &[Shells]) -> Vec<ChartOf> {
         shells.pieces().into_iter().flat_map(of_piece).collect::<Vec<_>>()
     };
     shells.iter().enumerate().flat_map(of_shells).collect()
+}
+
+/// All charts in all layers, those of one chart after each other.
+fn in_layers(layers: &[Layer], charts: Vec<ChartOf>) -> Vec<LayerOf> {
+    let numbers: Vec<Option<usize>> = match layers.len() {
+        0 => vec![None],
+        count => (0..count).map(Some).collect(),
+    };
+    let of_chart = |lines| numbers.iter().map(move |layer| LayerOf { lines, layer: *layer });
+    charts.into_iter().flat_map(of_chart).collect()
 }
 
 /// The surfaces around each body, and around the centres of other edges and of bounds.

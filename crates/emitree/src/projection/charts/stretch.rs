@@ -8,6 +8,7 @@
 use super::chart::{AcrossGap, Chart};
 use super::depth::Weights;
 use crate::projection::MappedPoint;
+use crate::projection::surroundings::SightLine;
 
 /// The map from t to the depth z, both in \[0, 1\], with more places around a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +101,14 @@ impl Chart for Stretched<'_> {
 
     fn density(&self, uv: [f64; 2]) -> f64 {
         self.chart.density(uv)
+    }
+
+    fn line(&self, uv: [f64; 2]) -> Option<SightLine> {
+        self.chart.line(uv)
+    }
+
+    fn depth_of(&self, line: &SightLine, distance: f64) -> f64 {
+        self.stretch.place_of(self.chart.depth_of(line, distance))
     }
 
     fn depth_shares(&self, [u, v, t]: [f64; 3]) -> Option<Weights> {

@@ -94,7 +94,8 @@ impl Attempted {
         let frozen = functions.as_ref().map(|functions| attempt.search.frozen(functions));
         self.functions[number] = functions;
         let mut placed = FrozenView::new(&parts.outside);
-        let maps = if footing.is_of_pixels() {
+        let is_image = footing.is_of_pixels() && parts.parts.len() == 1;
+        let maps = if is_image {
             let means = |shape| attempt.search.interpolant.means(shape);
             let has_rim = !footing.is_raster_of_pixels();
             frozen.iter().for_each(|of| placed.add_products(of, attempt.part, footing));
@@ -128,7 +129,7 @@ impl Attempted {
             parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
             Cube::from_bands(vec![map])
         });
-        if attempt.meter.keeps_images() && !attempt.part.footing.is_of_pixels() {
+        if attempt.meter.keeps_images() && !is_image {
             // The last frame is the image.
             attempt.meter.show([cube.clone(), error.clone()]);
         }
@@ -136,7 +137,7 @@ impl Attempted {
         made.base_level = Some(attempt.vol.base_level);
         made.smallest_feature = known.smallest;
         let wants_model = attempt.meter.wants_model() || !attempt.vol.sums.is_empty();
-        if footing.is_raster_of_pixels() && wants_model {
+        if is_image && footing.is_raster_of_pixels() && wants_model {
             made.model = Some(Arc::new(attempt.search.interpolant.clone()));
         }
         if attempt.meter.freezes() {

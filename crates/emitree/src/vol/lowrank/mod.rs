@@ -152,7 +152,7 @@ pub(crate) async fn attempt(
             return Ok(attempted);
         }
     }
-    if !parts.has_fitted_depths() && start.is_none() {
+    if !parts.has_fitted_depths() && !parts.has_layers() && start.is_none() {
         let fitted = |(_, attempt): &(usize, Attempt<'_>)| attempt.fitted_depth(parts);
         attempted.depths = attempts.iter().filter_map(fitted).collect();
         attempted.stretch = attempts.iter().find_map(|(_, attempt)| attempt.fitted_stretch());
@@ -399,7 +399,7 @@ impl Attempt<'_> {
 
     /// The stretch of the depth of an image plane that is better for the probes.
     fn fitted_stretch(&self) -> Option<Stretch> {
-        if !self.part.footing.is_of_pixels() {
+        if !self.part.footing.is_of_pixels() || self.parts > 1 {
             return None;
         }
         let samples = self.search.probed().map(|([_, _, z], rate)| (rate * rate, z));

@@ -25,6 +25,9 @@ pub(crate) struct Division {
     pub(crate) stretch: Option<Stretch>,
     /// Whether lines are divided by the faces at which they enter and leave bounds that are a box.
     pub(crate) is_by_faces: bool,
+    /// The least cosine between the line of sight in the middle and the normals of planes that divide the image plane
+    /// into layers, if they do.
+    pub(crate) layered_from: Option<f64>,
 }
 
 impl Division {

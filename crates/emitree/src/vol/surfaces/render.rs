@@ -32,7 +32,8 @@ pub(crate) async fn render(
 ) -> Result<Option<MethodOutput>, MethodError> {
     // Bodies hide a part of the lines of sight, but do not end the chart of the image plane.
     let has_charts = parts.parts.iter().any(|part| !part.footing.is_of_pixels());
-    let plane = has_charts.then(|| parts_of(tiles, None, None));
+    let is_divided = has_charts || parts.parts.len() > tiles.len();
+    let plane = is_divided.then(|| parts_of(tiles, None, None));
     let [part] = &plane.as_ref().unwrap_or(parts).parts[..] else { return Ok(None) };
     let is_possible = attempted.has_jump
         && vol.is_uniform()
@@ -44,7 +45,7 @@ pub(crate) async fn render(
         return Ok(None);
     }
     // Samples in charts are elsewhere.
-    let samples = attempted.known.samples.first_mut().filter(|_| !has_charts);
+    let samples = attempted.known.samples.first_mut().filter(|_| !is_divided);
     let chart = &*part.chart;
     let view = WeightedView { meter, part, tiles: tiles.len() };
     let density = |point: &[f64; 3]| chart.density([point[0], point[1]]);

@@ -30,6 +30,11 @@ group! {
         /// The share of the places of a stretched depth that are uniform. With smaller ones features
         /// outside of the stretched part are missed.
         uniform_places: f64 = 0.5, 0.25..=0.75;
+        /// The least cosine between the line of sight in the middle of the view and the normal of a declared plane from
+        /// which the view is divided there if G does not jump. The sides of a plane seen at a grazing angle end within
+        /// the image, which costs more than a kink: at 70° 18,425 evaluations instead of 7,334 of a Gaussian with a kink
+        /// in bounds at 1 %, at 45° 6,468 instead of 10,408. Where G jumps, layers cost less at all angles.
+        least_cosine_of_kinks: f64 = 0.5, 0.25..=0.75;
         /// The square of the distance at which the weight of a value of a local fit is a quarter,
         /// in units of the square of the nearest distance.
         fit_quarter_weight: f64 = 2.0, 1.0..=4.0;

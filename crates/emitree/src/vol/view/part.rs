@@ -1,12 +1,14 @@
 //! The parts of a view, each with a chart of its own, whose images add up.
 //!
-//! Without opaque bodies and limbs of bounds there is one part for each tile: the image plane. With
-//! them the parts are the charts of the atlas that some pixels see.
+//! Without opaque bodies and limbs of bounds there is one part for each tile, the image plane, or one for each layer
+//! between planes at which g jumps or has a kink. With them the parts are the charts of the atlas that some pixels
+//! see.
 
 use crate::image::Image;
 use crate::projection::Chart;
 use crate::projection::charts::chart::Window;
 use crate::projection::charts::depth::Weights;
+use crate::projection::charts::layer::{Layer, LayerChart, layers};
 use crate::projection::charts::stretch::{Stretch, Stretched};
 use crate::projection::charts::{Atlas, FoundEdge};
 use crate::radiance::radiance_per_density;
@@ -114,13 +116,8 @@ pub(crate) fn parts<'a>(
             outside.extend(beyond.into_iter().map(|pixel| first_row * tile.shape[1] + pixel));
             nodes
         });
-        let chart = tile.projection.chart(number);
-        let chart = match stretch {
-            Some(stretch) => Box::new(Stretched { chart, stretch }),
-            None => chart,
-        };
         Part {
-            chart,
+            chart: plane_chart(tile, number, stretch),
             footing: Arc::new(Footing::Pixels { first_row, rim }),
             scale: Arc::new(scale.clone()),
             share: 1.0 / tiles.len() as f64,
@@ -135,6 +132,53 @@ pub(crate) fn parts<'a>(
     let is_stretched = stretch.is_some();
     let has_box = atlas_of_box(tiles).is_some();
     Parts { parts, outside, quadrature, crossings: Vec::new(), is_stretched, has_box }
+}
+
+/// The image plane of a tile as a chart, with this stretch of its depth.
+fn plane_chart<'a>(
+    tile: &Tile<'a>,
+    number: usize,
+    stretch: Option<Stretch>,
+) -> Box<dyn Chart + 'a> {
+    let chart = tile.projection.chart(number);
+    match stretch {
+        Some(stretch) => Box::new(Stretched { chart, stretch }),
+        None => chart,
+    }
+}
+
+/// The parts of the image plane of each tile in the layers between planes, with this stretch of its depth; `None` if
+/// no plane divides the view. `least_cosine` is that of [`layers`].
+pub(crate) fn layered_parts<'a>(
+    tiles: &[Tile<'a>],
+    stretch: Option<Stretch>,
+    least_cosine: f64,
+) -> Option<Parts<'a>> {
+    let of_tile = |tile: &Tile<'a>| match tile.projection.view_geometry() {
+        Some(geometry) => layers(geometry, least_cosine),
+        None => Vec::new(),
+    };
+    let of_tiles: Vec<Vec<Layer>> = tiles.iter().map(of_tile).collect();
+    let pieces_of_line = of_tiles.iter().map(Vec::len).max().filter(|most| *most > 0)?;
+    let mut divided = parts(tiles, None, stretch);
+    let whole = core::mem::take(&mut divided.parts).into_iter().zip(of_tiles);
+    divided.parts = whole
+        .zip(tiles)
+        .enumerate()
+        .flat_map(|(number, ((part, layers), tile))| {
+            if layers.is_empty() {
+                return vec![part];
+            }
+            let in_layer = |layer| {
+                let chart = plane_chart(tile, number, stretch);
+                let (footing, scale) = (Arc::clone(&part.footing), Arc::clone(&part.scale));
+                let chart: Box<dyn Chart + 'a> = Box::new(LayerChart { chart, layer });
+                Part { chart, footing, scale, pieces_of_line, ..part }
+            };
+            layers.into_iter().map(in_layer).collect::<Vec<_>>()
+        })
+        .collect();
+    Some(divided)
 }
 
 /// The ratio of each pixel of the tiles to the mean over its density, and the numbers of the pixels without one.
@@ -273,6 +317,11 @@ impl Parts<'_> {
     /// Whether the depths of some charts or of the image plane have been fitted to samples.
     pub(crate) fn has_fitted_depths(&self) -> bool {
         self.is_stretched || self.quadrature.atlas.is_some_and(Atlas::has_fitted_depths)
+    }
+
+    /// Whether planes divide the charts.
+    pub(crate) fn has_layers(&self) -> bool {
+        self.quadrature.atlas.is_some_and(Atlas::has_layers)
     }
 
     /// Whether the second coordinate of charts is an azimuth, at which they may be cut.

@@ -1,6 +1,16 @@
 //! A session: one rendering that can be held between its batches, inspected, and continued.
 //!
 //! [`render()`](crate::render()) runs a session to its end.
+//!
+//! * `course`: the method from one request for rates to the next;
+//! * `made`: the rendering, intermediate images, their cost;
+//! * `mesh`: the frozen quadrature.
+
+mod course;
+mod made;
+mod mesh;
+
+pub(crate) use made::Cost;
 
 use crate::absorption::Absorption;
 use crate::ahead::{Ahead, Allowed};
@@ -13,29 +23,18 @@ use crate::error::RenderError;
 use crate::exchange::{Batch, MethodError};
 use crate::image::Image;
 use crate::known::KnownRates;
-use crate::mesh::start::Start;
-use crate::mesh::{Mesh, MeshError};
-use crate::meter::{Limits, Meter, Shown, locked};
+use crate::meter::{Limits, Meter, locked};
 use crate::method::{self, Running};
 use crate::options::{Method, RenderOptions};
-use crate::output::MethodOutput;
-use crate::polling::advance;
-use crate::progress::{Frame, FrameCallback, Progress};
+use crate::progress::Progress;
 use crate::projection::Projection;
-use crate::rendering::{RenderStats, Rendering};
 use crate::tile::Tile;
-use crate::tree::StopReason;
 use crate::values::Values;
 use core::borrow::Borrow;
 use core::convert::Infallible;
 use core::marker::PhantomData;
-use core::task::Poll;
-use core::time::Duration;
+use course::{Begin, Course, State};
 use std::sync::{Arc, Mutex};
-use std::time::Instant;
-
-/// What starts a method in the view of a session.
-type Begin<'a> = dyn Fn(Arc<Meter>, [usize; 2], Method) -> Running<'a> + Send + Sync + 'a;
 
 /// One rendering that can be held between its batches (ask and tell): it returns the points at which
 /// rates are needed and takes the rates, so that the caller has the loop. The latest image can be read at
@@ -93,103 +92,6 @@ impl<'a, P: Borrow<dyn Projection + 'a> + Send + Sync> SeenThrough<'a> for (P, O
     fn projection(&self) -> &(dyn Projection + 'a) {
         self.0.borrow()
     }
-}
-
-/// The current rendering of a session.
-struct Course<'a> {
-    shape: [usize; 2],
-    limits: Limits,
-    options: Method,
-    begins_with: Option<Start>,
-    meter: Arc<Meter>,
-    method: Running<'a>,
-    state: State,
-    /// The points of the batch that the method itself waits for: they are its first.
-    needed: usize,
-    /// Intermediate images: those that have not been passed on yet, or the latest one.
-    shown: Vec<Shown>,
-    started: Instant,
-    /// How long it took, once it has ended.
-    took: Option<Duration>,
-}
-
-impl<'a> Course<'a> {
-    /// Runs a method up to its first request for rates.
-    fn begin(
-        meter: Meter,
-        start: &Begin<'a>,
-        shape: [usize; 2],
-        options: &Method,
-    ) -> Result<Self, MethodError> {
-        let meter = Arc::new(meter);
-        let mut course = Self {
-            shape,
-            limits: meter.limits(),
-            options: options.clone(),
-            begins_with: meter.start().cloned(),
-            method: start(Arc::clone(&meter), shape, options.clone()),
-            meter,
-            state: State::Failed(RenderError::Interrupted),
-            needed: 0,
-            shown: Vec::new(),
-            started: Instant::now(),
-            took: None,
-        };
-        course.advance()?;
-        Ok(course)
-    }
-
-    fn answer(&mut self, answer: Result<Batch, MethodError>) -> Result<(), MethodError> {
-        self.meter.exchange().answer(answer);
-        self.advance()
-    }
-
-    /// Runs the method up to its next request or its end.
-    fn advance(&mut self) -> Result<(), MethodError> {
-        self.state = match advance(self.method.as_mut()) {
-            Poll::Ready(Ok(mut made)) => {
-                made.ending = self.meter.reason_for(made.ending);
-                if let Some(frozen) = made.frozen.as_mut().and_then(Arc::get_mut) {
-                    frozen.recorded = self.meter.recorded();
-                }
-                self.took = Some(self.started.elapsed());
-                State::Ended(Box::new(made))
-            }
-            Poll::Ready(Err(error)) => State::Failed(error),
-            Poll::Pending => {
-                let asked = self.meter.exchange().take();
-                asked.map_or(State::Failed(RenderError::Interrupted), State::Waiting)
-            }
-        };
-        self.needed = if let State::Waiting(batch) = &self.state { batch.len() } else { 0 };
-        let shown = self.meter.take_shown();
-        if !shown.is_empty() && self.meter.keeps_rates() {
-            self.shown.clear();
-        }
-        self.shown.extend(shown);
-        match &self.state {
-            State::Failed(error) => Err(error.clone()),
-            State::Waiting(_) | State::Ended(_) => Ok(()),
-        }
-    }
-}
-
-/// The state of a session.
-enum State {
-    /// It waits for the rates at these points.
-    Waiting(Batch),
-    Ended(Box<MethodOutput>),
-    Failed(MethodError),
-}
-
-/// The cost of renderings.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Cost {
-    pub(crate) evaluations: u64,
-    pub(crate) absorption_evaluations: u64,
-    pub(crate) batches: u64,
-    pub(crate) emission_time: Duration,
-    pub(crate) total_time: Duration,
 }
 
 /// What a session stores.
@@ -490,164 +392,6 @@ impl<'a, V: Values> Session<'a, V> {
     /// Whether the rendering has ended.
     pub fn is_done(&self) -> bool {
         !matches!(self.course.state, State::Waiting(_))
-    }
-
-    /// The rendering once it has ended; before that the latest image, with [`StopReason::Unfinished`], if
-    /// the method has intermediate images (only [`Method::Vol`] has).
-    pub fn rendering(&self) -> Option<Rendering<V>> {
-        match &self.course.state {
-            State::Ended(made) => Some(self.finished((**made).clone())),
-            State::Waiting(_) | State::Failed(_) => {
-                let [cube, error] = self.course.shown.last()?.maps.clone();
-                Some(self.finished(MethodOutput::new(cube, Some(error), StopReason::Unfinished)))
-            }
-        }
-    }
-
-    /// The frozen quadrature of a session that has ended: a linear map from rates at its points to the
-    /// values. The method is repeated on the stored rates, without a new evaluation, which takes as
-    /// long as it took without g.
-    ///
-    /// # Errors
-    ///
-    /// [`MeshError`]: a session that has not ended; one that its time limit has ended, or may have changed; an
-    /// image of found surfaces, which is not linear in the rates; one of a medium that absorbs.
-    pub fn mesh(&self) -> Result<Mesh<V>, MeshError> {
-        let State::Ended(ended) = &self.course.state else { return Err(MeshError::NotEnded) };
-        if self.absorption.is_some() {
-            return Err(MeshError::Absorption);
-        }
-        if let Some(frozen) = &ended.frozen {
-            return Ok(Mesh::new(Arc::clone(frozen)));
-        }
-        let Course { shape, limits, options, begins_with, .. } = &self.course;
-        let limits = Limits { deadline: None, ..*limits };
-        let meter = Meter::new(*shape, limits, self.known.clone(), false)
-            .with_frozen_quadrature(u64::MAX)
-            .with_start(begins_with.clone());
-        let again = Course::begin(meter, &*self.start, *shape, options);
-        // Without a time limit all points are known, and the values have the same bits.
-        let again = again.map_err(|_| MeshError::TimeLimit)?;
-        let State::Ended(again) = again.state else { return Err(MeshError::TimeLimit) };
-        if !ended.cube.has_bits_of(&again.cube) {
-            return Err(MeshError::TimeLimit);
-        }
-        again.frozen.map(Mesh::new).ok_or(MeshError::FoundSurfaces)
-    }
-
-    /// The mesh of a rendering from its [recorded rates](Mesh::recorded_rates), without g: it takes as long as that
-    /// rendering took without g. `options` are those of the rendering, with its start; its time limit is ignored.
-    ///
-    /// ```
-    /// use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Session, VolOptions, render};
-    ///
-    /// let glow = FromFn(|[x, y, z]: [f64; 3], _| (-9.0 * (x - 0.4).hypot(y - z)).exp());
-    /// let options = RenderOptions::new(VolOptions::new(0.01)).with_mesh_up_to(1_000_000);
-    /// let camera: &dyn Projection = &Canonical;
-    /// let mesh = render(&glow, camera, [24, 32], &options)?.mesh.ok_or("a mesh")?;
-    /// let rates = mesh.recorded_rates();
-    /// let again = Session::<Image>::restored_mesh(camera, [24, 32], None, &options, rates)?;
-    /// assert_eq!(again.points().positions(), mesh.points().positions());
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// [`MeshError::Recorded`]: rates of another rendering; [`MeshError::FoundSurfaces`].
-    pub fn restored_mesh<P: Borrow<dyn Projection + 'a> + Send + Sync + 'a>(
-        projection: P,
-        shape: [usize; 2],
-        axis: Option<EnergyAxis>,
-        options: &RenderOptions<'_>,
-        recorded: &[f64],
-    ) -> Result<Mesh<V>, MeshError> {
-        let differs = MeshError::Recorded { number: recorded.len() };
-        let mut options = options.clone();
-        (options.max_seconds, options.mesh_up_to) = (f64::INFINITY, u64::MAX);
-        let kept = Kept { rates: None, images: false, repeats: true };
-        let session: Result<Self, RenderError<Infallible>> =
-            Self::start(projection, shape, axis, &options, kept, true);
-        let mut session = session.map_err(|_| differs)?;
-        let mut left = recorded;
-        while let Some(number) = session.ask().map(|points| points.len()) {
-            let (next, rest) = left.split_at_checked(number).ok_or(differs)?;
-            session.tell(next).map_err(|_| differs)?;
-            left = rest;
-        }
-        let rendering: Result<_, RenderError<Infallible>> = session.into_rendering();
-        let rendering = rendering.map_err(|_| differs)?;
-        if !left.is_empty() {
-            return Err(differs);
-        }
-        rendering.mesh.ok_or(MeshError::FoundSurfaces)
-    }
-
-    /// The rendering of a session that has ended.
-    pub(crate) fn into_rendering<E>(mut self) -> Result<Rendering<V>, RenderError<E>> {
-        match core::mem::replace(&mut self.course.state, State::Failed(RenderError::Interrupted)) {
-            State::Ended(made) => Ok(self.finished(*made)),
-            State::Failed(error) => Err(of_method(error)),
-            State::Waiting(_) => Err(RenderError::Interrupted),
-        }
-    }
-
-    /// Passes on the intermediate images that have not been passed on yet.
-    pub(crate) fn show_new_images<E>(
-        &mut self,
-        callback: Option<&FrameCallback<'_>>,
-    ) -> Result<(), RenderError<E>> {
-        let Some(callback) = callback else { return Ok(()) };
-        for Shown { maps, evaluations, batches } in self.course.shown.drain(..) {
-            let [image, error] = &maps.map(|cube| match &self.axis {
-                Some(axis) => cube.sum_over_energy(axis),
-                None => cube.into_first(),
-            });
-            if callback(&Frame { image, error, evaluations, batches }).is_break() {
-                return Err(RenderError::Interrupted);
-            }
-        }
-        Ok(())
-    }
-
-    /// Evaluations, batches and times so far, of all renderings of the session.
-    pub(crate) fn cost(&self) -> Cost {
-        Cost {
-            evaluations: self.before.evaluations + self.course.meter.made_evaluations(),
-            absorption_evaluations: self.before.absorption_evaluations
-                + self.course.meter.absorption_evaluations(),
-            batches: self.before.batches + self.course.meter.batches(),
-            emission_time: self.before.emission_time + self.course.meter.emission_time(),
-            total_time: self.before.total_time
-                + self.course.took.unwrap_or_else(|| self.course.started.elapsed()),
-        }
-    }
-
-    fn finished(&self, mut made: MethodOutput) -> Rendering<V> {
-        if let Some(absorption) = &self.absorption {
-            absorption.add_error(&mut made);
-        }
-        let cost = self.cost();
-        let Cost { evaluations, absorption_evaluations, .. } = cost;
-        let Cost { batches, emission_time, total_time, .. } = cost;
-        let stats = RenderStats {
-            evaluations,
-            absorption_evaluations,
-            evaluations_per_pixel: self.course.meter.evaluations_per_pixel(),
-            batches,
-            ending: made.ending,
-            energies: made.energies,
-            base_level: made.base_level,
-            smallest_feature: made.smallest_feature,
-            error_over_allowed: made.error_over_allowed,
-            largest_rate: self.course.meter.largest_rate(),
-            emission_time,
-            total_time,
-        };
-        let (values, error) = (V::from_cube(made.cube), made.error.map(V::from_cube));
-        let (sums, tree, surfaces) = (made.sums, made.tree, made.surfaces);
-        // It would be one of g exp(−τ).
-        let mesh = made.frozen.filter(|_| self.absorption.is_none()).map(Mesh::new);
-        Rendering { values, error, sums, stats, tree, surfaces, mesh }
     }
 }
 

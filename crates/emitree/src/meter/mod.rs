@@ -1,0 +1,303 @@
+//! The meter: it passes on the methods' requests for rates, and counts evaluations.
+//!
+//! * `limits`: how often g may be called, and until when;
+//! * `requests`: batches of sample points, and their weighted rates;
+//! * `integrand`: the integrands of trees.
+
+mod integrand;
+mod limits;
+mod requests;
+
+pub(crate) use integrand::{CanonicalIntegrand, SpectralIntegrand};
+pub(crate) use limits::{Deadline, Limits};
+
+use crate::cube::Cube;
+use crate::error::RenderError;
+use crate::exchange::{Batch, Exchange};
+use crate::known::KnownRates;
+use crate::mesh::start::Start;
+use crate::rendering::RateAt;
+use crate::tally::{EvaluationCounts, Tally};
+use crate::tree::StopReason;
+use core::sync::atomic::{AtomicU64, Ordering};
+use core::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What a method has requested so far, and its limits.
+pub(crate) struct Meter {
+    limits: Limits,
+    exchange: Exchange,
+    evaluations: AtomicU64,
+    batches: AtomicU64,
+    timed_evaluations: AtomicU64,
+    emission_nanoseconds: AtomicU64,
+    of_pixels: Tally,
+    /// The arrays of the last batch, for the next one.
+    used: Mutex<Batch>,
+    /// The largest |rate| so far.
+    largest_rate: Mutex<Option<RateAt>>,
+    /// Evaluations that were not known before.
+    new_evaluations: AtomicU64,
+    /// Evaluations of the absorption coefficient.
+    absorption_evaluations: AtomicU64,
+    /// Evaluations that were made elsewhere for this rendering.
+    given_evaluations: AtomicU64,
+    known: Option<Arc<Mutex<KnownRates>>>,
+    /// Intermediate images, if they are stored.
+    shown: Option<Mutex<Vec<Shown>>>,
+    /// The most evaluations after which the method makes a frozen quadrature at its end.
+    freezes_up_to: u64,
+    /// All rates so far in the order of the requests, as long as a frozen quadrature is made.
+    recorded: Mutex<Vec<f64>>,
+    /// What the method begins with.
+    start: Option<Start>,
+    /// Whether the method leaves the function that its image has the means of.
+    wants_model: bool,
+    /// The number of evaluations up to which g may be called although the time has ended.
+    overtime: AtomicU64,
+}
+
+/// An intermediate image.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    /// The values and their errors.
+    pub(crate) maps: [Cube; 2],
+    /// Evaluations and batches so far.
+    pub(crate) evaluations: u64,
+    pub(crate) batches: u64,
+}
+
+impl Meter {
+    /// No requests yet; evaluations are counted for the pixels of an image of `shape`. Rates in `known` are
+    /// not requested again, and new ones are added to it; intermediate images are stored or not.
+    pub(crate) fn new(
+        shape: [usize; 2],
+        limits: Limits,
+        known: Option<Arc<Mutex<KnownRates>>>,
+        keeps_images: bool,
+    ) -> Self {
+        Self {
+            limits,
+            exchange: Exchange::default(),
+            evaluations: AtomicU64::new(0),
+            batches: AtomicU64::new(0),
+            timed_evaluations: AtomicU64::new(0),
+            emission_nanoseconds: AtomicU64::new(0),
+            of_pixels: Tally::new(shape),
+            used: Mutex::default(),
+            largest_rate: Mutex::default(),
+            new_evaluations: AtomicU64::new(0),
+            absorption_evaluations: AtomicU64::new(0),
+            given_evaluations: AtomicU64::new(0),
+            known,
+            shown: keeps_images.then(Mutex::default),
+            freezes_up_to: 0,
+            recorded: Mutex::default(),
+            start: None,
+            wants_model: false,
+            overtime: AtomicU64::new(0),
+        }
+    }
+
+    /// The same for a method that makes a frozen quadrature at its end, after so many evaluations at most.
+    pub(crate) fn with_frozen_quadrature(mut self, up_to_evaluations: u64) -> Self {
+        self.freezes_up_to = up_to_evaluations;
+        self
+    }
+
+    /// The same for a method that begins with the structure of a mesh.
+    pub(crate) fn with_start(mut self, start: Option<Start>) -> Self {
+        self.start = start;
+        self
+    }
+
+    /// The same for a method that leaves the function that its image has the means of, if there is one.
+    pub(crate) fn with_model(mut self) -> Self {
+        self.wants_model = true;
+        self
+    }
+
+    /// Whether the method leaves that function.
+    pub(crate) fn wants_model(&self) -> bool {
+        self.wants_model
+    }
+
+    /// Whether the method would make a frozen quadrature if it ended now.
+    pub(crate) fn freezes(&self) -> bool {
+        self.freezes_up_to > 0 && self.evaluations() <= self.freezes_up_to
+    }
+
+    /// The structure that the method begins with.
+    pub(crate) fn start(&self) -> Option<&Start> {
+        self.start.as_ref()
+    }
+
+    /// How often g may be called, and until when.
+    pub(crate) fn limits(&self) -> Limits {
+        self.limits
+    }
+
+    /// Whether rates are stored.
+    pub(crate) fn keeps_rates(&self) -> bool {
+        self.known.is_some()
+    }
+
+    /// Whether intermediate images are stored.
+    pub(crate) fn keeps_images(&self) -> bool {
+        self.shown.is_some()
+    }
+
+    /// Stores an intermediate image and its error.
+    pub(crate) fn show(&self, maps: [Cube; 2]) {
+        if let Some(shown) = &self.shown {
+            let (evaluations, batches) = (self.evaluations(), self.batches());
+            let mut shown = locked(shown);
+            if self.known.is_some() {
+                // There is no callback for each image: only the latest one can be read.
+                shown.clear();
+            }
+            shown.push(Shown { maps, evaluations, batches });
+        }
+    }
+
+    /// Takes the stored images, the first one first.
+    pub(crate) fn take_shown(&self) -> Vec<Shown> {
+        self.shown.as_ref().map_or_else(Vec::new, |shown| core::mem::take(&mut *locked(shown)))
+    }
+
+    /// Evaluations that were not known before.
+    pub(crate) fn new_evaluations(&self) -> u64 {
+        self.new_evaluations.load(Ordering::Relaxed)
+    }
+
+    /// Evaluations that were made for this rendering, here or elsewhere, whether it has requested them or not.
+    pub(crate) fn made_evaluations(&self) -> u64 {
+        self.new_evaluations() + self.given_evaluations.load(Ordering::Relaxed)
+    }
+
+    /// Counts evaluations that were made elsewhere.
+    pub(crate) fn count_given(&self, evaluations: usize) {
+        self.given_evaluations.fetch_add(evaluations as u64, Ordering::Relaxed);
+    }
+
+    /// Where batches are requested.
+    pub(crate) fn exchange(&self) -> &Exchange {
+        &self.exchange
+    }
+
+    /// Counts evaluations that have been made; how many there are now. The method counts those that were
+    /// known as well, as if it had made them.
+    pub(crate) fn count(&self, evaluations: usize) -> u64 {
+        let evaluations = evaluations as u64;
+        self.new_evaluations.fetch_add(evaluations, Ordering::Relaxed) + evaluations
+    }
+
+    /// Counts evaluations of the absorption coefficient that have been made.
+    pub(crate) fn count_absorption(&self, evaluations: usize) {
+        self.absorption_evaluations.fetch_add(evaluations as u64, Ordering::Relaxed);
+    }
+
+    /// How often the absorption coefficient was evaluated.
+    pub(crate) fn absorption_evaluations(&self) -> u64 {
+        self.absorption_evaluations.load(Ordering::Relaxed)
+    }
+
+    /// Counts time spent waiting for g, which has made so many evaluations.
+    pub(crate) fn count_time(&self, evaluations: usize, nanoseconds: u64) {
+        self.timed_evaluations.fetch_add(evaluations as u64, Ordering::Relaxed);
+        self.emission_nanoseconds.fetch_add(nanoseconds, Ordering::Relaxed);
+    }
+
+    /// Evaluations whose time is known.
+    pub(crate) fn timed_evaluations(&self) -> u64 {
+        self.timed_evaluations.load(Ordering::Relaxed)
+    }
+
+    /// How many evaluations were made on the lines of sight of each pixel; those on a border count
+    /// for the pixel above or to the right of it.
+    pub(crate) fn evaluations_per_pixel(&self) -> EvaluationCounts {
+        self.of_pixels.counts()
+    }
+
+    /// Counts the evaluations on lines of each pixel from 0 again: those of another image follow.
+    pub(crate) fn restart_evaluations_per_pixel(&self) {
+        self.of_pixels.restart();
+    }
+
+    pub(crate) fn evaluations(&self) -> u64 {
+        self.evaluations.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn batches(&self) -> u64 {
+        self.batches.load(Ordering::Relaxed)
+    }
+
+    /// Time spent waiting for g.
+    pub(crate) fn emission_time(&self) -> Duration {
+        Duration::from_nanos(self.emission_nanoseconds.load(Ordering::Relaxed))
+    }
+
+    /// Evaluations that may still be made: none once the time has ended, or those of the overtime.
+    pub(crate) fn evaluations_left(&self) -> u64 {
+        // Points that were evaluated ahead count as well.
+        let made = self.evaluations().max(self.made_evaluations());
+        let left = self.limits.max_evaluations.saturating_sub(made);
+        if self.time_is_up() { left.min(self.overtime_left()) } else { left }
+    }
+
+    /// Allows so many more evaluations although the time has ended.
+    pub(crate) fn allow_overtime(&self, evaluations: u64) {
+        self.overtime.store(self.evaluations().saturating_add(evaluations), Ordering::Relaxed);
+    }
+
+    fn overtime_left(&self) -> u64 {
+        self.overtime.load(Ordering::Relaxed).saturating_sub(self.evaluations())
+    }
+
+    pub(crate) fn time_is_up(&self) -> bool {
+        self.limits.deadline.is_some_and(|deadline| deadline.has_passed())
+    }
+
+    /// An error once the time has ended, and the overtime with it.
+    pub(crate) fn check_time<E>(&self) -> Result<(), RenderError<E>> {
+        match self.limits.deadline {
+            Some(deadline) if deadline.has_passed() && self.overtime_left() == 0 => {
+                Err(RenderError::Time { seconds: deadline.seconds })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The share of the time allowed that is left, 0 to 1; 1 without a limit.
+    pub(crate) fn share_of_time_left(&self) -> f64 {
+        self.limits.deadline.map_or(1.0, |deadline| deadline.share_left())
+    }
+
+    /// The same limit on the time, for work of the rendering that makes no evaluations of g.
+    pub(crate) fn deadline(&self) -> Option<Deadline> {
+        self.limits.deadline
+    }
+
+    /// Which limit ended a rendering that was ended by one.
+    pub(crate) fn reason_for(&self, ending: StopReason) -> StopReason {
+        match ending {
+            StopReason::Budget if self.time_is_up() => StopReason::Time,
+            ending => ending,
+        }
+    }
+
+    /// All rates in the order of the requests, if a frozen quadrature is made: the method is repeated with them.
+    pub(crate) fn recorded(&self) -> Vec<f64> {
+        core::mem::take(&mut *locked(&self.recorded))
+    }
+
+    /// The largest |rate| so far.
+    pub(crate) fn largest_rate(&self) -> Option<RateAt> {
+        *locked(&self.largest_rate)
+    }
+}
+
+/// Locks a mutex, also after a thread has panicked with it.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
