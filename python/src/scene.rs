@@ -229,8 +229,9 @@ impl Scene {
         let positions = vectors_of(&position, "position")?;
         let grid = &emission.grid;
         let values = py.detach(|| {
-            let value = |&position: &[f64; 3]| grid.value(position).unwrap_or(f64::NAN);
-            positions.iter().map(value).collect::<Vec<f64>>()
+            let mut values = vec![f64::NAN; positions.len()];
+            grid.values_at(&positions, f64::NAN, &mut values);
+            values
         });
         if grid.outside() == Outside::Error && values.iter().any(|value| value.is_nan()) {
             // The grid itself says which position is outside.

@@ -226,6 +226,21 @@ def test_long_axes_are_searched(monkeypatch):
     assert np.array_equal(leaves()(at), of_leaves)
 
 
+def test_arrays_of_any_kind_are_the_same():
+    rates = np.rint(100 * ball(centres((-2, -2, -2), (2, 2, 2), (8, 8, 8))))
+    at, box = points(2), ((-2, -2, -2), (2, 2, 2))
+    expected = emitree.AmrGrid([emitree.Block(0, *box, rates)])(at)
+    for change in (
+        np.asfortranarray,
+        np.float32,
+        np.uint8,
+        np.ndarray.tolist,
+        np.ma.masked_invalid,
+    ):
+        found = emitree.AmrGrid([emitree.Block(np.int64(0), *box, change(rates))])(at)
+        np.testing.assert_array_equal(found, expected)
+
+
 def test_grids_are_pickled():
     grid = two_levels(8)
     assert np.array_equal(pickle.loads(pickle.dumps(grid))(points(2)), grid(points(2)))
@@ -435,6 +450,8 @@ def with_nan():
     ([FIRST, emitree.Block(0, (0, 5, 0), (4, 5, 4), ONES)], "`upper` of block 1 is 5 along y: expected more than `lower`, 5"),
     ([emitree.Block(0, (0, 0, 0), (1, 1, 1), ONES[0])], r"`values` of block 0 has the shape \(4, 4\): expected \(nx, ny, nz\)"),
     ([emitree.Block(0, (0, 0, 0), (1, 1, 1), with_nan())], r"`values` of block 0 is nan in cell \(1, 2, 3\): expected a number"),
+    ([emitree.Block(0, (0, 0, 0), (1, 1, 1), np.ma.masked_equal([[[1.0, 2.0]]], 2))], r"`values` of block 0 is masked at \(0, 0, 1\): expected numbers"),
+    ([emitree.Block(0, (0, 0, 0), (1, 1, 1), ONES * 1j)], "`values` of block 0 is an array of complex128: expected numbers"),
     ([FIRST, emitree.Block(0, (4, 0, 0), (6, 4, 4), ONES)], r"block 1 of level 0 has cells of \(0\.5, 1, 1\): expected \(1, 1, 1\), as block 0"),
     ([FIRST, emitree.Block(0, (4.5, 0, 0), (8.5, 4, 4), ONES)], r"block 1 of level 0 begins at x = 4\.5, 4\.5 cells from .*, 0: expected a whole number"),
     ([FIRST, emitree.Block(1, (0.25, 0, 0), (2.25, 2, 2), ONES)], r"block 1 of level 1 begins at x = 0\.25, 0\.5 cells"),

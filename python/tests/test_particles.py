@@ -262,7 +262,7 @@ GIVEN = {"position": np.zeros((2, 3)), "emission": [1, 1], "smoothing_length": [
         ({"kernel": "gaussian"}, "`kernel` is 'gaussian': expected one of 'cubic_spline'"),
         (
             {"emission": np.ma.masked_equal([1, 2], 2)},
-            "some of `emission` are masked",
+            r"`emission` is masked at \(1,\): expected a number or an array",
         ),
     ],
 )

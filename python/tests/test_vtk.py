@@ -112,6 +112,81 @@ def test_point_data_are_interpolated_within_cells(kind):
     assert np.array_equal(again(points), emission(points))
 
 
+def test_cells_of_a_ball_of_hexahedra_are_an_image():
+    """Data of cells and of points in the same mesh: the same image, up to the size of the cells."""
+    mesh = hexahedra(17)
+    mesh["rate"] = linear(mesh.points)
+    mesh.cell_data["of cells"] = linear(mesh.cell_centers().points)
+    mesh.cell_data["one"] = np.ones(mesh.n_cells)
+    ball = emitree.Sphere(center=(0, 0, 0), radius=1)
+    images = {
+        name: emitree.render(
+            emitree.from_pyvista(mesh, name), CAMERA, (8, 8), tolerance=0.01, edges=[ball]
+        )
+        for name in ("rate", "of cells", "one")
+    }
+    assert all(found.converged for found in images.values())
+    # Chords of the unit sphere, and of the linear rate, whose mean along a chord is at its middle.
+    axis = (np.arange(8 * 40) + 0.5) * 2.2 / (8 * 40) - 1.1
+    z, y = np.meshgrid(axis, axis, indexing="ij")
+    chord = 2 * np.sqrt(np.maximum(1 - y**2 - z**2, 0))
+    middle = linear(np.stack([np.zeros_like(y), y, z], axis=-1))
+    exact = {"rate": chord * middle, "of cells": chord * middle, "one": chord}
+    for name, found in images.items():
+        truth = exact[name].reshape(8, 40, 8, 40).mean(axis=(1, 3))
+        # Flat faces cut off 0.6 % of the ball, and constant cells are a third order of theirs.
+        assert np.abs(found.image - truth).max() < 0.025 * truth.max(), name
+
+
+@pytest.mark.parametrize("ending", [".vtu", ".vtk"])
+def test_files_are_read(tmp_path, ending):
+    path = tmp_path / f"mesh{ending}"
+    mesh = tetrahedra()
+    mesh.cell_data["number"] = np.arange(mesh.n_cells)
+    mesh.save(path)
+    at = np.random.default_rng(1).uniform(-0.5, 0.5, (500, 3))
+    for given in (path, str(path)):
+        np.testing.assert_allclose(emitree.from_pyvista(given, "rate")(at), linear(at), rtol=1e-9)
+    expected = emitree.from_pyvista(mesh, "number")(at)
+    assert np.array_equal(emitree.from_pyvista(path, "number")(at), expected)
+
+
+@pytest.mark.parametrize("ending", [".vti", ".vtr"])
+def test_grids_in_xml_are_read_by_both(tmp_path, ending):
+    path = tmp_path / f"grid{ending}"
+    data = pyvista.ImageData(dimensions=(5, 4, 3), spacing=(0.25, 1 / 3, 0.5))
+    data["rate"] = np.random.default_rng(0).uniform(1, 2, data.n_points)
+    data.cell_data["of cells"] = np.arange(data.n_cells)
+    data = data if ending == ".vti" else data.cast_to_rectilinear_grid()
+    data.save(path)
+    ours = emitree.Grid(file=path, variable="rate")
+    theirs = emitree.from_pyvista(path, "rate")
+    images = [emitree.render(grid, emitree.Canonical(), (4, 4)).image for grid in (ours, theirs)]
+    np.testing.assert_allclose(*images, rtol=1e-12)
+    cells = emitree.Grid(file=path, variable="of cells", interpolation="nearest")
+    values = emitree.Fields({"g": cells}, "g").values(np.array([[0.375, 0.5, 0.75]]))
+    assert values["g"] == [1 + 4 * 1 + 12 * 1]
+
+
+def test_files_that_are_none_are_named(tmp_path):
+    with pytest.raises(emitree.SceneError, match="which is no file: expected one of VTK"):
+        emitree.from_pyvista(tmp_path / "none.vtu")
+    path = tmp_path / "cut.vtu"
+    tetrahedra().save(path)
+    path.write_bytes(path.read_bytes()[:500])
+    with pytest.raises(
+        emitree.SceneError, match=r"cut\.vtu': expected one that PyVista reads, such"
+    ):
+        emitree.from_pyvista(path)
+    with pytest.raises(
+        emitree.SceneError,
+        match=r"its dataset is UnstructuredGrid: expected .*`emitree.from_pyvista`",
+    ):
+        path = tmp_path / "mesh.vtu"
+        tetrahedra().save(path)
+        emitree.render(emitree.Grid(file=path), emitree.Canonical(), (2, 2))
+
+
 def test_the_mesh_may_change_afterwards():
     mesh = tetrahedra()
     emission = emitree.from_pyvista(mesh)

@@ -64,7 +64,7 @@ fn part(path: &Path) -> Result<(), String> {
     let mut request = GridRequest::default();
     request.max_memory_bytes = Some(MEMORY_BYTES);
     match path.extension().and_then(|ending| ending.to_str()) {
-        Some("vtk") => request.values = Some("g".to_owned()),
+        Some("vtk" | "vti" | "vtr") => request.values = Some("g".to_owned()),
         _ => request.step = Some(Step::index(1)),
     }
     read_grid(path, &request).map(|_| ()).map_err(|error| error.to_string())
@@ -140,7 +140,8 @@ fn grids() {
 
 #[test]
 fn steps_and_meshes() {
-    let readers = ["fits", "npz", "nc", "vtk"].map(|ending| (ending, part as Reader));
+    let endings = ["fits", "npz", "nc", "vtk", "vti", "vtr"];
+    let readers = endings.map(|ending| (ending, part as Reader));
     let mut files = originals("emitree-io/tests/reference/steps", &readers);
     files.extend(originals("emitree-io/tests/reference/vtk", &readers));
     read_mutants(files, 800);

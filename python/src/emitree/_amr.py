@@ -10,13 +10,16 @@ from typing import Any
 import numpy as np
 
 from emitree import _units
-from emitree._amr_ghosts import painted, quadratic
+from emitree._amr_ghosts import nodal, painted, quadratic
 from emitree._amr_lattice import Lattice, Place, lattice_of
 from emitree._cameras import Box
 from emitree._function import Floats
 from emitree._native import SceneError
+from emitree._real import real
 
 _INTERPOLATIONS = ("linear", "quadratic", "nearest")
+#: What a block has values of, and the interpolations of each.
+_VALUES_AT = {"cells": _INTERPOLATIONS, "nodes": ("linear", "nearest")}
 #: Points at once: their arrays stay in the cache of a core.
 _CHUNK = 8192
 
@@ -29,33 +32,40 @@ class Block:
         smaller levels where they overlap.
     lower, upper: (3,), opposite corners of the box (borders of cells, not centres): lengths.
     values: (nx, ny, nz), the rate in each cell: numbers or an astropy quantity.
+    values_at: "cells", or "nodes" of values at the corners of cells, (nx + 1, ny + 1, nz + 1) with
+        those on all borders of the box.
 
     >>> import emitree, numpy as np
     >>> emitree.Block(0, (-1, -1, -1), (1, 1, 1), np.ones((4, 4, 4)))
     <emitree.Block of level 0, (4, 4, 4) cells from (-1, -1, -1) to (1, 1, 1)>
+    >>> emitree.Block(0, (-1, -1, -1), (1, 1, 1), np.ones((4, 4, 4)), values_at="nodes")
+    <emitree.Block of level 0, (4, 4, 4) nodes from (-1, -1, -1) to (1, 1, 1)>
     """
 
     level: int
     lower: Any
     upper: Any
     values: Any
+    values_at: str = "cells"
 
     def __repr__(self) -> str:
         return (
-            f"<emitree.Block of level {self.level}, {np.shape(self.values)} cells from "
+            f"<emitree.Block of level {self.level}, {np.shape(self.values)} {self.values_at} from "
             f"{self.lower} to {self.upper}>"
         )
 
 
 class AmrGrid:
-    """Emission rates in the cells of nested blocks: a function `grid(position, direction)`.
+    """Emission rates of nested blocks of cells: a function `grid(position, direction)`.
 
-    blocks: `Block`s. The cells of a level have one size, which is a whole multiple of that of the
-        next finer level, along each axis; blocks are whole numbers of their cells away from the
-        least corner of all. Blocks need not be nested properly, and may be leaves only.
+    blocks: `Block`s, all with values in cells or all with values at nodes. The cells of a level
+        have one size, which is a whole multiple of that of the next finer level, along each axis;
+        blocks are whole numbers of their cells away from the least corner of all. Blocks need not
+        be nested properly, and may be leaves only.
     interpolation: "linear", trilinear between the centres of cells; "quadratic", a quadratic spline
         with continuous derivatives; or "nearest", the value of the cell. Outside of all blocks the
-        rate is 0.
+        rate is 0. Of values at nodes "linear", trilinear between the corners of a cell, or
+        "nearest", the value of the nearest corner.
     length_unit: of corners that are quantities, that of the first one by default. Corners that are
         numbers are in the camera's length unit unless `length_unit` is given.
     unit: of the rates, that of the first values that are a quantity by default; `render` converts
@@ -70,6 +80,10 @@ class AmrGrid:
     continuous within a level; at the border of two levels it jumps by a difference of second order
     in the size of the cells, and not at all if the data are linear. Where the blocks end, the rate
     falls to 0 from that of the last cells.
+
+    Values at nodes need no layers: each cell has its own corners. The rate is continuous across
+    blocks of one level with the same values at the nodes that they share; at the border of two
+    levels it jumps by a difference of second order, and not at all if the data are linear.
 
     "quadratic" has an error of third order in the size of the cells, and images of it cost as few
     evaluations as those of a smooth function. It uses two layers of cells around blocks. Beside a
@@ -118,9 +132,12 @@ class AmrGrid:
         self.length_unit = _units.to_text(length_unit or _units.first_unit(corners))
         self.unit = _units.to_text(unit or _units.first_unit([block.values for block in blocks]))
         self.interpolation = interpolation
+        self._is_of_nodes = _kind(blocks, interpolation) == "nodes"
         places = [self._place(number, block) for number, block in enumerate(blocks)]
         lattice = lattice_of(places)
-        if interpolation == "quadratic":
+        if self._is_of_nodes:
+            layers = nodal(lattice, places)
+        elif interpolation == "quadratic":
             layers = [quadratic(padded) for padded in painted(lattice, places, 2)]
         else:
             layers = painted(lattice, places)
@@ -144,15 +161,18 @@ class AmrGrid:
                     f"{low:.12g}"
                 )
         values = _numbers(block.values, self.unit, f"`values` of {name}")
-        if values.ndim != 3 or values.size == 0:
+        least, kind = (2, "node") if self._is_of_nodes else (1, "cell")
+        if values.ndim != 3 or min(values.shape) < least:
+            more = ", 2 or more along each axis" if self._is_of_nodes else ""
             raise SceneError(
                 f"`values` of {name} has the shape {values.shape}: expected (nx, ny, nz), a number "
-                "for each cell"
+                f"for each {kind}{more}"
             )
         if not np.isfinite(values).all():
             at = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
-            raise SceneError(f"`values` of {name} is {values[at]} in cell {at}: expected a number")
-        return Place(int(level), lower, upper, values)
+            place = f"in cell {at}" if kind == "cell" else f"at node {at}"
+            raise SceneError(f"`values` of {name} is {values[at]} {place}: expected a number")
+        return Place(int(level), lower, upper, values, self._is_of_nodes)
 
     def _corner(self, corner: Any, name: str) -> Floats:
         found = _numbers(corner, self.length_unit, name)
@@ -168,8 +188,11 @@ class AmrGrid:
         self._values = np.concatenate([[0.0, 0.0], *(layer.ravel() for layer in layers)])
         shapes = np.array([layer.shape for layer in layers])
         ones = np.ones(len(layers))
-        # Coordinates of a block's layered cells are `scale` q + `shift`, with q in smallest cells.
+        # Coordinates of a block's layered cells are `scale` q + `shift`, with q in smallest cells;
+        # those of nodes have no layer and begin half a cell before centres.
         half = 0.5 if self.interpolation == "linear" else 1.0
+        if self._is_of_nodes:
+            half -= 0.5
         rows = [
             *(1 / lattice.ratio).T,
             *(half - lattice.lower / lattice.ratio).T,
@@ -327,10 +350,27 @@ class AmrGrid:
         return high
 
 
+def _kind(blocks: Sequence[Block], interpolation: str) -> str:
+    """What all blocks have values of, which the interpolation has to be for."""
+    for number, block in enumerate(blocks):
+        if block.values_at not in _VALUES_AT:
+            raise SceneError(
+                f"`values_at` of block {number} is {block.values_at!r}: expected 'cells' or 'nodes'"
+            )
+        if block.values_at != blocks[0].values_at:
+            raise SceneError(
+                f"block {number} has values at {block.values_at}, and block 0 at "
+                f"{blocks[0].values_at}: expected the same of all blocks"
+            )
+    kind = blocks[0].values_at
+    if interpolation not in _VALUES_AT[kind]:
+        expected = " or ".join(map(repr, _VALUES_AT[kind]))
+        raise SceneError(
+            f"`interpolation` is {interpolation!r}: expected {expected} for values at {kind}"
+        )
+    return kind
+
+
 def _numbers(values: Any, unit: str | None, name: str) -> Floats:
     """An array of 64-bit floats, of a quantity in `unit`."""
-    plain = _units.value_in(values, unit, name.replace("`", ""))
-    try:
-        return np.asarray(plain, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(f"{name} is {type(values).__name__}: expected numbers") from None
+    return real(_units.value_in(values, unit, name.replace("`", "")), name, "numbers")

@@ -21,7 +21,7 @@ def painted(lattice: Lattice, places: Sequence[Place], layers: int = 1) -> list[
     nearest cell of the block. One beyond the box around all blocks has what the nearest place for
     a cell within the box would have.
     """
-    levels = [np.flatnonzero(lattice.level == level).tolist() for level in np.unique(lattice.level)]
+    levels = _levels(lattice)
     parents: dict[int, list[int]] = {}
     overlapped: dict[int, list[int]] = {}
     for blocks in levels:
@@ -49,6 +49,19 @@ def painted(lattice: Lattice, places: Sequence[Place], layers: int = 1) -> list[
     return padded
 
 
+def nodal(lattice: Lattice, places: Sequence[Place]) -> list[Floats]:
+    """The values of blocks with values at nodes, which need no layers; all tiles are painted."""
+    for blocks in _levels(lattice):
+        for block in blocks:
+            _paint(lattice, places, block)
+    return [place.values for place in places]
+
+
+def _levels(lattice: Lattice) -> list[list[int]]:
+    """The blocks of each level, from the coarsest."""
+    return [np.flatnonzero(lattice.level == level).tolist() for level in np.unique(lattice.level)]
+
+
 def _paint(lattice: Lattice, places: Sequence[Place], block: int) -> list[int]:
     """Enters a block into the tiles, and finds others of its level that are hidden by it.
 
@@ -60,10 +73,16 @@ def _paint(lattice: Lattice, places: Sequence[Place], block: int) -> list[int]:
     overlapped = [other for other in below if other >= 0 and lattice.level[other] == level]
     for other in overlapped:
         ours, theirs, low = _common(lattice, block, other)
+        is_of_nodes = places[block].is_of_nodes
+        if is_of_nodes:
+            ours, theirs = (
+                tuple(slice(of.start, of.stop + 1) for of in cells) for cells in (ours, theirs)
+            )
         mine, others = places[block].values[ours], places[other].values[theirs]
         if not np.array_equal(mine, others):
             at = np.unravel_index(int(np.argmax(mine != others)), mine.shape)
-            where = lattice.origin + (low + (np.array(at) + 0.5) * lattice.ratio[block]) * (
+            inner = 0.0 if is_of_nodes else 0.5
+            where = lattice.origin + (low + (np.array(at) + inner) * lattice.ratio[block]) * (
                 lattice.width
             )
             place = ", ".join(f"{coordinate:.6g}" for coordinate in where)

@@ -29,12 +29,19 @@ class Place:
     level: int
     lower: Floats
     upper: Floats
+    #: Of cells, or of the nodes at their corners.
     values: Floats
+    is_of_nodes: bool = False
+
+    @property
+    def cells(self) -> Integers:
+        """The number of cells (3,) along each axis."""
+        return np.array(self.values.shape, dtype=np.int64) - int(self.is_of_nodes)
 
     @property
     def width(self) -> Floats:
         """The edges of a cell."""
-        return np.asarray((self.upper - self.lower) / self.values.shape)
+        return np.asarray((self.upper - self.lower) / self.cells)
 
 
 @dataclass
@@ -138,7 +145,7 @@ def lattice_of(places: Sequence[Place]) -> Lattice:
             )
         start = nearest.astype(np.int64) * ratio
         lower.append(start)
-        upper.append(start + ratio * place.values.shape)
+        upper.append(start + ratio * place.cells)
     ratio_of = np.array([ratios[place.level] for place in places])
     corners = np.array(lower), np.array(upper)
     borders = [np.unique(np.concatenate([of[:, axis] for of in corners])) for axis in range(3)]

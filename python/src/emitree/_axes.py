@@ -10,6 +10,7 @@ import numpy as np
 
 from emitree import _units
 from emitree._native import SceneError
+from emitree._real import real
 
 #: The axes of each kind of coordinates, in the order of arrays without names.
 COORDINATES = {
@@ -100,6 +101,8 @@ def of_data_array(
         for axis in axes
         if axis not in given
     }
+    if length_unit is None:
+        _check_lengths(ordered, {axis: dims[axis] for axis in nodes if axis not in ANGLES})
     plain = ordered.data if _units.is_quantity(ordered.data) else ordered.to_numpy()
     return plain, nodes
 
@@ -111,7 +114,7 @@ def _coordinate(array: Any, dim: Any, axis: str, length_unit: str | None) -> Nod
             f"(`assign_coords`), or the keyword `{axis}`"
         )
     coordinate = array.coords[dim]
-    places = np.asarray(coordinate.to_numpy(), dtype=np.float64)
+    places = real(coordinate.to_numpy(), f"the coordinate `{dim}` of `values`", "numbers")
     unit = coordinate.attrs.get("units")
     if axis in ANGLES:
         known = angle_unit_of(unit)
@@ -123,13 +126,36 @@ def _coordinate(array: Any, dim: Any, axis: str, length_unit: str | None) -> Nod
     if length_unit is None or unit in (None, "", "1", length_unit):
         return Nodes(places)
     try:
-        in_unit = (places * _units.to_astropy(unit)).to_value(_units.to_astropy(length_unit))
+        own = _units.to_astropy(_in_short(str(unit)))
+        in_unit = (places * own).to_value(_units.to_astropy(length_unit))
     except ValueError:
         raise SceneError(
             f"the coordinate `{dim}` of `values` is in {unit!r}: expected {length_unit!r}, or a "
             "length that converts to it"
         ) from None
     return Nodes(np.asarray(in_unit))
+
+
+def _in_short(unit: str) -> str:
+    """A unit as astropy has it, from one as in attributes of files.
+
+    >>> _in_short("kilometres"), _in_short("Meters"), _in_short("R_sun")
+    ('kilometer', 'meter', 'R_sun')
+    """
+    name = unit.strip().lower().replace("metre", "meter")
+    return name.removesuffix("s") if name.endswith(("meter", "meters")) else unit
+
+
+def _check_lengths(array: Any, dims: Mapping[str, Any]) -> None:
+    """Refuses coordinates with different units of lengths, which no camera's unit makes one."""
+    units = {dim: array.coords[dim].attrs.get("units") for dim in dims.values()}
+    units = {dim: unit for dim, unit in units.items() if unit not in (None, "", "1")}
+    if len({_in_short(str(unit)) for unit in units.values()}) > 1:
+        shown = ", ".join(f"`{dim}` in {unit!r}" for dim, unit in units.items())
+        raise SceneError(
+            f"the coordinates of `values` are {shown}: expected one unit, or a camera with a "
+            "`length_unit`, which they are converted to"
+        )
 
 
 def given_nodes(axis: str, values: Any, length_unit: str | None, is_latitude: bool) -> Nodes:
@@ -177,14 +203,12 @@ def as_in_scenes(nodes: Any, count: int | None, name: str) -> Any:
         if count is not None:
             raise SceneError(f"`{name}` is {nodes!r}: expected nodes, names are for files")
         return nodes
-    try:
-        found = np.asarray(nodes, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(
-            f"`{name}` is {type(nodes).__name__}: expected the coordinates of the nodes"
-        ) from None
+    found = real(nodes, f"`{name}`", "the coordinates of the nodes")
     if found.ndim > 1:
-        raise SceneError(f"`{name}` has the shape {found.shape}: expected one axis")
+        raise SceneError(
+            f"`{name}` has the shape {found.shape}: expected one axis, the coordinates of the "
+            "nodes along it"
+        )
     if found.shape == (2,) and count != 2:
         first, last = found.tolist()
         if first < last:

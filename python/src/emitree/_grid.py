@@ -24,6 +24,7 @@ from emitree._axes import (
 )
 from emitree._function import Floats
 from emitree._native import SceneError
+from emitree._real import real
 
 #: Keys of the scene that are taken as they are.
 _PLAIN = ("interpolation", "outside")
@@ -42,8 +43,8 @@ class Grid:
         or an xarray DataArray with dimensions of these names in any order, whose coordinates are
         the nodes unless keywords say otherwise (lat, latitude, lon, longitude, radius and
         colatitude are names too); or a Dataset, of which `variable` chooses an array.
-    file: the name of a file (.npy, .npz, .fits, .h5, .nc, .vtk), whose own axes are kept unless
-        keywords say otherwise; variable: which of its arrays has the rates.
+    file: the name of a file (.npy, .npz, .fits, .h5, .nc, .vtk, .vti, .vtr), whose own axes are
+        kept unless keywords say otherwise; variable: which of its arrays has the rates.
     coordinates: "cartesian" (x, y, z), "cylindrical" (rho, phi, z) or "spherical" (r, theta, phi);
         of arrays, those of the axes that are given.
     x, y, z, rho, r, theta, phi: the nodes of the axes, lengths in the length unit of the camera and
@@ -212,14 +213,7 @@ def _array_of(values: Any, variable: str | None) -> Any:
 
 def _cube(values: Any, axes: tuple[str, ...]) -> tuple[Floats, tuple[int, ...]]:
     expected = f"({', '.join('n' + axis for axis in axes)})"
-    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
-        raise SceneError("some `values` are masked: expected a number at each node")
-    try:
-        found = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(
-            f"`values` is {type(values).__name__}: expected an array {expected} of numbers"
-        ) from None
-    if np.ndim(values) != 3:
-        raise SceneError(f"`values` has the shape {np.shape(values)}: expected {expected}")
-    return found, found.shape
+    found = real(values, "`values`", f"an array {expected} of numbers")
+    if found.ndim != 3:
+        raise SceneError(f"`values` has the shape {found.shape}: expected {expected}")
+    return np.ascontiguousarray(found), found.shape

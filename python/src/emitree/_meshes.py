@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import os
+import warnings
 from typing import Any
 
 import numpy as np
@@ -23,7 +26,8 @@ def from_pyvista(
 ) -> Grid | CellData:
     """The emission of a field of a PyVista or VTK dataset.
 
-    dataset: a dataset of PyVista, or of VTK, with points in the length unit of the camera. Data at
+    dataset: a dataset of PyVista, or of VTK, with points in the length unit of the camera; or the
+        name of a file of one that PyVista reads (.vti, .vtr, .vts, .vtu, .vtk and others). Data at
         the points of an `ImageData` or a `RectilinearGrid` become a `Grid`. All else becomes a
         function for `render`: an `UnstructuredGrid`, of whose cells those with a volume are used, a
         `StructuredGrid`, data of cells, and images whose axes are turned. Data at points are linear
@@ -56,6 +60,8 @@ def from_pyvista(
     >>> rendering = emitree.render(emission, camera, (32, 32))  # doctest: +SKIP
     """
     pyvista = _pyvista()
+    if isinstance(dataset, str | os.PathLike):
+        dataset = _read(pyvista, os.fspath(dataset))
     data = _dataset(pyvista, dataset)
     name, of = _chosen(data, field, association)
     values = _values(data, name, of)
@@ -150,6 +156,25 @@ def _probe(mesh: Any) -> Any:
     probe.ComputeToleranceOff()
     probe.SetTolerance(1e-9 * mesh.length)
     return probe
+
+
+def _read(pyvista: Any, path: str) -> Any:
+    """The dataset in a file."""
+    if not os.path.isfile(path):
+        raise SceneError(f"`dataset` is {path!r}, which is no file: expected one of VTK")
+    # VTK only warns of a file that it cannot read.
+    catcher = getattr(pyvista, "VtkErrorCatcher", None)
+    errors = contextlib.nullcontext() if catcher is None else catcher(raise_errors=True)
+    try:
+        with warnings.catch_warnings(), errors:
+            warnings.simplefilter("ignore")
+            return pyvista.read(path)
+    except Exception as error:
+        first = (str(error).strip().splitlines() or [type(error).__name__])[0]
+        raise SceneError(
+            f"`dataset` is the file {path!r}: expected one that PyVista reads, such as .vtu "
+            f"({first})"
+        ) from error
 
 
 def _dataset(pyvista: Any, dataset: Any) -> Any:

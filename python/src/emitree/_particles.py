@@ -13,6 +13,7 @@ from emitree._cameras import Box
 from emitree._function import Floats
 from emitree._kernels import kernel_of
 from emitree._native import SceneError
+from emitree._real import real
 
 #: Support radii in one tree differ at most by this factor: pairs beyond the support of their
 #: particle are at most 1 - 1/_CLASS_RATIO^3 of those that are found.
@@ -264,14 +265,7 @@ def _floats(name: str, values: Any, expected: str) -> Floats:
             f"`{name}` is a quantity in {values.unit}: expected numbers, as of `.to_value(unit)`, "
             "with lengths in the length unit of the camera"
         )
-    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
-        raise SceneError(f"some of `{name}` are masked: expected {expected} of numbers")
-    try:
-        return np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(
-            f"`{name}` is {type(values).__name__}: expected {expected} of numbers"
-        ) from None
+    return np.array(real(values, f"`{name}`", f"{expected} of numbers"))
 
 
 def _positions(values: Any) -> Floats:

@@ -13,6 +13,7 @@ from emitree import _native, _units
 from emitree._axes import is_data_array
 from emitree._function import Floats
 from emitree._native import SceneError
+from emitree._real import real
 
 #: What the values of an array are called.
 _VALUES = "values"
@@ -178,8 +179,4 @@ def _of_array(
 
 
 def _numbers(values: Any, name: str) -> Floats:
-    plain = values.value if _units.is_quantity(values) else values
-    try:
-        return np.asarray(plain, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(f"{name} is {type(values).__name__}: expected numbers") from None
+    return real(values.value if _units.is_quantity(values) else values, name, "numbers")

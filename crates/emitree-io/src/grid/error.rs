@@ -28,7 +28,7 @@ pub enum GridReadError {
     Unreadable(#[source] std::io::Error),
     /// The ending of the name stands for no format.
     #[error(
-        "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5, .nc or .vtk"
+        "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5, .nc, .vtk, .vti or .vtr"
     )]
     Ending,
     /// The library was built without this format.
@@ -141,7 +141,8 @@ pub enum GridReadError {
     /// The nodes of an axis are not as many as the values along it.
     #[error(
         "it has {found} nodes: expected {length}, since the values are an array of shape {shape:?}, \
-         with axes in the order {order}"
+         with axes in the order {order}{}",
+        edges(*.found, *.length)
     )]
     AxisLength {
         /// The nodes found or given.
@@ -178,7 +179,8 @@ pub enum GridReadError {
     /// An angle that no direction has.
     #[error(
         "node {index} is {value} {unit}: expected a {name} from {low} to {high} {unit} \
-         (`angle_unit` is the unit of all angles)"
+         (`angle_unit` is the unit of all angles{})",
+        latitudes(*.value, .name)
     )]
     AngleOutOfRange {
         /// The node, from 0.
@@ -268,6 +270,22 @@ impl GridReadError {
     /// Bytes that the format does not allow.
     pub(super) fn malformed(format: GridFormat, reason: impl ToString) -> Self {
         Self::Malformed { format, reason: reason.to_string() }
+    }
+}
+
+/// What one node more than there are values may be.
+fn edges(found: usize, length: usize) -> &'static str {
+    match found == length + 1 {
+        true => " (the nodes are the places of the values: the centres of cells, not their edges)",
+        false => "",
+    }
+}
+
+/// What colatitudes below 0 may be.
+fn latitudes(value: f64, name: &str) -> &'static str {
+    match value < 0.0 && name == "colatitude" {
+        true => "; `latitude` instead of `theta` is for latitudes",
+        false => "",
     }
 }
 

@@ -11,7 +11,7 @@
 //! | NPY | the array | none: the request has to give them |
 //! | NPZ | `values` | the arrays `x`, `y`, `z` |
 //! | HDF5, `NetCDF` | `values` | the coordinate variables of the dimensions; else those of a mesh of openPMD, in m; else `x`, `y`, `z` |
-//! | VTK (legacy) | the only scalar array | the coordinates of the points, or the centres of the cells |
+//! | VTK | the only scalar array | the coordinates of the points, or the centres of the cells |
 //!
 //! No array is read that takes more memory than there is: sizes are compared first, and a file is read
 //! in place, so that the values are in memory once (HDF5 and `NetCDF`: with the numbers as they are stored).

@@ -22,13 +22,13 @@ pub enum GridFormat {
     Hdf5,
     /// `NetCDF`, classic or version 4.
     NetCdf,
-    /// VTK, the legacy format: structured points and rectilinear grids.
+    /// VTK, the legacy format or XML: images (structured points) and rectilinear grids.
     Vtk,
 }
 
 impl GridFormat {
     /// The endings that choose a format, lower case and without the dot.
-    pub const ENDINGS: [(&'static str, Self); 8] = [
+    pub const ENDINGS: [(&'static str, Self); 10] = [
         ("fits", Self::Fits),
         ("fit", Self::Fits),
         ("npy", Self::Npy),
@@ -37,6 +37,8 @@ impl GridFormat {
         ("hdf5", Self::Hdf5),
         ("nc", Self::NetCdf),
         ("vtk", Self::Vtk),
+        ("vti", Self::Vtk),
+        ("vtr", Self::Vtk),
     ];
 
     /// The formats by the names that scenes have for them.
@@ -58,7 +60,7 @@ impl GridFormat {
     /// let error = GridFormat::from_path("run7.dat".as_ref()).unwrap_err();
     /// assert_eq!(
     ///     error.to_string(),
-    ///     "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5, .nc or .vtk"
+    ///     "no grid format for this ending: expected .fits, .fit, .npy, .npz, .h5, .hdf5, .nc, .vtk, .vti or .vtr"
     /// );
     /// # Ok::<(), emitree_io::grid::GridReadError>(())
     /// ```
@@ -69,7 +71,14 @@ impl GridFormat {
     pub fn from_path(path: &Path) -> Result<Self, GridReadError> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         let format = Self::ENDINGS.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(ending));
-        format.map(|(_, format)| format).ok_or(GridReadError::Ending)
+        match format {
+            Some((_, format)) => Ok(format),
+            // No grid, but the reader says what does read it.
+            None if ["vts", "vtu"].iter().any(|name| name.eq_ignore_ascii_case(ending)) => {
+                Ok(Self::Vtk)
+            }
+            None => Err(GridReadError::Ending),
+        }
     }
 }
 

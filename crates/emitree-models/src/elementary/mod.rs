@@ -1,4 +1,4 @@
-//! exp, ln, log₁₀, sin, cos and powers of many numbers at once.
+//! exp, ln, log₁₀, sin, cos, powers and angles of many numbers at once.
 //!
 //! # Same bits everywhere
 //!
@@ -9,10 +9,11 @@
 //!
 //! # Accuracy
 //!
-//! Within 1 unit in the last place of the exact value, sin and cos within 2; the files say more
+//! Within 1 unit in the last place of the exact value, sin, cos and angles within 2; the files say more
 //! closely. 0, subnormal numbers, infinities and NaN are as in the standard library. Angles beyond
 //! 10⁵ are left to the crate `libm`, one at a time.
 
+mod arctangent;
 mod exponential;
 mod logarithm;
 mod power;
@@ -58,6 +59,12 @@ pub(crate) fn cos(x: f64) -> f64 {
 #[inline]
 pub(crate) fn pow(x: f64, y: f64) -> f64 {
     if power::is_ordinary(x, y) { power::pow(x, y) } else { libm::pow(x, y) }
+}
+
+/// The angle of the point (x, y) from the x axis, −π to π.
+#[inline(always)]
+pub(crate) fn atan2(y: f64, x: f64) -> f64 {
+    arctangent::atan2(y, x)
 }
 
 /// An angle to be left to `libm`; a NaN is none.

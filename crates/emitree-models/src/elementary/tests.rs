@@ -36,8 +36,9 @@ const CASES: [Case; 5] = [
     Case { name: "sin", one: sin, many: Elementary::Sin, standard: f64::sin, bound: 1.6, apart: 2 },
     Case { name: "cos", one: cos, many: Elementary::Cos, standard: f64::cos, bound: 1.6, apart: 2 },
 ];
-/// Likewise, of powers.
+/// Likewise, of powers and of angles.
 const POWER_BOUND: f64 = 1.0;
+const ANGLE_BOUND: f64 = 2.0;
 
 /// Numbers of type f64 in their order, 0 and −0 the same.
 #[expect(clippy::cast_possible_wrap, reason = "the sign bit becomes a sign")]
@@ -67,13 +68,14 @@ fn errors_in_the_last_place() {
         let (x, y, nearest) = (number(x), number(y), number(nearest));
         let (value, bound) = match CASES.iter().find(|case| case.name == name) {
             Some(case) => ((case.one)(x), case.bound),
+            None if name == "atan2" => (atan2(x, y), ANGLE_BOUND),
             None => (pow(x, y), POWER_BOUND),
         };
         let error = (order(value) - order(nearest)) as f64 - offset.parse::<f64>().unwrap();
         assert!(error.abs() <= bound, "{name}({x:e}, {y}): {error} units");
         rows += 1;
     }
-    assert_eq!(rows, 2645);
+    assert_eq!(rows, 3245);
 }
 
 /// 100,000 numbers of all sizes and signs, by their bits, and as many in ±20.
@@ -122,6 +124,30 @@ fn the_borders_are_those_of_the_standard_library() {
     assert!(same(exp(709.8), f64::INFINITY) && same(exp(-745.2), 0.0) && same(exp(-745.1), least));
     assert!(same(pow(-8.0, 3.0), -512.0) && pow(-8.0, 0.5).is_nan());
     assert!((-300..=300).all(|k| same(log10(format!("1e{k}").parse().unwrap()), f64::from(k))));
+}
+
+#[test]
+fn angles_are_those_of_the_standard_library() {
+    for (x, y) in numbers().zip(numbers().skip(1)) {
+        // Twice the largest number is infinite.
+        let (x, y) = (x.clamp(-1e307, 1e307), y.clamp(-1e307, 1e307));
+        for (x, y) in [(x, y), (x, 1.0), (1e-3 * y, y), (y, -y), (x, (1.0 + 1e-9) * x)] {
+            let apart = distance(atan2(y, x), y.atan2(x));
+            // The smallest have no bits for the ratio.
+            assert!(apart <= 2, "atan2({y:e}, {x:e}) = {:e}, {:e}", atan2(y, x), y.atan2(x));
+        }
+    }
+    let borders = [0.0, 5e-324, 1e-300, 0.5, 1.0, 3.0, 1e300, f64::INFINITY];
+    for (x, y) in borders.iter().flat_map(|x| borders.map(|y| (*x, y))) {
+        for (x, y) in [(x, y), (-x, y), (x, -y), (-x, -y)] {
+            let expected = if x.is_infinite() && y.is_infinite() { f64::NAN } else { y.atan2(x) };
+            assert!(distance(atan2(y, x), expected) <= 1, "atan2({y}, {x}) = {}", atan2(y, x));
+            if y.abs() <= 0.0 {
+                assert!(same_bits(atan2(y, x), y.atan2(x)), "atan2({y}, {x})");
+            }
+        }
+    }
+    assert!(atan2(f64::NAN, 1.0).is_nan() && atan2(1.0, f64::NAN).is_nan());
 }
 
 #[test]

@@ -5,8 +5,7 @@ use super::evaluate;
 use super::inputs::Inputs;
 use super::parser;
 use super::tape::Tape;
-use crate::grid::axis::Location;
-use crate::grid::{Grid, GridAxes, Outside};
+use crate::grid::{Grid, GridAxes, Locations, Outside};
 use crate::table::Table;
 use core::ops::Range;
 use emitree::{Emission, Samples};
@@ -160,20 +159,21 @@ impl FieldExpression {
         for (number, field) in self.fields.iter().enumerate() {
             let first = self.same_axes[number];
             if first == number {
-                field.axes().locate_all(samples.positions(), &mut locations[number]);
+                locations[number].find(field.axes(), samples.positions());
             }
             let at = &locations[first];
-            if let Some(place) = at.iter().position(Option::is_none) {
+            let are_inside = at.are_inside();
+            if let Some(place) = are_inside.iter().position(|is_inside| !is_inside) {
                 if field.outside() == Outside::Error {
                     let cause = field.axes().outside(samples.positions()[place]);
                     let field = self.inputs.fields()[number].clone();
                     return Err(FieldFailure::Field { field, cause });
                 }
-                for (is_outside, location) in is_outside.iter_mut().zip(at) {
-                    *is_outside |= location.is_none();
+                for (is_outside, is_inside) in is_outside.iter_mut().zip(are_inside) {
+                    *is_outside |= !is_inside;
                 }
             }
-            field.values_at(at, &mut values[number][..n]);
+            field.values_in(at, 0.0, &mut values[number][..n]);
         }
         let fields: Vec<&[f64]> = values.iter().map(|values| &values[..n]).collect();
         let given = evaluate::Given::new(&self.inputs, &fields);
@@ -188,7 +188,7 @@ impl FieldExpression {
 /// What is calculated of each field.
 struct Buffers {
     /// The cells of all samples, for the first of the fields with the same axes.
-    locations: Vec<Vec<Option<[Location; 3]>>>,
+    locations: Vec<Locations>,
     values: Vec<Vec<f64>>,
     /// Whether a sample is outside of one of the fields.
     is_outside: Vec<bool>,
@@ -200,7 +200,7 @@ impl Emission for FieldExpression {
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), FieldFailure> {
         let (count, n) = (self.fields.len(), samples.len().min(CHUNK));
         let mut buffers = Buffers {
-            locations: vec![Vec::with_capacity(n); count],
+            locations: (0..count).map(|_| Locations::default()).collect(),
             values: vec![vec![0.0; n]; count],
             is_outside: Vec::with_capacity(n),
         };

@@ -2,7 +2,7 @@
 
 use super::arrange::Arrangement;
 use super::axis::{Axis, Location, check_nodes};
-use super::coordinates::{ANGLE_ROUNDING, Coordinates, in_turn_from};
+use super::coordinates::{ANGLE_ROUNDING, Coordinates, in_turn_from, of_all};
 use super::error::{GridError, OutsideGrid};
 use core::f64::consts::PI;
 use emitree::projection::{Bounds, Edge, Ellipsoid};
@@ -184,14 +184,9 @@ impl GridAxes {
         Some([a.locate(along[0])?, b.locate(along[1])?, c.locate(along[2])?])
     }
 
-    /// The cells around all positions.
-    pub(crate) fn locate_all(
-        &self,
-        positions: &[[f64; 3]],
-        locations: &mut Vec<Option<[Location; 3]>>,
-    ) {
-        locations.clear();
-        locations.extend(positions.iter().map(|&position| self.locate(position)));
+    /// The coordinates of many positions, in columns, φ in the turn of its axis.
+    pub(super) fn coordinates_of_all(&self, positions: &[[f64; 3]], columns: [&mut [f64]; 3]) {
+        of_all(self.coordinates, self.arrangement.turn_start, positions, columns);
     }
 
     /// Why a position is outside.

@@ -2,7 +2,7 @@
 
 use super::error::GridError;
 use super::search::Search;
-use crate::elementary;
+use crate::elementary::{self, Elementary};
 
 /// An axis: finite coordinates of at least two nodes, strictly increasing.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,6 +92,34 @@ impl Axis {
         let cell = self.search.cell(places, place);
         let (lower, upper) = (places[cell], places[cell + 1]);
         Some(Location { cell, fraction: (place - lower) / (upper - lower) })
+    }
+
+    /// The cells of many coordinates, which are replaced by their fractions in them: as [`Self::locate`] of each. Where
+    /// there is none `is_inside` is cleared, and the cell is that of an end.
+    pub(super) fn locate_all(
+        &self,
+        coordinates: &mut [f64],
+        cells: &mut [usize],
+        is_inside: &mut [bool],
+    ) {
+        let (min, max) = (self.min(), self.max());
+        for (coordinate, is_inside) in coordinates.iter_mut().zip(is_inside) {
+            *is_inside &= min <= *coordinate && *coordinate <= max;
+            *coordinate = coordinate.max(min).min(max);
+        }
+        if let Some(logarithms) = &self.logarithms {
+            let (first, last) = (logarithms[0], logarithms[logarithms.len() - 1]);
+            elementary::apply(Elementary::Ln, coordinates);
+            for logarithm in coordinates.iter_mut() {
+                *logarithm = logarithm.max(first).min(last);
+            }
+        }
+        let places = self.places();
+        self.search.cells(places, coordinates, cells);
+        for (place, &cell) in coordinates.iter_mut().zip(&*cells) {
+            let (lower, upper) = (places[cell], places[cell + 1]);
+            *place = (*place - lower) / (upper - lower);
+        }
     }
 
     /// The node of the data nearest to a location, in the coordinate that is interpolated in; the upper one of

@@ -1,6 +1,8 @@
 //! [`Coordinates`]: what the three axes of a grid are.
 
+use crate::elementary::atan2;
 use core::f64::consts::TAU;
+use multiversion::multiversion;
 
 /// How far an angle may be from a pole or a full turn to be one \[rad\]: numbers of 32 bits in degrees are.
 pub(super) const ANGLE_ROUNDING: f64 = 1e-5;
@@ -47,12 +49,13 @@ impl Coordinates {
     }
 
     /// The coordinates of a position, φ from −π to π.
+    #[inline(always)]
     pub fn of(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let in_plane = x * x + y * y;
         match self {
             Self::Cartesian => [x, y, z],
-            Self::Cylindrical => [in_plane.sqrt(), y.atan2(x), z],
-            Self::Spherical => [(in_plane + z * z).sqrt(), in_plane.sqrt().atan2(z), y.atan2(x)],
+            Self::Cylindrical => [in_plane.sqrt(), atan2(y, x), z],
+            Self::Spherical => [(in_plane + z * z).sqrt(), atan2(in_plane.sqrt(), z), atan2(y, x)],
         }
     }
 
@@ -69,6 +72,40 @@ impl Coordinates {
             Self::Cylindrical => Some((0, &[0.0])),
             Self::Spherical => Some((1, &[0.0, core::f64::consts::PI])),
         }
+    }
+}
+
+/// The coordinates of many positions, those of each in the three columns, with φ in the turn that starts at `first`.
+///
+/// The same bits as of one position after the other, in vector instructions.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+pub(super) fn of_all(
+    coordinates: Coordinates,
+    first: f64,
+    positions: &[[f64; 3]],
+    columns: [&mut [f64]; 3],
+) {
+    match coordinates {
+        Coordinates::Cartesian => fill(positions, columns, |position| position),
+        Coordinates::Cylindrical => fill(positions, columns, |position| {
+            let [rho, phi, z] = Coordinates::Cylindrical.of(position);
+            [rho, in_turn_from(first, phi), z]
+        }),
+        Coordinates::Spherical => fill(positions, columns, |position| {
+            let [r, theta, phi] = Coordinates::Spherical.of(position);
+            [r, theta, in_turn_from(first, phi)]
+        }),
+    }
+}
+
+#[inline(always)]
+fn fill(
+    positions: &[[f64; 3]],
+    [a, b, c]: [&mut [f64]; 3],
+    coordinates_of: impl Fn([f64; 3]) -> [f64; 3],
+) {
+    for (((&position, a), b), c) in positions.iter().zip(a).zip(b).zip(c) {
+        [*a, *b, *c] = coordinates_of(position);
     }
 }
 

@@ -1,10 +1,10 @@
 //! [`Grid`]: an emission from values at the nodes of three axes.
 
 use super::axes::GridAxes;
-use super::axis::Location;
 use super::coordinates::Coordinates;
 use super::error::{GridError, OutsideGrid};
 use super::interpolation::{Interpolation, cubic, linear, nearest};
+use super::locations::Locations;
 use core::fmt;
 use emitree::{Emission, Samples};
 use std::sync::Arc;
@@ -157,45 +157,37 @@ impl Grid {
         })
     }
 
-    /// The values in these cells of the axes, 0 where there is none.
-    pub(crate) fn values_at(&self, locations: &[Option<[Location; 3]>], values: &mut [f64]) {
+    /// The values at many positions, and `outside` where there is none, whatever it [is](Self::outside) there: the same
+    /// bits as those of [`Self::value`], in less time.
+    ///
+    /// `values` has one place for each position.
+    pub fn values_at(&self, positions: &[[f64; 3]], outside: f64, values: &mut [f64]) {
+        let mut locations = Locations::default();
+        let blocks = positions.chunks(Locations::BLOCK).zip(values.chunks_mut(Locations::BLOCK));
+        for (positions, values) in blocks {
+            locations.find(&self.axes, positions);
+            self.values_in(&locations, outside, values);
+        }
+    }
+
+    /// The values in these cells of the axes, and `outside` where there is none.
+    pub(crate) fn values_in(&self, locations: &Locations, outside: f64, values: &mut [f64]) {
         let (axes, of_nodes) = (self.axes.axes(), self.values.as_slice());
-        let pairs = values.iter_mut().zip(locations);
         match self.interpolation {
-            Interpolation::Nearest => fill(pairs, |at| nearest(axes, of_nodes, at)),
-            Interpolation::Linear => fill(pairs, |at| linear(axes, of_nodes, at)),
-            Interpolation::MonotoneCubic => fill(pairs, |at| cubic::<true>(axes, of_nodes, at)),
+            Interpolation::Nearest => {
+                locations.fill(values, outside, |at| nearest(axes, of_nodes, at));
+            }
+            Interpolation::Linear => {
+                locations.fill(values, outside, |at| linear(axes, of_nodes, at));
+            }
+            Interpolation::MonotoneCubic => {
+                locations.fill(values, outside, |at| cubic::<true>(axes, of_nodes, at));
+            }
             Interpolation::Cubic => {
-                fill(pairs, |at| cubic::<false>(axes, of_nodes, at).max(self.least));
+                let value_in = |at| cubic::<false>(axes, of_nodes, at).max(self.least);
+                locations.fill(values, outside, value_in);
             }
         }
-    }
-
-    /// g at all positions, from the cells around them.
-    fn evaluate(
-        &self,
-        positions: &[[f64; 3]],
-        rates: &mut [f64],
-        rate_in: impl Fn([Location; 3]) -> f64,
-    ) -> Result<(), OutsideGrid> {
-        for (rate, &position) in rates.iter_mut().zip(positions) {
-            *rate = match (self.axes.locate(position), self.outside) {
-                (Some(location), _) => rate_in(location),
-                (None, Outside::Zero) => 0.0,
-                (None, Outside::Error) => return Err(self.axes.outside(position)),
-            };
-        }
-        Ok(())
-    }
-}
-
-/// The value in each cell; 0 where there is none.
-fn fill<'a>(
-    pairs: impl Iterator<Item = (&'a mut f64, &'a Option<[Location; 3]>)>,
-    value_in: impl Fn([Location; 3]) -> f64,
-) {
-    for (value, location) in pairs {
-        *value = location.map_or(0.0, &value_in);
     }
 }
 
@@ -217,18 +209,17 @@ impl Emission for Grid {
     type Error = OutsideGrid;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Self::Error> {
-        let positions = samples.positions();
-        let (axes, values) = (self.axes.axes(), self.values.as_slice());
-        match self.interpolation {
-            Interpolation::Nearest => {
-                self.evaluate(positions, rates, |at| nearest(axes, values, at))
+        let mut locations = Locations::default();
+        let positions = samples.positions().chunks(Locations::BLOCK);
+        for (positions, rates) in positions.zip(rates.chunks_mut(Locations::BLOCK)) {
+            locations.find(&self.axes, positions);
+            if self.outside == Outside::Error
+                && let Some(at) = locations.are_inside().iter().position(|is_inside| !is_inside)
+            {
+                return Err(self.axes.outside(positions[at]));
             }
-            Interpolation::Linear => self.evaluate(positions, rates, |at| linear(axes, values, at)),
-            Interpolation::MonotoneCubic => {
-                self.evaluate(positions, rates, |at| cubic::<true>(axes, values, at))
-            }
-            Interpolation::Cubic => self
-                .evaluate(positions, rates, |at| cubic::<false>(axes, values, at).max(self.least)),
+            self.values_in(&locations, 0.0, rates);
         }
+        Ok(())
     }
 }

@@ -339,3 +339,64 @@ fn angles_and_radii_out_of_range_are_refused() {
         "3 values for a grid of 2 x 2 x 1 nodes (r, theta, phi): expected one for each node"
     );
 }
+
+/// In blocks and one by one, inside and outside, for all ways in which cells are found.
+#[test]
+fn many_values_have_the_bits_of_one() {
+    let uneven = |low: f64, high: f64| uniform_nodes(low, high, 24).into_iter();
+    let radii = || logarithmic_nodes(0.2, 2.0, 30);
+    let turn = || uniform_nodes(-PI, PI, 25);
+    let colatitudes = || uniform_nodes(0.05, PI - 0.3, 20);
+    let cases = [
+        (Coordinates::Cartesian, [0, 1, 2].map(|_| uniform_nodes(-1.5, 1.5, 17)), false),
+        (
+            Coordinates::Cartesian,
+            [1.0, 1.2, 0.9].map(|s| uneven(-s, s).map(|u| u + u * u * u).collect()),
+            false,
+        ),
+        (Coordinates::Cylindrical, [radii(), turn(), uniform_nodes(-1.0, 1.6, 9)], true),
+        (Coordinates::Cylindrical, [radii(), uniform_nodes(0.3, 2.0, 9), turn()], false),
+        (Coordinates::Spherical, [radii(), colatitudes(), turn()], false),
+        (Coordinates::Spherical, [radii(), colatitudes(), turn()], true),
+    ];
+    let mut positions: Vec<[f64; 3]> =
+        even_points(1500).map(|point| point.map(|u| between([-1.6, 1.6], u))).collect();
+    positions.extend([
+        [0.0; 3],
+        [-0.0, 0.0, -1.0],
+        [f64::NAN, 0.0, 0.5],
+        [0.0, f64::INFINITY, 0.0],
+    ]);
+    for (coordinates, nodes, is_logarithmic) in cases {
+        let g = |[a, b, c]: [f64; 3]| 2.0 + (3.0 * a).sin() + b * c;
+        let mut grid = sampled(coordinates, nodes.clone(), g);
+        if is_logarithmic {
+            let axes = GridAxes::new(coordinates, nodes).unwrap().with_logarithmic(0).unwrap();
+            let count: usize = axes.shape().iter().product();
+            let values = (0..count).map(|i| (i % 7) as f64).collect();
+            grid = Grid::on(axes, values).unwrap();
+        }
+        let places = grid.nodes();
+        let of_nodes =
+            (0..20).map(|i| position(coordinates, places.map(|nodes| nodes[i % nodes.len()])));
+        let positions: Vec<[f64; 3]> = positions.iter().copied().chain(of_nodes).collect();
+        for interpolation in [
+            Interpolation::Nearest,
+            Interpolation::Linear,
+            Interpolation::MonotoneCubic,
+            Interpolation::Cubic,
+        ] {
+            let grid = grid.clone().with_interpolation(interpolation);
+            let mut values = vec![0.0; positions.len()];
+            grid.values_at(&positions, -9.0, &mut values);
+            let mut inside = 0;
+            for (&position, value) in positions.iter().zip(values) {
+                let one = grid.value(position);
+                inside += usize::from(one.is_some());
+                let expected = one.unwrap_or(-9.0);
+                assert_eq!(value.to_bits(), expected.to_bits(), "{grid:?} at {position:?}");
+            }
+            assert!((100..positions.len() - 100).contains(&inside), "{inside} of {coordinates:?}");
+        }
+    }
+}

@@ -12,6 +12,7 @@
 //! * `axes.rs`: [`GridAxes`], the three axes;
 //! * `cubic.rs`: monotone cubic interpolation in one dimension;
 //! * `interpolation.rs`: the value in a cell, from those around it;
+//! * `locations.rs`: the cells of many positions at once;
 //! * `cube.rs`: [`Grid`], values on axes, and its evaluation.
 
 mod arrange;
@@ -22,6 +23,7 @@ mod cube;
 mod cubic;
 mod error;
 mod interpolation;
+mod locations;
 mod search;
 
 pub use axes::GridAxes;
@@ -30,6 +32,7 @@ pub use coordinates::Coordinates;
 pub use cube::{Grid, Outside};
 pub use error::{GridError, OutsideGrid};
 pub use interpolation::Interpolation;
+pub(crate) use locations::Locations;
 
 #[cfg(test)]
 mod curved_tests;

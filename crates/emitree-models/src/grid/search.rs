@@ -60,23 +60,55 @@ impl Search {
     /// The cell of a coordinate that is between the first and the last of the places.
     #[inline(always)]
     pub(super) fn cell(&self, places: &[f64], coordinate: f64) -> usize {
-        let last_cell = places.len() - 2;
         match self {
             Self::Even { cells_per_length } => even_cell(places, coordinate, *cells_per_length),
             Self::Table { intervals_per_length, cells } => {
-                // The product rounds, but never to a lower interval for a larger coordinate: all places of
-                // the intervals before are below, and all of those after are above.
-                let along = coordinate - places[0];
-                let at = interval(along, *intervals_per_length, cells.len() - 1);
-                let (low, high) = (cells[at] as usize, cells[at + 1] as usize);
-                low + places[low + 1..=high].partition_point(|&place| place <= coordinate)
+                cell_by_table(places, coordinate, *intervals_per_length, cells)
             }
+            Self::Bisection => cell_by_bisection(places, coordinate),
+        }
+    }
+
+    /// The cells of many coordinates, of which each is between the first and the last of the places.
+    pub(super) fn cells(&self, places: &[f64], coordinates: &[f64], found: &mut [usize]) {
+        let pairs = found.iter_mut().zip(coordinates);
+        match self {
+            Self::Even { cells_per_length } => {
+                pairs.for_each(|(cell, &at)| *cell = even_cell(places, at, *cells_per_length));
+            }
+            Self::Table { intervals_per_length, cells } => pairs.for_each(|(cell, &at)| {
+                *cell = cell_by_table(places, at, *intervals_per_length, cells);
+            }),
             Self::Bisection => {
-                let above = places.partition_point(|&place| place <= coordinate);
-                above.saturating_sub(1).min(last_cell)
+                pairs.for_each(|(cell, &at)| *cell = cell_by_bisection(places, at));
             }
         }
     }
+}
+
+#[inline(always)]
+fn cell_by_table(
+    places: &[f64],
+    coordinate: f64,
+    intervals_per_length: f64,
+    cells: &[u32],
+) -> usize {
+    // The product rounds, but never to a lower interval for a larger coordinate: all places of
+    // the intervals before are below, and all of those after are above.
+    let at = interval(coordinate - places[0], intervals_per_length, cells.len() - 1);
+    let (low, high) = (cells[at] as usize, cells[at + 1] as usize);
+    // Most intervals have one place at most: no branch for them.
+    let cell = (low + usize::from(places[low + 1] <= coordinate)).min(high);
+    if high - low <= 1 {
+        return cell;
+    }
+    low + places[low + 1..=high].partition_point(|&place| place <= coordinate)
+}
+
+#[inline(always)]
+fn cell_by_bisection(places: &[f64], coordinate: f64) -> usize {
+    let above = places.partition_point(|&place| place <= coordinate);
+    above.saturating_sub(1).min(places.len() - 2)
 }
 
 /// The interval that a distance from the first place is in, of `count`.
@@ -95,13 +127,9 @@ fn interval(along: f64, intervals_per_length: f64, count: usize) -> usize {
 fn even_cell(places: &[f64], coordinate: f64, cells_per_length: f64) -> usize {
     let cells = places.len() - 1;
     let guess = interval(coordinate - places[0], cells_per_length, cells);
-    if coordinate < places[guess] {
-        guess - 1
-    } else if guess + 1 < cells && coordinate >= places[guess + 1] {
-        guess + 1
-    } else {
-        guess
-    }
+    // No branch: whether a guess has to be mended is hard to predict.
+    let above = usize::from(guess + 1 < cells && coordinate >= places[guess + 1]);
+    guess + above - usize::from(coordinate < places[guess])
 }
 
 /// Whether no place is further than a quarter of the mean spacing from its even place: then the even cell of
@@ -154,6 +182,9 @@ mod tests {
             for coordinate in between.chain(beside).filter(|c| (first..=last).contains(c)) {
                 let expected = Search::Bisection.cell(&places, coordinate);
                 prop_assert_eq!(search.cell(&places, coordinate), expected);
+                let mut found = [usize::MAX];
+                search.cells(&places, &[coordinate], &mut found);
+                prop_assert_eq!(found, [expected]);
             }
         }
     }

@@ -18,7 +18,8 @@ import struct
 import sys
 
 from mpmath import (
-    cos, exp, factorial, frexp, ldexp, log, log10, lu_solve, matrix, mp, mpf, nint, pi, power, sin, sqrt,
+    atan, atan2, cos, exp, factorial, frexp, ldexp, log, log10, lu_solve, matrix, mp, mpf, nint, pi,
+    power, sin, sqrt, tan,
 )
 
 mp.dps = 60
@@ -105,6 +106,14 @@ def constants():
     show("1/ln 10 in 32 bits and 53", parts(1 / log(10), [32, 53]))
     show("log10 2 in 42 bits and 53", parts(log10(2), [42, 53]))
 
+    reach = tan(pi / 8) * mpf("1.000001")
+    # As a series: a node may be near 0.
+    tail = lambda z: sum((-1) ** (k + 1) * z**k / (2 * k + 3) for k in range(90))
+    c = interpolate(tail, mpf(0), reach**2, 11)
+    error = largest_error(atan, lambda t: t + t**3 * polynomial(c, t**2), -reach, reach)
+    show(f"atan: (atan t - t)/t^3 in powers of t^2, error {float(error):.2g}", c)
+    show("pi/4 in 51 bits and 53", parts(pi / 4, [51, 53]))
+
 
 def bits(x):
     return struct.unpack("<Q", struct.pack("<d", x))[0]
@@ -170,6 +179,22 @@ def values():
         second = float(draw.uniform(*limits) / log(x)) if abs(x - 1) > 1e-12 else 1e9
         row("pow", power, x, second=second)
         row("pow", power, x, second=draw.choice([-2.5, -1.5, 0.5, 1 / 3, -0.05, 1.0, 2.0, -3.0]))
+
+    # Points in all directions, near the axes and the diagonals too.
+    sides = [-1.0, 1.0]
+    for _ in range(200):
+        row("atan2", atan2, draw.uniform(-1, 1), second=draw.uniform(-1, 1))
+    for _ in range(100):
+        near, other = draw.choice(sides) * 2 ** draw.uniform(-60, 0), draw.choice(sides)
+        row("atan2", atan2, near, second=other)
+        row("atan2", atan2, other, second=near)
+    for _ in range(100):
+        first = draw.choice(sides) * draw.uniform(0.5, 1)
+        second = draw.choice(sides) * abs(first) * (1 + draw.uniform(-1, 1) * 2 ** draw.uniform(-52, -2))
+        row("atan2", atan2, first, second=second)
+        # The border of the reduced range.
+        edge = draw.choice(sides) * abs(first) * float(tan(pi / 8)) * (1 + draw.uniform(-4e-16, 4e-16))
+        row("atan2", atan2, edge, second=first)
 
 
 if __name__ == "__main__":
