@@ -38,5 +38,5 @@ fn the_edge_of_a_cylinder() {
 /// its neighbours: 9.9·10⁻³ instead of 5.8·10⁻³.
 #[test]
 fn a_part_of_a_cell_without_points() {
-    check(172, 9_101);
+    check(172, 8_847);
 }

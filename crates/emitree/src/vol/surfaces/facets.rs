@@ -76,9 +76,7 @@ impl Search<'_> {
                 let wanted = allowed_at(&wall);
                 if error > TUNING.surfaces.wall_from * wanted {
                     let meeting = self.meeting_patches(index, cell.cell, (a, b), wanted);
-                    // Instead of a patch that is good enough only where there is an edge.
-                    let gain = if error > wanted { 1.0 } else { TUNING.surfaces.wall_gain };
-                    if let Some(better) = meeting.filter(|(_, of_it)| *of_it < gain * error) {
+                    if let Some(better) = meeting.filter(|(_, of_it)| *of_it < error) {
                         (wall, error) = better;
                     }
                 }

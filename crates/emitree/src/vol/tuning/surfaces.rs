@@ -68,10 +68,8 @@ group! {
         /// parts of one smooth surface, and of two fits to fewer points each the errors are too small.
         wall_least_turn: f64 = 0.2, 0.1..=0.4;
         /// The error of a single patch, as a share of the one wanted, from which several patches are tried, since a
-        /// smooth patch rounds an edge, where its largest error is far above the mean one; and the share of
-        /// that error which they have to reach if the single patch is good enough.
+        /// smooth patch rounds an edge, where its largest error is far above the mean one.
         wall_from: f64 = 0.25, 0.1..=1.0;
-        wall_gain: f64 = 0.5, 0.3..=1.0;
         /// The error, as a share of the one wanted, below which a patch of several has no higher degree:
         /// beyond its points a lower one is safer.
         wall_enough: f64 = 0.7, 0.4..=1.0;
