@@ -74,7 +74,7 @@ impl Search<'_> {
                 };
                 let (mut wall, mut error) = (Wall::from(patch), error);
                 let wanted = allowed_at(&wall);
-                if error > wanted {
+                if error > TUNING.surfaces.wall_from * wanted {
                     let meeting = self.meeting_patches(index, cell.cell, (a, b), wanted);
                     if let Some(better) = meeting.filter(|(_, of_it)| *of_it < error) {
                         (wall, error) = better;
@@ -258,7 +258,10 @@ impl Search<'_> {
                     continue;
                 };
                 let normal = patch.normal(foot);
-                let distance = TUNING.surfaces.check_distance * facet.allowed;
+                // An error that is larger than its estimate is that of a fit which does not know a part of the cell.
+                let [least, most] = [TUNING.surfaces.check_least, TUNING.surfaces.check_distance];
+                let distance = TUNING.surfaces.check_errors * facet.error;
+                let distance = distance.clamp(least * facet.allowed, most * facet.allowed);
                 let points = [-distance, distance].map(|along_it| along(foot, along_it, normal));
                 let is_seen = |at: &[f64; 3]| is_in_view(&self.grid, *at) && !self.hides(*at);
                 if points.iter().all(is_seen) {

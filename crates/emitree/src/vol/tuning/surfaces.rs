@@ -67,6 +67,9 @@ group! {
         /// The least angle between the normals of two patches of a wall, in radians. With less they are
         /// parts of one smooth surface, and of two fits to fewer points each the errors are too small.
         wall_least_turn: f64 = 0.2, 0.1..=0.4;
+        /// The error of a single patch, as a share of the one wanted, from which several patches are tried, since a
+        /// smooth patch rounds an edge, where its largest error is far above the mean one.
+        wall_from: f64 = 0.25, 0.1..=1.0;
         /// The error, as a share of the one wanted, below which a patch of several has no higher degree:
         /// beyond its points a lower one is safer.
         wall_enough: f64 = 0.7, 0.4..=1.0;
@@ -89,7 +92,11 @@ group! {
         /// The batches in which the points of a level are found: patches that fit after the first
         /// ones need no more.
         batches: usize = 3, 2..=4;
-        /// The distance of the two evaluations of a check from a patch, in displacements allowed.
+        /// The distance of the two evaluations of a check from a patch, in errors of the patch, and its least
+        /// and largest value, in displacements allowed. A check at the displacement allowed passes
+        /// patches whose errors are far larger than estimated, in the part of a cell that has no points.
+        check_errors: f64 = 4.0, 3.0..=8.0;
+        check_least: f64 = 0.5, 0.3..=1.0;
         check_distance: f64 = 1.5, 1.0..=2.0;
         /// The distance at which regions on both sides of a face have to agree, in displacements
         /// allowed.
