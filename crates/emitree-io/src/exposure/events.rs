@@ -180,6 +180,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::float_cmp, reason = "the distances are whole numbers")]
     fn light_left_earlier_by_the_distance() {
         let from = [10.0, 3.0, 4.0];
         let of = |is_parallel| Events::new(camera(), None, Some(0.5), is_parallel);

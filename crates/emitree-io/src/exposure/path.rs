@@ -141,6 +141,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::float_cmp, reason = "the positions are whole numbers")]
     fn two_nodes_are_a_straight_line() {
         let path = Path::new(&[1.0, 3.0], &[[0.0, 2.0, 5.0], [4.0, 2.0, 1.0]]).unwrap();
         assert_eq!(path.at(2.0), [2.0, 2.0, 3.0]);

@@ -21,7 +21,7 @@ const TAIL: [f64; 11] = [
 const TAN_PI_8: f64 = 0.414_213_562_373_095_03;
 
 /// π/4 in two parts; the first has 51 bits, so that multiples of it up to 4 are exact.
-const PI_4: [f64; 2] = [0.785_398_163_397_448_3, 3.061_616_997_868_383e-17];
+const PI_4: [f64; 2] = [core::f64::consts::FRAC_PI_4, 3.061_616_997_868_383e-17];
 
 /// The angle of the point (x, y) from the x axis, with the sign of y, within 2 units in the last place; NaN where
 /// a coordinate is NaN or both are infinite. Coordinates are below half of the largest number.

@@ -72,6 +72,9 @@ struct Cursor<'a> {
     is_binary: bool,
 }
 
+/// The points along x, y and z, and the arrays with their numbers.
+type Dataset = ([Vec<f64>; 3], Vec<(Data, Numbers)>);
+
 impl<'a> Cursor<'a> {
     /// The next line, without its end.
     fn line(&mut self) -> Option<&'a str> {
@@ -92,7 +95,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The points along x, y and z, and the arrays.
-    fn dataset(&mut self) -> Result<([Vec<f64>; 3], Vec<(Data, Numbers)>), GridReadError> {
+    fn dataset(&mut self) -> Result<Dataset, GridReadError> {
         let mut counts = [0; 3];
         let (mut origin, mut spacing) = ([0.0; 3], [1.0; 3]);
         let mut points = [const { Vec::new() }; 3];

@@ -1,4 +1,4 @@
-//! XML of VTK: ImageData (.vti) and RectilinearGrid (.vtr), as
+//! XML of VTK: `ImageData` (.vti) and `RectilinearGrid` (.vtr), as
 //! [VTK File Formats](https://docs.vtk.org/en/latest/vtk_file_formats/index.html) has them.
 //!
 //! Numbers are text, base64 in the elements, or bytes appended after all elements, which are no XML.

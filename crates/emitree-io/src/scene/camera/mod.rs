@@ -87,7 +87,10 @@ pub(super) fn up(projection: Option<&Table>) -> Result<[f64; 3], SceneError> {
     up.map_or(Ok([0.0, 0.0, 1.0]), |up| up.vector(UP.expected))
 }
 
-/// The camera, the length unit with its place, and the shapes of the scene; singular points, bounds and edges are
+/// A camera, the length unit with its place, and the shapes of the scene.
+pub(super) type CameraOfScene = (Camera, Option<(String, Place)>, Vec<ShapeOfScene>);
+
+/// The camera with its length unit and the shapes; singular points, bounds and edges are
 /// those of the scene and, if the camera does not move, of its emission.
 pub(super) fn read(
     projection: Option<Table>,
@@ -95,7 +98,7 @@ pub(super) fn read(
     emission: &EmissionSource,
     moves: bool,
     whole: &Place,
-) -> Result<(Camera, Option<(String, Place)>, Vec<ShapeOfScene>), SceneError> {
+) -> Result<CameraOfScene, SceneError> {
     let names = || alternatives(cameras().iter().map(|camera| format!("`{}`", camera.name)));
     let Some(mut table) = projection else {
         return Err(SceneError::at(whole, "the scene has no `[projection]`")
