@@ -42,18 +42,18 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    /// From the first time of an axis to its last [s]; `light_travels` if the emission is that of the time at which
+    /// From the first time of an axis to its last \[s\]; `light_travels` if the emission is that of the time at which
     /// the light that is seen was emitted.
     pub fn new(axis: EnergyAxis, motion: Option<Motion>, light_travels: bool) -> Self {
         Self { times: Energies::times(axis), motion, light_travels }
     }
 
-    /// The bins of the time [s].
+    /// The bins of the time \[s\].
     pub fn times(&self) -> &Energies {
         &self.times
     }
 
-    /// The start and the end [s].
+    /// The start and the end \[s\].
     pub fn range_s(&self) -> [f64; 2] {
         [self.times.axis().min(), self.times.axis().max()]
     }

@@ -24,7 +24,7 @@ pub(crate) struct Cost {
 
 impl<V: Values> Session<'_, V> {
     /// The rendering once it has ended; before that the latest image, with [`StopReason::Unfinished`], if
-    /// the method has intermediate images (only [`Method::Vol`] has).
+    /// the method has intermediate images (only [`Method::Vol`](crate::Method::Vol) has).
     pub fn rendering(&self) -> Option<Rendering<V>> {
         match &self.course.state {
             State::Ended(made) => Some(self.finished((**made).clone())),
