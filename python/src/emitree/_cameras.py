@@ -323,8 +323,8 @@ class Box(_Table):
 class Plane(_Table):
     """A plane, as an edge of the emission: a surface on which it jumps or has a kink.
 
-    In views without opaque bodies up to three planes divide lines of sight, where the emission jumps or has a
-    kink: both sides of a plane are then smooth.
+    In views without opaque bodies up to three planes divide lines of sight, where the emission
+    jumps or has a kink: both sides of a plane are then smooth.
 
     position: (3,), a point of the plane, lengths; normal: (3,), a vector of any length that is
         perpendicular to the plane.
