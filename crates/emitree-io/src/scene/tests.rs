@@ -176,7 +176,7 @@ fn unknown_keys_are_refused_where_they_stand() {
     let message = "unknown key `image.widht`";
     expect(SCENE, ["width = 50", "widht = 50\nwidth = 50"], 10, message, "did you mean `width`?");
     let message = "unknown key `colour`";
-    let keys = "expected one of `emission`, `energy`, `instrument`, `absorption`, `projection`, `occulter`, \
+    let keys = "expected one of `emission`, `energy`, `projection`, `time`, `instrument`, `absorption`, `occulter`, \
                 `bounds`, `edge`, `singularity`, `image`, `seed`, `render`, `build`, `sky`";
     expect(SCENE, ["\n[emission]", "colour = 3\n[emission]"], 1, message, keys);
     let message = "unknown key `projection.far`";

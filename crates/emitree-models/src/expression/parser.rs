@@ -333,7 +333,9 @@ impl<'a> Parser<'a> {
                 ": write exp(1), or E for the energy".to_owned()
             }
             "e" => ": write exp(1)".to_owned(),
-            "t" => ": it is the time where there is a time axis, `[time]` in a scene".to_owned(),
+            "t" if !listed.contains(&"T") => {
+                ": it is the time where there is a time axis, `[time]` in a scene".to_owned()
+            }
             _ => did_you_mean(closest(name, listed.iter().copied())),
         };
         ExpressionError::new(format!("unknown name `{name}`{suggestion}"), span)
