@@ -162,7 +162,8 @@ async fn to_tolerance(
             }
         }
         // Products of whole lines of sight need fewer evaluations than those of their layers.
-        if layered_from.is_none() && !attempted.found.as_ref().is_some_and(is_complete) {
+        let is_first = layered_from.is_none() && start.is_none();
+        if is_first && !attempted.found.as_ref().is_some_and(is_complete) {
             let jumps = attempted.has_jump;
             let from = if jumps { 0.0 } else { TUNING.view.least_cosine_of_kinks };
             if layered_parts(tiles, None, from).is_some() {
