@@ -294,7 +294,7 @@ pub(super) struct FaceChart<'a> {
 impl FaceChart<'_> {
     /// The line of sight at (u, v), between the two faces: those by which rounding may have it pass do not
     /// matter.
-    pub(super) fn line(&self, uv: [f64; 2]) -> SightLine {
+    pub(super) fn line_at(&self, uv: [f64; 2]) -> SightLine {
         let Passage { cuboid, enter, leave, .. } = self.passage;
         let face = self.passage.face();
         let [b, c] = self.passage.axes();
@@ -332,7 +332,7 @@ impl FaceChart<'_> {
 
 impl Chart for FaceChart<'_> {
     fn world_from_chart(&self, [u, v, z]: [f64; 3]) -> MappedPoint {
-        let line = Self::line(self, [u, v]);
+        let line = self.line_at([u, v]);
         let mut point = line.point(&self.span(&line), z);
         // Rounding does not move points out of the box.
         let cuboid = self.passage.cuboid;
@@ -362,7 +362,7 @@ impl Chart for FaceChart<'_> {
     }
 
     fn line(&self, uv: [f64; 2]) -> Option<SightLine> {
-        Some(Self::line(self, uv))
+        Some(self.line_at(uv))
     }
 
     fn depth_of(&self, line: &SightLine, distance: f64) -> f64 {
@@ -370,6 +370,6 @@ impl Chart for FaceChart<'_> {
     }
 
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
-        image_place(&self.tiles, &Self::line(self, uv))
+        image_place(&self.tiles, &self.line_at(uv))
     }
 }

@@ -64,7 +64,7 @@ fn each_line_through_the_box_has_one_place_that_leads_back_to_it() {
             assert!(place.iter().all(|along| (-1e-9..1.0 + 1e-9).contains(along)), "{place:?}");
             let window = Window { c: [0.0, 1.0], azimuth_rad: [0.0, 1.0] };
             let chart = faces.passages()[number].chart(surroundings, window, vec![geometry]);
-            let back = chart.line(place);
+            let back = chart.line_at(place);
             let apart = |a: [f64; 3], b: [f64; 3]| {
                 difference(a, b).iter().fold(0.0_f64, |most, along| most.max(along.abs()))
             };
@@ -91,7 +91,7 @@ fn each_place_of_a_chart_is_a_line_of_its_passage() {
             let chart = passage.chart(surroundings, window, vec![geometry]);
             for k in 0..64 {
                 let uv = [k % 8, k / 8].map(|along| (f64::from(along) + 0.5) / 8.0);
-                let line = chart.line(uv);
+                let line = chart.line_at(uv);
                 let (found, place) = faces.place(&line).unwrap();
                 assert_eq!(found, number, "{passage:?} {uv:?}");
                 assert!((place[0] - uv[0]).abs() + (place[1] - uv[1]).abs() < 1e-8);
