@@ -192,12 +192,12 @@ impl Shells {
         if self.is_parallel() {
             let at = along(from, nearest, along_line);
             let (a, b) = (dot(at, x), dot(at, y));
-            let miss = a.hypot(b);
+            let miss = (a * a + b * b).sqrt();
             let (angle, azimuth) = (Angle::Known(miss), Angle::Of { across: b, along: a });
             return Aim { angle, azimuth, miss, is_ahead: true, nearest, stretch };
         }
         let (a, b, c) = (dot(along_line, x), dot(along_line, y), dot(along_line, forward));
-        let across = a.hypot(b);
+        let across = (a * a + b * b).sqrt();
         Aim {
             angle: Angle::Of { across, along: c },
             azimuth: Angle::Of { across: b, along: a },

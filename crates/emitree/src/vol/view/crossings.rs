@@ -6,7 +6,11 @@ use crate::vol::view::pixel_rule::Crossing;
 
 /// How far from a limb, in units of the variation of the distance from it over a pixel, the square
 /// root of the radiance matters.
-const BESIDE: f64 = 2.0;
+const BESIDE: f64 = 1.0;
+/// How far between the corners of a pixel a limb may be from where it is at them, in the same units, where the body
+/// is larger than the pixel; the variation above which a body is not: with it a limb is straight to 0.04.
+const CURVATURE: f64 = 0.25;
+const SMALL_BODY: f64 = 0.5;
 /// A body has at least so many times the size of a part of a pixel.
 const PARTS: f64 = 2.0;
 /// The most parts along each side of a pixel.
@@ -66,8 +70,10 @@ pub(crate) fn crossings_of_row(
         if rim_crosses(column) || around.iter().any(|corner| corner.sectors != middle.sectors) {
             return of_limbs(Crossing::Crossed(1), &around);
         }
-        if !(middle.is_inside && below[column].is_inside) {
-            return Crossing::Crossed(1);
+        match (middle.is_inside, below[column].is_inside) {
+            (true, true) => {}
+            (false, false) => return Crossing::Outside,
+            (true, false) | (false, true) => return Crossing::Crossed(1),
         }
         of_limbs(Crossing::None, &around)
     };
@@ -82,7 +88,9 @@ fn of_limbs(others: Crossing, around: &[&Corner]) -> Crossing {
         let (low, high) = (misses().fold(f64::INFINITY, f64::min), misses().fold(0.0, f64::max));
         let spread = high - low;
         let is_within = |times: f64| low - times * spread < 1.0 && high + times * spread > 1.0;
-        if is_within(1.0) {
+        // Between corners a limb is curved: a body of the size of a pixel may be anywhere in it.
+        let between = if spread > SMALL_BODY { 1.0 } else { CURVATURE };
+        if is_within(between) {
             let parts = crate::cell::whole((PARTS * spread).ceil()).clamp(1, MOST_PARTS);
             let before = if let Crossing::Crossed(before) = crossing { before } else { 1 };
             Crossing::Crossed(before.max(parts))

@@ -6,6 +6,7 @@
 //! and a Gauss–Legendre rule converges. The radiance beside a limb has the square root of the
 //! distance from it, for which the nodes of a line are denser towards its edges.
 
+use crate::vol::view::line_scan::{LineScan, Places};
 use crate::vol::view::squares::Square;
 use bilby::GaussLegendre;
 
@@ -13,33 +14,31 @@ use bilby::GaussLegendre;
 type Rule = Vec<(f64, f64)>;
 /// A node: its place in the pixel, from 0 to 1 along x and y, and its weight.
 pub(crate) type RuleNode = ([f64; 2], f64);
-/// The label of a place in a pixel, which changes at edges; `None` outside the image.
-pub(crate) type Label<'a> = dyn Fn([f64; 2]) -> Option<u64> + 'a;
-
 /// How a pixel is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Crossing {
     /// No edge is near.
     None,
+    /// It is outside of the image.
+    Outside,
     /// An edge may be beside it.
     Beside,
     /// An edge may cross it; with so many parts along each side a body is not smaller than a part.
     Crossed(usize),
 }
 
-/// The number of intervals of a line, and of the sides of a pixel, at whose ends labels are compared.
-const PROBES: usize = 8;
-/// The number of bisections between two places with different labels: places to 1e-9 of a pixel.
-const BISECTIONS: usize = 26;
-/// The number of bisections between two lines with different labels, and the most changes between
-/// two places.
+/// The number of intervals along each side of a part at whose ends labels are compared first.
+const PROBES: usize = 4;
+/// The number of bisections between two lines with different labels.
 const CORNER_BISECTIONS: usize = 16;
-const MOST_CHANGES: usize = 8;
 /// The least number of lines for each part of the sequence, and of nodes for each part of a line.
 const LINES: usize = 5;
 const NODES_OF_LINE: usize = 6;
 /// The least number of nodes along each axis of a pixel beside an edge.
 const BESIDE: usize = 6;
+/// The number of nodes along each axis that finer rules have more: beside an edge, and elsewhere.
+const MORE_BESIDE: usize = 2;
+const MORE: usize = 1;
 
 /// The number of nodes along each axis of a square that is no larger than its distance from a singularity, 0.8 of
 /// it at the least: the rule is then exact to 6e-5.
@@ -51,7 +50,9 @@ const NODES_AT_AXIS: usize = 8;
 #[derive(Clone, Debug)]
 pub(crate) struct PixelRules {
     whole: Rule,
+    finer: Rule,
     beside: Rule,
+    finer_beside: Rule,
     lines: Rule,
     of_line: Rule,
     of_square: Rule,
@@ -65,7 +66,9 @@ impl PixelRules {
         let denser = |number: usize| gauss(number).into_iter().map(denser_at_ends).collect();
         Self {
             whole: gauss(whole),
+            finer: gauss(whole + MORE),
             beside: denser(whole.max(BESIDE)),
+            finer_beside: denser(whole.max(BESIDE) + MORE_BESIDE),
             lines: gauss(whole.max(LINES)),
             of_line: denser(whole.max(NODES_OF_LINE)),
             of_square: gauss(NODES_OF_SQUARE),
@@ -75,23 +78,36 @@ impl PixelRules {
         }
     }
 
-    /// The nodes of a pixel, divided `level` times in halves along each axis; their weights add up
-    /// to its part inside the image.
-    pub(crate) fn nodes(&self, crossing: Crossing, level: u8, label: &Label<'_>) -> Vec<RuleNode> {
-        let parts = if let Crossing::Crossed(parts) = crossing { parts } else { 1 } << level;
+    /// The nodes of a pixel, finer at each level; their weights add up to its part inside the image. At level 1 a
+    /// pixel without edges has more nodes, and others, and all from level 2 on, are divided in halves along each
+    /// axis at each level.
+    pub(crate) fn nodes(
+        &self,
+        crossing: Crossing,
+        level: u8,
+        places: Places<'_>,
+    ) -> Vec<RuleNode> {
+        let is_finer = level > 0;
+        let parts = match crossing {
+            Crossing::Crossed(parts) => parts << level,
+            Crossing::None | Crossing::Outside | Crossing::Beside => 1 << level.saturating_sub(1),
+        };
         let size = 1.0 / parts as f64;
         let mut nodes = Vec::new();
         for part in 0..parts * parts {
             let corner = [part % parts, part / parts].map(|k| k as f64 * size);
-            let place = |[x, y]: [f64; 2]| [corner[0] + size * x, corner[1] + size * y];
+            let inside = Square { corner, size, touches_axis: false };
             let of_part = match crossing {
-                Crossing::None => product(&self.whole),
-                Crossing::Beside => product(&self.beside),
+                Crossing::None => product(if is_finer { &self.finer } else { &self.whole }),
+                Crossing::Outside => Vec::new(),
+                Crossing::Beside => {
+                    product(if is_finer { &self.finer_beside } else { &self.beside })
+                }
                 Crossing::Crossed(_) => {
-                    self.nodes_of_part([&self.lines, &self.of_line], &|inner| label(place(inner)))
+                    self.nodes_of_part([&self.lines, &self.of_line], &inside, places)
                 }
             };
-            let of_pixel = |(inner, weight)| (place(inner), size * size * weight);
+            let of_pixel = |(inner, weight)| (inside.place(inner), size * size * weight);
             nodes.extend(of_part.into_iter().map(of_pixel));
         }
         nodes
@@ -102,13 +118,12 @@ impl PixelRules {
         &self,
         square: &Square,
         crossing: Crossing,
-        label: &Label<'_>,
+        places: Places<'_>,
     ) -> Vec<RuleNode> {
-        let label = |inner| label(square.place(inner));
         let nodes = match (square.touches_axis, crossing) {
-            (true, _) => self.nodes_of_part([&self.lines_of_square, &self.at_axis], &label),
+            (true, _) => self.nodes_of_part([&self.lines_of_square, &self.at_axis], square, places),
             (false, Crossing::Crossed(_)) => {
-                self.nodes_of_part([&self.lines_of_square, &self.of_line], &label)
+                self.nodes_of_part([&self.lines_of_square, &self.of_line], square, places)
             }
             (false, _) => product(&self.of_square),
         };
@@ -119,48 +134,37 @@ impl PixelRules {
 
     /// The nodes of a part that edges may cross, with a rule for the lines, and one for each line from one edge
     /// to the next.
-    fn nodes_of_part(&self, [lines, of_line_rule]: [&Rule; 2], label: &Label<'_>) -> Vec<RuleNode> {
-        let at = |k: usize| k as f64 / PROBES as f64;
-        let found: Vec<Vec<Option<u64>>> =
-            (0..=PROBES).map(|j| (0..=PROBES).map(|i| label([at(i), at(j)])).collect()).collect();
-        let changes_along_x: usize =
-            found.iter().map(|row| row.windows(2).filter(|pair| pair[0] != pair[1]).count()).sum();
-        let changes_along_y: usize = found
-            .windows(2)
-            .map(|rows| rows[0].iter().zip(&rows[1]).filter(|(a, b)| a != b).count())
-            .sum();
-        if changes_along_x + changes_along_y == 0 {
+    fn nodes_of_part(
+        &self,
+        [rule, of_line_rule]: [&Rule; 2],
+        part: &Square,
+        places: Places<'_>,
+    ) -> Vec<RuleNode> {
+        let label = |inner| (places.label)(part.place(inner));
+        let Some(is_turned) = direction_of_lines(part, places) else {
             // An edge that none of the places shows is beside the part.
-            return if found[0][0].is_some() { product(&self.beside) } else { Vec::new() };
-        }
-        // Lines across the edges: along the axis on which labels change more often.
-        let is_turned = changes_along_y > changes_along_x;
+            return if label([0.0; 2]).is_some() { product(&self.beside) } else { Vec::new() };
+        };
         let turn = |[s, t]: [f64; 2]| if is_turned { [t, s] } else { [s, t] };
-        let of_line = |s: f64, t: f64| label(turn([s, t]));
+        let scan = |t: f64| LineScan::new(places, &|s| part.place(turn([s, t])));
         // The places at which an edge enters or leaves through a side.
         let mut cuts = vec![0.0, 1.0];
         for side in [0.0, 1.0] {
-            cuts.extend(changes(&|t| of_line(side, t)));
+            let along = |t: f64| part.place(turn([side, t]));
+            cuts.extend(LineScan::new(places, &along).changes());
         }
         cuts.sort_by(f64::total_cmp);
-        cuts = cuts.windows(2).flat_map(|pair| with_corners(lines, pair, &of_line)).collect();
-        cuts.push(1.0);
+        let sections = cuts.windows(2).filter(|pair| pair[1] > pair[0]);
         let mut nodes = Vec::new();
-        for pair in cuts.windows(2).filter(|pair| pair[1] > pair[0]) {
-            let length = pair[1] - pair[0];
-            for &(along, of_part) in lines {
-                let t = pair[0] + along * length;
-                let mut ends = vec![0.0];
-                ends.extend(changes(&|s| of_line(s, t)));
-                ends.push(1.0);
-                for ends in ends.windows(2).filter(|ends| ends[1] > ends[0]) {
+        for section in sections.flat_map(|pair| sections_between(rule, [pair[0], pair[1]], &scan)) {
+            for (line, of_section) in section.lines.iter().zip(rule) {
+                let parts = line.scan.ends.windows(2).zip(&line.scan.labels);
+                for (ends, _) in parts.filter(|(ends, label)| ends[1] > ends[0] && label.is_some())
+                {
                     let width = ends[1] - ends[0];
-                    if of_line(0.5 * (ends[0] + ends[1]), t).is_none() {
-                        continue;
-                    }
                     for &(along, weight) in of_line_rule {
-                        let place = turn([ends[0] + along * width, t]);
-                        nodes.push((place, weight * width * of_part * length));
+                        let place = turn([ends[0] + along * width, line.t]);
+                        nodes.push((place, weight * width * of_section.1 * section.length));
                     }
                 }
             }
@@ -169,31 +173,82 @@ impl PixelRules {
     }
 }
 
-/// The beginning of a part of the sequence of `lines`, and the places in it at which the labels on
-/// them change: where edges meet, and where one touches a line.
-fn with_corners(lines: &Rule, pair: &[f64], of_line: &dyn Fn(f64, f64) -> Option<u64>) -> Vec<f64> {
-    let length = pair[1] - pair[0];
-    let labels = |t: f64| labels_along(&|s| of_line(s, t));
-    let lines = lines.iter().map(|(along, _)| pair[0] + along * length);
-    let all: Vec<(f64, Vec<Option<u64>>)> = lines.map(|t| (t, labels(t))).collect();
-    let mut cuts = vec![pair[0]];
-    for two in all.windows(2).filter(|two| two[0].1 != two[1].1) {
-        let (mut low, mut high) = (two[0].0, two[1].0);
-        for _ in 0..CORNER_BISECTIONS {
-            let middle = 0.5 * (low + high);
-            if labels(middle) == two[0].1 { low = middle } else { high = middle }
-        }
-        cuts.push(0.5 * (low + high));
+/// Whether the lines across the edges of a part are along the second axis: the axis on which labels change more
+/// often; `None` if no edge crosses the part.
+fn direction_of_lines(part: &Square, places: Places<'_>) -> Option<bool> {
+    let at = |k: usize| k as f64 / PROBES as f64;
+    let label = |i: usize, j: usize| (places.label)(part.place([at(i), at(j)]));
+    let rows: Vec<Vec<Option<u64>>> =
+        (0..=PROBES).map(|j| (0..=PROBES).map(|i| label(i, j)).collect()).collect();
+    let along_x = rows.iter().flat_map(|row| row.windows(2)).filter(|pair| pair[0] != pair[1]);
+    let pairs = rows.windows(2).flat_map(|rows| rows[0].iter().zip(&rows[1]));
+    let changes = [along_x.count(), pairs.filter(|(a, b)| a != b).count()];
+    if changes != [0, 0] {
+        return Some(changes[1] > changes[0]);
     }
-    cuts
+    // An edge that enters and leaves through one side is crossed by lines from there.
+    let crosses = |side: &dyn Fn(f64) -> [f64; 2]| {
+        LineScan::new(places, &|s| part.place(side(s))).labels.len() > 1
+    };
+    let sides = |side: f64| (crosses(&|s| [s, side]), crosses(&|s| [side, s]));
+    let [(bottom, left), (top, right)] = [0.0, 1.0].map(sides);
+    (bottom || top || left || right).then_some(bottom || top)
 }
 
-/// The labels along a line, from one change to the next.
-fn labels_along(label: &dyn Fn(f64) -> Option<u64>) -> Vec<Option<u64>> {
-    let mut ends = vec![0.0];
-    ends.extend(changes(label));
-    ends.push(1.0);
-    ends.windows(2).map(|ends| label(0.5 * (ends[0] + ends[1]))).collect()
+/// A line across a section, at `t`.
+struct LineAcross {
+    t: f64,
+    scan: LineScan,
+}
+
+/// A sequence of lines on which labels change in the same order.
+struct Section {
+    length: f64,
+    /// One for each node of the rule.
+    lines: Vec<LineAcross>,
+}
+
+impl Section {
+    fn new(rule: &Rule, [from, to]: [f64; 2], scan: &dyn Fn(f64) -> LineScan) -> Self {
+        let length = to - from;
+        let line = |(along, _): &(f64, f64)| {
+            let t = from + along * length;
+            LineAcross { t, scan: scan(t) }
+        };
+        Self { length, lines: rule.iter().map(line).collect() }
+    }
+
+    /// The places at which the labels on its lines change: where edges meet, and where one touches a line.
+    fn corners(&self, scan: &dyn Fn(f64) -> LineScan) -> Vec<f64> {
+        let pairs = self.lines.windows(2);
+        let changed = pairs.filter(|pair| pair[0].scan.labels != pair[1].scan.labels);
+        let corner = |pair: &[LineAcross]| {
+            let (mut low, mut high) = (pair[0].t, pair[1].t);
+            for _ in 0..CORNER_BISECTIONS {
+                let middle = 0.5 * (low + high);
+                let is_before = scan(middle).labels == pair[0].scan.labels;
+                if is_before { low = middle } else { high = middle }
+            }
+            0.5 * (low + high)
+        };
+        changed.map(corner).collect()
+    }
+}
+
+/// The sections between two places at which edges cross a side, divided at corners.
+fn sections_between(
+    rule: &Rule,
+    pair @ [from, to]: [f64; 2],
+    scan: &dyn Fn(f64) -> LineScan,
+) -> Vec<Section> {
+    let whole = Section::new(rule, pair, scan);
+    let corners = whole.corners(scan);
+    if corners.is_empty() {
+        return vec![whole];
+    }
+    let begins = core::iter::once(from).chain(corners.iter().copied());
+    let ends = corners.iter().copied().chain([to]);
+    begins.zip(ends).map(|(from, to)| Section::new(rule, [from, to], scan)).collect()
 }
 
 /// Gauss–Legendre nodes on the unit interval.
@@ -215,35 +270,10 @@ fn product(rule: &Rule) -> Vec<RuleNode> {
     pairs.collect()
 }
 
-/// The places between 0 and 1 at which a label changes.
-fn changes(label: &dyn Fn(f64) -> Option<u64>) -> Vec<f64> {
-    let at = |k: usize| k as f64 / PROBES as f64;
-    let mut changes = Vec::new();
-    let mut before = label(0.0);
-    for k in 1..=PROBES {
-        let next = label(at(k));
-        // Several edges may be between two places.
-        let mut from = at(k - 1);
-        for _ in 0..MOST_CHANGES {
-            if before == next {
-                break;
-            }
-            let (mut low, mut high) = (from, at(k));
-            for _ in 0..BISECTIONS {
-                let middle = 0.5 * (low + high);
-                if label(middle) == before { low = middle } else { high = middle }
-            }
-            changes.push(0.5 * (low + high));
-            (from, before) = (high, label(high));
-        }
-        before = next;
-    }
-    changes
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vol::view::line_scan::Label;
     use core::f64::consts::PI;
 
     fn integral(nodes: &[RuleNode], f: impl Fn([f64; 2]) -> f64) -> f64 {
@@ -251,7 +281,7 @@ mod tests {
     }
 
     fn nodes_of(rules: &PixelRules, crossing: Crossing, label: &Label<'_>) -> Vec<RuleNode> {
-        rules.nodes(crossing, 0, label)
+        rules.nodes(crossing, 0, Places { label, misses: &|_, _| {} })
     }
 
     #[test]

@@ -12,11 +12,10 @@ use crate::projection::charts::{Atlas, PieceOfLine};
 use crate::tile::Tile;
 use crate::vol::view::chart_nodes::ChartNodes;
 use crate::vol::view::crossings::crossings_of_row;
+use crate::vol::view::line_scan::Places;
 use crate::vol::view::pixel_rule::{Crossing, PixelRules, RuleNode};
 use crate::vol::view::squares::{Square, squares_about_singularities};
 use crate::vol::view::windows::{NaturalNode, in_window, window};
-use core::cell::RefCell;
-use rustc_hash::FxHashMap;
 
 /// The number of nodes along each side of an image: those of a pixel follow from it, within limits. A
 /// pixel of a small image is a large part of the view.
@@ -44,6 +43,15 @@ pub(crate) struct PixelNodes {
     /// The largest number of pieces of a line.
     most_pieces: usize,
     is_outside: bool,
+}
+
+/// The nodes of a row of pixels.
+struct Row {
+    crossings: Vec<Crossing>,
+    /// By chart.
+    of_charts: Vec<Vec<NaturalNode>>,
+    outside: Vec<usize>,
+    most_pieces: usize,
 }
 
 /// The charts that have nodes of pixels.
@@ -93,19 +101,32 @@ impl<'a> Quadrature<'a> {
 
     /// The nodes of all pixels in the charts of the atlas.
     pub(crate) fn charts_in_view(&self, atlas: &Atlas<'_>) -> ChartsInView {
-        let shape @ [height, width] = self.shape();
-        let of_row = |row: usize| -> Vec<(Crossing, PixelNodes)> {
-            let pixels = self.crossings_of_row(row).into_iter().enumerate();
-            let of_pixel = |(column, crossing)| {
-                (crossing, self.nodes_of_pixel(row * width + column, crossing, 0))
-            };
-            pixels.map(of_pixel).collect()
-        };
-        let rows: Vec<_> = (0..height).into_par_iter().map(of_row).collect();
-        let mut of_charts: Vec<Vec<NaturalNode>> = (0..atlas.len()).map(|_| Vec::new()).collect();
-        let (mut outside, mut crossings, mut most_pieces) = (Vec::new(), Vec::new(), 1);
-        for (pixel, (crossing, of_pixel)) in rows.into_iter().flatten().enumerate() {
-            crossings.push(crossing);
+        let shape @ [height, _] = self.shape();
+        let rows: Vec<Row> =
+            (0..height).into_par_iter().map(|row| self.nodes_of_row(row, atlas.len())).collect();
+        let is_in_view = |chart: &usize| rows.iter().any(|row| !row.of_charts[*chart].is_empty());
+        let charts = (0..atlas.len()).filter(is_in_view).map(|chart| {
+            let nodes = rows.iter().flat_map(|row| &row.of_charts[chart]);
+            let places = nodes.map(|node| node.place);
+            let window = window(atlas.natural_ends(chart), atlas.sector_rad(chart), places);
+            let nodes = rows.par_iter().flat_map_iter(|row| &row.of_charts[chart]);
+            let nodes = nodes.map(|node| in_window(&window, node)).collect();
+            ChartInView { chart, window, nodes: ChartNodes::new(shape, nodes) }
+        });
+        let charts = charts.collect();
+        let most_pieces = rows.iter().map(|row| row.most_pieces).max().unwrap_or(1);
+        let outside = rows.iter().flat_map(|row| row.outside.iter().copied()).collect();
+        let crossings = rows.into_iter().flat_map(|row| row.crossings).collect();
+        ChartsInView { charts, most_pieces, outside, crossings }
+    }
+
+    /// The nodes of a row of pixels in so many charts.
+    fn nodes_of_row(&self, row: usize, charts: usize) -> Row {
+        let crossings = self.crossings_of_row(row);
+        let (mut of_charts, mut outside, mut most_pieces) = (vec![Vec::new(); charts], Vec::new(), 1);
+        for (column, crossing) in crossings.iter().enumerate() {
+            let pixel = row * self.tile[1] + column;
+            let of_pixel = self.nodes_of_pixel(pixel, *crossing, 0);
             most_pieces = most_pieces.max(of_pixel.most_pieces);
             if of_pixel.is_outside {
                 outside.push(pixel);
@@ -114,13 +135,7 @@ impl<'a> Quadrature<'a> {
                 of_charts[node.chart].push(node);
             }
         }
-        let in_view = of_charts.into_iter().enumerate().filter(|(_, nodes)| !nodes.is_empty());
-        let charts = in_view.map(|(chart, nodes)| {
-            let window = window(atlas.natural_ends(chart), atlas.sector_rad(chart), &nodes);
-            let nodes = nodes.iter().map(|node| in_window(&window, node)).collect();
-            ChartInView { chart, window, nodes: ChartNodes::new(shape, nodes) }
-        });
-        ChartsInView { charts: charts.collect(), most_pieces, outside, crossings }
+        Row { crossings, of_charts, outside, most_pieces }
     }
 
     /// The nodes, on the image plane itself, of the pixels that the rim of a disc crosses, and the
@@ -171,28 +186,28 @@ impl<'a> Quadrature<'a> {
     ) -> Vec<RuleNode> {
         let (geometry, at) = self.place_of_pixel(pixel);
         let is_inside = |xy| !geometry.has_rim() || geometry.solid_angle_density(xy) > 0.0;
-        let label_at = |place: [f64; 2]| {
+        let label = |place: [f64; 2]| {
             let xy = at(place);
             let Some(atlas) = self.atlas else { return is_inside(xy).then_some(0) };
             Some(atlas.zones(&geometry.line(xy).filter(|_| is_inside(xy))?))
         };
-        // Many places are asked for twice: parts of a pixel share borders, and lines are searched for corners
-        // before they are divided.
-        let known: RefCell<FxHashMap<[u64; 2], Option<u64>>> = RefCell::default();
-        let label = |place: [f64; 2]| {
-            let key = place.map(f64::to_bits);
-            *known.borrow_mut().entry(key).or_insert_with(|| label_at(place))
+        let misses = |place: [f64; 2], misses: &mut Vec<f64>| {
+            misses.clear();
+            if let Some((atlas, line)) = self.atlas.zip(geometry.line(at(place))) {
+                atlas.misses(&line, misses);
+            }
         };
+        let places = Places { label: &label, misses: &misses };
         if !self.atlas.is_some_and(Atlas::has_singularities) {
-            return self.rules.nodes(crossing, level, &label);
+            return self.rules.nodes(crossing, level, places);
         }
         // Squares smaller than their distance from a singularity.
         let nearness = |place: [f64; 2]| self.atlas?.near_singularity(&geometry.line(at(place))?);
         let squares = squares_about_singularities(level, &nearness);
         if squares.iter().all(Square::is_whole_pixel) {
-            return self.rules.nodes(crossing, level, &label);
+            return self.rules.nodes(crossing, level, places);
         }
-        let nodes = |square| self.rules.nodes_of_square(square, crossing, &label);
+        let nodes = |square| self.rules.nodes_of_square(square, crossing, places);
         squares.iter().flat_map(nodes).collect()
     }
 

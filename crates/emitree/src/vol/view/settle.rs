@@ -43,7 +43,7 @@ struct SettledPixel {
 }
 
 impl Quadrature<'_> {
-    /// Compares the quadrature of pixels with that of their quarters, and replaces it where they
+    /// Compares the quadrature of pixels with finer ones, and replaces it where they
     /// differ by more than `allowed`, divided by the weight of each pixel's error. Before, the rasters of
     /// the functions with these `means` are refined where their errors are larger.
     pub(crate) fn settle(
@@ -68,8 +68,10 @@ impl Quadrature<'_> {
             let mut ranges = in_charts().map(|(of, raster)| of.nodes.range(pixel, raster));
             ranges.any(|range| range > VARIATION * allowed(pixel))
         };
-        let is_checked = |pixel: &usize| {
-            self.has_large_pixels() || crossings[*pixel] != Crossing::None || varies(*pixel)
+        let is_checked = |pixel: &usize| match crossings[*pixel] {
+            Crossing::None => self.has_large_pixels() || varies(*pixel),
+            Crossing::Outside => false,
+            Crossing::Beside | Crossing::Crossed(_) => true,
         };
         let value_of = |node: &NaturalNode| {
             let of_chart = in_charts().find(|(of, _)| of.chart == node.chart);

@@ -20,7 +20,7 @@ const LEVELS_AT_AXIS: u8 = 2;
 /// A square of a pixel, whose sides are from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Square {
-    corner: [f64; 2],
+    pub(crate) corner: [f64; 2],
     pub(crate) size: f64,
     /// Whether an axis at which the emission is singular may cross it.
     pub(crate) touches_axis: bool,
