@@ -22,6 +22,9 @@ const TESTS: [&str; 10] = [
     "python/tests",
 ];
 
+/// A test of the command.
+const TEST_OF_COMMAND: &str = "command";
+
 pub(crate) fn run(workspace: &Workspace) -> Outcome {
     check(workspace).into()
 }
@@ -30,8 +33,10 @@ fn check(workspace: &Workspace) -> Result<(), String> {
     let python = interpreter(workspace, "python-venv", "python/tests/requirements.txt")?;
     lint(workspace, &python, "python")?;
     install(workspace, &python, "python-wheel", &[])?;
-    // The files of the package are compared with those of the command.
-    succeed(workspace.cargo().args(["build", "--package", "emitree-cli"]))?;
+    // The files of the package are compared with those of the command. Built for one of its tests, it has the features
+    // that it has in the step `unit`, which need not compile everything again.
+    let build = ["test", "--workspace", "--no-run", "--test", TEST_OF_COMMAND];
+    succeed(workspace.cargo().args(build))?;
     let command = workspace.target_path("debug").join(format!("emitree{}", consts::EXE_SUFFIX));
     let mut tests = workspace.command(&python);
     tests.args(TESTS).env("PYTHONDONTWRITEBYTECODE", "1").env("EMITREE_COMMAND", command);

@@ -3,7 +3,7 @@
 use crate::projection::vector::{difference, norm};
 use crate::vol::lattice;
 use crate::vol::surfaces::boxes::{CANDIDATES, OpenBox, along_each, candidates};
-use crate::vol::surfaces::octree::{Label, Octree};
+use crate::vol::surfaces::octree::{Label, Leaf, Octree};
 use crate::vol::surfaces::polynomial::{DEGREE, Polynomial, TERMS};
 use crate::vol::surfaces::search::Search;
 use crate::vol::tuning::TUNING;
@@ -21,8 +21,8 @@ const TRIES: usize = 4096;
 pub(super) enum Outline {
     /// Nothing of it is in the region.
     Empty,
-    /// Little of it is in the region: its polynomial follows from samples around it, and is checked at points.
-    Continued(Box<Polynomial>, Vec<[f64; 3]>),
+    /// Little of it is in the region: its polynomial follows from samples around it.
+    Continued(Box<Continued>),
     /// Its polynomial is fitted to samples in the box.
     Samples(Plan),
 }
@@ -32,11 +32,22 @@ impl Outline {
     pub(super) fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         let [new, checks]: [&[[f64; 3]]; 2] = match self {
             Self::Empty => [&[], &[]],
-            Self::Continued(_, checks) => [&[], checks],
+            Self::Continued(continued) => [&[], &continued.checks],
             Self::Samples(plan) => [&plan.new, &plan.checks],
         };
         new.iter().chain(checks).copied()
     }
+}
+
+/// A polynomial that is continued into a box from samples around it.
+#[derive(Debug)]
+pub(super) struct Continued {
+    pub(super) polynomial: Polynomial,
+    /// Points at which it is checked.
+    pub(super) checks: Vec<[f64; 3]>,
+    /// The least error that is allowed. Where no place is in the region for certain, it may be the jump at the surface:
+    /// the error of the surface covers it.
+    pub(super) least_allowed: f64,
 }
 
 /// What the polynomial of a box is fitted to.
@@ -67,6 +78,15 @@ fn furthest(places: Vec<[f64; 3]>, samples: &[[f64; 3]], edges: [f64; 3]) -> Vec
     far.into_iter().take(PLACES).map(|(_, at)| at).collect()
 }
 
+/// The smallest jump at the surfaces in a box; 0 without surfaces.
+fn least_jump(tree: &Octree, of: &OpenBox) -> f64 {
+    let leaves = of.leaves.iter().map(|&leaf| &tree.leaves[leaf].1);
+    let cut = leaves.filter_map(|leaf| if let Leaf::Cut(facets) = leaf { Some(facets) } else { None });
+    let jumps = cut.flatten().map(|facet| facet.jump);
+    let least = jumps.fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
 impl Search<'_> {
     /// What is to be done with a box, which is tightened around the region.
     pub(super) fn outline(&self, tree: &Octree, label: Label, of: OpenBox) -> (OpenBox, Outline) {
@@ -84,7 +104,7 @@ impl Search<'_> {
             return (of, Outline::Samples(plan));
         }
         let places = self.places(tree, label, &of, PLACES);
-        let continued = self.continued(&of, label, &places);
+        let polynomial = self.continued(&of, label, &places);
         // Those that are furthest inside, as far as they are in the region for certain.
         let clearance = |at: &[f64; 3]| tree.leaf(*at).clearance(*at);
         let mut inside: Vec<(f64, [f64; 3])> = places
@@ -93,10 +113,11 @@ impl Search<'_> {
             .map(|at| (clearance(&at), at))
             .filter(|(clearance, _)| *clearance > 1.0)
             .collect();
+        let least_allowed = if inside.is_empty() { least_jump(tree, &of) } else { 0.0 };
         inside.sort_by(|a, b| b.0.total_cmp(&a.0));
         inside.truncate(TUNING.surfaces.piece_checks);
         let checks = inside.into_iter().map(|(_, at)| at).collect();
-        (of, Outline::Continued(Box::new(continued), checks))
+        (of, Outline::Continued(Box::new(Continued { polynomial, checks, least_allowed })))
     }
 
     /// Whether a point is in view, in a region and not near its surfaces.
@@ -111,6 +132,8 @@ impl Search<'_> {
     /// of a small part of the box would be extrapolated to all of it.
     fn continued(&self, of: &OpenBox, label: Label, places: &[[f64; 3]]) -> Polynomial {
         let edges = difference(of.high, of.low);
+        // As many as in a box with samples of its own: with fewer the degree would be lower.
+        let wanted = self.wanted_samples(of);
         let mut reach = 1.0;
         loop {
             let low = core::array::from_fn(|k| of.low[k] - reach * edges[k]);
@@ -122,7 +145,7 @@ impl Search<'_> {
             };
             let samples: Vec<usize> = (0..self.samples.len()).filter(is_near).collect();
             let is_whole = (0..3).all(|k| low[k] <= 0.0 && high[k] >= self.grid.edges[k]);
-            if samples.len() >= FEW || is_whole {
+            if samples.len() >= wanted || is_whole {
                 let samples: Vec<usize> = thinned(&samples).collect();
                 return self.polynomial([low, high], &samples, places);
             }

@@ -8,6 +8,9 @@ use crate::vol::surfaces::polynomial::Polynomial;
 use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
 
+/// The most boxes of a region, each of which takes some 0.1 ms: scenes that succeed have a tenth of it.
+const MOST_NODES: usize = 1 << 15;
+
 /// A box with a polynomial, or two halves.
 #[derive(Clone, Debug)]
 enum Node {
@@ -103,6 +106,9 @@ impl Search<'_> {
         let mut nodes: Vec<Node> = vec![first.zero().into()];
         let mut open = vec![first];
         while !open.is_empty() {
+            if nodes.len() > MOST_NODES {
+                return Err(Failure::TooComplex);
+            }
             // One batch for all boxes of a level.
             let (mut wanted, mut numbers) = (Vec::new(), Vec::new());
             let outlines: Vec<(OpenBox, Outline)> =
@@ -141,9 +147,13 @@ impl Search<'_> {
             let mut next = Vec::new();
             for (mut of, outline) in outlines {
                 let mut take = |count: usize| numbers.by_ref().take(count).collect::<Vec<usize>>();
+                let mut allowed = self.allowed(&of);
                 let (mut polynomial, checks) = match outline {
                     Outline::Empty => continue,
-                    Outline::Continued(polynomial, checks) => (*polynomial, take(checks.len())),
+                    Outline::Continued(of_box) => {
+                        allowed = allowed.max(of_box.least_allowed);
+                        (of_box.polynomial, take(of_box.checks.len()))
+                    }
                     Outline::Samples(plan) => {
                         let (new, checks) = (take(plan.new.len()), take(plan.checks.len()));
                         let used: Vec<usize> = plan.known.iter().chain(&new).copied().collect();
@@ -151,7 +161,6 @@ impl Search<'_> {
                         (self.polynomial([of.low, of.high], &used, &plan.places), checks)
                     }
                 };
-                let allowed = self.allowed(&of);
                 let differs = |&i: &usize| {
                     let sample = self.samples.get(i);
                     (sample.rate - polynomial.value(sample.at)).abs()
