@@ -81,7 +81,8 @@ fn furthest(places: Vec<[f64; 3]>, samples: &[[f64; 3]], edges: [f64; 3]) -> Vec
 /// The smallest jump at the surfaces in a box; 0 without surfaces.
 fn least_jump(tree: &Octree, of: &OpenBox) -> f64 {
     let leaves = of.leaves.iter().map(|&leaf| &tree.leaves[leaf].1);
-    let cut = leaves.filter_map(|leaf| if let Leaf::Cut(facets) = leaf { Some(facets) } else { None });
+    let cut =
+        leaves.filter_map(|leaf| if let Leaf::Cut(facets) = leaf { Some(facets) } else { None });
     let jumps = cut.flatten().map(|facet| facet.jump);
     let least = jumps.fold(f64::INFINITY, f64::min);
     if least.is_finite() { least } else { 0.0 }

@@ -49,7 +49,8 @@ impl LineScan {
                     break;
                 }
                 let change = Change::at_limb(places, at, [from, to], before);
-                let change = change.unwrap_or_else(|| Change::by_bisection(&label, [from, to], before));
+                let change =
+                    change.unwrap_or_else(|| Change::by_bisection(&label, [from, to], before));
                 scan.ends.push(change.place);
                 scan.labels.push(change.label);
                 (from, before) = (change.beyond, change.label);
@@ -112,8 +113,11 @@ impl Change {
         let label = |s: f64| (places.label)(at(s));
         let found = label(beyond);
         let is_within = inside > low && beyond < high;
-        (is_within && found != before && label(inside) == before)
-            .then_some(Self { place, beyond, label: found })
+        (is_within && found != before && label(inside) == before).then_some(Self {
+            place,
+            beyond,
+            label: found,
+        })
     }
 }
 

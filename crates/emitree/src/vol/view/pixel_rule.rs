@@ -81,12 +81,7 @@ impl PixelRules {
     /// The nodes of a pixel, finer at each level; their weights add up to its part inside the image. At level 1 a
     /// pixel without edges has more nodes, and others, and all from level 2 on, are divided in halves along each
     /// axis at each level.
-    pub(crate) fn nodes(
-        &self,
-        crossing: Crossing,
-        level: u8,
-        places: Places<'_>,
-    ) -> Vec<RuleNode> {
+    pub(crate) fn nodes(&self, crossing: Crossing, level: u8, places: Places<'_>) -> Vec<RuleNode> {
         let is_finer = level > 0;
         let parts = match crossing {
             Crossing::Crossed(parts) => parts << level,

@@ -123,7 +123,8 @@ impl<'a> Quadrature<'a> {
     /// The nodes of a row of pixels in so many charts.
     fn nodes_of_row(&self, row: usize, charts: usize) -> Row {
         let crossings = self.crossings_of_row(row);
-        let (mut of_charts, mut outside, mut most_pieces) = (vec![Vec::new(); charts], Vec::new(), 1);
+        let (mut of_charts, mut outside, mut most_pieces) =
+            (vec![Vec::new(); charts], Vec::new(), 1);
         for (column, crossing) in crossings.iter().enumerate() {
             let pixel = row * self.tile[1] + column;
             let of_pixel = self.nodes_of_pixel(pixel, *crossing, 0);
