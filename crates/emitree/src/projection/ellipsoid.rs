@@ -19,6 +19,8 @@ pub struct Ellipsoid {
     semi_axes: [f64; 3],
     /// Unit vectors along the semi-axes.
     axes: [[f64; 3]; 3],
+    /// The same, each divided by its semi-axis: lines of sight are scaled often.
+    scales: [[f64; 3]; 3],
 }
 
 /// How far outside of a body a point on its surface is moved: more than rounding, less than any
@@ -52,8 +54,12 @@ impl Ellipsoid {
         if !semi_axes.iter().all(|&length| length > 0.0 && length.is_finite()) {
             return refuse("semi_axes", semi_axes, "three finite lengths above 0");
         }
-        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        Ok(Self { centre, semi_axes, axes })
+        Ok(Self::with_axes(centre, semi_axes, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
+    }
+
+    fn with_axes(centre: [f64; 3], semi_axes: [f64; 3], axes: [[f64; 3]; 3]) -> Self {
+        let scales = core::array::from_fn(|i| axes[i].map(|along| along / semi_axes[i]));
+        Self { centre, semi_axes, axes, scales }
     }
 
     /// The same body turned: its third semi-axis along `pole`, the first in the plane of `pole` and
@@ -67,7 +73,7 @@ impl Ellipsoid {
         let third = unit(pole).ok_or(error("pole", pole, "a finite vector that is not zero"))?;
         let first = unit_across(meridian, third);
         let first = first.ok_or(error("meridian", meridian, "a direction across `pole`"))?;
-        Ok(Self { axes: [first, cross(third, first), third], ..self })
+        Ok(Self::with_axes(self.centre, self.semi_axes, [first, cross(third, first), third]))
     }
 
     /// The centre, in world coordinates.
@@ -93,7 +99,7 @@ impl Ellipsoid {
     /// The components of a vector along the axes, in units of the semi-axes: the body becomes the
     /// unit sphere.
     pub(super) fn scaled(&self, vector: [f64; 3]) -> [f64; 3] {
-        core::array::from_fn(|i| dot(self.axes[i], vector) / self.semi_axes[i])
+        self.scales.map(|scale| dot(scale, vector))
     }
 
     /// The scaled vector from the centre to a point.
