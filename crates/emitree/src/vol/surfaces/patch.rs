@@ -6,8 +6,6 @@ use crate::vol::tuning::TUNING;
 
 /// The highest degree of a height.
 const DEGREE: usize = 4;
-/// The highest degree of the fit from which the frame of the surface follows.
-const DEGREE_OF_FRAME: usize = 2;
 /// The number of its coefficients.
 const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
 
@@ -197,25 +195,25 @@ impl Patch {
         let near = kept.iter().take(TUNING.surfaces.centre_points);
         let count = near.len().max(1) as f64;
         let centre = near.fold([0.0; 3], |sum, point| along(sum, 1.0 / count, point.at));
-        let first = Self::fit_in(&kept, (centre, normal), size, DEGREE_OF_FRAME, enough)?;
+        let first = Self::fit_in(&kept, centre, normal, size, enough)?;
         // Again in the frame of the surface itself, where the cell is nearest to it.
         let foot = first.0.foot(cell);
         let is_far = norm(difference(foot, cell)) > 2.0 * size;
         let centre = if is_far { centre } else { foot };
         let normal = first.0.normal(centre);
         let kept: Vec<FitPoint> = oriented(points, normal, TUNING.surfaces.second_tilt);
-        match Self::fit_in(&kept, (centre, normal), size, DEGREE, enough) {
+        match Self::fit_in(&kept, centre, normal, size, enough) {
             Some(second) if second.1 <= first.1 => Some(second),
             _ => Some(first),
         }
     }
 
-    /// The same in the frame of a point and a normal, up to a degree.
+    /// The same in a given frame.
     fn fit_in(
         points: &[FitPoint],
-        (centre, normal): ([f64; 3], [f64; 3]),
+        centre: [f64; 3],
+        normal: [f64; 3],
         size: f64,
-        highest: usize,
         enough: f64,
     ) -> Option<(Self, f64)> {
         let across = if normal[0].abs() < 0.8 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
@@ -233,7 +231,7 @@ impl Patch {
         let powers: Vec<[[f64; DEGREE + 1]; 2]> =
             local.iter().map(|at| [powers(at[0]), powers(at[1])]).collect();
         let mut best: Option<(Self, f64)> = None;
-        'degrees: for degree in 0..=highest {
+        'degrees: for degree in 0..=DEGREE {
             let terms = (degree + 1) * (degree + 2) / 2;
             if (points.len() as f64) < 1.25 * terms as f64 + 1.0 {
                 break;
