@@ -281,7 +281,9 @@ def columns_of_splines(
         # Of unit vectors the distance is 2 sin(angle / 2).
         sine = pairs["v"] * np.sqrt(1 - 0.25 * pairs["v"] ** 2)
         x = np.minimum(away[which] * sine / radius[which], 1)
-        found += np.bincount(pairs["j"], of_each[which] / radius[which] ** 2 * column(x), len(found))
+        found += np.bincount(
+            pairs["j"], of_each[which] / radius[which] ** 2 * column(x), len(found)
+        )
     # Pixels are means weighted with the solid angle.
     forward = np.subtract(camera.target, camera.position)
     solid = (sight @ (forward / np.linalg.norm(forward))) ** 3

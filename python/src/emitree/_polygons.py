@@ -1,4 +1,4 @@
-"""Integrals of an image over quadrilaterals on its plane, as of the pixels of another image.
+"""Integrals of an image over polygons on its plane, as of the pixels of another image.
 
 By Green's theorem the integral over a polygon is that of Q dy around it, where Q is the integral of
 the image along its row up to x. Borders are divided where they cross those of cells: of an image
@@ -75,17 +75,17 @@ def _one_sided(means: Floats, axis: int) -> tuple[Floats, Floats]:
 
 
 def integrals(several: Sequence[Cells], corners: Floats) -> list[tuple[Floats, Floats]]:
-    """Integrals of images over quadrilaterals (n,), and what parts of cells may differ in them.
+    """Integrals of images over polygons (n,), and what parts of cells may differ in them.
 
-    several: images of one shape; corners: (n, 8, 2), x and y [cells] of corners and middles of
-        borders, counterclockwise; all are inside of the image.
+    several: images of one shape; corners: (n, k, 2), x and y [cells] of their corners,
+        counterclockwise; all are inside of the image.
     """
     count = len(corners)
     found = [(np.empty(count), np.empty(count)) for _ in several]
     if count == 0:
         return found
     reach = int(np.ceil(abs(np.diff(corners, axis=1)).max())) + 1
-    together = max(1, _TOGETHER // (8 * (2 * reach + 1)))
+    together = max(1, _TOGETHER // (corners.shape[1] * (2 * reach + 1)))
     height, width = several[0].means.shape
     sums = [(_before(of.means), _before(of.slope_y)) for of in several]
     for begin in range(0, count, together):
@@ -97,7 +97,10 @@ def integrals(several: Sequence[Cells], corners: Floats) -> list[tuple[Floats, F
 
         def at(part: float, start=start, step=step, first=first, length=length) -> Any:
             along = first + part * length
-            return (start[..., axis, np.newaxis] + along * step[..., axis, np.newaxis] for axis in (0, 1))
+            return (
+                start[..., axis, np.newaxis] + along * step[..., axis, np.newaxis]
+                for axis in (0, 1)
+            )
 
         x, y = at(0.5)
         column = np.clip(np.floor(x).astype(np.int64), 0, width - 1)
@@ -106,11 +109,11 @@ def integrals(several: Sequence[Cells], corners: Floats) -> list[tuple[Floats, F
         weight = length * step[..., 1:]
         is_crossed = length > 1e-12
         cell = row * width + column
-        for (value, unknown), cells, (of_means, of_slopes) in zip(found, several, sums, strict=True):
+        for (value, unknown), cells, (of_row, of_tilt) in zip(found, several, sums, strict=True):
             mean, slope_x, slope_y = (
                 of.ravel()[cell] for of in (cells.means, cells.slope_x, cells.slope_y)
             )
-            left, tilt = of_means.ravel()[cell], of_slopes.ravel()[cell]
+            left, tilt = of_row.ravel()[cell], of_tilt.ravel()[cell]
             total = np.zeros(x.shape)
             for right, up in nodes:
                 total += 0.5 * (
@@ -130,7 +133,7 @@ def _before(values: Floats) -> Floats:
 
 
 def _crossings(start: Floats, step: Floats, reach: int) -> Floats:
-    """Where borders (n, 8, 2) cross those of cells, from 0 to 1, in order (n, 8, parts + 1)."""
+    """Where borders (n, k, 2) cross those of cells, from 0 to 1, in order (n, k, parts + 1)."""
     found = [np.zeros((*start.shape[:2], 1)), np.ones((*start.shape[:2], 1))]
     each = np.arange(reach)
     for axis in (0, 1):

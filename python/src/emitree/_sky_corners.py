@@ -21,8 +21,11 @@ if TYPE_CHECKING:
 
 #: The widest angle from the middle of a flat image to a corner [rad].
 _FLAT = np.radians(50.0)
-#: Corners and middles of borders of a pixel, counterclockwise, in halves of a pixel.
-_AROUND = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1]])
+#: How far a border of a pixel may be from the straight parts that it is made of, by the side of the
+#: pixel, if it is curved as much as the sides of great circles are in longitude and latitude.
+_SAG = 1e-3
+#: The fewest and the most straight parts of a border.
+_BORDERS = (2, 8)
 #: Cells of an image beside the pixels.
 _MARGIN = 4
 #: Pixels whose corners are in memory at once.
@@ -49,6 +52,8 @@ class Corners:
     size: float
     half: Floats
     is_flat: bool
+    #: Straight parts of each border.
+    borders: int
 
     @staticmethod
     def of(camera: WcsCamera) -> Corners:
@@ -59,46 +64,58 @@ class Corners:
         wcs, matrix = camera.wcs, to_model(sky)
         middle = 0.5 * np.array([width, height])
         axes = axes_at(lambda places: directions_of(wcs, matrix, places), middle)
-        bare = Corners(wcs, matrix, sky.shape, axes, 0.0, np.zeros(2), False)
+        bare = Corners(wcs, matrix, sky.shape, axes, 0.0, np.zeros(2), False, _BORDERS[0])
         cosine, half, tangents, areas = 1.0, np.zeros(2), np.zeros(2), []
         for some, around in bare.blocks():
             number = np.flatnonzero(np.isfinite(around).all(axis=(1, 2)))
             seen = around[number]
             if len(seen) == 0:
                 continue
-            _refuse_folded(seen, number + some.start, width)
+            _refuse_folded(seen[:, :: bare.borders], number + some.start, width)
             right, up, ahead = np.moveaxis(seen @ axes.T, -1, 0)
             cosine = min(cosine, float(ahead.min()))
             angles = [np.arctan2(right, ahead), np.arcsin(np.clip(up, -1.0, 1.0))]
             half = np.maximum(half, [abs(angle).max() for angle in angles])
             if cosine > np.cos(_FLAT):
                 tangents = np.maximum(tangents, [abs(of / ahead).max() for of in (right, up)])
-            diagonals = seen[:, 4] - seen[:, 0], seen[:, 6] - seen[:, 2]
+            corner = seen[:, :: bare.borders]
+            diagonals = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
             areas.append(0.5 * np.linalg.norm(np.cross(*diagonals), axis=1))
         if not areas:
             raise SceneError("`wcs` has no direction at the corners of any pixel: expected some")
         size = float(np.sqrt(np.median(np.concatenate(areas))))
         is_flat = bool(cosine > np.cos(_FLAT))
-        return Corners(wcs, matrix, sky.shape, axes, size, tangents if is_flat else half, is_flat)
+        borders = int(np.clip(np.ceil(np.sqrt(size / (8.0 * _SAG))), *_BORDERS))
+        half = tangents if is_flat else half
+        return Corners(wcs, matrix, sky.shape, axes, size, half, is_flat, borders)
 
     def directions(self, places: Floats) -> Floats:
         """Unit vectors (n, 3) of places (n, 2) in the image [pixels]; NaN where there are none."""
         return directions_of(self.wcs, self.matrix, places)
 
     def blocks(self) -> Iterator[tuple[slice, Floats]]:
-        """Pixels, row by row, and the directions (n, 8, 3) around each."""
+        """Pixels, row by row, and the directions (n, 4 borders, 3) around each.
+
+        They are counterclockwise, and every `borders`-th is a corner.
+        """
         height, width = self.shape
-        rows = max(1, _TOGETHER // width)
+        parts = self.borders
+        each = np.arange(parts)
+        ends = np.full(parts, parts)
+        right = np.concatenate([each, ends, parts - each, 0 * each])
+        up = np.concatenate([0 * each, each, ends, parts - each])
+        rows = max(1, _TOGETHER // (width * parts))
         for low in range(0, height, rows):
             high = min(low + rows, height)
-            y, x = np.mgrid[2 * low : 2 * high + 1, 0 : 2 * width + 1]
-            places = 0.5 * np.stack([x, y], axis=-1).reshape(-1, 2)
+            y, x = np.mgrid[parts * low : parts * high + 1, 0 : parts * width + 1]
+            places = np.stack([x, y], axis=-1).reshape(-1, 2) / parts
             lattice = self.directions(places).reshape(*x.shape, 3)
             around = [
-                lattice[up : up + 2 * (high - low) : 2, right : right + 2 * width : 2]
-                for right, up in _AROUND
+                lattice[v : v + parts * (high - low) : parts, u : u + parts * width : parts]
+                for u, v in zip(right, up, strict=True)
             ]
-            yield slice(low * width, high * width), np.stack(around, axis=2).reshape(-1, 8, 3)
+            found = np.stack(around, axis=2).reshape(-1, 4 * parts, 3)
+            yield slice(low * width, high * width), found
 
     def parts(self, pixel: Integers) -> tuple[Floats, Floats]:
         """Directions (n, parts, 3) of the middles of small parts of pixels, and their areas."""
@@ -114,9 +131,8 @@ class Corners:
         return middle.reshape(len(pixel), -1, 3), area.reshape(len(pixel), -1)
 
 
-def _refuse_folded(around: Floats, number: Integers, width: int) -> None:
-    """Refuses pixels (n, 8, 3) whose corners are not counterclockwise as the observer sees them."""
-    corners = around[:, ::2]
+def _refuse_folded(corners: Floats, number: Integers, width: int) -> None:
+    """Refuses pixels (n, 4, 3) whose corners are not counterclockwise as the observer sees them."""
     after, before = np.roll(corners, -1, axis=1) - corners, corners - np.roll(corners, 1, axis=1)
     # Right times up is backward.
     turns = -np.einsum("ncx,ncx->nc", np.cross(before, after), corners)
@@ -135,8 +151,8 @@ class Host:
     """An image without distortions, with the pixels of a WCS as polygons on it.
 
     camera: a `Perspective` or an `Equirectangular`; shape: (height, width); step: the sides of its
-    cells, of tangents or angles [rad]; pad: columns that are repeated at both ends, where longitudes
-    are closed.
+    cells, of tangents or angles [rad]; pad: columns that are repeated at both ends, where
+    longitudes are closed.
     """
 
     corners: Corners
@@ -197,18 +213,19 @@ class Host:
         return np.pad(values, [(0, 0), (self.pad, self.pad)], "wrap") if self.pad else values
 
     def places(self, directions: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-        """Places (n, 8, 2) in the padded image of corners (n, 8, 3), and which pixels have such.
+        """Places (n, k, 2) in the padded image of directions (n, k, 3) around pixels.
 
-        Others have no direction at a corner, or a pole in or beside them: see `is_wide`.
+        And which pixels (n,) have such: others have no direction somewhere on their border, or a
+        pole in or beside them.
         """
         on_plane = self._on_plane(directions)
-        is_seen = np.isfinite(directions).all(axis=(1, 2))
+        is_seen = np.asarray(np.isfinite(directions).all(axis=(1, 2)))
         if not self.corners.is_flat:
             # Longitudes of a pixel are near those of its first corner.
             first = on_plane[:, :1, 0]
             apart = on_plane[..., 0] - first
             on_plane[..., 0] = first + apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi))
-            is_seen &= ~(np.ptp(on_plane[..., 0], axis=1) > _WIDE)
+            is_seen = is_seen & (np.ptp(on_plane[..., 0], axis=1) <= _WIDE)
         found = on_plane / self.step + 0.5 * np.array(self.shape)[::-1] + np.array([self.pad, 0])
         return found, is_seen
 

@@ -90,13 +90,15 @@ def rendered_by_corners(
     emission = _remembered(emission, given, camera.sky.length_unit)
     finer = int(np.clip(_SIDE // max(height, width), *_FINER))
     allowed: dict[str, Any] = {"tolerance": _SHARE * tolerance}
-    spent = 0
+    spent, before = 0, np.inf
     for number in range(_ROUNDS):
         host = Host.of(camera, corners, finer)
         budget = {} if most is None else {"max_evaluations": max(most - spent, 1)}
         found = rendered(emission, host.camera, host.shape, **given, **allowed, **budget)
-        spent = emission.evaluations if isinstance(emission, _Remembered) else (
-            spent + found.evaluations
+        spent = (
+            emission.evaluations
+            if isinstance(emission, _Remembered)
+            else (spent + found.evaluations)
         )
         renderings = list(found) if isinstance(found, Components) else [found]
         means = [_means(host, one) for one in renderings]
@@ -105,6 +107,9 @@ def rendered_by_corners(
         if all(of_cells <= 1.0 and of_all <= 1.0 for of_cells, of_all, _ in left) or is_limited:
             break
         of_cells = max(of for of, _, _ in left)
+        if of_cells > 0.9 * before:
+            break
+        before = of_cells if of_cells > 1.0 else before
         if of_cells > 1.0:
             # What is unknown beside jumps falls as the square of the sides of cells.
             wanted = int(np.ceil(finer * min(max(1.1 * np.sqrt(of_cells), 1.25), 4.0)))
@@ -216,12 +221,17 @@ def _wide(host: Host, rendering: Rendering, pixel: Any) -> Floats:
     values, errors = rendering.image[row, column], rendering.error[row, column]
     weights = areas / areas.sum(axis=1, keepdims=True)
     counts = np.asarray(rendering.evaluations_per_pixel)[row, column]
+    # Half of the difference to the parts beside each, on average.
+    side = int(np.sqrt(values.shape[1]))
+    square = np.pad(values.reshape(-1, side, side), [(0, 0), (1, 1), (1, 1)], "edge")
+    middle = square[:, 1:-1, 1:-1]
+    around = (square[:, 1:-1, 2:], square[:, 1:-1, :-2], square[:, 2:, 1:-1], square[:, :-2, 1:-1])
+    apart = np.max([abs(of - middle) for of in around], axis=0).reshape(values.shape)
     return np.stack(
         [
             (weights * values).sum(axis=1),
             (weights * errors).sum(axis=1),
-            # The mean is one of the values in the pixel.
-            np.ptp(values, axis=1),
+            (weights * (0.5 * apart)).sum(axis=1),
             counts.mean(axis=1),
         ]
     )
@@ -260,10 +270,10 @@ def _rendering(
             f"the means over the {shape[1]} x {shape[0]} pixels of a WCS of an image like this one",
         ],
     }
-    arrays = [
+    value, error_of_each, counts = (
         np.ascontiguousarray(of[np.newaxis]) for of in (means.value, means.error, means.evaluations)
-    ]
-    found = kind(json.dumps(table), *arrays, None)
+    )
+    found = kind(json.dumps(table), value, error_of_each, counts, None)
     of_view = {key: value for key, value in options.items() if value is not None}
     made = Rendering(found, json.loads(found.report()), Setup(camera, shape, of_view))
     one = np.ones((1, 1, 1))
