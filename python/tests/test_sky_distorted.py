@@ -310,6 +310,14 @@ def test_other_functions_refuse_the_camera():
         emitree.Session(camera, (8, 10))
 
 
+def test_a_budget_leaves_an_image_that_has_not_converged():
+    camera = camera_of(distorted("SIP", shape=(8, 10), scale=0.4))
+    found = emitree.render(ball(60.0), camera, tolerance=1e-3, max_evaluations=3000)
+    assert not found.converged and found.report["ending"] == "budget"
+    assert found.evaluations <= 3000 and found.estimated_error > 1e-3
+    assert np.isfinite(found.image).all()
+
+
 def test_a_folded_wcs_is_refused():
     wcs = distorted("SIP", shape=(8, 10))
     wcs.sip.a[2, 0] = 0.3

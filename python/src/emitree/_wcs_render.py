@@ -88,9 +88,14 @@ def rendered_by_corners(
     given.pop("tolerance", None)
     most = given.pop("max_evaluations", None)
     emission = _remembered(emission, given, camera.sky.length_unit)
-    finer = int(np.clip(_SIDE // max(height, width), *_FINER))
+    cells = int(np.prod(Host.of(camera, corners, 1).shape))
+    most_finer = max(int(np.sqrt(_MOST_CELLS / cells)), 1)
+    finer = min(int(np.clip(_SIDE // max(height, width), *_FINER)), most_finer)
     allowed: dict[str, Any] = {"tolerance": _SHARE * tolerance}
     spent, before = 0, np.inf
+    renderings: list[Rendering] = []
+    means: list[_Means] = []
+    names = None
     for number in range(_ROUNDS):
         host = Host.of(camera, corners, finer)
         budget = {} if most is None else {"max_evaluations": max(most - spent, 1)}
@@ -100,6 +105,10 @@ def rendered_by_corners(
             if isinstance(emission, _Remembered)
             else (spent + found.evaluations)
         )
+        if not found.converged and means:
+            # A limit has ended it: the image before is the better one.
+            break
+        names = found.names if isinstance(found, Components) else None
         renderings = list(found) if isinstance(found, Components) else [found]
         means = [_means(host, one) for one in renderings]
         left = [_beyond(of, tolerance) for of in means]
@@ -113,8 +122,6 @@ def rendered_by_corners(
         if of_cells > 1.0:
             # What is unknown beside jumps falls as the square of the sides of cells.
             wanted = int(np.ceil(finer * min(max(1.1 * np.sqrt(of_cells), 1.25), 4.0)))
-            cells = host.shape[0] * host.shape[1] / finer**2
-            most_finer = int(np.sqrt(_MOST_CELLS / cells))
             if min(wanted, most_finer) <= finer:
                 break
             finer = min(wanted, most_finer)
@@ -128,7 +135,7 @@ def rendered_by_corners(
     ]
     if not isinstance(found, Components):
         return made[0]
-    return Components(tuple(made), spent, found.names)
+    return Components(tuple(made), spent, names)
 
 
 def _beyond(means: _Means, tolerance: float) -> tuple[float, float, float]:
