@@ -43,12 +43,14 @@ def main(first: int, last: int) -> None:
         keys = {"PV2_1": random.uniform(1, 3)} if kind == "AZP" else {}
         roll = random.uniform(-180, 180)
         wcs = distorted(kind, shape=SHAPE, scale=scale, roll=roll, **keys)
-        camera = camera_of(wcs, near=1.0, far=4 * DISTANCE)
         tolerance = 10 ** random.uniform(-3, -1.3)
         pixel = np.radians(scale) * DISTANCE
         at, size = random.normal(size=3) * pixel * 4, pixel * random.uniform(2, 8)
-        place = at - np.array(camera.position)
         is_ball = seed // 6 % 2 == 1
+        # Depths at which the emission is; a Gaussian is seen to 7 standard deviations.
+        reach = np.linalg.norm(at) + (1.5 if is_ball else 5.0) * size
+        camera = camera_of(wcs, near=max(DISTANCE - reach, 1.0), far=DISTANCE + reach)
+        place = at - np.array(camera.position)
         emission = ball(size, at) if is_ball else gaussian(size / 1.5, at)
         column = chord_of_ball(place, size) if is_ball else column_of_gaussian(place, size / 1.5)
         start = time.perf_counter()
