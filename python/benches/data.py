@@ -11,7 +11,9 @@ relative to the largest pixel:
 * of the data: the difference of these two images, which no rendering can avoid.
 
 Both images are made by the method `los`: n x n lines of sight in each pixel, with adaptive steps.
-Their convergence is the difference to the image of n/2 x n/2 lines.
+The kernels of particles have integrals along lines that are functions of one variable: the image of
+particles is the sum of these, without steps. The convergence of images is the difference to that of
+n/2 x n/2 lines.
 """
 
 import sys
@@ -21,7 +23,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator, RegularGridInterpolator
+from scipy.interpolate import CubicSpline, LinearNDInterpolator, RegularGridInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
 import emitree
@@ -38,7 +40,8 @@ class Case:
     """A function, the data that sample it, and the same by scipy.
 
     function, by_scipy: of positions (n, 3); emission: what `render` takes; bounds: of both; lines:
-    of `los` along each axis of a pixel.
+    of `los` along each axis of a pixel; image_of_data: instead of `by_scipy`, the image of the data
+    itself from n x n lines in each pixel.
     """
 
     name: str
@@ -49,6 +52,7 @@ class Case:
     bounds: Any
     lines: int
     edges: tuple[Any, ...] = ()
+    image_of_data: Callable[[int], Any] | None = None
 
 
 def perspective() -> emitree.Perspective:
@@ -110,7 +114,7 @@ def corona() -> list[Case]:
             by_scipy if interpolation == "linear" else None,
             perspective(),
             bounds,
-            8,
+            16,
             edges,
         )
         for interpolation in ("linear", "cubic", "monotone")
@@ -229,25 +233,63 @@ def particles() -> list[Case]:
     radius = np.minimum((50 / (4 / 3 * np.pi * density)) ** (1 / 3), 1.5)
     of_each = np.full(count, 1 / count)
     emission = emitree.Particles(position, emission=of_each, support_radius=radius)
-    order = np.argsort(radius)
-    # Groups of similar radii, each with a tree: few pairs are outside of the kernel.
-    groups = [part for part in np.array_split(order, 16)]
-    trees = [(cKDTree(position[part]), radius[part]) for part in groups]
-
-    def by_scipy(at: Any, direction: Any = None) -> Any:
-        found = np.zeros(len(at))
-        for tree, support in trees:
-            here = cKDTree(at)
-            pairs = here.sparse_distance_matrix(tree, support.max(), output_type="ndarray")
-            x = pairs["v"] / support[pairs["j"]]
-            kernel = 16 / np.pi * (np.maximum(1 - x, 0) ** 3 - 4 * np.maximum(0.5 - x, 0) ** 3)
-            found += np.bincount(pairs["i"], kernel / support[pairs["j"]] ** 3, len(at)) / count
-        return found
+    camera, bounds = perspective(), emission.bounds
 
     def function(position: Any, direction: Any = None) -> Any:
         return np.exp(-0.5 * (position**2).sum(axis=1)) / (2 * np.pi) ** 1.5
 
-    return [Case("10⁵ particles", function, emission, by_scipy, perspective(), emission.bounds, 4)]
+    def by_columns(lines: int) -> Any:
+        return columns_of_splines(camera, bounds, position, radius, of_each, lines)
+
+    return [Case("10⁵ particles", function, emission, None, camera, bounds, 16, (), by_columns)]
+
+
+def column_of_spline() -> Any:
+    """The integral of the cubic spline of support radius 1 along a line, of its distance."""
+    distance = np.linspace(0, 1, 4001)
+    node, weight = np.polynomial.legendre.leggauss(40)
+    total = np.zeros_like(distance)
+    for end, factor in ((1.0, 1.0), (0.5, -4.0)):
+        half = np.sqrt(np.maximum(end**2 - distance**2, 0))[:, None]
+        along = half * 0.5 * (node + 1)
+        r = np.hypot(distance[:, None], along)
+        total += factor * (half * weight * np.maximum(end - r, 0) ** 3).sum(axis=1)
+    return CubicSpline(distance, 16 / np.pi * total)
+
+
+def columns_of_splines(
+    camera: Any, bounds: Any, position: Any, radius: Any, of_each: Any, lines: int
+) -> Any:
+    """The image of particles with cubic splines from n x n lines of sight in each pixel.
+
+    The integral of a kernel along a line is a function of their distance. cKDTree finds the lines
+    that pass each particle, by the angles between them as the observer sees them.
+    """
+    height, width = SHAPE[0] * lines, SHAPE[1] * lines
+    sight = camera.lines((height, width), bounds=bounds).directions
+    tree, column = cKDTree(sight), column_of_spline()
+    offset = position - np.array(camera.position)
+    away = np.linalg.norm(offset, axis=1)
+    found = np.zeros(len(sight))
+    # Groups of particles whose supports are of similar angles: few pairs are outside of them.
+    order = np.argsort(radius / away)
+    for part in np.array_split(order, 200):
+        towards = cKDTree(offset[part] / away[part, None])
+        largest = 2 * np.sin(0.5 * np.arcsin((radius / away)[part].max()))
+        pairs = towards.sparse_distance_matrix(tree, largest * 1.000001, output_type="ndarray")
+        which = part[pairs["i"]]
+        # Of unit vectors the distance is 2 sin(angle / 2).
+        sine = pairs["v"] * np.sqrt(1 - 0.25 * pairs["v"] ** 2)
+        x = np.minimum(away[which] * sine / radius[which], 1)
+        found += np.bincount(
+            pairs["j"], of_each[which] / radius[which] ** 2 * column(x), len(found)
+        )
+    # Pixels are means weighted with the solid angle.
+    forward = np.subtract(camera.target, camera.position)
+    solid = (sight @ (forward / np.linalg.norm(forward))) ** 3
+    parts = (SHAPE[0], lines, SHAPE[1], lines)
+    weighted = (found * solid).reshape(parts).sum(axis=(1, 3))
+    return weighted / solid.reshape(parts).sum(axis=(1, 3))
 
 
 def by_lines(rate: Any, case: Case, lines: int) -> Any:
@@ -298,11 +340,15 @@ def measure(case: Case) -> None:
         error(found.image, exact),
         error(half, exact),
     ]
-    if case.by_scipy is None:
+    if case.image_of_data is not None:
+        theirs, coarse = (case.image_of_data(n) for n in (case.lines, case.lines // 2))
+    elif case.by_scipy is not None:
+        theirs, coarse = (by_lines(case.by_scipy, case, n) for n in (case.lines, case.lines // 2))
+    else:
+        theirs = coarse = None
+    if theirs is None:
         row += ["", "", ""]
     else:
-        theirs = by_lines(case.by_scipy, case, case.lines)
-        coarse = by_lines(case.by_scipy, case, case.lines // 2)
         row += [error(found.image, theirs), error(theirs, coarse), error(theirs, exact)]
     row.append(f"{nanoseconds(case):.0f}")
     print("| " + " | ".join(row) + " |", flush=True)

@@ -70,6 +70,7 @@ from emitree._surfaces import Surfaces
 from emitree._sweep import Sweep, sweep
 from emitree._table import Table
 from emitree._view import view
+from emitree._wcs_camera import WcsCamera
 from emitree._yt import from_yt
 
 #: The former name of `Plan`.
@@ -126,6 +127,7 @@ __all__ = [
     "Table",
     "Tree",
     "Voxels",
+    "WcsCamera",
     "__version__",
     "build_tree",
     "from_pyvista",

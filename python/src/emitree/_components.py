@@ -113,6 +113,11 @@ class Columns:
             self.evaluations += len(position)
             self._rows.update(zip(keys_of(position, direction, energy), rates, strict=True))
             return np.ascontiguousarray(rates[:, self.component])
+        rows = self.rows(position, direction, energy)
+        return np.ascontiguousarray(rows[:, self.component])
+
+    def rows(self, position: Floats, direction: Floats, energy: Floats | None = None) -> Floats:
+        """The rates (n, k) of all components, of which new points alone are evaluated."""
         keys = keys_of(position, direction, energy)
         # A batch may have a point twice.
         numbers = {key: number for number, key in enumerate(keys) if key not in self._rows}
@@ -120,12 +125,13 @@ class Columns:
             new = list(numbers.values())
             of_new = None if energy is None else energy[new]
             rates = self.evaluate(position[new], direction[new], of_new)
+            self.count = rates.shape[-1] if self.count is None else self.count
             if rates.shape != (len(new), self.count):
                 shape = (len(new), self.count)
                 raise ValueError(f"the rates have the shape {rates.shape}: expected {shape}")
             self.evaluations += len(new)
             self._rows.update(zip(numbers, rates, strict=True))
-        return np.array([self._rows[key][self.component] for key in keys])
+        return np.array([self._rows[key] for key in keys])
 
 
 def keys_of(position: Floats, direction: Floats, energy: Floats | None) -> list[bytes]:

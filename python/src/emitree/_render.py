@@ -31,6 +31,8 @@ from emitree._setup import (
 )
 from emitree._several import Several
 from emitree._snapshots import mean_of_snapshots, refuse_options
+from emitree._wcs_camera import WcsCamera
+from emitree._wcs_render import rendered_by_corners
 
 
 def render(
@@ -219,6 +221,20 @@ def render(
         refuse_unused(scene, settings, energy, seeds, changes)
         function, coefficient, setup = None, None, None
     else:
+        if isinstance(camera, WcsCamera):
+            if changes is not None:
+                raise TypeError("`changes` are for scene files: expected none")
+            others = {
+                "executor": executor,
+                "batch_size": batch_size,
+                "threads": threads,
+                "progress": progress,
+                "cache": cache,
+                "frame": frame,
+                "quantities": quantities,
+            }
+            with_others = of_view | settings | others | {"image_unit": image_unit}
+            return rendered_by_corners(emission, camera, shape, with_others, render)
         if shape is None and camera.sky is not None:
             shape = camera.sky.shape
         if shape is None:

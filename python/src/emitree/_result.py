@@ -60,6 +60,8 @@ class Rendering(OnSky):
         """What is pickled: arrays that can be made again are left out, counts are made for it."""
         state = {"_found": self._found, "report": self.report, "_setup": None, "_is_copy": True}
         state["_sky"] = self._sky
+        if self._wcs is not None:
+            state |= {"_wcs": self._wcs, "_cards": self._cards}
         if self._found.instrument is not None:
             try:
                 state["_counted"] = self._counted

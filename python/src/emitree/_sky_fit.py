@@ -19,6 +19,18 @@ MIDDLE = np.array([0.5, 0.5])
 _CORNERS = 17
 
 
+def directions_of(wcs: Any, to_model: Floats, places: Floats) -> Floats:
+    """Unit vectors in the model (n, 3) of places (n, 2) in the image of a WCS [pixels].
+
+    The lower left corner of the image is at (0, 0); NaN where the WCS has no direction.
+    """
+    # Pixel centres are at whole numbers: the lower left corner of an image is at -1/2.
+    found = np.radians(wcs.all_pix2world(places - 0.5, 0))
+    lon, lat = found[:, wcs.wcs.lng], found[:, wcs.wcs.lat]
+    unit = [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]
+    return np.asarray(np.stack(unit, axis=-1) @ to_model.T)
+
+
 @dataclass(frozen=True)
 class Pixels:
     """Corners of pixels over a whole image, and the directions that a WCS has for them.
@@ -43,11 +55,7 @@ class Pixels:
         sides = np.array([width, height], dtype=np.float64)
 
         def directions(places: Floats) -> Floats:
-            # Pixel centres are at whole numbers: the lower left corner of an image is at -1/2.
-            found = np.radians(wcs.all_pix2world(places - 0.5, 0))
-            lon, lat = found[:, wcs.wcs.lng], found[:, wcs.wcs.lat]
-            unit = [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]
-            return np.asarray(np.stack(unit, axis=-1) @ to_model.T)
+            return directions_of(wcs, to_model, places)
 
         x, y = (np.linspace(0.0, side, _CORNERS) for side in (width, height))
         places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
@@ -63,11 +71,11 @@ class Pixels:
         pixels = np.full((len(places), 2, 3), np.nan)
         pixels[known] = np.linalg.pinv(jacobians[known], rcond=1e-5)
 
-        axes = _axes_at(directions, 0.5 * sides)
+        axes = axes_at(directions, 0.5 * sides)
         return Pixels(places / sides, sight, pixels, axes, shape, directions)
 
 
-def _axes_at(directions: Callable[[Floats], Floats], place: Floats) -> Floats:
+def axes_at(directions: Callable[[Floats], Floats], place: Floats) -> Floats:
     """Right, up and forward at a place in an image [pixels]."""
     around = directions(place + 0.5 * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]]))
     if not np.isfinite(around).all():
@@ -110,7 +118,7 @@ def fit(plane: Plane, pixels: Pixels, pointing: Floats) -> Fit:
 
     height, width = pixels.shape
     is_central = pointing is MIDDLE
-    axes = pixels.axes if is_central else _axes_at(pixels.directions, pointing * [width, height])
+    axes = pixels.axes if is_central else axes_at(pixels.directions, pointing * [width, height])
     middle = np.argmin(np.abs(centred).sum(axis=1))
     # No part of the image is farther from the pointing than the widest image with it in the middle.
     widest = np.array(plane.widest) / np.abs(2 * np.stack([pointing, 1 - pointing])).max(axis=0)

@@ -20,6 +20,12 @@ if TYPE_CHECKING:
 
 #: How far the axes of a HEALPix map may be from those of its coordinates [rad].
 _ALIGNED_RAD = 1e-9
+#: Cards of the file of a WCS that are not about it.
+_STRUCTURE = frozenset(["SIMPLE", "BITPIX", "NAXIS", "NAXIS1", "NAXIS2", "EXTEND", "", "COMMENT"])
+#: Cards of the sky that do not depend on the projection.
+_OF_SKY = (
+    "RADESYS", "EQUINOX", "DATE-OBS", "MJD-OBS", "RSUN_REF", "DSUN_OBS", "HGLN_OBS", "HGLT_OBS",
+)  # fmt: skip
 
 
 def placed(
@@ -71,6 +77,43 @@ def _of_healpix(sky: Sky) -> dict[str, Any]:
         f"a HEALPix map has the axes of the model, {name}, for which it has no "
         "COORDSYS: expected Galactic, ICRS or BarycentricMeanEcliptic"
     )
+
+
+def with_wcs(file: bytes, wcs: Any, cards: dict[str, tuple[Any, str]]) -> bytes:
+    """The bytes of a FITS file whose images have the coordinates of a WCS, with its distortions.
+
+    cards: those of its sky, as of `sky_cards`, which go before those of the WCS.
+    """
+    from astropy.io import fits
+
+    own = wcs.to_fits(relax=True)
+    found = {
+        card.keyword: (card.value, card.comment)
+        for card in own[0].header.cards
+        if card.keyword not in _STRUCTURE
+    }
+    with fits.HDUList.fromstring(file) as hdus:
+        for hdu in hdus:
+            if not (hdu.is_image and hdu.header["NAXIS"] == 2):
+                continue
+            last = "EXTNAME"
+            for key, card in (found | cards).items():
+                hdu.header.set(key, *card, after=last)
+                last = key
+        # Tables of distortions are extensions.
+        hdus.extend(own[1:])
+        buffer = io.BytesIO()
+        hdus.writeto(buffer, checksum=True)
+    return buffer.getvalue()
+
+
+def sky_cards(file: bytes) -> dict[str, tuple[Any, str]]:
+    """The cards of the sky in a FITS file: date, observer and reference frame."""
+    from astropy.io import fits
+
+    with fits.HDUList.fromstring(file) as hdus:
+        header = hdus[0].header
+        return {key: (header[key], header.comments[key]) for key in _OF_SKY if key in header}
 
 
 def first_image(file: bytes) -> bytes:

@@ -38,11 +38,11 @@ def map_of(rendering: OnSky, **place: Any) -> Any:
     # The error is an estimate of the largest deviation, no standard deviation.
     error = None if rendering.error is None else UnknownUncertainty(rendering.error)
     made = sunpy.map.Map(rendering.image, header, uncertainty=error)
-    _compare(made.wcs, rendering.image.shape, header)
+    _compare(made.wcs, rendering.image.shape, header, rendering._wcs)
     return made
 
 
-def _compare(wcs: Any, shape: tuple[int, ...], header: Any) -> None:
+def _compare(wcs: Any, shape: tuple[int, ...], header: Any, of_camera: Any) -> None:
     """Refuses coordinates that sunpy reads in another way."""
     from astropy.wcs import WCS
 
@@ -51,6 +51,11 @@ def _compare(wcs: Any, shape: tuple[int, ...], header: Any) -> None:
     with np.errstate(invalid="ignore"):
         back = wcs.all_world2pix(WCS(header).all_pix2world(corners, 0), 0)
     if not np.abs(back - corners).max() <= ALLOWED:
+        if of_camera is not None:
+            raise SceneError(
+                "sunpy's maps have no distortions, which the WCS of this image has: expected "
+                "`to_fits`, or another WCS"
+            )
         raise SceneError(
             f"sunpy's maps have no LONPOLE, which this image needs ({header['LONPOLE']:.6g} "
             "degrees): expected a `Perspective`, or solar north up and the equator in the middle"

@@ -19,6 +19,9 @@ class OnSky(ABC):
 
     _found: _native.Rendered
     _sky: Sky | None
+    #: Of images of a `WcsCamera`, whose files have its WCS.
+    _wcs: Any = None
+    _cards: dict[str, tuple[Any, str]] = {}  # noqa: RUF012
 
     @property
     @abstractmethod
@@ -38,6 +41,8 @@ class OnSky(ABC):
     @property
     def wcs(self) -> Any:
         """The coordinates of the image as an astropy WCS of two axes; None of a HEALPix sky."""
+        if self._wcs is not None:
+            return self._wcs
         if not self._found.axes():
             return None
         from astropy.wcs import WCS
@@ -84,6 +89,8 @@ class OnSky(ABC):
             self, observer=observer, frame=frame, origin=origin, coordinates=coordinates
         )
         encoded = self._found.fits(at)
+        if self._wcs is not None:
+            encoded = _sky_fits.with_wcs(encoded, self._wcs, self._cards)
         if not extensions:
             encoded = _sky_fits.first_image(encoded)
         return written(encoded, path, overwrite)

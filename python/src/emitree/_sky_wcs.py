@@ -54,22 +54,13 @@ def camera_of(
     """The camera of `Camera.from_wcs`."""
     if not max_deviation > 0:
         raise SceneError(f"`max_deviation` is {max_deviation}: expected a number above 0 [pixels]")
-    unit = _units.to_text(length_unit)
-    if unit is None:
-        raise SceneError("`length_unit` is None: expected the unit of the model's lengths")
-    wcs = _celestial(wcs)
-    height, width = _shape_of(wcs, shape)
-    model = bare(frame, "`frame`")
-    coordinates = _coordinates_of(wcs)
-    time = _time_of(wcs) or time_of(coordinates, observer, model)
-    coordinates, observer = _seen(completed(coordinates, time, None), observer)
-    model = completed(model, time, observer)
-    require_right_handed(model)
-    sky = Sky(model, coordinates, unit, origin, time, (height, width))
-    position = sky.positions(observer)
-    # Rows of the matrix are the axes of the sky in the model: its transpose is its inverse.
-    to_model = rotation(model, coordinates).T
-    pixels = Pixels.of(wcs, (height, width), to_model)
+    wcs, sky, position = placed(
+        wcs, frame=frame, length_unit=length_unit, observer=observer, origin=origin, shape=shape
+    )
+    assert sky.shape is not None
+    height, width = sky.shape
+    unit = sky.length_unit
+    pixels = Pixels.of(wcs, (height, width), to_model(sky))
     fits = [fit(plane, pixels, MIDDLE) for plane in _planes_for(kind, wcs)]
     fits += [
         fit(of.plane, pixels, _reference(wcs, (height, width)))
@@ -86,6 +77,34 @@ def camera_of(
     if reach is None:
         reach = float(np.linalg.norm(position)) or 1.0
     return _camera(fitted, position, reach, near, far, replace(sky, deviation=fitted.off))
+
+
+def placed(
+    wcs: Any, *, frame: Any, length_unit: Any, observer: Any, origin: Any, shape: Any
+) -> tuple[Any, Sky, Floats]:
+    """The celestial axes of a WCS, the sky of its images, and its observer in the model (3,)."""
+    unit = _units.to_text(length_unit)
+    if unit is None:
+        raise SceneError("`length_unit` is None: expected the unit of the model's lengths")
+    wcs = _celestial(wcs)
+    sides = _shape_of(wcs, shape)
+    model = bare(frame, "`frame`")
+    coordinates = _coordinates_of(wcs)
+    time = _time_of(wcs) or time_of(coordinates, observer, model)
+    coordinates, observer = _seen(completed(coordinates, time, None), observer)
+    model = completed(model, time, observer)
+    require_right_handed(model)
+    sky = Sky(model, coordinates, unit, origin, time, sides)
+    return wcs, sky, sky.positions(observer)
+
+
+def to_model(sky: Sky) -> Floats:
+    """The matrix (3, 3) by which a direction in the coordinates of a sky becomes one in the model.
+
+    Rows of the matrix of `Sky.rotation` are the axes of the sky in the model: its transpose is its
+    inverse.
+    """
+    return rotation(sky.frame, sky.coordinates).T
 
 
 def _celestial(wcs: Any) -> Any:
@@ -243,7 +262,8 @@ def _refusal(wcs: Any, shape: tuple[int, int], fitted: Fit, allowed: float) -> s
         f"{off} at a corner, `max_deviation` is {allowed}{has}. Expected TAN or CAR, or ARC or ZEA "
         "in a square, without distortion, with perpendicular axes and (but for TAN) the reference "
         "pixel in the middle of the image; or a field so narrow, or a `max_deviation` so large, "
-        "that the difference is below it"
+        "that the difference is below it. `emitree.WcsCamera.from_wcs` has any WCS, with its "
+        "distortions"
     )
 
 
