@@ -7,7 +7,10 @@ from scipy.special import gamma
 
 import emitree
 
-CAMERA = emitree.Orthographic(position=(9, 0, 0), target=(0, 0, 0), extent=(4, 4))
+CAMERA = emitree.Orthographic(
+    position=(9, 0, 0), target=(0, 0, 0), extent=(4, 4), near=-np.inf, far=np.inf
+)
+NEAR = emitree.Orthographic(position=(9, 0, 0), target=(0, 0, 0), extent=(4, 4), far=18)
 SHAPE = (12, 16)
 CLUSTER = emitree.Model("beta_model", amplitude=2.0, core_radius=0.7, beta=0.8)
 
@@ -81,17 +84,17 @@ def test_derivatives_are_limits_of_differences():
 
 def test_jacobian_of_a_model():
     names = ["amplitude", "core_radius", "beta"]
-    bounds = emitree.Box(min=(-200, -3, -3), max=(200, 3, 3))
-    camera = emitree.Orthographic(position=(300, 0, 0), target=(0, 0, 0), extent=(4, 4), far=600)
-    found = emitree.jacobian(CLUSTER, names, camera, SHAPE, tolerance=1e-3, bounds=bounds)
+    found = emitree.jacobian(CLUSTER, names, CAMERA, SHAPE, tolerance=1e-3)
     theta = (2.0, 0.7, 0.8)
-    assert found.converged and max(found.estimated_errors) < 1e-3
     image = radiances(*theta)
     assert abs(found.image - image).max() < 1e-3 * image.max()
-    expected = exact_derivatives(theta)
-    for derivative, exact in zip(found.derivatives, expected, strict=True):
-        assert abs(derivative - exact).max() < 1e-3 * abs(exact).max()
-    alone = emitree.jacobian(CLUSTER, "beta", camera, SHAPE, tolerance=1e-3, bounds=bounds)
+    derivatives = zip(
+        found.derivatives, exact_derivatives(theta), found.estimated_errors, strict=True
+    )
+    for derivative, exact, estimated in derivatives:
+        error = abs(derivative - exact).max() / abs(exact).max()
+        assert error < 1e-3 and error < estimated < 4e-3
+    alone = emitree.jacobian(CLUSTER, "beta", CAMERA, SHAPE, tolerance=1e-3)
     assert alone.derivatives.shape == (1, *SHAPE)
 
 
@@ -149,7 +152,7 @@ def test_models_are_taken_where_functions_are():
     assert alone.scene.startswith('[emission]\nmodel = "beta_model"')
     plan = alone.plan
     np.testing.assert_allclose(plan.apply(plan.rates(CLUSTER)), alone.image, rtol=1e-12)
-    lines = CAMERA.lines(SHAPE)
+    lines = NEAR.lines(SHAPE)
     found = emitree.line_integrals(CLUSTER, lines, tolerance=1e-3)
     expected = emitree.line_integrals(lambda r, d: CLUSTER(r, d), lines, tolerance=1e-3)
     np.testing.assert_array_equal(found.values, expected.values)
@@ -159,7 +162,7 @@ def test_the_length_unit_is_that_of_the_model():
     wind = emitree.Model("jorgensen", bow_shock_r0=14.0)
     assert wind.length_unit == "R_E" and CLUSTER.length_unit is None
     camera = emitree.Orthographic(
-        position=(0, 30, 0), target=(0, 0, 0), extent=(20, 20), length_unit="km"
+        position=(0, 30, 0), target=(0, 0, 0), extent=(20, 20), far=60, length_unit="km"
     )
     message = "the length unit of the camera is `km`, and that of the model `jorgensen` is `R_E`"
     with pytest.raises(emitree.SceneError, match=message):
@@ -198,13 +201,13 @@ def test_grids_are_taken_where_functions_are():
     rates = grid(position, direction)
     expected = np.exp(-(position**2) @ [1, 1, 2])
     assert abs(rates - expected)[inside].max() < 1e-3 and not rates[~inside].any()
-    both = emitree.render([grid, "exp(-r^2)"], CAMERA, SHAPE)
-    alone = emitree.render(grid, CAMERA, SHAPE)
+    both = emitree.render([grid, "exp(-r^2)"], NEAR, SHAPE)
+    alone = emitree.render(grid, NEAR, SHAPE)
     assert alone.scene.startswith("[emission]\ngrid = ")
     assert abs(both[0].image - alone.image).max() < 0.02 * alone.image.max()
     plan = alone.plan
     np.testing.assert_allclose(plan.apply(plan.rates(grid)), alone.image, rtol=1e-9, atol=1e-12)
-    lines = CAMERA.lines(SHAPE, bounds=emitree.Box(min=(-2, -2, -2), max=(2, 2, 2)))
+    lines = NEAR.lines(SHAPE, bounds=emitree.Box(min=(-2, -2, -2), max=(2, 2, 2)))
     found = emitree.line_integrals(grid, lines, tolerance=1e-3)
     exact = emitree.line_integrals("exp(-x^2 - y^2 - 2*z^2)", lines, tolerance=1e-3)
     assert abs(found.values - exact.values).max() < 3e-3 * exact.values.max()
