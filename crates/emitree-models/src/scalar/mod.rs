@@ -52,31 +52,37 @@ pub trait Scalar:
     fn raise_all(numbers: &mut [Self], exponent: Self);
 
     /// √x; its derivative is 0 where that of x is, also at 0.
+    #[inline(always)]
     fn sqrt(self) -> Self {
         self.map(f64::sqrt, |_, root| 0.5 / root)
     }
 
     /// eˣ
+    #[inline(always)]
     fn exp(self) -> Self {
         self.map(f64::exp, |_, value| value)
     }
 
     /// eˣ − 1
+    #[inline(always)]
     fn exp_m1(self) -> Self {
         self.map(f64::exp_m1, |x, _| x.exp())
     }
 
     /// ln x
+    #[inline(always)]
     fn ln(self) -> Self {
         self.map(f64::ln, |x, _| 1.0 / x)
     }
 
     /// ln(1 + x)
+    #[inline(always)]
     fn ln_1p(self) -> Self {
         self.map(f64::ln_1p, |x, _| 1.0 / (1.0 + x))
     }
 
     /// xⁿ
+    #[inline(always)]
     fn powi(self, exponent: i32) -> Self {
         self.map(|x| x.powi(exponent), |x, _| f64::from(exponent) * x.powi(exponent - 1))
     }
