@@ -9,7 +9,8 @@
 //! * `bridge`: the rendering works on threads of its own and hands batches to the thread that
 //!   called, which alone runs Python;
 //! * `emission`: the emission of a scene, or a function in Python, for the library;
-//! * `expression`: expressions with their derivatives;
+//! * `expression`, `model`: expressions and built-in models with their derivatives; `points`: arrays of points
+//!   for them;
 //! * `table`: tables of functions, for expressions;
 //! * `rendering`: an image or a cube with its error and its cost;
 //! * `cameras`: the kinds of cameras that scenes have, for the classes in Python;
@@ -26,7 +27,9 @@ mod error;
 mod expression;
 mod lines;
 mod mesh;
+mod model;
 mod output;
+mod points;
 mod rendering;
 mod scene;
 mod session;
@@ -46,6 +49,8 @@ mod _native {
     use crate::expression::Expression;
     #[pymodule_export]
     use crate::mesh::Mesh;
+    #[pymodule_export]
+    use crate::model::Model;
     #[pymodule_export]
     use crate::output::OutputFile;
     #[pymodule_export]

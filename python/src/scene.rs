@@ -3,9 +3,9 @@
 use crate::bridge::{Caller, Hooks, run};
 use crate::emission::AnyEmission;
 use crate::error::{EmissionError, SceneError, of_encoding, of_rendering, of_scene, of_tree};
-use crate::expression::vectors as vectors_of;
 use crate::lines::{Lines, lines};
 use crate::mesh::Mesh;
+use crate::points::vectors as vectors_of;
 use crate::rendering::Rendered;
 use emitree::progress::Frame;
 use emitree::world_tree::{WorldTreeOptions, build_world_tree};

@@ -133,7 +133,7 @@ def test_formulas_and_functions_in_a_list_with_energies():
         ([], "the emission is empty: expected at least one"),
         (
             {"a": "x", "b": 3},
-            "emission 'b' is int: expected a formula, an `Expression` or a function",
+            "emission 'b' is int: expected a formula, an `Expression`, a `Model`, a `Grid` or a function",
         ),
         (["x", "x +"], "`expression`: "),
         (["x", "E"], "has the energy `E`, and there are no energies"),

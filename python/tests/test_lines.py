@@ -298,7 +298,7 @@ def test_lines_are_checked(arguments, options, message):
     ("1", {"occulters": [emitree.Sphere(center=(0, 0, 0), radius=9)]}, emitree.SceneError,
      r"line 0 begins inside of `occulters\[0\]`"),
     ("1 / (x - x)", {}, emitree.EmissionError, "the rate is inf at .* on line 0"),
-    (emitree.Model("cmem"), {}, TypeError, "the emission is Model: expected a function"),
+    (emitree.Tree("tree.fits"), {}, TypeError, "the emission is Tree: expected a function"),
     (lambda r, d: np.ones(3), {}, ValueError, r"the rates have the shape \(3,\)"),
 ])  # fmt: skip
 def test_options_are_checked(emission, options, error, message):

@@ -34,10 +34,13 @@ pub mod expression;
 pub mod grid;
 pub mod means;
 pub mod models;
+mod scalar;
 mod spelling;
 pub mod table;
 
-pub use catalogue::{Model, ModelDescription, ModelError, build_model, catalogue};
+pub use catalogue::{
+    DifferentiableModel, Model, ModelDescription, ModelError, build_model, catalogue,
+};
 pub use expression::{
     DifferentiableExpression, Expression, ExpressionError, FieldExpression, FieldFailure,
 };

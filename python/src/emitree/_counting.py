@@ -20,6 +20,14 @@ class Counting:
     def __init__(self, counter: Counter, model: ModelOf) -> None:
         self.counter = counter
         self.model = model
+        derivative = getattr(model, "derivative", None)
+        if callable(derivative):
+            #: The exact derivatives of a model that has some, counted too.
+            self.derivative = Counting(counter, derivative)
+        #: Parameters of a published model with which surfaces move: see `PublishedModel`.
+        self.moves_jumps = getattr(model, "moves_jumps", ())
+        #: The names of parameters, if the model has some.
+        self.names = getattr(model, "names", ())
 
     def __call__(self, *theta: Any) -> Any:
         emission = self.model(*theta)

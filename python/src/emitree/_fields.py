@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
@@ -15,6 +14,7 @@ from emitree._axes import is_data_array
 from emitree._cameras import Box, Sphere
 from emitree._function import Floats, as_rates
 from emitree._grid import Grid
+from emitree._grid_function import GridFunction
 from emitree._native import SceneError
 from emitree._table import Table
 
@@ -226,7 +226,7 @@ def _field(name: str, field: Any, unit: str | None) -> _Field:
     if is_data_array(field):
         field = Grid(values=field)
     if isinstance(field, Grid):
-        return _GridField(name, field, unit)
+        return _GridField(GridFunction(field, f"the field `{name}`", unit))
     if callable(field):
         return _FunctionField(name, field, unit)
     raise SceneError(
@@ -238,30 +238,17 @@ def _field(name: str, field: Any, unit: str | None) -> _Field:
 class _GridField:
     """A grid, which a scene reads and interpolates."""
 
-    def __init__(
-        self, name: str, grid: Grid, unit: str | None, length_unit: str | None = None
-    ) -> None:
-        self.name, self.grid, self.unit, self.length_unit = name, grid, unit, length_unit
-        self._scene: _native.Scene | None = None
-
-    def __getstate__(self) -> dict[str, Any]:
-        # A scene cannot be pickled: workers of an executor read their own.
-        return self.__dict__ | {"_scene": None}
+    def __init__(self, values: GridFunction) -> None:
+        self.values = values
 
     def in_length_unit(self, unit: str) -> _GridField:
-        return _GridField(self.name, self.grid, self.unit, unit)
-
-    @property
-    def scene(self) -> _native.Scene:
-        if self._scene is None:
-            self._scene = _scene_of(self.name, self.grid, self.unit, self.length_unit)
-        return self._scene
+        return _GridField(self.values.in_length_unit(unit))
 
     @property
     def bounds(self) -> Box | Sphere | None:
-        if self.grid.outside == "error":
+        if self.values.grid.outside == "error":
             return None
-        kind, ranges = self.scene.grid_ranges()
+        kind, ranges = self.values.scene.grid_ranges()
         (first, second, third) = ranges
         if kind == "spherical":
             return Sphere(center=(0.0, 0.0, 0.0), radius=first[1])
@@ -272,37 +259,16 @@ class _GridField:
 
     @property
     def edges(self) -> list[Sphere]:
-        kind, ranges = self.scene.grid_ranges()
+        kind, ranges = self.values.scene.grid_ranges()
         least = ranges[0][0]
-        if kind != "spherical" or self.grid.outside == "error" or least <= 0.0:
+        if kind != "spherical" or self.values.grid.outside == "error" or least <= 0.0:
             return []
         return [Sphere(center=(0.0, 0.0, 0.0), radius=least)]
 
     def at(self, position: Floats) -> tuple[Floats, Any]:
-        try:
-            values = self.scene.grid_values(position)
-        except _native.EmissionError as error:
-            raise _native.EmissionError(f"the field `{self.name}`: {error}") from None
+        values = self.values.values(position)
         is_inside = ~np.isnan(values)
         return (values, None) if is_inside.all() else (values, is_inside)
-
-
-def _scene_of(name: str, grid: Grid, unit: str | None, length_unit: str | None) -> _native.Scene:
-    """A scene that has a grid as its emission."""
-    from emitree._scene import document
-
-    with tempfile.TemporaryDirectory(prefix="emitree-") as folder:
-        try:
-            table, aliases = grid.table(folder, length_unit, unit)
-            # The unit of a field is that of the formula's numbers, and no unit of rates.
-            table.pop("unit", None)
-            projection = {"type": "canonical"}
-            image = {"width": 1, "height": 1}
-            text = document({"emission": table, "projection": projection, "image": image})
-            return _native.Scene.parse("emitree", text, aliases)
-        except SceneError as error:
-            message = str(error).replace("`emission.grid`: ", "")
-            raise SceneError(f"the field `{name}`: {message}") from None
 
 
 class _FunctionField:

@@ -13,7 +13,7 @@ from emitree._cameras import Camera
 from emitree._cash import cash, deviance_residuals
 from emitree._counting import Counting
 from emitree._function import Floats
-from emitree._jacobian import STEPS_ARE_OF_LOS, Derivatives, ModelOf
+from emitree._jacobian import STEPS_ARE_OF_LOS, Derivatives, ModelOf, refuse_other_unit
 from emitree._native import RenderError
 from emitree._neighbourhood import neighbourhood, plan_of_all, serves
 from emitree._parameters import (
@@ -109,6 +109,7 @@ class Forward:
             raise TypeError(STEPS_ARE_OF_LOS)
         if not 0 < trust:
             raise ValueError(f"`trust` is {trust}: expected a positive number")
+        refuse_other_unit(model, camera)
         self._model = model
         self._camera = camera
         self._shape = shape

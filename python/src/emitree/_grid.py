@@ -6,8 +6,9 @@ import json
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +26,9 @@ from emitree._axes import (
 from emitree._function import Floats
 from emitree._native import SceneError
 from emitree._real import real
+
+if TYPE_CHECKING:
+    from emitree._grid_function import GridFunction
 
 #: Keys of the scene that are taken as they are.
 _PLAIN = ("interpolation", "outside")
@@ -61,11 +65,16 @@ class Grid:
         coordinate is nearest, with the name of the array of coordinates as "axis" if the
         dimensions have no names. (`isel` and `sel` choose a step of a DataArray.)
 
+    It can be called as a function of (position, direction), with positions in the length unit of
+    the nodes: wherever functions are taken, so are grids.
+
     >>> import emitree, numpy as np
     >>> ramp = np.arange(3.0)[:, None, None] + np.zeros((3, 2, 2))
     >>> grid = emitree.Grid(values=ramp, x=(0, 1), y=(0, 1), z=(0, 1))
     >>> emitree.render(grid, emitree.Canonical(), (1, 2)).image
     array([[0.5, 1.5]])
+    >>> grid(np.array([[0.25, 0.5, 0.5], [0.25, 0.5, 2.0]]))
+    array([0.5, 0. ])
     """
 
     values: Any = None
@@ -110,6 +119,20 @@ class Grid:
     def _file(self) -> str | os.PathLike[str] | None:
         # Files were given as `values` before there was `file`.
         return self.values if isinstance(self.values, str | os.PathLike) else self.file
+
+    @cached_property
+    def _function(self) -> GridFunction:
+        from emitree._grid_function import GridFunction
+
+        return GridFunction(self, "the grid")
+
+    def __call__(self, position: Any, direction: Any = None, energy: Any = None) -> Floats:
+        """The rates (n,) at positions (n, 3): 0 outside, and the same in all directions."""
+        return self._function(position)
+
+    def in_length_unit(self, unit: str | None) -> GridFunction:
+        """The grid as a function of positions in a unit, which nodes that are quantities need."""
+        return self._function.in_length_unit(unit)
 
     def _given(self) -> dict[str, Any]:
         """The nodes of the keywords, latitudes as those of theta."""

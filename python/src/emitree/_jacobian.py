@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from emitree._cameras import Camera
-from emitree._emissions import Expression, ExpressionModel
-from emitree._fields import FieldsModel
+from emitree._emissions import Expression, Model
 from emitree._function import Floats
 from emitree._neighbourhood import plan_of_all
 from emitree._parameters import checked_parameters
 from emitree._plan import Plan
+from emitree._scene import length_unit_of
 
 #: The steps of central differences, relative to each parameter: their error is about the square.
 RELATIVE_STEP = 1e-4
@@ -36,7 +36,7 @@ ModelOf = Callable[..., Any]
 
 
 def jacobian(
-    model: ModelOf | Expression,
+    model: ModelOf | Expression | Model,
     theta: Any,
     camera: Camera | None = None,
     shape: Sequence[int] | int | None = None,
@@ -58,13 +58,15 @@ def jacobian(
     derivatives are not compared with samples.
 
     model: model(*theta) returns a function of (position, direction[, energy]), as of `render`; or
-        an `Expression`, whose derivatives are exact.
-    theta: the parameters (p,); of an `Expression`, the names of the constants that are parameters.
+        an `Expression` or a `Model`, whose derivatives are exact.
+    theta: the parameters (p,); of an `Expression`, the names of the constants that are parameters,
+        and of a `Model` the names of parameters.
     camera, shape, options: as of `render`; needed without `plan`.
     plan: a `Plan` that serves theta; by default that of a rendering at theta.
     derivative: how g is differentiated; one of
         * None: central differences at the same points, 2 evaluations at each point and parameter;
-          exact derivatives for an `Expression` or its `model`;
+          exact derivatives for an `Expression`, a `Model`, and any `model` with a method
+          `derivative`, as those of `Expression.model`, `Fields.model` and `Model.model`;
         * a function: derivative(*theta) returns a function of (position, direction[, energy]) that
           gives (n, p), the derivatives of the rates by all parameters;
         * "jax": forward differentiation of model(*theta), written in `jax.numpy`, in 64 bits.
@@ -73,9 +75,15 @@ def jacobian(
     linear: numbers of the parameters that the rates are proportional to. They cost no evaluation
         unless they are 0.
 
-    Raises `ValueError` if a parameter is not finite, or if a number of steps or of derivatives is
-    not that of the parameters; `TypeError` if the model returns no function; and what `render` and
-    `Rendering.plan` raise.
+    Where a rate jumps at a surface that moves with a parameter, the derivative of the image has a
+    part that no derivative of rates has. The parameters of a `Model` that move such surfaces
+    (`Model.model(names).moves_jumps`) are refused, unless `derivative` or `difference_steps` is
+    given: with `derivative=model.derivative` that part is left out, and differences have it as far
+    as surfaces pass points of the plan between the two values.
+
+    Raises `ValueError` if a parameter is not finite, if it moves surfaces of a `Model`, or if a
+    number of steps or of derivatives is not that of the parameters; `TypeError` if the model
+    returns no function; and what `render` and `Rendering.plan` raise.
 
     >>> import emitree, numpy as np
     >>> def ball(height, width):
@@ -90,9 +98,10 @@ def jacobian(
     >>> emitree.jacobian(glow, ["h", "w"], emitree.Canonical(), (8, 8)).derivatives.shape
     (2, 8, 8)
     """
-    if isinstance(model, Expression):
-        model = model.model([theta] if isinstance(theta, str) else theta)
-        theta = model.theta
+    if isinstance(model, Expression | Model):
+        of_names = model.model([theta] if isinstance(theta, str) else theta)
+        model, theta = of_names, of_names.theta
+    refuse_other_unit(model, camera)
     parameters = checked_parameters(theta)
     if np.ndim(options.get("steps", 0)) == 1:
         raise TypeError(STEPS_ARE_OF_LOS)
@@ -189,12 +198,11 @@ class Derivatives:
         for number in linear:
             if not 0 <= number < count:
                 raise ValueError(f"`linear` has the parameter {number}: expected 0 to {count - 1}")
-        if (
-            derivative is None
-            and steps is None
-            and isinstance(model, ExpressionModel | FieldsModel)
-        ):
-            derivative = model.derivative
+        of_model = getattr(model, "derivative", None)
+        #: Whether they are those that the model itself has.
+        self.is_of_model = derivative is None and steps is None and callable(of_model)
+        if self.is_of_model:
+            derivative = of_model
         self.model = _in_64_bits(model) if derivative == "jax" else model
         self.count = count
         self.derivative = derivative
@@ -218,7 +226,9 @@ class Derivatives:
         return {number: self._change(theta, number) for number in numbers}
 
     def _change(self, theta: Floats, number: int) -> Callable[..., Any]:
-        if isinstance(self.model, ExpressionModel | FieldsModel) and callable(self.derivative):
+        if self.is_of_model:
+            self._refuse_jumps()
+            assert callable(self.derivative)
             derivatives = self.derivative(*theta.tolist())
             size = _CHANGE * (abs(theta[number]) or 1.0)
             return lambda *arguments: size * derivatives(*arguments)[:, number]
@@ -268,7 +278,21 @@ class Derivatives:
         (above, below), width = self._moved(theta, number)
         return plan.apply((plan.rates(above) - plan.rates(below)) / width)
 
+    def _refuse_jumps(self) -> None:
+        """Raises `ValueError` if a surface at which g jumps moves with a parameter."""
+        moving = getattr(self.model, "moves_jumps", ()) if self.is_of_model else ()
+        parameters = getattr(self.model, "names", ())
+        linear = [parameters[number] for number in self.linear] if moving else []
+        names = ", ".join(f"`{name}`" for name in moving if name not in linear)
+        if names:
+            raise ValueError(
+                f"the rates jump at a surface that moves with {names}: their derivatives are not "
+                "those of the image; expected other parameters, `difference_steps`, or "
+                "`derivative=model.derivative` without that part"
+            )
+
     def _given(self, plan: Plan, theta: Floats) -> Floats:
+        self._refuse_jumps()
         points = plan.points
         arrays = (points.position, points.direction, points.energy)
         given = [array for array in arrays if array is not None]
@@ -290,6 +314,13 @@ class Derivatives:
                 f"{found[point, number]}: expected a finite number"
             )
         return found
+
+
+def refuse_other_unit(model: Any, camera: Camera | None) -> None:
+    """Raises `SceneError` if a published model has another length unit than the camera."""
+    in_length_unit = getattr(model, "in_length_unit", None)
+    if callable(in_length_unit) and camera is not None:
+        in_length_unit(length_unit_of(camera, []))
 
 
 def _jax_derivatives(model: ModelOf, theta: Floats, given: list[Floats]) -> Any:

@@ -14,9 +14,10 @@ from emitree._allowance import Allowance
 from emitree._along import NODES, Along
 from emitree._amr import AmrGrid
 from emitree._cells import Integers
-from emitree._emissions import Expression
+from emitree._emissions import Expression, Model
 from emitree._fields import Fields
 from emitree._function import Floats, Function
+from emitree._grid import Grid
 from emitree._line_images import LOOSEST, SHARE, Shared, none_shared, shared_integrals
 from emitree._line_parts import parts_of
 from emitree._lines import Lines
@@ -120,7 +121,7 @@ def line_integrals(
         * a function f(position, direction) -> rates: position (n, 3), direction (n, 3), unit
           vectors of emission, from the point to the observer, that is minus the direction of the
           line; rates (n,), or (n, k) for k components. `Particles` and `AmrGrid` are such, too;
-        * a text with a formula, or an `Expression`;
+        * a text with a formula, an `Expression`, a `Model`, or a `Grid`;
         * a list of such formulas and functions, or a dictionary of them.
     lines: where. The errors below are those of the weighted sums if there are `weights`.
     tolerance: the largest error of a value, relative to the largest |value| of its component; 0.01
@@ -270,14 +271,15 @@ def _function(emission: Any, unit: Any, length_unit: str | None, quantities: boo
     """An emission as a function of arrays."""
     if isinstance(emission, Expression):
         emission = emission.model([])()
-    elif isinstance(emission, AmrGrid):
+    elif isinstance(emission, AmrGrid | Grid | Model):
         emission = emission.in_length_unit(length_unit)
     elif isinstance(emission, list | tuple | Mapping):
         emission = Several.of(emission)
     if not callable(emission):
         raise TypeError(
             f"the emission is {type(emission).__name__}: expected a function f(position, "
-            "direction), a text with a formula, an emitree.Expression, or a list of these"
+            "direction), a text with a formula, an emitree.Expression, Model or Grid, or a list of "
+            "these"
         )
     if quantities and length_unit is None:
         raise SceneError("`quantities` is given: expected a `length_unit` of the lines too")

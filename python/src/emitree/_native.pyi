@@ -10,6 +10,7 @@ __all__ = [
     "EmissionError",
     "Expression",
     "Mesh",
+    "Model",
     "OutputFile",
     "RenderError",
     "Rendered",
@@ -59,6 +60,19 @@ class Expression:
         direction: _Floats,
         energy: _Floats | None,
         fields: list[_Floats] = ...,
+    ) -> tuple[_Floats, _Floats]: ...
+
+@final
+class Model:
+    def __new__(cls, name: str, parameters: dict[str, float], by: list[str]) -> Model: ...
+    @property
+    def parameters(self) -> list[tuple[str, float]]: ...
+    @property
+    def moves_jumps(self) -> list[str]: ...
+    @property
+    def length_unit(self) -> str: ...
+    def rates_and_derivatives(
+        self, position: _Floats, direction: _Floats, energy: _Floats | None
     ) -> tuple[_Floats, _Floats]: ...
 
 @final

@@ -9,9 +9,11 @@ from typing import Any
 from emitree import _native, _options, _units
 from emitree._amr import AmrGrid
 from emitree._cameras import Box, Camera, Ellipsoid, Sphere
+from emitree._emissions import Model
 from emitree._energies import energy_table
 from emitree._fields import Fields
 from emitree._function import Function
+from emitree._grid import Grid
 from emitree._particles import Particles
 from emitree._scene import compose, length_unit_of, open_scene
 from emitree._several import Several
@@ -54,6 +56,11 @@ OF_VIEW = frozenset(
 )
 
 
+def is_function(emission: Any) -> bool:
+    """Whether an emission is rendered by calls: a function, and not what a scene has by itself."""
+    return callable(emission) and not isinstance(emission, str | Grid | Model)
+
+
 def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
     """Keywords of `render`, with the bounds, unit and seeds of an emission, if none are given.
 
@@ -61,7 +68,7 @@ def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
     and fields have edges.
     """
     found = dict(options)
-    bounds = getattr(emission, "bounds", None) if callable(emission) else None
+    bounds = getattr(emission, "bounds", None) if is_function(emission) else None
     if found.get("bounds") is None and isinstance(bounds, Box | Ellipsoid | Sphere):
         found["bounds"] = bounds
     if found.get("unit") is None and isinstance(emission, AmrGrid):
@@ -77,7 +84,7 @@ def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
 
 def in_length_unit(emission: Any, unit: str | None) -> Any:
     """An emission as a function of positions in a unit, if it has a length unit of its own."""
-    if isinstance(emission, AmrGrid | Fields):
+    if isinstance(emission, AmrGrid | Fields | Grid | Model):
         return emission.in_length_unit(unit)
     if isinstance(emission, Several):
         functions = [in_length_unit(function, unit) for function in emission.functions]
@@ -170,7 +177,7 @@ def function_in(
     emission: Any, scene: _native.Scene, unit: Any, quantities: bool, takes_components: bool = False
 ) -> Function | None:
     """A function as the emission of a scene; None of other emissions."""
-    if isinstance(emission, str) or not callable(emission):
+    if not is_function(emission):
         return None
     energies = scene.energies
     return Function(

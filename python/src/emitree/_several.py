@@ -67,6 +67,6 @@ def _function(emission: Any, label: Any) -> Callable[..., Any]:
     if callable(emission):
         return emission
     raise _native.SceneError(
-        f"emission {label!r} is {type(emission).__name__}: expected a formula, an `Expression` or "
-        "a function where there are several"
+        f"emission {label!r} is {type(emission).__name__}: expected a formula, an `Expression`, a "
+        "`Model`, a `Grid` or a function where there are several"
     )

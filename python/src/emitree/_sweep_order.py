@@ -21,7 +21,7 @@ from emitree._recorded import Passed, Recorded
 from emitree._render import render
 from emitree._result import Rendering
 from emitree._search import finer_tolerance, plan_of_products
-from emitree._setup import Setup, function_of
+from emitree._setup import Setup, function_of, is_function
 from emitree._shared_plan import SharedPlan
 
 #: The tolerance of plans relative to that of the images: at a quarter the plan of a torus serves
@@ -48,8 +48,7 @@ class Images:
 
     def emission(self, emission: Any) -> Recorded | Passed:
         """An emission whose evaluations are counted, and kept if it is a function of arrays."""
-        is_function = callable(emission) and not isinstance(emission, str)
-        if not is_function or self.options.get("quantities"):
+        if not is_function(emission) or self.options.get("quantities"):
             return Passed(emission, self.executor)
         setup = Setup(self.camera, self.shape, self.options)
         function = function_of(emission, setup, setup.unit)

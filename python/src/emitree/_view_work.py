@@ -19,7 +19,7 @@ from emitree._function import Floats
 from emitree._progressive import Frame
 from emitree._render import render
 from emitree._result import Rendering
-from emitree._setup import Setup, function_in, scene_of_camera
+from emitree._setup import Setup, function_in, is_function, scene_of_camera
 
 #: How often an intermediate image is reported at most [s].
 _LEAST_PAUSE_S = 0.25
@@ -93,8 +93,8 @@ class Work:
     ) -> None:
         self.emission = emission
         self._on_update = on_update
-        is_function = callable(emission) and not isinstance(emission, str)
-        self._renderer = (_BySession if is_function else _ByRender)(emission, calls)
+        renderer = _BySession if is_function(emission) else _ByRender
+        self._renderer = renderer(emission, calls)
         self._lock = threading.Lock()
         self._newest: _Run | None = None
 

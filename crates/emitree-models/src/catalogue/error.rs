@@ -40,6 +40,16 @@ pub enum ModelError {
         /// All parameters of the model.
         known: Vec<&'static str>,
     },
+    /// A derivative by the same parameter is asked for twice.
+    #[error(
+        "parameter `{parameter}` of model `{model}` is differentiated by twice: expected each once"
+    )]
+    Repeated {
+        /// The model.
+        model: &'static str,
+        /// The parameter.
+        parameter: &'static str,
+    },
     /// A parameter is not finite, or outside what the model accepts.
     #[error("parameter `{parameter}` of model `{model}` is {value:?}: expected {expected}")]
     OutOfRange {

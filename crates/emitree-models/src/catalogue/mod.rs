@@ -1,10 +1,12 @@
 //! The built-in models by name: what there is, with which parameters, and how to build one.
 
+mod differentiable;
 mod error;
-mod model;
+pub(crate) mod model;
 pub(crate) mod parameter;
 pub(crate) mod singular;
 
+pub use differentiable::DifferentiableModel;
 pub use error::ModelError;
 pub use model::{Model, ModelDescription};
 pub use parameter::{AcceptedRange, Derivation, ParameterDefault, ParameterDescription};
@@ -78,14 +80,16 @@ pub fn catalogue() -> &'static [ModelDescription] {
 /// # Ok::<(), emitree_models::ModelError>(())
 /// ```
 pub fn build_model(name: &str, parameters: &BTreeMap<String, f64>) -> Result<Model, ModelError> {
-    match CATALOGUE.iter().find(|description| description.name == name) {
-        Some(description) => Model::new(description, parameters),
-        None => {
-            let known: Vec<_> = CATALOGUE.iter().map(|description| description.name).collect();
-            let suggestion = closest(name, known.iter().copied());
-            Err(ModelError::UnknownModel { name: name.to_owned(), suggestion, known })
-        }
-    }
+    Model::new(description(name)?, parameters)
+}
+
+/// The description of the model of this name.
+fn description(name: &str) -> Result<&'static ModelDescription, ModelError> {
+    CATALOGUE.iter().find(|description| description.name == name).ok_or_else(|| {
+        let known: Vec<_> = CATALOGUE.iter().map(|description| description.name).collect();
+        let suggestion = closest(name, known.iter().copied());
+        ModelError::UnknownModel { name: name.to_owned(), suggestion, known }
+    })
 }
 
 #[cfg(test)]

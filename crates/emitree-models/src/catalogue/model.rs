@@ -1,8 +1,9 @@
 //! A built-in model: its description, and the model itself with its parameters.
 
 use super::error::ModelError;
-use super::parameter::{ParameterDefault, ParameterDescription, Values};
+use super::parameter::{Derivation, ParameterDefault, ParameterDescription, Values};
 use super::singular::SingularPoint;
+use crate::scalar::{Dual, Scalar};
 use crate::spelling::closest;
 use core::convert::Infallible;
 use core::fmt;
@@ -31,9 +32,33 @@ pub struct ModelDescription {
     pub energy_unit: Option<&'static str>,
     /// Its parameters; those with a derived default after the ones that they derive from.
     pub parameters: &'static [ParameterDescription],
+    /// Parameters that surfaces depend on at which the rate jumps.
+    pub(crate) jumps_move_with: &'static [&'static str],
     pub(crate) singular_points: fn(&Values) -> Vec<SingularPoint>,
-    pub(crate) build: fn(&Values) -> Result<Arc<dyn ModelEmission>, ModelError>,
+    pub(crate) build: Build,
 }
+
+/// The formula of a model, or what is wrong with its parameters.
+type Built<T> = Result<Arc<dyn Formula<T>>, ModelError>;
+
+/// How a model is made of its parameters: over plain numbers and over dual ones; made by
+/// [`formula!`](crate::catalogue::formula).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Build {
+    pub(crate) plain: fn(&Values<f64>) -> Built<f64>,
+    pub(crate) dual: fn(&Values<Dual>) -> Built<Dual>,
+}
+
+/// A [`Build`] of one function from [`Values`] of any [`Scalar`] to a [`Formula`] or an error.
+macro_rules! formula {
+    (|$values:ident| $model:expr) => {
+        $crate::catalogue::model::Build {
+            plain: |$values| Ok(std::sync::Arc::new($model)),
+            dual: |$values| Ok(std::sync::Arc::new($model)),
+        }
+    };
+}
+pub(crate) use formula;
 
 impl ModelDescription {
     /// Whether the rate depends on the energy, so that a scene needs an energy axis.
@@ -50,6 +75,22 @@ impl ModelDescription {
 
     /// The values of all parameters: as given, else their defaults.
     pub(crate) fn values(&self, given: &BTreeMap<String, f64>) -> Result<Values, ModelError> {
+        self.values_of(given, |derivation, values| (derivation.value.plain)(values))
+    }
+
+    /// The same with derivatives.
+    pub(crate) fn dual_values(
+        &self,
+        given: &BTreeMap<String, Dual>,
+    ) -> Result<Values<Dual>, ModelError> {
+        self.values_of(given, |derivation, values| (derivation.value.dual)(values))
+    }
+
+    fn values_of<T: Scalar>(
+        &self,
+        given: &BTreeMap<String, T>,
+        derived: fn(&Derivation, &Values<T>) -> T,
+    ) -> Result<Values<T>, ModelError> {
         let known = || self.parameters.iter().map(|parameter| parameter.name);
         if let Some(name) = given.keys().find(|name| known().all(|known| known != *name)) {
             return Err(ModelError::UnknownParameter {
@@ -62,20 +103,22 @@ impl ModelDescription {
         let mut values = Values::with_capacity(self.parameters.len());
         for parameter in self.parameters {
             let (value, formula) = match (given.get(parameter.name), parameter.default) {
-                (Some(&value), _) | (None, ParameterDefault::Value(value)) => (value, None),
+                (Some(&value), _) => (value, None),
+                (None, ParameterDefault::Value(value)) => (T::of(value), None),
                 (None, ParameterDefault::Derived(derivation)) => {
-                    ((derivation.value)(&values), Some(derivation.formula))
+                    (derived(&derivation, &values), Some(derivation.formula))
                 }
             };
-            if !parameter.range.contains(value) {
+            if !parameter.range.contains(value.value()) {
+                let number = value.value();
                 let expected = parameter.range.to_string();
                 let Some(formula) = formula else {
-                    return Err(self.out_of_range(parameter.name, value, expected));
+                    return Err(self.out_of_range(parameter.name, number, expected));
                 };
                 return Err(ModelError::DerivedOutOfRange {
                     model: self.name,
                     parameter: parameter.name,
-                    value,
+                    value: number,
                     formula,
                     expected,
                 });
@@ -96,10 +139,11 @@ impl ModelDescription {
     }
 }
 
-/// What a model's own type must be to be built by its name.
-pub(crate) trait ModelEmission: Emission<Error = Infallible> + fmt::Debug + Send {}
-
-impl<M: Emission<Error = Infallible> + fmt::Debug + Send> ModelEmission for M {}
+/// The rates of a model over numbers of one kind.
+pub(crate) trait Formula<T>: fmt::Debug + Send + Sync {
+    /// Writes the rate of each sample to `rates`.
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]);
+}
 
 /// A built-in model with values for all its parameters, made by [`build_model`](super::build_model).
 ///
@@ -108,7 +152,7 @@ impl<M: Emission<Error = Infallible> + fmt::Debug + Send> ModelEmission for M {}
 pub struct Model {
     description: &'static ModelDescription,
     values: Values,
-    emission: Arc<dyn ModelEmission>,
+    formula: Arc<dyn Formula<f64>>,
 }
 
 impl Model {
@@ -117,8 +161,8 @@ impl Model {
         parameters: &BTreeMap<String, f64>,
     ) -> Result<Self, ModelError> {
         let values = description.values(parameters)?;
-        let emission = (description.build)(&values)?;
-        Ok(Self { description, values, emission })
+        let formula = (description.build.plain)(&values)?;
+        Ok(Self { description, values, formula })
     }
 
     /// What the model is.
@@ -166,6 +210,7 @@ impl Emission for Model {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.emission.emission_rates(samples, rates)
+        self.formula.fill(samples, rates);
+        Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! A model's parameters as data: names, units, defaults, ranges; and their values.
 
+use crate::scalar::{Dual, Scalar};
 use core::fmt;
 
 /// One parameter of a model.
@@ -40,8 +41,23 @@ impl fmt::Display for ParameterDefault {
 #[derive(Clone, Copy, Debug)]
 pub struct Derivation {
     pub(crate) formula: &'static str,
-    pub(crate) value: fn(&Values) -> f64,
+    pub(crate) value: DerivedValue,
 }
+
+/// The formula itself, of plain numbers and of dual ones; made by [`derived!`](crate::catalogue::derived).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DerivedValue {
+    pub(crate) plain: fn(&Values<f64>) -> f64,
+    pub(crate) dual: fn(&Values<Dual>) -> Dual,
+}
+
+/// A [`DerivedValue`] of one formula of [`Values`] of any [`Scalar`].
+macro_rules! derived {
+    ($formula:expr) => {
+        $crate::catalogue::parameter::DerivedValue { plain: $formula, dual: $formula }
+    };
+}
+pub(crate) use derived;
 
 impl Derivation {
     /// The formula for people to read, in terms of the other parameters' names.
@@ -99,23 +115,29 @@ impl fmt::Display for AcceptedRange {
 
 /// The values of all parameters of a model, in the order of its description.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Values(Vec<(&'static str, f64)>);
+pub(crate) struct Values<T = f64>(Vec<(&'static str, T)>);
 
-impl Values {
+impl<T: Scalar> Values<T> {
     pub(crate) fn with_capacity(parameters: usize) -> Self {
         Self(Vec::with_capacity(parameters))
     }
 
-    pub(crate) fn push(&mut self, name: &'static str, value: f64) {
+    pub(crate) fn push(&mut self, name: &'static str, value: T) {
         self.0.push((name, value));
     }
 
     /// The value of a parameter listed before; NaN, which no range accepts, for any other.
-    pub(crate) fn of(&self, name: &str) -> f64 {
-        self.0.iter().find(|(known, _)| *known == name).map_or(f64::NAN, |&(_, value)| value)
+    pub(crate) fn of(&self, name: &str) -> T {
+        let found = self.0.iter().find(|(known, _)| *known == name);
+        found.map_or(T::of(f64::NAN), |&(_, value)| value)
     }
 
-    pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = (&'static str, f64)> {
+    pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = (&'static str, T)> {
         self.0.iter().copied()
+    }
+
+    /// The same without derivatives.
+    pub(crate) fn plain(&self) -> Values<f64> {
+        Values(self.iter().map(|(name, value)| (name, value.value())).collect())
     }
 }

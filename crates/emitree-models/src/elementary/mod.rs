@@ -73,13 +73,18 @@ fn is_large(angle: f64) -> bool {
     angle.abs() > LARGEST_ANGLE
 }
 
-/// A function of one number, for [`apply`].
+/// A function of one number, for [`apply`]; not exported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Elementary {
+pub enum Elementary {
+    /// eˣ
     Exp,
+    /// ln x
     Ln,
+    /// log₁₀ x
     Log10,
+    /// sin x
     Sin,
+    /// cos x
     Cos,
 }
 

@@ -2,11 +2,13 @@
 
 use super::constants::RAYLEIGH_PER_COLUMN_CM2;
 use super::radial::radius;
-use super::{BLOCK, fill_radial_rates, one};
+use super::{BLOCK, fill_radial_rates, one, scale};
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
-use crate::elementary::{Elementary, apply};
+use crate::elementary::Elementary;
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -56,8 +58,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             range: AcceptedRange::NonNegative,
         },
     ],
+    jumps_move_with: &["planet_radius"],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(Airglow::from_values(values))),
+    build: formula!(|values| Airglow::from_values(values)),
 };
 
 /// A spherical layer of the volume emission rate V = Vpeak e^(1 − z − e^−z), z = (h − hpeak)/H,
@@ -68,11 +71,11 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// over km is in rayleigh. The planet does not occult: a scene with the planet in view needs
 /// an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Airglow {
-    planet_radius: f64,
-    peak_altitude: f64,
-    scale_height: f64,
-    peak_rate: f64,
+pub struct Airglow<T = f64> {
+    planet_radius: T,
+    peak_altitude: T,
+    scale_height: T,
+    peak_rate: T,
 }
 
 impl Airglow {
@@ -96,7 +99,15 @@ impl Airglow {
         Ok(Self::from_values(&DESCRIPTION.values(parameters)?))
     }
 
-    fn from_values(values: &Values) -> Self {
+    /// V \[photons cm⁻³ s⁻¹\] at a position \[km\]; 0 inside the planet.
+    pub fn volume_emission_rate_cm3_s(&self, position: [f64; 3]) -> f64 {
+        let r = radius(position);
+        if r < self.planet_radius { 0.0 } else { one(r, |distances| self.at(distances)) }
+    }
+}
+
+impl<T: Scalar> Airglow<T> {
+    fn from_values(values: &Values<T>) -> Self {
         Self {
             planet_radius: values.of("planet_radius"),
             peak_altitude: values.of("peak_altitude"),
@@ -105,28 +116,34 @@ impl Airglow {
         }
     }
 
-    /// V \[photons cm⁻³ s⁻¹\] at a position \[km\]; 0 inside the planet.
-    pub fn volume_emission_rate_cm3_s(&self, position: [f64; 3]) -> f64 {
-        let r = radius(position);
-        if r < self.planet_radius { 0.0 } else { one(r, |distances| self.at(distances)) }
-    }
-
     /// Turns distances from the planet's centre into V.
-    fn at(&self, distances: &mut [f64]) {
-        let mut depths = [0.0; BLOCK];
+    fn at(&self, distances: &mut [T]) {
+        let mut depths = [T::of(0.0); BLOCK];
         let depths = &mut depths[..distances.len()];
         for (depth, r) in depths.iter_mut().zip(&mut *distances) {
             let altitude = *r - self.planet_radius;
             let below_peak = (self.peak_altitude - altitude) / self.scale_height;
-            *depth = if below_peak > DARK_DEPTH { DARK_DEPTH } else { below_peak };
+            let is_dark = below_peak.value() > DARK_DEPTH;
+            *depth = if is_dark { T::of(DARK_DEPTH) } else { below_peak };
             *r = *depth;
         }
-        apply(Elementary::Exp, distances);
+        T::apply(Elementary::Exp, distances);
         for (&depth, weakened) in depths.iter().zip(&mut *distances) {
-            *weakened = 1.0 + depth - *weakened;
+            *weakened = T::of(1.0) + depth - *weakened;
         }
-        apply(Elementary::Exp, distances);
-        distances.iter_mut().for_each(|rate| *rate *= self.peak_rate);
+        T::apply(Elementary::Exp, distances);
+        scale(distances, self.peak_rate);
+    }
+}
+
+impl<T: Scalar> Formula<T> for Airglow<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        let rayleigh_per_rate = RAYLEIGH_PER_COLUMN_CM2 * CM_PER_KM;
+        let range = [self.planet_radius, T::of(f64::INFINITY)];
+        fill_radial_rates(samples, rates, [T::of(0.0); 3], range, |distances| {
+            self.at(distances);
+            scale(distances, T::of(rayleigh_per_rate));
+        });
     }
 }
 
@@ -134,12 +151,7 @@ impl Emission for Airglow {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        let rayleigh_per_rate = RAYLEIGH_PER_COLUMN_CM2 * CM_PER_KM;
-        let range = [self.planet_radius, f64::INFINITY];
-        fill_radial_rates(samples, rates, [0.0; 3], range, |distances| {
-            self.at(distances);
-            distances.iter_mut().for_each(|rate| *rate *= rayleigh_per_rate);
-        });
+        self.fill(samples, rates);
         Ok(())
     }
 }

@@ -1,11 +1,12 @@
 //! The beta model of the gas in a cluster of galaxies.
 
 use super::radial::{AMPLITUDE, CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
-use super::{fill_radial_rates, one};
+use super::{fill_radial_rates, one, scale};
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
-use crate::elementary::raise_all;
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -39,8 +40,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         CENTRE_Y,
         CENTRE_Z,
     ],
+    jumps_move_with: &[],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(BetaModel::from_values(values))),
+    build: formula!(|values| BetaModel::from_values(values)),
 };
 
 /// g = amplitude · (1 + r²/rc²)^(−3β), with r the distance from a centre: the emission of the gas
@@ -49,11 +51,11 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// For β > 1/6 the line of sight at a distance b has, from end to end,
 /// amplitude · √π Γ(3β − ½)/Γ(3β) · rc (1 + b²/rc²)^(½ − 3β).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BetaModel {
-    amplitude: f64,
-    core_radius: f64,
-    beta: f64,
-    centre: [f64; 3],
+pub struct BetaModel<T = f64> {
+    amplitude: T,
+    core_radius: T,
+    beta: T,
+    centre: [T; 3],
 }
 
 impl BetaModel {
@@ -76,7 +78,14 @@ impl BetaModel {
         Ok(Self::from_values(&DESCRIPTION.values(parameters)?))
     }
 
-    fn from_values(values: &Values) -> Self {
+    /// The rate g at a position.
+    pub fn rate(&self, position: [f64; 3]) -> f64 {
+        one(distance(position, self.centre), |distances| self.at(distances))
+    }
+}
+
+impl<T: Scalar> BetaModel<T> {
+    fn from_values(values: &Values<T>) -> Self {
         Self {
             amplitude: values.of(AMPLITUDE.name),
             core_radius: values.of("core_radius"),
@@ -85,19 +94,21 @@ impl BetaModel {
         }
     }
 
-    /// The rate g at a position.
-    pub fn rate(&self, position: [f64; 3]) -> f64 {
-        one(distance(position, self.centre), |distances| self.at(distances))
-    }
-
     /// Turns distances into rates.
-    fn at(&self, distances: &mut [f64]) {
+    fn at(&self, distances: &mut [T]) {
         for distance in &mut *distances {
             let in_cores = *distance / self.core_radius;
-            *distance = 1.0 + in_cores * in_cores;
+            *distance = T::of(1.0) + in_cores * in_cores;
         }
-        raise_all(distances, -3.0 * self.beta);
-        distances.iter_mut().for_each(|rate| *rate *= self.amplitude);
+        T::raise_all(distances, self.beta * -3.0);
+        scale(distances, self.amplitude);
+    }
+}
+
+impl<T: Scalar> Formula<T> for BetaModel<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        let range = [0.0, f64::INFINITY].map(T::of);
+        fill_radial_rates(samples, rates, self.centre, range, |distances| self.at(distances));
     }
 }
 
@@ -105,8 +116,7 @@ impl Emission for BetaModel {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        let range = [0.0, f64::INFINITY];
-        fill_radial_rates(samples, rates, self.centre, range, |distances| self.at(distances));
+        self.fill(samples, rates);
         Ok(())
     }
 }

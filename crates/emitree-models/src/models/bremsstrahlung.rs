@@ -3,10 +3,12 @@
 use super::BLOCK;
 use super::constants::{BOLTZMANN_CONSTANT, JOULE_PER_KEV, KILOPARSEC_CM, PLANCK_CONSTANT_ERG_S};
 use super::radial::{CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance, distances};
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
-use crate::elementary::{Elementary, apply, raise_all};
+use crate::elementary::Elementary;
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use core::f64::consts::PI;
 use emitree::{Emission, Samples};
@@ -113,8 +115,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         ParameterDescription { unit: "kpc", ..CENTRE_Y },
         ParameterDescription { unit: "kpc", ..CENTRE_Z },
     ],
+    jumps_move_with: &[],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(Bremsstrahlung::from_values(values))),
+    build: formula!(|values| Bremsstrahlung::from_values(values)),
 };
 
 /// Photons that the gas of a cluster emits as thermal bremsstrahlung, by their energy E. The
@@ -143,18 +146,18 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// over kpc is in photons cm⁻² s⁻¹ sr⁻¹ keV⁻¹. For an energy that is not more than 0, or without
 /// one, it is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bremsstrahlung {
+pub struct Bremsstrahlung<T = f64> {
     /// n0² Σ Z² ni/ne g times all constants \[cm⁻² s⁻¹ sr⁻¹ kpc⁻¹ keV^(1/2)\]
-    scale: f64,
-    core_radius: f64,
-    beta: f64,
-    temperature_kev: f64,
-    core_fraction: f64,
-    cooling_radius: f64,
-    cooling_exponent: f64,
-    decline_radius: f64,
-    decline_exponent: f64,
-    centre: [f64; 3],
+    scale: T,
+    core_radius: T,
+    beta: T,
+    temperature_kev: T,
+    core_fraction: T,
+    cooling_radius: T,
+    cooling_exponent: T,
+    decline_radius: T,
+    decline_exponent: T,
+    centre: [T; 3],
 }
 
 impl Bremsstrahlung {
@@ -180,9 +183,26 @@ impl Bremsstrahlung {
         Ok(Self::from_values(&DESCRIPTION.values(parameters)?))
     }
 
-    fn from_values(values: &Values) -> Self {
+    /// k T \[keV\] at a position \[kpc\].
+    pub fn temperature_kev(&self, position: [f64; 3]) -> f64 {
+        let mut temperature = [0.0];
+        self.temperatures_kev(&[distance(position, self.centre)], &mut temperature);
+        temperature[0]
+    }
+
+    /// The rate g \[cm⁻² s⁻¹ sr⁻¹ keV⁻¹ kpc⁻¹\] at a position \[kpc\] and an energy \[keV\]; NaN
+    /// for an energy that is not more than 0.
+    pub fn rate(&self, position: [f64; 3], energy_kev: f64) -> f64 {
+        let mut rates = [0.0];
+        self.fill_block(&[position], &[energy_kev], &mut rates);
+        rates[0]
+    }
+}
+
+impl<T: Scalar> Bremsstrahlung<T> {
+    fn from_values(values: &Values<T>) -> Self {
         let density_cm3 = values.of("density");
-        let emissivity = FREE_FREE * values.of("ion_charge") * values.of("gaunt_factor")
+        let emissivity = values.of("ion_charge") * FREE_FREE * values.of("gaunt_factor")
             / KELVIN_PER_KEV.sqrt()
             * density_cm3
             * density_cm3;
@@ -200,58 +220,44 @@ impl Bremsstrahlung {
         }
     }
 
-    /// k T \[keV\] at a position \[kpc\].
-    pub fn temperature_kev(&self, position: [f64; 3]) -> f64 {
-        let mut temperature = [0.0];
-        self.temperatures_kev(&[distance(position, self.centre)], &mut temperature);
-        temperature[0]
-    }
-
     /// k T at a block of distances.
-    fn temperatures_kev(&self, distances: &[f64], temperatures: &mut [f64]) {
-        let mut declines = [0.0; BLOCK];
+    fn temperatures_kev(&self, distances: &[T], temperatures: &mut [T]) {
+        let mut declines = [T::of(0.0); BLOCK];
         let declines = &mut declines[..distances.len()];
         steps(distances, self.decline_radius, declines);
-        raise_all(declines, -0.5 * self.decline_exponent);
+        T::raise_all(declines, self.decline_exponent * -0.5);
         for (x, r) in temperatures.iter_mut().zip(distances) {
-            *x = r / self.cooling_radius;
+            *x = *r / self.cooling_radius;
         }
-        raise_all(temperatures, self.cooling_exponent);
+        T::raise_all(temperatures, self.cooling_exponent);
         for (x, decline) in temperatures.iter_mut().zip(&*declines) {
             // (x + q)/(x + 1), but for x without bounds.
-            let cool = 1.0 - (1.0 - self.core_fraction) / (1.0 + *x);
-            *x = self.temperature_kev * cool * decline;
+            let one = T::of(1.0);
+            let cool = one - (one - self.core_fraction) / (one + *x);
+            *x = self.temperature_kev * cool * *decline;
         }
     }
 
-    /// The rate g \[cm⁻² s⁻¹ sr⁻¹ keV⁻¹ kpc⁻¹\] at a position \[kpc\] and an energy \[keV\]; NaN
-    /// for an energy that is not more than 0.
-    pub fn rate(&self, position: [f64; 3], energy_kev: f64) -> f64 {
-        let mut rates = [0.0];
-        self.fill_block(&[position], &[energy_kev], &mut rates);
-        rates[0]
-    }
-
-    fn fill_block(&self, positions: &[[f64; 3]], energies_kev: &[f64], rates: &mut [f64]) {
-        let mut scratch = [[0.0; BLOCK]; 3];
+    fn fill_block(&self, positions: &[[f64; 3]], energies_kev: &[f64], rates: &mut [T]) {
+        let mut scratch = [[T::of(0.0); BLOCK]; 3];
         let [densities2, temperatures, thermals] =
             scratch.each_mut().map(|numbers| &mut numbers[..positions.len()]);
         distances(positions, self.centre, rates);
         self.temperatures_kev(rates, temperatures);
         steps(rates, self.core_radius, densities2);
-        raise_all(densities2, -3.0 * self.beta);
+        T::raise_all(densities2, self.beta * -3.0);
         for i in 0..positions.len() {
-            thermals[i] = -energies_kev[i] / temperatures[i];
+            thermals[i] = T::of(-energies_kev[i]) / temperatures[i];
         }
-        apply(Elementary::Exp, thermals);
+        T::apply(Elementary::Exp, thermals);
         for (i, rate) in rates.iter_mut().enumerate() {
             let (energy_kev, thermal) = (energies_kev[i], thermals[i]);
             let weighted = self.scale * densities2[i] * thermal;
             *rate = if energy_kev.is_nan() || energy_kev <= 0.0 {
-                f64::NAN
-            } else if thermal <= 0.0 {
+                T::of(f64::NAN)
+            } else if thermal.value() <= 0.0 {
                 // As cold as that, T^(−1/2) may not be a number.
-                0.0
+                T::of(0.0)
             } else {
                 weighted / (temperatures[i].sqrt() * energy_kev)
             };
@@ -260,17 +266,15 @@ impl Bremsstrahlung {
 }
 
 /// 1 + (r/r₀)²
-fn steps(distances: &[f64], radius: f64, steps: &mut [f64]) {
+fn steps<T: Scalar>(distances: &[T], radius: T, steps: &mut [T]) {
     for (step, r) in steps.iter_mut().zip(distances) {
-        let in_radii = r / radius;
-        *step = 1.0 + in_radii * in_radii;
+        let in_radii = *r / radius;
+        *step = T::of(1.0) + in_radii * in_radii;
     }
 }
 
-impl Emission for Bremsstrahlung {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+impl<T: Scalar> Formula<T> for Bremsstrahlung<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
         let nowhere = [f64::NAN; BLOCK];
         let mut energies = samples.energies().chunks(BLOCK);
         let blocks = samples.positions().chunks(BLOCK).zip(rates.chunks_mut(BLOCK));
@@ -278,6 +282,14 @@ impl Emission for Bremsstrahlung {
             let energies = energies.next().unwrap_or(&nowhere[..positions.len()]);
             self.fill_block(positions, energies, rates);
         }
+    }
+}
+
+impl Emission for Bremsstrahlung {
+    type Error = Infallible;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        self.fill(samples, rates);
         Ok(())
     }
 }

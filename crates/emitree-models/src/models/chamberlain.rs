@@ -4,9 +4,11 @@ use super::constants::{BOLTZMANN_CONSTANT, GRAVITATIONAL_CONSTANT};
 use super::fill_rates;
 use super::incomplete_gamma::p_three_halves;
 use super::radial::radius;
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -57,8 +59,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             range: AcceptedRange::Positive,
         },
     ],
+    jumps_move_with: &["exobase_radius"],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(Chamberlain::from_values(values)?)),
+    build: formula!(|values| Chamberlain::from_values(values)?),
 };
 
 /// The exosphere of Chamberlain 1963 (doi:10.1016/0032-0633(63)90122-3) of particles that come
@@ -73,12 +76,12 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// As an [`Emission`] it gives m⁻³: an image over m is the column density \[m⁻²\]. The planet does
 /// not occult: a scene with it in view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chamberlain {
-    exobase_radius: f64,
+pub struct Chamberlain<T = f64> {
+    exobase_radius: T,
     /// λc
-    exobase_escape_parameter: f64,
+    exobase_escape_parameter: T,
     /// nexo/(1 + P(λc))
-    scale: f64,
+    scale: T,
 }
 
 impl Chamberlain {
@@ -103,37 +106,52 @@ impl Chamberlain {
         Self::from_values(&DESCRIPTION.values(parameters)?)
     }
 
-    fn from_values(values: &Values) -> Result<Self, ModelError> {
+    /// The density \[m⁻³\] at a position \[m\]; 0 below the exobase.
+    pub fn density_m3(&self, position: [f64; 3]) -> f64 {
+        self.density(position)
+    }
+}
+
+impl<T: Scalar> Chamberlain<T> {
+    fn from_values(values: &Values<T>) -> Result<Self, ModelError> {
         let exobase_radius = values.of("exobase_radius");
         let temperature = values.of("temperature");
-        let binding = GRAVITATIONAL_CONSTANT * values.of("planet_mass") / exobase_radius
+        let binding = values.of("planet_mass") * GRAVITATIONAL_CONSTANT / exobase_radius
             * values.of("particle_mass");
-        let exobase_escape_parameter = binding / (BOLTZMANN_CONSTANT * temperature);
-        if !exobase_escape_parameter.is_finite() {
+        let exobase_escape_parameter = binding / (temperature * BOLTZMANN_CONSTANT);
+        if !exobase_escape_parameter.value().is_finite() {
             let expected = "enough for a finite G M m/(k T r) at the exobase".to_owned();
-            return Err(DESCRIPTION.out_of_range("temperature", temperature, expected));
+            return Err(DESCRIPTION.out_of_range("temperature", temperature.value(), expected));
         }
-        let scale = values.of("exobase_density") / (1.0 + p_three_halves(exobase_escape_parameter));
+        let below = p_three_halves(exobase_escape_parameter);
+        let scale = values.of("exobase_density") / (T::of(1.0) + below);
         Ok(Self { exobase_radius, exobase_escape_parameter, scale })
     }
 
     /// The density \[m⁻³\] at a position \[m\]; 0 below the exobase.
-    pub fn density_m3(&self, position: [f64; 3]) -> f64 {
+    fn density(&self, position: [f64; 3]) -> T {
         let r = radius(position);
-        if r < self.exobase_radius {
-            return 0.0;
+        if r < self.exobase_radius.value() {
+            return T::of(0.0);
         }
+        let one = T::of(1.0);
         // y = λ/λc, and 1 − y without the cancellation near the exobase.
-        let (y, height) = (self.exobase_radius / r, (r - self.exobase_radius) / r);
+        let (y, height) = (self.exobase_radius / r, (T::of(r) - self.exobase_radius) / r);
         let lambda_c = self.exobase_escape_parameter;
         let lambda = lambda_c * y;
-        let psi = lambda * y / (1.0 + y);
-        let root = (height * (1.0 + y)).sqrt();
+        let psi = lambda * y / (one + y);
+        let root = (height * (one + y)).sqrt();
         // 1 − √(1 − y²) e^−ψ as a sum of two positive terms: far away all of these are small.
-        let deficit = y * y / (1.0 + root) - root * (-psi).exp_m1();
-        let inner = p_three_halves(lambda / (1.0 + y));
-        let bracket = deficit * (1.0 + inner) + (p_three_halves(lambda) - inner);
+        let deficit = y * y / (one + root) - root * (-psi).exp_m1();
+        let inner = p_three_halves(lambda / (one + y));
+        let bracket = deficit * (one + inner) + (p_three_halves(lambda) - inner);
         self.scale * (-lambda_c * height).exp() * bracket
+    }
+}
+
+impl<T: Scalar> Formula<T> for Chamberlain<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        fill_rates(samples, rates, |position| self.density(position));
     }
 }
 
@@ -141,7 +159,7 @@ impl Emission for Chamberlain {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| self.density_m3(position));
+        self.fill(samples, rates);
         Ok(())
     }
 }

@@ -1,10 +1,11 @@
 //! Charge exchange between protons and hydrogen atoms.
 
 use super::constants::{JOULE_PER_KEV, PROTON_MASS_KG};
+use crate::scalar::Scalar;
 
 /// The cross section \[m²\] of H⁺ + H → H + H⁺ at a relative speed \[m/s\] more than 0.
-pub(super) fn cross_section_m2(speed_m_s: f64) -> f64 {
-    let energy_kev = 0.5 * PROTON_MASS_KG * speed_m_s * speed_m_s / JOULE_PER_KEV;
+pub(super) fn cross_section_m2<T: Scalar>(speed_m_s: T) -> T {
+    let energy_kev = speed_m_s * (0.5 * PROTON_MASS_KG) * speed_m_s / JOULE_PER_KEV;
     lindsay_stebbings(energy_kev) * 1e-20
 }
 
@@ -20,10 +21,10 @@ pub(super) fn cross_section_at_kev_cm2(energy_kev: f64) -> f64 {
 /// the fit of Lindsay and Stebbings 2005 (doi:10.1029/2005JA011298) to measurements from 5 eV to
 /// 250 keV. Elsewhere it is the same formula, which tends to 0 at high energies, and grows as
 /// ln² E at low ones, where few particles and little flux are.
-fn lindsay_stebbings(energy_kev: f64) -> f64 {
-    let slow = 4.15 - 0.531 * energy_kev.ln();
-    let fast = -(-67.3 / energy_kev).exp_m1();
-    slow * slow * fast.powf(4.5)
+fn lindsay_stebbings<T: Scalar>(energy_kev: T) -> T {
+    let slow = T::of(4.15) - energy_kev.ln() * 0.531;
+    let fast = -(T::of(-67.3) / energy_kev).exp_m1();
+    slow * slow * fast.powf(T::of(4.5))
 }
 
 #[cfg(test)]

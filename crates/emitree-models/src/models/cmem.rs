@@ -8,11 +8,14 @@ use super::magnetosheath::{
 use super::shue::Shue;
 use super::solar_wind::{BX, BY, BZ, DENSITY, DIPOLE_TILT, SolarWind, VELOCITY};
 use super::sun_angles::SunAngles;
+use crate::catalogue::model::{Formula, formula};
+use crate::catalogue::parameter::derived;
 use crate::catalogue::parameter::{
     AcceptedRange, Derivation, ParameterDefault, ParameterDescription, Values,
 };
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -38,7 +41,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             unit: "1",
             default: ParameterDefault::Derived(Derivation {
                 formula: "0.0022 density + 0.7753",
-                value: |values| 0.0022 * values.of("density") + 0.7753,
+                value: derived!(|values| values.of("density") * 0.0022 + 0.7753),
             }),
             meaning: "scale of the magnetopause's nose distance",
             range: AcceptedRange::Positive,
@@ -69,7 +72,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             unit: "R_E",
             default: ParameterDefault::Derived(Derivation {
                 formula: "13.24 - 0.12 density",
-                value: |values| 13.24 - 0.12 * values.of("density"),
+                value: derived!(|values| values.of("density") * -0.12 + 13.24),
             }),
             meaning: "distance of the bow shock's nose",
             range: AcceptedRange::Positive,
@@ -93,7 +96,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             unit: "eV cm-3 s-1",
             default: ParameterDefault::Derived(Derivation {
                 formula: "2.7e-6 density - 6.3e-6",
-                value: |values| 2.7e-6 * values.of("density") - 6.3e-6,
+                value: derived!(|values| values.of("density") * 2.7e-6 - 6.3e-6),
             }),
             meaning: "emissivity of the sheath at 10 R_E towards the Sun",
             range: AcceptedRange::NonNegative,
@@ -103,7 +106,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             unit: "eV cm-3 s-1",
             default: ParameterDefault::Derived(Derivation {
                 formula: "9e-7 density - 1e-6",
-                value: |values| 9e-7 * values.of("density") - 1e-6,
+                value: derived!(|values| values.of("density") * 9e-7 - 1e-6),
             }),
             meaning: "emissivity of the solar wind at 10 R_E",
             range: AcceptedRange::NonNegative,
@@ -118,13 +121,29 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         ALPHA_PARAMETER,
         BETA_PARAMETER,
     ],
+    // All that the magnetopause and the bow shock depend on.
+    jumps_move_with: &[
+        DENSITY.name,
+        VELOCITY.name,
+        BX.name,
+        BY.name,
+        BZ.name,
+        DIPOLE_TILT.name,
+        "p0",
+        "p1",
+        "p2",
+        "p3",
+        "bow_shock_r0",
+        "bow_shock_ay",
+        "bow_shock_az",
+    ],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(Cmem::from_values(values))),
+    build: formula!(|values| Cmem::from_values(values)),
 };
 
 const BOW_SHOCK_FLARING: Derivation = Derivation {
     formula: "(0.58 - 0.010 bz)(1 + 0.010 Pd) + 0.2, Pd = 0.5 m_p density velocity^2 [nPa]",
-    value: |values| SolarWind::new(values).flaring() + 0.2,
+    value: derived!(|values| SolarWind::new(values).flaring() + 0.2),
 };
 
 /// The soft X-ray emission of the magnetosheath and its cusps: CMEM of Wharton et al. 2025.
@@ -139,13 +158,13 @@ const BOW_SHOCK_FLARING: Derivation = Derivation {
 ///
 /// As an [`Emission`] it gives keV cm⁻² s⁻¹ sr⁻¹ per `R_E`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cmem {
+pub struct Cmem<T = f64> {
     magnetopause: LinMagnetopause,
     bow_shock: Shue,
-    sheath: f64,
-    fading: f64,
-    falloff: SheathFalloff,
-    wind: f64,
+    sheath: T,
+    fading: T,
+    falloff: SheathFalloff<T>,
+    wind: T,
 }
 
 impl Cmem {
@@ -170,12 +189,21 @@ impl Cmem {
         Ok(Self::from_values(&DESCRIPTION.values(parameters)?))
     }
 
-    fn from_values(values: &Values) -> Self {
-        let scales = ["p0", "p1", "p2", "p3"].map(|name| values.of(name));
+    /// The emissivity \[eV cm⁻³ s⁻¹\] at a position \[`R_E`\]; 0 at the origin.
+    pub fn emissivity(&self, position: [f64; 3]) -> f64 {
+        self.at(position)
+    }
+}
+
+impl<T: Scalar> Cmem<T> {
+    fn from_values(values: &Values<T>) -> Self {
+        // Surfaces decide where a point is, and have no part in the rate there.
+        let surfaces = values.plain();
+        let scales = ["p0", "p1", "p2", "p3"].map(|name| surfaces.of(name));
         let [r0, ay, az] =
-            ["bow_shock_r0", "bow_shock_ay", "bow_shock_az"].map(|name| values.of(name));
+            ["bow_shock_r0", "bow_shock_ay", "bow_shock_az"].map(|name| surfaces.of(name));
         Self {
-            magnetopause: LinMagnetopause::new(&SolarWind::new(values), scales),
+            magnetopause: LinMagnetopause::new(&SolarWind::new(&surfaces), scales),
             bow_shock: Shue::new(r0, ay, az),
             sheath: values.of("A1"),
             fading: values.of("B"),
@@ -184,14 +212,14 @@ impl Cmem {
         }
     }
 
-    /// The emissivity \[eV cm⁻³ s⁻¹\] at a position \[`R_E`\]; 0 at the origin.
-    pub fn emissivity(&self, position: [f64; 3]) -> f64 {
+    /// The emissivity at a position.
+    fn at(&self, position: [f64; 3]) -> T {
         let Some(at) = SunAngles::new(position) else {
-            return 0.0;
+            return T::of(0.0);
         };
         let theta = at.theta();
         if self.magnetopause.contains(&at, theta) {
-            0.0
+            T::of(0.0)
         } else if self.bow_shock.contains(&at) {
             let fading = (-self.fading * (0.5 * theta).powi(4)).exp();
             self.sheath * fading * self.falloff.at(&at)
@@ -201,11 +229,17 @@ impl Cmem {
     }
 }
 
+impl<T: Scalar> Formula<T> for Cmem<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        fill_rates(samples, rates, |position| self.at(position) * RATE_PER_EMISSIVITY);
+    }
+}
+
 impl Emission for Cmem {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| RATE_PER_EMISSIVITY * self.emissivity(position));
+        self.fill(samples, rates);
         Ok(())
     }
 }

@@ -5,10 +5,12 @@ use super::charge_exchange;
 use super::constants::{BOLTZMANN_CONSTANT, PROTON_MASS_KG};
 use super::mars_exosphere::{COEFFICIENT, EXOBASE_RADIUS, EXPONENT, MarsExosphere, OFFSET};
 use super::speed_integral::SpeedIntegral;
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
-use crate::elementary::{Elementary, apply};
+use crate::elementary::Elementary;
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use core::f64::consts::PI;
 use emitree::{Emission, Samples};
@@ -58,8 +60,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         ParameterDescription { name: "neutral_exponent", ..EXPONENT },
         EXOBASE_RADIUS,
     ],
+    jumps_move_with: &[EXOBASE_RADIUS.name],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(Ena::from_values(values)?)),
+    build: formula!(|values| Ena::from_values(values)?),
 };
 
 /// The solar wind, which comes from +x; up to where the cross section has been measured.
@@ -89,13 +92,13 @@ const VELOCITY_X: ParameterDescription = ParameterDescription {
 /// As an [`Emission`] it gives m⁻³ s⁻¹ sr⁻¹: an image over m is in m⁻² s⁻¹ sr⁻¹. The planet does
 /// not occult: a scene with it in view needs an occulter there.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ena {
-    neutrals: MarsExosphere,
+pub struct Ena<T = f64> {
+    neutrals: MarsExosphere<T>,
     /// u/w
-    drift: [f64; 3],
-    speed_integral: SpeedIntegral,
+    drift: [T; 3],
+    speed_integral: SpeedIntegral<T>,
     /// n π^(−3/2) w \[m⁻² s⁻¹\]: what is left of n (π w²)^(−3/2) v³ dv
-    flux: f64,
+    flux: T,
 }
 
 impl Ena {
@@ -121,22 +124,6 @@ impl Ena {
         Self::from_values(&DESCRIPTION.values(parameters)?)
     }
 
-    fn from_values(values: &Values) -> Result<Self, ModelError> {
-        let law = ["neutral_coefficient", "neutral_offset", "neutral_exponent"]
-            .map(|name| values.of(name));
-        let neutrals = MarsExosphere::of(&DESCRIPTION, law, values.of(EXOBASE_RADIUS.name))?;
-        let temperature = values.of("ion_temperature");
-        let thermal_speed_m_s = (2.0 * BOLTZMANN_CONSTANT * temperature / PROTON_MASS_KG).sqrt();
-        let drift = ["velocity_x", "velocity_y", "velocity_z"]
-            .map(|name| values.of(name) / thermal_speed_m_s);
-        Ok(Self {
-            neutrals,
-            drift,
-            speed_integral: SpeedIntegral::new(thermal_speed_m_s, dot(drift, drift).sqrt()),
-            flux: values.of("ion_density") * thermal_speed_m_s / (PI * PI.sqrt()),
-        })
-    }
-
     /// σ \[m²\] of a proton of this speed \[m/s\] in the hydrogen that it exchanges its charge with;
     /// infinite at rest.
     ///
@@ -157,43 +144,73 @@ impl Ena {
         self.fill_block(&[position], &[direction], &mut rates);
         rates[0]
     }
+}
 
-    fn fill_block(&self, positions: &[[f64; 3]], directions: &[[f64; 3]], rates: &mut [f64]) {
+impl<T: Scalar> Ena<T> {
+    fn from_values(values: &Values<T>) -> Result<Self, ModelError> {
+        let law = ["neutral_coefficient", "neutral_offset", "neutral_exponent"]
+            .map(|name| values.of(name));
+        let neutrals = MarsExosphere::of(&DESCRIPTION, law, values.of(EXOBASE_RADIUS.name))?;
+        let temperature = values.of("ion_temperature");
+        let thermal_speed_m_s = (temperature * (2.0 * BOLTZMANN_CONSTANT) / PROTON_MASS_KG).sqrt();
+        let drift = ["velocity_x", "velocity_y", "velocity_z"]
+            .map(|name| values.of(name) / thermal_speed_m_s);
+        let [ux, uy, uz] = drift.map(T::value);
+        let largest_drift = (ux * ux + uy * uy + uz * uz).sqrt();
+        Ok(Self {
+            neutrals,
+            drift,
+            speed_integral: SpeedIntegral::new(thermal_speed_m_s, largest_drift),
+            flux: values.of("ion_density") * thermal_speed_m_s / (PI * PI.sqrt()),
+        })
+    }
+
+    fn fill_block(&self, positions: &[[f64; 3]], directions: &[[f64; 3]], rates: &mut [T]) {
         self.neutrals.fill_block(positions, rates);
-        let mut exponents = [0.0; BLOCK];
+        let mut exponents = [T::of(0.0); BLOCK];
         let exponents = &mut exponents[..positions.len()];
         let lit = rates.iter().zip(directions).zip(&mut *exponents);
-        for ((_, &direction), exponent) in lit.filter(|((density_m3, _), _)| **density_m3 > 0.0) {
+        for ((_, &direction), exponent) in
+            lit.filter(|((density_m3, _), _)| density_m3.value() > 0.0)
+        {
             *exponent = self.exponent(direction);
         }
-        apply(Elementary::Exp, exponents);
+        T::apply(Elementary::Exp, exponents);
         for (rate, exponential) in rates.iter_mut().zip(&*exponents) {
-            *rate = *rate * self.flux * exponential;
+            *rate = *rate * self.flux * *exponential;
         }
     }
 
     /// ln of the flux in a direction over that of protons at rest on average.
-    fn exponent(&self, direction: [f64; 3]) -> f64 {
-        let along = dot(direction, self.drift);
+    fn exponent(&self, direction: [f64; 3]) -> T {
+        let towards = direction.map(T::of);
+        let along = dot(towards, self.drift);
         // The part of |v d − u|²/w² that the speed integral leaves: the drift across the direction,
         // or all of it in directions against the drift.
-        let across = [0, 1, 2].map(|axis| self.drift[axis] - along.max(0.0) * direction[axis]);
+        let with = if along.value() > 0.0 { along } else { T::of(0.0) };
+        let across = [0, 1, 2].map(|axis| self.drift[axis] - with * direction[axis]);
         self.speed_integral.ln_at(along) - dot(across, across)
     }
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+fn dot<T: Scalar>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+impl<T: Scalar> Formula<T> for Ena<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        let blocks = samples.positions().chunks(BLOCK).zip(samples.directions().chunks(BLOCK));
+        for ((positions, directions), rates) in blocks.zip(rates.chunks_mut(BLOCK)) {
+            self.fill_block(positions, directions, rates);
+        }
+    }
 }
 
 impl Emission for Ena {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        let blocks = samples.positions().chunks(BLOCK).zip(samples.directions().chunks(BLOCK));
-        for ((positions, directions), rates) in blocks.zip(rates.chunks_mut(BLOCK)) {
-            self.fill_block(positions, directions, rates);
-        }
+        self.fill(samples, rates);
         Ok(())
     }
 }

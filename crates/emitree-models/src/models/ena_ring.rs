@@ -5,9 +5,11 @@ use super::constants::{EARTH_RADIUS_CM, JOULE_PER_KEV, PROTON_MASS_KG};
 use super::fill_blocks;
 use super::geocorona::{EXOBASE, fill_hydrogen_block_cm3};
 use super::radial::radius;
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::scalar::{Scalar, digamma};
 use core::convert::Infallible;
 use core::f64::consts::PI;
 use emitree::{Emission, Samples};
@@ -78,8 +80,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             range: AcceptedRange::Between(0.1, 1e6),
         },
     ],
+    jumps_move_with: &[],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(EnaRing::from_values(values))),
+    build: formula!(|values| EnaRing::from_values(values)),
 };
 
 /// Hydrogen atoms of energy E that leave where the protons of the ring current exchange charge with
@@ -110,15 +113,15 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// one, it is not a number. The Earth does not occult: a scene with the Earth in view needs
 /// an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EnaRing {
+pub struct EnaRing<T = f64> {
     /// n0 2 m^(−1/2) (2π (κ − 3/2))^(−3/2) Γ(κ + 1)/Γ(κ − 1/2) \[cm⁻² s⁻¹ keV^(−1/2)\]
-    flux: f64,
-    temperature_kev: f64,
-    temperature_exponent: f64,
-    kappa: f64,
-    shell: f64,
-    shell_width: f64,
-    latitude_width_rad: f64,
+    flux: T,
+    temperature_kev: T,
+    temperature_exponent: T,
+    kappa: T,
+    shell: T,
+    shell_width: T,
+    latitude_width_rad: T,
 }
 
 impl EnaRing {
@@ -143,52 +146,15 @@ impl EnaRing {
         Ok(Self::from_values(&DESCRIPTION.values(parameters)?))
     }
 
-    fn from_values(values: &Values) -> Self {
-        let kappa = values.of("kappa");
-        let gammas = (libm::lgamma(kappa + 1.0) - libm::lgamma(kappa - 0.5)).exp();
-        let speed_of_one_kev_cm_s = 100.0 * (2.0 * JOULE_PER_KEV / PROTON_MASS_KG).sqrt();
-        // 2 m^(−1/2) is √2 times the speed of a proton of 1 keV.
-        let per_density = core::f64::consts::SQRT_2 * speed_of_one_kev_cm_s * gammas
-            / (2.0 * PI * (kappa - 1.5)).powf(1.5);
-        Self {
-            flux: values.of("ion_density") * per_density,
-            temperature_kev: values.of("ion_temperature"),
-            temperature_exponent: values.of("temperature_exponent"),
-            kappa,
-            shell: values.of("shell"),
-            shell_width: values.of("shell_width"),
-            latitude_width_rad: values.of("latitude_width").to_radians(),
-        }
-    }
-
     /// k T of the protons \[keV\] at a position \[`R_E`\]; 0 on the axis of the dipole.
     pub fn temperature_kev(&self, position: [f64; 3]) -> f64 {
         self.temperature_at(l_shell(position))
     }
 
-    fn temperature_at(&self, l_shell: f64) -> f64 {
-        self.temperature_kev * (self.shell / l_shell).powf(self.temperature_exponent)
-    }
-
     /// The flux of protons \[cm⁻² s⁻¹ sr⁻¹ keV⁻¹\] at a position outside of the Earth \[`R_E`\] and an
     /// energy \[keV\]; NaN for an energy that is not more than 0.
     pub fn proton_flux(&self, position: [f64; 3], energy_kev: f64) -> f64 {
-        if energy_kev.is_nan() || energy_kev <= 0.0 {
-            return f64::NAN;
-        }
-        let l_shell = l_shell(position);
-        let from_peak = (l_shell - self.shell) / self.shell_width;
-        let [x, y, z] = position;
-        let latitudes = z.atan2(x.hypot(y)) / self.latitude_width_rad;
-        let fraction = (-0.5 * (from_peak * from_peak + latitudes * latitudes)).exp();
-        // Far from the ring the temperature may not be a number more than 0.
-        if fraction <= 0.0 {
-            return 0.0;
-        }
-        let temperature_kev = self.temperature_at(l_shell);
-        let in_tails = energy_kev / ((self.kappa - 1.5) * temperature_kev);
-        let spectrum = (-(self.kappa + 1.0) * in_tails.ln_1p()).exp();
-        self.flux * fraction * spectrum * energy_kev / (temperature_kev * temperature_kev.sqrt())
+        self.flux_of_protons(position, energy_kev)
     }
 
     /// The rate g \[cm⁻² s⁻¹ sr⁻¹ keV⁻¹ `R_E`⁻¹\] at a position \[`R_E`\] and an energy \[keV\]; 0
@@ -198,17 +164,63 @@ impl EnaRing {
         fill_hydrogen_block_cm3(&[position], &mut hydrogen_cm3);
         self.rate_in(hydrogen_cm3[0], position, energy_kev)
     }
+}
+
+impl<T: Scalar> EnaRing<T> {
+    fn from_values(values: &Values<T>) -> Self {
+        let kappa = values.of("kappa");
+        let ln_gammas = |kappa: f64| libm::lgamma(kappa + 1.0) - libm::lgamma(kappa - 0.5);
+        let slope = |kappa: f64, _| digamma(kappa + 1.0) - digamma(kappa - 0.5);
+        let gammas = kappa.map(ln_gammas, slope).exp();
+        let speed_of_one_kev_cm_s = 100.0 * (2.0 * JOULE_PER_KEV / PROTON_MASS_KG).sqrt();
+        // 2 m^(−1/2) is √2 times the speed of a proton of 1 keV.
+        let per_density = gammas * (core::f64::consts::SQRT_2 * speed_of_one_kev_cm_s)
+            / ((kappa - 1.5) * (2.0 * PI)).powf(T::of(1.5));
+        Self {
+            flux: values.of("ion_density") * per_density,
+            temperature_kev: values.of("ion_temperature"),
+            temperature_exponent: values.of("temperature_exponent"),
+            kappa,
+            shell: values.of("shell"),
+            shell_width: values.of("shell_width"),
+            latitude_width_rad: values.of("latitude_width") * (PI / 180.0),
+        }
+    }
+
+    fn temperature_at(&self, l_shell: f64) -> T {
+        self.temperature_kev * (self.shell / l_shell).powf(self.temperature_exponent)
+    }
+
+    /// The flux of protons at a position outside of the Earth and an energy.
+    fn flux_of_protons(&self, position: [f64; 3], energy_kev: f64) -> T {
+        if energy_kev.is_nan() || energy_kev <= 0.0 {
+            return T::of(f64::NAN);
+        }
+        let l_shell = l_shell(position);
+        let from_peak = (T::of(l_shell) - self.shell) / self.shell_width;
+        let [x, y, z] = position;
+        let latitudes = T::of(z.atan2(x.hypot(y))) / self.latitude_width_rad;
+        let fraction = ((from_peak * from_peak + latitudes * latitudes) * -0.5).exp();
+        // Far from the ring the temperature may not be a number more than 0.
+        if fraction.value() <= 0.0 {
+            return T::of(0.0);
+        }
+        let temperature_kev = self.temperature_at(l_shell);
+        let in_tails = T::of(energy_kev) / ((self.kappa - 1.5) * temperature_kev);
+        let spectrum = (-(self.kappa + 1.0) * in_tails.ln_1p()).exp();
+        self.flux * fraction * spectrum * energy_kev / (temperature_kev * temperature_kev.sqrt())
+    }
 
     /// The rate where the hydrogen has this density.
-    fn rate_in(&self, hydrogen_cm3: f64, position: [f64; 3], energy_kev: f64) -> f64 {
+    fn rate_in(&self, hydrogen_cm3: T, position: [f64; 3], energy_kev: f64) -> T {
         if energy_kev.is_nan() || energy_kev <= 0.0 {
-            return f64::NAN;
+            return T::of(f64::NAN);
         }
-        if hydrogen_cm3 <= 0.0 {
-            return 0.0;
+        if hydrogen_cm3.value() <= 0.0 {
+            return T::of(0.0);
         }
-        let exchanges = cross_section_at_kev_cm2(energy_kev) * hydrogen_cm3;
-        exchanges * self.proton_flux(position, energy_kev) * EARTH_RADIUS_CM
+        let exchanges = hydrogen_cm3 * cross_section_at_kev_cm2(energy_kev);
+        exchanges * self.flux_of_protons(position, energy_kev) * EARTH_RADIUS_CM
     }
 }
 
@@ -220,15 +232,21 @@ fn l_shell(position: [f64; 3]) -> f64 {
     r * secant * secant
 }
 
-impl Emission for EnaRing {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+impl<T: Scalar> Formula<T> for EnaRing<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
         fill_blocks(samples, rates, fill_hydrogen_block_cm3);
         let energies = samples.energies().iter().copied().chain(core::iter::repeat(f64::NAN));
         for ((rate, &position), energy) in rates.iter_mut().zip(samples.positions()).zip(energies) {
             *rate = self.rate_in(*rate, position, energy);
         }
+    }
+}
+
+impl Emission for EnaRing {
+    type Error = Infallible;
+
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        self.fill(samples, rates);
         Ok(())
     }
 }

@@ -2,11 +2,13 @@
 
 use super::constants::{EARTH_RADIUS_CM, RAYLEIGH_PER_COLUMN_CM2};
 use super::radial::radius;
-use super::{fill_radial_block, fill_radial_rates, one};
+use super::{fill_radial_block, fill_radial_rates, one, scale};
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
-use crate::elementary::{Elementary, apply, raise_all};
+use crate::elementary::Elementary;
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -47,8 +49,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             range: AcceptedRange::Between(EXOBASE, 100.0),
         },
     ],
+    jumps_move_with: &["inner_radius", "outer_radius"],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(Geocorona::from_values(values)?)),
+    build: formula!(|values| Geocorona::from_values(values)?),
 };
 
 /// Lyman α of the geocorona, optically thin, with the hydrogen density of Rairden et al. 1986
@@ -62,10 +65,10 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// rayleigh: an image over `R_E` is in rayleigh. The Earth does not occult: a
 /// scene with the Earth in view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Geocorona {
-    g_factor: f64,
-    inner_radius: f64,
-    outer_radius: f64,
+pub struct Geocorona<T = f64> {
+    g_factor: T,
+    inner_radius: T,
+    outer_radius: T,
 }
 
 impl Geocorona {
@@ -91,16 +94,6 @@ impl Geocorona {
         Self::from_values(&DESCRIPTION.values(parameters)?)
     }
 
-    fn from_values(values: &Values) -> Result<Self, ModelError> {
-        let [g_factor, inner_radius, outer_radius] =
-            ["g_factor", "inner_radius", "outer_radius"].map(|name| values.of(name));
-        if outer_radius <= inner_radius {
-            let expected = format!("more than inner_radius = {inner_radius:?}");
-            return Err(DESCRIPTION.out_of_range("outer_radius", outer_radius, expected));
-        }
-        Ok(Self { g_factor, inner_radius, outer_radius })
-    }
-
     /// The density of hydrogen \[cm⁻³\] at a position \[`R_E`\]; 0 inside the inner radius and
     /// outside the outer one.
     pub fn density_cm3(&self, position: [f64; 3]) -> f64 {
@@ -112,31 +105,50 @@ impl Geocorona {
     }
 }
 
+impl<T: Scalar> Geocorona<T> {
+    fn from_values(values: &Values<T>) -> Result<Self, ModelError> {
+        let [g_factor, inner_radius, outer_radius] =
+            ["g_factor", "inner_radius", "outer_radius"].map(|name| values.of(name));
+        let (inner, outer) = (inner_radius.value(), outer_radius.value());
+        if outer <= inner {
+            let expected = format!("more than inner_radius = {inner:?}");
+            return Err(DESCRIPTION.out_of_range("outer_radius", outer, expected));
+        }
+        Ok(Self { g_factor, inner_radius, outer_radius })
+    }
+}
+
 /// The density of hydrogen \[cm⁻³\] at a block of positions \[`R_E`\]; 0 below [`EXOBASE`].
-pub(super) fn fill_hydrogen_block_cm3(positions: &[[f64; 3]], densities: &mut [f64]) {
-    let range = [EXOBASE, f64::INFINITY];
-    fill_radial_block(positions, densities, [0.0; 3], range, hydrogen_densities_cm3);
+pub(super) fn fill_hydrogen_block_cm3<T: Scalar>(positions: &[[f64; 3]], densities: &mut [T]) {
+    let (centre, range) = ([T::of(0.0); 3], [EXOBASE, f64::INFINITY].map(T::of));
+    fill_radial_block(positions, densities, centre, range, hydrogen_densities_cm3);
 }
 
 /// Turns distances of at least [`EXOBASE`] into densities.
-fn hydrogen_densities_cm3(distances: &mut [f64]) {
-    distances.iter_mut().for_each(|r| *r /= EXOBASE);
-    apply(Elementary::Ln, distances);
-    raise_all(distances, 0.715_831);
-    distances.iter_mut().for_each(|power| *power = 10.692 - 4.4431 * *power);
-    apply(Elementary::Exp, distances);
+fn hydrogen_densities_cm3<T: Scalar>(distances: &mut [T]) {
+    distances.iter_mut().for_each(|r| *r = *r / EXOBASE);
+    T::apply(Elementary::Ln, distances);
+    T::raise_all(distances, T::of(0.715_831));
+    distances.iter_mut().for_each(|power| *power = T::of(10.692) - *power * 4.4431);
+    T::apply(Elementary::Exp, distances);
+}
+
+impl<T: Scalar> Formula<T> for Geocorona<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        let rayleigh_per_density = self.g_factor * RAYLEIGH_PER_COLUMN_CM2 * EARTH_RADIUS_CM;
+        let range = [self.inner_radius, self.outer_radius];
+        fill_radial_rates(samples, rates, [T::of(0.0); 3], range, |distances| {
+            hydrogen_densities_cm3(distances);
+            scale(distances, rayleigh_per_density);
+        });
+    }
 }
 
 impl Emission for Geocorona {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        let rayleigh_per_density = RAYLEIGH_PER_COLUMN_CM2 * self.g_factor * EARTH_RADIUS_CM;
-        let range = [self.inner_radius, self.outer_radius];
-        fill_radial_rates(samples, rates, [0.0; 3], range, |distances| {
-            hydrogen_densities_cm3(distances);
-            distances.iter_mut().for_each(|density| *density *= rayleigh_per_density);
-        });
+        self.fill(samples, rates);
         Ok(())
     }
 }

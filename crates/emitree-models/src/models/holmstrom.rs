@@ -1,11 +1,13 @@
 //! The test function of the paper that the method comes from: waves and a bump in the unit cube.
 
 use super::{BLOCK, fill_blocks};
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
-use crate::elementary::{Elementary, apply};
+use crate::elementary::Elementary;
 use crate::means;
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use core::f64::consts::SQRT_2;
 use emitree::{Emission, Image, Samples};
@@ -28,8 +30,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         meaning: "sharpness of the bump, whose width falls as 1/sqrt(alpha)",
         range: AcceptedRange::NonNegative,
     }],
+    jumps_move_with: &[],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(Holmstrom::from_values(values))),
+    build: formula!(|values| Holmstrom::from_values(values)),
 };
 
 /// Of the waves along x, y and z.
@@ -39,10 +42,10 @@ const WAVE_NUMBERS: [f64; 3] = [5.0, 7.0, 11.0];
 ///
 /// g = (sin 5x sin 7y sin 11z / 10)² + exp(−α (x − √2/3)²/√2 − α (y − √7/5)² √2 − α (z − √6/5)² √3)
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Holmstrom {
+pub struct Holmstrom<T = f64> {
     centre: [f64; 3],
     /// α times the factor of each axis.
-    sharpness: [f64; 3],
+    sharpness: [T; 3],
 }
 
 impl Holmstrom {
@@ -65,16 +68,9 @@ impl Holmstrom {
         Ok(Self::from_values(&DESCRIPTION.values(parameters)?))
     }
 
-    fn from_values(values: &Values) -> Self {
-        Self::with_alpha(values.of("alpha"))
-    }
-
     /// The function with this α ≥ 0; 100 in the paper.
     pub fn with_alpha(alpha: f64) -> Self {
-        Self {
-            centre: [SQRT_2 / 3.0, 7.0_f64.sqrt() / 5.0, 6.0_f64.sqrt() / 5.0],
-            sharpness: [1.0 / SQRT_2, SQRT_2, 3.0_f64.sqrt()].map(|factor| alpha * factor),
-        }
+        Self::of_alpha(alpha)
     }
 
     /// The rate g at a position.
@@ -116,27 +112,46 @@ impl Holmstrom {
         let bump = means::gaussian(self.sharpness[axis], self.centre[axis], from, to);
         [bump, means::sine_squared(WAVE_NUMBERS[axis], from, to)]
     }
+}
 
-    fn fill_block(&self, positions: &[[f64; 3]], rates: &mut [f64]) {
-        let mut scratch = [0.0; BLOCK];
+impl<T: Scalar> Holmstrom<T> {
+    fn from_values(values: &Values<T>) -> Self {
+        Self::of_alpha(values.of("alpha"))
+    }
+
+    fn of_alpha(alpha: T) -> Self {
+        Self {
+            centre: [SQRT_2 / 3.0, 7.0_f64.sqrt() / 5.0, 6.0_f64.sqrt() / 5.0],
+            sharpness: [1.0 / SQRT_2, SQRT_2, 3.0_f64.sqrt()].map(|factor| alpha * factor),
+        }
+    }
+
+    fn fill_block(&self, positions: &[[f64; 3]], rates: &mut [T]) {
+        let mut scratch = [T::of(0.0); BLOCK];
         let scratch = &mut scratch[..positions.len()];
-        rates.fill(0.1);
+        rates.fill(T::of(0.1));
         for (axis, wave_number) in WAVE_NUMBERS.into_iter().enumerate() {
             for (angle, position) in scratch.iter_mut().zip(positions) {
-                *angle = wave_number * position[axis];
+                *angle = T::of(wave_number * position[axis]);
             }
-            apply(Elementary::Sin, scratch);
-            rates.iter_mut().zip(&*scratch).for_each(|(waves, sine)| *waves *= sine);
+            T::apply(Elementary::Sin, scratch);
+            rates.iter_mut().zip(&*scratch).for_each(|(waves, sine)| *waves = *waves * *sine);
         }
         for (exponent, position) in scratch.iter_mut().zip(positions) {
             let along =
                 |axis: usize| self.sharpness[axis] * (position[axis] - self.centre[axis]).powi(2);
             *exponent = -(along(0) + along(1) + along(2));
         }
-        apply(Elementary::Exp, scratch);
+        T::apply(Elementary::Exp, scratch);
         for (rate, bump) in rates.iter_mut().zip(&*scratch) {
-            *rate = *rate * *rate + bump;
+            *rate = *rate * *rate + *bump;
         }
+    }
+}
+
+impl<T: Scalar> Formula<T> for Holmstrom<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        fill_blocks(samples, rates, |positions, rates| self.fill_block(positions, rates));
     }
 }
 
@@ -144,7 +159,7 @@ impl Emission for Holmstrom {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_blocks(samples, rates, |positions, rates| self.fill_block(positions, rates));
+        self.fill(samples, rates);
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! P(3/2, x), the share of a Maxwellian's particles below the energy x.
 
+use crate::scalar::Scalar;
 use core::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 /// Below it the error function would cancel against the exponential.
@@ -7,8 +8,10 @@ const SERIES_LIMIT: f64 = 1.0;
 
 /// The regularised lower incomplete gamma function P(3/2, x) = erf √x − 2 √(x/π) e⁻ˣ, x ≥ 0
 /// (DLMF 8.4.7 and 8.8.5), to a few roundings of its value however small x is.
-pub(super) fn p_three_halves(x: f64) -> f64 {
-    if x < SERIES_LIMIT { series(x) } else { closed_form(x) }
+pub(super) fn p_three_halves<T: Scalar>(x: T) -> T {
+    let value = |x: f64| if x < SERIES_LIMIT { series(x) } else { closed_form(x) };
+    // x^(1/2) e⁻ˣ/Γ(3/2), DLMF 8.8.13.
+    x.map(value, |x, _| FRAC_2_SQRT_PI * x.sqrt() * (-x).exp())
 }
 
 fn closed_form(x: f64) -> f64 {
@@ -47,8 +50,8 @@ mod tests {
             let error = p_three_halves(x) / expected - 1.0;
             assert!(error.abs() < 1e-14, "{x}: {error:e}");
         }
-        assert!((p_three_halves(400.0) - 1.0).abs() <= 0.0);
-        assert!(p_three_halves(0.0).abs() <= 0.0);
+        assert!((p_three_halves(400.0_f64) - 1.0).abs() <= 0.0);
+        assert!(p_three_halves(0.0_f64).abs() <= 0.0);
     }
 
     #[test]

@@ -7,11 +7,14 @@ use super::magnetosheath::{
 use super::shue::Shue;
 use super::solar_wind::{BX, BY, BZ, DENSITY, DIPOLE_TILT, SolarWind, VELOCITY};
 use super::sun_angles::SunAngles;
+use crate::catalogue::model::{Formula, formula};
+use crate::catalogue::parameter::derived;
 use crate::catalogue::parameter::{
     AcceptedRange, Derivation, ParameterDefault, ParameterDescription, Values,
 };
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -42,7 +45,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             default: ParameterDefault::Derived(Derivation {
                 formula: "(11.4 + c bz) Pd^(-1/6.6), c = 0.013 if bz >= 0 else 0.14, \
                           Pd = 0.5 m_p density velocity^2 [nPa]",
-                value: magnetopause_nose,
+                value: derived!(magnetopause_nose),
             }),
             meaning: "distance of the magnetopause's nose",
             range: AcceptedRange::Positive,
@@ -66,7 +69,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             unit: "R_E",
             default: ParameterDefault::Derived(Derivation {
                 formula: "magnetopause_r0 + 3",
-                value: |values| values.of("magnetopause_r0") + BOW_SHOCK_DISTANCE,
+                value: derived!(|values| values.of("magnetopause_r0") + BOW_SHOCK_DISTANCE),
             }),
             meaning: "distance of the bow shock's nose",
             range: AcceptedRange::Positive,
@@ -76,7 +79,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             unit: "1",
             default: ParameterDefault::Derived(Derivation {
                 formula: "magnetopause_ay + 0.2",
-                value: |values| values.of("magnetopause_ay") + BOW_SHOCK_FLARING,
+                value: derived!(|values| values.of("magnetopause_ay") + BOW_SHOCK_FLARING),
             }),
             meaning: "flaring of the bow shock across z",
             range: AcceptedRange::Between(0.0, 10.0),
@@ -86,7 +89,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
             unit: "1",
             default: ParameterDefault::Derived(Derivation {
                 formula: "magnetopause_az + 0.2",
-                value: |values| values.of("magnetopause_az") + BOW_SHOCK_FLARING,
+                value: derived!(|values| values.of("magnetopause_az") + BOW_SHOCK_FLARING),
             }),
             meaning: "flaring of the bow shock along z",
             range: AcceptedRange::Between(0.0, 10.0),
@@ -115,19 +118,27 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         ALPHA_PARAMETER,
         BETA_PARAMETER,
     ],
+    jumps_move_with: &[
+        "magnetopause_r0",
+        "magnetopause_ay",
+        "magnetopause_az",
+        "bow_shock_r0",
+        "bow_shock_ay",
+        "bow_shock_az",
+    ],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(Jorgensen::from_values(values)?)),
+    build: formula!(|values| Jorgensen::from_values(values)?),
 };
 
 const MAGNETOPAUSE_FLARING: Derivation = Derivation {
     formula: "(0.58 - 0.010 bz)(1 + 0.010 Pd)",
-    value: |values| SolarWind::new(values).flaring(),
+    value: derived!(|values| SolarWind::new(values).flaring()),
 };
 
-fn magnetopause_nose(values: &Values) -> f64 {
+fn magnetopause_nose<T: Scalar>(values: &Values<T>) -> T {
     let wind = SolarWind::new(values);
-    let slope = if wind.bz >= 0.0 { 0.013 } else { 0.14 };
-    (11.4 + slope * wind.bz) * wind.dynamic_pressure_npa().powf(-1.0 / 6.6)
+    let slope = if wind.bz.value() >= 0.0 { 0.013 } else { 0.14 };
+    (T::of(11.4) + wind.bz * slope) * wind.dynamic_pressure_npa().powf(T::of(-1.0 / 6.6))
 }
 
 /// The soft X-ray emission of the magnetosheath of Jorgensen et al. 2019
@@ -142,13 +153,13 @@ fn magnetopause_nose(values: &Values) -> f64 {
 ///
 /// [`Cmem`]: super::Cmem
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jorgensen {
+pub struct Jorgensen<T = f64> {
     magnetopause: Shue,
     bow_shock: Shue,
-    sheath: f64,
-    flank: f64,
-    falloff: SheathFalloff,
-    wind: f64,
+    sheath: T,
+    flank: T,
+    falloff: SheathFalloff<T>,
+    wind: T,
 }
 
 impl Jorgensen {
@@ -171,12 +182,22 @@ impl Jorgensen {
         Self::from_values(&DESCRIPTION.values(parameters)?)
     }
 
-    fn from_values(values: &Values) -> Result<Self, ModelError> {
-        let surface = |r0, ay, az| Shue::new(values.of(r0), values.of(ay), values.of(az));
+    /// The emissivity \[eV cm⁻³ s⁻¹\] at a position \[`R_E`\]; 0 at the origin.
+    pub fn emissivity(&self, position: [f64; 3]) -> f64 {
+        self.at(position)
+    }
+}
+
+impl<T: Scalar> Jorgensen<T> {
+    fn from_values(values: &Values<T>) -> Result<Self, ModelError> {
+        let surface = |r0, ay, az| {
+            // Surfaces decide where a point is, and have no part in the rate there.
+            Shue::new(values.of(r0).value(), values.of(ay).value(), values.of(az).value())
+        };
         let (sheath, flank) = (values.of("A1"), values.of("B"));
-        if sheath + flank < 0.0 {
-            let expected = format!("at least -A1 = {:e}", -sheath);
-            return Err(DESCRIPTION.out_of_range("B", flank, expected));
+        if (sheath + flank).value() < 0.0 {
+            let expected = format!("at least -A1 = {:e}", -sheath.value());
+            return Err(DESCRIPTION.out_of_range("B", flank.value(), expected));
         }
         Ok(Self {
             magnetopause: surface("magnetopause_r0", "magnetopause_ay", "magnetopause_az"),
@@ -188,13 +209,13 @@ impl Jorgensen {
         })
     }
 
-    /// The emissivity \[eV cm⁻³ s⁻¹\] at a position \[`R_E`\]; 0 at the origin.
-    pub fn emissivity(&self, position: [f64; 3]) -> f64 {
+    /// The emissivity at a position.
+    fn at(&self, position: [f64; 3]) -> T {
         let Some(at) = SunAngles::new(position) else {
-            return 0.0;
+            return T::of(0.0);
         };
         if self.magnetopause.contains(&at) {
-            0.0
+            T::of(0.0)
         } else if self.bow_shock.contains(&at) {
             (self.sheath + self.flank * at.sin_theta.powi(8)) * self.falloff.at(&at)
         } else {
@@ -203,11 +224,17 @@ impl Jorgensen {
     }
 }
 
+impl<T: Scalar> Formula<T> for Jorgensen<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        fill_rates(samples, rates, |position| self.at(position) * RATE_PER_EMISSIVITY);
+    }
+}
+
 impl Emission for Jorgensen {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| RATE_PER_EMISSIVITY * self.emissivity(position));
+        self.fill(samples, rates);
         Ok(())
     }
 }

@@ -4,9 +4,11 @@ use super::constants::{SOLAR_RADIUS_CM, THOMSON_CROSS_SECTION_CM2};
 use super::fill_directional_rates;
 use super::radial::radius;
 use super::thomson::VanDeHulst;
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -28,8 +30,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         meaning: "u of the Sun's brightness 1 - u + u cos(theta) across its disk",
         range: AcceptedRange::Between(0.0, 1.0),
     }],
+    jumps_move_with: &[],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(KCorona::from_values(values))),
+    build: formula!(|values| KCorona::from_values(values)),
 };
 
 /// The K corona of the solar minimum: electrons of the density of Saito 1970,
@@ -54,8 +57,8 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// There is no emission inside the Sun, r < 1, but the model does not occult: a scene with the Sun in
 /// view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KCorona {
-    limb_darkening: f64,
+pub struct KCorona<T = f64> {
+    limb_darkening: T,
 }
 
 /// ½π re² \[cm²\]
@@ -85,38 +88,56 @@ impl KCorona {
         Ok(Self::from_values(&DESCRIPTION.values(parameters)?))
     }
 
-    fn from_values(values: &Values) -> Self {
-        Self { limb_darkening: values.of("limb_darkening") }
-    }
-
     /// Ne \[cm⁻³\] at a position \[`R_sun`\]; 0 inside the Sun.
     pub fn electron_density_cm3(&self, position: [f64; 3]) -> f64 {
-        let r = radius(position);
-        if r < 1.0 {
-            return 0.0;
-        }
-        // Not above 1, whatever the roundings of r.
-        let s = (position[2].abs() / r).min(1.0);
-        3.09e8 * r.powi(-16) * (1.0 - 0.5 * s)
-            + 1.58e8 * r.powi(-6) * (1.0 - 0.95 * s)
-            + 0.0251e8 * r.powf(-2.5) * (1.0 - s.sqrt())
+        electron_density_cm3(position)
     }
 
     /// The rate g \[mean brightness of the disk per `R_sun`\] at a position \[`R_sun`\] in a
     /// direction of length 1; 0 inside the Sun.
     pub fn rate(&self, position: [f64; 3], direction: [f64; 3]) -> f64 {
+        self.at(position, direction)
+    }
+}
+
+/// Ne \[cm⁻³\] at a position \[`R_sun`\]; 0 inside the Sun.
+fn electron_density_cm3(position: [f64; 3]) -> f64 {
+    let r = radius(position);
+    if r < 1.0 {
+        return 0.0;
+    }
+    // Not above 1, whatever the roundings of r.
+    let s = (position[2].abs() / r).min(1.0);
+    3.09e8 * r.powi(-16) * (1.0 - 0.5 * s)
+        + 1.58e8 * r.powi(-6) * (1.0 - 0.95 * s)
+        + 0.0251e8 * r.powf(-2.5) * (1.0 - s.sqrt())
+}
+
+impl<T: Scalar> KCorona<T> {
+    fn from_values(values: &Values<T>) -> Self {
+        Self { limb_darkening: values.of("limb_darkening") }
+    }
+
+    /// The rate at a position in a direction.
+    fn at(&self, position: [f64; 3], direction: [f64; 3]) -> T {
         let r = radius(position);
         if r < 1.0 {
-            return 0.0;
+            return T::of(0.0);
         }
         let cos_chi = (0..3).map(|axis| position[axis] / r * direction[axis]).sum::<f64>();
         let sin2_chi = (1.0 - cos_chi * cos_chi).max(0.0);
         let at = VanDeHulst::new(r);
         let u = self.limb_darkening;
-        let total = 2.0 * (at.c + u * (at.d - at.c));
-        let polarised = at.a + u * (at.b - at.a);
-        let cm2 = SCATTERING_CM2 / (1.0 - u / 3.0) * (total - polarised * sin2_chi);
-        self.electron_density_cm3(position) * cm2 * SOLAR_RADIUS_CM
+        let total = (T::of(at.c) + u * (at.d - at.c)) * 2.0;
+        let polarised = T::of(at.a) + u * (at.b - at.a);
+        let cm2 = T::of(SCATTERING_CM2) / (T::of(1.0) - u / 3.0) * (total - polarised * sin2_chi);
+        cm2 * electron_density_cm3(position) * SOLAR_RADIUS_CM
+    }
+}
+
+impl<T: Scalar> Formula<T> for KCorona<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        fill_directional_rates(samples, rates, |position, direction| self.at(position, direction));
     }
 }
 
@@ -124,9 +145,7 @@ impl Emission for KCorona {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_directional_rates(samples, rates, |position, direction| {
-            self.rate(position, direction)
-        });
+        self.fill(samples, rates);
         Ok(())
     }
 }

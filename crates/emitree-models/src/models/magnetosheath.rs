@@ -3,6 +3,7 @@
 use super::constants::EARTH_RADIUS_CM;
 use super::sun_angles::SunAngles;
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription};
+use crate::scalar::Scalar;
 use core::f64::consts::PI;
 
 /// Directional rate \[keV cm⁻² s⁻¹ sr⁻¹ per `R_E`\] of an emissivity of 1 eV cm⁻³ s⁻¹: one `R_E` is
@@ -34,15 +35,15 @@ pub(super) const BETA_PARAMETER: ParameterDescription = ParameterDescription {
 
 /// (r/10)^−(α + β sin² θ) in the sheath.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SheathFalloff {
-    pub(super) alpha: f64,
-    pub(super) beta: f64,
+pub(super) struct SheathFalloff<T = f64> {
+    pub(super) alpha: T,
+    pub(super) beta: T,
 }
 
-impl SheathFalloff {
-    pub(super) fn at(&self, at: &SunAngles) -> f64 {
+impl<T: Scalar> SheathFalloff<T> {
+    pub(super) fn at(&self, at: &SunAngles) -> T {
         let slope = self.alpha + self.beta * at.sin_theta * at.sin_theta;
-        (at.r / REFERENCE_DISTANCE).powf(-slope)
+        T::of(at.r / REFERENCE_DISTANCE).powf(-slope)
     }
 }
 

@@ -1,11 +1,12 @@
 //! The hydrogen and oxygen exospheres of Mars, as powers of the distance.
 
 use super::radial::radius;
-use super::{fill_blocks, fill_radial_block, one};
+use super::{fill_blocks, fill_radial_block, one, scale};
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
-use crate::elementary::raise_all;
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -55,8 +56,9 @@ pub(crate) const HYDROGEN: ModelDescription = ModelDescription {
     image_unit: "m-2",
     energy_unit: None,
     parameters: &[COEFFICIENT, OFFSET, EXPONENT, EXOBASE_RADIUS],
+    jumps_move_with: &[EXOBASE_RADIUS.name],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(MarsExosphere::from_values(&HYDROGEN, values)?)),
+    build: formula!(|values| MarsExosphere::from_values(&HYDROGEN, values)?),
 };
 
 pub(crate) const OXYGEN: ModelDescription = ModelDescription {
@@ -70,8 +72,7 @@ pub(crate) const OXYGEN: ModelDescription = ModelDescription {
         ParameterDescription { default: ParameterDefault::Value(2.1), ..EXPONENT },
         EXOBASE_RADIUS,
     ],
-    singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(MarsExosphere::from_values(&OXYGEN, values)?)),
+    build: formula!(|values| MarsExosphere::from_values(&OXYGEN, values)?),
     ..HYDROGEN
 };
 
@@ -81,11 +82,11 @@ pub(crate) const OXYGEN: ModelDescription = ModelDescription {
 /// As an [`Emission`] it gives m⁻³: an image over m is the column density \[m⁻²\]. The planet does
 /// not occult: a scene with it in view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MarsExosphere {
-    coefficient: f64,
-    offset: f64,
-    exponent: f64,
-    exobase_radius: f64,
+pub struct MarsExosphere<T = f64> {
+    coefficient: T,
+    offset: T,
+    exponent: T,
+    exobase_radius: T,
 }
 
 impl MarsExosphere {
@@ -129,24 +130,6 @@ impl MarsExosphere {
         Self::from_values(&OXYGEN, &OXYGEN.values(parameters)?)
     }
 
-    fn from_values(description: &ModelDescription, values: &Values) -> Result<Self, ModelError> {
-        let law = [COEFFICIENT, OFFSET, EXPONENT].map(|parameter| values.of(parameter.name));
-        Self::of(description, law, values.of(EXOBASE_RADIUS.name))
-    }
-
-    /// The exosphere a/(r − b)^c of `[a, b, c]`, for the model of this description.
-    pub(super) fn of(
-        description: &ModelDescription,
-        [coefficient, offset, exponent]: [f64; 3],
-        exobase_radius: f64,
-    ) -> Result<Self, ModelError> {
-        if exobase_radius <= offset {
-            let expected = format!("more than the offset of the density, {offset:?} m");
-            return Err(description.out_of_range(EXOBASE_RADIUS.name, exobase_radius, expected));
-        }
-        Ok(Self { coefficient, offset, exponent, exobase_radius })
-    }
-
     /// The density \[m⁻³\] at a position \[m\]; 0 below the exobase.
     pub fn density_m3(&self, position: [f64; 3]) -> f64 {
         let r = radius(position);
@@ -155,18 +138,46 @@ impl MarsExosphere {
         }
         one(r, |distances| self.at(distances))
     }
+}
+
+impl<T: Scalar> MarsExosphere<T> {
+    fn from_values(description: &ModelDescription, values: &Values<T>) -> Result<Self, ModelError> {
+        let law = [COEFFICIENT, OFFSET, EXPONENT].map(|parameter| values.of(parameter.name));
+        Self::of(description, law, values.of(EXOBASE_RADIUS.name))
+    }
+
+    /// The exosphere a/(r − b)^c of `[a, b, c]`, for the model of this description.
+    pub(super) fn of(
+        description: &ModelDescription,
+        [coefficient, offset, exponent]: [T; 3],
+        exobase_radius: T,
+    ) -> Result<Self, ModelError> {
+        let (least, found) = (offset.value(), exobase_radius.value());
+        if found <= least {
+            let expected = format!("more than the offset of the density, {least:?} m");
+            return Err(description.out_of_range(EXOBASE_RADIUS.name, found, expected));
+        }
+        Ok(Self { coefficient, offset, exponent, exobase_radius })
+    }
 
     /// The densities at a block of positions.
-    pub(super) fn fill_block(&self, positions: &[[f64; 3]], densities_m3: &mut [f64]) {
-        let range = [self.exobase_radius, f64::INFINITY];
-        fill_radial_block(positions, densities_m3, [0.0; 3], range, |distances| self.at(distances));
+    pub(super) fn fill_block(&self, positions: &[[f64; 3]], densities_m3: &mut [T]) {
+        let range = [self.exobase_radius, T::of(f64::INFINITY)];
+        let centre = [T::of(0.0); 3];
+        fill_radial_block(positions, densities_m3, centre, range, |distances| self.at(distances));
     }
 
     /// Turns distances that are not below the exobase into densities.
-    fn at(&self, distances: &mut [f64]) {
-        distances.iter_mut().for_each(|r| *r -= self.offset);
-        raise_all(distances, -self.exponent);
-        distances.iter_mut().for_each(|density| *density *= self.coefficient);
+    fn at(&self, distances: &mut [T]) {
+        distances.iter_mut().for_each(|r| *r = *r - self.offset);
+        T::raise_all(distances, -self.exponent);
+        scale(distances, self.coefficient);
+    }
+}
+
+impl<T: Scalar> Formula<T> for MarsExosphere<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        fill_blocks(samples, rates, |positions, rates| self.fill_block(positions, rates));
     }
 }
 
@@ -174,7 +185,7 @@ impl Emission for MarsExosphere {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_blocks(samples, rates, |positions, rates| self.fill_block(positions, rates));
+        self.fill(samples, rates);
         Ok(())
     }
 }

@@ -66,10 +66,11 @@ pub(crate) use power_law::DESCRIPTION as POWER_LAW;
 pub(crate) use shell_nebula::DESCRIPTION as SHELL_NEBULA;
 pub(crate) use uniform::DESCRIPTION as UNIFORM;
 
+use crate::scalar::Scalar;
 use emitree::Samples;
 
 /// Writes `g` at every position to `rates`, for isotropic models.
-fn fill_rates(samples: &Samples<'_>, rates: &mut [f64], g: impl Fn([f64; 3]) -> f64) {
+fn fill_rates<T: Scalar>(samples: &Samples<'_>, rates: &mut [T], g: impl Fn([f64; 3]) -> T) {
     for (rate, &position) in rates.iter_mut().zip(samples.positions()) {
         *rate = g(position);
     }
@@ -79,7 +80,11 @@ fn fill_rates(samples: &Samples<'_>, rates: &mut [f64], g: impl Fn([f64; 3]) -> 
 const BLOCK: usize = 256;
 
 /// Has `g` write the rates of every block of positions.
-fn fill_blocks(samples: &Samples<'_>, rates: &mut [f64], g: impl Fn(&[[f64; 3]], &mut [f64])) {
+fn fill_blocks<T: Scalar>(
+    samples: &Samples<'_>,
+    rates: &mut [T],
+    g: impl Fn(&[[f64; 3]], &mut [T]),
+) {
     for (positions, rates) in samples.positions().chunks(BLOCK).zip(rates.chunks_mut(BLOCK)) {
         g(positions, rates);
     }
@@ -87,55 +92,61 @@ fn fill_blocks(samples: &Samples<'_>, rates: &mut [f64], g: impl Fn(&[[f64; 3]],
 
 /// Writes the rates of a model with emission from distance `from` on up to `to` at a block of
 /// positions: `g` turns distances into rates.
-fn fill_radial_block(
+fn fill_radial_block<T: Scalar>(
     positions: &[[f64; 3]],
-    rates: &mut [f64],
-    centre: [f64; 3],
-    [from, to]: [f64; 2],
-    g: impl Fn(&mut [f64]),
+    rates: &mut [T],
+    centre: [T; 3],
+    [from, to]: [T; 2],
+    g: impl Fn(&mut [T]),
 ) {
-    let mut distances = [0.0; BLOCK];
+    let mut distances = [T::of(0.0); BLOCK];
     let distances = &mut distances[..positions.len()];
     radial::distances(positions, centre, distances);
-    let is_dark = |distance: f64| (distance < from) | (distance > to);
+    let (least, most) = (from.value(), to.value());
+    let is_dark = |distance: T| (distance.value() < least) | (distance.value() > most);
     if distances.iter().all(|&distance| is_dark(distance)) {
-        return rates.fill(0.0);
+        return rates.fill(T::of(0.0));
     }
     for (rate, &distance) in rates.iter_mut().zip(&*distances) {
         // What is dark is like the border until it is made dark, so that it costs no more.
-        *rate = if is_dark(distance) { from } else { distance };
+        *rate = if is_dark(distance) { T::of(least) } else { distance };
     }
     g(rates);
     for (rate, &distance) in rates.iter_mut().zip(&*distances) {
-        *rate = if is_dark(distance) { 0.0 } else { *rate };
+        *rate = if is_dark(distance) { T::of(0.0) } else { *rate };
     }
 }
 
 /// As [`fill_radial_block`], at all positions.
-fn fill_radial_rates(
+fn fill_radial_rates<T: Scalar>(
     samples: &Samples<'_>,
-    rates: &mut [f64],
-    centre: [f64; 3],
-    range: [f64; 2],
-    g: impl Fn(&mut [f64]),
+    rates: &mut [T],
+    centre: [T; 3],
+    range: [T; 2],
+    g: impl Fn(&mut [T]),
 ) {
     fill_blocks(samples, rates, |positions, rates| {
         fill_radial_block(positions, rates, centre, range, &g);
     });
 }
 
+/// Has every number multiplied by the same.
+fn scale<T: Scalar>(numbers: &mut [T], factor: T) {
+    numbers.iter_mut().for_each(|number| *number = *number * factor);
+}
+
 /// One value of a function that changes many in place.
-fn one(x: f64, function: impl Fn(&mut [f64])) -> f64 {
+fn one<T: Scalar>(x: T, function: impl Fn(&mut [T])) -> T {
     let mut values = [x];
     function(&mut values);
     values[0]
 }
 
 /// Writes `g` at every position in its direction to `rates`.
-fn fill_directional_rates(
+fn fill_directional_rates<T: Scalar>(
     samples: &Samples<'_>,
-    rates: &mut [f64],
-    g: impl Fn([f64; 3], [f64; 3]) -> f64,
+    rates: &mut [T],
+    g: impl Fn([f64; 3], [f64; 3]) -> T,
 ) {
     let points = samples.positions().iter().zip(samples.directions());
     for (rate, (&position, &direction)) in rates.iter_mut().zip(points) {

@@ -1,11 +1,12 @@
 //! A power of the distance from a centre.
 
 use super::radial::{AMPLITUDE, CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
-use super::{fill_radial_rates, one};
+use super::{fill_radial_rates, one, scale};
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
-use crate::elementary::raise_all;
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -38,8 +39,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         CENTRE_Y,
         CENTRE_Z,
     ],
+    jumps_move_with: &["inner_radius", CENTRE_X.name, CENTRE_Y.name, CENTRE_Z.name],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(PowerLaw::from_values(values)?)),
+    build: formula!(|values| PowerLaw::from_values(values)?),
 };
 
 /// g = amplitude · r⁻ⁿ, with r the distance from a centre; 0 for r less than an inner radius.
@@ -47,11 +49,11 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// Without an inner radius the line of sight at a distance b has
 /// amplitude · √π Γ((n − 1)/2)/Γ(n/2) · b^(1 − n) for n > 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PowerLaw {
-    amplitude: f64,
-    exponent: f64,
-    inner_radius: f64,
-    centre: [f64; 3],
+pub struct PowerLaw<T = f64> {
+    amplitude: T,
+    exponent: T,
+    inner_radius: T,
+    centre: [T; 3],
 }
 
 impl PowerLaw {
@@ -75,26 +77,6 @@ impl PowerLaw {
         Self::from_values(&DESCRIPTION.values(parameters)?)
     }
 
-    fn from_values(values: &Values) -> Result<Self, ModelError> {
-        let law = Self {
-            amplitude: values.of(AMPLITUDE.name),
-            exponent: values.of("exponent"),
-            inner_radius: values.of("inner_radius"),
-            centre: centre(values),
-        };
-        if !one(law.inner_radius, |r| law.at(r)).is_finite() {
-            let expected = "enough for a finite amplitude inner_radius^-exponent".to_owned();
-            return Err(DESCRIPTION.out_of_range("inner_radius", law.inner_radius, expected));
-        }
-        Ok(law)
-    }
-
-    /// Turns distances into rates.
-    fn at(&self, distances: &mut [f64]) {
-        raise_all(distances, -self.exponent);
-        distances.iter_mut().for_each(|rate| *rate *= self.amplitude);
-    }
-
     /// The rate g at a position; 0 within the inner radius.
     pub fn rate(&self, position: [f64; 3]) -> f64 {
         let distance = distance(position, self.centre);
@@ -102,12 +84,44 @@ impl PowerLaw {
     }
 }
 
+impl<T: Scalar> PowerLaw<T> {
+    fn from_values(values: &Values<T>) -> Result<Self, ModelError> {
+        let law = Self {
+            amplitude: values.of(AMPLITUDE.name),
+            exponent: values.of("exponent"),
+            inner_radius: values.of("inner_radius"),
+            centre: centre(values),
+        };
+        if !one(law.inner_radius, |r| law.at(r)).value().is_finite() {
+            let expected = "enough for a finite amplitude inner_radius^-exponent".to_owned();
+            return Err(DESCRIPTION.out_of_range(
+                "inner_radius",
+                law.inner_radius.value(),
+                expected,
+            ));
+        }
+        Ok(law)
+    }
+
+    /// Turns distances into rates.
+    fn at(&self, distances: &mut [T]) {
+        T::raise_all(distances, -self.exponent);
+        scale(distances, self.amplitude);
+    }
+}
+
+impl<T: Scalar> Formula<T> for PowerLaw<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        let range = [self.inner_radius, T::of(f64::INFINITY)];
+        fill_radial_rates(samples, rates, self.centre, range, |distances| self.at(distances));
+    }
+}
+
 impl Emission for PowerLaw {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        let range = [self.inner_radius, f64::INFINITY];
-        fill_radial_rates(samples, rates, self.centre, range, |distances| self.at(distances));
+        self.fill(samples, rates);
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! Distances from a centre, and the parameters of models that are made of them.
 
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::scalar::Scalar;
 use multiversion::multiversion;
 
 pub(super) const AMPLITUDE: ParameterDescription = ParameterDescription {
@@ -29,7 +30,7 @@ pub(super) const CENTRE_Z: ParameterDescription = ParameterDescription {
 };
 
 /// The values of [`CENTRE_X`], [`CENTRE_Y`] and [`CENTRE_Z`].
-pub(super) fn centre(values: &Values) -> [f64; 3] {
+pub(super) fn centre<T: Scalar>(values: &Values<T>) -> [T; 3] {
     [CENTRE_X, CENTRE_Y, CENTRE_Z].map(|parameter| values.of(parameter.name))
 }
 
@@ -39,15 +40,16 @@ pub(super) fn radius([x, y, z]: [f64; 3]) -> f64 {
 }
 
 /// The distance of a position from a centre.
-pub(super) fn distance(position: [f64; 3], centre: [f64; 3]) -> f64 {
-    radius([0, 1, 2].map(|axis| position[axis] - centre[axis]))
+#[inline(always)]
+pub(super) fn distance<T: Scalar>(position: [f64; 3], centre: [T; 3]) -> T {
+    let [x, y, z] = [0, 1, 2].map(|axis| T::of(position[axis]) - centre[axis]);
+    (x * x + y * y + z * z).sqrt()
 }
 
 /// The distances of all positions from a centre.
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
-pub(super) fn distances(positions: &[[f64; 3]], centre: [f64; 3], distances: &mut [f64]) {
-    for (distance, position) in distances.iter_mut().zip(positions) {
-        let [x, y, z] = [0, 1, 2].map(|axis| position[axis] - centre[axis]);
-        *distance = (x * x + y * y + z * z).sqrt();
+pub(super) fn distances<T: Scalar>(positions: &[[f64; 3]], centre: [T; 3], distances: &mut [T]) {
+    for (found, &position) in distances.iter_mut().zip(positions) {
+        *found = distance(position, centre);
     }
 }

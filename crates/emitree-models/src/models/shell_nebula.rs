@@ -2,9 +2,11 @@
 
 use super::fill_rates;
 use super::radial::{AMPLITUDE, CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -38,8 +40,9 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         CENTRE_Y,
         CENTRE_Z,
     ],
+    jumps_move_with: &["inner_radius", "outer_radius", CENTRE_X.name, CENTRE_Y.name, CENTRE_Z.name],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(ShellNebula::from_values(values)?)),
+    build: formula!(|values| ShellNebula::from_values(values)?),
 };
 
 /// g = amplitude for R1 < r < R2, with r the distance from a centre, and 0 elsewhere.
@@ -47,11 +50,11 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// The line of sight at a distance b from the centre has
 /// 2 amplitude \[√(R2² − b²) − √(R1² − b²)\], each root 0 where there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShellNebula {
-    amplitude: f64,
-    inner_radius: f64,
-    outer_radius: f64,
-    centre: [f64; 3],
+pub struct ShellNebula<T = f64> {
+    amplitude: T,
+    inner_radius: T,
+    outer_radius: T,
+    centre: [T; 3],
 }
 
 impl ShellNebula {
@@ -75,24 +78,38 @@ impl ShellNebula {
         Self::from_values(&DESCRIPTION.values(parameters)?)
     }
 
-    fn from_values(values: &Values) -> Result<Self, ModelError> {
+    /// The rate g at a position.
+    pub fn rate(&self, position: [f64; 3]) -> f64 {
+        self.at(position)
+    }
+}
+
+impl<T: Scalar> ShellNebula<T> {
+    fn from_values(values: &Values<T>) -> Result<Self, ModelError> {
         let [amplitude, inner_radius, outer_radius] =
             [AMPLITUDE.name, "inner_radius", "outer_radius"].map(|name| values.of(name));
-        if outer_radius <= inner_radius {
-            let expected = format!("more than inner_radius = {inner_radius:?}");
-            return Err(DESCRIPTION.out_of_range("outer_radius", outer_radius, expected));
+        let (inner, outer) = (inner_radius.value(), outer_radius.value());
+        if outer <= inner {
+            let expected = format!("more than inner_radius = {inner:?}");
+            return Err(DESCRIPTION.out_of_range("outer_radius", outer, expected));
         }
         Ok(Self { amplitude, inner_radius, outer_radius, centre: centre(values) })
     }
 
-    /// The rate g at a position.
-    pub fn rate(&self, position: [f64; 3]) -> f64 {
-        let distance = distance(position, self.centre);
-        if self.inner_radius < distance && distance < self.outer_radius {
+    /// The rate at a position.
+    fn at(&self, position: [f64; 3]) -> T {
+        let distance = distance(position, self.centre).value();
+        if self.inner_radius.value() < distance && distance < self.outer_radius.value() {
             self.amplitude
         } else {
-            0.0
+            T::of(0.0)
         }
+    }
+}
+
+impl<T: Scalar> Formula<T> for ShellNebula<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        fill_rates(samples, rates, |position| self.at(position));
     }
 }
 
@@ -100,7 +117,7 @@ impl Emission for ShellNebula {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        fill_rates(samples, rates, |position| self.rate(position));
+        self.fill(samples, rates);
         Ok(())
     }
 }

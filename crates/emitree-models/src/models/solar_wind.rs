@@ -1,6 +1,7 @@
 //! The solar wind upstream of the Earth: six parameters that the magnetosheath models share.
 
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::scalar::Scalar;
 use core::f64::consts::{FRAC_PI_2, PI};
 
 /// Mass of the proton \[kg\], to the three digits that reproduce the reference image of CMEM: its
@@ -58,16 +59,16 @@ pub(super) const DIPOLE_TILT: ParameterDescription = ParameterDescription {
 
 /// A state of the solar wind, in the units of the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SolarWind {
-    pub(super) density: f64,
-    pub(super) velocity: f64,
-    pub(super) magnetic_field: [f64; 3],
-    pub(super) bz: f64,
-    pub(super) dipole_tilt: f64,
+pub(super) struct SolarWind<T = f64> {
+    pub(super) density: T,
+    pub(super) velocity: T,
+    pub(super) magnetic_field: [T; 3],
+    pub(super) bz: T,
+    pub(super) dipole_tilt: T,
 }
 
-impl SolarWind {
-    pub(super) fn new(values: &Values) -> Self {
+impl<T: Scalar> SolarWind<T> {
+    pub(super) fn new(values: &Values<T>) -> Self {
         let bz = values.of("bz");
         Self {
             density: values.of("density"),
@@ -80,21 +81,23 @@ impl SolarWind {
 
     /// Pd = ½ m n v² \[nPa\] with the mass m of the proton; the factor ½ is that of Wharton et
     /// al. 2025.
-    pub(super) fn dynamic_pressure_npa(&self) -> f64 {
+    pub(super) fn dynamic_pressure_npa(&self) -> T {
         let (density_m3, velocity_m_s) = (self.density * 1e6, self.velocity * 1e3);
-        0.5 * PROTON_MASS_KG * density_m3 * velocity_m_s * velocity_m_s / PASCAL_PER_NANOPASCAL
+        density_m3 * (0.5 * PROTON_MASS_KG) * velocity_m_s * velocity_m_s / PASCAL_PER_NANOPASCAL
     }
 
     /// Pm = B²/(2 μ0) \[nPa\]
-    pub(super) fn magnetic_pressure_npa(&self) -> f64 {
-        let b2_nt = self.magnetic_field.iter().map(|b| b * b).sum::<f64>();
+    pub(super) fn magnetic_pressure_npa(&self) -> T {
+        let [bx, by, bz] = self.magnetic_field;
+        let b2_nt = bx * bx + by * by + bz * bz;
         b2_nt * 1e-18 / (2.0 * MAGNETIC_CONSTANT) / PASCAL_PER_NANOPASCAL
     }
 
     /// (0.58 − 0.010 Bz)(1 + 0.010 Pd), the flaring of the magnetopause of Shue et al. 1997
     /// (doi:10.1029/97JA00196).
-    pub(super) fn flaring(&self) -> f64 {
-        (0.58 - 0.010 * self.bz) * (1.0 + 0.010 * self.dynamic_pressure_npa())
+    pub(super) fn flaring(&self) -> T {
+        let pressure_npa = self.dynamic_pressure_npa();
+        (T::of(0.58) - self.bz * 0.010) * (T::of(1.0) + pressure_npa * 0.010)
     }
 }
 

@@ -11,6 +11,7 @@
 //! Chebyshev polynomials in asinh m, so that a direction costs a polynomial and two functions.
 
 use super::charge_exchange::cross_section_m2;
+use crate::scalar::Scalar;
 use core::f64::consts::PI;
 
 /// The double-exponential rule (Takahasi and Mori 1974, doi:10.2977/prims/1195192451) for S: 161
@@ -27,18 +28,18 @@ const CUT: f64 = 45.0;
 const PANEL_WIDTH: f64 = 0.5;
 const COEFFICIENTS: usize = 17;
 
-type Chebyshev = [f64; COEFFICIENTS];
+type Chebyshev<T> = [T; COEFFICIENTS];
 
 /// ln S for all drifts up to a largest one.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct SpeedIntegral {
+pub(super) struct SpeedIntegral<T = f64> {
     /// Polynomials of asinh |m| from 0 upwards, for m ≥ 0 and for m < 0.
-    sides: [Vec<Chebyshev>; 2],
+    sides: [Vec<Chebyshev<T>>; 2],
 }
 
-impl SpeedIntegral {
+impl<T: Scalar> SpeedIntegral<T> {
     /// The table for the thermal speed w \[m/s\] and drifts m up to `largest_drift` either way.
-    pub(super) fn new(thermal_speed_m_s: f64, largest_drift: f64) -> Self {
+    pub(super) fn new(thermal_speed_m_s: T, largest_drift: f64) -> Self {
         let rule = double_exponential_rule(RULE_NODES);
         let last = panel(largest_drift.asinh() / PANEL_WIDTH);
         let sides = [1.0, -1.0].map(|sign| {
@@ -52,11 +53,12 @@ impl SpeedIntegral {
     }
 
     /// ln S(m), S in m².
-    pub(super) fn ln_at(&self, drift: f64) -> f64 {
-        let side = &self.sides[usize::from(drift < 0.0)];
-        let scaled = drift.abs().asinh() / PANEL_WIDTH;
+    pub(super) fn ln_at(&self, drift: T) -> T {
+        let side = &self.sides[usize::from(drift.value() < 0.0)];
+        let asinh = |m: f64| m.abs().asinh();
+        let scaled = drift.map(asinh, |m, _| m.signum() / m.hypot(1.0)) / PANEL_WIDTH;
         // A direction may be longer than 1 by a rounding, and m beyond the last panel by as little.
-        let panel = panel(scaled).min(side.len() - 1);
+        let panel = panel(scaled.value()).min(side.len() - 1);
         evaluate(&side[panel], scaled - panel as f64)
     }
 }
@@ -84,7 +86,7 @@ fn double_exponential_rule(nodes: u32) -> Vec<(f64, f64)> {
 }
 
 /// S(m) \[m²\] by the rule, on the x where the exponential is not negligible.
-fn integral(rule: &[(f64, f64)], thermal_speed_m_s: f64, drift: f64) -> f64 {
+fn integral<T: Scalar>(rule: &[(f64, f64)], thermal_speed_m_s: T, drift: f64) -> T {
     let (from, to) = if drift >= 0.0 {
         ((drift - CUT.sqrt()).max(0.0), drift + CUT.sqrt())
     } else {
@@ -95,29 +97,30 @@ fn integral(rule: &[(f64, f64)], thermal_speed_m_s: f64, drift: f64) -> f64 {
         let x = from + (to - from) * node;
         let exponent =
             if drift >= 0.0 { -(x - drift) * (x - drift) } else { -x * (x - 2.0 * drift) };
-        weight * cross_section_m2(thermal_speed_m_s * x) * x.powi(3) * exponent.exp()
+        cross_section_m2(thermal_speed_m_s * x) * weight * x.powi(3) * exponent.exp()
     };
-    (to - from) * rule.iter().map(term).sum::<f64>()
+    rule.iter().map(term).fold(T::of(0.0), T::add) * (to - from)
 }
 
 /// The polynomial through `f` at the Chebyshev points of \[0, 1\].
-fn interpolate(f: impl Fn(f64) -> f64) -> Chebyshev {
+fn interpolate<T: Scalar>(f: impl Fn(f64) -> T) -> Chebyshev<T> {
     let count = COEFFICIENTS as f64;
     let angle = |point: usize| PI * (point as f64 + 0.5) / count;
-    let values: Chebyshev = core::array::from_fn(|point| f(0.5 * (1.0 + angle(point).cos())));
+    let values: Chebyshev<T> = core::array::from_fn(|point| f(0.5 * (1.0 + angle(point).cos())));
     core::array::from_fn(|degree| {
         let norm = if degree == 0 { 1.0 } else { 2.0 } / count;
         let terms = values.iter().enumerate();
-        norm * terms.map(|(point, v)| v * (degree as f64 * angle(point)).cos()).sum::<f64>()
+        let terms = terms.map(|(point, v)| *v * (degree as f64 * angle(point)).cos());
+        terms.fold(T::of(0.0), T::add) * norm
     })
 }
 
 /// The polynomial at a place in \[0, 1\], by Clenshaw's recurrence.
-fn evaluate(polynomial: &Chebyshev, place: f64) -> f64 {
-    let x = 2.0 * place - 1.0;
-    let (mut next, mut after) = (0.0, 0.0);
+fn evaluate<T: Scalar>(polynomial: &Chebyshev<T>, place: T) -> T {
+    let x = place * 2.0 - 1.0;
+    let (mut next, mut after) = (T::of(0.0), T::of(0.0));
     for &coefficient in polynomial[1..].iter().rev() {
-        (next, after) = (coefficient + 2.0 * x * next - after, next);
+        (next, after) = (coefficient + x * 2.0 * next - after, next);
     }
     polynomial[0] + x * next - after
 }

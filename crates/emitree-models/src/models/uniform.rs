@@ -1,9 +1,11 @@
 //! The same rate everywhere: every camera's first test.
 
 use super::radial::AMPLITUDE;
+use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::Values;
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use std::collections::BTreeMap;
@@ -18,16 +20,17 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     image_unit: "",
     energy_unit: None,
     parameters: &[AMPLITUDE],
+    jumps_move_with: &[],
     singular_points: nowhere,
-    build: |values| Ok(std::sync::Arc::new(Uniform::from_values(values))),
+    build: formula!(|values| Uniform::from_values(values)),
 };
 
 /// g = amplitude, whatever the position and direction.
 ///
 /// The integral along a line of sight is the amplitude times the length of the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Uniform {
-    amplitude: f64,
+pub struct Uniform<T = f64> {
+    amplitude: T,
 }
 
 impl Uniform {
@@ -49,21 +52,29 @@ impl Uniform {
         Ok(Self::from_values(&DESCRIPTION.values(parameters)?))
     }
 
-    fn from_values(values: &Values) -> Self {
-        Self { amplitude: values.of(AMPLITUDE.name) }
-    }
-
     /// The rate g.
     pub fn rate(&self) -> f64 {
         self.amplitude
     }
 }
 
+impl<T: Scalar> Uniform<T> {
+    fn from_values(values: &Values<T>) -> Self {
+        Self { amplitude: values.of(AMPLITUDE.name) }
+    }
+}
+
+impl<T: Scalar> Formula<T> for Uniform<T> {
+    fn fill(&self, _samples: &Samples<'_>, rates: &mut [T]) {
+        rates.fill(self.amplitude);
+    }
+}
+
 impl Emission for Uniform {
     type Error = Infallible;
 
-    fn emission_rates(&self, _samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        rates.fill(self.rate());
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
+        self.fill(samples, rates);
         Ok(())
     }
 }

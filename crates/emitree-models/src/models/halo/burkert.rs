@@ -1,12 +1,13 @@
 //! The descriptions of the halo of Burkert.
 
 use super::parameters::{
-    CENTRE_X, CENTRE_Y, CENTRE_Z, CORE_RADIUS, D_FACTOR, J_FACTOR, LOCAL_DENSITY, LOCAL_RADIUS,
-    OUTER_RADIUS, scale_radius,
+    CENTRE_X, CENTRE_Y, CENTRE_Z, CORE_RADIUS, D_FACTOR, J_FACTOR, JUMPS_MOVE_WITH, LOCAL_DENSITY,
+    LOCAL_RADIUS, OUTER_RADIUS, scale_radius,
 };
 use super::profile::Profile;
 use super::{Halo, Process};
 use crate::catalogue::ModelDescription;
+use crate::catalogue::model::formula;
 use crate::catalogue::singular::nowhere;
 
 pub(crate) const BURKERT: ModelDescription = ModelDescription {
@@ -29,11 +30,14 @@ pub(crate) const BURKERT: ModelDescription = ModelDescription {
         CENTRE_Y,
         CENTRE_Z,
     ],
+    jumps_move_with: JUMPS_MOVE_WITH,
     singular_points: nowhere,
-    build: |values| {
-        let process = Process::Annihilation;
-        Ok(std::sync::Arc::new(Halo::from_values(&BURKERT, Profile::Burkert, process, values)?))
-    },
+    build: formula!(|values| Halo::from_values(
+        &BURKERT,
+        Profile::Burkert,
+        Process::Annihilation,
+        values
+    )?),
 };
 
 pub(crate) const BURKERT_DECAY: ModelDescription = ModelDescription {
@@ -42,9 +46,11 @@ pub(crate) const BURKERT_DECAY: ModelDescription = ModelDescription {
     summary: "The density of a halo of dark matter with a wide core; an image is the D-factor. The \
               defaults are those of the Milky Way.",
     image_unit: D_FACTOR,
-    build: |values| {
-        let (profile, process) = (Profile::Burkert, Process::Decay);
-        Ok(std::sync::Arc::new(Halo::from_values(&BURKERT_DECAY, profile, process, values)?))
-    },
+    build: formula!(|values| Halo::from_values(
+        &BURKERT_DECAY,
+        Profile::Burkert,
+        Process::Decay,
+        values
+    )?),
     ..BURKERT
 };

@@ -1,13 +1,15 @@
 //! The descriptions of the halo of Einasto's profile.
 
 use super::parameters::{
-    CENTRE_X, CENTRE_Y, CENTRE_Z, CORE_RADIUS, D_FACTOR, J_FACTOR, LOCAL_DENSITY, LOCAL_RADIUS,
-    OUTER_RADIUS, scale_radius,
+    CENTRE_X, CENTRE_Y, CENTRE_Z, CORE_RADIUS, D_FACTOR, J_FACTOR, JUMPS_MOVE_WITH, LOCAL_DENSITY,
+    LOCAL_RADIUS, OUTER_RADIUS, scale_radius,
 };
 use super::profile::Profile;
 use super::{Halo, Process, cusp};
 use crate::catalogue::ModelDescription;
+use crate::catalogue::model::formula;
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
+use crate::scalar::Scalar;
 
 const ALPHA: ParameterDescription = ParameterDescription {
     name: "alpha",
@@ -17,7 +19,7 @@ const ALPHA: ParameterDescription = ParameterDescription {
     range: AcceptedRange::Between(0.05, 10.0),
 };
 
-fn profile(values: &Values) -> Profile {
+fn profile<T: Scalar>(values: &Values<T>) -> Profile<T> {
     Profile::Einasto { alpha: values.of(ALPHA.name) }
 }
 
@@ -46,11 +48,14 @@ pub(crate) const EINASTO: ModelDescription = ModelDescription {
         CENTRE_Y,
         CENTRE_Z,
     ],
+    jumps_move_with: JUMPS_MOVE_WITH,
     singular_points: |values| cusp(values, None),
-    build: |values| {
-        let process = Process::Annihilation;
-        Ok(std::sync::Arc::new(Halo::from_values(&EINASTO, profile(values), process, values)?))
-    },
+    build: formula!(|values| Halo::from_values(
+        &EINASTO,
+        profile(values),
+        Process::Annihilation,
+        values
+    )?),
 };
 
 pub(crate) const EINASTO_DECAY: ModelDescription = ModelDescription {
@@ -59,10 +64,11 @@ pub(crate) const EINASTO_DECAY: ModelDescription = ModelDescription {
     summary: "The density of a halo of dark matter, finite at the centre, which rises by five decades \
               towards it; an image is the D-factor. The defaults are those of the Milky Way.",
     image_unit: D_FACTOR,
-    build: |values| {
-        let process = Process::Decay;
-        let profile = profile(values);
-        Ok(std::sync::Arc::new(Halo::from_values(&EINASTO_DECAY, profile, process, values)?))
-    },
+    build: formula!(|values| Halo::from_values(
+        &EINASTO_DECAY,
+        profile(values),
+        Process::Decay,
+        values
+    )?),
     ..EINASTO
 };

@@ -12,10 +12,12 @@ pub(crate) use nfw::{NFW, NFW_DECAY};
 
 use super::constants::KILOPARSEC_CM;
 use super::radial::{centre, distance};
-use super::{fill_radial_rates, one};
+use super::{fill_radial_rates, one, scale};
+use crate::catalogue::model::Formula;
 use crate::catalogue::parameter::Values;
 use crate::catalogue::singular::SingularPoint;
 use crate::catalogue::{ModelDescription, ModelError};
+use crate::scalar::Scalar;
 use core::convert::Infallible;
 use emitree::{Emission, Samples};
 use profile::Profile;
@@ -66,15 +68,15 @@ impl Process {
 /// centre itself, and that of every pixel is finite. The rate is infinite at r = 0, and as well where r²
 /// is below the smallest number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Halo {
-    profile: Profile,
+pub struct Halo<T = f64> {
+    profile: Profile<T>,
     process: Process,
     /// The rate per kpc where f is 1.
-    scale: f64,
-    scale_radius: f64,
-    core_radius: f64,
-    outer_radius: f64,
-    centre: [f64; 3],
+    scale: T,
+    scale_radius: T,
+    core_radius: T,
+    outer_radius: T,
+    centre: [T; 3],
 }
 
 impl Halo {
@@ -158,60 +160,6 @@ impl Halo {
         Self::from_values(description, Profile::Burkert, process, &description.values(parameters)?)
     }
 
-    fn from_values(
-        description: &ModelDescription,
-        profile: Profile,
-        process: Process,
-        values: &Values,
-    ) -> Result<Self, ModelError> {
-        let scale_radius = values.of("scale_radius");
-        let local = values.of("local_density").powi(process.power()) * KILOPARSEC_CM;
-        let mut halo = Self {
-            profile,
-            process,
-            scale: 1.0,
-            scale_radius,
-            core_radius: values.of("core_radius"),
-            outer_radius: values.of("outer_radius"),
-            centre: centre(values),
-        };
-        let at_local = Self { core_radius: 0.0, ..halo }.relative(values.of("local_radius"));
-        halo.scale = local / at_local;
-        // Profiles fall with the distance: what is finite close to the centre is finite everywhere.
-        let highest = halo.scale * halo.relative(profile.least_x() * scale_radius);
-        if !(at_local > 0.0 && halo.scale.is_finite() && highest.is_finite()) {
-            let expected = "such that the densities at local_radius and at the centre are numbers";
-            let name = "scale_radius";
-            return Err(description.out_of_range(name, scale_radius, expected.to_owned()));
-        }
-        Ok(halo)
-    }
-
-    /// fᵖ at a distance from the centre.
-    fn relative(&self, distance: f64) -> f64 {
-        one(distance, |distances| self.fill_relative(distances))
-    }
-
-    /// Turns distances into fᵖ.
-    fn fill_relative(&self, distances: &mut [f64]) {
-        let core_squared = self.core_radius * self.core_radius;
-        for distance in &mut *distances {
-            let softened = if self.core_radius > 0.0 {
-                (*distance * *distance + core_squared).sqrt()
-            } else {
-                *distance
-            };
-            *distance = softened / self.scale_radius;
-        }
-        self.profile.fill(distances, self.process.power());
-    }
-
-    /// Turns distances into rates.
-    fn at(&self, distances: &mut [f64]) {
-        self.fill_relative(distances);
-        distances.iter_mut().for_each(|rate| *rate *= self.scale);
-    }
-
     /// The rate g at a position \[kpc\]: ρ² \[GeV² cm⁻⁶\] or ρ \[GeV cm⁻³\] times the
     /// centimetres of a kpc.
     pub fn rate(&self, position: [f64; 3]) -> f64 {
@@ -229,12 +177,75 @@ impl Halo {
     }
 }
 
+impl<T: Scalar> Halo<T> {
+    fn from_values(
+        description: &ModelDescription,
+        profile: Profile<T>,
+        process: Process,
+        values: &Values<T>,
+    ) -> Result<Self, ModelError> {
+        let scale_radius = values.of("scale_radius");
+        let local = values.of("local_density").powi(process.power()) * KILOPARSEC_CM;
+        let mut halo = Self {
+            profile,
+            process,
+            scale: T::of(1.0),
+            scale_radius,
+            core_radius: values.of("core_radius"),
+            outer_radius: values.of("outer_radius"),
+            centre: centre(values),
+        };
+        let at_local = Self { core_radius: T::of(0.0), ..halo }.relative(values.of("local_radius"));
+        halo.scale = local / at_local;
+        // Profiles fall with the distance: what is finite close to the centre is finite everywhere.
+        let highest = halo.scale * halo.relative(scale_radius * profile.least_x());
+        let [local, scale, highest] = [at_local, halo.scale, highest].map(T::value);
+        if !(local > 0.0 && scale.is_finite() && highest.is_finite()) {
+            let expected = "such that the densities at local_radius and at the centre are numbers";
+            let name = "scale_radius";
+            return Err(description.out_of_range(name, scale_radius.value(), expected.to_owned()));
+        }
+        Ok(halo)
+    }
+
+    /// fᵖ at a distance from the centre.
+    fn relative(&self, distance: T) -> T {
+        one(distance, |distances| self.fill_relative(distances))
+    }
+
+    /// Turns distances into fᵖ.
+    fn fill_relative(&self, distances: &mut [T]) {
+        let core_squared = self.core_radius * self.core_radius;
+        for distance in &mut *distances {
+            let softened = if self.core_radius.value() > 0.0 {
+                (*distance * *distance + core_squared).sqrt()
+            } else {
+                *distance
+            };
+            *distance = softened / self.scale_radius;
+        }
+        self.profile.fill(distances, self.process.power());
+    }
+
+    /// Turns distances into rates.
+    fn at(&self, distances: &mut [T]) {
+        self.fill_relative(distances);
+        scale(distances, self.scale);
+    }
+}
+
+impl<T: Scalar> Formula<T> for Halo<T> {
+    fn fill(&self, samples: &Samples<'_>, rates: &mut [T]) {
+        let range = [T::of(0.0), self.outer_radius];
+        fill_radial_rates(samples, rates, self.centre, range, |distances| self.at(distances));
+    }
+}
+
 impl Emission for Halo {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        let range = [0.0, self.outer_radius];
-        fill_radial_rates(samples, rates, self.centre, range, |distances| self.at(distances));
+        self.fill(samples, rates);
         Ok(())
     }
 }

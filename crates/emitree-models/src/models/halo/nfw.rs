@@ -1,12 +1,13 @@
 //! The descriptions of the halo of Navarro, Frenk and White.
 
 use super::parameters::{
-    CENTRE_X, CENTRE_Y, CENTRE_Z, CORE_RADIUS, D_FACTOR, J_FACTOR, LOCAL_DENSITY, LOCAL_RADIUS,
-    OUTER_RADIUS, scale_radius,
+    CENTRE_X, CENTRE_Y, CENTRE_Z, CORE_RADIUS, D_FACTOR, J_FACTOR, JUMPS_MOVE_WITH, LOCAL_DENSITY,
+    LOCAL_RADIUS, OUTER_RADIUS, scale_radius,
 };
 use super::profile::Profile;
 use super::{Halo, Process, cusp};
 use crate::catalogue::ModelDescription;
+use crate::catalogue::model::formula;
 
 pub(crate) const NFW: ModelDescription = ModelDescription {
     name: "nfw",
@@ -30,11 +31,9 @@ pub(crate) const NFW: ModelDescription = ModelDescription {
         CENTRE_Y,
         CENTRE_Z,
     ],
+    jumps_move_with: JUMPS_MOVE_WITH,
     singular_points: |values| cusp(values, Some(2.0)),
-    build: |values| {
-        let process = Process::Annihilation;
-        Ok(std::sync::Arc::new(Halo::from_values(&NFW, Profile::Nfw, process, values)?))
-    },
+    build: formula!(|values| Halo::from_values(&NFW, Profile::Nfw, Process::Annihilation, values)?),
 };
 
 pub(crate) const NFW_DECAY: ModelDescription = ModelDescription {
@@ -44,9 +43,6 @@ pub(crate) const NFW_DECAY: ModelDescription = ModelDescription {
               D-factor. The defaults are those of the Milky Way.",
     image_unit: D_FACTOR,
     singular_points: |values| cusp(values, Some(1.0)),
-    build: |values| {
-        let process = Process::Decay;
-        Ok(std::sync::Arc::new(Halo::from_values(&NFW_DECAY, Profile::Nfw, process, values)?))
-    },
+    build: formula!(|values| Halo::from_values(&NFW_DECAY, Profile::Nfw, Process::Decay, values)?),
     ..NFW
 };

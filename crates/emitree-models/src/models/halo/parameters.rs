@@ -49,6 +49,10 @@ pub(super) const fn scale_radius(default_kpc: f64) -> ParameterDescription {
     }
 }
 
+/// What the outer border of a halo moves with.
+pub(super) const JUMPS_MOVE_WITH: &[&str] =
+    &[OUTER_RADIUS.name, CENTRE_X.name, CENTRE_Y.name, CENTRE_Z.name];
+
 /// The unit of an image of ρ².
 pub(super) const J_FACTOR: &str = "GeV2 cm-5 sr-1";
 /// The unit of an image of ρ.
