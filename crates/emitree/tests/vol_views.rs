@@ -44,7 +44,7 @@ macro_rules! tolerances_met {
 }
 
 tolerances_met! {
-    a_hundredth_seeds_0: 0..12, 1e-2, 42_749;
+    a_hundredth_seeds_0: 0..12, 1e-2, 37_748;
     a_hundredth_seeds_12: 12..24, 1e-2, 111_772;
     a_hundredth_seeds_24: 24..36, 1e-2, 189_651;
     a_hundredth_seeds_160: 160..172, 1e-2, 65_688;

@@ -106,6 +106,7 @@ async fn to_tolerance(
         None => division(meter, tiles, axis, vol).await?,
     };
     let mut seen: Option<SeenCharts> = None;
+    let mut probed = Vec::new();
     let mut unfinished: Option<MethodOutput> = None;
     loop {
         let Division { edges, cuts, depths, stretch, is_by_faces, layered_from } = &division;
@@ -129,7 +130,10 @@ async fn to_tolerance(
         meter.check_time()?;
         start = serving(start, &division, parts.parts.len(), axis, meter)?;
         let mut attempted = match axis {
-            None => lowrank::attempt(meter, tiles, &parts, vol, start).await?,
+            None => {
+                let probed = core::mem::take(&mut probed);
+                lowrank::attempt(meter, tiles, &parts, vol, start, probed).await?
+            }
             Some(_) => Attempted::none(&parts),
         };
         if !attempted.functions_suffice {
@@ -144,6 +148,7 @@ async fn to_tolerance(
         }
         if !attempted.depths.is_empty() {
             seen = parts.seen_charts();
+            probed = attempted.probed;
             division.depths = attempted.depths;
             continue;
         }

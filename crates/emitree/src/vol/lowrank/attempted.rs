@@ -8,7 +8,7 @@ use crate::projection::charts::stretch::Stretch;
 use crate::tree::StopReason;
 use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank::start::Functions;
-use crate::vol::lowrank::{Attempt, Maps};
+use crate::vol::lowrank::{Attempt, Maps, Probed};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::part::{Parts, ProductImage};
@@ -27,6 +27,8 @@ pub(crate) struct Attempted {
     /// The charts for which other weights of the coordinates of depth are better, in which case the
     /// search has stopped.
     pub(crate) depths: Vec<(usize, Weights)>,
+    /// The first probes of the parts, if the search has stopped for other weights.
+    pub(crate) probed: Vec<Probed>,
     /// The stretch of the depth of an image plane that is better, in which case the search has
     /// stopped.
     pub(crate) stretch: Option<Stretch>,
@@ -61,6 +63,7 @@ impl Attempted {
             known: KnownParts::none(parts.parts.len()),
             kinks: Vec::new(),
             depths: Vec::new(),
+            probed: Vec::new(),
             stretch: None,
             prefers_faces: false,
             has_jump: false,

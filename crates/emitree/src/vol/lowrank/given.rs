@@ -30,7 +30,9 @@ impl Attempt<'_> {
         let fewer = if self.wanted.is_some() { 1 } else { TUNING.lowrank.fewer_probes };
         let probes = self.probes_needed() / fewer;
         // With a small budget the error is that of fewer samples, and of no lines.
-        while self.search.probes() < probes && affordable(self.search.probe().await)?.is_some() {}
+        while self.search.probes() < probes
+            && affordable(self.search.probe(probes).await)?.is_some()
+        {}
         self.weigh();
         let mut assessment = self.search.assess();
         let (mut maps, mut allowed) = self.maps_and_allowed(&assessment);

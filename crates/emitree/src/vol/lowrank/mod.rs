@@ -51,7 +51,7 @@ use crate::vol::lowrank::attempted::{Attempted, Kink};
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::kinks::Fiber;
 pub(crate) use crate::vol::lowrank::search::WeightedView;
-use crate::vol::lowrank::search::{Assessment, End, Search};
+use crate::vol::lowrank::search::{Assessment, End, Probes, Search};
 use crate::vol::lowrank::start::{Functions, Start};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
@@ -73,6 +73,7 @@ pub(crate) async fn attempt(
     parts: &Parts<'_>,
     vol: &VolOptions,
     start: Option<&Start>,
+    probed: Vec<Probed>,
 ) -> Result<Attempted, MethodError> {
     let mut attempted = Attempted::none(parts);
     let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
@@ -137,8 +138,14 @@ pub(crate) async fn attempt(
         return Err(OptionError::FixedMesh.into());
     }
     // All parts are probed first: the brightest one determines the error allowed in all.
-    for (_, attempt) in &mut attempts {
-        match attempt.search.probe().await {
+    let mut probed = probed.into_iter();
+    for (number, attempt) in &mut attempts {
+        let own = |of: &Probed| of.part == *number && of.weights == attempt.weights(parts);
+        if let Some(of) = probed.find(|of| of.part == *number).filter(own) {
+            attempt.search.take_probes(of.probes);
+            continue;
+        }
+        match attempt.search.probe(TUNING.lowrank.first_probes).await {
             Ok(()) => {}
             Err(Stop::Budget) => return Ok(attempted),
             Err(Stop::Failed(error)) => return Err(error),
@@ -157,6 +164,8 @@ pub(crate) async fn attempt(
         attempted.depths = attempts.iter().filter_map(fitted).collect();
         attempted.stretch = attempts.iter().find_map(|(_, attempt)| attempt.fitted_stretch());
         if !attempted.depths.is_empty() || attempted.stretch.is_some() {
+            let probed = |(number, attempt): &(usize, Attempt<'_>)| attempt.probed(*number, parts);
+            attempted.probed = attempts.iter().map(probed).collect();
             return Ok(attempted);
         }
     }
@@ -232,6 +241,14 @@ fn coarse_scale(part: &Part<'_>) -> Image {
     part.scale_on(shape.map(|pixels| pixels.min(TUNING.lowrank.coarse_pixels)))
 }
 
+/// The first probes of a part, which serve as long as its chart has the same weights of the coordinates of depth.
+#[derive(Debug)]
+pub(crate) struct Probed {
+    part: usize,
+    weights: Option<Weights>,
+    probes: Probes,
+}
+
 struct Attempt<'a> {
     meter: &'a Meter,
     search: Search<'a>,
@@ -301,7 +318,7 @@ impl Attempt<'_> {
             let relative = |error: f64| if error > 0.0 { error / largest } else { 0.0 };
             let error = relative(error);
             if error <= goal && self.search.probes() < self.probes_needed() {
-                self.search.probe().await?;
+                self.search.probe(self.probes_needed()).await?;
                 continue;
             }
             if error <= goal {
@@ -395,6 +412,17 @@ impl Attempt<'_> {
         let present = parts.weights(*chart)?;
         let found = fitted(&present, &samples);
         Some((*chart, found?))
+    }
+
+    /// The weights of the coordinates of depth in its chart.
+    fn weights(&self, parts: &Parts<'_>) -> Option<Weights> {
+        let Footing::Nodes { chart, .. } = &*self.part.footing else { return None };
+        parts.weights(*chart)
+    }
+
+    /// Its probes, for a search in a view with other weights of some coordinates of depth.
+    fn probed(&self, part: usize, parts: &Parts<'_>) -> Probed {
+        Probed { part, weights: self.weights(parts), probes: self.search.own_probes() }
     }
 
     /// The stretch of the depth of an image plane that is better for the probes.

@@ -53,8 +53,8 @@ impl WeightedView<'_> {
 }
 
 /// G at scattered points.
-#[derive(Debug, Default)]
-struct Probes {
+#[derive(Clone, Debug, Default)]
+pub(super) struct Probes {
     /// The number of points of the lattice, in view or not.
     number: usize,
     points: Vec<[f64; 3]>,
@@ -258,19 +258,31 @@ impl<'a> Search<'a> {
         self.probes.number
     }
 
+    /// The scattered points with their rates, for another search on the same chart.
+    pub(super) fn own_probes(&self) -> Probes {
+        self.probes.clone()
+    }
+
+    /// Takes the scattered points of another search on the same chart.
+    pub(super) fn take_probes(&mut self, probes: Probes) {
+        self.probes = Probes { values: Vec::new(), ..probes };
+    }
+
     /// The scattered samples, for the methods that follow.
     pub(super) fn samples(&self) -> PartSamples {
         let Probes { number, points, rates, .. } = &self.probes;
         PartSamples::of_probes(*number, points, rates, |xy| self.view.part.chart.density(xy))
     }
 
-    /// Doubles the scattered points.
-    pub(super) async fn probe(&mut self) -> Result<(), Stop> {
+    /// Takes the first scattered points, or about twice as many as before, up to `most`.
+    pub(super) async fn probe(&mut self, most: usize) -> Result<(), Stop> {
         let first = self.probes();
-        let more = first.max(TUNING.lowrank.first_probes);
-        let points = (first..first + more).map(lattice::point);
+        // Not in two steps, the second of which would add few.
+        let number = if 2 * most <= 5 * first { most } else { 2 * first };
+        let number = number.max(first + 1).max(TUNING.lowrank.first_probes);
+        let points = (first..number).map(lattice::point);
         let points: Vec<[f64; 3]> = points.filter(|point| self.is_in_view(*point)).collect();
-        self.probes.number = first + more;
+        self.probes.number = number;
         self.probes.rates.extend(self.view.rates(&points).await?);
         self.probes.points.extend(points);
         Ok(())

@@ -51,7 +51,7 @@ fn grown(
     times: usize,
 ) -> Result<Assessment, End> {
     let task = async {
-        search.probe().await?;
+        search.probe(1 << 20).await?;
         for _ in 0..times {
             let assessment = search.assess();
             search.grow(&assessment).await?;
@@ -115,7 +115,7 @@ fn probes_are_doubled_and_are_those_of_one_sequence() {
     let mut search = search(&meter, &part);
     let first = TUNING.lowrank.first_probes;
     for expected in [first, 2 * first, 4 * first] {
-        assert!(answered(&meter, |at, _| product(at), search.probe()).is_ok());
+        assert!(answered(&meter, |at, _| product(at), search.probe(1 << 20)).is_ok());
         assert_eq!((search.probes(), meter.evaluations()), (expected, expected as u64));
     }
     let samples = search.samples();
@@ -197,7 +197,7 @@ fn an_ascent_from_the_largest_residual_finds_a_larger_one() {
     assert!(grown(&mut search, &meter, product, 1).is_ok());
     // The probes of another search contain the knot, its interpolant does not.
     let mut with_knot = self::search(&meter, &part);
-    assert!(answered(&meter, |at, _| knotty(at), with_knot.probe()).is_ok());
+    assert!(answered(&meter, |at, _| knotty(at), with_knot.probe(1 << 20)).is_ok());
     with_knot.interpolant = search.interpolant.clone();
     let assessment = with_knot.assess();
     let of_probe = knotty(point(57)) - product(point(57));
@@ -224,7 +224,8 @@ fn attempted(
     let tile = |number| Tile { projection: &Canonical, shape: [16, 16], place: (number, tiles) };
     let tiles: Vec<Tile<'_>> = (0..tiles).map(tile).collect();
     let parts = parts(&tiles, None, None);
-    let attempted = answered(&meter, |at, _| rate(at), attempt(&meter, &tiles, &parts, vol, None));
+    let attempted =
+        answered(&meter, |at, _| rate(at), attempt(&meter, &tiles, &parts, vol, None, Vec::new()));
     (attempted.unwrap_or_else(|_| Attempted::none(&parts)), meter.evaluations())
 }
 
@@ -338,7 +339,10 @@ fn a_feature_size_of_0_is_refused() {
     let smallest_feature = Some(FeatureSize::Fraction(0.0));
     let vol = VolOptions { smallest_feature, ..VolOptions::default() };
     let parts = parts(&tiles, None, None);
-    assert!(answered(&meter, |_, _| 1.0, attempt(&meter, &tiles, &parts, &vol, None)).is_err());
+    assert!(
+        answered(&meter, |_, _| 1.0, attempt(&meter, &tiles, &parts, &vol, None, Vec::new()))
+            .is_err()
+    );
 }
 
 #[test]

@@ -108,7 +108,9 @@ mod variants;
 #[cfg(feature = "ablate")]
 pub(crate) use variants::TUNING;
 #[cfg(feature = "ablate")]
-pub use variants::{End, select};
+pub(crate) use variants::is_plane_forced;
+#[cfg(feature = "ablate")]
+pub use variants::{End, Forced, force, select};
 
 tuning! {
     engine: Engine,
@@ -129,6 +131,12 @@ tuning! {
 /// The constants of this build.
 #[cfg(not(feature = "ablate"))]
 pub(crate) const TUNING: Tuning = Tuning::STANDARD;
+
+/// Whether views have no charts: only measurements force that.
+#[cfg(not(feature = "ablate"))]
+pub(crate) const fn is_plane_forced() -> bool {
+    false
+}
 
 /// One constant of the engine, for measurements of its influence.
 #[cfg(feature = "ablate")]

@@ -32,6 +32,8 @@ struct Bracket {
     ray: usize,
     dark: f64,
     bright: f64,
+    /// The rate of the bright sample.
+    rate: f64,
     /// The rate below which a sample of the line is dark.
     limit: f64,
 }
@@ -71,8 +73,7 @@ pub(crate) async fn find_edges(
 /// The largest number of evaluations for a body, at one energy.
 pub(crate) fn cost_of_edges() -> u64 {
     let bisections = TUNING.edges.first_bisections + TUNING.edges.last_bisections;
-    // The depths that show whether there may be an edge, all depths, and the upper ends before a jump is told from a slope.
-    let of_line = FIRST_DEPTHS + TUNING.edges.depths + 1 + bisections;
+    let of_line = TUNING.edges.depths + bisections;
     (TUNING.edges.lines * of_line) as u64
 }
 
@@ -117,11 +118,13 @@ impl Rays<'_> {
         if !rates.chunks(few.len()).any(is_dark) {
             return Ok(None);
         }
-        let all: Vec<(usize, f64)> = (0..rays)
-            .flat_map(|ray| (0..depths).map(move |k| (ray, k)))
-            .map(|(ray, k)| (ray, z(k)))
-            .collect();
-        let rates = self.rates(&all).await?;
+        let of_ray = |ray: usize| (0..depths).map(move |k| (ray, k));
+        let is_new = |(_, k): &(usize, usize)| !few.contains(k);
+        let new = (0..rays).flat_map(of_ray).filter(is_new).map(|(ray, k)| (ray, z(k)));
+        let mut new = self.rates(&new.collect::<Vec<_>>()).await?.into_iter();
+        let mut known = rates.into_iter();
+        let next = |at| if is_new(&at) { new.next() } else { known.next() };
+        let rates: Vec<f64> = (0..rays).flat_map(of_ray).filter_map(next).collect();
         let largest = rates.iter().copied().fold(0.0, f64::max);
         let mut brackets = Vec::new();
         for (ray, of_ray) in rates.chunks(depths).enumerate() {
@@ -131,17 +134,15 @@ impl Rays<'_> {
             if bright == 0 {
                 return Ok(None);
             }
-            brackets.push(Bracket { ray, dark: z(bright - 1), bright: z(bright), limit });
+            let rate = of_ray[bright];
+            brackets.push(Bracket { ray, dark: z(bright - 1), bright: z(bright), rate, limit });
         }
         if brackets.len() < TUNING.edges.least_lines {
             return Ok(None);
         }
         self.bisect(&mut brackets, TUNING.edges.first_bisections).await?;
-        let at: Vec<(usize, f64)> = brackets.iter().map(|b| (b.ray, b.bright)).collect();
-        let rates = self.rates(&at).await?;
-        let jumping = rates.iter().zip(&brackets);
-        let jumping =
-            jumping.filter(|(rate, b)| **rate > TUNING.edges.jump_ratio * b.limit).count();
+        let jumps = |b: &&Bracket| b.rate > TUNING.edges.jump_ratio * b.limit;
+        let jumping = brackets.iter().filter(jumps).count();
         let is_jump = 2 * jumping > brackets.len();
         if is_jump {
             self.bisect(&mut brackets, TUNING.edges.last_bisections).await?;
@@ -170,7 +171,7 @@ impl Rays<'_> {
             for (bracket, rate) in brackets.iter_mut().zip(self.rates(&at).await?) {
                 let middle = middle(bracket);
                 if rate > bracket.limit {
-                    bracket.bright = middle;
+                    (bracket.bright, bracket.rate) = (middle, rate);
                 } else {
                     bracket.dark = middle;
                 }

@@ -13,7 +13,7 @@ use crate::projection::charts::stretch::{Stretch, Stretched};
 use crate::projection::charts::{Atlas, FoundEdge};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
-use crate::vol::tuning::TUNING;
+use crate::vol::tuning::{TUNING, is_plane_forced};
 use crate::vol::view::chart_nodes::ChartNodes;
 use crate::vol::view::pixel_rule::{Crossing, RuleNode};
 use crate::vol::view::products::{FrozenProducts, RasterMeans};
@@ -87,6 +87,9 @@ pub(crate) struct ProductImage {
 
 /// The atlas of a view with the edges found, if there are limbs.
 pub(crate) fn atlas<'a>(tiles: &[Tile<'a>], found: &[FoundEdge]) -> Option<Atlas<'a>> {
+    if is_plane_forced() {
+        return None;
+    }
     let planes = tiles.iter().filter_map(|tile| tile.projection.view_geometry());
     Atlas::new(planes.collect(), tiles.first()?.shape, found)
 }
