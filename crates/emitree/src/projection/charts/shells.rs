@@ -192,12 +192,12 @@ impl Shells {
         if self.is_parallel() {
             let at = along(from, nearest, along_line);
             let (a, b) = (dot(at, x), dot(at, y));
-            let miss = (a * a + b * b).sqrt();
+            let miss = norm([a, b, 0.0]);
             let (angle, azimuth) = (Angle::Known(miss), Angle::Of { across: b, along: a });
             return Aim { angle, azimuth, miss, is_ahead: true, nearest, stretch };
         }
         let (a, b, c) = (dot(along_line, x), dot(along_line, y), dot(along_line, forward));
-        let across = (a * a + b * b).sqrt();
+        let across = norm([a, b, 0.0]);
         Aim {
             angle: Angle::Of { across, along: c },
             azimuth: Angle::Of { across: b, along: a },
