@@ -42,7 +42,7 @@ pub struct ModelDescription {
 type Built<T> = Result<Arc<dyn Formula<T>>, ModelError>;
 
 /// How a model is made of its parameters: over plain numbers and over dual ones; made by
-/// [`formula!`](crate::catalogue::formula).
+/// `formula!`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Build {
     pub(crate) plain: fn(&Values<f64>) -> Built<f64>,

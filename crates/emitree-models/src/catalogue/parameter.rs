@@ -44,7 +44,7 @@ pub struct Derivation {
     pub(crate) value: DerivedValue,
 }
 
-/// The formula itself, of plain numbers and of dual ones; made by [`derived!`](crate::catalogue::derived).
+/// The formula itself, of plain numbers and of dual ones; made by `derived!`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DerivedValue {
     pub(crate) plain: fn(&Values<f64>) -> f64,
