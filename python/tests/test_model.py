@@ -171,6 +171,15 @@ def test_the_length_unit_is_that_of_the_model():
         emitree.Forward(wind.model(["A1"]), camera, SHAPE)
     with pytest.raises(emitree.SceneError, match=message):
         emitree.render([wind, "x"], camera, SHAPE)
+    with pytest.raises(emitree.SceneError, match=message):
+        emitree.line_integrals([wind, wind], camera.lines(SHAPE))
+    with pytest.raises(emitree.SceneError, match=message):
+        emitree.sensitivity(wind, camera, SHAPE)
+    with pytest.raises(emitree.SceneError, match=message):
+        emitree.sweep(wind.model(["A1"]), {"A1": [1.0, 2.0]}, camera, SHAPE)
+    plan = emitree.render(lambda r, d: np.exp(-(r**2).sum(axis=1)), camera, SHAPE).plan
+    with pytest.raises(emitree.SceneError, match=message):
+        emitree.jacobian(wind, ["A1"], plan=plan)
 
 
 def test_errors_name_the_parameter():

@@ -61,6 +61,17 @@ def test_an_image_that_is_linear_is_exact():
     assert abs(unknown).max() < 1e-12 and abs(none).max() == 0.0
 
 
+def test_it_does_not_matter_which_corner_is_the_first():
+    # The border from the last corner to the first one is the longest.
+    around = np.array([[[10.0, 10.2], [30.3, 12.0], [28.0, 15.0], [11.0, 13.0], [10.0, 12.5]]])
+    image = means(lambda x, y: np.sin(x / 5) ** 2 + y / 20)
+    first = [
+        integrals([Cells.constant(image)], np.roll(around, turn, axis=1))[0][0][0]
+        for turn in range(5)
+    ]
+    assert first == pytest.approx([first[0]] * 5, rel=1e-12)
+
+
 @pytest.mark.parametrize("kind", ["jump", "root", "smooth", "beyond"])
 @pytest.mark.parametrize("size", [2.0, 4.0, 8.0])
 def test_errors_are_not_beyond_what_parts_of_cells_may_differ(kind, size):

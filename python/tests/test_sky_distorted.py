@@ -304,6 +304,32 @@ def test_what_the_camera_does_not_take_is_refused_by_name(options, reason):
         emitree.render("1", camera, **options)
 
 
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"tolerance": -0.01}, "`render.tolerance` is -0.01"),
+        ({"tolerance": "1%"}, "`render.tolerance`"),
+        ({"max_evaluations": 0}, "`render.max_evaluations` is 0"),
+    ],
+)
+def test_numbers_are_refused_as_they_were_given(options, reason):
+    camera = camera_of(distorted("SIP", shape=(8, 10)))
+    with pytest.raises(emitree.SceneError, match=reason):
+        emitree.render(gaussian(60.0), camera, **options)
+
+
+def test_a_grid_in_another_unit_is_the_function_that_it_samples():
+    camera = camera_of(distorted("SIP", shape=(8, 10), scale=0.4))
+    nodes = np.linspace(-200.0, 200.0, 41)
+    x, y, z = np.meshgrid(nodes, nodes, nodes, indexing="ij")
+    values = np.exp(-(x**2 + y**2 + z**2) / (2 * 60.0**2))
+    axes = {name: (nodes / 1000) * u.kpc for name in "xyz"}
+    grid = emitree.Grid(values=values, interpolation="cubic", **axes)
+    found, expected = (emitree.render(of, camera, tolerance=0.01) for of in (grid, gaussian(60.0)))
+    assert found.converged
+    assert abs(found.image - expected.image).max() < 0.02 * expected.image.max()
+
+
 def test_other_functions_refuse_the_camera():
     camera = camera_of(distorted("SIP", shape=(8, 10)))
     with pytest.raises(emitree.SceneError, match="the camera is a `WcsCamera`"):

@@ -47,6 +47,7 @@ from emitree._forward import Forward
 from emitree._grid import Grid
 from emitree._instrument import Instrument
 from emitree._jacobian import Jacobian, jacobian
+from emitree._large_grid import LargeGrid
 from emitree._line_integrals import LineIntegrals, line_integrals
 from emitree._lines import Lines
 from emitree._meshes import from_pyvista
@@ -98,6 +99,7 @@ __all__ = [
     "Healpix",
     "Instrument",
     "Jacobian",
+    "LargeGrid",
     "LineIntegrals",
     "Lines",
     "Mesh",

@@ -70,12 +70,11 @@ class ExactModel:
 
     def __call__(self, *theta: float, **named: float) -> Callable[..., NDArray[np.float64]]:
         """The emission: a function of (position, direction[, energy])."""
-        native = self._native(self._values(theta, named), ())
+        return ExactRates(self, self._native(self._values(theta, named), ()))
 
-        def rates(position: Any, direction: Any, energy: Any = None) -> NDArray[np.float64]:
-            return native.rates_and_derivatives(*_arrays(position, direction, energy))[0]
-
-        return rates
+    def in_length_unit(self, unit: str | None) -> Any:
+        """The model as a function of positions in a unit: of a formula in any."""
+        return self
 
     def derivative(self, *theta: float, **named: float) -> Callable[..., NDArray[np.float64]]:
         """The derivatives of the rates, a function of the same that gives (n, p).
@@ -95,6 +94,22 @@ class ExactModel:
             given = [*map(str, theta), *named]
             raise TypeError(f"the parameters are {given}: expected {', '.join(self.names)}")
         return dict(zip(self.names, theta, strict=False)) | dict(named)
+
+
+class ExactRates:
+    """The rates of a model with values of its parameters: a function."""
+
+    def __init__(self, model: ExactModel, native: _native.Expression | _native.Model) -> None:
+        self.model, self.native = model, native
+
+    def __call__(self, position: Any, direction: Any, energy: Any = None) -> NDArray[np.float64]:
+        """The rates (n,) at positions and directions (n, 3) and, of cubes, energies (n,)."""
+        return self.native.rates_and_derivatives(*_arrays(position, direction, energy))[0]
+
+    def in_length_unit(self, unit: str | None) -> ExactRates:
+        """The same as a function of positions in a unit, which a published model may refuse."""
+        self.model.in_length_unit(unit)
+        return self
 
 
 class ExpressionModel(ExactModel):

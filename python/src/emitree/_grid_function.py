@@ -67,5 +67,8 @@ class GridFunction:
 
     def __call__(self, position: Any, direction: Any = None, energy: Any = None) -> Floats:
         """The rates (n,): 0 outside of the grid, and the same in all directions."""
-        values = self.values(np.ascontiguousarray(position, dtype=np.float64))
+        at = np.ascontiguousarray(position, dtype=np.float64)
+        if at.ndim != 2 or at.shape[1] != 3:
+            raise ValueError(f"`position` has the shape {at.shape}: expected (n, 3)")
+        values = self.values(at)
         return np.where(np.isnan(values), 0.0, values)

@@ -12,17 +12,15 @@ from numpy.typing import NDArray
 from emitree import _options, _units
 from emitree._allowance import Allowance
 from emitree._along import NODES, Along
-from emitree._amr import AmrGrid
 from emitree._cells import Integers
-from emitree._emissions import Expression, Model
+from emitree._emissions import Expression
 from emitree._fields import Fields
 from emitree._function import Floats, Function
-from emitree._grid import Grid
 from emitree._line_images import LOOSEST, SHARE, Shared, none_shared, shared_integrals
 from emitree._line_parts import parts_of
 from emitree._lines import Lines
 from emitree._native import EmissionError, SceneError
-from emitree._setup import with_own
+from emitree._setup import in_length_unit, with_own
 from emitree._several import Several
 
 #: Samples of a panel: nodes of a rule of Gauss and Kronrod.
@@ -271,10 +269,9 @@ def _function(emission: Any, unit: Any, length_unit: str | None, quantities: boo
     """An emission as a function of arrays."""
     if isinstance(emission, Expression):
         emission = emission.model([])()
-    elif isinstance(emission, AmrGrid | Grid | Model):
-        emission = emission.in_length_unit(length_unit)
     elif isinstance(emission, list | tuple | Mapping):
         emission = Several.of(emission)
+    emission = in_length_unit(emission, length_unit)
     if not callable(emission):
         raise TypeError(
             f"the emission is {type(emission).__name__}: expected a function f(position, "

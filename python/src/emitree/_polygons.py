@@ -84,7 +84,7 @@ def integrals(several: Sequence[Cells], corners: Floats) -> list[tuple[Floats, F
     found = [(np.empty(count), np.empty(count)) for _ in several]
     if count == 0:
         return found
-    reach = int(np.ceil(abs(np.diff(corners, axis=1)).max())) + 1
+    reach = int(np.ceil(abs(np.roll(corners, -1, axis=1) - corners).max())) + 1
     together = max(1, _TOGETHER // (corners.shape[1] * (2 * reach + 1)))
     height, width = several[0].means.shape
     sums = [(_before(of.means), _before(of.slope_y)) for of in several]

@@ -22,6 +22,7 @@ from emitree._native import SceneError
 from emitree._pixel_means import Means, first_means, refined, strips
 from emitree._responses import OfBasis, OfFunction, Response
 from emitree._sensitivity_matrix import Sensitivity, scipy_sparse
+from emitree._setup import in_length_unit
 from emitree._sight import View
 from emitree._splines import BSplines
 
@@ -183,7 +184,7 @@ def _responses(basis: Any, views: list[View]) -> list[Response]:
     if isinstance(basis, RadialFunctions | Voxels | BSplines):
         return [OfBasis(basis)]
     if callable(basis):
-        return [_of_function(basis, views)]
+        return [_of_function(in_length_unit(basis, views[0].scene.length_unit), views)]
     if isinstance(basis, Sequence) and not isinstance(basis, str) and len(basis) > 0:
         return _merged([one for part in basis for one in _responses(part, views)])
     raise SceneError(

@@ -84,12 +84,11 @@ def with_own(emission: Any, options: Mapping[str, Any]) -> dict[str, Any]:
 
 def in_length_unit(emission: Any, unit: str | None) -> Any:
     """An emission as a function of positions in a unit, if it has a length unit of its own."""
-    if isinstance(emission, AmrGrid | Fields | Grid | Model):
-        return emission.in_length_unit(unit)
     if isinstance(emission, Several):
         functions = [in_length_unit(function, unit) for function in emission.functions]
         return Several(functions, emission.names)
-    return emission
+    own = getattr(emission, "in_length_unit", None)
+    return own(unit) if callable(own) else emission
 
 
 def before_camera(emission: Any, camera: Camera, shapes: Sequence[Any]) -> Any:

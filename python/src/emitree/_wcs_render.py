@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +16,7 @@ from emitree._function import Floats, Function
 from emitree._native import SceneError
 from emitree._polygons import Cells, integrals
 from emitree._result import Rendering
-from emitree._setup import Setup
+from emitree._setup import Setup, is_function
 from emitree._sky_corners import Corners, Host
 from emitree._sky_fits import sky_cards
 from emitree._wcs_camera import WcsCamera
@@ -91,14 +92,22 @@ def rendered_by_corners(
     cells = int(np.prod(Host.of(camera, corners, 1).shape))
     most_finer = max(int(np.sqrt(_MOST_CELLS / cells)), 1)
     finer = min(int(np.clip(_SIDE // max(height, width), *_FINER)), most_finer)
-    allowed: dict[str, Any] = {"tolerance": _SHARE * tolerance}
+    # A tolerance that is none is refused as it was given, and so are limits.
+    is_number = isinstance(tolerance, int | float) and tolerance > 0.0
+    allowed: dict[str, Any] = {"tolerance": _SHARE * tolerance if is_number else tolerance}
     spent, before = 0, np.inf
+    seconds, begin = given.pop("max_seconds", None), time.monotonic()
     renderings: list[Rendering] = []
     means: list[_Means] = []
     names = None
     for number in range(_ROUNDS):
         host = Host.of(camera, corners, finer)
-        budget = {} if most is None else {"max_evaluations": max(most - spent, 1)}
+        budget: dict[str, Any] = {}
+        if most is not None:
+            budget["max_evaluations"] = max(most - spent, 1) if number > 0 else most
+        if seconds is not None:
+            passed = time.monotonic() - begin
+            budget["max_seconds"] = max(seconds - passed, 1e-3) if number > 0 else seconds
         found = rendered(emission, host.camera, host.shape, **given, **allowed, **budget)
         spent = (
             emission.evaluations
@@ -163,6 +172,7 @@ class _Remembered:
             function, unit=_units.to_text(unit), length_unit=length_unit, takes_components=True
         )
         self.evaluations = 0
+        self._is_single = True
         named = function if hasattr(function, "__qualname__") else type(function)
         self.__qualname__, self.__module__ = named.__qualname__, named.__module__
 
@@ -185,13 +195,13 @@ def _remembered(emission: Any, given: Mapping[str, Any], length_unit: str | None
 
 
 def _is_plain(emission: Any, given: Mapping[str, Any]) -> bool:
-    from emitree._emissions import Expression, Model, Tree
+    from emitree._emissions import Expression, Tree
     from emitree._fields import Fields
 
-    others = (str, Expression, Model, Tree, Fields, list, tuple, Mapping)
+    others = (Expression, Tree, Fields, list, tuple, Mapping)
     has_own = any(hasattr(emission, name) for name in ("bounds", "unit", "seeds", "edges"))
     is_at_home = not any(given.get(name) for name in ("executor", "cache", "quantities"))
-    return callable(emission) and not isinstance(emission, others) and not has_own and is_at_home
+    return is_function(emission) and not isinstance(emission, others) and not has_own and is_at_home
 
 
 def _means(host: Host, rendering: Rendering) -> _Means:
