@@ -29,7 +29,8 @@ class WcsCamera(Camera):
 
     `render` takes a `tolerance`, and all that describes the emission and the view, for method "vol"
     and images; no energies, exposures, weights, masks, sums or instruments. `lines` are the lines
-    through the centres of the pixels, for `line_integrals`. Nothing else takes this camera.
+    through the centres of the pixels, for `line_integrals`. `sweep` takes this camera, too;
+    sessions, Jacobians and fits do not.
 
     wcs: the celestial axes of the WCS; position: (3,), the observer in the model; distance: to what
         is in view; near, far, length_unit: as of `Perspective`.
