@@ -60,9 +60,11 @@ def check_stalled_worker(executor, folder):
     """What a worker takes too long for is given to the other one; the result is the same."""
     watched = Watched(folder, stalls_at=4)
     options = {"shape": (8, 8), "tolerance": None, "method": "los", "steps": 16}
-    start = time.perf_counter()
-    found = render(watched, executor=executor, **options)
-    assert time.perf_counter() - start < 0.7 * watched.stall_seconds
+    try:
+        found = render(watched, executor=executor, **options)
+        assert watched.is_stalled(), "the rendering waited for the worker that stalls"
+    finally:
+        watched.release()
     alone = render(peak, **options)
     assert np.array_equal(found.image, alone.image) and found.evaluations == alone.evaluations
     assert found.report["executor"]["repeated"] >= 1
@@ -84,16 +86,15 @@ def check_interruption(executor, folder):
     """Ctrl-C ends a rendering at once, and calls off the parts that no worker has begun."""
     watched = Watched(folder, seconds=0.2)
     timer = threading.Timer(1.0, _thread.interrupt_main)
-    start = time.perf_counter()
     timer.start()
     try:
+        # About 1400 points in parts of a few: most of them have not begun after a second.
         with pytest.raises(KeyboardInterrupt):
-            # About 1400 points in parts of a few: it would take a minute.
             render(watched, executor=executor)
     finally:
         timer.cancel()
-    assert time.perf_counter() - start < 3
     time.sleep(0.5)
     begun = len(watched.calls())
+    assert watched.points() < 700
     time.sleep(0.5)
     assert len(watched.calls()) == begun

@@ -70,11 +70,9 @@ class Watched:
     """The peak, whose calls are written to a folder: the process, and the number of points.
 
     dies_at: after this many calls one process is killed, in the middle of its next call.
-    stalls_at: after this many calls one process takes `stall_seconds` for its next call.
+    stalls_at: after this many calls one process stays in its next call until `release`.
     seconds: how long a call takes.
     """
-
-    stall_seconds = 7.0
 
     def __init__(self, folder, dies_at=None, stalls_at=None, seconds=0.002):
         self.folder = str(folder)
@@ -85,19 +83,30 @@ class Watched:
     def __call__(self, position, direction):
         self._write("calls", f"{os.getpid()} {len(position)}")
         if self.dies_at is not None and len(self.calls()) > self.dies_at:
-            killed = os.path.join(self.folder, "killed")
-            if not os.path.exists(killed):
+            if not self._has("killed"):
                 self._write("killed", str(len(position)))
                 # Until what this process gave before has arrived.
                 time.sleep(0.3)
                 os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
         if self.stalls_at is not None and len(self.calls()) > self.stalls_at:
-            stalled = os.path.join(self.folder, "stalled")
-            if not os.path.exists(stalled):
+            if not self._has("stalled"):
                 self._write("stalled", str(len(position)))
-                time.sleep(self.stall_seconds)
+                # At most a minute, so that a failed test ends.
+                for _ in range(6000):
+                    if self._has("released"):
+                        break
+                    time.sleep(0.01)
+                self._write("resumed", str(len(position)))
         time.sleep(self.seconds)
         return peak(position, direction)
+
+    def release(self):
+        """The process that stalls goes on."""
+        self._write("released", "")
+
+    def is_stalled(self):
+        """Whether a process is in the call in which it stalls."""
+        return self._has("stalled") and not self._has("resumed")
 
     def calls(self):
         """Each call: its process, and its number of points."""
@@ -116,6 +125,9 @@ class Watched:
         """How many points the killed process had been given."""
         with open(os.path.join(self.folder, "killed")) as file:
             return sum(map(int, file))
+
+    def _has(self, name):
+        return os.path.exists(os.path.join(self.folder, name))
 
     def _write(self, name, line):
         with open(os.path.join(self.folder, name), "a") as file:

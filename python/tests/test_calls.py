@@ -245,7 +245,7 @@ INTERRUPTED = {
     "function": """
         def work(position, direction):
             print("working", flush=True)
-            for _ in range(1000):
+            for _ in range(12000):
                 time.sleep(0.01)
             return position[:, 0]
         emitree.render(work, emitree.Canonical(), (64, 64))
@@ -285,9 +285,11 @@ def test_ctrl_c_ends_a_rendering(what):
         assert process.stdout.readline() == "working\n"
         time.sleep(0.4)
         process.send_signal(signal.SIGINT)
-        start = time.perf_counter()
-        _, errors = process.communicate(timeout=30)
-    assert time.perf_counter() - start < 3.0
+        try:
+            # Each of them would take minutes.
+            _, errors = process.communicate(timeout=30)
+        finally:
+            process.kill()
     assert "KeyboardInterrupt" in errors
     assert process.returncode == -signal.SIGINT
 
