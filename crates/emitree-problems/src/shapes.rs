@@ -212,6 +212,21 @@ impl Shape {
         self.inside + slope
     }
 
+    /// The emission of the shape alone, and that around it alone.
+    pub(crate) fn inside_and_outside(&self) -> [Self; 2] {
+        [Self { outside: 0.0, ..self.clone() }, self.around(self.outside)]
+    }
+
+    /// An emission of a constant rate around the shape, and none in it.
+    pub(crate) fn around(&self, rate: f64) -> Self {
+        Self { inside: 0.0, gradient: [0.0; 3], outside: rate, ..self.clone() }
+    }
+
+    /// g in the middle of the shape.
+    pub(crate) fn inside_rate(&self) -> f64 {
+        self.inside
+    }
+
     /// ∫ g dz over 0 ≤ z ≤ 1 at (x, y), in closed form.
     ///
     /// ```

@@ -5,13 +5,18 @@
 //! `emitree_problems::cubes` with 64 × 64 pixels and 32 bins; a third argument names one of them.
 //! Beside them are the evaluations of one image for each bin, at the middle of its energies: to the
 //! same tolerance of its own largest pixel, and to the same error as the cube.
+//!
+//! `cubes -- jumps 0 50 20 1e-2` renders random cubes with sharp surfaces, beside an image at the energy of the largest
+//! band.
 
 use emitree::{
     Canonical, Cube, EnergyAxis, FromFn, FromSpectralFn, RenderOptions, Rendering, VolOptions,
     render, render_cube,
 };
+use emitree_problems::cubes::jumps::random_jump_cube;
 use emitree_problems::cubes::{CubeProblem, problems};
 use std::error::Error;
+use std::ops::Range;
 use std::time::Instant;
 
 const SHAPE: [usize; 2] = [64, 64];
@@ -20,9 +25,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
+        ["jumps", from, to, bins, tolerances] => {
+            jumps(from.parse()?..to.parse()?, bins.parse()?, tolerances)
+        }
         [bins, tolerances] => table(bins.parse()?, tolerances, ""),
         [bins, tolerances, name] => table(bins.parse()?, tolerances, name),
-        _ => Err("expected: BINS T,… [NAME]".into()),
+        _ => Err("expected: BINS T,… [NAME] | jumps FROM TO BINS T,…".into()),
     }
 }
 
@@ -94,6 +102,66 @@ fn table(bins: usize, tolerances: &str, only: &str) -> Result<(), Box<dyn Error>
                 images(problem, &axis, tolerance, Some(&largest))?,
             );
         }
+    }
+    Ok(())
+}
+
+/// How often a tolerance is met by random cubes with sharp surfaces, and at what cost.
+fn jumps(seeds: Range<u64>, bins: usize, tolerances: &str) -> Result<(), Box<dyn Error>> {
+    for tolerance in tolerances.split(',') {
+        let tolerance: f64 = tolerance.parse()?;
+        println!(
+            "| scene | evaluations | energies | surfaces | one image | true error | estimate | inside | seconds |"
+        );
+        println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+        let (mut kept, mut found_surfaces, mut logs, mut ratios) = (0, 0, 0.0, Vec::new());
+        let count = seeds.end - seeds.start;
+        for seed in seeds.clone() {
+            let scene = random_jump_cube(seed);
+            let axis = scene.axis(bins)?;
+            let reference = scene.reference(SHAPE, &axis);
+            let largest = reference.cube.largest();
+            let start = Instant::now();
+            let emission = FromSpectralFn(|position, _, energy| scene.rate(position, energy));
+            let found = render_cube(&emission, &Canonical, SHAPE, &axis, &options(tolerance))?;
+            let seconds = start.elapsed().as_secs_f64();
+            let brightest =
+                reference.cube.bands().iter().position(|band| band.min_max().1 == largest);
+            let energy = axis.energy((brightest.unwrap_or(0) as f64 + 0.5) / bins as f64);
+            let image = FromFn(|position, _| scene.rate(position, energy));
+            let image = render(&image, &Canonical, SHAPE, &options(tolerance))?;
+            let error = found.values.max_difference(&reference.cube) / largest;
+            let is_kept = found.converged() && error <= tolerance + reference.error;
+            let errors: Vec<f64> =
+                found.error.as_ref().map(|error| error.voxels().collect()).unwrap_or_default();
+            let slack = reference.error * largest;
+            let within = found.values.voxels().zip(reference.cube.voxels()).zip(&errors);
+            let within = within.filter(|((a, b), error)| (a - b).abs() <= **error + slack).count();
+            kept += u64::from(is_kept);
+            found_surfaces += u64::from(found.surfaces.is_some());
+            logs += (found.stats.evaluations as f64).ln();
+            ratios.push(found.stats.evaluations as f64 / image.stats.evaluations as f64);
+            println!(
+                "| {} | {} | {} | {} | {} | {error:.1e}{} | {:.1e} | {:.4} | {seconds:.2} |",
+                scene.name(),
+                found.stats.evaluations,
+                found.stats.energies.len(),
+                if found.surfaces.is_some() { "yes" } else { "no" },
+                image.stats.evaluations,
+                if is_kept { "" } else { " (not kept)" },
+                found.estimated_error().unwrap_or(f64::NAN),
+                within as f64 / errors.len() as f64,
+            );
+        }
+        ratios.sort_by(f64::total_cmp);
+        println!(
+            "{tolerance:.0e}: {kept} of {count} kept, {found_surfaces} with surfaces, {:.0} evaluations (geometric \
+             mean), over those of an image {:.1} (median; {:.1} to {:.1})",
+            (logs / count as f64).exp(),
+            ratios[ratios.len() / 2],
+            ratios[ratios.len() / 10],
+            ratios[ratios.len() * 9 / 10],
+        );
     }
     Ok(())
 }

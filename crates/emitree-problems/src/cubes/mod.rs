@@ -18,6 +18,7 @@ mod checks;
 pub mod doppler;
 pub mod edge;
 pub mod ena_ring;
+pub mod jumps;
 mod local;
 pub mod mixture;
 pub mod parts;

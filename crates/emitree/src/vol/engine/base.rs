@@ -9,10 +9,17 @@ use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 
+/// The samples of the base lattice at the first energy.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FirstSamples {
+    /// The place on the energy axis, if there is one.
+    pub(crate) energy: Option<u32>,
+    pub(crate) within_budget: bool,
+}
+
 impl Engine<'_> {
-    /// Samples the lines of the base lattice at the first energy, and at all further energies that
-    /// the spectra require. Returns whether the budget sufficed.
-    pub(crate) async fn sample_initially(&mut self) -> Result<bool, MethodError> {
+    /// Samples the lines of the base lattice at the first energy.
+    pub(crate) async fn sample_initially(&mut self) -> Result<FirstSamples, MethodError> {
         let base = base_evaluations_of(self.parts, self.base_level);
         let energy = if base + self.cost_of_first_energy() > self.meter.evaluations_left() {
             self.spectra.as_ref().map(|_| STEPS / 2)
@@ -24,10 +31,19 @@ impl Engine<'_> {
             }
         };
         self.add_sheets(energy);
-        let sampled = self.sample_base(0, None).await?;
+        let within_budget = self.sample_base(0, None).await?;
+        Ok(FirstSamples { energy, within_budget })
+    }
+
+    /// Samples the lines of the base lattice at all further energies that the spectra require. Returns whether the
+    /// budget sufficed.
+    pub(crate) async fn sample_further_energies(
+        &mut self,
+        first: &FirstSamples,
+    ) -> Result<bool, MethodError> {
         match &self.spectra {
-            Some(_) if sampled => self.sample_first_spectra(energy).await,
-            _ => Ok(sampled),
+            Some(_) if first.within_budget => self.sample_first_spectra(first.energy).await,
+            _ => Ok(first.within_budget),
         }
     }
 

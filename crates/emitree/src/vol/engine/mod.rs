@@ -19,13 +19,16 @@ use crate::output::MethodOutput;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
+use crate::vol::engine::base::FirstSamples;
 use crate::vol::engine::coverage::Coverage;
 use crate::vol::engine::current_image::CurrentImage;
+use crate::vol::engine::run::Beginning;
 use crate::vol::engine::spectra::Spectra;
 use crate::vol::image::pixels::pixel_means;
 use crate::vol::lattice::points_to_detect;
 use crate::vol::sampling::Stop;
 use crate::vol::spectrum::energies::Energies;
+use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::part::{Footing, Part, Parts, ProductImage, add};
@@ -94,7 +97,14 @@ pub(crate) async fn by_tree(
     engine.add_products();
     let (current, ending) = match start {
         Some(start) if is_fixed => engine.run_fixed(start).await?,
-        start => engine.run(start).await?,
+        Some(start) => engine.run(Beginning::Trees(start)).await?,
+        None => {
+            let first = engine.sample_initially().await?;
+            if let Some(found) = engine.surfaces_of_cube(axis, &first).await? {
+                return Ok(found);
+            }
+            engine.run(Beginning::Samples(first)).await?
+        }
     };
     // A base lattice that is coarser than requested does not meet the request.
     let ending = if base_level < vol.base_level { StopReason::Budget } else { ending };
@@ -198,6 +208,26 @@ impl Engine<'_> {
     /// Height and width of the image.
     pub(crate) fn shape(&self) -> [usize; 2] {
         self.tiles[0].shape_of_image()
+    }
+
+    /// The cube of surfaces at which G jumps, if the base lines cross such and if there are no other parts.
+    async fn surfaces_of_cube(
+        &mut self,
+        axis: Option<&EnergyAxis>,
+        first: &FirstSamples,
+    ) -> Result<Option<MethodOutput>, MethodError> {
+        let [sheet] = &self.sheets[..] else { return Ok(None) };
+        let (Some(axis), Some(energy)) = (axis, first.energy) else { return Ok(None) };
+        let is_sampled = first.within_budget && self.base_level == self.vol.base_level;
+        if !(is_sampled && sheet.has_many_jumps()) || self.meter.freezes() {
+            return Ok(None);
+        }
+        let before = self.meter.evaluations();
+        let found =
+            surfaces::render_cube(self.meter, self.tiles, self.view, axis, energy, self.vol)
+                .await?;
+        self.evaluations_before += self.meter.evaluations() - before;
+        Ok(found)
     }
 
     /// Makes the image of the parts that have products.

@@ -5,6 +5,7 @@ use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::tree::StopReason;
 use crate::vol::dyadic::Place;
+use crate::vol::engine::base::FirstSamples;
 use crate::vol::engine::current_image::CurrentImage;
 use crate::vol::engine::spectra::Spectra;
 use crate::vol::engine::verification::Verdict;
@@ -15,16 +16,23 @@ use crate::vol::view::sheet::Sheet;
 use crate::vol::view::tree_start::TreeStart;
 use std::borrow::Cow;
 
+/// What the trees begin with.
+pub(crate) enum Beginning<'a> {
+    Trees(&'a TreeStart),
+    Samples(FirstSamples),
+}
+
 impl Engine<'_> {
-    /// Refines the trees until the tolerance is met, beginning with those of `start`.
+    /// Refines the trees until the tolerance is met, beginning with those of another emission or with the first
+    /// samples.
     pub(crate) async fn run(
         &mut self,
-        start: Option<&TreeStart>,
+        beginning: Beginning<'_>,
     ) -> Result<(CurrentImage, StopReason), MethodError> {
         let before = self.evaluations_before;
-        let mut within_budget = match start {
-            Some(start) => self.sample_start(start, false).await?,
-            None => self.sample_initially().await?,
+        let mut within_budget = match beginning {
+            Beginning::Trees(start) => self.sample_start(start, false).await?,
+            Beginning::Samples(first) => self.sample_further_energies(&first).await?,
         };
         if !within_budget && self.sheets.iter().any(Sheet::has_no_samples) {
             // Where the time has ended there is no image of these lines.

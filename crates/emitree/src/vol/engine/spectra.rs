@@ -3,7 +3,6 @@
 use crate::cell::{self, whole};
 use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
-use crate::parallel::prelude::*;
 use crate::vol::dyadic::{STEPS, spacing, unit};
 use crate::vol::engine::{Engine, within_budget};
 use crate::vol::error_weights::WeightsOfPart;
@@ -14,10 +13,11 @@ use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::{Stop, View};
 use crate::vol::seeds::SeedTargets;
 use crate::vol::spectrum::bins::Bins;
-use crate::vol::spectrum::energies::{self, Energies, ResidualSpectrum};
+use crate::vol::spectrum::energies::{self, Energies};
 use crate::vol::spectrum::probes::{
-    LINE_LEVEL, ProbePoint, SpectralProbes, SpotCheck, spectral_rates,
+    GOLDEN_RATIO, LINE_LEVEL, ProbePoint, SpectralProbes, SpotCheck, spectral_rates,
 };
+use crate::vol::spectrum::selection::SelectionLimits;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::Part;
 use crate::vol::view::sheet::{Sheet, SheetId};
@@ -25,9 +25,6 @@ use crate::vol::view::verification::Verification;
 use std::collections::BTreeSet;
 
 mod verification;
-
-/// Multiples of the golden ratio, modulo 1, are distinct and evenly distributed for any number of them.
-const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
 /// The sampled spectra, and the error that the selected energies leave.
 pub(crate) struct Spectra<'a> {
@@ -231,18 +228,12 @@ impl<'b> Engine<'b> {
         let largest = spectra.probes.largest();
         let allowed = spectra.share * self.tolerance * largest;
         sampled = sampled && within_budget(spectra.probes.sample(&views, allowed).await)?;
-        let SpectralProbes { probes, bins, .. } = &spectra.probes;
-        let residual = |probe| self.energies.residual(probe, bins);
-        let mut residuals: Vec<ResidualSpectrum> = probes.iter().map(residual).collect();
-        let effect = |i: &usize| residuals[*i].effect_at(first, bins);
-        let brightest = (0..residuals.len()).max_by(|a, b| effect(a).total_cmp(&effect(b)));
-        let selected =
-            brightest.is_some_and(|i| self.energies.select(&mut residuals, i, Some(first), bins));
-        if !selected {
+        let selected = Energies::first(&spectra.probes, first);
+        let bins = spectra.probes.bins.factors.len();
+        self.energies = selected.unwrap_or_else(|| {
             // All spectra are dark there, or the budget did not suffice to sample them.
-            let weight = if sampled { 0.0 } else { 1.0 };
-            self.energies = Energies::unselected(first, bins.factors.len(), weight);
-        }
+            Energies::unselected(first, bins, if sampled { 0.0 } else { 1.0 })
+        });
         if !sampled {
             return Ok(false);
         }
@@ -317,32 +308,21 @@ impl<'b> Engine<'b> {
         let allowed = spectra.share * target;
         let most = match self.is_fixed {
             true => 0,
-            false => {
-                TUNING.spectra.energies_per_bin * spectra.probes.bins.factors.len()
-                    + TUNING.spectra.more_energies
-            }
+            false => SelectionLimits::most_of_bins(spectra.probes.bins.factors.len()),
         };
         let mut sampled = within_budget(spectra.probes.sample(&views, allowed).await)?;
         let Spectra { probes, unexplained, residuals: of_probes, .. } = &mut *spectra;
-        let residual = |probe| self.energies.residual(probe, &probes.bins);
-        let mut residuals: Vec<ResidualSpectrum> = probes.probes.par_iter().map(residual).collect();
+        let mut residuals = self.energies.residuals(probes);
         let left = energies::unexplained(&residuals, &probes.bins);
         *unexplained = left.iter().map(|left| TUNING.spectra.unsampled_margin * left).collect();
         if !self.vol.is_uniform() {
             *of_probes = residuals.iter().map(|residual| residual.effects.clone()).collect();
         }
-        let mut goal = allowed;
-        while sampled && self.energies.len() < most {
-            let worst = (0..residuals.len())
-                .max_by(|a, b| residuals[*a].largest().total_cmp(&residuals[*b].largest()));
-            let Some(worst) = worst.filter(|&i| residuals[i].largest() > goal) else { break };
-            goal = TUNING.spectra.selection_share * allowed;
-            probes.raise_precision(worst, residuals[worst].largest(), target / self.tolerance);
-            sampled = within_budget(probes.sample(&views, allowed).await)?;
-            residuals[worst] = self.energies.residual(&probes.probes[worst], &probes.bins);
-            if !self.energies.select(&mut residuals, worst, None, &probes.bins) {
-                break;
-            }
+        if sampled {
+            let limits = SelectionLimits { allowed, largest: target / self.tolerance, most };
+            let selection =
+                self.energies.select_until_explained(probes, &mut residuals, &views, &limits);
+            sampled = within_budget(selection.await)?;
         }
         spectra.are_explained = sampled;
         Ok(sampled)

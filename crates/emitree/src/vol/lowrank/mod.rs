@@ -106,7 +106,7 @@ pub(crate) async fn attempt(
             let attempt = Attempt {
                 meter,
                 search: Search::new(
-                    WeightedView { meter, part, tiles: tiles.len() },
+                    WeightedView { meter, part, tiles: tiles.len(), energies: &[] },
                     // In dark pixels, fibers may have to be as fine as for small tolerances.
                     if vol.is_uniform() { vol.tolerance } else { 0.0 },
                 ),

@@ -10,7 +10,7 @@ use crate::vol::lowrank::fibers::largest;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::jump::Steep;
 use crate::vol::lowrank::probes::CellResiduals;
-use crate::vol::sampling::{Stop, evaluate_across_gaps};
+use crate::vol::sampling::{EnergySample, Stop, evaluate_across_gaps};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::Part;
 use crate::vol::view::raster::cell_at;
@@ -23,14 +23,39 @@ pub(crate) struct WeightedView<'a> {
     pub(crate) part: &'a Part<'a>,
     /// The number of tiles of the image.
     pub(crate) tiles: usize,
+    /// The energies at which G is sampled, and the weights with which the samples are added; none without
+    /// an energy axis.
+    pub(crate) energies: &'a [(EnergySample, f64)],
 }
 
 impl WeightedView<'_> {
-    /// G · dΩ/(dx dy) at the points, in one batch if the budget suffices.
+    /// The number of evaluations for one point.
+    pub(crate) fn evaluations_of_point(&self) -> u64 {
+        self.energies.len().max(1) as u64
+    }
+
+    /// G · dΩ/(dx dy) at the points, or its weighted sum over the energies, in one batch if the budget
+    /// suffices.
     pub(crate) async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
-        let chart = &*self.part.chart;
-        let site = |i: usize| self.site(points[i]);
-        evaluate_across_gaps(self.meter, chart, points.len(), &|i| points[i], &site).await
+        let (chart, energies) = (&*self.part.chart, self.energies);
+        if energies.is_empty() {
+            let site = |i: usize| self.site(points[i]);
+            return evaluate_across_gaps(self.meter, chart, points.len(), &|i| points[i], &site)
+                .await;
+        }
+        let point = |i: usize| points[i / energies.len()];
+        let site = |i: usize| {
+            let (sample, _) = energies[i % energies.len()];
+            let mut site = self.site(point(i));
+            site.point.path_per_depth *= sample.density;
+            Site { energy: Some(sample.energy), ..site }
+        };
+        let count = points.len() * energies.len();
+        let rates = evaluate_across_gaps(self.meter, chart, count, &point, &site).await?;
+        let sum = |of_point: &[f64]| {
+            of_point.iter().zip(energies).map(|(rate, (_, weight))| rate * weight).sum()
+        };
+        Ok(rates.chunks(energies.len()).map(sum).collect())
     }
 
     /// One sample of G · dΩ/(dx dy).

@@ -155,8 +155,28 @@ impl Energies {
             let known: f64 = parts.iter().zip(&one.of_earlier).map(|(part, of)| part * of).sum();
             parts.push(rate - known);
         }
+        self.sum_of_parts(parts.into_iter(), place)
+    }
+
+    /// G at a place of the axis, given what each of the selected energies adds to the former ones, Sₖ.
+    pub(crate) fn sum_of_parts(&self, parts: impl Iterator<Item = f64>, place: u32) -> f64 {
         let functions = self.selected.iter().map(|one| one.function.rate(place));
-        parts.iter().zip(functions).map(|(part, function)| part * function).sum()
+        parts.zip(functions).map(|(part, function)| part * function).sum()
+    }
+
+    /// The weights of G at the selected energies up to number `k` in what that one adds, Sₖ.
+    pub(crate) fn weights_of_part(&self, k: usize) -> Vec<f64> {
+        let mut weights: Vec<Vec<f64>> = Vec::with_capacity(k + 1);
+        for (number, one) in self.selected.iter().take(k + 1).enumerate() {
+            let mut of_part = vec![0.0; number + 1];
+            of_part[number] = 1.0;
+            for (earlier, amount) in weights.iter().zip(&one.of_earlier) {
+                let targets = of_part.iter_mut().zip(earlier);
+                targets.for_each(|(weight, of_earlier)| *weight -= amount * of_earlier);
+            }
+            weights.push(of_part);
+        }
+        weights.pop().unwrap_or_default()
     }
 
     /// The weights of G at each energy for each bin: a vector of energies for each bin.

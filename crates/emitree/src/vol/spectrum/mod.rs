@@ -6,6 +6,7 @@
 pub(crate) mod bins;
 pub(crate) mod energies;
 pub(crate) mod probes;
+pub(crate) mod selection;
 
 use crate::cell;
 use crate::vol::dyadic::{STEPS, beside, level_of, midpoint_weights, spacing, unit};

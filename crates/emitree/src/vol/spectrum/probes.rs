@@ -8,7 +8,7 @@
 use crate::cell::{self, whole};
 use crate::image::Image;
 use crate::parallel::prelude::*;
-use crate::vol::dyadic::{Place, spacing, unit};
+use crate::vol::dyadic::{Place, STEPS, spacing, unit};
 use crate::vol::error_weights::WeightsOfPart;
 use crate::vol::sampling::{Stop, View, evaluate};
 use crate::vol::spectrum::bins::Bins;
@@ -18,6 +18,9 @@ use std::collections::BTreeSet;
 
 /// The level of the lattice to which the energies of emission lines are rounded.
 pub(crate) const LINE_LEVEL: u8 = 15;
+
+/// Multiples of the golden ratio, modulo 1, are distinct and evenly distributed for any number of them.
+pub(crate) const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
 /// A point of a part: a place in the image plane and a depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -272,6 +275,16 @@ pub(crate) async fn spectral_rates(
         parts[part].site([x, y, depth], Some(bins.sample_at(energy)))
     };
     evaluate(first.meter, points.len(), &site).await
+}
+
+/// The energies of line `number`: one in each of equal parts of the band, at a place that differs
+/// from line to line.
+pub(crate) fn energies_of_line(number: usize) -> impl Iterator<Item = u32> {
+    let parts = TUNING.spectra.energies_per_line;
+    let cells = f64::from(STEPS / spacing(LINE_LEVEL));
+    let shift = (GOLDEN_RATIO * (number as f64 + 1.0)).fract();
+    let place = move |part: u32| (f64::from(part) + shift) / f64::from(parts);
+    (0..parts).map(move |part| cell::to_u32(whole(place(part) * cells)) * spacing(LINE_LEVEL))
 }
 
 /// The places of one lattice.

@@ -39,6 +39,25 @@ pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec
 }
 
 async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Found>, Failure> {
+    let Some(Located { model, maps, .. }) = locate(request, rates).await? else { return Ok(None) };
+    let Maps { image, error } = maps;
+    let surfaces = found_surfaces(&*request.view.part.chart, &model);
+    Ok(Some(Found { image, error, samples: rates.len(), surfaces }))
+}
+
+/// The surfaces of a view, with the search that has found them and the image within the tolerance.
+pub(super) struct Located<'a> {
+    pub(super) search: Search<'a>,
+    pub(super) model: Model,
+    pub(super) maps: Maps,
+}
+
+/// Searches for surfaces, until the image of them and the pieces beside them is verified to the tolerance;
+/// `None` if that fails. All scattered samples are in `rates` then.
+pub(super) async fn locate<'a>(
+    request: &Request<'a>,
+    rates: &mut Vec<f64>,
+) -> Result<Option<Located<'a>>, Failure> {
     let tolerance = request.tolerance;
     let grid = grid(request.view, tolerance);
     let allowed = 1e-2 / tolerance.max(1e-6);
@@ -61,7 +80,7 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     search.run().await?;
     let (mut rounds, mut improvements) = (0, 0);
     let mut lines = KnownLines::default();
-    let (model, maps) = loop {
+    loop {
         let model = model(&mut search).await?;
         let maps = model.maps(&search.aim, tolerance, &mut lines);
         search.aim.target = tolerance * maps.image.largest();
@@ -77,16 +96,13 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         let verdict = search.verify(&model, &maps, rounds).await?;
         rounds += 1;
         if verdict.has_passed {
-            break (model, maps);
+            return Ok(Some(Located { search, model, maps }));
         }
         if rounds == TUNING.surfaces.verifications {
             return Ok(None);
         }
         search.divide(&verdict.wrong, Reason::Wrong).await?;
-    };
-    let Maps { image, error } = maps;
-    let surfaces = found_surfaces(&*request.view.part.chart, &model);
-    Ok(Some(Found { image, error, samples: rates.len(), surfaces }))
+    }
 }
 
 /// Refines the leaves on the lines of the pixels with the largest errors. Returns whether there are any.

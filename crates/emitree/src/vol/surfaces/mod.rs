@@ -19,7 +19,8 @@
 //! * `polynomial`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
 //! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
-//!   `attempt`: all of it, with the decision.
+//!   `attempt`: all of it, with the decision;
+//! * `channel`, `spectra`, `cube`: what further energies of a cube add beside the same surfaces.
 
 mod columns;
 mod nearest;
@@ -54,6 +55,9 @@ mod verification;
 mod net;
 mod found;
 mod attempt;
+mod channel;
+mod spectra;
+mod cube;
 mod render;
 
-pub(crate) use render::render;
+pub(crate) use render::{render, render_cube};

@@ -122,7 +122,7 @@ impl Search<'_> {
     }
 
     /// Whether a point is in view, in a region and not near its surfaces.
-    fn is_well_inside(&self, tree: &Octree, label: Label, at: [f64; 3]) -> bool {
+    pub(super) fn is_well_inside(&self, tree: &Octree, label: Label, at: [f64; 3]) -> bool {
         let leaf = tree.leaf(at);
         leaf.region(at) == label
             && leaf.clearance(at) > TUNING.surfaces.piece_clearance

@@ -3,20 +3,25 @@
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
+use crate::found_surfaces::FoundSurfaces;
+use crate::image::Image;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
+use crate::vol::dyadic::unit;
 use crate::vol::engine::samples_wanted;
 use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::lowrank::attempted::Attempted;
 use crate::vol::sampling::Stop;
+use crate::vol::spectrum::bins::Bins;
 use crate::vol::surfaces::attempt::attempt;
+use crate::vol::surfaces::cube::attempt_cube;
 use crate::vol::surfaces::start::Request;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::part::{Parts, parts as parts_of};
+use crate::vol::view::part::{Part, Parts, parts as parts_of};
 use crate::vol::view::scattered::{PartSamples, fraction_of_view, size_detected};
 use std::sync::Arc;
 
@@ -35,32 +40,18 @@ pub(crate) async fn render(
     let is_divided = has_charts || parts.parts.len() > tiles.len();
     let plane = is_divided.then(|| parts_of(tiles, None, None));
     let [part] = &plane.as_ref().unwrap_or(parts).parts[..] else { return Ok(None) };
-    let is_possible = attempted.has_jump
-        && vol.is_uniform()
-        && axis.is_none()
-        && vol.seeds.is_empty()
-        && vol.tolerance >= TUNING.surfaces.least_tolerance
-        && part.footing.is_raster_of_pixels();
-    if !is_possible {
+    if !(attempted.has_jump && axis.is_none() && is_possible(part, vol)) {
         return Ok(None);
     }
     // Samples in charts are elsewhere.
     let samples = attempted.known.samples.first_mut().filter(|_| !is_divided);
     let chart = &*part.chart;
-    let view = WeightedView { meter, part, tiles: tiles.len() };
+    let view = WeightedView { meter, part, tiles: tiles.len(), energies: &[] };
     let density = |point: &[f64; 3]| chart.density([point[0], point[1]]);
     let weighted = samples.iter().flat_map(|of| of.points.iter().zip(&of.rates));
     let known: Vec<f64> = weighted.map(|(point, rate)| rate * density(point)).collect();
-    let left = meter.evaluations_left() as f64;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
-    let most = (TUNING.surfaces.most_budget_share * left) as u64;
     let limbs = has_charts.then_some(parts);
-    let tolerance = vol.tolerance.min(TUNING.engine.loosest_tolerance);
-    let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
-    let least_samples = samples_wanted(vol, wanted.map(|size| part.least_feature * size));
-    let scale = &part.scale;
-    let request =
-        Request { view: &view, scale, tolerance, most, known: &known, least_samples, limbs };
+    let request = Request { known: &known, limbs, ..request(&view, tiles, vol)? };
     let (found, rates) = match attempt(&request).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),
@@ -71,17 +62,97 @@ pub(crate) async fn render(
         *samples = PartSamples::of_probes(points.len(), &points, &rates, |xy| chart.density(xy));
     }
     let Some(found) = found else { return Ok(None) };
-    let [cube, error] = [found.image, found.error].map(|mut map| {
-        parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
-        Cube::from_bands(vec![map])
-    });
+    let maps = vec![[found.image, found.error]];
+    Ok(Some(output(meter, parts, part, vol, maps, found.samples, found.surfaces)))
+}
+
+/// The cube of a view in which G jumps at the energy `first`, a place of the axis; `None` if surfaces do not give
+/// the cube to the tolerance.
+pub(crate) async fn render_cube(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    parts: &Parts<'_>,
+    axis: &EnergyAxis,
+    first: u32,
+    vol: &VolOptions,
+) -> Result<Option<MethodOutput>, MethodError> {
+    let [part] = &parts.parts[..] else { return Ok(None) };
+    if !is_possible(part, vol) {
+        return Ok(None);
+    }
+    let bins = Bins::new(axis);
+    let energies = [(bins.sample_at(first), 1.0)];
+    let view = WeightedView { meter, part, tiles: tiles.len(), energies: &energies };
+    let request = request(&view, tiles, vol)?;
+    let found = match attempt_cube(&request, bins, first, &vol.line_energies).await {
+        Ok(found) => found,
+        Err(Stop::Budget) => return Ok(None),
+        Err(Stop::Failed(error)) => return Err(error),
+    };
+    let Some(found) = found else { return Ok(None) };
+    let mut made = output(meter, parts, part, vol, found.maps, found.samples, found.surfaces);
+    made.energies = found.energies.into_iter().map(|place| axis.energy(unit(place))).collect();
+    made.energies.sort_by(f64::total_cmp);
+    Ok(Some(made))
+}
+
+/// Whether surfaces are searched for in a part that is all of a view.
+fn is_possible(part: &Part<'_>, vol: &VolOptions) -> bool {
+    vol.is_uniform()
+        && vol.seeds.is_empty()
+        && vol.tolerance >= TUNING.surfaces.least_tolerance
+        && part.footing.is_raster_of_pixels()
+}
+
+/// A request without known samples and bodies.
+fn request<'a>(
+    view: &'a WeightedView<'a>,
+    tiles: &[Tile<'_>],
+    vol: &VolOptions,
+) -> Result<Request<'a>, MethodError> {
+    let left = view.meter.evaluations_left() as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
+    let most = (TUNING.surfaces.most_budget_share * left) as u64;
+    let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
+    let least_samples = samples_wanted(vol, wanted.map(|size| view.part.least_feature * size));
+    Ok(Request {
+        view,
+        scale: &view.part.scale,
+        tolerance: vol.tolerance.min(TUNING.engine.loosest_tolerance),
+        most,
+        known: &[],
+        least_samples,
+        limbs: None,
+    })
+}
+
+/// The output of images with their errors, of so many scattered samples.
+fn output(
+    meter: &Meter,
+    parts: &Parts<'_>,
+    part: &Part<'_>,
+    vol: &VolOptions,
+    maps: Vec<[Image; 2]>,
+    samples: usize,
+    surfaces: FoundSurfaces,
+) -> MethodOutput {
+    let (mut images, mut errors) = (Vec::new(), Vec::new());
+    for mut of_band in maps {
+        for map in &mut of_band {
+            parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
+        }
+        let [image, error] = of_band;
+        images.push(image);
+        errors.push(error);
+    }
+    let [cube, error] = [images, errors].map(Cube::from_bands);
     if meter.keeps_images() {
         meter.show([cube.clone(), error.clone()]);
     }
     let mut made = MethodOutput::new(cube, Some(error), StopReason::Complete);
     made.base_level = Some(vol.base_level);
     let passes = TUNING.lowrank.least_detected_rate;
-    made.smallest_feature = Some(size_detected(found.samples, passes) / part.least_feature);
-    made.surfaces = Some(Arc::new(found.surfaces));
-    Ok(Some(made))
+    made.smallest_feature = Some(size_detected(samples, passes) / part.least_feature);
+    made.surfaces = Some(Arc::new(surfaces));
+    made
 }

@@ -105,7 +105,7 @@ impl<'a> Search<'a> {
 
     /// G at points, in one batch.
     pub(super) async fn rates(&mut self, points: &[[f64; 3]]) -> Result<Vec<f64>, Failure> {
-        let count = points.len() as u64;
+        let count = points.len() as u64 * self.view.evaluations_of_point();
         if count > self.left {
             return Err(Failure::TooComplex);
         }

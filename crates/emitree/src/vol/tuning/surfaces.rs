@@ -157,5 +157,19 @@ group! {
         /// The most evaluations at 1 %, and the power of T with which they grow.
         most_evaluations: f64 = 1.5e5, 1e5..=2e5;
         growth: f64 = 0.5, 0.3..=0.7;
+        /// The share of T that the surfaces and the pieces at the first energy of a cube may take; the
+        /// share that the pieces of all further energies may take; and the largest error that is accepted.
+        cube_share: f64 = 0.75, 0.6..=0.85;
+        channel_share: f64 = 0.5, 0.25..=0.75;
+        cube_accepted_share: f64 = 1.0, 0.9..=1.0;
+        /// The points with spectra of all regions of a cube together, and the fewest of a region; and the
+        /// scattered points among which they are chosen.
+        spectral_points: usize = 32, 16..=64;
+        least_spectral_points: usize = 6, 4..=10;
+        spectral_candidates: usize = 4096, 2048..=8192;
+        /// The most verifications of the energies of a cube.
+        cube_rounds: usize = 5, 3..=8;
+        /// The most evaluations of further energies, in terms of those of the search at the first one.
+        channel_evaluations: f64 = 3.0, 2.0..=5.0;
     }
 }

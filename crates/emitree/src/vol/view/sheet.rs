@@ -111,7 +111,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// Whether g jumps on surfaces that many of the base lines cross.
-    fn has_many_jumps(&self) -> bool {
+    pub(crate) fn has_many_jumps(&self) -> bool {
         let lines = &self.scan.node_lines.lines;
         let of_interest = spacing(TUNING.view.rough_jump_level);
         let jumping = lines.iter().filter(|line| line.has_jump_within(of_interest));

@@ -5,15 +5,15 @@
 //! others. What the selected energies do not explain there becomes a spectral probe, from which
 //! further energies are selected.
 
-use crate::cell::{self, whole};
+use crate::cell::whole;
 use crate::exchange::MethodError;
-use crate::vol::dyadic::{STEPS, spacing, unit};
+use crate::vol::dyadic::unit;
 use crate::vol::engine::Engine;
-use crate::vol::engine::spectra::{GOLDEN_RATIO, path_of};
+use crate::vol::engine::spectra::path_of;
 use crate::vol::engine::verification::Verdict;
 use crate::vol::line::Line;
 use crate::vol::sampling::Stop;
-use crate::vol::spectrum::probes::{LINE_LEVEL, ProbePoint, SpotCheck, spectral_rates};
+use crate::vol::spectrum::probes::{ProbePoint, SpotCheck, energies_of_line, spectral_rates};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::sheet::Sheet;
 
@@ -119,7 +119,7 @@ impl Engine<'_> {
         for of in points {
             let mut known = vec![of.rate; selected.len()];
             others(of).into_iter().zip(rates.by_ref()).for_each(|(k, rate)| known[k] = rate);
-            checks.extend(energies_of(of.number).map(|energy| SpotCheck {
+            checks.extend(energies_of_line(of.number).map(|energy| SpotCheck {
                 point: of.point,
                 energy,
                 path: of.path,
@@ -141,16 +141,6 @@ fn sample_of(line: &Line, number: usize) -> Option<usize> {
     }
 }
 
-/// The energies of line `number`: one in each of equal parts of the band, at a place that differs
-/// from line to line.
-fn energies_of(number: usize) -> impl Iterator<Item = u32> {
-    let parts = TUNING.spectra.energies_per_line;
-    let cells = f64::from(STEPS / spacing(LINE_LEVEL));
-    let shift = (GOLDEN_RATIO * (number as f64 + 1.0)).fract();
-    let place = move |part: u32| (f64::from(part) + shift) / f64::from(parts);
-    (0..parts).map(move |part| cell::to_u32(whole(place(part) * cells)) * spacing(LINE_LEVEL))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,7 +151,7 @@ mod tests {
         let parts = TUNING.spectra.energies_per_line;
         let mut all: Vec<u32> = Vec::new();
         for number in 0..64 {
-            let energies: Vec<u32> = energies_of(number).collect();
+            let energies: Vec<u32> = energies_of_line(number).collect();
             assert_eq!(energies.len(), parts as usize);
             for (part, energy) in (0..parts).zip(&energies) {
                 let part = f64::from(part)..=f64::from(part + 1);

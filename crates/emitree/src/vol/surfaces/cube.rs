@@ -1,0 +1,248 @@
+//! A spectral cube beside surfaces: they are found at one energy, and what few further energies add is represented
+//! by polynomials in the same regions.
+
+use crate::found_surfaces::FoundSurfaces;
+use crate::image::Image;
+use crate::vol::dyadic::unit;
+use crate::vol::lowrank::WeightedView;
+use crate::vol::sampling::{Stop, View};
+use crate::vol::spectrum::bins::Bins;
+use crate::vol::spectrum::energies::{Energies, unexplained};
+use crate::vol::spectrum::probes::{SpectralProbes, SpotCheck};
+use crate::vol::spectrum::selection::SelectionLimits;
+use crate::vol::surfaces::attempt::{Located, locate};
+use crate::vol::surfaces::channel::{Channel, ChannelRequest};
+use crate::vol::surfaces::found::found_surfaces;
+use crate::vol::surfaces::search::Failure;
+use crate::vol::surfaces::spectra::RegionPoint;
+use crate::vol::surfaces::start::Request;
+use crate::vol::tuning::TUNING;
+
+/// A cube of surfaces.
+pub(crate) struct FoundCube {
+    /// Values and errors of each bin.
+    pub(crate) maps: Vec<[Image; 2]>,
+    /// The places of the selected energies.
+    pub(crate) energies: Vec<u32>,
+    /// The number of scattered samples at the first of them.
+    pub(crate) samples: usize,
+    pub(crate) surfaces: FoundSurfaces,
+}
+
+/// Searches for surfaces at the energy `first`, at which the request has its view, and for the spectra beside them.
+/// Returns the cube if it is within the tolerance. `lines` are energies at which every spectrum is sampled.
+pub(crate) async fn attempt_cube(
+    request: &Request<'_>,
+    bins: Bins<'_>,
+    first: u32,
+    lines: &[f64],
+) -> Result<Option<FoundCube>, Stop> {
+    match find(request, bins, first, lines).await {
+        Ok(found) => Ok(found),
+        Err(Failure::TooComplex) | Err(Failure::Stopped(Stop::Budget)) => Ok(None),
+        Err(Failure::Stopped(stop)) => Err(stop),
+    }
+}
+
+async fn find(
+    request: &Request<'_>,
+    bins: Bins<'_>,
+    first: u32,
+    lines: &[f64],
+) -> Result<Option<FoundCube>, Failure> {
+    let meter = request.view.meter;
+    let before = meter.evaluations();
+    let of_first = Request {
+        tolerance: TUNING.surfaces.cube_share * request.tolerance,
+        ..Request { ..*request }
+    };
+    let mut rates = Vec::new();
+    let Some(located) = locate(&of_first, &mut rates).await? else { return Ok(None) };
+    let spent = (meter.evaluations() - before) as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
+    let left = (TUNING.surfaces.channel_evaluations * spent) as u64;
+    let mut cube = CubeSearch::new(request, &located, bins, lines, left.min(request.most));
+    if !cube.select_first(first).await? {
+        return Ok(None);
+    }
+    for round in 0..TUNING.surfaces.cube_rounds {
+        if !cube.add_channels(round == 0).await? {
+            return Ok(None);
+        }
+        if cube.check(round).await? {
+            let maps = cube.maps();
+            let error = maps.iter().map(|[_, error]| error.largest()).fold(0.0, f64::max);
+            let allowed = TUNING.surfaces.cube_accepted_share * request.tolerance;
+            let energies = cube.energies.selected.iter().map(|one| one.place).collect();
+            let mut surfaces = found_surfaces(&*request.view.part.chart, &located.model);
+            let density = cube.probes.bins.density(unit(first));
+            surfaces.jumps.iter_mut().for_each(|jump| *jump /= density);
+            let found = FoundCube { energies, samples: rates.len(), surfaces, maps };
+            return Ok((error <= allowed * cube.largest()).then_some(found));
+        }
+    }
+    Ok(None)
+}
+
+/// The energies of a cube with what each adds beside the surfaces.
+struct CubeSearch<'a> {
+    request: &'a Request<'a>,
+    located: &'a Located<'a>,
+    /// Where spectra are sampled, of G without the density of solid angle.
+    views: [View<'a>; 1],
+    points: Vec<RegionPoint>,
+    probes: SpectralProbes<'a>,
+    energies: Energies,
+    /// For each bin the largest error of a voxel that the selected energies leave.
+    unexplained: Vec<f64>,
+    /// What the energies from the second one on add.
+    channels: Vec<Channel>,
+    /// The evaluations that may be made for these.
+    left: u64,
+}
+
+impl<'a> CubeSearch<'a> {
+    fn new(
+        request: &'a Request<'a>,
+        located: &'a Located<'a>,
+        bins: Bins<'a>,
+        lines: &[f64],
+        left: u64,
+    ) -> Self {
+        let WeightedView { meter, part, tiles, .. } = *request.view;
+        let views = [View { meter, chart: &*part.chart, tiles, energy: None }];
+        let points = located.spectral_points();
+        let unexplained = vec![0.0; bins.factors.len()];
+        let mut probes = SpectralProbes::new(bins);
+        probes.add_line_energies(lines);
+        for (number, of) in points.iter().enumerate() {
+            let is_full = number.is_multiple_of(TUNING.spectra.full_probe_stride);
+            probes.add(of.point, of.path, is_full);
+        }
+        let (energies, channels) = (Energies::default(), Vec::new());
+        Self { request, located, views, points, probes, energies, unexplained, channels, left }
+    }
+
+    /// Selects the energy of the surfaces. Returns whether there is emission.
+    async fn select_first(&mut self, place: u32) -> Result<bool, Failure> {
+        self.probes.add_common_energy(place);
+        // The largest voxel is known only after the first samples of the spectra.
+        self.probes.sample(&self.views, f64::INFINITY).await?;
+        let allowed = self.allowed(self.probes.largest());
+        self.probes.sample(&self.views, allowed).await?;
+        match Energies::first(&self.probes, place) {
+            Some(energies) => self.energies = energies,
+            None => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// What the selected energies may leave in a voxel.
+    fn allowed(&self, largest: f64) -> f64 {
+        TUNING.spectra.energy_share * self.request.tolerance * largest
+    }
+
+    /// Adds the energies that the spectra require, with their channels. Returns `false` if a channel is not found, or
+    /// if there is no new energy and this is not the first time.
+    async fn add_channels(&mut self, is_first: bool) -> Result<bool, Failure> {
+        let most = SelectionLimits::most_of_bins(self.unexplained.len());
+        let mut is_new = is_first;
+        loop {
+            let largest = self.largest();
+            let allowed = self.allowed(largest);
+            self.probes.sample(&self.views, allowed).await?;
+            let mut residuals = self.energies.residuals(&self.probes);
+            let left = unexplained(&residuals, &self.probes.bins);
+            self.unexplained =
+                left.iter().map(|left| TUNING.spectra.unsampled_margin * left).collect();
+            let known = self.energies.len();
+            let limits = SelectionLimits { allowed, largest, most };
+            self.energies
+                .select_until_explained(&mut self.probes, &mut residuals, &self.views, &limits)
+                .await?;
+            if self.energies.len() == known {
+                return Ok(is_new);
+            }
+            is_new = true;
+            for number in known..self.energies.len() {
+                self.probes.add_common_energy(self.energies.selected[number].place);
+            }
+            self.probes.sample(&self.views, allowed).await?;
+            for number in known..self.energies.len() {
+                if !self.add_channel(number).await? {
+                    return Ok(false);
+                }
+            }
+        }
+    }
+
+    /// Adds the channel of energy `number`.
+    async fn add_channel(&mut self, number: usize) -> Result<bool, Failure> {
+        let selected = &self.energies.selected;
+        let weights = self.energies.weights_of_part(number);
+        let terms: Vec<(u32, f64)> =
+            selected.iter().map(|one| one.place).zip(weights.iter().copied()).collect();
+        let samples: Vec<_> = terms
+            .iter()
+            .map(|(place, weight)| (self.probes.bins.sample_at(*place), *weight))
+            .collect();
+        let view = WeightedView { energies: &samples, ..*self.request.view };
+        let known = self.located.known_samples(&self.points, &self.probes, &terms);
+        let in_bins = selected[number].weights.iter().map(|weight| weight.abs());
+        let in_bins = in_bins.fold(f64::MIN_POSITIVE, f64::max);
+        // Each further energy adds less than those before: its share of the error halves.
+        let share = TUNING.surfaces.channel_share * 0.5_f64.powi(number.min(3) as i32);
+        let tolerance = self.request.tolerance;
+        let target = share * tolerance * self.largest() / in_bins;
+        let request = ChannelRequest { view: &view, target, tolerance, known: &known };
+        let channel =
+            self.located.search.channel(&self.located.model, &request, &mut self.left).await?;
+        let is_found = channel.is_some();
+        self.channels.extend(channel);
+        Ok(is_found)
+    }
+
+    /// Compares new samples, at energies in all parts of the band, with the channels. Those that differ become
+    /// spectral probes. Returns whether there are none.
+    async fn check(&mut self, round: usize) -> Result<bool, Failure> {
+        let expected = |of: &RegionPoint, energy: u32| {
+            let first = core::iter::once(&self.located.model);
+            let models = first.chain(self.channels.iter().map(|channel| &channel.model));
+            let parts = models.map(|model| model.value(of.at));
+            let [x, y] = of.point.place.map(unit);
+            self.energies.sum_of_parts(parts, energy) / self.located.density([x, y, 0.0])
+        };
+        let both = self.located.checks(round, expected);
+        let checks: Vec<SpotCheck> = both.iter().map(|(_, check)| *check).collect();
+        let allowed = TUNING.spectra.failure_share * self.request.tolerance * self.largest();
+        let known = self.probes.probes.len();
+        let found = self.probes.spot_check(&self.views, &checks, allowed).await?;
+        for probe in &self.probes.probes[known..] {
+            self.points.extend(both.iter().map(|(of, _)| of).find(|of| of.point == probe.point));
+        }
+        Ok(found == 0)
+    }
+
+    /// The largest voxel.
+    fn largest(&self) -> f64 {
+        self.maps().iter().map(|[image, _]| image.largest()).fold(0.0, f64::max)
+    }
+
+    /// The values of each bin with their errors.
+    fn maps(&self) -> Vec<[Image; 2]> {
+        let first = core::iter::once(&self.located.maps);
+        let channels: Vec<_> =
+            first.chain(self.channels.iter().map(|channel| &channel.maps)).collect();
+        let [height, width] = [channels[0].image.height(), channels[0].image.width()];
+        let of_bin = |(bin, unexplained): (usize, &f64)| {
+            let mut image = Image::zeros(height, width);
+            let mut error = Image::from_pixels(height, width, vec![*unexplained; height * width]);
+            for (maps, one) in channels.iter().zip(&self.energies.selected) {
+                image.add_scaled(&maps.image, one.weights[bin]);
+                error.add_scaled(&maps.error, one.weights[bin].abs());
+            }
+            [image, error]
+        };
+        self.unexplained.iter().enumerate().map(of_bin).collect()
+    }
+}

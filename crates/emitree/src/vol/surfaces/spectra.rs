@@ -1,0 +1,149 @@
+//! The spectra of a cube beside its surfaces: points of all regions, and checks on new lines of sight.
+
+use crate::vol::dyadic::{from_unit, unit};
+use crate::vol::lattice;
+use crate::vol::spectrum::probes::{ProbePoint, SpectralProbes, SpotCheck, energies_of_line};
+use crate::vol::surfaces::attempt::Located;
+use crate::vol::surfaces::channel::KnownSample;
+use crate::vol::surfaces::octree::{HIDDEN, Label};
+use crate::vol::surfaces::rays::Ray;
+use crate::vol::tuning::TUNING;
+
+/// The number of the first line of the checks in the sequence of scattered points, beyond those of verifications.
+const FIRST_LINE: usize = 1 << 27;
+
+/// A point beside the surfaces.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RegionPoint {
+    pub(super) point: ProbePoint,
+    pub(super) at: [f64; 3],
+    pub(super) label: Label,
+    /// The change of a pixel by a change of G over the whole path of the point.
+    pub(super) path: f64,
+}
+
+impl Located<'_> {
+    /// The points at which spectra are sampled: as many in each region, half of them where it is brightest.
+    pub(super) fn spectral_points(&self) -> Vec<RegionPoint> {
+        let regions = self.model.pieces.iter().filter(|of| of.is_some()).count().max(1);
+        let of_region =
+            (TUNING.surfaces.spectral_points / regions).max(TUNING.surfaces.least_spectral_points);
+        let scattered: Vec<RegionPoint> = (0..TUNING.surfaces.spectral_candidates)
+            .filter_map(|k| self.region_point(lattice::point(k)))
+            .collect();
+        let mut chosen = Vec::new();
+        for label in
+            (0..).zip(&self.model.pieces).filter_map(|(label, of)| of.as_ref().map(|_| label))
+        {
+            let mut own: Vec<RegionPoint> =
+                scattered.iter().filter(|of| of.label == label).copied().collect();
+            if own.len() < of_region {
+                let samples =
+                    (0..self.search.samples.len()).filter(|&i| self.search.samples.is_of(i, label));
+                let places =
+                    samples.map(|i| self.search.grid.canonical(self.search.samples.get(i).at));
+                let more =
+                    places.filter_map(|u| self.region_point(u)).filter(|of| of.label == label);
+                own.extend(more.take(of_region));
+            }
+            let effect = |of: &RegionPoint| of.path * self.model.value(of.at).abs();
+            let spread = own.len().div_ceil(of_region.div_ceil(2)).max(1);
+            let mut taken: Vec<RegionPoint> = own.iter().step_by(spread).copied().collect();
+            own.sort_by(|a, b| effect(b).total_cmp(&effect(a)));
+            taken.extend(own.iter().take(of_region / 2));
+            chosen.extend(taken);
+        }
+        chosen
+    }
+
+    /// A canonical point, if it is in view and not near a surface.
+    fn region_point(&self, u: [f64; 3]) -> Option<RegionPoint> {
+        let [x, y, depth] = u.map(from_unit);
+        let point = ProbePoint { part: 0, place: [x, y], depth };
+        let u = [x, y, depth].map(unit);
+        let at = self.search.grid.at_canonical(u);
+        let label = self.model.tree.leaf(at).region(at);
+        let path = self.path(u);
+        let is_good = label != HIDDEN
+            && path > 0.0
+            && self.search.is_well_inside(&self.model.tree, label, at);
+        is_good.then_some(RegionPoint { point, at, label, path })
+    }
+
+    /// The change of a pixel by a change of G at a point over a path as long as that with its value at the first
+    /// energy that would have the integral of the line, at most the whole line.
+    fn path(&self, u: [f64; 3]) -> f64 {
+        let grid = &self.search.grid;
+        let aim = &self.search.aim;
+        let at = grid.at_canonical(u);
+        let xy = [at[0], at[1]];
+        let ray = Ray::new(&self.model.tree, xy, aim.end_of_line(grid, xy));
+        let of_segment =
+            |segment| self.model.integral(xy, core::iter::once(segment), 0.0).value.abs();
+        let bright: f64 = ray.segments.iter().copied().map(of_segment).sum();
+        let path = bright / self.model.value(at).abs();
+        let path = if path > 0.0 { path.min(1.0) } else { 1.0 };
+        path * aim.scale.pixels()[aim.pixel([u[0], u[1]])] * self.density(u)
+    }
+
+    /// The density of solid angle at a canonical point.
+    pub(super) fn density(&self, u: [f64; 3]) -> f64 {
+        self.search.view.part.chart.density([u[0], u[1]])
+    }
+
+    /// The samples of a channel at the points with spectra: the sum of the rates at places of the energy axis,
+    /// each with a weight.
+    pub(super) fn known_samples(
+        &self,
+        points: &[RegionPoint],
+        probes: &SpectralProbes<'_>,
+        terms: &[(u32, f64)],
+    ) -> Vec<KnownSample> {
+        let mut known = Vec::new();
+        for of in points {
+            let Some(probe) = probes.probes.iter().find(|probe| probe.point == of.point) else {
+                continue;
+            };
+            let sum: f64 =
+                terms.iter().map(|(place, weight)| weight * probe.spectrum.rate(*place)).sum();
+            let [x, y] = of.point.place.map(unit);
+            let rate = sum * self.density([x, y, 0.0]);
+            known.push(KnownSample { label: of.label, at: of.at, rate });
+        }
+        known
+    }
+
+    /// Points on new lines of sight, one in each segment of a line, each with energies in equal parts of the band.
+    /// `expected` is G at a point and an energy.
+    pub(super) fn checks(
+        &self,
+        round: usize,
+        expected: impl Fn(&RegionPoint, u32) -> f64,
+    ) -> Vec<(RegionPoint, SpotCheck)> {
+        let grid = &self.search.grid;
+        let (mut checks, mut points) = (Vec::new(), 0);
+        let first = FIRST_LINE + round * TUNING.surfaces.lines;
+        for number in first..first + TUNING.surfaces.lines {
+            let [x, y, share] = lattice::point(number);
+            let xy = [x * grid.edges[0], y * grid.edges[1]];
+            let ray = Ray::new(&self.model.tree, xy, self.search.aim.end_of_line(grid, xy));
+            for segment in &ray.segments {
+                let [from, to] = segment.ends;
+                let z = from + (to - from) * (0.1 + 0.8 * share);
+                let Some(of) = self.region_point([x, y, z / grid.edges[2]]) else { continue };
+                points += 1;
+                let check = |energy: u32| SpotCheck {
+                    point: of.point,
+                    energy,
+                    path: of.path,
+                    weight: 1.0,
+                    expected: expected(&of, energy),
+                };
+                checks.extend(
+                    energies_of_line(round * 1000 + points).map(|energy| (of, check(energy))),
+                );
+            }
+        }
+        checks
+    }
+}
