@@ -7,11 +7,11 @@
 //! same tolerance of its own largest pixel, and to the same error as the cube.
 //!
 //! `cubes -- jumps 0 50 20 1e-2` renders random cubes with sharp surfaces, beside an image at the energy of the largest
-//! band.
+//! band; with `trees` at the end without a search for surfaces.
 
 use emitree::{
-    Canonical, Cube, EnergyAxis, FromFn, FromSpectralFn, RenderOptions, Rendering, VolOptions,
-    render, render_cube,
+    Canonical, Cube, EnergyAxis, FromFn, FromSpectralFn, Image, RenderOptions, Rendering,
+    VolOptions, render, render_cube,
 };
 use emitree_problems::cubes::jumps::random_jump_cube;
 use emitree_problems::cubes::{CubeProblem, problems};
@@ -26,16 +26,26 @@ fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
         ["jumps", from, to, bins, tolerances] => {
-            jumps(from.parse()?..to.parse()?, bins.parse()?, tolerances)
+            jumps(from.parse()?..to.parse()?, bins.parse()?, tolerances, options)
+        }
+        ["jumps", from, to, bins, tolerances, "trees"] => {
+            jumps(from.parse()?..to.parse()?, bins.parse()?, tolerances, options_of_trees)
         }
         [bins, tolerances] => table(bins.parse()?, tolerances, ""),
         [bins, tolerances, name] => table(bins.parse()?, tolerances, name),
-        _ => Err("expected: BINS T,… [NAME] | jumps FROM TO BINS T,…".into()),
+        _ => Err("expected: BINS T,… [NAME] | jumps FROM TO BINS T,… [trees]".into()),
     }
 }
 
 fn options(tolerance: f64) -> RenderOptions<'static> {
     let vol = VolOptions::new(tolerance);
+    RenderOptions::new(vol).with_max_evaluations(10_000_000)
+}
+
+/// The same without a search for surfaces, since errors are weighted, if only with 1.
+fn options_of_trees(tolerance: f64) -> RenderOptions<'static> {
+    let weights = Image::from_pixels(SHAPE[0], SHAPE[1], vec![1.0; SHAPE[0] * SHAPE[1]]);
+    let vol = VolOptions::new(tolerance).with_weights(weights);
     RenderOptions::new(vol).with_max_evaluations(10_000_000)
 }
 
@@ -107,7 +117,12 @@ fn table(bins: usize, tolerances: &str, only: &str) -> Result<(), Box<dyn Error>
 }
 
 /// How often a tolerance is met by random cubes with sharp surfaces, and at what cost.
-fn jumps(seeds: Range<u64>, bins: usize, tolerances: &str) -> Result<(), Box<dyn Error>> {
+fn jumps(
+    seeds: Range<u64>,
+    bins: usize,
+    tolerances: &str,
+    options: fn(f64) -> RenderOptions<'static>,
+) -> Result<(), Box<dyn Error>> {
     for tolerance in tolerances.split(',') {
         let tolerance: f64 = tolerance.parse()?;
         println!(

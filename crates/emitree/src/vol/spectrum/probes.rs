@@ -287,6 +287,13 @@ pub(crate) fn energies_of_line(number: usize) -> impl Iterator<Item = u32> {
     (0..parts).map(move |part| cell::to_u32(whole(place(part) * cells)) * spacing(LINE_LEVEL))
 }
 
+/// The energy of check `number`, at another place of the band than those of the checks before.
+pub(crate) fn energy_of_check(number: usize) -> u32 {
+    let cells = f64::from(STEPS / spacing(LINE_LEVEL));
+    let place = (GOLDEN_RATIO * (number as f64 + 1.0)).fract();
+    cell::to_u32(whole(place * cells)) * spacing(LINE_LEVEL)
+}
+
 /// The places of one lattice.
 fn lattice(level: u8) -> impl Iterator<Item = u32> {
     (0..=1_u32 << level).map(move |k| k * spacing(level))

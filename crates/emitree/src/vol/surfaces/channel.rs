@@ -43,7 +43,7 @@ impl Search<'_> {
         model: &Model,
         request: &ChannelRequest<'_>,
         left: &mut u64,
-    ) -> Result<Option<Channel>, Failure> {
+    ) -> Result<Channel, Failure> {
         let &ChannelRequest { view, target, tolerance, known } = request;
         let aim = || Aim { target, scale: self.aim.scale, visible: None };
         let negligible = TUNING.surfaces.negligible * target / self.aim.scale.largest();
@@ -58,13 +58,14 @@ impl Search<'_> {
             let of_region = known.iter().filter(|of| of.label == label);
             of_region.for_each(|of| _ = samples.add(of.at, of.rate, label));
             let mut search = Search::new(view, self.grid, aim(), samples, *left);
-            let Ok(of_region) = search.pieces(&model.tree, label).await? else { return Ok(None) };
+            let of_region =
+                search.pieces(&model.tree, label).await?.map_err(|_| Failure::TooComplex)?;
             *left = search.left;
             pieces.push(Some(of_region));
         }
         let model = Model { tree: with_jumps(&model.tree, &pieces), pieces };
         let maps = model.maps(&aim(), tolerance, &mut KnownLines::default());
-        Ok(Some(Channel { model, maps }))
+        Ok(Channel { model, maps })
     }
 }
 

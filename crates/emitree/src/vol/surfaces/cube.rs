@@ -52,36 +52,20 @@ async fn find(
 ) -> Result<Option<FoundCube>, Failure> {
     let meter = request.view.meter;
     let before = meter.evaluations();
-    let of_first = Request {
-        tolerance: TUNING.surfaces.cube_share * request.tolerance,
-        ..Request { ..*request }
-    };
+    let tolerance = TUNING.surfaces.cube_share * request.tolerance;
     let mut rates = Vec::new();
+    let of_first = Request { tolerance, ..Request { ..*request } };
     let Some(located) = locate(&of_first, &mut rates).await? else { return Ok(None) };
     let spent = (meter.evaluations() - before) as f64;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
     let left = (TUNING.surfaces.channel_evaluations * spent) as u64;
-    let mut cube = CubeSearch::new(request, &located, bins, lines, left.min(request.most));
-    if !cube.select_first(first).await? {
-        return Ok(None);
-    }
-    for round in 0..TUNING.surfaces.cube_rounds {
-        if !cube.add_channels(round == 0).await? {
-            return Ok(None);
-        }
-        if cube.check(round).await? {
-            let maps = cube.maps();
-            let error = maps.iter().map(|[_, error]| error.largest()).fold(0.0, f64::max);
-            let allowed = TUNING.surfaces.cube_accepted_share * request.tolerance;
-            let energies = cube.energies.selected.iter().map(|one| one.place).collect();
-            let mut surfaces = found_surfaces(&*request.view.part.chart, &located.model);
-            let density = cube.probes.bins.density(unit(first));
-            surfaces.jumps.iter_mut().for_each(|jump| *jump /= density);
-            let found = FoundCube { energies, samples: rates.len(), surfaces, maps };
-            return Ok((error <= allowed * cube.largest()).then_some(found));
-        }
-    }
-    Ok(None)
+    let mut surfaces = found_surfaces(&*request.view.part.chart, &located.model);
+    let density = bins.density(unit(first));
+    surfaces.jumps.iter_mut().for_each(|jump| *jump /= density);
+    let mut cube = CubeSearch::new(request, &located, bins, lines, left);
+    let Some(maps) = cube.run(first).await? else { return Ok(None) };
+    let energies = cube.energies.selected.iter().map(|one| one.place).collect();
+    Ok(Some(FoundCube { energies, samples: rates.len(), surfaces, maps }))
 }
 
 /// The energies of a cube with what each adds beside the surfaces.
@@ -95,9 +79,9 @@ struct CubeSearch<'a> {
     energies: Energies,
     /// For each bin the largest error of a voxel that the selected energies leave.
     unexplained: Vec<f64>,
-    /// What the energies from the second one on add.
+    /// What each energy adds.
     channels: Vec<Channel>,
-    /// The evaluations that may be made for these.
+    /// The evaluations that may be made for those from the second one on.
     left: u64,
 }
 
@@ -119,22 +103,46 @@ impl<'a> CubeSearch<'a> {
             let is_full = number.is_multiple_of(TUNING.spectra.full_probe_stride);
             probes.add(of.point, of.path, is_full);
         }
-        let (energies, channels) = (Energies::default(), Vec::new());
+        // The pieces of the search are those of the first energy.
+        let (model, maps) = (located.model.clone(), located.maps.clone());
+        let (energies, channels) = (Energies::default(), vec![Channel { model, maps }]);
         Self { request, located, views, points, probes, energies, unexplained, channels, left }
     }
 
-    /// Selects the energy of the surfaces. Returns whether there is emission.
+    /// Adds energies from that of the surfaces on, until new samples agree with them. Returns values and errors of each
+    /// bin if they are within the tolerance.
+    async fn run(&mut self, first: u32) -> Result<Option<Vec<[Image; 2]>>, Failure> {
+        if !self.select_first(first).await? {
+            return Ok(None);
+        }
+        for round in 0..TUNING.surfaces.cube_rounds {
+            let known = self.channels.len();
+            self.add_channels().await?;
+            if round > 0 && self.channels.len() == known {
+                // The energies explain the spectra: the pieces are wrong.
+                return Ok(None);
+            }
+            if self.check(round).await? {
+                let maps = self.maps();
+                let error = maps.iter().map(|[_, error]| error.largest()).fold(0.0, f64::max);
+                let allowed = TUNING.surfaces.cube_accepted_share * self.request.tolerance;
+                return Ok((error <= allowed * self.largest()).then_some(maps));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Selects the first energy. Returns whether there is emission.
     async fn select_first(&mut self, place: u32) -> Result<bool, Failure> {
         self.probes.add_common_energy(place);
         // The largest voxel is known only after the first samples of the spectra.
         self.probes.sample(&self.views, f64::INFINITY).await?;
         let allowed = self.allowed(self.probes.largest());
         self.probes.sample(&self.views, allowed).await?;
-        match Energies::first(&self.probes, place) {
-            Some(energies) => self.energies = energies,
-            None => return Ok(false),
-        }
-        Ok(true)
+        let first = Energies::first(&self.probes, place);
+        let is_bright = first.is_some();
+        self.energies = first.unwrap_or_default();
+        Ok(is_bright)
     }
 
     /// What the selected energies may leave in a voxel.
@@ -142,12 +150,13 @@ impl<'a> CubeSearch<'a> {
         TUNING.spectra.energy_share * self.request.tolerance * largest
     }
 
-    /// Adds the energies that the spectra require, with their channels. Returns `false` if a channel is not found, or
-    /// if there is no new energy and this is not the first time.
-    async fn add_channels(&mut self, is_first: bool) -> Result<bool, Failure> {
+    /// Adds the energies that the spectra require, with their channels.
+    async fn add_channels(&mut self) -> Result<(), Failure> {
         let most = SelectionLimits::most_of_bins(self.unexplained.len());
-        let mut is_new = is_first;
         loop {
+            for number in self.channels.len()..self.energies.len() {
+                self.add_channel(number).await?;
+            }
             let largest = self.largest();
             let allowed = self.allowed(largest);
             self.probes.sample(&self.views, allowed).await?;
@@ -161,54 +170,41 @@ impl<'a> CubeSearch<'a> {
                 .select_until_explained(&mut self.probes, &mut residuals, &self.views, &limits)
                 .await?;
             if self.energies.len() == known {
-                return Ok(is_new);
+                return Ok(());
             }
-            is_new = true;
             for number in known..self.energies.len() {
                 self.probes.add_common_energy(self.energies.selected[number].place);
             }
             self.probes.sample(&self.views, allowed).await?;
-            for number in known..self.energies.len() {
-                if !self.add_channel(number).await? {
-                    return Ok(false);
-                }
-            }
         }
     }
 
-    /// Adds the channel of energy `number`.
-    async fn add_channel(&mut self, number: usize) -> Result<bool, Failure> {
+    /// Adds the channel of energy `number`, not the first one.
+    async fn add_channel(&mut self, number: usize) -> Result<(), Failure> {
         let selected = &self.energies.selected;
-        let weights = self.energies.weights_of_part(number);
-        let terms: Vec<(u32, f64)> =
-            selected.iter().map(|one| one.place).zip(weights.iter().copied()).collect();
-        let samples: Vec<_> = terms
-            .iter()
-            .map(|(place, weight)| (self.probes.bins.sample_at(*place), *weight))
-            .collect();
+        let places = selected.iter().map(|one| one.place);
+        let terms: Vec<(u32, f64)> = places.zip(self.energies.weights_of_part(number)).collect();
+        let sample = |&(place, weight): &(u32, f64)| (self.probes.bins.sample_at(place), weight);
+        let samples: Vec<_> = terms.iter().map(sample).collect();
         let view = WeightedView { energies: &samples, ..*self.request.view };
         let known = self.located.known_samples(&self.points, &self.probes, &terms);
         let in_bins = selected[number].weights.iter().map(|weight| weight.abs());
         let in_bins = in_bins.fold(f64::MIN_POSITIVE, f64::max);
-        // Each further energy adds less than those before: its share of the error halves.
-        let share = TUNING.surfaces.channel_share * 0.5_f64.powi(number.min(3) as i32);
+        // Each further energy adds less than those before: its share of the error halves, three times.
+        let share = [1.0, 0.5, 0.25, 0.125][number.min(3)] * TUNING.surfaces.channel_share;
         let tolerance = self.request.tolerance;
         let target = share * tolerance * self.largest() / in_bins;
         let request = ChannelRequest { view: &view, target, tolerance, known: &known };
-        let channel =
-            self.located.search.channel(&self.located.model, &request, &mut self.left).await?;
-        let is_found = channel.is_some();
-        self.channels.extend(channel);
-        Ok(is_found)
+        let (search, model) = (&self.located.search, &self.located.model);
+        self.channels.push(search.channel(model, &request, &mut self.left).await?);
+        Ok(())
     }
 
     /// Compares new samples, at energies in all parts of the band, with the channels. Those that differ become
     /// spectral probes. Returns whether there are none.
     async fn check(&mut self, round: usize) -> Result<bool, Failure> {
         let expected = |of: &RegionPoint, energy: u32| {
-            let first = core::iter::once(&self.located.model);
-            let models = first.chain(self.channels.iter().map(|channel| &channel.model));
-            let parts = models.map(|model| model.value(of.at));
+            let parts = self.channels.iter().map(|channel| channel.model.value(of.at));
             let [x, y] = of.point.place.map(unit);
             self.energies.sum_of_parts(parts, energy) / self.located.density([x, y, 0.0])
         };
@@ -230,16 +226,13 @@ impl<'a> CubeSearch<'a> {
 
     /// The values of each bin with their errors.
     fn maps(&self) -> Vec<[Image; 2]> {
-        let first = core::iter::once(&self.located.maps);
-        let channels: Vec<_> =
-            first.chain(self.channels.iter().map(|channel| &channel.maps)).collect();
-        let [height, width] = [channels[0].image.height(), channels[0].image.width()];
+        let [height, width] = [self.located.maps.image.height(), self.located.maps.image.width()];
         let of_bin = |(bin, unexplained): (usize, &f64)| {
             let mut image = Image::zeros(height, width);
             let mut error = Image::from_pixels(height, width, vec![*unexplained; height * width]);
-            for (maps, one) in channels.iter().zip(&self.energies.selected) {
-                image.add_scaled(&maps.image, one.weights[bin]);
-                error.add_scaled(&maps.error, one.weights[bin].abs());
+            for (channel, one) in self.channels.iter().zip(&self.energies.selected) {
+                image.add_scaled(&channel.maps.image, one.weights[bin]);
+                error.add_scaled(&channel.maps.error, one.weights[bin].abs());
             }
             [image, error]
         };

@@ -7,6 +7,7 @@ use crate::vol::surfaces::pieces::Pieces;
 use crate::vol::surfaces::rays::{LineIntegral, Segment};
 
 /// The surfaces with the pieces beside them.
+#[derive(Clone)]
 pub(super) struct Model {
     pub(super) tree: Octree,
     /// For each label its pieces.

@@ -1,16 +1,18 @@
 //! The spectra of a cube beside its surfaces: points of all regions, and checks on new lines of sight.
 
+use crate::cell::whole;
+use crate::parallel::prelude::*;
 use crate::vol::dyadic::{from_unit, unit};
 use crate::vol::lattice;
-use crate::vol::spectrum::probes::{ProbePoint, SpectralProbes, SpotCheck, energies_of_line};
+use crate::vol::spectrum::probes::{ProbePoint, SpectralProbes, SpotCheck, energy_of_check};
 use crate::vol::surfaces::attempt::Located;
 use crate::vol::surfaces::channel::KnownSample;
 use crate::vol::surfaces::octree::{HIDDEN, Label};
 use crate::vol::surfaces::rays::Ray;
 use crate::vol::tuning::TUNING;
 
-/// The number of the first line of the checks in the sequence of scattered points, beyond those of verifications.
-const FIRST_LINE: usize = 1 << 27;
+/// The number of the first check in the sequence of scattered points, beyond those of verifications.
+const FIRST_CHECK: usize = 1 << 27;
 
 /// A point beside the surfaces.
 #[derive(Clone, Copy, Debug)]
@@ -113,37 +115,37 @@ impl Located<'_> {
         known
     }
 
-    /// Points on new lines of sight, one in each segment of a line, each with energies in equal parts of the band.
-    /// `expected` is G at a point and an energy.
+    /// New points, each with an energy of its own: every second one anywhere in view, the others in any segment of a
+    /// line, as often in short ones as in long ones. `expected` is G at a point and an energy.
     pub(super) fn checks(
         &self,
         round: usize,
-        expected: impl Fn(&RegionPoint, u32) -> f64,
+        expected: impl Fn(&RegionPoint, u32) -> f64 + Sync,
     ) -> Vec<(RegionPoint, SpotCheck)> {
-        let grid = &self.search.grid;
-        let (mut checks, mut points) = (Vec::new(), 0);
-        let first = FIRST_LINE + round * TUNING.surfaces.lines;
-        for number in first..first + TUNING.surfaces.lines {
-            let [x, y, share] = lattice::point(number);
-            let xy = [x * grid.edges[0], y * grid.edges[1]];
-            let ray = Ray::new(&self.model.tree, xy, self.search.aim.end_of_line(grid, xy));
-            for segment in &ray.segments {
-                let [from, to] = segment.ends;
-                let z = from + (to - from) * (0.1 + 0.8 * share);
-                let Some(of) = self.region_point([x, y, z / grid.edges[2]]) else { continue };
-                points += 1;
-                let check = |energy: u32| SpotCheck {
-                    point: of.point,
-                    energy,
-                    path: of.path,
-                    weight: 1.0,
-                    expected: expected(&of, energy),
-                };
-                checks.extend(
-                    energies_of_line(round * 1000 + points).map(|energy| (of, check(energy))),
-                );
-            }
+        let count = TUNING.surfaces.spectral_checks;
+        let first = FIRST_CHECK + round * count;
+        let check = |number: usize| {
+            let energy = energy_of_check(number);
+            let of = self.region_point(self.place_of_check(number))?;
+            let expected = expected(&of, energy);
+            let (point, path, weight) = (of.point, of.path, 1.0);
+            Some((of, SpotCheck { point, energy, path, weight, expected }))
+        };
+        (first..first + count).into_par_iter().filter_map(check).collect()
+    }
+
+    /// The canonical place of a check.
+    fn place_of_check(&self, number: usize) -> [f64; 3] {
+        let place @ [x, y, share] = lattice::point(number);
+        if number.is_multiple_of(2) {
+            return place;
         }
-        checks
+        let grid = &self.search.grid;
+        let xy = [x * grid.edges[0], y * grid.edges[1]];
+        let ray = Ray::new(&self.model.tree, xy, self.search.aim.end_of_line(grid, xy));
+        let at = share * ray.segments.len() as f64;
+        let Some(segment) = ray.segments.get(whole(at)) else { return place };
+        let [from, to] = segment.ends;
+        [x, y, (from + (to - from) * at.fract()) / grid.edges[2]]
     }
 }
