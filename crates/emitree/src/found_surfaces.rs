@@ -35,7 +35,8 @@ pub struct FoundSurfaces {
     pub positions: Vec<[f64; 3]>,
     /// Unit vectors perpendicular to the surface, to the side on which g is larger.
     pub normals: Vec<[f64; 3]>,
-    /// The difference of g between the two sides, above 0, in the unit of g.
+    /// The difference of g between the two sides, above 0, in the unit of g; of a cube at the energy at which the
+    /// surfaces were found, that of its largest image.
     pub jumps: Vec<f64>,
     /// The expected displacement along the normal, in the length unit of the scene: an estimate, from points
     /// that take no part in the fit of a surface, and no bound.

@@ -9,6 +9,7 @@ use emitree::{
     Perspective, Projection, RenderOptions, Rendering, StopReason, Viewpoint, VolOptions, render,
     render_cube,
 };
+use emitree_problems::cubes::jumps::random_jump_cube;
 use emitree_problems::cubes::parts::{self, Part};
 use emitree_problems::cubes::spectrum::Spectrum;
 use emitree_problems::cubes::{CubeProblem, problem, problems};
@@ -418,4 +419,44 @@ fn one_bin_is_an_image() {
         let found = checked(problem.name, [20, 20], 1, &vol(0.01));
         assert!(found.rendering.converged() && found.error < 0.01, "{}", problem.name);
     }
+}
+
+/// The cube of a random scene with sharp surfaces in 10 bins, with the largest error of a voxel less that of the
+/// reference, over the largest voxel.
+fn jump_cube(seed: u64, tolerance: f64) -> (Rendering<Cube>, f64) {
+    let scene = random_jump_cube(seed);
+    let axis = scene.axis(10).unwrap();
+    let emission = FromSpectralFn(|position, _, energy| scene.rate(position, energy));
+    let found = render_cube(&emission, &Canonical, [32, 32], &axis, &vol(tolerance)).unwrap();
+    let reference = scene.reference([32, 32], &axis);
+    let error = found.values.max_difference(&reference.cube) / reference.cube.largest();
+    (found, error - reference.error)
+}
+
+/// Surfaces are found at one energy, and what the other energies add costs little more; pinned, and beside what an image
+/// at the middle of the band takes.
+#[test]
+fn jumps_at_all_energies_are_found_once() {
+    for (seed, evaluations, of_image) in [(0, 1, 1), (10, 1, 1), (15, 1, 1), (20, 1, 1)] {
+        let (found, error) = jump_cube(seed, 0.01);
+        assert!(found.converged() && found.surfaces.is_some() && error <= 0.01, "{seed}: {error}");
+        assert!(found.estimated_error().unwrap() <= 0.01, "{seed}");
+        let scene = random_jump_cube(seed);
+        let emission = FromFn(|position, _| scene.rate(position, 1.25));
+        let image = render(&emission, &Canonical, [32, 32], &vol(0.01)).unwrap();
+        assert_eq!(
+            [found.stats.evaluations, image.stats.evaluations],
+            [evaluations, of_image],
+            "{seed}"
+        );
+        assert!(evaluations < 5 * of_image, "{seed}");
+    }
+}
+
+/// A second shape with a line alone is dark at the energy of the largest image: its surfaces are found by no search, and
+/// the image trees render the cube.
+#[test]
+fn a_surface_that_the_first_energy_does_not_have_is_left_to_the_trees() {
+    let (found, error) = jump_cube(5, 0.05);
+    assert!(found.converged() && found.surfaces.is_none() && error <= 0.05, "{error}");
 }
