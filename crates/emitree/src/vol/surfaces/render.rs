@@ -47,7 +47,7 @@ pub(crate) async fn render(
     // Samples in charts are elsewhere.
     let samples = attempted.known.samples.first_mut().filter(|_| !is_divided);
     let chart = &*part.chart;
-    let view = WeightedView { meter, part, tiles: tiles.len() };
+    let view = WeightedView { meter, part, tiles: tiles.len(), scaling: None };
     let density = |point: &[f64; 3]| chart.density([point[0], point[1]]);
     let weighted = samples.iter().flat_map(|of| of.points.iter().zip(&of.rates));
     let known: Vec<f64> = weighted.map(|(point, rate)| rate * density(point)).collect();
