@@ -8,6 +8,10 @@ use crate::vol::lowrank::chebyshev::{Analysis, LANES, Series, all_places, means,
 use core::mem::replace;
 use nalgebra::DMatrix;
 
+/// The least level on which the product of a function and a smooth factor is represented: the factor, which may fall
+/// by five decades and more, has a series of some 40 terms to rounding.
+const LEAST_LEVEL_OF_PRODUCTS: u8 = 7;
+
 /// The fibers along one axis, and the basis that they span.
 #[derive(Clone, Debug)]
 pub(super) struct Fibers {
@@ -191,6 +195,28 @@ impl Fibers {
     pub(super) fn means(&self, pixels: usize) -> DMatrix<f64> {
         means(&self.series, pixels)
     }
+
+    /// The means of the products of each function with a smooth `factor`.
+    pub(super) fn means_times(&self, factor: &dyn Fn(f64) -> f64, pixels: usize) -> DMatrix<f64> {
+        let level = (self.level + 1).max(LEAST_LEVEL_OF_PRODUCTS);
+        let (places, analysis) = (all_places(level), Analysis::new(level));
+        let mut products = DMatrix::zeros(places.len(), self.rank());
+        let mut functions = vec![[0.0; LANES]; self.rank()];
+        for (number, group) in places.chunks(LANES).enumerate() {
+            let x = core::array::from_fn(|lane| group.get(lane).copied().unwrap_or(0.0));
+            self.functions_at(&x, &mut functions);
+            for (lane, &x) in group.iter().enumerate() {
+                let factor = factor(x);
+                for (function, values) in functions.iter().enumerate() {
+                    products[(number * LANES + lane, function)] = factor * values[lane];
+                }
+            }
+        }
+        let series = |values: &[f64]| analysis.coefficients(values).collect::<Vec<f64>>();
+        let columns = products.as_slice().chunks_exact(places.len());
+        let coefficients: Vec<f64> = columns.flat_map(series).collect();
+        means(&Series::from_vec(places.len(), self.rank(), coefficients), pixels)
+    }
 }
 
 /// The functions with the `new` one, and the former ones less it times their values `there`, at its
@@ -249,6 +275,23 @@ mod tests {
             let at_pivots = functions.iter().zip(fibers.pivots());
             let found: f64 = at_pivots.map(|(f, at)| f[lane] * wanted(at)).sum();
             assert!((found - wanted(x)).abs() < 1e-10, "{x}: {found}");
+        }
+    }
+
+    #[test]
+    fn means_of_products_with_a_factor_are_those_of_the_products() {
+        let mut fibers = Fibers::new(4);
+        let f = |x: f64| (-11.0 * x).exp() * (1.0 + 0.5 * (3.0 * x).sin());
+        fibers.add([0.0; 2], fiber(4, |x| (11.0 * x).exp() * f(x)));
+        assert!(fibers.extend_basis(1e-10, |_, _| true));
+        let at = fibers.pivots()[0];
+        let means = fibers.means_times(&|x| (-11.0 * x).exp(), 20);
+        for pixel in 0..20 {
+            let middle = |k: usize| (pixel as f64 + (k as f64 + 0.5) / 200.0) / 20.0;
+            let exact = (0..200).map(|k| f(middle(k))).sum::<f64>() / 200.0;
+            let found = means[(pixel, 0)] * (11.0 * at).exp() * f(at);
+            // The midpoint rule is accurate to 1e-6, and fibers to as much in their own scale.
+            assert!((found / exact - 1.0).abs() < 1e-4, "{pixel}: {found} {exact}");
         }
     }
 

@@ -109,7 +109,7 @@ mod tests {
         }
         // A single larger error does not count.
         forecast.record([6, 6, 6], 1.0);
-        let interpolant = Interpolant::new(4);
+        let interpolant = Interpolant::new(4, None);
         let remaining = 51.0 * 6.0 + 12.0_f64.powi(3) - 6.0_f64.powi(3);
         assert!((forecast.remaining_cost(&interpolant) / remaining - 1.0).abs() < 1e-9);
     }
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn there_is_no_forecast_before_the_first_error_estimates() {
         let mut forecast = Forecast::new(1e-3, false);
-        let interpolant = Interpolant::new(4);
+        let interpolant = Interpolant::new(4, None);
         assert!(!forecast.prefers_tree(&interpolant, 1e5, 0, [16, 16], None));
         forecast.record([1, 1, 1], 5.0);
         assert!(!forecast.prefers_tree(

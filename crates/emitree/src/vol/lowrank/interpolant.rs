@@ -10,6 +10,7 @@ use crate::output::Model;
 use crate::parallel::prelude::*;
 use crate::vol::lowrank::chebyshev::{LANES, places};
 use crate::vol::lowrank::fibers::Fibers;
+use crate::vol::lowrank::scaling::Scaling;
 use crate::vol::view::products::RasterMeans;
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
@@ -26,6 +27,8 @@ pub(super) struct Interpolant {
     core: Vec<f64>,
     /// The number of pivots on each axis that the core contains.
     filled: [usize; 3],
+    /// What G is multiplied with to give the function that is interpolated.
+    pub(super) scaling: Option<Scaling>,
 }
 
 impl RasterMeans for Interpolant {
@@ -36,19 +39,21 @@ impl RasterMeans for Interpolant {
 
 impl Model for Interpolant {
     fn values(&self, points: &[[f64; 3]]) -> Vec<f64> {
-        self.values(points)
+        self.unscaled_values(points)
     }
 }
 
 impl Interpolant {
     /// The interpolant 0 without fibers, on the places of `level`.
-    pub(super) fn new(level: u8) -> Self {
-        Self { axes: [(); 3].map(|()| Fibers::new(level)), core: Vec::new(), filled: [0; 3] }
+    pub(super) fn new(level: u8, scaling: Option<Scaling>) -> Self {
+        let axes = [(); 3].map(|()| Fibers::new(level));
+        Self { axes, core: Vec::new(), filled: [0; 3], scaling }
     }
 
     /// The same functions for another G, of which no value is known yet.
     pub(super) fn for_another(&self) -> Self {
-        Self { axes: self.axes.each_ref().map(Fibers::functions), core: Vec::new(), filled: [0; 3] }
+        let axes = self.axes.each_ref().map(Fibers::functions);
+        Self { axes, core: Vec::new(), filled: [0; 3], scaling: self.scaling }
     }
 
     /// The number of functions along each axis.
@@ -119,7 +124,17 @@ impl Interpolant {
         (i * self.filled[1] + j) * self.filled[2]
     }
 
-    /// The values at the points.
+    /// The values of G at the points.
+    pub(super) fn unscaled_values(&self, points: &[[f64; 3]]) -> Vec<f64> {
+        let mut values = self.values(points);
+        if let Some(scaling) = &self.scaling {
+            let both = values.iter_mut().zip(points);
+            both.for_each(|(value, [u, v, _])| *value /= scaling.at([*u, *v]));
+        }
+        values
+    }
+
+    /// The values of the function that is interpolated at the points.
     pub(super) fn values(&self, points: &[[f64; 3]]) -> Vec<f64> {
         let mut values = vec![0.0; points.len()];
         let groups = points.par_chunks(LANES).zip(values.par_chunks_mut(LANES));
@@ -200,6 +215,14 @@ impl Interpolant {
         (0..at.len()).map(of_lane).collect()
     }
 
+    /// The means of the functions of an axis, each divided by its part of the scaling.
+    fn means_of_axis(&self, axis: usize, pixels: usize) -> DMatrix<f64> {
+        match &self.scaling {
+            Some(of) if axis < 2 => self.axes[axis].means_times(&|x| of.inverse(axis, x), pixels),
+            _ => self.axes[axis].means(pixels),
+        }
+    }
+
     /// The same means, row by row in one vector.
     pub(super) fn means(&self, shape @ [height, width]: [usize; 2]) -> Vec<f64> {
         let pixels = self.pixels(shape);
@@ -213,7 +236,7 @@ impl Interpolant {
     pub(super) fn pixels(&self, [height, width]: [usize; 2]) -> Pixels {
         let [x, y, z] = [(0, width), (1, height), (2, 1)];
         let [x, y, z] =
-            [x, y, z].map(|(axis, pixels): (usize, usize)| self.axes[axis].means(pixels));
+            [x, y, z].map(|(axis, pixels): (usize, usize)| self.means_of_axis(axis, pixels));
         let integral = |i: usize, j: usize| -> f64 {
             let core = &self.core[self.index(i, j)..][..self.filled[2]];
             core.iter().zip(z.iter()).map(|(core, z)| core * z).sum()
@@ -260,7 +283,7 @@ mod tests {
 
     /// An interpolant with crosses through the given points.
     fn through(points: &[[f64; 3]], g: impl Fn([f64; 3]) -> f64) -> Interpolant {
-        let mut interpolant = Interpolant::new(5);
+        let mut interpolant = Interpolant::new(5, None);
         for &[x, y, z] in points {
             for (axis, at) in [[y, z], [x, z], [x, y]].into_iter().enumerate() {
                 let [a, b] = at;

@@ -14,6 +14,7 @@
 //! * `jump`: detection of discontinuities;
 //! * `kinks`: kinks and jumps at an azimuth of a chart;
 //! * `search`: new crosses at the largest residuals;
+//! * `scaling`: a G in which about the same error is allowed everywhere;
 //! * `weights`: the weights of errors while the image becomes known;
 //! * `start`, `given`: functions of another G with which a search begins, and whether they suffice;
 //! * `forecast`, `trial_run`: the expected costs of the rest of the search and of the image tree.
@@ -29,6 +30,7 @@ mod jump;
 mod kinks;
 mod probes;
 mod trial_run;
+mod scaling;
 mod search;
 pub(crate) mod start;
 mod weights;
@@ -49,6 +51,7 @@ use crate::vol::engine::{base_evaluations_of, finest_level, samples_wanted};
 use crate::vol::lattice::points_to_detect;
 use crate::vol::lowrank::attempted::{Attempted, Kink};
 use crate::vol::lowrank::forecast::Forecast;
+use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::kinks::Fiber;
 pub(crate) use crate::vol::lowrank::search::WeightedView;
 use crate::vol::lowrank::search::{Assessment, End, Probes, Search};
@@ -106,7 +109,7 @@ pub(crate) async fn attempt(
             let attempt = Attempt {
                 meter,
                 search: Search::new(
-                    WeightedView { meter, part, tiles: tiles.len(), energies: &[] },
+                    WeightedView::new(meter, part, tiles.len()),
                     // In dark pixels, fibers may have to be as fine as for small tolerances.
                     if vol.is_uniform() { vol.tolerance } else { 0.0 },
                 ),
@@ -293,6 +296,10 @@ impl Attempt<'_> {
     async fn run(&mut self) -> Result<(Maps, StopReason), End> {
         if let Some(functions) = self.start.take() {
             return Ok(self.by_functions(&functions).await?);
+        }
+        if let Some(scaling) = self.fitted_scaling() {
+            let level = TUNING.lowrank.first_fiber_level;
+            self.search.restart(Interpolant::new(level, Some(scaling)));
         }
         let goal = TUNING.engine.stopping_share * self.tolerance();
         let is_relative = self.vol.by_pixel.is_some_and(|of| of.rtol > 0.0);

@@ -6,10 +6,11 @@ use crate::meter::Meter;
 use crate::site::Site;
 use crate::vol::ascent::{self, Ascents};
 use crate::vol::lattice::{self, smallest_detected};
-use crate::vol::lowrank::fibers::largest;
+use crate::vol::lowrank::fibers::{Fibers, largest};
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::jump::Steep;
 use crate::vol::lowrank::probes::CellResiduals;
+use crate::vol::lowrank::scaling::Scaling;
 use crate::vol::sampling::{EnergySample, Stop, evaluate_across_gaps};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::Part;
@@ -26,6 +27,15 @@ pub(crate) struct WeightedView<'a> {
     /// The energies at which G is sampled, and the weights with which the samples are added; none without
     /// an energy axis.
     pub(crate) energies: &'a [(EnergySample, f64)],
+    /// What G is multiplied with, if errors are allowed by pixel.
+    pub(crate) scaling: Option<Scaling>,
+}
+
+impl<'a> WeightedView<'a> {
+    /// Of G as it is, without an energy axis.
+    pub(crate) fn new(meter: &'a Meter, part: &'a Part<'a>, tiles: usize) -> Self {
+        Self { meter, part, tiles, energies: &[], scaling: None }
+    }
 }
 
 impl WeightedView<'_> {
@@ -63,6 +73,9 @@ impl WeightedView<'_> {
         let chart = &*self.part.chart;
         let mut point = chart.world_from_chart(u);
         point.path_per_depth *= chart.density([u[0], u[1]]);
+        if let Some(scaling) = &self.scaling {
+            point.path_per_depth *= scaling.at([u[0], u[1]]);
+        }
         let (tile, xy) = chart.image_place([u[0], u[1]]);
         Site { xy, point, energy: None, tile: (tile, self.tiles) }
     }
@@ -157,7 +170,7 @@ impl<'a> Search<'a> {
         } else {
             TUNING.lowrank.finest_fiber_level
         };
-        let interpolant = Interpolant::new(TUNING.lowrank.first_fiber_level);
+        let interpolant = Interpolant::new(TUNING.lowrank.first_fiber_level, None);
         Self {
             view,
             interpolant,
@@ -181,10 +194,16 @@ impl<'a> Search<'a> {
     }
 
     /// The weight of an error at a point.
-    pub(super) fn weight(&self, [u, v, _]: [f64; 3]) -> f64 {
+    pub(super) fn weight(&self, point @ [u, v, _]: [f64; 3]) -> f64 {
         self.weights.as_ref().map_or(1.0, |weights| {
-            weights.pixels()[cell_at([u, v], [weights.height(), weights.width()])]
+            let weight = weights.pixels()[cell_at([u, v], [weights.height(), weights.width()])];
+            weight / self.scale(point)
         })
+    }
+
+    /// What G is multiplied with at a point.
+    fn scale(&self, [u, v, _]: [f64; 3]) -> f64 {
+        self.view.scaling.as_ref().map_or(1.0, |scaling| scaling.at([u, v]))
     }
 
     /// The assessment of residuals at points; `of_others` is the worst of other points, in the weights of
@@ -192,7 +211,10 @@ impl<'a> Search<'a> {
     fn assessment(&self, points: &[[f64; 3]], residual: &[f64], of_others: Worst) -> Assessment {
         let weighted: Vec<f64> =
             points.iter().zip(residual).map(|(point, of)| of * self.weight(*point)).collect();
-        let unweighted = self.weights.as_ref().map(|_| CellResiduals::new(points, residual));
+        let unscaled = || -> Vec<f64> {
+            points.iter().zip(residual).map(|(point, of)| of / self.scale(*point)).collect()
+        };
+        let unweighted = self.weights.as_ref().map(|_| CellResiduals::new(points, &unscaled()));
         let pivoted: Vec<f64> =
             points.iter().zip(residual).map(|(point, of)| of * self.pivot_weight(*point)).collect();
         let worst = points.iter().copied().zip(pivoted);
@@ -268,14 +290,14 @@ impl<'a> Search<'a> {
 
     /// The mean |rate| of the probes.
     pub(super) fn mean_rate(&self) -> f64 {
-        let rates = self.probes.rates.iter();
-        rates.map(|rate| rate.abs()).sum::<f64>() / self.probes.rates.len().max(1) as f64
+        let rates = self.probed().map(|(_, rate)| rate.abs());
+        rates.sum::<f64>() / self.probes.rates.len().max(1) as f64
     }
 
     /// The scattered points in view with their rates.
     pub(super) fn probed(&self) -> impl Iterator<Item = ([f64; 3], f64)> {
         let Probes { points, rates, .. } = &self.probes;
-        points.iter().copied().zip(rates.iter().copied())
+        points.iter().zip(rates).map(|(point, rate)| (*point, rate / self.scale(*point)))
     }
 
     /// The number of scattered points.
@@ -295,8 +317,9 @@ impl<'a> Search<'a> {
 
     /// The scattered samples, for the methods that follow.
     pub(super) fn samples(&self) -> PartSamples {
-        let Probes { number, points, rates, .. } = &self.probes;
-        PartSamples::of_probes(*number, points, rates, |xy| self.view.part.chart.density(xy))
+        let Probes { number, points, .. } = &self.probes;
+        let rates: Vec<f64> = self.probed().map(|(_, rate)| rate).collect();
+        PartSamples::of_probes(*number, points, &rates, |xy| self.view.part.chart.density(xy))
     }
 
     /// Takes the first scattered points, or about twice as many as before, up to `most`.
@@ -347,11 +370,44 @@ impl<'a> Search<'a> {
     /// Adds the fibers through the point of the largest residual, as far as they are not in the
     /// span of others.
     pub(super) async fn grow(&mut self, assessment: &Assessment) -> Result<(), End> {
-        let (point, weighted) = assessment.worst;
-        let weight = self.pivot_weight(point);
-        let most = if weight > 0.0 { weighted / weight } else { weighted };
+        let mut worst = assessment.worst;
         self.probes.values.clear();
         self.of_fibers = None;
+        for _ in 0..=TUNING.lowrank.most_moves {
+            let (point, weighted) = worst;
+            let weight = self.pivot_weight(point);
+            let most = if weight > 0.0 { weighted / weight } else { weighted };
+            if self.grow_at(point, most).await? {
+                return Ok(());
+            }
+            self.interpolant.axes.iter_mut().for_each(Fibers::drop_last);
+            worst = self.worst_beside(point).await?;
+            if worst.1 <= TUNING.lowrank.least_moved_share * weighted {
+                break;
+            }
+        }
+        Err(End::NotSeparable)
+    }
+
+    /// The largest residual at the points that have two coordinates of a point and one of a pivot. If all fibers
+    /// through the point are in the span of others, its residual is a combination of theirs.
+    async fn worst_beside(&self, point: [f64; 3]) -> Result<Worst, Stop> {
+        let of_axis = |axis: usize| {
+            let pivots = self.interpolant.axes[axis].pivots();
+            along(axis, others(axis, point), &pivots)
+        };
+        let mut points: Vec<[f64; 3]> = (0..3).flat_map(of_axis).collect();
+        points.retain(|other| *other != point && self.is_in_view(*other));
+        let rates = self.view.rates(&points).await?;
+        let residuals = rates.iter().zip(self.interpolant.values(&points));
+        let weighted = residuals
+            .zip(&points)
+            .map(|((rate, value), point)| (*point, (rate - value) * self.pivot_weight(*point)));
+        Ok(weighted.fold((point, 0.0), worse))
+    }
+
+    /// Adds the fibers through a point with the residual `most`. Returns whether there are new functions or places.
+    async fn grow_at(&mut self, point: [f64; 3], most: f64) -> Result<bool, End> {
         let is_first = self.interpolant.ranks() == [0; 3];
         self.add_fibers(point).await?;
         if is_first {
@@ -383,15 +439,21 @@ impl<'a> Search<'a> {
             if has_grown {
                 let new = self.interpolant.axes.iter_mut().zip(is_new).filter(|(_, new)| *new);
                 new.for_each(|(fibers, _)| fibers.drop_last());
-                return Ok(self.fill().await?);
+                self.fill().await?;
+                return Ok(true);
             }
             allowed *= TUNING.lowrank.threshold_reduction;
         }
-        Err(End::NotSeparable)
+        Ok(false)
     }
 
     /// Replaces the interpolant by one whose residuals are not known yet.
     pub(super) fn restart(&mut self, interpolant: Interpolant) {
+        let unscaled: Vec<f64> = self.probed().map(|(_, rate)| rate).collect();
+        self.view.scaling = interpolant.scaling;
+        let points = self.probes.points.iter().zip(unscaled);
+        let scaled: Vec<f64> = points.map(|(point, rate)| rate * self.scale(*point)).collect();
+        self.probes.rates = scaled;
         self.interpolant = interpolant;
         self.probes.values.clear();
         self.of_fibers = None;

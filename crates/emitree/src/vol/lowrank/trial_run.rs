@@ -22,7 +22,7 @@ impl Emission for InterpolantEmission<'_> {
     type Error = Infallible;
 
     fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        rates.copy_from_slice(&self.0.values(samples.positions()));
+        rates.copy_from_slice(&self.0.unscaled_values(samples.positions()));
         Ok(())
     }
 }
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn a_zero_interpolant_costs_two_levels_and_a_limit_ends_the_trial_run() {
-        let zero = Interpolant::new(4);
+        let zero = Interpolant::new(4, None);
         let found = evaluations_of_tree(&zero, [16, 16], 0.01, None, 1e6, None).unwrap();
         assert!((729.0..5000.0).contains(&found), "{found}");
         assert_eq!(evaluations_of_tree(&zero, [16, 16], 0.01, None, 100.0, None), None);

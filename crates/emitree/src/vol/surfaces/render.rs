@@ -46,7 +46,7 @@ pub(crate) async fn render(
     // Samples in charts are elsewhere.
     let samples = attempted.known.samples.first_mut().filter(|_| !is_divided);
     let chart = &*part.chart;
-    let view = WeightedView { meter, part, tiles: tiles.len(), energies: &[] };
+    let view = WeightedView::new(meter, part, tiles.len());
     let density = |point: &[f64; 3]| chart.density([point[0], point[1]]);
     let weighted = samples.iter().flat_map(|of| of.points.iter().zip(&of.rates));
     let known: Vec<f64> = weighted.map(|(point, rate)| rate * density(point)).collect();
@@ -82,7 +82,7 @@ pub(crate) async fn render_cube(
     }
     let bins = Bins::new(axis);
     let energies = [(bins.sample_at(first), 1.0)];
-    let view = WeightedView { meter, part, tiles: tiles.len(), energies: &energies };
+    let view = WeightedView { energies: &energies, ..WeightedView::new(meter, part, tiles.len()) };
     let request = request(&view, tiles, vol)?;
     let found = match attempt_cube(&request, bins, first, &vol.line_energies).await {
         Ok(found) => found,

@@ -140,6 +140,11 @@ group! {
         /// `threshold_reduction`. If no fiber is refined and no function is added with the last
         /// one, G is not separable.
         most_reductions: u32 = 4, 2..=8;
+        /// How often a search goes on at another point after all fibers through that of the largest residual were in the
+        /// span of others: at points that have two of its coordinates and one of a pivot.
+        most_moves: usize = 2, 1..=4;
+        /// The least residual at such a point, as a share of the largest one: that is a sum over pivots.
+        least_moved_share: f64 = 0.01, 0.003..=0.03;
         /// One in this many coefficients of a fiber, the highest ones, shows whether it is
         /// resolved.
         tail_divisor: usize = 6, 3..=12;

@@ -30,7 +30,7 @@ fn exact(pixel: usize) -> f64 {
 fn found(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64, most: u64) -> (Option<Found>, u64) {
     let meter = meter(10_000_000);
     let part = part_of(PANE);
-    let view = WeightedView { meter: &meter, part: &part, tiles: 1, energies: &[] };
+    let view = WeightedView::new(&meter, &part, 1);
     let scale = uniform(SHAPE, 1.0);
     let (known, limbs) = (&[][..], None);
     let least_samples = 0;
@@ -85,7 +85,7 @@ fn structure_that_is_no_region_is_left_to_the_tree() {
 fn cells_are_about_cubes() {
     let meter = meter(0);
     let part = part_of(PANE);
-    let view = WeightedView { meter: &meter, part: &part, tiles: 1, energies: &[] };
+    let view = WeightedView::new(&meter, &part, 1);
     let grid = grid(&view, 0.01);
     assert_eq!((grid.base, grid.finest), ([8; 3], TUNING.surfaces.levels));
 }
