@@ -109,6 +109,23 @@ pub(crate) fn check_size<E>(
     Ok(())
 }
 
+/// The height and width of the largest image of the proportions of `shape` that fits in the memory allowed.
+pub(crate) fn largest_that_fits(shape: [usize; 2], options: &RenderOptions<'_>) -> [usize; 2] {
+    let of_size =
+        |share: f64| shape.map(|pixels| crate::cell::whole((pixels as f64 * share).floor()).max(1));
+    let fits =
+        |share: f64| check_size::<core::convert::Infallible>(of_size(share), None, options).is_ok();
+    if fits(1.0) {
+        return shape;
+    }
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..30 {
+        let middle = 0.5 * (low + high);
+        if fits(middle) { low = middle } else { high = middle }
+    }
+    of_size(low)
+}
+
 /// The numbers that sampling takes besides what it makes: the grid of the tree, its cells no larger
 /// than pixels along the axis that has the fewest, and half of it again while it is made; then the
 /// same with the pixels of one axis after the other in place of its cells.

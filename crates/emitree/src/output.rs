@@ -15,6 +15,21 @@ pub(crate) trait Model: Send + Sync + Debug {
     fn values(&self, points: &[[f64; 3]]) -> Vec<f64>;
 }
 
+/// The products of a view as an image of any number of pixels.
+pub(crate) trait Products: Send + Sync + Debug {
+    /// The image of `shape` = \[height, width\], which is made row by row.
+    fn of_shape(&self, shape: [usize; 2]) -> Box<dyn ProductRows>;
+}
+
+/// The rows of an image of products, in the unit of the irradiance density.
+pub(crate) trait ProductRows: Send + Sync {
+    /// The means over the pixels of a row.
+    fn means(&self, row: usize, means: &mut [f64]);
+
+    /// Their estimated errors.
+    fn errors(&self, row: usize, errors: &mut [f64]);
+}
+
 /// The result of a method.
 #[derive(Clone, Debug)]
 pub(crate) struct MethodOutput {
@@ -38,6 +53,8 @@ pub(crate) struct MethodOutput {
     pub(crate) surfaces: Option<Arc<FoundSurfaces>>,
     /// What the image has the means of, if there is such a function and sums are asked for.
     pub(crate) model: Option<Arc<dyn Model>>,
+    /// The products that the image is made of, if it is to be made row by row.
+    pub(crate) products: Option<Arc<dyn Products>>,
     /// The stretch of the depths of that function.
     pub(crate) stretch: Option<Stretch>,
     /// The frozen quadrature, if it was asked for and there is one.
@@ -58,6 +75,7 @@ impl MethodOutput {
             tree: None,
             surfaces: None,
             model: None,
+            products: None,
             stretch: None,
             frozen: None,
         }

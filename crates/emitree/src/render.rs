@@ -87,7 +87,7 @@ fn run<E: Emission, V: Values>(
     axis: Option<&EnergyAxis>,
     options: &RenderOptions<'_>,
 ) -> Result<Rendering<V>, RenderError<E::Error>> {
-    let kept = Kept { rates: None, images: options.frame.is_some(), repeats: false };
+    let kept = Kept { rates: None, images: options.frame.is_some(), repeats: false, rows: None };
     let of_method = emission.absorbs().then(|| absorption::of_method(options));
     let options = of_method.as_ref().unwrap_or(options);
     let whole_batches = emission.takes_whole_batches();

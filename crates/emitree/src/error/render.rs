@@ -31,6 +31,20 @@ pub enum RenderError<E> {
         /// The memory that is allowed \[bytes\].
         allowed: u64,
     },
+    /// The image can't be made row by row; nothing of its size was allocated.
+    #[error(
+        "an image of {} x {} pixels (height x width) can't be made row by row: {reason}: expected a smooth \
+         emission in a view without limbs, or at most {} x {} pixels, which fit in the memory as a whole",
+        shape[0], shape[1], fits[0], fits[1]
+    )]
+    NotByRows {
+        /// Why not.
+        reason: String,
+        /// The height and width requested.
+        shape: [usize; 2],
+        /// The height and width of the largest image of these proportions that fits in the memory.
+        fits: [usize; 2],
+    },
     /// An option is outside its range, or has no effect.
     #[error(transparent)]
     Option(#[from] OptionError),
@@ -142,6 +156,9 @@ impl<E> RenderError<E> {
             Self::NoSolidAngle => RenderError::NoSolidAngle,
             Self::TooLarge { what, needed, allowed } => {
                 RenderError::TooLarge { what, needed, allowed }
+            }
+            Self::NotByRows { reason, shape, fits } => {
+                RenderError::NotByRows { reason, shape, fits }
             }
             Self::Option(error) => RenderError::Option(error),
             Self::Build(error) => RenderError::Build(error),

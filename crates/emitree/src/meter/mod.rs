@@ -53,8 +53,26 @@ pub(crate) struct Meter {
     start: Option<Start>,
     /// Whether the method leaves the function that its image has the means of.
     wants_model: bool,
+    /// The image that is to be made of products row by row, if one is.
+    rows_wanted: Option<RowsWanted>,
     /// The number of evaluations up to which g may be called although the time has ended.
     overtime: AtomicU64,
+}
+
+/// An image that is to be made row by row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowsWanted {
+    /// Its height and width.
+    pub(crate) shape: [usize; 2],
+    /// Those of the largest image of the same proportions that fits in the memory as a whole.
+    pub(crate) fits: [usize; 2],
+}
+
+impl RowsWanted {
+    /// The error of a view whose image can't be made so.
+    pub(crate) fn refused<E>(self, reason: impl Into<String>) -> RenderError<E> {
+        RenderError::NotByRows { reason: reason.into(), shape: self.shape, fits: self.fits }
+    }
 }
 
 /// An intermediate image.
@@ -95,6 +113,7 @@ impl Meter {
             recorded: Mutex::default(),
             start: None,
             wants_model: false,
+            rows_wanted: None,
             overtime: AtomicU64::new(0),
         }
     }
@@ -115,6 +134,17 @@ impl Meter {
     pub(crate) fn with_model(mut self) -> Self {
         self.wants_model = true;
         self
+    }
+
+    /// The same for a method that leaves its products alone, for an image that is made row by row.
+    pub(crate) fn with_rows(mut self, wanted: Option<RowsWanted>) -> Self {
+        self.rows_wanted = wanted;
+        self
+    }
+
+    /// The image that is to be made of products row by row, if one is.
+    pub(crate) fn rows_wanted(&self) -> Option<RowsWanted> {
+        self.rows_wanted
     }
 
     /// Whether the method leaves that function.

@@ -5,12 +5,13 @@ use super::{Session, of_method};
 use crate::error::RenderError;
 use crate::mesh::Mesh;
 use crate::meter::Shown;
-use crate::output::MethodOutput;
+use crate::output::{MethodOutput, Products};
 use crate::progress::{Frame, FrameCallback};
 use crate::rendering::{RenderStats, Rendering};
 use crate::tree::StopReason;
 use crate::values::Values;
 use core::time::Duration;
+use std::sync::Arc;
 
 /// The cost of renderings.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,6 +42,14 @@ impl<V: Values> Session<'_, V> {
             State::Ended(made) => Ok(self.finished(*made)),
             State::Failed(error) => Err(of_method(error)),
             State::Waiting(_) => Err(RenderError::Interrupted),
+        }
+    }
+
+    /// The products of a session that has ended, if it had to leave them.
+    pub(crate) fn products(&self) -> Option<Arc<dyn Products>> {
+        match &self.course.state {
+            State::Ended(made) => made.products.clone(),
+            State::Waiting(_) | State::Failed(_) => None,
         }
     }
 

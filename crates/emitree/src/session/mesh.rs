@@ -74,7 +74,7 @@ impl<'a, V: Values> Session<'a, V> {
         let differs = MeshError::Recorded { number: recorded.len() };
         let mut options = options.clone();
         (options.max_seconds, options.mesh_up_to) = (f64::INFINITY, u64::MAX);
-        let kept = Kept { rates: None, images: false, repeats: true };
+        let kept = Kept { rates: None, images: false, repeats: true, rows: None };
         let session: Result<Self, RenderError<Infallible>> =
             Self::start(projection, shape, axis, &options, kept, true);
         let mut session = session.map_err(|_| differs)?;

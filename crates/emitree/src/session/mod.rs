@@ -23,7 +23,7 @@ use crate::error::RenderError;
 use crate::exchange::{Batch, MethodError};
 use crate::image::Image;
 use crate::known::KnownRates;
-use crate::meter::{Limits, Meter, locked};
+use crate::meter::{Limits, Meter, RowsWanted, locked};
 use crate::method::{self, Running};
 use crate::options::{Method, RenderOptions};
 use crate::progress::Progress;
@@ -103,12 +103,14 @@ pub(crate) struct Kept {
     pub(crate) images: bool,
     /// No rates, even if the method asks for some points again.
     pub(crate) repeats: bool,
+    /// Nothing but products, for an image that is made row by row.
+    pub(crate) rows: Option<RowsWanted>,
 }
 
 impl Kept {
     /// Everything, and no rates yet.
     fn all() -> Self {
-        Self { rates: Some(Arc::default()), images: true, repeats: false }
+        Self { rates: Some(Arc::default()), images: true, repeats: false, rows: None }
     }
 }
 
@@ -175,6 +177,7 @@ impl<'a, V: Values> Session<'a, V> {
         let meter = Meter::new(shape, limits, known.clone(), kept.images);
         let meter =
             meter.with_frozen_quadrature(options.mesh_up_to).with_start(options.start.clone());
+        let meter = meter.with_rows(kept.rows);
         let course = Course::begin(meter, &start, shape, &options.method);
         let mut session = Self {
             start: Box::new(start),

@@ -120,7 +120,7 @@ impl<E: Emission> OfEmission<'_, E> {
             mesh_up_to: if has_meshes { MESH_UP_TO } else { 0 },
             ..options
         };
-        let kept = Kept { rates, images: false, repeats: false };
+        let kept = Kept { rates, images: false, repeats: false, rows: None };
         let whole_batches = self.emission.takes_whole_batches();
         let mut session: Session<'_, Cube> =
             Session::start(projection, shape, axis.copied(), &options, kept, whole_batches)?;

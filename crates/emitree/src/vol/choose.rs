@@ -6,7 +6,7 @@ use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::mesh::start::Structure;
-use crate::meter::Meter;
+use crate::meter::{Meter, RowsWanted};
 use crate::output::MethodOutput;
 use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
@@ -127,6 +127,9 @@ async fn to_tolerance(
             (_, None, Some(layered)) => layered,
             _ => parts(tiles, atlas.as_ref(), *stretch),
         };
+        if let Some(wanted) = meter.rows_wanted() {
+            check_rows(&parts, wanted)?;
+        }
         meter.check_time()?;
         start = serving(start, &division, parts.parts.len(), axis, meter)?;
         let mut attempted = match axis {
@@ -178,6 +181,13 @@ async fn to_tolerance(
             }
         }
         attempted.found = attempted.found.or(unfinished);
+        if let Some(wanted) = meter.rows_wanted()
+            && !attempted.found.as_ref().is_some_and(is_complete)
+        {
+            return Err(wanted.refused(
+                "its emission rate has no low-rank approximation within the tolerance and the budget",
+            ));
+        }
         let functions = core::mem::take(&mut attempted.functions);
         let trees = start.and_then(|start| start.trees.as_deref());
         let mut made = finish(meter, tiles, &parts, axis, vol, attempted, trees).await?;
@@ -189,6 +199,20 @@ async fn to_tolerance(
             frozen.structure = Some(Structure::new(start, has_products));
         }
         return Ok(with_share_of_allowed(made, vol));
+    }
+}
+
+/// Refuses a view whose image can't be made of products row by row, before anything is evaluated in its parts.
+fn check_rows(parts: &Parts<'_>, wanted: RowsWanted) -> Result<(), MethodError> {
+    match &parts.parts[..] {
+        [part] if part.footing.is_raster_of_pixels() => Ok(()),
+        [_] => Err(wanted.refused("a rim or a limb crosses its pixels")),
+        several => {
+            let number = several.len();
+            Err(wanted.refused(format!(
+                "its view is divided into {number} parts (by a body, by bounds, or by planes)"
+            )))
+        }
     }
 }
 

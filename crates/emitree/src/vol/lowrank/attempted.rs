@@ -7,6 +7,7 @@ use crate::projection::charts::depth::Weights;
 use crate::projection::charts::stretch::Stretch;
 use crate::tree::StopReason;
 use crate::vol::error_weights::ErrorWeights;
+use crate::vol::lowrank::rows::Checked;
 use crate::vol::lowrank::start::Functions;
 use crate::vol::lowrank::{Attempt, Maps, Probed};
 use crate::vol::tuning::TUNING;
@@ -88,7 +89,7 @@ impl Attempted {
             (Some(a), Some(b)) => Some(f64::max(a, b)),
             (a, b) => a.or(b),
         };
-        let Maps { image, error, .. } = maps;
+        let Maps { image, error, residuals, .. } = maps;
         let footing = &attempt.part.footing;
         if self.ending == StopReason::Complete {
             self.ending = ending;
@@ -142,6 +143,10 @@ impl Attempted {
         let wants_model = attempt.meter.wants_model() || !attempt.vol.sums.is_empty();
         if is_image && footing.is_raster_of_pixels() && wants_model {
             made.model = Some(Arc::new(attempt.search.interpolant.clone()));
+        }
+        if is_image && footing.is_raster_of_pixels() && attempt.meter.rows_wanted().is_some() {
+            let interpolant = attempt.search.interpolant.clone();
+            made.products = Some(Arc::new(Checked { interpolant, residuals }));
         }
         if attempt.meter.freezes() {
             let [_, height, width] = made.cube.shape();

@@ -10,6 +10,7 @@
 //! * `interpolant`: G on the cube and the image, from the fibers of all axes;
 //! * `probes`: residuals at scattered points, and the error of each pixel;
 //! * `attempted`: the result of the searches of all parts;
+//! * `rows`: the image row by row;
 //! * `frozen`: the interpolant as a linear map from its values at the pivots;
 //! * `jump`: detection of discontinuities;
 //! * `kinks`: kinks and jumps at an azimuth of a chart;
@@ -29,6 +30,7 @@ mod interpolant;
 mod jump;
 mod kinks;
 mod probes;
+mod rows;
 mod trial_run;
 mod scaling;
 mod search;
@@ -53,6 +55,7 @@ use crate::vol::lowrank::attempted::{Attempted, Kink};
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::kinks::Fiber;
+use crate::vol::lowrank::probes::CellResiduals;
 pub(crate) use crate::vol::lowrank::search::WeightedView;
 use crate::vol::lowrank::search::{Assessment, End, Probes, Search};
 use crate::vol::lowrank::start::{Functions, Start};
@@ -520,7 +523,8 @@ impl Attempt<'_> {
             .map(of_row)
             .reduce(|| [0.0; 2], |a, b| [larger(a[0], b[0]), larger(a[1], b[1])]);
         self.remove_weights(&mut error, assessment);
-        Maps { image, error, largest, largest_error }
+        let residuals = assessment.cell_residuals.clone();
+        Maps { image, error, largest, largest_error, residuals }
     }
 
     /// Passes the current image to the observer of the rendering, if there is one, the rank is not
@@ -566,6 +570,8 @@ struct Maps {
     error: Image,
     largest: f64,
     largest_error: f64,
+    /// What the error follows from, unless errors have weights.
+    residuals: CellResiduals,
 }
 
 fn shape_of(image: &Image) -> [usize; 2] {
