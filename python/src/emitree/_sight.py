@@ -84,10 +84,11 @@ class View:
         self.shape = self.scene.shape
         shapes = [options["bounds"]] if options.get("bounds") is not None else []
         unit = length_unit_of(camera, [*shapes, *options.get("occulters", ())])
-        is_parallel = isinstance(camera, Canonical | Orthographic)
+        #: Whether all lines of sight are parallel; otherwise they end at one observer.
+        self.is_parallel = isinstance(camera, Canonical | Orthographic)
         #: The rim of the image, None where it is a rectangle.
         self.rim = Rim(self.shape) if isinstance(camera, Fisheye) else None
-        self._position = None if is_parallel else np.array(camera.table(unit)["position"], float)
+        self.observer = None if self.is_parallel else np.array(camera.table(unit)["position"], float)
 
     def __len__(self) -> int:
         """The number of pixels."""
@@ -97,11 +98,11 @@ class View:
         """The lines at places (n,), (n,) of the image plane, from 0 to 1."""
         point, direction, near, far, density = self.scene.lines(x, y)
         point, direction = np.ascontiguousarray(point.T), np.ascontiguousarray(direction.T)
-        if self._position is None:
+        if self.observer is None:
             shift = (point * direction).sum(axis=0)
             origin = point - shift * direction
         else:
-            position = self._position[:, np.newaxis]
+            position = self.observer[:, np.newaxis]
             shift = ((point - position) * direction).sum(axis=0)
             origin = np.broadcast_to(position, point.shape)
         return Lines(origin, direction, near + shift, far + shift, density)
