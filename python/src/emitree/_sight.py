@@ -88,7 +88,7 @@ class View:
         self.is_parallel = isinstance(camera, Canonical | Orthographic)
         #: The rim of the image, None where it is a rectangle.
         self.rim = Rim(self.shape) if isinstance(camera, Fisheye) else None
-        self.observer = None if self.is_parallel else np.array(camera.table(unit)["position"], float)
+        self._position = None if self.is_parallel else np.array(camera.table(unit)["position"], float)
 
     def __len__(self) -> int:
         """The number of pixels."""
@@ -98,14 +98,23 @@ class View:
         """The lines at places (n,), (n,) of the image plane, from 0 to 1."""
         point, direction, near, far, density = self.scene.lines(x, y)
         point, direction = np.ascontiguousarray(point.T), np.ascontiguousarray(direction.T)
-        if self.observer is None:
+        if self._position is None:
             shift = (point * direction).sum(axis=0)
             origin = point - shift * direction
         else:
-            position = self.observer[:, np.newaxis]
+            position = self._position[:, np.newaxis]
             shift = ((point - position) * direction).sum(axis=0)
             origin = np.broadcast_to(position, point.shape)
         return Lines(origin, direction, near + shift, far + shift, density)
+
+    def directions_at(self, position: Floats) -> Floats:
+        """Unit vectors (n, 3) to the observer, from positions (n, 3)."""
+        if self._position is None:
+            middle = np.array([0.5])
+            direction = -self.lines_at(middle, middle).direction.T
+            return np.repeat(direction, len(position), axis=0)
+        away = self._position - position
+        return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True))
 
     def lines_of(self, cells: Cells) -> Lines:
         """The lines (cells, places) of cells; their densities are as of whole pixels."""
