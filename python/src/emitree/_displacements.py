@@ -22,7 +22,7 @@ _TRIED = 80
 _REACH = 2e-3
 
 #: Bisections: displacements are found to the reach divided by 2 to this power.
-_BISECTIONS = 10
+_BISECTIONS = 14
 
 #: The first change of a parameter, relative to it.
 _CHANGE = 1e-2
