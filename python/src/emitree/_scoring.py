@@ -25,7 +25,8 @@ _DAMPING = 1e-3
 #: parameters, and are at others near them.
 _SHORTER = 0.85
 
-#: The largest change of a parameter in one step, relative to it: derivatives are not those of far.
+#: The largest change of a parameter in one step, relative to its first value: derivatives are not
+#: those of parameters far off.
 _LARGEST_CHANGE = 0.3
 
 
@@ -66,7 +67,8 @@ def fit_counts(forward: Forward, counts: Any, start: Any, *, max_images: int = 4
     steps that have not become shorter than before by a third: the images then are not accurate enough for more.
 
     forward: from parameters to expected counts; counts: of the shape of the image, pixels that are
-        NaN do not count; start: the first parameters (p,), none of them 0 if their size matters.
+        NaN do not count; start: the first parameters (p,). A step changes none by more than 0.3 of
+        its first value, unless that is 0.
     max_images: the most images.
 
     Raises `ValueError` if the information is singular, or if counts are negative, and what `forward`
@@ -85,6 +87,7 @@ def fit_counts(forward: Forward, counts: Any, start: Any, *, max_images: int = 4
     expected = forward(theta)
     observed = counts_as(counts, expected.shape)
     statistic = cash(expected, observed)[0]
+    limit = np.where(theta == 0, np.inf, _LARGEST_CHANGE * abs(theta))
     images, jacobians, damping = 1, 0, _DAMPING
     decreases: list[float] = []
     while True:
@@ -107,8 +110,7 @@ def fit_counts(forward: Forward, counts: Any, start: Any, *, max_images: int = 4
             scale = np.sqrt(np.diag(information))
             damped = information + damping * np.diag(scale**2)
             step = np.linalg.solve(damped / np.outer(scale, scale), gradient / scale) / scale
-            change = shorter * _limited(step, theta)
-            moved = forward.within_bounds(theta + change)
+            moved = forward.within_bounds(theta + shorter * np.clip(step, -limit, limit))
             expected = forward(moved)
             images += 1
             if not forward.has_derivatives(moved):
@@ -121,12 +123,6 @@ def fit_counts(forward: Forward, counts: Any, start: Any, *, max_images: int = 4
             damping = 10 * max(damping, _DAMPING)
         else:
             expected = forward(theta)
-
-
-def _limited(step: Floats, theta: Floats) -> Floats:
-    """A step whose changes are at most a share of each parameter, unless that is 0."""
-    limit = np.where(theta == 0, np.inf, _LARGEST_CHANGE * abs(theta))
-    return np.clip(step, -limit, limit)
 
 
 def _information(slopes: Floats, expected: Floats, counts: Floats) -> tuple[Floats, Floats]:
