@@ -109,7 +109,7 @@ def _clipped(
 def _area_and_centroid(
     polygons: Floats, length: NDArray[np.intp], origin: Floats
 ) -> tuple[Floats, Floats]:
-    """The signed areas (n,) of polygons, and their centroids (n, 2), relative to an origin first."""
+    """The signed areas (n,) of polygons and their centroids (n, 2); an origin (n, 2) near them."""
     away = polygons - origin[:, np.newaxis]
     every = np.arange(len(polygons))
     area, moment = np.zeros(len(polygons)), np.zeros((len(polygons), 2))

@@ -53,15 +53,20 @@ class Samples:
         """Values (vertices,) from those at the samples (n,)."""
         return np.asarray((self.weights * values[self.neighbours]).sum(axis=1))
 
-    def is_above(self, rates: Rates, offset: Floats, chosen: slice | None = None) -> NDArray[np.bool_]:
-        """Whether the rates (n,) at these distances along the normals are those of the larger side."""
+    def is_above(
+        self, rates: Rates, offset: Floats, chosen: slice | None = None
+    ) -> NDArray[np.bool_]:
+        """Whether the rates (n,) at distances along the normals are those of the larger side."""
         part = slice(None) if chosen is None else chosen
         position = self.position[part] + offset[part, np.newaxis] * self.normal[part]
         return np.asarray(rates(position) > self.threshold[part])
 
     def displacements(self, rates: Rates) -> tuple[Floats, NDArray[np.bool_]]:
-        """The distances (n,) along the normals to the surfaces of other rates, and where they are."""
-        low, high = np.full(len(self.position), -self.reach), np.full(len(self.position), self.reach)
+        """The distances (n,) along normals to the surfaces of other rates, and where they are."""
+        low, high = (
+            np.full(len(self.position), -self.reach),
+            np.full(len(self.position), self.reach),
+        )
         is_found = self.is_above(rates, high) & ~self.is_above(rates, low)
         for _ in range(_BISECTIONS):
             middle = 0.5 * (low + high)
@@ -96,7 +101,7 @@ def samples_of(surfaces: Surfaces, rates: Rates) -> Samples:
 
 
 def change_of(samples: Samples, moved: Callable[[float], Rates], first: float) -> float:
-    """A change of a parameter that moves surfaces by a half of the reach at most, and not by much less.
+    """A change of a parameter that moves surfaces by half of the reach at most, and not much less.
 
     moved: the rates where the parameter is changed; first: the change that is tried first. Where
     nothing moves it is the largest one that is tried.

@@ -53,11 +53,11 @@ class Forward:
     samples. Others are those of the emission at the centre alone; they serve within `trust` without
     a check, and are made anew beyond.
 
-    If the emission jumps at surfaces that the first rendering has found (`Rendering.surfaces`), there
-    is no plan: each image is rendered anew, to the tolerance, and the derivatives are those of
-    `jacobian` with surfaces that move. The statistic then has jitter as large as the error of the
-    images. The steps of Fisher scoring converge in spite of it, as the error hardly changes where
-    the gradient is 0; an optimizer that needs each step to decrease the statistic does not.
+    If the emission jumps at surfaces that the first rendering has found (`Rendering.surfaces`),
+    there is no plan: each image is rendered anew, to the tolerance, and the derivatives are those
+    of `jacobian` with surfaces that move. The statistic then has jitter as large as the error of
+    the images, which `fit_counts` takes into account; optimizers that need each step to decrease
+    the statistic do not. Where no surfaces are found, `jacobian` raises `RenderError`.
 
     At a change of plans the image of the same parameters changes, by less than the sum of both
     errors. The statistic has a small step there: values before and after it are not of the same

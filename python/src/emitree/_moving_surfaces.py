@@ -11,8 +11,8 @@ import numpy as np
 from emitree._displacements import Samples, change_of, samples_of
 from emitree._function import Floats
 from emitree._image_places import Covered, ImagePlaces, covered, image_places
-from emitree._pieces import Pieces, pieces_between
 from emitree._native import SceneError
+from emitree._pieces import Pieces, pieces_between
 from emitree._point_rates import rates_at
 from emitree._points import Points
 from emitree._sight import View
@@ -107,7 +107,9 @@ def _image_scale(view: View, setup: Setup) -> Floats | float:
         return 1.0
     from emitree._session import Session
 
-    options = {name: setup.options[name] for name in (*_OF_VIEW, *_OF_UNITS) if name in setup.options}
+    options = {
+        name: setup.options[name] for name in (*_OF_VIEW, *_OF_UNITS) if name in setup.options
+    }
     session = Session(setup.camera, setup.shape, method="los", steps=1, **options)
     while (points := session.ask()) is not None:
         session.tell(np.ones(len(points)))
@@ -120,4 +122,6 @@ def _image_scale(view: View, setup: Setup) -> Floats | float:
             "`far` is inf: expected a finite depth, for derivatives by parameters that move "
             "surfaces in units that are converted"
         )
-    return np.divide(session.rendering().image, length, where=length > 0, out=np.zeros_like(length))
+    rendering = session.rendering()
+    assert rendering is not None
+    return np.divide(rendering.image, length, where=length > 0, out=np.zeros_like(length))

@@ -46,12 +46,11 @@ class Pieces:
         return images
 
 
-def pieces_between(
-    view: View, surfaces: Surfaces, places: ImagePlaces, part: Covered
-) -> Pieces:
+def pieces_between(view: View, surfaces: Surfaces, places: ImagePlaces, part: Covered) -> Pieces:
     """The pieces of lines of sight all over an image, between the surfaces that they cross.
 
-    places: those of the vertices; part: where they cover the image. Nodes are as far from the surfaces as these are uncertain.
+    places: those of the vertices; part: where they cover the image. Nodes are as far from the
+    surfaces as these are uncertain.
     """
     height, width = view.shape
     coarser = max(1.0, (height * width / _MOST_LINES) ** 0.5)
@@ -81,7 +80,9 @@ def pieces_between(
     from_first = np.minimum(margin[:-1][is_piece], 0.2 * length)
     from_last = np.minimum(margin[1:][is_piece], 0.2 * length)
     with np.errstate(invalid="ignore"):
-        inner = first[:, None] + from_first[:, None] + (length - from_first - from_last)[:, None] * node
+        inner = (
+            first[:, None] + from_first[:, None] + (length - from_first - from_last)[:, None] * node
+        )
     weights = length[:, None] * weight
     if not is_finite.all():
         scale = np.maximum(abs(first), np.finfo(float).tiny)[:, None]
@@ -110,7 +111,10 @@ def _crossings(
     row, column = np.divmod(number, np.maximum(columns[triangle], 1))
     row, column = row + low[triangle], column + left[triangle]
     x, y = x[triangle], y[triangle]
-    (ax, bx, cx), (ay, by, cy) = (x - columns_at[column, np.newaxis]).T, (y - rows_at[row, np.newaxis]).T
+    (ax, bx, cx), (ay, by, cy) = (
+        (x - columns_at[column, np.newaxis]).T,
+        (y - rows_at[row, np.newaxis]).T,
+    )
     # Areas opposite to each corner; of one sign if the line crosses the triangle.
     parts = np.stack([bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx], axis=1)
     area = parts.sum(axis=1)

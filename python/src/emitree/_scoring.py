@@ -63,16 +63,16 @@ def fit_counts(forward: Forward, counts: Any, start: Any, *, max_images: int = 4
     increases by more than the number p of parameters. Steps that are expected to decrease it by
     less than p are taken without a look at the statistic, which may have jitter (see `Forward`).
     Where an image has no derivatives, as its surfaces were not found, a step is shortened.
-    The fit ends when the next step is shorter than 0.1 sqrt(p) standard deviations, or at such
-    steps that have not become shorter than before by a third: the images then are not accurate enough for more.
+    The fit ends when the next step is shorter than 0.1 sqrt(p) standard deviations, or if such
+    steps have not become shorter by a third in two: the images are not accurate enough for more.
 
     forward: from parameters to expected counts; counts: of the shape of the image, pixels that are
         NaN do not count; start: the first parameters (p,). A step changes none by more than 0.3 of
         its first value, unless that is 0.
     max_images: the most images.
 
-    Raises `ValueError` if the information is singular, or if counts are negative, and what `forward`
-    raises.
+    Raises `ValueError` if the information is singular, or if counts are negative, and what
+    `forward` raises.
 
     >>> import emitree, numpy as np
     >>> def ball(height, width):

@@ -88,7 +88,9 @@ class View:
         self.is_parallel = isinstance(camera, Canonical | Orthographic)
         #: The rim of the image, None where it is a rectangle.
         self.rim = Rim(self.shape) if isinstance(camera, Fisheye) else None
-        self._position = None if self.is_parallel else np.array(camera.table(unit)["position"], float)
+        self._position = (
+            None if self.is_parallel else np.array(camera.table(unit)["position"], float)
+        )
 
     def __len__(self) -> int:
         """The number of pixels."""

@@ -13,6 +13,7 @@ from emitree._image_places import Covered, ImagePlaces
 from emitree._sight import View
 from emitree._surfaces import Surfaces
 
+
 @dataclass(frozen=True)
 class TriangleSums:
     """The integrals of functions on triangles, for each pixel divided by its solid angle."""
@@ -30,9 +31,7 @@ class TriangleSums:
     shape: tuple[int, int]
 
     @classmethod
-    def of(
-        cls, view: View, surfaces: Surfaces, places: ImagePlaces, part: Covered
-    ) -> TriangleSums:
+    def of(cls, view: View, surfaces: Surfaces, places: ImagePlaces, part: Covered) -> TriangleSums:
         """The triangles of surfaces, with the places of their vertices, in a view."""
         height, width = view.shape
         corners = surfaces.triangles[places.is_seen[surfaces.triangles].all(axis=1)]
@@ -59,4 +58,4 @@ class TriangleSums:
         height, width = self.shape
         parts = (self.share * values[self.corners]).sum(axis=1) * self.weight
         sums = np.bincount(self.pixel, parts, minlength=height * width)
-        return self.covered.extended(sums.reshape(height, width))
+        return self.covered.extended(np.asarray(sums, np.float64).reshape(height, width))
