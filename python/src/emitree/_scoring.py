@@ -105,7 +105,7 @@ def fit_counts(forward: Forward, counts: Any, start: Any, *, max_images: int = 4
         if is_short or is_jitter or images >= max_images:
             distance = decrease**0.5
             return Fit(theta, covariance, statistic, distance, images, jacobians, is_short)
-        shorter = 1.0
+        shorter, is_damped_more = 1.0, False
         while images < max_images:
             scale = np.sqrt(np.diag(information))
             damped = information + damping * np.diag(scale**2)
@@ -118,9 +118,11 @@ def fit_counts(forward: Forward, counts: Any, start: Any, *, max_images: int = 4
                 continue
             found = cash(expected, observed)[0]
             if decrease < len(theta) or found < statistic + len(theta):
-                theta, statistic, damping = moved, found, 0.1 * damping
+                theta, statistic = moved, found
+                # A damping that was needed is tried again with the next step.
+                damping = damping if is_damped_more else 0.1 * damping
                 break
-            damping = 10 * max(damping, _DAMPING)
+            damping, is_damped_more = 10 * max(damping, _DAMPING), True
         else:
             expected = forward(theta)
 
