@@ -103,8 +103,7 @@ def test_a_derivative_of_rates_and_linear_parameters():
     np.testing.assert_array_equal(by_height, image / 3.0)
 
 
-@pytest.mark.parametrize("start", [(1.1, 0.1, -0.1), (1.3, -0.2, 0.2)])
-def test_fits_of_a_ball(start):
+def test_a_fit_of_a_ball():
     exposure = 10.0
     counts = np.random.default_rng(1).poisson(exposure * exact_image(TRUTH, PERSPECTIVE))
 
@@ -113,7 +112,7 @@ def test_fits_of_a_ball(start):
         return ball(radius, TRUTH[1], y, z)
 
     forward = emitree.Forward(at_its_depth, PERSPECTIVE, SHAPE, exposure=exposure)
-    fit = emitree.fit_counts(forward, counts, start, max_images=12)
+    fit = emitree.fit_counts(forward, counts, (1.3, -0.2, 0.2), max_images=12)
     assert fit.converged and forward.plan is None
     # The best parameters of the same counts are those of exact images.
     pull = (fit.theta - best_of(counts, exposure)) / fit.deviations
