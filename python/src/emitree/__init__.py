@@ -59,6 +59,7 @@ from emitree._points import Points
 from emitree._progressive import Frame, progressive
 from emitree._render import render
 from emitree._result import Rendering
+from emitree._scoring import Fit, fit_counts
 from emitree._sensitivity import sensitivity
 from emitree._sensitivity_matrix import Sensitivity
 from emitree._session import Session
@@ -93,6 +94,7 @@ __all__ = [
     "Expression",
     "Fields",
     "Fisheye",
+    "Fit",
     "Forward",
     "Frame",
     "Grid",
@@ -132,6 +134,7 @@ __all__ = [
     "WcsCamera",
     "__version__",
     "build_tree",
+    "fit_counts",
     "from_pyvista",
     "from_yt",
     "jacobian",

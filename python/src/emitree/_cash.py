@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -63,6 +65,16 @@ def deviance_residuals(expected: Floats, counts: Floats) -> tuple[Floats, Floats
     residuals[seen] = roots
     slope[seen] = np.where(expected[seen] < LEAST_COUNTS, 0.0, slopes)
     return residuals, slope
+
+
+def counts_as(counts: Any, shape: tuple[int, ...]) -> Floats:
+    """Counts as an array of the shape of an image; raises `ValueError` if they are none."""
+    observed = np.asarray(counts, dtype=np.float64)
+    if observed.shape != shape:
+        raise ValueError(f"the data have the shape {observed.shape}: expected {shape}")
+    if (observed < 0).any():
+        raise ValueError(f"the counts have {observed.min()}: expected 0 or more")
+    return observed
 
 
 def _seen(expected: Floats, counts: Floats) -> NDArray[np.bool_]:

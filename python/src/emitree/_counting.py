@@ -25,7 +25,8 @@ class Counting:
             #: The exact derivatives of a model that has some, counted too.
             self.derivative = Counting(counter, derivative)
         #: Parameters of a published model with which surfaces move: see `PublishedModel`.
-        self.moves_jumps = getattr(model, "moves_jumps", ())
+        if hasattr(model, "moves_jumps"):
+            self.moves_jumps = model.moves_jumps
         #: The names of parameters, if the model has some.
         self.names = getattr(model, "names", ())
 

@@ -10,12 +10,17 @@ import numpy as np
 
 from emitree import _options
 from emitree._cameras import Camera
-from emitree._cash import cash, deviance_residuals
+from emitree._cash import cash, counts_as, deviance_residuals
 from emitree._counting import Counting
 from emitree._function import Floats
 from emitree._jacobian import STEPS_ARE_OF_LOS, Derivatives, ModelOf, refuse_other_unit
 from emitree._native import RenderError
-from emitree._neighbourhood import neighbourhood, plan_of_all, serves
+from emitree._neighbourhood import (
+    neighbourhood,
+    plan_of_all,
+    rendering_of_one,
+    serves,
+)
 from emitree._parameters import (
     checked_amount,
     checked_bounds,
@@ -47,6 +52,12 @@ class Forward:
     Only plans of products of functions (smooth emissions, method "vol") can be compared with
     samples. Others are those of the emission at the centre alone; they serve within `trust` without
     a check, and are made anew beyond.
+
+    If the emission jumps at surfaces that the first rendering has found (`Rendering.surfaces`),
+    there is no plan: each image is rendered anew, to the tolerance, and the derivatives are those
+    of `jacobian` with surfaces that move. The statistic then has jitter as large as the error of
+    the images, which `fit_counts` takes into account; optimizers that need each step to decrease
+    the statistic do not. Where no surfaces are found, `jacobian` raises `RenderError`.
 
     At a change of plans the image of the same parameters changes, by less than the sum of both
     errors. The statistic has a small step there: values before and after it are not of the same
@@ -128,6 +139,8 @@ class Forward:
         self._plans: list[_Served] = []
         self._present: _Served | None = None
         self._latest: tuple[bytes, Floats] | None = None
+        #: The parameters and the rendering that was made last, if it is one of found surfaces.
+        self._by_surfaces: tuple[bytes, Rendering] | None = None
         #: How often g was evaluated, everything counted; a point of a derivative counts as one.
         self.evaluations = 0
         #: How often the plan was checked at parameters far from the former ones.
@@ -153,8 +166,17 @@ class Forward:
         """The derivatives of the expected counts by the parameters, (p, *image.shape)."""
         parameters = self._checked_theta(theta)
         plan, image = self._image(parameters)
-        derivatives = self._differentiated(parameters).images(plan, parameters, image)
-        return self._exposure * derivatives
+        differentiated = self._differentiated(parameters)
+        if plan is not None:
+            return self._exposure * differentiated.images(plan, parameters, image)
+        assert self._by_surfaces is not None
+        rendering = self._by_surfaces[1]
+        if rendering.surfaces is None:
+            raise RenderError(
+                f"no surfaces were found at theta = {parameters.tolist()}, where the rates jump: "
+                "expected parameters nearer to the first ones, or a larger `max_evaluations`"
+            )
+        return self._exposure * differentiated.images_by_surfaces(rendering, parameters)
 
     def residuals(self, theta: Any, data: Any, sigma: Any = 1.0) -> Floats:
         """(expected - data) / sigma, (pixels,), for `scipy.optimize.least_squares`.
@@ -218,8 +240,28 @@ class Forward:
         False if the plan does not suffice there.
         """
         parameters = self._checked_theta(theta)
-        plan = self._first(parameters) if self._present is None else self._present.plan
-        return plan.render(self._emission(parameters))
+        if self._present is not None:
+            return self._present.plan.render(self._emission(parameters))
+        first = self._rendered(parameters)
+        if self._by_surfaces is not None:
+            return first
+        return self._first(parameters, first).render(self._emission(parameters))
+
+    def has_derivatives(self, theta: Any) -> bool:
+        """Whether there are derivatives: of images of surfaces, only where these were found.
+
+        Where they are not the image does not meet the tolerance, or takes many evaluations.
+        """
+        parameters = self._checked_theta(theta)
+        plan, _ = self._image(parameters)
+        if plan is not None:
+            return True
+        assert self._by_surfaces is not None
+        return self._by_surfaces[1].surfaces is not None
+
+    def within_bounds(self, theta: Floats) -> Floats:
+        """The nearest parameters within the bounds."""
+        return theta if self._bounds is None else np.clip(theta, *self._bounds.T)
 
     def freeze(self) -> Forward:
         """Ends checks and renewals: from now on there is one plan, and one smooth statistic.
@@ -295,18 +337,36 @@ class Forward:
         _, image = self._image(theta)
         return self._exposure * image + self._background
 
-    def _image(self, theta: Floats) -> tuple[Plan, Floats]:
-        """The plan for some parameters, and their image by it."""
-        plan = self._plan_for(theta)
+    def _image(self, theta: Floats) -> tuple[Plan | None, Floats]:
+        """The plan for some parameters, and their image by it; no plan if it is one of surfaces."""
         key = theta.tobytes()
+        first = self._rendered(theta) if self._present is None else None
+        if first is not None and self._by_surfaces is not None:
+            return None, first.image
+        plan = self._plan_for(theta, first)
         if self._latest is None or self._latest[0] != key:
             self._latest = (key, plan.apply(plan.rates(self._emission(theta))))
         return plan, self._latest[1]
 
-    def _plan_for(self, theta: Floats) -> Plan:
-        """The plan for some parameters: the present one, as long as it was checked near them."""
+    def _rendered(self, theta: Floats) -> Rendering:
+        """The rendering at some parameters, which is kept if it, or one before, has surfaces."""
+        key = theta.tobytes()
+        if self._by_surfaces is not None and self._by_surfaces[0] == key:
+            return self._by_surfaces[1]
+        found = rendering_of_one(self._emission(theta), self._camera, self._shape, self._options)
+        if found.surfaces is not None or self._by_surfaces is not None:
+            self._by_surfaces = (key, found)
+            if not found.converged:
+                self.unconverged.append(theta.copy())
+        return found
+
+    def _plan_for(self, theta: Floats, first: Rendering | None) -> Plan:
+        """The plan for some parameters: the present one, as long as it was checked near them.
+
+        first: the rendering at these parameters, if there is no plan.
+        """
         if self._present is None:
-            return self._first(theta)
+            return self._first(theta, first)
         if self.frozen or self._is_near(self._present, theta):
             return self._present.plan
         near = min(self._plans, key=lambda served: self._distance(served, theta))
@@ -317,11 +377,11 @@ class Forward:
         self._present = near
         return near.plan
 
-    def _first(self, theta: Floats) -> Plan:
-        """The plan of the first parameters."""
+    def _first(self, theta: Floats, rendering: Rendering | None) -> Plan:
+        """The plan of the first parameters, of which there may be a rendering."""
         if self._ranges is None:
             self._ranges = default_ranges(theta, self._bounds, self._linear)
-        self._present, first = self._made(theta, self._options)
+        self._present, first = self._made(theta, self._options, rendering)
         if not first.converged:
             raise RenderError(
                 f"the tolerance is not met at theta = {theta.tolist()}: the estimated error is "
@@ -346,10 +406,12 @@ class Forward:
             self._on_renewal(theta.copy(), served.plan)
         return served
 
-    def _made(self, theta: Floats, options: dict[str, Any]) -> tuple[_Served, Rendering]:
+    def _made(
+        self, theta: Floats, options: dict[str, Any], first: Rendering | None = None
+    ) -> tuple[_Served, Rendering]:
         """A new plan for some parameters, and the rendering that it is of."""
         emissions = self._neighbourhood(theta)
-        found = plan_of_all(emissions, self._camera, self._shape, options)
+        found = plan_of_all(emissions, self._camera, self._shape, options, first)
         if not found.suffices:
             self.unconverged.append(theta.copy())
         served = _Served(found.plan, [theta.copy()])
@@ -375,16 +437,18 @@ class Forward:
 
     def _measured(self, data: Any) -> Floats:
         measured = np.asarray(data, dtype=np.float64)
-        shape = measured.shape if self.plan is None else self.plan.shape
+        shape = measured.shape
+        if self.plan is not None:
+            shape = self.plan.shape
+        elif self._by_surfaces is not None:
+            shape = self._by_surfaces[1].image.shape
         if measured.shape != shape:
             raise ValueError(f"the data have the shape {measured.shape}: expected {shape}")
         return measured
 
     def _counts(self, counts: Any) -> Floats:
-        observed = self._measured(counts)
-        if (observed < 0).any():
-            raise ValueError(f"the counts have {observed.min()}: expected 0 or more")
-        return observed
+        measured = self._measured(counts)
+        return counts_as(measured, measured.shape)
 
 
 @dataclass(frozen=True)

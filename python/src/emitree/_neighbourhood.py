@@ -83,18 +83,15 @@ def plan_of_all(
     camera: Camera,
     shape: Sequence[int] | int,
     options: Mapping[str, Any],
+    first: Rendering | None = None,
 ) -> Neighbourhood:
     """A plan for the first of some emissions that serves all of them, as far as one is found.
 
     A plan that is not one of products is not compared: for the others it is as good as the same
-    lines or cells are, and counts as one that serves them.
+    lines or cells are, and counts as one that serves them. `first` is the rendering of the first
+    emission, if there is one.
     """
-    alone: Any = render(emissions[0], camera, shape, **options)
-    if isinstance(alone, Components):
-        raise ValueError(
-            f"the model has {len(alone)} rates at each point: expected one, as derivatives are "
-            "those of one image"
-        )
+    alone = rendering_of_one(emissions[0], camera, shape, options) if first is None else first
     plan = alone.plan
     if not (alone.converged and plan.is_of_products):
         return Neighbourhood(plan, alone.converged, alone)
@@ -119,6 +116,19 @@ def plan_of_all(
             if checks is not None:
                 return Neighbourhood(of_mixture, True, alone, checks)
     return Neighbourhood(plan, False, alone)
+
+
+def rendering_of_one(
+    emission: Any, camera: Camera, shape: Sequence[int] | int, options: Mapping[str, Any]
+) -> Rendering:
+    """The rendering of an emission that is to be differentiated: it has one rate at each point."""
+    found: Any = render(emission, camera, shape, **options)
+    if isinstance(found, Components):
+        raise ValueError(
+            f"the model has {len(found)} rates at each point: expected one, as derivatives are "
+            "those of one image"
+        )
+    return found  # type: ignore[no-any-return]
 
 
 def _weights(count: int) -> tuple[list[float], list[float]]:

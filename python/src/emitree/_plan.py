@@ -17,6 +17,7 @@ from emitree._factors import Factors, factors
 from emitree._files import written
 from emitree._function import Floats, as_rates
 from emitree._libraries import library_of, scipy
+from emitree._point_rates import rates_at
 from emitree._points import Points
 from emitree._sparse import SparseMatrix, compressed_rows
 
@@ -127,7 +128,7 @@ class Plan:
 
     def rates_at(self, emission: Callable[..., Any], points: Points) -> Floats:
         """The rates (n,) of a function at other points, as by `rates`."""
-        return _rates(self, points, emission)
+        return rates_at(emission, points, self._setup, self._unit)
 
     def apply(self, rates: Any) -> Any:
         """The image, of the shape `shape`, for rates (n,) at the points, in the unit of the rates.
@@ -379,18 +380,3 @@ def _of_content(content: _plan_file.Content) -> Plan:
     """The plan of a file or a pickle."""
     stored = _Stored(content.matrix, content.seen)
     return Plan(stored, content.points, content.seen.shape, content.unit, None)
-
-
-def _rates(plan: Plan, points: Points, emission: Any) -> Floats:
-    from emitree._evaluator import BATCH_SIZE
-    from emitree._setup import function_of
-
-    if isinstance(emission, str) or not callable(emission):
-        raise TypeError(f"the emission is {emission!r}: expected a function")
-    function = function_of(emission, plan._setup, plan._unit)
-    rates = np.empty(len(points))
-    for start in range(0, len(points), BATCH_SIZE):
-        part = slice(start, start + BATCH_SIZE)
-        energy = None if points.energy is None else points.energy[part]
-        rates[part] = function(points.position[part], points.direction[part], energy)
-    return rates

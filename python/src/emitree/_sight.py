@@ -84,10 +84,13 @@ class View:
         self.shape = self.scene.shape
         shapes = [options["bounds"]] if options.get("bounds") is not None else []
         unit = length_unit_of(camera, [*shapes, *options.get("occulters", ())])
-        is_parallel = isinstance(camera, Canonical | Orthographic)
+        #: Whether all lines of sight are parallel; otherwise they end at one observer.
+        self.is_parallel = isinstance(camera, Canonical | Orthographic)
         #: The rim of the image, None where it is a rectangle.
         self.rim = Rim(self.shape) if isinstance(camera, Fisheye) else None
-        self._position = None if is_parallel else np.array(camera.table(unit)["position"], float)
+        self._position = (
+            None if self.is_parallel else np.array(camera.table(unit)["position"], float)
+        )
 
     def __len__(self) -> int:
         """The number of pixels."""
@@ -105,6 +108,15 @@ class View:
             shift = ((point - position) * direction).sum(axis=0)
             origin = np.broadcast_to(position, point.shape)
         return Lines(origin, direction, near + shift, far + shift, density)
+
+    def directions_at(self, position: Floats) -> Floats:
+        """Unit vectors (n, 3) to the observer, from positions (n, 3)."""
+        if self._position is None:
+            middle = np.array([0.5])
+            direction = -self.lines_at(middle, middle).direction.T
+            return np.repeat(direction, len(position), axis=0)
+        away = self._position - position
+        return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True))
 
     def lines_of(self, cells: Cells) -> Lines:
         """The lines (cells, places) of cells; their densities are as of whole pixels."""

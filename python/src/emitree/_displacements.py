@@ -1,0 +1,199 @@
+"""How far surfaces at which g jumps move with parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emitree._function import Floats
+from emitree._surfaces import Surfaces
+
+#: The most vertices at which displacements are found; those of the others are interpolated.
+_MOST_VERTICES = 600
+
+#: How many of these are tried before the others, to choose the change of a parameter.
+_TRIED = 80
+
+#: The reach of the search along a normal, in diagonals of the box around all surfaces: so short
+#: that surfaces are planes and displacements proportional to changes, to about a per cent.
+_REACH = 2e-3
+
+#: Bisections: displacements are found to the reach divided by 2 to this power.
+_BISECTIONS = 14
+
+#: The first change of a parameter, relative to it.
+_CHANGE = 1e-2
+
+#: Neighbours of which a displacement is interpolated.
+_NEIGHBOURS = 8
+
+#: Rates (n,) at positions (n, 3).
+Rates = Callable[[Floats], Floats]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Vertices of surfaces at which displacements are found, on the surface to rounding."""
+
+    #: (n, 3), and unit vectors (n, 3) to the side with the larger rate.
+    position: Floats
+    normal: Floats
+    #: (n,), half way between the rates on both sides.
+    threshold: Floats
+    #: The reach (scalar) of the search [length].
+    reach: float
+    #: Numbers (vertices, k) of the samples near each vertex, and their weights.
+    neighbours: NDArray[np.intp]
+    weights: Floats
+
+    def at_vertices(self, values: Floats) -> Floats:
+        """Values (vertices,) from those at the samples (n,)."""
+        return np.asarray((self.weights * values[self.neighbours]).sum(axis=1))
+
+    def is_above(
+        self, rates: Rates, offset: Floats, chosen: slice | None = None
+    ) -> NDArray[np.bool_]:
+        """Whether the rates (n,) at distances along the normals are those of the larger side."""
+        part = slice(None) if chosen is None else chosen
+        position = self.position[part] + offset[part, np.newaxis] * self.normal[part]
+        return np.asarray(rates(position) > self.threshold[part])
+
+    def displacements(self, rates: Rates) -> tuple[Floats, NDArray[np.bool_]]:
+        """The distances (n,) along normals to the surfaces of other rates, and where they are."""
+        low, high = (
+            np.full(len(self.position), -self.reach),
+            np.full(len(self.position), self.reach),
+        )
+        is_found = self.is_above(rates, high) & ~self.is_above(rates, low)
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            above = self.is_above(rates, middle)
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        return 0.5 * (low + high), is_found
+
+
+def samples_of(surfaces: Surfaces, rates: Rates) -> Samples:
+    """Some vertices all over the surfaces, moved onto them by bisection."""
+    size = float(np.linalg.norm(np.ptp(surfaces.position, axis=0)))
+    reach = _REACH * size
+    part = _parts(surfaces)
+    chosen = _spread(surfaces.position, part, size)
+    position, normal = surfaces.position[chosen], surfaces.normal[chosen]
+    # Of a normal distribution with this mean size hardly any are beyond four times as far.
+    width = np.maximum(4.0 * surfaces.uncertainty[chosen], 1e-6 * size)
+    above = rates(position + width[:, np.newaxis] * normal)
+    below = rates(position - width[:, np.newaxis] * normal)
+    # Both sides are found if they differ by the jump.
+    is_good = (above - below) > 0.5 * surfaces.jump[chosen]
+    chosen, position, normal = chosen[is_good], position[is_good], normal[is_good]
+    width, threshold = width[is_good], 0.5 * (above + below)[is_good]
+    low, high = -width, width.copy()
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        is_above = rates(position + middle[:, np.newaxis] * normal) > threshold
+        low, high = np.where(is_above, low, middle), np.where(is_above, middle, high)
+    neighbours, weights = _interpolation(surfaces, part, chosen)
+    position = position + (0.5 * (low + high))[:, np.newaxis] * normal
+    return Samples(position, normal, threshold, reach, neighbours, weights)
+
+
+def change_of(samples: Samples, moved: Callable[[float], Rates], first: float) -> float:
+    """A change of a parameter that moves surfaces by half of the reach at most, and not much less.
+
+    moved: the rates where the parameter is changed; first: the change that is tried first. Where
+    nothing moves it is the largest one that is tried.
+    """
+    tried = slice(None, None, max(1, len(samples.position) // _TRIED))
+    offset = np.full(len(samples.position), 0.5 * samples.reach)
+
+    def is_within(change: float, share: float) -> bool:
+        rates = moved(change)
+        above = samples.is_above(rates, share * offset, tried)
+        below = samples.is_above(rates, -share * offset, tried)
+        return bool(np.mean(above & ~below) > 0.98)
+
+    change = first
+    while not is_within(change, 1.0) and abs(change) > 1e-6 * abs(first):
+        change *= 0.25
+    if change == first:
+        for _ in range(3):
+            if not is_within(change, 0.25):
+                break
+            change *= 4.0
+    return change
+
+
+def _parts(surfaces: Surfaces) -> NDArray[np.intp]:
+    """The number of the connected surface that each vertex belongs to: its least vertex."""
+    part = np.arange(len(surfaces))
+    corners = surfaces.triangles
+    while True:
+        least = part[corners].min(axis=1)
+        found = part.copy()
+        for corner in corners.T:
+            np.minimum.at(found, corner, least)
+        found = found[found]
+        if np.array_equal(found, part):
+            return part
+        part = found
+
+
+def _spread(position: Floats, part: NDArray[np.intp], size: float) -> NDArray[np.intp]:
+    """Numbers of vertices, at most one for each surface and cube of a lattice."""
+    origin, count, width = position.min(axis=0), 40, size / 40
+    while True:
+        cube = np.floor((position - origin) / width).astype(np.int64)
+        key = ((part * 4096 + cube[:, 0]) * 4096 + cube[:, 1]) * 4096 + cube[:, 2]
+        chosen = np.sort(np.unique(key, return_index=True)[1])
+        if len(chosen) <= _MOST_VERTICES or count == 1:
+            return chosen
+        width *= 1.1
+
+
+def _interpolation(
+    surfaces: Surfaces, part: NDArray[np.intp], chosen: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], Floats]:
+    """Neighbours (vertices, k) among the chosen vertices, and weights: moving least squares.
+
+    Planes are fitted to the values of neighbours, with weights that fall with the distance.
+    """
+    count = min(_NEIGHBOURS, len(chosen))
+    neighbours = np.empty((len(surfaces), count), dtype=np.intp)
+    weights = np.empty((len(surfaces), count))
+    for start in range(0, len(surfaces), 2048):
+        rows = slice(start, start + 2048)
+        position, others = surfaces.position[rows], surfaces.position[chosen]
+        squares = (position**2).sum(axis=1)[:, np.newaxis] + (others**2).sum(axis=1)
+        squares = np.maximum(squares - 2 * position @ others.T, 0.0)
+        aligned = surfaces.normal[rows] @ surfaces.normal[chosen].T
+        apart = (part[rows, np.newaxis] != part[chosen]) | (aligned < 0.3)
+        # Another surface serves if there is nothing else, and only then.
+        squares = np.where(apart, 1e6 * (squares + squares.max()), squares)
+        near = np.argpartition(squares, count - 1, axis=1)[:, :count]
+        squares = np.take_along_axis(squares, near, axis=1)
+        scale = squares.max(axis=1, keepdims=True)
+        nearness = 1.0 / (squares / scale + 1e-3) ** 2
+        away = others[near] - position[:, np.newaxis]
+        first, second = _tangents(surfaces.normal[rows])
+        u = (away * first[:, np.newaxis]).sum(axis=2) / np.sqrt(scale)
+        v = (away * second[:, np.newaxis]).sum(axis=2) / np.sqrt(scale)
+        terms = np.stack([np.ones_like(u), u, v], axis=2)
+        weighted = nearness[:, :, np.newaxis] * terms
+        normal = np.einsum("nki,nkj->nij", terms, weighted)
+        normal[:, 1, 1] += 1e-2 * normal[:, 0, 0]
+        normal[:, 2, 2] += 1e-2 * normal[:, 0, 0]
+        first_row = np.linalg.inv(normal)[:, 0]
+        neighbours[rows] = near
+        weights[rows] = np.einsum("ni,nki->nk", first_row, weighted)
+    return neighbours, weights
+
+
+def _tangents(normal: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors (n, 3) perpendicular to each normal and to each other."""
+    axis = np.eye(3)[abs(normal).argmin(axis=1)]
+    first = np.cross(normal, axis)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return first, np.cross(normal, first)
