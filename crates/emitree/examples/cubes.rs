@@ -140,9 +140,9 @@ fn jumps(
             let emission = FromSpectralFn(|position, _, energy| scene.rate(position, energy));
             let found = render_cube(&emission, &Canonical, SHAPE, &axis, &options(tolerance))?;
             let seconds = start.elapsed().as_secs_f64();
-            let brightest =
-                reference.cube.bands().iter().position(|band| band.min_max().1 == largest);
-            let energy = axis.energy((brightest.unwrap_or(0) as f64 + 0.5) / bins as f64);
+            let bands = reference.cube.bands().iter().map(|band| band.min_max().1).enumerate();
+            let brightest = bands.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(bin, _)| bin);
+            let energy = axis.energy((brightest as f64 + 0.5) / bins as f64);
             let image = FromFn(|position, _| scene.rate(position, energy));
             let image = render(&image, &Canonical, SHAPE, &options(tolerance))?;
             let error = found.values.max_difference(&reference.cube) / largest;

@@ -25,6 +25,20 @@ fn whole_view(pieces_of_line: usize) -> Parts<'static> {
     view
 }
 
+impl Engine<'_> {
+    /// The first samples at the first energy and at all that the spectra require.
+    async fn sample_at_all_energies(&mut self) -> Result<bool, MethodError> {
+        let first = self.sample_initially().await?;
+        self.sample_further_energies(&first).await
+    }
+
+    /// The whole loop from the first samples on.
+    async fn run_from_nothing(&mut self) -> Result<(CurrentImage, StopReason), MethodError> {
+        let first = self.sample_initially().await?;
+        self.run(Beginning::Samples(first)).await
+    }
+}
+
 /// The usual options.
 fn default_options() -> &'static VolOptions {
     static OPTIONS: std::sync::OnceLock<VolOptions> = std::sync::OnceLock::new();

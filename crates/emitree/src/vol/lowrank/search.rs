@@ -397,7 +397,8 @@ impl<'a> Search<'a> {
             along(axis, others(axis, point), &pivots)
         };
         let mut points: Vec<[f64; 3]> = (0..3).flat_map(of_axis).collect();
-        points.retain(|other| *other != point && self.is_in_view(*other));
+        let is_other = |other: &[f64; 3]| other.map(f64::to_bits) != point.map(f64::to_bits);
+        points.retain(|other| is_other(other) && self.is_in_view(*other));
         let rates = self.view.rates(&points).await?;
         let residuals = rates.iter().zip(self.interpolant.values(&points));
         let weighted = residuals

@@ -79,7 +79,7 @@ fn two_spectra_need_two_energies() {
     let (axis, meter) = (axis(), meter(100_000));
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
-    assert_eq!(answered(&meter, mixed, engine.sample_initially()), Ok(true));
+    assert_eq!(answered(&meter, mixed, engine.sample_at_all_energies()), Ok(true));
     assert_eq!((engine.energies.len(), engine.sheets.len()), (2, 2));
     assert_eq!(engine.sheets[1].id.energy, 1);
     let used = engine.energies_used();
@@ -103,7 +103,7 @@ fn lines_at_several_energies_share_the_tolerance_of_a_bin() {
     let (axis, meter) = (axis(), meter(100_000));
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
-    answered(&meter, mixed, engine.sample_initially()).unwrap();
+    answered(&meter, mixed, engine.sample_at_all_energies()).unwrap();
     let tolerances = engine.line_tolerances(0.5);
     let of_bin = |weights: &Vec<f64>| -> f64 {
         weights.iter().zip(&tolerances).map(|(weight, tolerance)| weight.abs() * tolerance).sum()
@@ -118,7 +118,7 @@ fn the_second_energy_of_one_spectrum_is_not_needed() {
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
     let rate = |[x, ..]: [f64; 3], energy: f64| (1.0 + x) * (2.0 - energy);
-    assert_eq!(answered(&meter, rate, engine.sample_initially()), Ok(true));
+    assert_eq!(answered(&meter, rate, engine.sample_at_all_energies()), Ok(true));
     assert_eq!(engine.energies_used(), [0.0]);
 }
 
@@ -127,7 +127,7 @@ fn a_cube_that_is_dark_has_one_energy_without_weight() {
     let (axis, meter) = (axis(), meter(100_000));
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
-    assert_eq!(answered(&meter, |_, _| 0.0, engine.sample_initially()), Ok(true));
+    assert_eq!(answered(&meter, |_, _| 0.0, engine.sample_at_all_energies()), Ok(true));
     assert_eq!(engine.energies_used(), [0.5]);
     assert_eq!(engine.energies.selected[0].weights, [0.0; 4]);
     let current = engine.assemble().unwrap();
@@ -140,7 +140,7 @@ fn the_error_of_unsampled_spectra_is_at_least_the_brightest_line() {
     let (axis, meter) = (axis(), meter(320 + 729 + 10));
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
-    assert_eq!(answered(&meter, mixed, engine.sample_initially()), Ok(false));
+    assert_eq!(answered(&meter, mixed, engine.sample_at_all_energies()), Ok(false));
     let current = engine.assemble().unwrap();
     let brightest = engine.brightest();
     assert!(brightest > 0.0);
@@ -152,7 +152,7 @@ fn the_residual_of_the_energies_is_in_the_error_of_each_bin() {
     let (axis, meter) = (axis(), meter(100_000));
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
-    answered(&meter, mixed, engine.sample_initially()).unwrap();
+    answered(&meter, mixed, engine.sample_at_all_energies()).unwrap();
     engine.spectra.as_mut().unwrap().unexplained = vec![0.0, 0.5, 0.0, 2.0];
     let current = engine.assemble().unwrap();
     for (error, expected) in current.errors(&parts.parts[0]).into_iter().zip([0.0, 0.5, 0.0, 2.0]) {

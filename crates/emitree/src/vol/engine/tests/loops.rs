@@ -16,7 +16,7 @@ fn the_initial_sampling_is_the_base_where_lines_are_polynomials() {
     let meter = meter(10_000);
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(true));
+    assert_eq!(answered(&meter, plane, engine.sample_at_all_energies()), Ok(true));
     assert_eq!((meter.evaluations(), engine.sheets.len()), (729, 1));
     let scan = &engine.sheets[0].scan;
     for (node, line) in scan.tree.nodes().iter().zip(&scan.node_lines.lines) {
@@ -32,7 +32,7 @@ fn an_initial_sampling_beyond_the_budget_makes_no_evaluation() {
     let meter = meter(728);
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(false));
+    assert_eq!(answered(&meter, plane, engine.sample_at_all_energies()), Ok(false));
     assert_eq!(meter.evaluations(), 0);
 }
 
@@ -50,7 +50,7 @@ fn lines_of_the_base_are_refined_to_their_share_of_the_largest() {
     let meter = meter(100_000);
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    assert_eq!(answered(&meter, peak, engine.sample_initially()), Ok(true));
+    assert_eq!(answered(&meter, peak, engine.sample_at_all_energies()), Ok(true));
     let allowed = 0.2 * TOLERANCE * of_peak([STEPS, 0]);
     for (i, node) in engine.sheets[0].scan.tree.nodes().iter().enumerate() {
         let line = &engine.sheets[0].scan.node_lines.lines[i];
@@ -83,7 +83,7 @@ fn depths_around_a_seed_are_sampled_on_the_lines_of_the_base() {
     let seeds = [Seed { position: [0.5, 0.5, 0.3], radius: 0.01 }];
     let vol = VolOptions::new(TOLERANCE).with_seeds(seeds);
     let mut engine = Engine { vol: &vol, ..engine(&meter, &TILES, &parts, 3, None) };
-    assert_eq!(answered(&meter, plane, engine.sample_initially()), Ok(true));
+    assert_eq!(answered(&meter, plane, engine.sample_at_all_energies()), Ok(true));
     let scan = &engine.sheets[0].scan;
     let [seeded, other] = [[STEPS / 2, STEPS / 2], [0, 0]].map(|at| scan.tree.find(at).unwrap());
     let wanted = scan.seeds.depths([STEPS / 2, STEPS / 2]);
@@ -97,7 +97,7 @@ fn the_image_so_far_has_no_error_where_a_tree_is_exact() {
     let meter = meter(10_000);
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    answered(&meter, plane, engine.sample_initially()).unwrap();
+    answered(&meter, plane, engine.sample_at_all_energies()).unwrap();
     let current = engine.assemble().unwrap();
     assert_plane(&current.maps[0][0], 1e-12);
     assert!(current.largest_error() < 1e-12);
@@ -110,7 +110,7 @@ fn the_error_of_the_worst_line_is_in_every_pixel() {
     let meter = meter(10_000);
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    answered(&meter, plane, engine.sample_initially()).unwrap();
+    answered(&meter, plane, engine.sample_at_all_energies()).unwrap();
     engine.sheets[0].scan.node_lines.lines[17].error = 0.25;
     let error = engine.assemble().unwrap().maps[0][1].clone();
     assert!(error.pixels().iter().all(|error| (error - 0.25).abs() < 1e-12));
@@ -122,7 +122,7 @@ fn a_pixel_below_0_is_wrong_by_as_much_if_no_sample_is() {
         let meter = meter(10_000);
         let parts = whole_view(1);
         let mut engine = engine(&meter, &TILES, &parts, 3, None);
-        answered(&meter, |_, _| 0.0, engine.sample_initially()).unwrap();
+        answered(&meter, |_, _| 0.0, engine.sample_at_all_energies()).unwrap();
         let node_lines = &mut engine.sheets[0].scan.node_lines;
         node_lines.lines[5].add([(77, sample)]);
         node_lines.lines.iter_mut().for_each(|line| line.integral = -2.0);
@@ -139,7 +139,7 @@ fn a_pixel_outside_the_image_is_nan() {
     let mut parts = whole_view(1);
     parts.outside = vec![2 * 16 + 3];
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    answered(&meter, plane, engine.sample_initially()).unwrap();
+    answered(&meter, plane, engine.sample_at_all_energies()).unwrap();
     let current = engine.assemble().unwrap();
     let [image, error]: [Cube; 2] = engine.finished(&current);
     for (map, is_error) in [(&image, false), (&error, true)] {
@@ -165,7 +165,7 @@ fn rounds_continue_until_the_tolerance_is_met() {
     let meter = meter(1_000_000);
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    let (current, ending) = answered(&meter, column, engine.run(None)).unwrap();
+    let (current, ending) = answered(&meter, column, engine.run_from_nothing()).unwrap();
     assert_eq!(ending, StopReason::Complete);
     assert!(current.largest_error() <= TOLERANCE * current.largest_pixel());
     let sum: f64 = current.maps[0][0].pixels().iter().sum();
@@ -178,7 +178,7 @@ fn rounds_end_with_the_budget_and_keep_what_they_have() {
     let meter = meter(1500);
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
-    let (current, ending) = answered(&meter, column, engine.run(None)).unwrap();
+    let (current, ending) = answered(&meter, column, engine.run_from_nothing()).unwrap();
     assert_eq!(ending, StopReason::Budget);
     assert!(meter.evaluations() <= 1500);
     let sum: f64 = current.maps[0][0].pixels().iter().sum();
@@ -191,7 +191,7 @@ fn rounds_end_at_the_finest_level() {
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 2, None);
     engine.finest_level = 3;
-    let (_, ending) = answered(&meter, column, engine.run(None)).unwrap();
+    let (_, ending) = answered(&meter, column, engine.run_from_nothing()).unwrap();
     assert_eq!(ending, StopReason::MaxLevel);
     assert!(engine.sheets[0].scan.tree.finest_level() <= 3);
 }
@@ -202,7 +202,7 @@ fn the_first_tolerance_is_met_before_the_last_one() {
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, None);
     engine.tolerance = 0.05;
-    let (current, ending) = answered(&meter, column, engine.run(None)).unwrap();
+    let (current, ending) = answered(&meter, column, engine.run_from_nothing()).unwrap();
     assert_eq!(ending, StopReason::Complete);
     assert!(engine.tolerance < 0.05 && engine.tolerance >= TOLERANCE);
     assert!(current.largest_error() <= TOLERANCE * current.largest_pixel());

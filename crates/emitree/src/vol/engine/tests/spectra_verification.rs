@@ -35,7 +35,7 @@ fn spectra_that_are_explained_cost_their_energies_and_pass() {
     let (axis, meter) = (axis(), meter(100_000));
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
-    assert_eq!(answered(&meter, continuum, engine.sample_initially()), Ok(true));
+    assert_eq!(answered(&meter, continuum, engine.sample_at_all_energies()), Ok(true));
     assert_eq!(engine.energies.len(), 1);
     assert_eq!(verdict(&mut engine, &meter, continuum), Verdict::Passed);
     assert_eq!(engine.energies.len(), 1);
@@ -65,7 +65,7 @@ fn a_narrow_line_between_the_energies_of_spot_checks_adds_an_energy() {
     let (axis, meter) = (axis(), meter(1_000_000));
     let parts = whole_view(1);
     let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
-    assert_eq!(answered(&meter, with_line, engine.sample_initially()), Ok(true));
+    assert_eq!(answered(&meter, with_line, engine.sample_at_all_energies()), Ok(true));
     assert_eq!(engine.energies.len(), 1);
     assert_eq!(verdict(&mut engine, &meter, with_line), Verdict::Failed);
     assert_eq!(engine.energies.len(), 2);
@@ -81,7 +81,7 @@ fn a_short_budget_ends_the_verification() {
     let evaluations = |most: u64| {
         let meter = meter(most);
         let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
-        assert_eq!(answered(&meter, continuum, engine.sample_initially()), Ok(true));
+        assert_eq!(answered(&meter, continuum, engine.sample_at_all_energies()), Ok(true));
         (verdict(&mut engine, &meter, continuum), meter.evaluations())
     };
     let (passed, needed) = evaluations(100_000);

@@ -18,7 +18,7 @@ const TARGET: f64 = 0.035;
 /// An engine with the nodes of all required levels, sampled on a plane.
 fn prepared<'a>(meter: &'a Meter, view: &'a Parts<'a>) -> Engine<'a> {
     let mut engine = engine(meter, &TILES, view, 3, None);
-    assert_eq!(answered(meter, plane, engine.sample_initially()), Ok(true));
+    assert_eq!(answered(meter, plane, engine.sample_at_all_energies()), Ok(true));
     engine
 }
 
