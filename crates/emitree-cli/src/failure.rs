@@ -4,8 +4,8 @@ use emitree::RenderError;
 use emitree::world_tree::WorldTreeError;
 use emitree_instrument::{ObservationError, PoissonError};
 use emitree_io::{
-    ComparisonError, EmissionFailure, EncodeError, FitsEncodeError, OutputError, PlannedError,
-    SceneError, UnknownEnding,
+    ComparisonError, EmissionFailure, EncodeError, FitsEncodeError, LargeError, OutputError,
+    PlannedError, SceneError, UnknownEnding,
 };
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use std::convert::Infallible;
@@ -50,6 +50,8 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Fits(#[from] FitsEncodeError),
     #[error(transparent)]
+    Large(#[from] LargeError<EmissionFailure>),
+    #[error(transparent)]
     Encode(#[from] EncodeError),
     #[error(transparent)]
     Figure(#[from] emitree_io::figure::FigureError),
@@ -87,6 +89,7 @@ impl Failure {
             Self::Tree(WorldTreeError::Directional { .. }) => BAD_EMISSION,
             Self::Render(error) | Self::Tree(WorldTreeError::Render(error)) => code_of(error),
             Self::Problem(error) => code_of(error),
+            Self::Large(LargeError::Render(error)) => code_of(error),
             Self::Planned(PlannedError::Render(error)) => code_of(error),
             Self::Planned(PlannedError::NotFinite { .. }) => BAD_EMISSION,
             Self::Image { failure, .. } => failure.code(),

@@ -10,6 +10,7 @@ use crate::product::scene_history;
 use crate::scene::{CameraDescription, Scene, SceneError, SceneSum, SkyView, cameras, read_sky};
 use crate::sky::{Pointing, Sky};
 use crate::units::Unit;
+use emitree::result::{RenderStats, RenderedTree};
 use emitree::sums::RegionSum;
 use emitree::{Cube, EnergyAxis, EnergyScale, Image, Method, Rendering, StopReason};
 use serde::{Deserialize, Serialize};
@@ -278,7 +279,18 @@ impl Account {
         found: &Rendering<Cube>,
         estimated_error: Option<f64>,
     ) -> Self {
-        let (settings, stats, tree) = (&scene.render, &found.stats, found.tree.as_ref());
+        let (tree, sums) = (found.tree.as_ref(), sums(scene, found));
+        Self { sums, ..Self::of(scene, &found.stats, tree, estimated_error) }
+    }
+
+    /// The account of a rendering with this cost and this tree, and without sums.
+    pub(crate) fn of(
+        scene: &Scene,
+        stats: &RenderStats,
+        tree: Option<&RenderedTree>,
+        estimated_error: Option<f64>,
+    ) -> Self {
+        let settings = &scene.render;
         let instrument = scene.instrument.as_ref();
         let vol = match &settings.method {
             Method::Vol(vol) => Some(vol),
@@ -298,7 +310,7 @@ impl Account {
             }),
             is_weighted: vol.is_some_and(|vol| vol.weights.is_some()),
             per_band: vol.is_some_and(|vol| vol.per_band),
-            sums: sums(scene, found),
+            sums: Vec::new(),
             ignored: settings.ignored.iter().map(|&key| key.to_owned()).collect(),
             quantity: scene.quantity.name().to_owned(),
             unit: scene.image_unit().to_owned(),

@@ -188,10 +188,7 @@ impl FitsFile<'_> {
     /// [`FitsEncodeError`] if a keyword of the provenance is not valid in FITS, comes twice, or is
     /// written by this function itself.
     pub fn encode(&self) -> Result<Vec<u8>, FitsEncodeError> {
-        let mut header = self.header(&self.primary)?;
-        let Self { provenance: cards, history, date, .. } = self;
-        Provenance { cards, history, date: *date }.write(&mut header)?;
-
+        let header = self.primary_header()?;
         let mut writer = FitsWriter::new(Vec::new()).with_checksums();
         self.primary.write(&mut writer, &header)?;
         for extension in &self.extensions {
@@ -206,8 +203,16 @@ impl FitsFile<'_> {
         Ok(writer.into_inner())
     }
 
+    /// Name, unit and coordinates of the primary image, with the provenance.
+    pub(crate) fn primary_header(&self) -> Result<Header, FitsEncodeError> {
+        let mut header = self.header(&self.primary)?;
+        let Self { provenance: cards, history, date, .. } = self;
+        Provenance { cards, history, date: *date }.write(&mut header)?;
+        Ok(header)
+    }
+
     /// Name, unit and coordinates of one image.
-    fn header(&self, of: &FitsImage<'_>) -> Result<Header, FitsEncodeError> {
+    pub(crate) fn header(&self, of: &FitsImage<'_>) -> Result<Header, FitsEncodeError> {
         let mut header = Header::new();
         set(&mut header, &Card::new("EXTNAME", of.name, "what the pixels are"))?;
         if let Some(unit) = of.unit {

@@ -42,6 +42,7 @@ mod forecast;
 mod format;
 pub mod grid;
 mod grouped;
+mod large;
 mod memory;
 mod mollweide;
 mod npy;
@@ -74,6 +75,7 @@ pub use fits::{
 pub use forecast::CostLaw;
 pub use format::{EncodeError, Format, FormatDescription, PictureStyle, UnknownEnding};
 pub use grouped::grouped;
+pub use large::{LargeError, LargeOutput, write_large};
 pub use memory::{available_memory_bytes, peak_memory_bytes};
 pub use mollweide::{East, mollweide, picture_of_sky};
 pub use npy::{NpyError, encode_npy, encode_npy_cube, encode_npy_image};

@@ -9,7 +9,7 @@
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::image::Image;
-use crate::memory::largest_that_fits;
+use crate::memory::{check_size, largest_that_fits};
 use crate::meter::RowsWanted;
 use crate::options::{Method, RenderOptions};
 use crate::output::ProductRows;
@@ -76,6 +76,9 @@ pub fn render_large<'a, E: Emission>(
     if height == 0 || width == 0 {
         return Err(RenderError::EmptyImage { height, width });
     }
+    if !projection.tiles().is_empty() {
+        return Err(wanted.refused("its pixels are those of a sky of several tiles"));
+    }
     let vol = check(emission.absorbs(), options, wanted)?;
     let rates = Arc::default();
     let mut tolerance = vol.tolerance;
@@ -116,6 +119,16 @@ pub fn render_large<'a, E: Emission>(
         }
         tolerance *= SECOND_TOLERANCE;
     }
+}
+
+/// Whether [`render`](crate::render()) could make an image of `shape` = \[height, width\] in the memory allowed.
+pub fn fits_in_memory(shape: [usize; 2], options: &RenderOptions<'_>) -> bool {
+    check_size::<core::convert::Infallible>(shape, None, options).is_ok()
+}
+
+/// The error of a view whose image can't be made row by row, for a reason that only the caller knows.
+pub fn refused<E>(reason: &str, shape: [usize; 2], options: &RenderOptions<'_>) -> RenderError<E> {
+    RowsWanted { shape, fits: largest_that_fits(shape, options) }.refused(reason)
 }
 
 /// The options of `vol`, if an image can be made row by row with them.

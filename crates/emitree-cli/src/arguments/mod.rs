@@ -140,6 +140,12 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "DIR")]
     pub(crate) progressive: Option<PathBuf>,
 
+    /// Make the image row by row in little memory, from a low-rank approximation of the emission, and write it to
+    /// the one --output, .fits or .fits.gz. An image of `vol` that does not fit in the memory is made so without
+    /// this option.
+    #[arg(long)]
+    pub(crate) by_rows: bool,
+
     /// Draw PNG outputs with axes, a title and a colour bar (frames of --progressive stay bare).
     #[arg(long)]
     pub(crate) annotate: bool,

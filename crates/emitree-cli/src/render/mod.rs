@@ -1,5 +1,6 @@
 //! `emitree render`: a scene file in, images out.
 
+mod by_rows;
 mod counts;
 mod frames;
 mod outputs;
@@ -30,6 +31,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     let pool = threads::pool(arguments.running.threads)?;
 
     interrupt::catch();
+    if by_rows::is_asked_for(arguments, &scene) {
+        return by_rows::run(arguments, &scene, &pool);
+    }
     // Temporary files beside the targets: what can't be written is found before g is called.
     let outputs = Outputs::prepare(arguments, &scene)?;
     let mut options: RenderOptions<'_> = scene.render_options();

@@ -63,6 +63,20 @@ pub enum OutputError {
         /// device.
         written: Vec<PathBuf>,
     },
+    /// The disk has too little room for a file of known size.
+    #[error(
+        "`{}`: {bytes} bytes would be written, and the disk has {free} left: expected more room, a compressed \
+         file (.fits.gz) or fewer pixels",
+        path.display()
+    )]
+    NoSpace {
+        /// The path given.
+        path: PathBuf,
+        /// The bytes that the file needs.
+        bytes: u64,
+        /// What the disk has left.
+        free: u64,
+    },
     /// The bytes are stored, but the temporary file could not be renamed.
     #[error("`{}`: cannot replace it ({source}){}", path.display(), also(written))]
     Replace {

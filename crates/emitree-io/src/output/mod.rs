@@ -90,6 +90,42 @@ impl OutputFile {
         commit_all([(self, bytes)]).map(|_| ())
     }
 
+    /// The file gets its name when `write` has written it piece by piece, without an error.
+    ///
+    /// # Errors
+    ///
+    /// Those of `write`; [`OutputError::NotAFile`] for a pipe or a device, [`OutputError::NoSpace`] if the
+    /// disk has less than `bytes` left, which is found before anything is written;
+    /// [`OutputError::Replace`]. The target is then as it was before.
+    pub fn commit_with<E: From<OutputError>>(
+        self,
+        bytes: u64,
+        write: impl FnOnce(&mut File) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let Self { path, place } = self;
+        let Place::Beside { target, mut temporary } = place else {
+            return Err(OutputError::NotAFile { path, found: "a pipe or a device" }.into());
+        };
+        match free_bytes(temporary.as_file()) {
+            Some(free) if free < bytes => {
+                return Err(OutputError::NoSpace { path, bytes, free }.into());
+            }
+            _ => {}
+        }
+        write(temporary.as_file_mut())?;
+        if let Err(source) = temporary.as_file().sync_all() {
+            let length = usize::try_from(bytes).unwrap_or(usize::MAX);
+            return Err(OutputError::Write { path, length, source, written: Vec::new() }.into());
+        }
+        match temporary.persist(&target) {
+            Ok(_) => Ok(()),
+            Err(error) => {
+                let written = Vec::new();
+                Err(OutputError::Replace { path, source: error.error, written }.into())
+            }
+        }
+    }
+
     /// The file that is replaced, if one is.
     fn target(&self) -> Option<&Path> {
         match &self.place {
@@ -97,6 +133,18 @@ impl OutputFile {
             Place::Stream(_) => None,
         }
     }
+}
+
+/// What is left for files on the disk of a file, if the system reports it.
+#[cfg(unix)]
+fn free_bytes(file: &File) -> Option<u64> {
+    let disk = rustix::fs::fstatvfs(file).ok()?;
+    disk.f_bavail.checked_mul(disk.f_frsize)
+}
+
+#[cfg(not(unix))]
+fn free_bytes(_: &File) -> Option<u64> {
+    None
 }
 
 /// Writes the bytes of several outputs, waits until all of them are stored, and then gives the files

@@ -1,0 +1,77 @@
+//! Images that are made row by row: the same values as those of a rendering, and errors for other views.
+
+use emitree::large::render_large;
+use emitree::{Canonical, FromFn, Image, RenderError, RenderOptions, VolOptions, render};
+
+const PEAK: f64 = 30.0;
+
+fn peak([x, y, z]: [f64; 3]) -> f64 {
+    (-PEAK * ((x - 0.4).powi(2) + (y - 0.6).powi(2) + (z - 0.5).powi(2))).exp()
+}
+
+fn options(tolerance: f64) -> RenderOptions<'static> {
+    RenderOptions::new(VolOptions::new(tolerance))
+}
+
+/// The block of rows has the bits of the rendering, and so have the errors, for more pixels than the search has.
+#[test]
+fn rows_have_the_bits_of_a_rendering() {
+    let glow = FromFn(|at: [f64; 3], _| peak(at));
+    let shape = [600, 700];
+    let whole = render(&glow, &Canonical, shape, &options(1e-4)).unwrap();
+    let rows = render_large(&glow, &Canonical, shape, &options(1e-4)).unwrap();
+    assert!(rows.converged());
+    assert_eq!(rows.stats().evaluations, whole.stats.evaluations);
+    let same = |block: &Image, of: &Image, first: usize| {
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        for (number, row) in block.rows().enumerate() {
+            assert_eq!(bits(row), bits(of.row(first + number)), "row {}", first + number);
+        }
+    };
+    same(&rows.values(123..321), &whole.values, 123);
+    same(&rows.errors(590..600), whole.error.as_ref().unwrap(), 590);
+    assert_eq!(Some(rows.estimated_error()), whole.estimated_error());
+    let covered: usize = rows.blocks().map(|block| block.len()).sum();
+    assert_eq!(covered, 600);
+}
+
+/// Pixels of a large image against the closed form of a Gaussian, at single points: a pixel is that small.
+#[test]
+fn small_pixels_are_within_the_tolerance() {
+    let glow = FromFn(|at: [f64; 3], _| peak(at));
+    let (shape, tolerance) = ([2000, 3000], 1e-4);
+    let rows = render_large(&glow, &Canonical, shape, &options(tolerance)).unwrap();
+    assert!(rows.estimated_error() <= tolerance);
+    // ∫ exp(−30 (z − 1/2)²) dz from 0 to 1, by the trapezoidal rule with 4000 intervals.
+    let n = 4000;
+    let of_depth = |k: i32| peak([0.4, 0.6, f64::from(k) / f64::from(n)]);
+    let depth = (0..=n)
+        .map(|k| if k == 0 || k == n { 0.5 * of_depth(k) } else { of_depth(k) })
+        .sum::<f64>()
+        / f64::from(n);
+    for row in [0, 777, 1200, 1999] {
+        let values = rows.values(row..row + 1);
+        for column in [0, 1200, 1700, 2999] {
+            let [x, y] = [(column, 3000.0), (row, 2000.0)].map(|(k, n)| (k as f64 + 0.5) / n);
+            let exact = depth * (-PEAK * ((x - 0.4).powi(2) + (y - 0.6).powi(2))).exp();
+            let error = (values[(0, column)] - exact).abs();
+            assert!(error <= tolerance * depth, "{row} {column}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn what_has_no_products_is_refused_with_a_reason() {
+    let jump = FromFn(|[x, y, z]: [f64; 3], _| f64::from(u8::from(x + 0.7 * y * y + z < 1.1)));
+    let mut limited = options(1e-3);
+    limited.max_memory_bytes = 1 << 30;
+    let error = render_large(&jump, &Canonical, [20_000, 20_000], &limited).unwrap_err();
+    let RenderError::NotByRows { shape, fits, .. } = error else { panic!("{error}") };
+    assert_eq!(shape, [20_000; 2]);
+    assert!(fits[0] > 1000 && fits[0] < 20_000, "{fits:?}");
+    let mut by_pixel = VolOptions::new(1e-3);
+    by_pixel.per_band = true;
+    let glow = FromFn(|at: [f64; 3], _| peak(at));
+    let refused = render_large(&glow, &Canonical, [64, 64], &RenderOptions::new(by_pixel));
+    assert!(matches!(refused, Err(RenderError::NotByRows { .. })));
+}
