@@ -44,8 +44,9 @@ pub struct LargeImage<'a> {
 /// The image of an emission from a camera, of `shape` = \[height, width\] pixels, whose rows are made one by one
 /// from a low-rank approximation. Memory grows with the height and the width, and not with their product.
 ///
-/// The image has the values that [`render`](crate::render()) gives, and the same promise: each |error| is within
-/// the tolerance times the largest |pixel|.
+/// The guarantee is that of [`render`](crate::render()): each |error| is within the tolerance times the largest |pixel|. The
+/// values are those of `render`, bit by bit, up to 512 × 512 pixels; beyond, the search for the approximation takes
+/// fewer pixels, and may end a step earlier.
 ///
 /// ```
 /// use emitree::large::render_large;
