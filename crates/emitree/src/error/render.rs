@@ -34,8 +34,8 @@ pub enum RenderError<E> {
     /// The image can't be made row by row; nothing of its size was allocated.
     #[error(
         "an image of {} x {} pixels (height x width) can't be made row by row: {reason}: expected a smooth \
-         emission in a view without limbs, or at most {} x {} pixels, which fit in the memory as a whole",
-        shape[0], shape[1], fits[0], fits[1]
+         emission in a view without limbs{}",
+        shape[0], shape[1], or_as_a_whole(*shape, *fits)
     )]
     NotByRows {
         /// Why not.
@@ -213,4 +213,12 @@ fn bytes(count: u64) -> String {
         scaled /= 1024;
     }
     format!("{:.1} {}", scaled as f64 / 1024.0, units[power])
+}
+
+/// What else is possible: the image as a whole, if one of so many pixels fits in the memory.
+fn or_as_a_whole(shape: [usize; 2], fits: [usize; 2]) -> String {
+    if shape == fits {
+        return ", or the whole image, which fits in the memory".to_owned();
+    }
+    format!(", or at most {} x {} pixels, which fit in the memory as a whole", fits[0], fits[1])
 }

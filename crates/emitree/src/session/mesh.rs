@@ -30,6 +30,9 @@ impl<'a, V: Values> Session<'a, V> {
         if let Some(frozen) = &ended.frozen {
             return Ok(Mesh::new(Arc::clone(frozen)));
         }
+        if ended.surfaces.is_some() {
+            return Err(MeshError::FoundSurfaces);
+        }
         let Course { shape, limits, options, begins_with, .. } = &self.course;
         let limits = Limits { deadline: None, ..*limits };
         let meter = Meter::new(*shape, limits, self.known.clone(), false)

@@ -206,7 +206,10 @@ async fn to_tolerance(
 fn check_rows(parts: &Parts<'_>, wanted: RowsWanted) -> Result<(), MethodError> {
     match &parts.parts[..] {
         [part] if part.footing.is_raster_of_pixels() => Ok(()),
-        [_] => Err(wanted.refused("its bounds, a singular point or the rim of a disc divide its pixels")),
+        [_] => {
+            Err(wanted
+                .refused("its bounds, a singular point or the rim of a disc divide its pixels"))
+        }
         several => {
             let number = several.len();
             Err(wanted.refused(format!(

@@ -219,7 +219,7 @@ impl Engine<'_> {
         let [sheet] = &self.sheets[..] else { return Ok(None) };
         let (Some(axis), Some(energy)) = (axis, first.energy) else { return Ok(None) };
         let is_sampled = first.within_budget && self.base_level == self.vol.base_level;
-        if !(is_sampled && sheet.has_many_jumps()) || self.meter.freezes() {
+        if !(is_sampled && sheet.has_many_jumps()) {
             return Ok(None);
         }
         let before = self.meter.evaluations();

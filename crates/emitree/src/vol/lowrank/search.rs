@@ -6,7 +6,7 @@ use crate::meter::Meter;
 use crate::site::Site;
 use crate::vol::ascent::{self, Ascents};
 use crate::vol::lattice::{self, smallest_detected};
-use crate::vol::lowrank::fibers::{Fibers, largest};
+use crate::vol::lowrank::fibers::largest;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::jump::Steep;
 use crate::vol::lowrank::probes::CellResiduals;
@@ -195,10 +195,10 @@ impl<'a> Search<'a> {
 
     /// The weight of an error at a point.
     pub(super) fn weight(&self, point @ [u, v, _]: [f64; 3]) -> f64 {
-        self.weights.as_ref().map_or(1.0, |weights| {
-            let weight = weights.pixels()[cell_at([u, v], [weights.height(), weights.width()])];
-            weight / self.scale(point)
-        })
+        let weight = self.weights.as_ref().map_or(1.0, |weights| {
+            weights.pixels()[cell_at([u, v], [weights.height(), weights.width()])]
+        });
+        weight / self.scale(point)
     }
 
     /// What G is multiplied with at a point.
@@ -370,18 +370,20 @@ impl<'a> Search<'a> {
     /// Adds the fibers through the point of the largest residual, as far as they are not in the
     /// span of others.
     pub(super) async fn grow(&mut self, assessment: &Assessment) -> Result<(), End> {
-        let mut worst = assessment.worst;
+        let (mut worst, mut moved) = (assessment.worst, None);
         self.probes.values.clear();
         self.of_fibers = None;
         for _ in 0..=TUNING.lowrank.most_moves {
             let (point, weighted) = worst;
             let weight = self.pivot_weight(point);
             let most = if weight > 0.0 { weighted / weight } else { weighted };
-            if self.grow_at(point, most).await? {
+            if self.grow_at(point, most, moved).await? {
                 return Ok(());
             }
-            self.interpolant.axes.iter_mut().for_each(Fibers::drop_last);
-            worst = self.worst_beside(point).await?;
+            let axes = self.interpolant.axes.iter_mut().enumerate();
+            axes.filter(|(axis, _)| Some(*axis) != moved).for_each(|(_, of)| of.drop_last());
+            let (found, axis) = self.worst_beside(point).await?;
+            (worst, moved) = (found, Some(axis));
             if worst.1 <= TUNING.lowrank.least_moved_share * weighted {
                 break;
             }
@@ -389,28 +391,37 @@ impl<'a> Search<'a> {
         Err(End::NotSeparable)
     }
 
-    /// The largest residual at the points that have two coordinates of a point and one of a pivot. If all fibers
-    /// through the point are in the span of others, its residual is a combination of theirs.
-    async fn worst_beside(&self, point: [f64; 3]) -> Result<Worst, Stop> {
+    /// The largest residual at the points that have two coordinates of a point and one of a pivot, and the axis of
+    /// the pivot. If all fibers through the point are in the span of others, its residual is a combination of theirs.
+    async fn worst_beside(&self, point: [f64; 3]) -> Result<(Worst, usize), Stop> {
         let of_axis = |axis: usize| {
             let pivots = self.interpolant.axes[axis].pivots();
-            along(axis, others(axis, point), &pivots)
+            let points = along(axis, others(axis, point), &pivots);
+            points.into_iter().map(move |point| (point, axis))
         };
-        let mut points: Vec<[f64; 3]> = (0..3).flat_map(of_axis).collect();
+        let mut all: Vec<([f64; 3], usize)> = (0..3).flat_map(of_axis).collect();
         let is_other = |other: &[f64; 3]| other.map(f64::to_bits) != point.map(f64::to_bits);
-        points.retain(|other| is_other(other) && self.is_in_view(*other));
+        all.retain(|(other, _)| is_other(other) && self.is_in_view(*other));
+        let points: Vec<[f64; 3]> = all.iter().map(|(point, _)| *point).collect();
         let rates = self.view.rates(&points).await?;
         let residuals = rates.iter().zip(self.interpolant.values(&points));
-        let weighted = residuals
-            .zip(&points)
-            .map(|((rate, value), point)| (*point, (rate - value) * self.pivot_weight(*point)));
-        Ok(weighted.fold((point, 0.0), worse))
+        let found = residuals.zip(all).map(|((rate, value), (point, axis))| {
+            ((point, ((rate - value) * self.pivot_weight(point)).abs()), axis)
+        });
+        let larger = |a: (Worst, usize), b: (Worst, usize)| if b.0.1 > a.0.1 { b } else { a };
+        Ok(found.fold(((point, 0.0), 0), larger))
     }
 
-    /// Adds the fibers through a point with the residual `most`. Returns whether there are new functions or places.
-    async fn grow_at(&mut self, point: [f64; 3], most: f64) -> Result<bool, End> {
+    /// Adds the fibers through a point with the residual `most`, but that along one axis if it is known to add
+    /// nothing. Returns whether there are new functions or places.
+    async fn grow_at(
+        &mut self,
+        point: [f64; 3],
+        most: f64,
+        known: Option<usize>,
+    ) -> Result<bool, End> {
         let is_first = self.interpolant.ranks() == [0; 3];
-        self.add_fibers(point).await?;
+        self.add_fibers(point, known).await?;
         if is_first {
             self.check_for_jumps(most).await?;
         }
@@ -419,7 +430,7 @@ impl<'a> Search<'a> {
         } else {
             TUNING.lowrank.fiber_resolution
         };
-        let mut is_new = [true; 3];
+        let mut is_new = [0, 1, 2].map(|axis| Some(axis) != known);
         let mut allowed = most;
         for _ in 0..TUNING.lowrank.most_reductions {
             let mut has_grown = self.resolve(resolved * allowed).await?;
@@ -460,14 +471,15 @@ impl<'a> Search<'a> {
         self.of_fibers = None;
     }
 
-    /// The fibers through a point, in one batch.
-    async fn add_fibers(&mut self, point: [f64; 3]) -> Result<(), Stop> {
+    /// The fibers through a point, but that along one axis if it is known, in one batch.
+    async fn add_fibers(&mut self, point: [f64; 3], known: Option<usize>) -> Result<(), Stop> {
         let axes = &mut self.interpolant.axes;
-        let wanted: Vec<Vec<[f64; 3]>> =
-            (0..3).map(|axis| along(axis, others(axis, point), axes[axis].places())).collect();
+        let added: Vec<usize> = (0..3).filter(|axis| Some(*axis) != known).collect();
+        let of_axis = |&axis: &usize| along(axis, others(axis, point), axes[axis].places());
+        let wanted: Vec<Vec<[f64; 3]>> = added.iter().map(of_axis).collect();
         let rates = self.view.rates_of_groups(&wanted).await?;
-        for (axis, (fibers, rates)) in axes.iter_mut().zip(rates).enumerate() {
-            fibers.add(others(axis, point), rates);
+        for (axis, rates) in added.into_iter().zip(rates) {
+            axes[axis].add(others(axis, point), rates);
         }
         Ok(())
     }
