@@ -173,3 +173,42 @@ def test_parts_of_triangles_add_up():
         assert ((middle > number - 1e-9) & (middle < number + 1 + 1e-9)).all()
         moments = np.bincount(found.triangle, found.part * middle * 5 / lines, minlength=200)
         np.testing.assert_allclose(moments, values.mean(axis=1), atol=1e-8)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-6])
+def test_a_parameter_near_0(shift):
+    def moved(shift):
+        return ball(1.2, 0.1, -0.05 + shift, 0.03)
+
+    found = emitree.jacobian(moved, [shift], PERSPECTIVE, SHAPE)[1][0]
+    expected = exact_derivative(2, PERSPECTIVE)
+    assert (found * expected).sum() == pytest.approx((expected**2).sum(), rel=0.02)
+
+
+def test_a_smooth_derivative_with_a_large_step():
+    # A step of 1 changes the rate by more than a quarter of the jump.
+    steps = [0.01, 0.01, 0.01, 0.01, 1.0, 0.01]
+    found = emitree.jacobian(ball, TRUTH, ORTHOGRAPHIC, SHAPE, difference_steps=steps)[1][4]
+    expected = exact_derivative(4, ORTHOGRAPHIC)
+    assert np.linalg.norm(found - expected) < 0.06 * np.linalg.norm(expected)
+
+
+def test_a_medium_that_absorbs_is_refused():
+    def kappa(r, d):
+        return np.full(len(r), 0.3)
+
+    with pytest.raises(ValueError, match="medium that absorbs"):
+        emitree.jacobian(ball, TRUTH, ORTHOGRAPHIC, SHAPE, absorption=kappa)
+
+
+def test_surfaces_that_the_first_parameters_do_not_have():
+    def appearing(radius, inside):
+        sharp = ball(radius, 0, 0, 0, inside, 0)
+        return lambda r, d: np.exp(-(r**2).sum(axis=1)) + sharp(r, d)
+
+    forward = emitree.Forward(
+        appearing, ORTHOGRAPHIC, SHAPE, ranges=(1.0, 0.1), renewal_limit=10**7
+    )
+    forward((1.2, 0.0))
+    with pytest.raises(emitree.RenderError, match="the rates jump at surfaces at theta"):
+        forward((1.2, 2.0))

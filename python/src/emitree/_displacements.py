@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emitree._function import Floats
+from emitree._native import RenderError
 from emitree._surfaces import Surfaces
 
 #: The most vertices at which displacements are found; those of the others are interpolated.
@@ -26,6 +27,9 @@ _BISECTIONS = 14
 
 #: The first change of a parameter, relative to it.
 _CHANGE = 1e-2
+
+#: How often the first change is made four times as large: those of parameters near 0 are small.
+_MOST_GROWTHS = 12
 
 #: Neighbours of which a displacement is interpolated.
 _NEIGHBOURS = 8
@@ -119,11 +123,24 @@ def change_of(samples: Samples, moved: Callable[[float], Rates], first: float) -
     while not is_within(change, 1.0) and abs(change) > 1e-6 * abs(first):
         change *= 0.25
     if change == first:
-        for _ in range(3):
-            if not is_within(change, 0.25):
+        for _ in range(_MOST_GROWTHS):
+            if not _is_possible(is_within, change):
                 break
             change *= 4.0
+        while abs(change) > abs(first) and not _is_possible(is_within, change, 1.0):
+            change *= 0.25
     return change
+
+
+def _is_possible(
+    is_within: Callable[[float, float], bool], change: float, share: float = 0.25
+) -> bool:
+    """Whether surfaces move by less than a share of the reach; False if there are no rates."""
+    try:
+        return is_within(change, share)
+    except (ArithmeticError, ValueError, RuntimeWarning, RenderError):
+        # A model may refuse parameters that are far from those given.
+        return False
 
 
 def _parts(surfaces: Surfaces) -> NDArray[np.intp]:

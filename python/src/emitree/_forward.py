@@ -288,7 +288,11 @@ class Forward:
 
     def __getstate__(self) -> dict[str, Any]:
         """What is pickled: without the function that is told of renewals."""
-        return self.__dict__ | {"_on_renewal": None}
+        by_surfaces = self._by_surfaces
+        if by_surfaces is not None:
+            # A copied rendering has no setup: it is made anew.
+            by_surfaces = b"", by_surfaces[1]
+        return self.__dict__ | {"_on_renewal": None, "_by_surfaces": by_surfaces}
 
     def _checked_theta(self, theta: Any) -> Floats:
         parameters = checked_parameters(theta)
@@ -411,6 +415,13 @@ class Forward:
     ) -> tuple[_Served, Rendering]:
         """A new plan for some parameters, and the rendering that it is of."""
         emissions = self._neighbourhood(theta)
+        if first is None:
+            first = rendering_of_one(self._emission(theta), self._camera, self._shape, options)
+        if first.surfaces is not None:
+            raise RenderError(
+                f"the rates jump at surfaces at theta = {theta.tolist()}, and did not at the first "
+                "parameters: expected a `Forward` whose first parameters have these surfaces"
+            )
         found = plan_of_all(emissions, self._camera, self._shape, options, first)
         if not found.suffices:
             self.unconverged.append(theta.copy())

@@ -261,14 +261,19 @@ class Derivatives:
 
         return change
 
-    def _moved(self, theta: Floats, number: int) -> tuple[list[Callable[..., Any]], float]:
-        """The emissions one step above and below a parameter, and the distance between them."""
+    def _moved(
+        self, theta: Floats, number: int, share: float = 1.0
+    ) -> tuple[list[Callable[..., Any]], float]:
+        """The emissions one step above and below a parameter, and the distance between them.
+
+        share: the share of the usual step.
+        """
         if self.steps is not None:
             step = float(self.steps[number])
         else:
             step = RELATIVE_STEP * (abs(float(theta[number])) or 1.0)
         emissions, places = [], []
-        for moved_by in (step, -step):
+        for moved_by in (share * step, -share * step):
             moved = theta.copy()
             moved[number] += moved_by
             places.append(float(moved[number]))
@@ -335,10 +340,25 @@ class Derivatives:
             if number not in self.linear:
                 (above, below), width = self._moved(theta, number)
                 difference = moving.rates(above, points) - moving.rates(below, points)
-                # A larger one is that of a surface between both, which is counted as such.
-                difference[abs(difference) > 0.25 * moving.least_jump] = 0.0
                 found[:, number] = difference / width
+                large = abs(difference) > 0.25 * moving.least_jump
+                if large.any():
+                    found[large, number] = self._nearby(moving, points, large, theta, number)
         return found
+
+    def _nearby(
+        self, moving: MovingSurfaces, points: Points, chosen: Any, theta: Floats, number: int
+    ) -> Floats:
+        """The derivatives of the rates at points with a large difference, from a smaller step.
+
+        A difference that stays large is that of a surface between both, which is counted as such.
+        """
+        energy = None if points.energy is None else points.energy[chosen]
+        points = Points(points.position[chosen], points.direction[chosen], energy)
+        (above, below), width = self._moved(theta, number, share=1 / 16)
+        difference = moving.rates(above, points) - moving.rates(below, points)
+        difference[abs(difference) > 0.25 * moving.least_jump] = 0.0
+        return difference / width
 
     def _of_amplitude(self, plan: Plan, theta: Floats, image: Floats, number: int) -> Floats:
         if theta[number] != 0:

@@ -41,6 +41,11 @@ class MovingSurfaces:
         surfaces, setup = rendering.surfaces, rendering._setup
         if surfaces is None or setup is None:
             raise ValueError("the rendering has no surfaces, or is a copy: expected the original")
+        if setup.options.get("absorption") is not None:
+            raise ValueError(
+                "the image has a medium that absorbs: expected none, for derivatives by parameters "
+                "that move surfaces"
+            )
         of_view = {name: setup.options[name] for name in _OF_VIEW if name in setup.options}
         self._setup = setup
         self._view = View(setup.camera, setup.shape, **of_view)
