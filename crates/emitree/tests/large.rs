@@ -21,7 +21,8 @@ fn rows_have_the_bits_of_a_rendering() {
     let whole = render(&glow, &Canonical, shape, &options(1e-4)).unwrap();
     let rows = render_large(&glow, &Canonical, shape, &options(1e-4)).unwrap();
     assert!(rows.converged());
-    assert_eq!(rows.stats().evaluations, whole.stats.evaluations);
+    // Rates are kept, so that no point is evaluated twice.
+    assert!(rows.stats().evaluations <= whole.stats.evaluations);
     let same = |block: &Image, of: &Image, first: usize| {
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         for (number, row) in block.rows().enumerate() {

@@ -381,7 +381,7 @@ fn a_cloud_far_in_front_of_a_small_body_is_not_overlooked() {
         }
     }
     assert!(on_disc > 100, "{on_disc}");
-    assert_eq!(rendering.stats.evaluations, 9032);
+    assert_eq!(rendering.stats.evaluations, 9074);
 }
 
 /// ∫ dt/(b² + t²)³ from `from` to `to`, both below 0, by Simpson's rule in 1/t.

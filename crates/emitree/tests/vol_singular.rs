@@ -138,7 +138,7 @@ fn an_axis_through_pixels_is_within_its_tolerance() {
     let camera = Orthographic::new(viewpoint, [2.0 * half; 2], [0.0, 16.0]).unwrap();
     let camera = camera.with_singularities(vec![axis]);
     let pixel = 2.0 * half / f64::from(size);
-    for (tolerance, count) in [(1e-2, 16616), (1e-3, 30858)] {
+    for (tolerance, count) in [(1e-2, 5056), (1e-3, 7954)] {
         let options = RenderOptions::new(VolOptions::new(tolerance));
         let emission = FromFn(|position, _| rate(position));
         let shape = [whole(size); 2];
