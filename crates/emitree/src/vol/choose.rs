@@ -11,7 +11,7 @@ use crate::output::MethodOutput;
 use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
-use crate::vol::engine::{COARSEST_LEVEL, base_evaluations_of, by_tree};
+use crate::vol::engine::{COARSEST_LEVEL, base_evaluations_of, begun, by_tree};
 use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank;
 use crate::vol::lowrank::attempted::Attempted;
@@ -316,7 +316,8 @@ async fn finish(
     {
         return Ok(found);
     }
-    match (products, by_tree(meter, tiles, parts, axis, vol, attempted.known, trees).await) {
+    let tree = by_tree_or_surfaces(meter, tiles, parts, axis, vol, attempted.known, trees);
+    match (products, tree.await) {
         // The time limit was reached before lines gave an image. Products that have found nothing yet are none.
         (Some(products), Err(RenderError::Time { .. })) if products.cube.largest() > 0.0 => {
             Ok(products)
@@ -329,6 +330,27 @@ async fn finish(
             Ok(products.filter(|p| !is_complete(&tree) && is_better(p)).unwrap_or(tree))
         }
     }
+}
+
+/// The image of trees; or the cube of surfaces, if G jumps at the first energy.
+async fn by_tree_or_surfaces(
+    meter: &Meter,
+    tiles: &[Tile<'_>],
+    parts: &Parts<'_>,
+    axis: Option<&EnergyAxis>,
+    vol: &VolOptions,
+    known: KnownParts,
+    trees: Option<&TreeStart>,
+) -> Result<MethodOutput, MethodError> {
+    let mut begun = begun(meter, tiles, parts, axis, vol, known, trees).await?;
+    if let (Some(axis), Some(energy)) = (axis, begun.energy_of_jumps()) {
+        let before = meter.evaluations();
+        if let Some(found) = surfaces::render_cube(meter, tiles, parts, axis, energy, vol).await? {
+            return Ok(found);
+        }
+        begun.leave_out(meter.evaluations() - before);
+    }
+    begun.finish().await
 }
 
 /// The places of the energy axis at which a view is sampled before it is divided: some of them have emission.

@@ -19,7 +19,6 @@ use crate::output::MethodOutput;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
-use crate::vol::engine::base::FirstSamples;
 use crate::vol::engine::coverage::Coverage;
 use crate::vol::engine::current_image::CurrentImage;
 use crate::vol::engine::run::Beginning;
@@ -28,7 +27,6 @@ use crate::vol::image::pixels::pixel_means;
 use crate::vol::lattice::points_to_detect;
 use crate::vol::sampling::Stop;
 use crate::vol::spectrum::energies::Energies;
-use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::part::{Footing, Part, Parts, ProductImage, add};
@@ -54,6 +52,27 @@ pub(crate) async fn by_tree(
     known: KnownParts,
     start: Option<&TreeStart>,
 ) -> Result<MethodOutput, MethodError> {
+    begun(meter, tiles, view, axis, vol, known, start).await?.finish().await
+}
+
+/// Trees with their first samples, or with the trees of another emission.
+pub(crate) struct Begun<'a> {
+    engine: Engine<'a>,
+    /// `None` if the mesh is fixed.
+    beginning: Option<Beginning<'a>>,
+    start: Option<&'a TreeStart>,
+}
+
+/// Samples the base lattice at the first energy, unless there are trees to begin with.
+pub(crate) async fn begun<'a>(
+    meter: &'a Meter,
+    tiles: &'a [Tile<'a>],
+    view: &'a Parts<'a>,
+    axis: Option<&'a EnergyAxis>,
+    vol: &'a VolOptions,
+    known: KnownParts,
+    start: Option<&'a TreeStart>,
+) -> Result<Begun<'a>, MethodError> {
     let parts = &view.parts[..];
     let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
     let start = start.filter(|start| start.is_of(&known.products));
@@ -95,30 +114,54 @@ pub(crate) async fn by_tree(
         finest_level: finest_level(tiles[0].shape, base_level),
     };
     engine.add_products();
-    let (current, ending) = match start {
-        Some(start) if is_fixed => engine.run_fixed(start).await?,
-        Some(start) => engine.run(Beginning::Trees(start)).await?,
-        None => {
-            let first = engine.sample_initially().await?;
-            if let Some(found) = engine.surfaces_of_cube(axis, &first).await? {
-                return Ok(found);
-            }
-            engine.run(Beginning::Samples(first)).await?
-        }
+    let beginning = match start {
+        Some(_) if is_fixed => None,
+        Some(start) => Some(Beginning::Trees(start)),
+        None => Some(Beginning::Samples(engine.sample_initially().await?)),
     };
-    // A base lattice that is coarser than requested does not meet the request.
-    let ending = if base_level < vol.base_level { StopReason::Budget } else { ending };
-    let [cube, error] = engine.finished(&current);
-    let mut made = MethodOutput::new(cube, Some(error), ending);
-    made.base_level = Some(base_level);
-    made.energies = engine.energies_used();
-    made.smallest_feature = engine.coverage.smallest;
-    made.frozen = meter.freezes().then(|| {
-        let mut frozen = engine.frozen();
-        frozen.structure = Some(Structure::new(Arc::new(engine.start()), false));
-        Arc::new(frozen)
-    });
-    Ok(made)
+    Ok(Begun { engine, beginning, start })
+}
+
+impl Begun<'_> {
+    /// The first energy, a place of the axis, if G jumps there on many of the base lines of the only part.
+    pub(crate) fn energy_of_jumps(&self) -> Option<u32> {
+        let engine = &self.engine;
+        let ([sheet], Some(Beginning::Samples(first))) = (&engine.sheets[..], &self.beginning)
+        else {
+            return None;
+        };
+        let is_sampled = first.within_budget && engine.base_level == engine.vol.base_level;
+        first.energy.filter(|_| is_sampled && sheet.has_many_jumps())
+    }
+
+    /// Leaves evaluations out of those of the trees.
+    pub(crate) fn leave_out(&mut self, evaluations: u64) {
+        self.engine.evaluations_before += evaluations;
+    }
+
+    /// Refines the trees until the tolerance is met.
+    pub(crate) async fn finish(self) -> Result<MethodOutput, MethodError> {
+        let Self { mut engine, beginning, start } = self;
+        let (current, ending) = match (beginning, start) {
+            (Some(beginning), _) => engine.run(beginning).await?,
+            (None, Some(start)) => engine.run_fixed(start).await?,
+            (None, None) => return Err(OptionError::FixedMesh.into()),
+        };
+        // A base lattice that is coarser than requested does not meet the request.
+        let is_coarse = engine.base_level < engine.vol.base_level;
+        let ending = if is_coarse { StopReason::Budget } else { ending };
+        let [cube, error] = engine.finished(&current);
+        let mut made = MethodOutput::new(cube, Some(error), ending);
+        made.base_level = Some(engine.base_level);
+        made.energies = engine.energies_used();
+        made.smallest_feature = engine.coverage.smallest;
+        made.frozen = engine.meter.freezes().then(|| {
+            let mut frozen = engine.frozen();
+            frozen.structure = Some(Structure::new(Arc::new(engine.start()), false));
+            Arc::new(frozen)
+        });
+        Ok(made)
+    }
 }
 
 /// The requested base level, or the finest one whose initial sampling the budget allows.
@@ -208,26 +251,6 @@ impl Engine<'_> {
     /// Height and width of the image.
     pub(crate) fn shape(&self) -> [usize; 2] {
         self.tiles[0].shape_of_image()
-    }
-
-    /// The cube of surfaces at which G jumps, if the base lines cross such and if there are no other parts.
-    async fn surfaces_of_cube(
-        &mut self,
-        axis: Option<&EnergyAxis>,
-        first: &FirstSamples,
-    ) -> Result<Option<MethodOutput>, MethodError> {
-        let [sheet] = &self.sheets[..] else { return Ok(None) };
-        let (Some(axis), Some(energy)) = (axis, first.energy) else { return Ok(None) };
-        let is_sampled = first.within_budget && self.base_level == self.vol.base_level;
-        if !(is_sampled && sheet.has_many_jumps()) {
-            return Ok(None);
-        }
-        let before = self.meter.evaluations();
-        let found =
-            surfaces::render_cube(self.meter, self.tiles, self.view, axis, energy, self.vol)
-                .await?;
-        self.evaluations_before += self.meter.evaluations() - before;
-        Ok(found)
     }
 
     /// Makes the image of the parts that have products.
