@@ -72,7 +72,7 @@ pub struct LargeOutput {
 /// # Errors
 ///
 /// [`LargeError`]: as [`render_large`], for a cube too; a disk without room for the file, before anything is
-/// written. No file is left then.
+/// evaluated. No file is left then.
 pub fn write_large<E: Emission>(
     scene: &Scene,
     emission: &E,
@@ -83,13 +83,13 @@ pub fn write_large<E: Emission>(
     if scene.axis().is_some() {
         return Err(refused("it is a cube", shape, options).into());
     }
-    let image = render_large(emission, scene.camera.projection(), shape, options)?;
-    let account = Account::of(scene, image.stats(), None, Some(image.estimated_error()));
     let is_compressed = is_compressed(output.path());
     let whole = BYTES_PER_PIXEL.saturating_mul(height as u64).saturating_mul(width as u64);
-    let bytes = if is_compressed { whole / BEST_RATIO } else { whole };
+    output.check_room(if is_compressed { whole / BEST_RATIO } else { whole })?;
+    let image = render_large(emission, scene.camera.projection(), shape, options)?;
+    let account = Account::of(scene, image.stats(), None, Some(image.estimated_error()));
     let writing = Writing { scene, image: &image, account: &account, options };
-    output.commit_with(bytes, |file| -> Result<(), LargeError<E::Error>> {
+    output.commit_with(|file| -> Result<(), LargeError<E::Error>> {
         let file = BufWriter::with_capacity(1 << 20, file);
         if is_compressed {
             let gzip = GzEncoder::new(file, Compression::fast());

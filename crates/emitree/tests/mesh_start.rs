@@ -5,6 +5,7 @@ use emitree::los::{LosOptions, Steps};
 use emitree::mesh::Mesh;
 use emitree::result::Values;
 use emitree::tree::BuildOptions;
+use emitree::vol::PixelTolerance;
 use emitree::{
     Canonical, EnergyAxis, EnergyScale, FromFn, FromSpectralFn, Image, Method, RenderError,
     RenderOptions, Rendering, Session, StopReason, VolOptions, render, render_cube,
@@ -125,6 +126,52 @@ fn a_mesh_that_does_not_suffice_is_not_called_converged() {
 }
 
 /// A mesh of another method, or of an image for a cube, has no effect; a rendering can't be fixed to it.
+/// The mean of exp(-a (t - at)²) from `from` to `to`, by Simpson's rule: to rounding for the pixels here.
+fn mean_of_gaussian(a: f64, at: f64, [from, to]: [f64; 2]) -> f64 {
+    const PARTS: u32 = 256;
+    let value = |k: u32| {
+        let t = from + (to - from) * f64::from(k) / f64::from(PARTS);
+        (-a * (t - at).powi(2)).exp()
+    };
+    let weight = |k: u32| match k {
+        0 | PARTS => 1.0,
+        _ => f64::from(2 + 2 * (k % 2)),
+    };
+    (0..=PARTS).map(|k| weight(k) * value(k)).sum::<f64>() / (3.0 * f64::from(PARTS))
+}
+
+/// The functions of an image with errors by pixel are those of a scaled rate: errors have to be those of the rate.
+#[test]
+fn a_mesh_with_errors_by_pixel_has_honest_errors_for_another_emission() {
+    let peak = |at: f64| {
+        move |[x, y, z]: [f64; 3]| {
+            let across = (x - at).powi(2) + (y - 0.1).powi(2);
+            (-24.0 * across - 12.0 * (z - 0.5).powi(2)).exp()
+        }
+    };
+    let by_pixel =
+        VolOptions::default().with_pixel_tolerance(PixelTolerance::relative(0.01).with_floor(1e-5));
+    let by_pixel = RenderOptions::new(by_pixel).with_mesh_up_to(WITH_MESH);
+    let mesh = rendered(peak(0.1), &by_pixel).mesh.unwrap();
+    let [height, width] = SHAPE;
+    let depth = mean_of_gaussian(12.0, 0.5, [0.0, 1.0]);
+    for (at, tolerance) in [(0.1, 1e-3), (0.12, 1e-3), (0.2, 1e-2), (0.4, 1e-2)] {
+        let mut exact = Image::zeros(height, width);
+        for row in 0..height {
+            let ends = |k: usize, count: usize| [k, k + 1].map(|k| k as f64 / count as f64);
+            let of_row = depth * mean_of_gaussian(24.0, 0.1, ends(row, height));
+            for column in 0..width {
+                exact[(row, column)] = of_row * mean_of_gaussian(24.0, at, ends(column, width));
+            }
+        }
+        let found = rendered(peak(at), &vol(tolerance).with_fixed_mesh(&mesh));
+        let error = relative_error(&found.values, &exact);
+        let estimate = found.estimated_error().unwrap();
+        assert!(error <= estimate, "{at}: {error} {estimate}");
+        assert!(!found.converged() || error <= tolerance, "{at}: {error}");
+    }
+}
+
 #[test]
 fn a_mesh_of_another_method_has_no_effect_or_is_refused() {
     let lines = RenderOptions::new(Method::Los(LosOptions::default())).with_mesh_up_to(WITH_MESH);

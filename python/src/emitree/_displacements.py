@@ -25,9 +25,6 @@ _REACH = 2e-3
 #: Bisections: displacements are found to the reach divided by 2 to this power.
 _BISECTIONS = 14
 
-#: The first change of a parameter, relative to it.
-_CHANGE = 1e-2
-
 #: How often the first change is made four times as large: those of parameters near 0 are small.
 _MOST_GROWTHS = 12
 

@@ -88,7 +88,7 @@ def jacobian(
     are found by bisection, some 10,000 evaluations for each parameter; the other part is that of
     quadrature between the surfaces, some 50,000 points. Such derivatives are not compared with
     samples. They are for fits, in which the image alone decides where a search ends: of a ball
-    they are within 5 % in the mean square.
+    they are within 6 % in the mean square.
 
     If it has found none, or with a `plan`, the parameters of a `Model` that move such surfaces
     (`Model.model(names).moves_jumps`) are refused, unless `derivative` or `difference_steps` is

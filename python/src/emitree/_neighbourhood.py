@@ -83,15 +83,14 @@ def plan_of_all(
     camera: Camera,
     shape: Sequence[int] | int,
     options: Mapping[str, Any],
-    first: Rendering | None = None,
+    alone: Rendering,
 ) -> Neighbourhood:
     """A plan for the first of some emissions that serves all of them, as far as one is found.
 
     A plan that is not one of products is not compared: for the others it is as good as the same
-    lines or cells are, and counts as one that serves them. `first` is the rendering of the first
-    emission, if there is one.
+    lines or cells are, and counts as one that serves them. `alone` is the rendering of the first
+    emission.
     """
-    alone = rendering_of_one(emissions[0], camera, shape, options) if first is None else first
     plan = alone.plan
     if not (alone.converged and plan.is_of_products):
         return Neighbourhood(plan, alone.converged, alone)

@@ -90,31 +90,40 @@ impl OutputFile {
         commit_all([(self, bytes)]).map(|_| ())
     }
 
+    /// Whether a file of so many bytes can be written piece by piece, before it is begun.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::NotAFile`] for a pipe or a device, [`OutputError::NoSpace`] if the disk has less left.
+    pub fn check_room(&self, bytes: u64) -> Result<(), OutputError> {
+        let path = || self.path.clone();
+        let Place::Beside { temporary, .. } = &self.place else {
+            return Err(OutputError::NotAFile { path: path(), found: "a pipe or a device" });
+        };
+        match free_bytes(temporary.as_file()) {
+            Some(free) if free < bytes => Err(OutputError::NoSpace { path: path(), bytes, free }),
+            _ => Ok(()),
+        }
+    }
+
     /// The file gets its name when `write` has written it piece by piece, without an error.
     ///
     /// # Errors
     ///
-    /// Those of `write`; [`OutputError::NotAFile`] for a pipe or a device, [`OutputError::NoSpace`] if the
-    /// disk has less than `bytes` left, which is found before anything is written;
+    /// Those of `write`; [`OutputError::NotAFile`] for a pipe or a device; [`OutputError::Write`] and
     /// [`OutputError::Replace`]. The target is then as it was before.
     pub fn commit_with<E: From<OutputError>>(
         self,
-        bytes: u64,
         write: impl FnOnce(&mut File) -> Result<(), E>,
     ) -> Result<(), E> {
         let Self { path, place } = self;
         let Place::Beside { target, mut temporary } = place else {
             return Err(OutputError::NotAFile { path, found: "a pipe or a device" }.into());
         };
-        match free_bytes(temporary.as_file()) {
-            Some(free) if free < bytes => {
-                return Err(OutputError::NoSpace { path, bytes, free }.into());
-            }
-            _ => {}
-        }
         write(temporary.as_file_mut())?;
         if let Err(source) = temporary.as_file().sync_all() {
-            let length = usize::try_from(bytes).unwrap_or(usize::MAX);
+            let length = temporary.as_file().metadata().map_or(0, |of| of.len());
+            let length = usize::try_from(length).unwrap_or(usize::MAX);
             return Err(OutputError::Write { path, length, source, written: Vec::new() }.into());
         }
         match temporary.persist(&target) {

@@ -2,6 +2,7 @@
 
 use super::*;
 use std::fs;
+use std::io::Write;
 use tempfile::{TempDir, tempdir};
 
 fn names(folder: &TempDir) -> Vec<String> {
@@ -35,6 +36,32 @@ fn a_drop_leaves_the_target_as_it_was() {
     drop(OutputFile::create(&path).unwrap());
     assert_eq!(fs::read(&path).unwrap(), b"old");
     assert_eq!(names(&folder), ["image.fits"]);
+}
+
+#[test]
+fn a_file_that_is_written_piece_by_piece_needs_room_and_replaces_whole() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("image.fits");
+    fs::write(&path, "old").unwrap();
+    let output = OutputFile::create(&path).unwrap();
+    output.check_room(3).unwrap();
+    if cfg!(unix) {
+        let error = output.check_room(u64::MAX).unwrap_err();
+        assert!(matches!(error, OutputError::NoSpace { bytes: u64::MAX, .. }), "{error}");
+    }
+    let failed = output.commit_with(|file| {
+        file.write_all(b"half").unwrap();
+        Err(OutputError::NoSpace { path: path.clone(), bytes: 1, free: 0 })
+    });
+    assert!(failed.is_err());
+    assert_eq!((fs::read(&path).unwrap(), names(&folder).len()), (b"old".to_vec(), 1));
+    let output = OutputFile::create(&path).unwrap();
+    let written = output.commit_with(|file| {
+        file.write_all(b"new").unwrap();
+        Ok::<(), OutputError>(())
+    });
+    written.unwrap();
+    assert_eq!((fs::read(&path).unwrap(), names(&folder).len()), (b"new".to_vec(), 1));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use crate::output::MethodOutput;
 use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
-use crate::vol::engine::{COARSEST_LEVEL, base_evaluations_of, begun, by_tree};
+use crate::vol::engine::{COARSEST_LEVEL, Trees, base_evaluations_of};
 use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank;
 use crate::vol::lowrank::attempted::Attempted;
@@ -79,7 +79,8 @@ async fn coarsest(
     meter.allow_overtime(if has_gaps { MOST_FOR_A_POINT * needed } else { needed });
     let vol = &VolOptions { base_level: COARSEST_LEVEL, smallest_feature: None, ..vol.clone() };
     let known = KnownParts::none(parts.parts.len());
-    let mut made = by_tree(meter, tiles, &parts, axis, vol, known, None).await?;
+    let trees = Trees::begin(meter, tiles, &parts, axis, vol, known, None).await?;
+    let mut made = trees.finish().await?;
     made.ending = StopReason::Budget;
     let largest = made.cube.largest();
     let at_least = |band: &Image| {
@@ -340,17 +341,17 @@ async fn by_tree_or_surfaces(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     known: KnownParts,
-    trees: Option<&TreeStart>,
+    start: Option<&TreeStart>,
 ) -> Result<MethodOutput, MethodError> {
-    let mut begun = begun(meter, tiles, parts, axis, vol, known, trees).await?;
-    if let (Some(axis), Some(energy)) = (axis, begun.energy_of_jumps()) {
+    let mut trees = Trees::begin(meter, tiles, parts, axis, vol, known, start).await?;
+    if let (Some(axis), Some(energy)) = (axis, trees.energy_of_jumps()) {
         let before = meter.evaluations();
         if let Some(found) = surfaces::render_cube(meter, tiles, parts, axis, energy, vol).await? {
             return Ok(found);
         }
-        begun.leave_out(meter.evaluations() - before);
+        trees.leave_out(meter.evaluations() - before);
     }
-    begun.finish().await
+    trees.finish().await
 }
 
 /// The places of the energy axis at which a view is sampled before it is divided: some of them have emission.

@@ -9,7 +9,7 @@ use crate::projection::Canonical;
 use crate::tile::Tile;
 use crate::vol::VolOptions;
 use crate::vol::choose::render;
-use crate::vol::engine::by_tree;
+use crate::vol::engine::Trees;
 use crate::vol::view::part::parts;
 use crate::vol::view::scattered::KnownParts;
 use core::f64::consts::TAU;
@@ -33,7 +33,10 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let engine = render(&meters[0], &tiles, None, &vol);
     Calls::new(&emission, &meters[0], None).drive(pin!(engine)).unwrap();
     let parts = parts(&tiles, None, None);
-    let tree = by_tree(&meters[1], &tiles, &parts, None, &vol, KnownParts::none(1), None);
+    let tree = async {
+        let known = KnownParts::none(1);
+        Trees::begin(&meters[1], &tiles, &parts, None, &vol, known, None).await?.finish().await
+    };
     Calls::new(&emission, &meters[1], None).drive(pin!(tree)).unwrap();
     meters.map(|meter| meter.evaluations())
 }

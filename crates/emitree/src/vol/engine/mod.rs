@@ -41,93 +41,77 @@ const FINEST_LEVEL: u8 = 22;
 /// The base level of the smallest possible sampling: 3 x 3 lines in 3 depths.
 pub(crate) const COARSEST_LEVEL: u8 = 1;
 
-/// Renders an image or a cube by image trees alone; `known` is what products have found, and the trees begin
-/// with those of `start`.
-pub(crate) async fn by_tree(
-    meter: &Meter,
-    tiles: &[Tile<'_>],
-    view: &Parts<'_>,
-    axis: Option<&EnergyAxis>,
-    vol: &VolOptions,
-    known: KnownParts,
-    start: Option<&TreeStart>,
-) -> Result<MethodOutput, MethodError> {
-    begun(meter, tiles, view, axis, vol, known, start).await?.finish().await
-}
-
-/// Trees with their first samples, or with the trees of another emission.
-pub(crate) struct Begun<'a> {
+/// Image trees that have begun, of a view without other images than those of products.
+pub(crate) struct Trees<'a> {
     engine: Engine<'a>,
-    /// `None` if the mesh is fixed.
-    beginning: Option<Beginning<'a>>,
-    start: Option<&'a TreeStart>,
+    beginning: Beginning<'a>,
 }
 
-/// Samples the base lattice at the first energy, unless there are trees to begin with.
-pub(crate) async fn begun<'a>(
-    meter: &'a Meter,
-    tiles: &'a [Tile<'a>],
-    view: &'a Parts<'a>,
-    axis: Option<&'a EnergyAxis>,
-    vol: &'a VolOptions,
-    known: KnownParts,
-    start: Option<&'a TreeStart>,
-) -> Result<Begun<'a>, MethodError> {
-    let parts = &view.parts[..];
-    let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
-    let start = start.filter(|start| start.is_of(&known.products));
-    if is_fixed && start.is_none() {
-        return Err(OptionError::FixedMesh.into());
+impl<'a> Trees<'a> {
+    /// The base lattice sampled at the first energy, unless the trees begin with those of `start`; `known` is what products
+    /// have found.
+    pub(crate) async fn begin(
+        meter: &'a Meter,
+        tiles: &'a [Tile<'a>],
+        view: &'a Parts<'a>,
+        axis: Option<&'a EnergyAxis>,
+        vol: &'a VolOptions,
+        known: KnownParts,
+        start: Option<&'a TreeStart>,
+    ) -> Result<Self, MethodError> {
+        let parts = &view.parts[..];
+        let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
+        let start = start.filter(|start| start.is_of(&known.products));
+        if is_fixed && start.is_none() {
+            return Err(OptionError::FixedMesh.into());
+        }
+        let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
+        meter.check_time()?;
+        let base_level = affordable_base_level(parts, vol.base_level, meter.evaluations_left())?;
+        let goal = vol.tolerance.min(TUNING.engine.loosest_tolerance);
+        let short = meter.evaluations_left()
+            < TUNING.engine.short_budget * base_evaluations_of(parts, base_level);
+        let mut engine = Engine {
+            meter,
+            tiles,
+            view,
+            parts,
+            footings: parts.iter().map(|part| part.footing.clone()).collect(),
+            quadrature_error: None,
+            of_exam: 0.0,
+            vol,
+            sheets: Vec::new(),
+            energies: Energies::none(),
+            spectra: axis.map(|axis| Spectra::new(axis, &vol.line_energies)),
+            requested: vol.tolerance,
+            goal,
+            evaluations_before: meter.evaluations(),
+            verification_lines: 1,
+            coverage: Coverage::new(wanted, known.smallest, known.samples),
+            products: known.products,
+            done: None,
+            largest_done: known.largest,
+            tolerance: if short { TUNING.engine.loosest_tolerance } else { goal },
+            line_share: TUNING.engine.line_share
+                * (TUNING.engine.loosest_line_tolerance / goal).min(1.0),
+            is_strict: false,
+            is_fixed: false,
+            base_level,
+            finest_level: finest_level(tiles[0].shape, base_level),
+        };
+        engine.add_products();
+        let beginning = match start {
+            Some(start) if is_fixed => Beginning::FixedTrees(start),
+            Some(start) => Beginning::Trees(start),
+            None => Beginning::Samples(engine.sample_initially().await?),
+        };
+        Ok(Self { engine, beginning })
     }
-    let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
-    meter.check_time()?;
-    let base_level = affordable_base_level(parts, vol.base_level, meter.evaluations_left())?;
-    let goal = vol.tolerance.min(TUNING.engine.loosest_tolerance);
-    let short = meter.evaluations_left()
-        < TUNING.engine.short_budget * base_evaluations_of(parts, base_level);
-    let mut engine = Engine {
-        meter,
-        tiles,
-        view,
-        parts,
-        footings: parts.iter().map(|part| part.footing.clone()).collect(),
-        quadrature_error: None,
-        of_exam: 0.0,
-        vol,
-        sheets: Vec::new(),
-        energies: Energies::none(),
-        spectra: axis.map(|axis| Spectra::new(axis, &vol.line_energies)),
-        requested: vol.tolerance,
-        goal,
-        evaluations_before: meter.evaluations(),
-        verification_lines: 1,
-        coverage: Coverage::new(wanted, known.smallest, known.samples),
-        products: known.products,
-        done: None,
-        largest_done: known.largest,
-        tolerance: if short { TUNING.engine.loosest_tolerance } else { goal },
-        line_share: TUNING.engine.line_share
-            * (TUNING.engine.loosest_line_tolerance / goal).min(1.0),
-        is_strict: false,
-        is_fixed: false,
-        base_level,
-        finest_level: finest_level(tiles[0].shape, base_level),
-    };
-    engine.add_products();
-    let beginning = match start {
-        Some(_) if is_fixed => None,
-        Some(start) => Some(Beginning::Trees(start)),
-        None => Some(Beginning::Samples(engine.sample_initially().await?)),
-    };
-    Ok(Begun { engine, beginning, start })
-}
 
-impl Begun<'_> {
     /// The first energy, a place of the axis, if G jumps there on many of the base lines of the only part.
     pub(crate) fn energy_of_jumps(&self) -> Option<u32> {
         let engine = &self.engine;
-        let ([sheet], Some(Beginning::Samples(first))) = (&engine.sheets[..], &self.beginning)
-        else {
+        let ([sheet], Beginning::Samples(first)) = (&engine.sheets[..], &self.beginning) else {
             return None;
         };
         let is_sampled = first.within_budget && engine.base_level == engine.vol.base_level;
@@ -141,12 +125,8 @@ impl Begun<'_> {
 
     /// Refines the trees until the tolerance is met.
     pub(crate) async fn finish(self) -> Result<MethodOutput, MethodError> {
-        let Self { mut engine, beginning, start } = self;
-        let (current, ending) = match (beginning, start) {
-            (Some(beginning), _) => engine.run(beginning).await?,
-            (None, Some(start)) => engine.run_fixed(start).await?,
-            (None, None) => return Err(OptionError::FixedMesh.into()),
-        };
+        let Self { mut engine, beginning } = self;
+        let (current, ending) = engine.run(beginning).await?;
         // A base lattice that is coarser than requested does not meet the request.
         let is_coarse = engine.base_level < engine.vol.base_level;
         let ending = if is_coarse { StopReason::Budget } else { ending };

@@ -18,8 +18,11 @@ use std::borrow::Cow;
 
 /// What the trees begin with.
 pub(crate) enum Beginning<'a> {
-    Trees(&'a TreeStart),
     Samples(FirstSamples),
+    /// The trees of another emission.
+    Trees(&'a TreeStart),
+    /// The same, which stay as they are.
+    FixedTrees(&'a TreeStart),
 }
 
 impl Engine<'_> {
@@ -31,8 +34,9 @@ impl Engine<'_> {
     ) -> Result<(CurrentImage, StopReason), MethodError> {
         let before = self.evaluations_before;
         let mut within_budget = match beginning {
-            Beginning::Trees(start) => self.sample_start(start, false).await?,
             Beginning::Samples(first) => self.sample_further_energies(&first).await?,
+            Beginning::Trees(start) => self.sample_start(start, false).await?,
+            Beginning::FixedTrees(start) => return self.run_fixed(start).await,
         };
         if !within_budget && self.sheets.iter().any(Sheet::has_no_samples) {
             // Where the time has ended there is no image of these lines.

@@ -173,7 +173,10 @@ fn made(
 ) -> (Result<MethodOutput, MethodError>, u64) {
     let meter = meter(allowed);
     let parts = whole_view(1);
-    let tree = by_tree(&meter, &TILES, &parts, None, vol, KnownParts::none(1), None);
+    let tree = async {
+        let known = KnownParts::none(1);
+        Trees::begin(&meter, &TILES, &parts, None, vol, known, None).await?.finish().await
+    };
     (answered(&meter, rate, tree), meter.evaluations())
 }
 

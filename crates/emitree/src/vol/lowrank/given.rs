@@ -7,11 +7,12 @@
 
 use crate::tree::StopReason;
 use crate::vol::lattice;
+use crate::vol::lowrank::Attempt;
 use crate::vol::lowrank::chebyshev::{Analysis, all_places};
+use crate::vol::lowrank::maps::Maps;
 use crate::vol::lowrank::probes::CellResiduals;
 use crate::vol::lowrank::search::{Assessment, Search, along};
 use crate::vol::lowrank::start::Functions;
-use crate::vol::lowrank::{Attempt, Maps};
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::scattered::size_detected;

@@ -9,6 +9,7 @@
 //! * `fibers`: G along one axis, and the functions that its fibers span;
 //! * `interpolant`: G on the cube and the image, from the fibers of all axes;
 //! * `probes`: residuals at scattered points, and the error of each pixel;
+//! * `maps`: image and error of a part;
 //! * `attempted`: the result of the searches of all parts;
 //! * `rows`: the image row by row;
 //! * `frozen`: the interpolant as a linear map from its values at the pivots;
@@ -29,6 +30,7 @@ mod given;
 mod interpolant;
 mod jump;
 mod kinks;
+mod maps;
 mod probes;
 mod rows;
 mod trial_run;
@@ -37,15 +39,12 @@ mod search;
 pub(crate) mod start;
 mod weights;
 
-use crate::cube::Cube;
 use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::parallel::prelude::*;
 use crate::projection::charts::depth::Weights;
 use crate::projection::charts::stretch::Stretch;
-use crate::radiance::rows_at_once;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
@@ -55,9 +54,9 @@ use crate::vol::lowrank::attempted::{Attempted, Kink};
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::kinks::Fiber;
-use crate::vol::lowrank::probes::CellResiduals;
+use crate::vol::lowrank::maps::{Maps, largest_of_rows, shape_of};
 pub(crate) use crate::vol::lowrank::search::WeightedView;
-use crate::vol::lowrank::search::{Assessment, End, Probes, Search};
+use crate::vol::lowrank::search::{End, Probes, Search};
 use crate::vol::lowrank::start::{Functions, Start};
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
@@ -450,17 +449,6 @@ impl Attempt<'_> {
         if self.parts == 1 { 1.0 } else { TUNING.lowrank.share_beside_parts }
     }
 
-    /// Computes the image for the largest of its pixels, which replaces that of the raster.
-    fn find_pixel_share(&mut self, maps: &mut Maps) {
-        let footing = &self.part.footing;
-        if !footing.is_raster_of_pixels() && maps.largest > 0.0 {
-            let means = |shape| self.search.interpolant.means(shape);
-            let (_, image) = footing.image(means, &self.part.scale);
-            self.pixel_share = (image.largest() / maps.largest).min(1.0);
-            maps.largest *= self.pixel_share;
-        }
-    }
-
     /// The tolerance of the part: the errors of all parts on a line of sight add up.
     fn tolerance(&self) -> f64 {
         self.tolerance / self.part.pieces_of_line as f64
@@ -502,105 +490,6 @@ impl Attempt<'_> {
         let of_options = samples_wanted(self.vol, self.wanted.map(in_part));
         of_level.max(of_options)
     }
-
-    /// Image and error on the raster of the part.
-    fn maps(&self, assessment: &Assessment) -> Maps {
-        let shape @ [height, width] = shape_of(&self.part.scale);
-        let (pixels, errors) =
-            (self.search.interpolant.pixels(shape), assessment.cell_residuals.errors(shape));
-        let (mut image, mut error) = (Image::zeros(height, width), Image::zeros(height, width));
-        let of_row = |(row, (image, error)): (usize, (&mut [f64], &mut [f64]))| {
-            let scale = self.part.scale.row(row);
-            pixels.row(row, image);
-            errors.row(row, error);
-            [image, error].map(|values| scale_and_find_largest(values, scale))
-        };
-        let image_rows = image.pixels_mut().par_chunks_mut(width);
-        let [largest, largest_error] = image_rows
-            .zip(error.pixels_mut().par_chunks_mut(width))
-            .enumerate()
-            .with_min_len(rows_at_once(width))
-            .map(of_row)
-            .reduce(|| [0.0; 2], |a, b| [larger(a[0], b[0]), larger(a[1], b[1])]);
-        self.remove_weights(&mut error, assessment);
-        let residuals = assessment.cell_residuals.clone();
-        Maps { image, error, largest, largest_error, residuals }
-    }
-
-    /// Passes the current image to the observer of the rendering, if there is one, the rank is not
-    /// 0 and the image is that of the only part.
-    fn show(&self, assessment: &Assessment) {
-        if self.meter.keeps_images() && !self.search.interpolant.ranks().contains(&0) {
-            self.show_maps(&self.maps(assessment));
-        }
-    }
-
-    fn show_maps(&self, maps: &Maps) {
-        if self.meter.keeps_images() && self.parts == 1 {
-            self.meter.show(self.cubes(maps));
-        }
-    }
-
-    /// Image and error of the only part, as those of the view.
-    fn cubes(&self, Maps { image, error, .. }: &Maps) -> [Cube; 2] {
-        let footing = &self.part.footing;
-        let [image, error] = if footing.is_raster_of_pixels() {
-            [image.clone(), error.clone()]
-        } else {
-            let means = |shape| self.search.interpolant.means(shape);
-            [footing.image(means, &self.part.scale).1, footing.errors(error.clone())]
-        };
-        [image, error].map(|mut map| {
-            self.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
-            Cube::from_bands(vec![map])
-        })
-    }
-
-    /// The image of a search that ended before its goal.
-    fn unfinished(&mut self) -> (Maps, StopReason) {
-        let assessment = self.search.assess();
-        (self.maps(&assessment), StopReason::Budget)
-    }
-}
-
-/// An image and its error, with the largest |pixel| and the largest weighted error, which are infinite or
-/// NaN if a pixel is.
-struct Maps {
-    image: Image,
-    error: Image,
-    largest: f64,
-    largest_error: f64,
-    /// What the error follows from, unless errors have weights.
-    residuals: CellResiduals,
-}
-
-fn shape_of(image: &Image) -> [usize; 2] {
-    [image.height(), image.width()]
-}
-
-/// The [larger] of all |value| that `fill` writes to rows, times the scale.
-fn largest_of_rows(scale: &Image, fill: impl Fn(usize, &mut [f64])) -> f64 {
-    let mut values = vec![0.0; scale.width()];
-    let of_row = |(row, scale): (usize, &[f64])| {
-        fill(row, &mut values);
-        scale_and_find_largest(&mut values, scale)
-    };
-    scale.rows().enumerate().map(of_row).fold(0.0, larger)
-}
-
-/// Multiplies each value with its scale, and finds the [larger] of all their |value|.
-fn scale_and_find_largest(values: &mut [f64], scale: &[f64]) -> f64 {
-    let mut largest = 0.0;
-    for (value, scale) in values.iter_mut().zip(scale) {
-        *value *= scale;
-        largest = larger(largest, value.abs());
-    }
-    largest
-}
-
-/// The larger of two numbers; NaN if one is NaN.
-fn larger(a: f64, b: f64) -> f64 {
-    if a < b || b.is_nan() { b } else { a }
 }
 
 #[cfg(test)]

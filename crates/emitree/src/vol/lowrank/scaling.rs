@@ -7,6 +7,7 @@
 //! the brightness that the first scattered samples show. What they leave of the weights of errors, residuals have.
 
 use crate::vol::lowrank::Attempt;
+use crate::vol::tuning::TUNING;
 use crate::vol::view::raster::cell_at;
 use nalgebra::{DMatrix, DVector};
 
@@ -14,12 +15,6 @@ use nalgebra::{DMatrix, DVector};
 const CELLS: usize = 8;
 /// The number of the Chebyshev polynomials of degree 1 and more along each axis.
 const DEGREE: usize = 3;
-/// The least ratio of the largest to the smallest ω ω' in the cells for which G is scaled: it is a gain
-/// only where the error allowed differs more than the estimates do.
-const LEAST_RANGE: f64 = 10.0;
-/// The least share of the variance of ln(ω ω') that a product explains. Rings and several peaks have none that
-/// serves: without this condition a torus costs four times as much.
-const LEAST_EXPLAINED: f64 = 0.8;
 
 /// ω and ω', by the coefficients of the Chebyshev polynomials of degree 1 to [`DEGREE`] of their logarithms.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,14 +54,15 @@ impl Scaling {
         let scaling = Self([of_axis(0), of_axis(1)]);
         let (mean, fitted) = (logarithms.mean(), matrix * &found);
         let variance = logarithms.map(|of| (of - mean).powi(2)).sum();
-        if (fitted - &logarithms).norm_squared() > (1.0 - LEAST_EXPLAINED) * variance {
+        if (fitted - &logarithms).norm_squared() > (1.0 - TUNING.lowrank.least_explained) * variance
+        {
             return None;
         }
         let all = wanted.iter().map(|(at, _)| scaling.at(*at));
         let [least, most] = all.fold([f64::INFINITY, 0.0], |[least, most], of| {
             [f64::min(least, of), f64::max(most, of)]
         });
-        (most > LEAST_RANGE * least && most.is_finite()).then_some(scaling)
+        (most > TUNING.lowrank.least_scaling * least && most.is_finite()).then_some(scaling)
     }
 }
 

@@ -344,14 +344,3 @@ fn a_feature_size_of_0_is_refused() {
             .is_err()
     );
 }
-
-#[test]
-fn the_larger_of_two_numbers_is_nan_if_one_is() {
-    for larger in [larger(1.0, 2.0), larger(2.0, 1.0)] {
-        assert_close(larger, 2.0, 0.0);
-    }
-    assert!(larger(1.0, f64::NAN).is_nan() && larger(f64::NAN, 1.0).is_nan());
-    let mut values = [1.0, -4.0, 2.0];
-    assert_close(scale_and_find_largest(&mut values, &[2.0, 0.5, 0.0]), 2.0, 1e-15);
-    assert_eq!(values.map(f64::to_bits), [2.0_f64, -2.0, 0.0].map(f64::to_bits));
-}

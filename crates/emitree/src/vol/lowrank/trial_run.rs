@@ -7,7 +7,7 @@ use crate::exchange::drive;
 use crate::meter::{Deadline, Limits, Meter};
 use crate::projection::Canonical;
 use crate::tile::Tile;
-use crate::vol::engine::by_tree;
+use crate::vol::engine::Trees;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::view::part::parts;
 use crate::vol::view::scattered::KnownParts;
@@ -45,7 +45,11 @@ pub(super) fn evaluations_of_tree(
     let vol = VolOptions { tolerance, by_pixel, ..VolOptions::default() };
     let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];
     let parts = parts(&tiles, None, None);
-    let mut tree = pin!(by_tree(&meter, &tiles, &parts, None, &vol, KnownParts::none(1), None));
+    let tree = async {
+        let known = KnownParts::none(1);
+        Trees::begin(&meter, &tiles, &parts, None, &vol, known, None).await?.finish().await
+    };
+    let mut tree = pin!(tree);
     let calls = Calls::new(&emission, &meter, None);
     let is_too_expensive = || meter.evaluations() as f64 > most;
     let ended = drive(meter.exchange(), tree.as_mut(), |batch| match is_too_expensive() {

@@ -2,8 +2,9 @@
 
 use crate::image::Image;
 use crate::vol::error_weights::{ErrorWeights, product};
+use crate::vol::lowrank::Attempt;
+use crate::vol::lowrank::maps::{Maps, shape_of};
 use crate::vol::lowrank::search::Assessment;
-use crate::vol::lowrank::{Attempt, Maps, shape_of};
 
 impl Attempt<'_> {
     /// Weights the residuals for the present image. Before there is one, a rate of 0 has no meaning, and the

@@ -96,6 +96,12 @@ group! {
         /// The exponent of the weights of errors in the choice of pivots, where these are not all 1. With 0
         /// and 1 errors by pixel cost a fifth more.
         pivot_weight: f64 = 0.5, 0.25..=1.0;
+        /// The least ratio of the largest to the smallest scaling for which G is scaled: it is a gain only where the
+        /// error allowed differs more than its estimates do.
+        least_scaling: f64 = 10.0, 5.0..=20.0;
+        /// The least share of the variance of the logarithm of the scaling that is wanted which a product explains. Rings and
+        /// several peaks have none that serves: without this condition a torus costs four times as much.
+        least_explained: f64 = 0.8, 0.6..=0.9;
         /// The level of the first places of fibers. With a finer one smooth fibers cost more; with
         /// a coarser one narrow peaks are missed.
         first_fiber_level: u8 = 4, 3..=5;
