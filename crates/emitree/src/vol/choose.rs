@@ -8,7 +8,7 @@ use crate::image::Image;
 use crate::mesh::start::Structure;
 use crate::meter::{Meter, RowsWanted};
 use crate::output::MethodOutput;
-use crate::projection::charts::{FoundCut, FoundEdge};
+use crate::projection::charts::{Atlas, FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::engine::{COARSEST_LEVEL, Trees, base_evaluations_of};
@@ -110,11 +110,13 @@ async fn to_tolerance(
     let mut probed = Vec::new();
     let mut unfinished: Option<MethodOutput> = None;
     loop {
-        let Division { edges, cuts, depths, stretch, is_by_faces, layered_from } = &division;
+        let Division { edges, cuts, is_halved, depths, stretch, is_by_faces, layered_from } =
+            &division;
         let atlas = match is_by_faces {
             true => atlas_of_box(tiles),
             false => atlas(tiles, edges).map(|atlas| atlas.with_weights(depths).with_cuts(cuts)),
         };
+        let atlas = if *is_halved { atlas.map(Atlas::with_halves) } else { atlas };
         let atlas = match layered_from {
             // Layers of the image plane need fewer evaluations than those of angles about the centre.
             Some(from) => atlas
@@ -169,6 +171,10 @@ async fn to_tolerance(
                 division.cuts = cuts;
                 continue;
             }
+        }
+        if attempted.prefers_halves {
+            division.is_halved = true;
+            continue;
         }
         // Products of whole lines of sight need fewer evaluations than those of their layers.
         let is_first = layered_from.is_none() && start.is_none();

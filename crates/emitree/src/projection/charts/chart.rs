@@ -1,7 +1,7 @@
 //! Charts: coordinates of a part of a view in which its radiance is smooth.
 
 use crate::projection::charts::depth::{Depth, Weights};
-use crate::projection::charts::piece::Piece;
+use crate::projection::charts::piece::{Piece, Side};
 use crate::projection::charts::shells::Shells;
 use crate::projection::surroundings::{POINTS_OF_GAP, SightLine, Surroundings};
 use crate::projection::vector::{difference, dot};
@@ -139,12 +139,13 @@ impl Window {
     }
 }
 
-/// The chart of one piece of the lines around a body.
+/// The chart of one side of a piece of the lines around a body.
 #[derive(Debug)]
 pub(crate) struct PieceChart<'a> {
     pub(super) surroundings: &'a Surroundings,
     pub(super) shells: &'a Shells,
     pub(super) piece: Piece,
+    pub(super) side: Side,
     pub(super) weights: Weights,
     pub(super) window: Window,
     /// The image planes of all tiles.
@@ -163,15 +164,20 @@ impl PieceChart<'_> {
         self.shells.density(self.piece, self.window.natural([u, 0.0])[0])
     }
 
+    fn range(&self, line: &SightLine) -> [f64; 2] {
+        self.shells.range(self.piece, self.side, line, &self.shells.aim(line))
+    }
+
     fn depth(&self, line: &SightLine) -> Depth {
-        self.shells.depth(self.surroundings, self.piece, self.weights, line)
+        self.shells.depth(self.surroundings, (self.piece, self.side), self.weights, line)
     }
 }
 
 impl Chart for PieceChart<'_> {
     fn world_from_chart(&self, [u, v, z]: [f64; 3]) -> MappedPoint {
         let line = self.line_at([u, v]);
-        let mut point = self.shells.point(self.surroundings, self.piece, self.weights, &line, z);
+        let of = (self.piece, self.side);
+        let mut point = self.shells.point(self.surroundings, of, self.weights, &line, z);
         point.path_per_depth *= self.density_at_singularity(u);
         point
     }
@@ -197,7 +203,7 @@ impl Chart for PieceChart<'_> {
     }
 
     fn depth_of(&self, line: &SightLine, distance: f64) -> f64 {
-        let [from, to] = self.shells.range(self.piece, line, &self.shells.aim(line));
+        let [from, to] = self.range(line);
         if distance <= from {
             0.0
         } else if distance >= to {
@@ -217,7 +223,7 @@ impl Chart for PieceChart<'_> {
 
     fn across_gap(&self, [u, v, z]: [f64; 3]) -> Option<AcrossGap> {
         let line = self.line_at([u, v]);
-        let range = self.shells.range(self.piece, &line, &self.shells.aim(&line));
+        let range = self.range(&line);
         // The point that `outside` has not moved.
         let (distance, path) = self.depth(&line).at(z)?;
         let path = path * self.density_at_singularity(u);

@@ -44,7 +44,7 @@ use core::f64::consts::TAU;
 use depth::Weights;
 use faces::{Faces, Passage};
 use layer::{Layer, LayerChart, layers};
-use piece::Piece;
+use piece::{Piece, Side};
 use shells::Shells;
 pub(crate) use singularities::NearSingularity;
 
@@ -62,8 +62,8 @@ pub(crate) struct Atlas<'a> {
     layers: Vec<Layer>,
     /// What the charts are of, by their numbers.
     charts: Vec<LayerOf>,
-    /// The weights of the coordinates of depth, by shells and pieces, where they have been fitted.
-    fitted: Vec<(usize, Piece, Weights)>,
+    /// The weights of the coordinates of depth where they have been fitted.
+    fitted: Vec<FittedDepth>,
 }
 
 /// A chart of lines, or its part in a layer.
@@ -77,8 +77,8 @@ struct LayerOf {
 /// What a chart is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum ChartOf {
-    /// A piece of the lines in a sector around the centre of shells, given by their number.
-    Piece { shells: usize, piece: Piece, sector: usize },
+    /// A side of a piece of the lines in a sector around the centre of shells, given by their number.
+    Piece { shells: usize, piece: Piece, side: Side, sector: usize },
     /// The lines of a passage through a box.
     Passage(Passage),
 }
@@ -92,6 +92,15 @@ pub(crate) struct PieceOfLine {
     pub(crate) place: [f64; 2],
     /// The factor of the path in the chart, below 1 near a singularity.
     pub(crate) density: f64,
+}
+
+/// The weights of the coordinates of depth in a piece, fitted to samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FittedDepth {
+    /// The number of the shells.
+    pub(crate) shells: usize,
+    piece: Piece,
+    weights: Weights,
 }
 
 /// A surface of the shape of a body at which samples found the beginning of the emission.
@@ -219,9 +228,9 @@ impl<'a> Atlas<'a> {
 
     /// The weights of the coordinates of depth in a piece.
     fn weights_of(&self, shells: usize, piece: Piece) -> Weights {
-        let is_own = |of: &&(usize, Piece, Weights)| (of.0, of.1) == (shells, piece);
+        let is_own = |of: &&FittedDepth| (of.shells, of.piece) == (shells, piece);
         let usual = || self.shells[shells].usual_weights(piece);
-        self.fitted.iter().find(is_own).map_or_else(usual, |fitted| fitted.2)
+        self.fitted.iter().find(is_own).map_or_else(usual, |fitted| fitted.weights)
     }
 
     /// Whether some charts have other weights than the usual ones.
@@ -229,14 +238,57 @@ impl<'a> Atlas<'a> {
         !self.fitted.is_empty()
     }
 
-    /// The same atlas with other weights in some charts.
-    pub(crate) fn with_weights(mut self, weights: &[(usize, Weights)]) -> Self {
-        for (chart, weights) in weights {
-            if let ChartOf::Piece { shells, piece, .. } = self.charts[*chart].lines {
-                self.fitted.push((shells, piece, *weights));
-            }
-        }
+    /// Other weights for the piece of a chart; `None` if there is one coordinate only.
+    pub(crate) fn fitted(&self, chart: usize, weights: Weights) -> Option<FittedDepth> {
+        let ChartOf::Piece { shells, piece, .. } = self.charts[chart].lines else { return None };
+        Some(FittedDepth { shells, piece, weights })
+    }
+
+    /// The same atlas with other weights in some pieces.
+    pub(crate) fn with_weights(mut self, fitted: &[FittedDepth]) -> Self {
+        self.fitted.extend(fitted);
         self
+    }
+
+    /// The same atlas with the pieces that pass a centre around a surface divided at the points nearest to it, where
+    /// that is possible.
+    pub(crate) fn with_halves(mut self) -> Self {
+        let possible: Vec<bool> =
+            self.shells.iter().map(|shells| self.have_nearest(shells)).collect();
+        let halved = self.shells.iter_mut().zip(possible);
+        halved.for_each(|(shells, is_halved)| shells.is_halved = is_halved);
+        self.charts = in_layers(&self.layers, charts_of(&self.shells));
+        self
+    }
+
+    /// Whether all lines of sight in view that pass a centre are nearest to it between their ends.
+    fn have_nearest(&self, shells: &Shells) -> bool {
+        /// Lines along each side of a tile, with those at its borders.
+        const LINES: usize = 17;
+        let place = |k: usize| k as f64 / (LINES - 1) as f64;
+        let lines = |tile: &&dyn ViewGeometry| {
+            let lines = (0..LINES * LINES).map(|k| [place(k % LINES), place(k / LINES)]);
+            lines.filter_map(|xy| tile.line(xy)).collect::<Vec<_>>()
+        };
+        let lines: Vec<SightLine> = self.tiles.iter().flat_map(lines).collect();
+        let are_passed = |line: &SightLine, shells: &Shells| {
+            let nearest = shells.aim(line).nearest;
+            let ends_at_body = matches!(self.surroundings.end_of(line).0, Region::Body(_));
+            ends_at_body || (line.ends[0] < nearest && nearest < line.ends[1])
+        };
+        lines.iter().all(|line| are_passed(line, shells)) && shells.singular.is_none()
+    }
+
+    /// Whether some pieces are divided at the points nearest to a centre.
+    pub(crate) fn has_halves(&self) -> bool {
+        self.shells.iter().any(|shells| shells.is_halved)
+    }
+
+    /// Whether a chart is of a piece that passes a centre around a surface, and can be divided there.
+    pub(crate) fn can_be_halved(&self, chart: usize) -> bool {
+        let ChartOf::Piece { shells, piece, .. } = self.charts[chart].lines else { return false };
+        let shells = &self.shells[shells];
+        shells.passes(piece) && self.have_nearest(shells)
     }
 
     /// The cut through a chart at the coordinate v of a window; `None` if v is no azimuth.
@@ -306,7 +358,7 @@ impl<'a> Atlas<'a> {
         let window = Window { c: shells.natural_ends(piece), azimuth_rad: [0.0, TAU] };
         let (surroundings, tiles) = (self.surroundings, self.tiles.clone());
         let weights = shells.usual_weights(piece);
-        PieceChart { surroundings, shells, piece, weights, window, tiles }
+        PieceChart { surroundings, shells, piece, side: Side::Both, weights, window, tiles }
     }
 
     /// The size, in units of a body, of the surface of its shape through a position.
@@ -400,13 +452,14 @@ impl<'a> Atlas<'a> {
         let azimuth = aim.azimuth();
         let sector = shells.sectors.of(azimuth);
         for (chart, of) in self.charts.iter().enumerate() {
-            let ChartOf::Piece { shells: of_shells, piece, sector: of_sector } = of.lines else {
+            let ChartOf::Piece { shells: of_shells, piece, side, sector: of_sector } = of.lines
+            else {
                 continue;
             };
             if of_shells != number || of_sector != sector {
                 continue;
             }
-            let ends @ [from, to] = shells.range(piece, line, &aim);
+            let ends @ [from, to] = shells.range(piece, side, line, &aim);
             let has_piece = shells.has(zone, piece, ends_at_body) && to > from;
             if has_piece && self.has_part_of(chart, line, ends) {
                 let c = shells.coordinate(piece, &aim);
@@ -453,10 +506,10 @@ impl<'a> Atlas<'a> {
         let (surroundings, tiles) = (self.surroundings, self.tiles.clone());
         let LayerOf { lines, layer } = self.charts[chart];
         let chart: Box<dyn Chart + 'a> = match lines {
-            ChartOf::Piece { shells, piece, .. } => {
+            ChartOf::Piece { shells, piece, side, .. } => {
                 let weights = self.weights_of(shells, piece);
                 let shells = &self.shells[shells];
-                Box::new(PieceChart { surroundings, shells, piece, weights, window, tiles })
+                Box::new(PieceChart { surroundings, shells, piece, side, weights, window, tiles })
             }
             ChartOf::Passage(passage) => Box::new(passage.chart(surroundings, window, tiles)),
         };
@@ -467,15 +520,17 @@ impl<'a> Atlas<'a> {
     }
 }
 
-/// The pieces of all shells in all of their sectors.
+/// The sides of the pieces of all shells in all of their sectors.
 fn charts_of(shells: &[Shells]) -> Vec<ChartOf> {
     let of_shells = |(number, shells): (usize, &Shells)| {
         let sectors = 0..shells.sectors.len();
-        let of_piece = |piece| {
-            let of_sector = move |sector| ChartOf::Piece { shells: number, piece, sector };
+        let pieces = shells.pieces().into_iter();
+        let sides = pieces.flat_map(|piece| shells.sides(piece).iter().map(move |of| (piece, *of)));
+        let of_side = |(piece, side)| {
+            let of_sector = move |sector| ChartOf::Piece { shells: number, piece, side, sector };
             sectors.clone().map(of_sector)
         };
-        shells.pieces().into_iter().flat_map(of_piece).collect::<Vec<_>>()
+        sides.flat_map(of_side).collect::<Vec<_>>()
     };
     shells.iter().enumerate().flat_map(of_shells).collect()
 }

@@ -15,6 +15,11 @@
 //! the centre, which is smooth for lines that look away from the body, too.
 //!
 //! Where a piece contains a singularity at the centre, its coordinate is the logarithm of this one.
+//!
+//! A rate that has the square root of the height above the surface, as light scattered from the whole disk has, is
+//! √(c² + s²) near a limb, with the distance s from the point nearest to the centre: no polynomial of s
+//! approximates it well, but on each [side](Side) of that point one does, since the places of the polynomials are
+//! denser at the ends.
 
 use crate::projection::MappedPoint;
 use crate::projection::charts::aim::Aim;
@@ -37,6 +42,17 @@ pub(crate) enum Piece {
     Sky,
 }
 
+/// Which part of a piece, if it is divided at the point that is nearest to the centre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// The whole piece.
+    Both,
+    /// From the observer to the nearest point.
+    Before,
+    /// From the nearest point on.
+    Beyond,
+}
+
 /// The scale of depth from a surface outwards, in units of its radius.
 const DEPTH_SCALE: f64 = 1.0 / 3.0;
 /// How far from an edge g is evaluated at least, relative to its radius: an edge is known to
@@ -54,6 +70,24 @@ impl Shells {
         let far = (0..surfaces).filter(|&j| !is_dark(j)).map(Piece::Far);
         let has_sky = !(self.is_dark_beyond && self.limbs == surfaces);
         near.chain(chords).chain(far).chain(has_sky.then_some(Piece::Sky)).collect()
+    }
+
+    /// The parts into which a piece is divided.
+    pub(super) fn sides(&self, piece: Piece) -> &'static [Side] {
+        if self.is_halved && self.passes(piece) {
+            &[Side::Before, Side::Beyond]
+        } else {
+            &[Side::Both]
+        }
+    }
+
+    /// Whether a piece passes the centre around a surface.
+    pub(super) fn passes(&self, piece: Piece) -> bool {
+        match piece {
+            Piece::Chord(number) => self.inner_radius(number) > 0.0,
+            Piece::Sky => self.limbs > 0,
+            Piece::Near(_) | Piece::Far(_) => false,
+        }
     }
 
     /// Whether the lines of a zone have a piece. Those of zone 0 enter the body, if there is one, and
@@ -191,8 +225,8 @@ impl Shells {
         }
     }
 
-    /// The distances along a line between which a piece is; empty if the second is not larger.
-    pub(super) fn range(&self, piece: Piece, line: &SightLine, aim: &Aim) -> [f64; 2] {
+    /// The distances along a line between which a side of a piece is; empty if the second is not larger.
+    pub(super) fn range(&self, piece: Piece, side: Side, line: &SightLine, aim: &Aim) -> [f64; 2] {
         let half = |number: usize| {
             let within = self.radii[number].powi(2) - aim.miss.powi(2);
             within.max(0.0).sqrt() / aim.stretch
@@ -212,6 +246,11 @@ impl Shells {
                 let outer = Some(self.limbs).filter(|&outer| outer < self.radii.len());
                 [begin, outer.map_or(end, |outer| aim.nearest + half(outer))]
             }
+        };
+        let [from, to] = match side {
+            Side::Both => [from, to],
+            Side::Before => [from, to.min(aim.nearest)],
+            Side::Beyond => [from.max(aim.nearest), to],
         };
         [from.clamp(begin, end), to.clamp(begin, end)]
     }
@@ -244,30 +283,31 @@ impl Shells {
         usual_weights(is_plain, self.reference.longest() * smallest, &self.others)
     }
 
-    /// The depth along a piece of a line.
+    /// The depth along a side of a piece of a line.
     pub(super) fn depth(
         &self,
         surroundings: &Surroundings,
-        piece: Piece,
+        (piece, side): (Piece, Side),
         weights: Weights,
         line: &SightLine,
     ) -> Depth {
         let aim = self.aim(line);
-        let [from, to] = self.range(piece, line, &aim);
+        let [from, to] = self.range(piece, side, line, &aim);
         let own = self.own_depth(piece, &aim);
         Depth::new(own, surroundings.span(from, to), weights).beside(line, &self.others)
     }
 
-    /// The point at `z` of a piece of a line.
+    /// The point at `z` of a side of a piece of a line.
     pub(super) fn point(
         &self,
         surroundings: &Surroundings,
-        piece: Piece,
+        (piece, side): (Piece, Side),
         weights: Weights,
         line: &SightLine,
         z: f64,
     ) -> MappedPoint {
-        let Some((distance, path)) = self.depth(surroundings, piece, weights, line).at(z) else {
+        let depth = self.depth(surroundings, (piece, side), weights, line);
+        let Some((distance, path)) = depth.at(z) else {
             let nearest = self.aim(line).nearest;
             return line.sample(line.ends[0].max(nearest.min(line.ends[1])), 0.0);
         };

@@ -38,6 +38,8 @@ pub(crate) struct Shells {
     pub(super) has_found_edge: bool,
     /// Whether there is no emission beyond the largest radius: it is that of the bounds.
     pub(super) is_dark_beyond: bool,
+    /// Whether pieces that pass the centre around a surface are divided at the point nearest to it.
+    pub(super) is_halved: bool,
     /// The sectors of azimuth, each of which has its own charts.
     pub(super) sectors: Sectors,
     /// The bodies and edges around other centres, the largest ones first.
@@ -93,6 +95,7 @@ impl Shells {
             body,
             has_found_edge: false,
             is_dark_beyond: false,
+            is_halved: false,
             sectors: Sectors::default(),
             others: Vec::new(),
             singular: None,

@@ -20,9 +20,15 @@ fn saturn() -> Ellipsoid {
 
 /// Checks all pieces of lines over the image of a camera. Returns the number of charts seen.
 fn check<P: ImagePlane>(camera: &Camera<P>) -> usize {
-    let geometry: &dyn ViewGeometry = camera;
+    check_atlas(camera, &atlas_of(camera))
+}
+
+fn atlas_of(geometry: &dyn ViewGeometry) -> Atlas<'_> {
+    Atlas::new(vec![geometry], [8; 2], &[]).unwrap()
+}
+
+fn check_atlas(geometry: &dyn ViewGeometry, atlas: &Atlas<'_>) -> usize {
     let surroundings = geometry.surroundings().unwrap();
-    let atlas = Atlas::new(vec![geometry], [8; 2], &[]).unwrap();
     let mut seen = vec![false; atlas.len()];
     let (mut pieces, mut checked) = (Vec::new(), 0);
     for k in 0..400 {
@@ -108,6 +114,30 @@ fn bounds_around_a_body_are_another_surface() {
     assert_eq!(check(&camera.clone().with_bounds(bounds(20.0))), 2);
     let off_centre = Bounds::Ellipsoid(Ellipsoid::sphere([0.2, 0.3, 0.1], 2.5).unwrap());
     assert_eq!(check(&camera.with_bounds(off_centre)), 3);
+}
+
+#[test]
+fn lines_that_pass_a_body_are_divided_where_they_are_nearest_to_it() {
+    let bodies = || vec![saturn(), Ellipsoid::sphere([1.2, -1.9, 0.7], 0.3).unwrap()];
+    let perspective = Perspective::new(viewpoint([0.5, -6.0, 1.0]), [0.7, 0.6], [0.1, 30.0]);
+    let perspective = perspective.unwrap().with_occulters(bodies()).unwrap();
+    let bounds = Bounds::Ellipsoid(Ellipsoid::sphere([0.0; 3], 3.0).unwrap());
+    let parallel = Orthographic::new(viewpoint([0.5, -6.0, 1.0]), [4.0, 3.0], [-20.0, 30.0]);
+    let parallel = parallel.unwrap().with_occulters(bodies()).unwrap();
+    let halved = atlas_of(&perspective).with_halves();
+    // Two charts of the discs, and two of the sky around each body.
+    assert_eq!((check_atlas(&perspective, &halved), halved.has_halves()), (6, true));
+    let around = perspective.clone().with_bounds(bounds);
+    let halved = atlas_of(&around).with_halves();
+    assert!(check_atlas(&around, &halved) > check(&around) && halved.has_halves());
+    let halved = atlas_of(&parallel).with_halves();
+    assert_eq!((check_atlas(&parallel, &halved), halved.has_halves()), (6, true));
+    // Behind the observer, lines are nearest to the body where they begin.
+    let wide = Equirectangular::new(viewpoint([0.5, -2.5, 1.0]), [6.0, 3.0], [0.1, 30.0]);
+    let wide = wide.unwrap().with_occulters(bodies()).unwrap();
+    assert!(!atlas_of(&wide).with_halves().has_halves());
+    let short = Perspective::new(viewpoint([0.5, -6.0, 1.0]), [0.7, 0.6], [0.1, 5.0]).unwrap();
+    assert!(!atlas_of(&short.with_occulters(bodies()).unwrap()).with_halves().has_halves());
 }
 
 /// A body and two more surfaces of its shape, the largest of which is dark beyond.

@@ -126,7 +126,8 @@ fn other_charts_are_bounded_near_a_point() {
         let weights = shells.usual_weights(Piece::Sky);
         let at = |k: i32| {
             let z = (f64::from(k) + 0.5) / 2000.0;
-            let point = shells.point(atlas.surroundings, Piece::Sky, weights, &to_far, z);
+            let point =
+                shells.point(atlas.surroundings, (Piece::Sky, Side::Both), weights, &to_far, z);
             norm(difference(point.position, far))
         };
         (0..2000).map(at).fold(f64::INFINITY, f64::min)

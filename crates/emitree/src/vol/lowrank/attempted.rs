@@ -2,8 +2,8 @@
 
 use crate::cube::Cube;
 use crate::output::MethodOutput;
+use crate::projection::charts::FittedDepth;
 use crate::projection::charts::chart::Window;
-use crate::projection::charts::depth::Weights;
 use crate::projection::charts::stretch::Stretch;
 use crate::tree::StopReason;
 use crate::vol::error_weights::ErrorWeights;
@@ -26,9 +26,11 @@ pub(crate) struct Attempted {
     pub(crate) known: KnownParts,
     /// Where a chart had better end, in which case the search has stopped.
     pub(crate) kinks: Vec<Kink>,
-    /// The charts for which other weights of the coordinates of depth are better, in which case the
-    /// search has stopped.
-    pub(crate) depths: Vec<(usize, Weights)>,
+    /// Whether the depths of charts had better be divided at the points nearest to a centre, in which case the search
+    /// has stopped.
+    pub(crate) prefers_halves: bool,
+    /// Weights of the coordinates of depth that are better in some charts, in which case the search has stopped.
+    pub(crate) depths: Vec<FittedDepth>,
     /// The first probes of the parts, if the search has stopped for other weights.
     pub(crate) probed: Vec<Probed>,
     /// The stretch of the depth of an image plane that is better, in which case the search has
@@ -64,6 +66,7 @@ impl Attempted {
             found: None,
             known: KnownParts::none(parts.parts.len()),
             kinks: Vec::new(),
+            prefers_halves: false,
             depths: Vec::new(),
             probed: Vec::new(),
             stretch: None,

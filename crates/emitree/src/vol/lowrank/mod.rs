@@ -43,6 +43,7 @@ use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
+use crate::projection::charts::FittedDepth;
 use crate::projection::charts::depth::Weights;
 use crate::projection::charts::stretch::Stretch;
 use crate::tile::Tile;
@@ -185,21 +186,15 @@ pub(crate) async fn attempt(
         let mut is_spare = false;
         let found = match attempt.run().await {
             Ok(found) => Some(found),
-            // If there is a time limit, this image is kept in case that lines give none before.
-            Err(End::NotSeparable) if is_only && meter.deadline().is_some() => {
-                attempted.kinks = attempt.kinks(parts).await?;
-                if !attempted.kinks.is_empty() {
-                    return Ok(attempted);
-                }
-                is_spare = true;
-                Some(attempt.unfinished())
-            }
+            // If there is a time limit, the image is kept in case that lines give none before.
             Err(End::NotSeparable) => {
                 attempted.kinks = attempt.kinks(parts).await?;
-                if !attempted.kinks.is_empty() {
+                attempted.prefers_halves = attempt.prefers_halves(parts);
+                if !attempted.kinks.is_empty() || attempted.prefers_halves {
                     return Ok(attempted);
                 }
-                None
+                is_spare = is_only && meter.deadline().is_some();
+                is_spare.then(|| attempt.unfinished())
             }
             Err(End::Stopped(Stop::Budget)) if is_only => Some(attempt.unfinished()),
             Err(End::Stopped(Stop::Budget)) => None,
@@ -298,6 +293,12 @@ impl Attempt<'_> {
     async fn run(&mut self) -> Result<(Maps, StopReason), End> {
         if let Some(functions) = self.start.take() {
             return Ok(self.by_functions(&functions).await?);
+        }
+        if self.vol.by_pixel.is_some_and(|of| of.rtol > 0.0) {
+            let wanted = self.probes_needed().min(TUNING.lowrank.scaling_probes);
+            while self.search.probes() < wanted {
+                self.search.probe(wanted).await?;
+            }
         }
         if let Some(scaling) = self.fitted_scaling() {
             let level = TUNING.lowrank.first_fiber_level;
@@ -411,16 +412,22 @@ impl Attempt<'_> {
         }
     }
 
-    /// The chart, and the weights of its coordinates of depth that are better for the probes.
-    fn fitted_depth(&self, parts: &Parts<'_>) -> Option<(usize, Weights)> {
+    /// Whether the depths of charts had better be divided at the points nearest to a centre, after a search that
+    /// failed.
+    fn prefers_halves(&self, parts: &Parts<'_>) -> bool {
+        let Footing::Nodes { chart, .. } = &*self.part.footing else { return false };
+        self.search.has_coarse_depths && !self.search.has_jump && parts.may_be_halved(*chart)
+    }
+
+    /// The weights of the coordinates of depth of its chart that are better for the probes.
+    fn fitted_depth(&self, parts: &Parts<'_>) -> Option<FittedDepth> {
         let Footing::Nodes { chart, .. } = &*self.part.footing else { return None };
         let share = |(point, rate): ([f64; 3], f64)| {
             Some((rate * rate, self.part.chart.depth_shares(point)?))
         };
         let samples: Vec<(f64, Weights)> = self.search.probed().filter_map(share).collect();
         let present = parts.weights(*chart)?;
-        let found = fitted(&present, &samples);
-        Some((*chart, found?))
+        parts.fitted_depth(*chart, fitted(&present, &samples)?)
     }
 
     /// The weights of the coordinates of depth in its chart.

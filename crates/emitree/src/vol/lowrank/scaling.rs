@@ -11,7 +11,7 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::raster::cell_at;
 use nalgebra::{DMatrix, DVector};
 
-/// The cells along each axis in which samples are averaged for the fit: two of the first samples are in each.
+/// The cells along each axis in which samples are averaged for the fit: some eight samples are in each.
 const CELLS: usize = 8;
 /// The number of the Chebyshev polynomials of degree 1 and more along each axis.
 const DEGREE: usize = 3;

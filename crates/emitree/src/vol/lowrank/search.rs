@@ -120,6 +120,17 @@ pub(super) struct Search<'a> {
     finest_level: u8,
     /// Whether the search has ended since G jumps.
     pub(super) has_jump: bool,
+    /// Whether the fibers along the depth were too coarse at their finest level.
+    pub(super) has_coarse_depths: bool,
+}
+
+/// What a refinement of axes has led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Refined {
+    /// All fibers are resolved, or as well as they can be; whether some axis was refined.
+    Resolved { is_finer: bool },
+    /// Some fibers are not resolved at the finest level.
+    TooCoarse { is_finer: bool },
 }
 
 /// The residuals of an interpolant, times the weights of errors there.
@@ -179,6 +190,7 @@ impl<'a> Search<'a> {
             of_fibers: None,
             finest_level,
             has_jump: false,
+            has_coarse_depths: false,
         }
     }
 
@@ -432,8 +444,18 @@ impl<'a> Search<'a> {
         };
         let mut is_new = [0, 1, 2].map(|axis| Some(axis) != known);
         let mut allowed = most;
-        for _ in 0..TUNING.lowrank.most_reductions {
-            let mut has_grown = self.resolve(resolved * allowed).await?;
+        for reduction in 0..TUNING.lowrank.most_reductions {
+            let mut has_grown = match self.resolve(resolved * allowed).await? {
+                Refined::Resolved { is_finer } => is_finer,
+                // Finer fibers do not help where those through this point are in the span of others.
+                Refined::TooCoarse { is_finer } if reduction > 0 => {
+                    if !is_finer {
+                        return Ok(false);
+                    }
+                    true
+                }
+                Refined::TooCoarse { .. } => return Err(End::NotSeparable),
+            };
             let part = self.view.part;
             for (axis, is_new) in is_new.iter_mut().enumerate() {
                 let is_in_view = |at: [f64; 2], along: f64| {
@@ -506,36 +528,47 @@ impl<'a> Search<'a> {
         Err(End::NotSeparable)
     }
 
-    /// Refines the axes until all of their fibers are resolved to `allowed`. Returns whether one
-    /// was refined.
-    async fn resolve(&mut self, allowed: f64) -> Result<bool, End> {
-        let mut has_refined = false;
+    /// Refines the axes until all of their fibers are resolved to `allowed`, or some would have to be finer than
+    /// the finest level.
+    async fn resolve(&mut self, allowed: f64) -> Result<Refined, End> {
+        let mut is_finer = false;
         loop {
             let axes = &self.interpolant.axes;
             let coarse: Vec<usize> = (0..3).filter(|&axis| axes[axis].tail() > allowed).collect();
             if coarse.is_empty() {
-                return Ok(has_refined);
+                return Ok(Refined::Resolved { is_finer });
             }
-            let is_not_separable = |&axis: &usize| {
-                let fibers = &axes[axis];
-                fibers.level >= self.finest_level
-                    || (fibers.level + 1 == self.finest_level && fibers.next_tail() > allowed)
+            // At the finest level more is left unresolved: the residuals show whether it matters.
+            let most = TUNING.lowrank.finest_fiber_resolution * allowed;
+            let is_finest = |axis: usize| axes[axis].level >= self.finest_level;
+            let is_last = |axis: usize| axes[axis].level + 1 == self.finest_level;
+            let is_too_coarse = |&axis: &usize| {
+                (is_finest(axis) && axes[axis].tail() > most)
+                    || (is_last(axis) && axes[axis].next_tail() > most)
             };
-            if coarse.iter().any(is_not_separable) {
-                return Err(End::NotSeparable);
+            if coarse.iter().any(is_too_coarse) {
+                self.has_coarse_depths = coarse.contains(&2) && is_too_coarse(&2);
+                return Ok(Refined::TooCoarse { is_finer });
+            }
+            let is_refined = |axis: &usize| {
+                !is_finest(*axis) && !(is_last(*axis) && axes[*axis].next_tail() > allowed)
+            };
+            let refined: Vec<usize> = coarse.into_iter().filter(is_refined).collect();
+            if refined.is_empty() {
+                return Ok(Refined::Resolved { is_finer });
             }
             let of_axis = |&axis: &usize| {
                 let places = axes[axis].new_places();
                 axes[axis].at.iter().map(move |&at| along(axis, at, &places))
             };
-            let wanted: Vec<Vec<[f64; 3]>> = coarse.iter().flat_map(of_axis).collect();
+            let wanted: Vec<Vec<[f64; 3]>> = refined.iter().flat_map(of_axis).collect();
             let mut rates = self.view.rates_of_groups(&wanted).await?.into_iter();
-            for axis in coarse {
+            for axis in refined {
                 let fibers = &mut self.interpolant.axes[axis];
                 let own: Vec<Vec<f64>> = rates.by_ref().take(fibers.at.len()).collect();
                 fibers.refine(&own);
             }
-            has_refined = true;
+            is_finer = true;
         }
     }
 }

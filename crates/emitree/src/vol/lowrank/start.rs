@@ -5,9 +5,8 @@
 //! at scattered samples show whether they do, as for a G of their own.
 
 use crate::energy::EnergyAxis;
-use crate::projection::charts::depth::Weights;
 use crate::projection::charts::stretch::Stretch;
-use crate::projection::charts::{Atlas, FoundCut, FoundEdge};
+use crate::projection::charts::{Atlas, FittedDepth, FoundCut, FoundEdge};
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::view::tree_start::TreeStart;
 use std::sync::Arc;
@@ -19,8 +18,10 @@ pub(crate) struct Division {
     pub(crate) edges: Vec<FoundEdge>,
     /// Azimuths at which charts end.
     pub(crate) cuts: Vec<FoundCut>,
+    /// Whether the depths of charts are divided at the points nearest to a centre.
+    pub(crate) is_halved: bool,
     /// The weights of the coordinates of depth in some charts.
-    pub(crate) depths: Vec<(usize, Weights)>,
+    pub(crate) depths: Vec<FittedDepth>,
     /// The stretch of the depth of an image plane.
     pub(crate) stretch: Option<Stretch>,
     /// Whether lines are divided by the faces at which they enter and leave bounds that are a box.
@@ -35,7 +36,7 @@ impl Division {
     pub(crate) fn fits(&self, atlas: Option<&Atlas<'_>>) -> bool {
         let Some(atlas) = atlas else { return self.cuts.is_empty() && self.depths.is_empty() };
         self.cuts.iter().all(|cut| atlas.has_shells(cut.shells))
-            && self.depths.iter().all(|(chart, _)| *chart < atlas.len())
+            && self.depths.iter().all(|fitted| atlas.has_shells(fitted.shells))
     }
 }
 

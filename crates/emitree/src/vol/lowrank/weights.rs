@@ -5,6 +5,7 @@ use crate::vol::error_weights::{ErrorWeights, product};
 use crate::vol::lowrank::Attempt;
 use crate::vol::lowrank::maps::{Maps, shape_of};
 use crate::vol::lowrank::search::Assessment;
+use std::sync::Arc;
 
 impl Attempt<'_> {
     /// Weights the residuals for the present image. Before there is one, a rate of 0 has no meaning, and the
@@ -13,15 +14,21 @@ impl Attempt<'_> {
         if self.vol.is_uniform() {
             return;
         }
-        let shape = self.part.footing.shape_of_image(&self.part.scale);
-        let none = || Image::zeros(shape[0], shape[1]);
-        let image =
-            self.image(self.of_others.as_ref().map_or_else(none, |[image, _]| image.clone()));
-        let error = self.error.take().unwrap_or_else(none);
+        let own = self.own_image();
+        let mut image = own.clone();
+        if let Some([of_others, _]) = &self.of_others {
+            image.add_scaled(of_others, 1.0);
+        }
+        let error = self.error.take().unwrap_or_else(|| Image::zeros(own.height(), own.width()));
         let weights = ErrorWeights::new(self.vol, &[[&image, &error]], self.outside);
         self.largest_weighed = Some(weights.largest);
         let maps = weights.maps.into_iter().flatten().next();
-        self.search.weights = maps.map(|map| self.part.on_raster(&map).into_owned());
+        let of_value = |pixel: usize| {
+            let [own, all] = [&own, &image].map(|of| of.pixels()[pixel].abs());
+            if own < all { own / all } else { 1.0 }
+        };
+        let on_raster = |map: Arc<Image>| self.part.weights_on_raster(&map, of_value).into_owned();
+        self.search.weights = maps.map(on_raster);
         self.search.forget_weighted();
         self.error = Some(error);
     }
@@ -38,9 +45,10 @@ impl Attempt<'_> {
         self.error = Some(error);
     }
 
-    /// The image of this part, added to that of others.
-    fn image(&self, of_others: Image) -> Image {
-        let mut image = of_others;
+    /// The image of this part alone.
+    fn own_image(&self) -> Image {
+        let [height, width] = self.part.footing.shape_of_image(&self.part.scale);
+        let mut image = Image::zeros(height, width);
         if !self.search.interpolant.ranks().contains(&0) {
             let means = |shape| self.search.interpolant.means(shape);
             let (first_row, own) = self.part.footing.image(means, &self.part.scale);
@@ -51,11 +59,11 @@ impl Attempt<'_> {
 
     /// Image and error of this part on the pixels.
     pub(super) fn on_pixels(&self, maps: &Maps) -> [Image; 2] {
-        let [height, width] = self.part.footing.shape_of_image(&self.part.scale);
-        [self.image(Image::zeros(height, width)), self.part.footing.errors(maps.error.clone())]
+        [self.own_image(), self.part.footing.errors(maps.error.clone())]
     }
 
-    /// Makes errors of weighted ones. Where the weight is 0, they are those of unweighted residuals.
+    /// Makes errors of weighted ones. They are at most those of unweighted residuals: where the weight of a cell is
+    /// smaller than those around it, weighted residuals say little.
     pub(super) fn remove_weights(&self, error: &mut Image, assessment: &Assessment) {
         let (Some(weights), Some(unweighted)) = (&self.search.weights, &assessment.unweighted)
         else {
@@ -70,7 +78,7 @@ impl Attempt<'_> {
         let plain = product(&plain, &self.part.scale);
         let weights = weights.pixels().iter().zip(plain.pixels());
         for (error, (weight, plain)) in error.pixels_mut().iter_mut().zip(weights) {
-            *error = if *weight > 0.0 { *error / weight } else { *plain };
+            *error = if *weight > 0.0 { (*error / weight).min(*plain) } else { *plain };
         }
     }
 }

@@ -145,14 +145,24 @@ impl ChartNodes {
         cells
     }
 
-    /// For each cell of the raster of errors the largest value of a pixel with a node in it.
-    pub(crate) fn largest_of_pixels(&self, image: &Image) -> Image {
+    /// For each cell of the raster of errors the largest value of a pixel with a node in it, times the `factor` for
+    /// the number of the pixel and its share that is in the chart.
+    pub(crate) fn largest_of_pixels(
+        &self,
+        image: &Image,
+        factor: impl Fn(usize, f64) -> f64,
+    ) -> Image {
         let [rows, columns] = self.errors_shape;
         let mut largest = Image::zeros(rows, columns);
         let cells = largest.pixels_mut();
-        for node in &self.nodes {
-            let cell = &mut cells[cell_at(node.place.map(f64::from), self.errors_shape)];
-            *cell = cell.max(image.pixels()[node.pixel as usize]);
+        for of_pixel in self.nodes.chunk_by(|a, b| a.pixel == b.pixel) {
+            let share: f64 = of_pixel.iter().map(|node| node.weight).sum();
+            let pixel = of_pixel[0].pixel as usize;
+            let value = factor(pixel, share) * image.pixels()[pixel];
+            for node in of_pixel {
+                let cell = &mut cells[cell_at(node.place.map(f64::from), self.errors_shape)];
+                *cell = cell.max(value);
+            }
         }
         largest
     }

@@ -6,6 +6,7 @@
 
 use crate::image::Image;
 use crate::projection::Chart;
+use crate::projection::charts::FittedDepth;
 use crate::projection::charts::chart::Window;
 use crate::projection::charts::depth::Weights;
 use crate::projection::charts::layer::{Layer, LayerChart, layers};
@@ -296,6 +297,29 @@ impl Part<'_> {
     /// The part of a map of the image that the raster of the part corresponds to: on the pixels of
     /// a tile itself, otherwise the largest of the pixels that have a node in each cell.
     pub(crate) fn on_raster<'m>(&self, map: &'m Image) -> Cow<'m, Image> {
+        self.largest_on_raster(map, |_, _| 1.0)
+    }
+
+    /// The weights of errors on the raster of the part, from those of pixels, given the share of each pixel's value
+    /// that is of the part.
+    ///
+    /// Of the error allowed in a pixel, a part has the mean of its shares of the area and of the value: either alone
+    /// would leave nothing to the brighter or the larger part. Its own error has an effect in proportion to its area.
+    pub(crate) fn weights_on_raster<'m>(
+        &self,
+        weights: &'m Image,
+        of_value: impl Fn(usize) -> f64,
+    ) -> Cow<'m, Image> {
+        self.largest_on_raster(weights, |pixel, of_area| {
+            (2.0 * of_area / (of_area + of_value(pixel))).min(1.0)
+        })
+    }
+
+    fn largest_on_raster<'m>(
+        &self,
+        map: &'m Image,
+        factor: impl Fn(usize, f64) -> f64,
+    ) -> Cow<'m, Image> {
         match &*self.footing {
             Footing::Pixels { first_row, .. } => {
                 let [height, width] = [self.scale.height(), self.scale.width()];
@@ -306,7 +330,7 @@ impl Part<'_> {
                 let pixels = map.pixels()[from..from + height * width].to_vec();
                 Cow::Owned(Image::from_pixels(height, width, pixels))
             }
-            Footing::Nodes { nodes, .. } => Cow::Owned(nodes.largest_of_pixels(map)),
+            Footing::Nodes { nodes, .. } => Cow::Owned(nodes.largest_of_pixels(map, factor)),
         }
     }
 }
@@ -315,6 +339,17 @@ impl Parts<'_> {
     /// The weights of the coordinates of depth in a chart.
     pub(crate) fn weights(&self, chart: usize) -> Option<Weights> {
         self.quadrature.atlas?.weights(chart)
+    }
+
+    /// Other weights of the coordinates of depth for a chart.
+    pub(crate) fn fitted_depth(&self, chart: usize, weights: Weights) -> Option<FittedDepth> {
+        self.quadrature.atlas?.fitted(chart, weights)
+    }
+
+    /// Whether the depth of a chart can be divided at the points nearest to a centre, and has not been.
+    pub(crate) fn may_be_halved(&self, chart: usize) -> bool {
+        let can_be = |atlas: &&Atlas<'_>| !atlas.has_halves() && atlas.can_be_halved(chart);
+        self.quadrature.atlas.is_some_and(|atlas| can_be(&atlas))
     }
 
     /// Whether the depths of some charts or of the image plane have been fitted to samples.
