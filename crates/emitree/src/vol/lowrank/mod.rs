@@ -307,6 +307,8 @@ impl Attempt<'_> {
         let goal = TUNING.engine.stopping_share * self.tolerance();
         let is_relative = self.vol.by_pixel.is_some_and(|of| of.rtol > 0.0);
         let mut forecast = Forecast::new(goal, is_relative);
+        // Whether the weights are those of the errors of the present interpolant, and not of the one before.
+        let mut has_present_weights = self.vol.is_uniform();
         loop {
             self.weigh();
             let mut assessment = self.search.assess();
@@ -327,6 +329,10 @@ impl Attempt<'_> {
             // A dark part has no error, and no largest pixel.
             let relative = |error: f64| if error > 0.0 { error / largest } else { 0.0 };
             let error = relative(error);
+            if error <= goal && !has_present_weights {
+                has_present_weights = true;
+                continue;
+            }
             if error <= goal && self.search.probes() < self.probes_needed() {
                 self.search.probe(self.probes_needed()).await?;
                 continue;
@@ -383,6 +389,7 @@ impl Attempt<'_> {
                 return Err(End::NotSeparable);
             }
             self.coarse_largest = None;
+            has_present_weights = self.vol.is_uniform();
             let before = self.search.interpolant.clone();
             if let Err(end) = self.search.grow(&assessment).await {
                 self.failed = self.search.azimuth_fiber();

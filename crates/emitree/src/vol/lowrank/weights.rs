@@ -23,11 +23,14 @@ impl Attempt<'_> {
         let weights = ErrorWeights::new(self.vol, &[[&image, &error]], self.outside);
         self.largest_weighed = Some(weights.largest);
         let maps = weights.maps.into_iter().flatten().next();
-        let of_value = |pixel: usize| {
+        // The mean of its shares of the area and of the value: either alone would leave nothing to the brighter or the
+        // larger part. Before others are known, half.
+        let allowed = |pixel: usize, of_area: f64| {
             let [own, all] = [&own, &image].map(|of| of.pixels()[pixel].abs());
-            if own < all { own / all } else { 1.0 }
+            let of_value = if own < all { own / all } else { 1.0 };
+            if self.of_others.is_some() { 0.5 * (of_area + of_value) } else { 0.5 }
         };
-        let on_raster = |map: Arc<Image>| self.part.weights_on_raster(&map, of_value).into_owned();
+        let on_raster = |map: Arc<Image>| self.part.weights_on_raster(&map, allowed);
         self.search.weights = maps.map(on_raster);
         self.search.forget_weighted();
         self.error = Some(error);

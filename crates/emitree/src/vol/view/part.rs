@@ -297,29 +297,6 @@ impl Part<'_> {
     /// The part of a map of the image that the raster of the part corresponds to: on the pixels of
     /// a tile itself, otherwise the largest of the pixels that have a node in each cell.
     pub(crate) fn on_raster<'m>(&self, map: &'m Image) -> Cow<'m, Image> {
-        self.largest_on_raster(map, |_, _| 1.0)
-    }
-
-    /// The weights of errors on the raster of the part, from those of pixels, given the share of each pixel's value
-    /// that is of the part.
-    ///
-    /// Of the error allowed in a pixel, a part has the mean of its shares of the area and of the value: either alone
-    /// would leave nothing to the brighter or the larger part. Its own error has an effect in proportion to its area.
-    pub(crate) fn weights_on_raster<'m>(
-        &self,
-        weights: &'m Image,
-        of_value: impl Fn(usize) -> f64,
-    ) -> Cow<'m, Image> {
-        self.largest_on_raster(weights, |pixel, of_area| {
-            (2.0 * of_area / (of_area + of_value(pixel))).min(1.0)
-        })
-    }
-
-    fn largest_on_raster<'m>(
-        &self,
-        map: &'m Image,
-        factor: impl Fn(usize, f64) -> f64,
-    ) -> Cow<'m, Image> {
         match &*self.footing {
             Footing::Pixels { first_row, .. } => {
                 let [height, width] = [self.scale.height(), self.scale.width()];
@@ -330,7 +307,22 @@ impl Part<'_> {
                 let pixels = map.pixels()[from..from + height * width].to_vec();
                 Cow::Owned(Image::from_pixels(height, width, pixels))
             }
-            Footing::Nodes { nodes, .. } => Cow::Owned(nodes.largest_of_pixels(map, factor)),
+            Footing::Nodes { nodes, .. } => Cow::Owned(nodes.largest_of_pixels(map, |_, _| 1.0)),
+        }
+    }
+
+    /// The weights of errors on the raster of the part, from those of pixels, and the share of the error allowed in a
+    /// pixel that the part may have, given the number of the pixel and its share in the part: an error of the part has
+    /// an effect in proportion to that.
+    pub(crate) fn weights_on_raster(
+        &self,
+        weights: &Image,
+        allowed: impl Fn(usize, f64) -> f64,
+    ) -> Image {
+        let factor = |pixel: usize, in_part: f64| (in_part / allowed(pixel, in_part)).min(1.0);
+        match &*self.footing {
+            Footing::Pixels { .. } => self.on_raster(weights).into_owned(),
+            Footing::Nodes { nodes, .. } => nodes.largest_of_pixels(weights, factor),
         }
     }
 }
