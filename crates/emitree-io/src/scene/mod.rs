@@ -601,3 +601,5 @@ impl Override {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_guide;
