@@ -66,7 +66,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
 /// Puts the sources of all crates beside those of the package, and has cargo take no others.
 fn vendor(workspace: &Workspace, sources: &Path) -> Result<(), String> {
     let mut vendor = workspace.cargo();
-    vendor.args(["vendor", "--quiet", "--versioned-dirs", "vendor"]).current_dir(sources);
+    vendor.args(["vendor", "--versioned-dirs", "vendor"]).current_dir(sources);
     let line = spelled(&vendor);
     eprintln!("xtask: {line}");
     let output = vendor.output().map_err(|error| format!("`{line}`: {error}"))?;
