@@ -41,27 +41,22 @@ def defects(recipe: dict, sdist: Path) -> list[str]:
     """What the distribution lacks, or has otherwise."""
     with tarfile.open(sdist) as archive:
         files = {name.partition("/")[2] for name in archive.getnames()}
-        project = archive.extractfile(f"{sdist.name.removesuffix('.tar.gz')}/pyproject.toml")
-        if project is None:
+        file = archive.extractfile(f"{sdist.name.removesuffix('.tar.gz')}/pyproject.toml")
+        if file is None:
             return [f"{sdist}: it has no pyproject.toml"]
-        metadata = tomllib.loads(project.read().decode("utf-8"))
+        metadata = tomllib.loads(file.read().decode("utf-8"))
     licences = set(recipe["about"]["license_file"]) - MADE
     needed = [*sorted(licences), "python/tests/smoke.py"]
     found = [f"{sdist}: it has no {file}" for file in needed if file not in files]
-    about, requirements = recipe["about"], recipe["requirements"]
-    oldest = metadata["project"]["requires-python"]
+    project, about, requirements = metadata["project"], recipe["about"], recipe["requirements"]
+    host = [spaced(package) for package in metadata["build-system"]["requires"]]
+    run = [spaced(package) for package in project["dependencies"]]
     for wanted, given in (
-        (metadata["project"]["description"], [about["summary"]]),
-        (metadata["project"]["license"], [about["license"]]),
-        (oldest, [f">={recipe['context']['python_min']}"]),
-        *(
-            (spaced(package), requirements["host"])
-            for package in metadata["build-system"]["requires"]
-        ),
-        *(
-            (spaced(package), requirements["run"])
-            for package in metadata["project"]["dependencies"]
-        ),
+        (project["description"], [about["summary"]]),
+        (project["license"], [about["license"]]),
+        (project["requires-python"], [f">={recipe['context']['python_min']}"]),
+        *((package, requirements["host"]) for package in host),
+        *((package, requirements["run"]) for package in run),
     ):
         if wanted not in given:
             found.append(f"{TEMPLATE}: expected `{wanted}` of pyproject.toml, and not {given}")

@@ -38,11 +38,15 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     }
     copy(&workspace.path("crates/emitree-cli/README.md"), &inside.join("README.md"))?;
     licences::of_command(workspace, &inside)?;
-    succeed(workspace.command(&built).arg("manual").arg(inside.join("manual")))?;
-    let archive = folder.join(format!("{name}.tar.gz"));
+    let manual = inside.join("manual");
+    fs::create_dir(&manual).map_err(|error| format!("{}: {error}", manual.display()))?;
+    succeed(workspace.command(&built).arg("manual").arg(manual))?;
+    let archive = format!("{name}.tar.gz");
+    // Names without a drive of Windows, which `tar` takes for that of a machine.
     let mut pack = workspace.command("tar");
-    succeed(pack.arg("-czf").arg(&archive).arg("-C").arg(&folder).arg(&name))?;
-    try_it(workspace, &archive, &folder, &name, &program)?;
+    succeed(pack.args(["-czf", &archive, &name]).current_dir(&folder))?;
+    try_it(workspace, &folder, &archive, &format!("{name}/{program}"))?;
+    let archive = folder.join(archive);
     eprintln!("xtask: {}", archive.display());
     Ok(())
 }
@@ -50,19 +54,18 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
 /// Unpacks the archive elsewhere, and renders a new scene with its program.
 fn try_it(
     workspace: &Workspace,
-    archive: &Path,
     folder: &Path,
-    name: &str,
+    archive: &str,
     program: &str,
 ) -> Result<(), String> {
-    let place = folder.join("test");
-    fs::create_dir(&place).map_err(|error| format!("{}: {error}", place.display()))?;
-    succeed(workspace.command("tar").arg("-xzf").arg(archive).arg("-C").arg(&place))?;
-    let program = place.join(name).join(program);
+    let place = empty_folder(workspace, "archive-test")?;
+    copy(&folder.join(archive), &place.join(archive))?;
+    succeed(workspace.command("tar").args(["-xzf", archive]).current_dir(&place))?;
+    let program = place.join(program);
     for arguments in [&["new"][..], &["check", "scene.toml"], &["render", "scene.toml"]] {
         succeed(workspace.command(&program).args(arguments).current_dir(&place))?;
     }
-    fs::remove_dir_all(&place).map_err(|error| format!("{}: {error}", place.display()))
+    Ok(())
 }
 
 /// The target of the toolchain.
