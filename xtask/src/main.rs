@@ -51,7 +51,7 @@ use workspace::Workspace;
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
 type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
 
-const TOOLS: [(&str, Tool); 18] = [
+const TOOLS: [(&str, Tool); 19] = [
     ("ablate", ablate::run),
     ("advisories", programs::advisories),
     ("archive", archive::run),
@@ -64,6 +64,7 @@ const TOOLS: [(&str, Tool); 18] = [
     ("msrv", versions::msrv),
     ("notes", notes::run),
     ("oldest", versions::oldest),
+    ("paper", programs::paper),
     ("performance", performance::run),
     ("quick", quick::run),
     ("recipe", programs::recipe),
@@ -168,6 +169,8 @@ fn help() -> String {
          prints the section of a version of CHANGELOG.md; fails if Cargo.toml has another version\n\n\
          cargo xtask oldest\n\n  \
          tries the Python package with the `python3` that is there and the oldest supported NumPy\n\n\
+         cargo xtask paper\n\n  \
+         builds the paper about emitree, target/paper/paper.pdf, and compares its numbers with the documents\n\n\
          cargo xtask performance [SECTION ...]\n\n  \
          measures what emitree costs beside the emission, or only the sections named, and writes\n  \
          docs/performance.md\n\n\

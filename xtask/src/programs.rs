@@ -72,6 +72,19 @@ fn deny(workspace: &Workspace, checks: &[&str]) -> Result<Command, String> {
     Ok(command)
 }
 
+/// `cargo xtask paper`: the paper about the package as a PDF, with the numbers of the documents.
+pub(crate) fn paper(workspace: &Workspace, arguments: &[&str]) -> Result<(), String> {
+    if !arguments.is_empty() {
+        return Err("expected no argument".into());
+    }
+    let folder = workspace.target_path("paper");
+    let mut script = workspace.command(python(workspace)?);
+    script.arg("paper/build.py").arg(&folder).env("PYTHONDONTWRITEBYTECODE", "1");
+    succeed(&mut script)?;
+    eprintln!("xtask: {}", folder.join("paper.pdf").display());
+    Ok(())
+}
+
 /// `cargo xtask recipe SDIST`: the recipe for conda-forge of a source distribution, in the target directory.
 pub(crate) fn recipe(workspace: &Workspace, arguments: &[&str]) -> Result<(), String> {
     let [sdist] = arguments else {
