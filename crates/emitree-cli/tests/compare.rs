@@ -116,7 +116,7 @@ fn cubes_have_bands() {
     assert!(run.stdout.contains(text), "{}", run.stdout);
 }
 
-/// HEALPix maps of 12 pixels, in a table of FITS and in NPY.
+/// `HEALPix` maps of 48 pixels, in a table of FITS and in NPY.
 #[test]
 fn skies_are_compared_in_nested_order() {
     let folder = Folder::with_scene(
