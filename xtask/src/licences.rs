@@ -114,8 +114,29 @@ fn described(package: &Value) -> Result<Crate, String> {
     }
     files.sort();
     files.dedup();
-    let texts = files.iter().map(|file| read(file)).collect::<Result<_, _>>()?;
+    let mut texts = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
+    if texts.is_empty() && text("license") == "MIT" {
+        texts.push(mit(&holders(package)));
+    }
     Ok(Crate { name: text("name"), version: text("version"), licence: text("license"), texts })
+}
+
+/// Those whom a crate without a text names: its authors, or else those of its repository.
+fn holders(package: &Value) -> String {
+    let authors = package["authors"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let authors: Vec<&str> = authors.collect();
+    let name = package["name"].as_str().unwrap_or_default();
+    if authors.is_empty() { format!("the authors of {name}") } else { authors.join(", ") }
+}
+
+/// The licence of MIT (<https://spdx.org/licenses/MIT.html>), for crates that bring no text of it.
+fn mit(holders: &str) -> String {
+    let own = include_str!("../../LICENSE-MIT");
+    let lines = own.lines().map(|line| match line.strip_prefix("Copyright") {
+        Some(_) => format!("Copyright (c) {holders}"),
+        None => line.to_owned(),
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// A list of all crates, and each text once, below the names of the crates that have it.

@@ -82,14 +82,19 @@ fn main() -> ExitCode {
         let done = Workspace::find().and_then(|workspace| tool(&workspace, arguments));
         return done.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
     }
+    let step = |name: &str| STEPS.iter().find(|step| step.name == name).map(std::slice::from_ref);
     let steps = match words[..] {
         [] | ["help" | "--help" | "-h"] => {
             print!("{}", help());
             return ExitCode::SUCCESS;
         }
-        ["test"] => &STEPS[..],
-        [name] if let Some(at) = STEPS.iter().position(|step| step.name == name) => &STEPS[at..=at],
-        _ => {
+        ["test"] => Some(&STEPS[..]),
+        [name] => step(name),
+        _ => None,
+    };
+    let steps = match steps {
+        Some(steps) => steps,
+        None => {
             eprint!("xtask: unknown command `{}`\n\n{}", words.join(" "), help());
             return ExitCode::from(2);
         }
