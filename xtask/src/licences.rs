@@ -10,8 +10,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The package whose dependencies are linked in.
+/// The package whose dependencies are linked into a wheel, and that of the command.
 const PACKAGE: &str = "emitree-python";
+const COMMAND: &str = "emitree-cli";
 /// Where both files are made; `license-files` of `python/pyproject.toml` includes them.
 pub(crate) const FILES: [&str; 2] =
     ["python/LICENSE-DEPENDENCIES", "python/LICENSE-RUST-LIBRARY.html"];
@@ -24,13 +25,23 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     if !arguments.is_empty() {
         return Err("expected no argument".into());
     }
+    write_both(workspace, PACKAGE, FILES.map(|file| workspace.path(file)))
+}
+
+/// The same files of the command, in a folder.
+pub(crate) fn of_command(workspace: &Workspace, folder: &Path) -> Result<(), String> {
+    let names = FILES.map(|file| Path::new(file).file_name().unwrap_or_default());
+    write_both(workspace, COMMAND, names.map(|name| folder.join(name)))
+}
+
+/// Writes the licences of the crates of a package to one path, and those of the standard library to another.
+fn write_both(workspace: &Workspace, package: &str, paths: [PathBuf; 2]) -> Result<(), String> {
     let apache = read(&workspace.path("LICENSE-APACHE"))?;
-    let crates = linked(&metadata(workspace)?)?;
-    let text = document(&crates, &apache)?;
-    write(&workspace.path(FILES[0]), &text)?;
-    let library = standard_library(workspace)?;
-    write(&workspace.path(FILES[1]), &read(&library)?)?;
-    eprintln!("xtask: licences of {} crates in {}", crates.len(), FILES.join(" and "));
+    let crates = linked(&metadata(workspace)?, package)?;
+    write(&paths[0], &document(&crates, &apache)?)?;
+    write(&paths[1], &read(&standard_library(workspace)?)?)?;
+    let names = paths.map(|path| path.display().to_string());
+    eprintln!("xtask: licences of {} crates in {}", crates.len(), names.join(" and "));
     Ok(())
 }
 
@@ -54,17 +65,17 @@ fn metadata(workspace: &Workspace) -> Result<Value, String> {
     })
 }
 
-/// The crates that the package needs at run time, without those of the workspace, in the order of
+/// The crates that a package needs at run time, without those of the workspace, in the order of
 /// their names.
-fn linked(metadata: &Value) -> Result<Vec<Crate>, String> {
+fn linked(metadata: &Value, package: &str) -> Result<Vec<Crate>, String> {
     let by_id = |list: &'static [&'static str]| -> BTreeMap<&str, &Value> {
         let values = list.iter().fold(metadata, |value, key| &value[*key]);
         let values = values.as_array().into_iter().flatten();
         values.filter_map(|value| Some((value["id"].as_str()?, value))).collect()
     };
     let (packages, nodes) = (by_id(&["packages"]), by_id(&["resolve", "nodes"]));
-    let start = packages.iter().find(|(_, package)| package["name"] == PACKAGE);
-    let mut open = vec![*start.ok_or_else(|| format!("no package {PACKAGE}"))?.0];
+    let start = packages.iter().find(|(_, of)| of["name"] == package);
+    let mut open = vec![*start.ok_or_else(|| format!("no package {package}"))?.0];
     let mut found = BTreeSet::new();
     while let Some(id) = open.pop() {
         let node = nodes.get(id).ok_or_else(|| format!("{id}: not resolved"))?;
@@ -103,8 +114,29 @@ fn described(package: &Value) -> Result<Crate, String> {
     }
     files.sort();
     files.dedup();
-    let texts = files.iter().map(|file| read(file)).collect::<Result<_, _>>()?;
+    let mut texts = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
+    if texts.is_empty() && text("license") == "MIT" {
+        texts.push(mit(&holders(package)));
+    }
     Ok(Crate { name: text("name"), version: text("version"), licence: text("license"), texts })
+}
+
+/// Those whom a crate without a text names: its authors, or else those of its repository.
+fn holders(package: &Value) -> String {
+    let authors = package["authors"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let authors: Vec<&str> = authors.collect();
+    let name = package["name"].as_str().unwrap_or_default();
+    if authors.is_empty() { format!("the authors of {name}") } else { authors.join(", ") }
+}
+
+/// The licence of MIT (<https://spdx.org/licenses/MIT.html>), for crates that bring no text of it.
+fn mit(holders: &str) -> String {
+    let own = include_str!("../../LICENSE-MIT");
+    let lines = own.lines().map(|line| match line.strip_prefix("Copyright") {
+        Some(_) => format!("Copyright (c) {holders}"),
+        None => line.to_owned(),
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// A list of all crates, and each text once, below the names of the crates that have it.
@@ -129,7 +161,7 @@ fn document(crates: &[Crate], apache: &str) -> Result<String, String> {
     blocks.sort();
     let line = "=".repeat(80);
     let mut document = format!(
-        "Crates that are linked into emitree's module for Python, on any system, and their licences.\n\
+        "Crates that are linked into emitree, on any system, and their licences.\n\
          Where there is a choice and a crate brings no text, it is {CHOSEN}. The texts follow the list.\n\n{list}"
     );
     for (mut names, text) in blocks {
@@ -209,7 +241,7 @@ mod tests {
                 { "id": "linked", "deps": [] },
             ] },
         });
-        let found = linked(&metadata);
+        let found = linked(&metadata, PACKAGE);
         fs::remove_dir_all(&folder).unwrap();
         let found = found.unwrap();
         assert_eq!(found.len(), 1);

@@ -10,6 +10,7 @@
 )]
 
 mod ablate;
+mod archive;
 mod astropy;
 mod circles;
 mod environment;
@@ -28,12 +29,14 @@ mod outcome;
 mod package;
 mod peers;
 mod performance;
+mod programs;
 mod python;
 mod quick;
 mod site;
 mod step;
 mod total;
 mod unit;
+mod versions;
 mod wheel;
 mod words;
 mod workspace;
@@ -48,17 +51,24 @@ use workspace::Workspace;
 /// What takes arguments, returns why it failed, and is no part of `cargo xtask test`.
 type Tool = fn(&Workspace, &[&str]) -> Result<(), String>;
 
-const TOOLS: [(&str, Tool); 12] = [
+const TOOLS: [(&str, Tool); 19] = [
     ("ablate", ablate::run),
+    ("advisories", programs::advisories),
+    ("archive", archive::run),
     ("compare-peers", peers::run),
     ("errors", errors::run),
     ("fuzz", fuzz::run),
     ("gallery", gallery::run),
     ("licences", licences::run),
     ("manual", manual::run),
+    ("msrv", versions::msrv),
     ("notes", notes::run),
+    ("oldest", versions::oldest),
+    ("paper", programs::paper),
     ("performance", performance::run),
     ("quick", quick::run),
+    ("recipe", programs::recipe),
+    ("semver", versions::semver),
     ("site", site::run),
     ("wheel", wheel::run),
 ];
@@ -72,14 +82,19 @@ fn main() -> ExitCode {
         let done = Workspace::find().and_then(|workspace| tool(&workspace, arguments));
         return done.map_or_else(|message| failure(&message), |()| ExitCode::SUCCESS);
     }
+    let step = |name: &str| STEPS.iter().find(|step| step.name == name).map(std::slice::from_ref);
     let steps = match words[..] {
         [] | ["help" | "--help" | "-h"] => {
             print!("{}", help());
             return ExitCode::SUCCESS;
         }
-        ["test"] => &STEPS[..],
-        [name] if let Some(at) = STEPS.iter().position(|step| step.name == name) => &STEPS[at..=at],
-        _ => {
+        ["test"] => Some(&STEPS[..]),
+        [name] => step(name),
+        _ => None,
+    };
+    let steps = match steps {
+        Some(steps) => steps,
+        None => {
             eprint!("xtask: unknown command `{}`\n\n{}", words.join(" "), help());
             return ExitCode::from(2);
         }
@@ -122,16 +137,22 @@ fn report(step: &Step, Outcome { result, total }: Outcome) -> bool {
 }
 
 fn help() -> String {
-    let mut help =
-        String::from("cargo xtask COMMAND\n\n  test      all of the following, in this order\n");
+    let mut help = String::from(
+        "cargo xtask COMMAND\n\n  test          all of the following, in this order\n",
+    );
     for Step { name, about, .. } in STEPS {
-        help.push_str(&format!("  {name:8}  {about}\n"));
+        help.push_str(&format!("  {name:12}  {about}\n"));
     }
     help.push_str(
-        "  help      this text\n\n\
+        "  help          this text\n\n\
          cargo xtask ablate [GROUP ...]\n\n  \
          renders scenes with each constant of the engine at the ends of its range, and writes\n  \
          docs/results/tuning.md, or prints the rows of the groups named; some 30 minutes\n\n\
+         cargo xtask advisories [DATABASE]\n\n  \
+         compares the crates with known defects, from the database of RustSec or from a copy of its repository\n\n\
+         cargo xtask archive [TARGET]\n\n  \
+         builds the command for those who have no Rust toolchain, with its manual and all licences, into\n  \
+         target/archive, and tries it\n\n\
          cargo xtask compare-peers [NAME ...]\n\n  \
          compares emitree with other packages (bench/peers), only those or the scenes\n  \
          that are named, or with `users` what the table of users shows, and writes docs/peers.md\n\n\
@@ -147,19 +168,30 @@ fn help() -> String {
          writes the licences of all crates that a wheel links in, and of the standard library, to python/\n\n\
          cargo xtask manual\n\n  \
          writes the man pages and the completions of shells to target/manual\n\n\
+         cargo xtask msrv\n\n  \
+         checks everything with the oldest supported Rust, which has to be installed\n\n\
          cargo xtask notes VERSION\n\n  \
          prints the section of a version of CHANGELOG.md; fails if Cargo.toml has another version\n\n\
+         cargo xtask oldest\n\n  \
+         tries the Python package with the `python3` that is there and the oldest supported NumPy\n\n\
+         cargo xtask paper\n\n  \
+         builds the paper about emitree, target/paper/paper.pdf, and compares its numbers with the documents\n\n\
          cargo xtask performance [SECTION ...]\n\n  \
          measures what emitree costs beside the emission, or only the sections named, and writes\n  \
          docs/performance.md\n\n\
          cargo xtask quick\n\n  \
          formatting, lints and the short unit tests of the core, for the time between two changes\n\n\
+         cargo xtask recipe SDIST\n\n  \
+         writes the recipe for conda-forge of a source distribution to target/recipe, and checks it\n\n\
+         cargo xtask semver [REVISION]\n\n  \
+         compares the interfaces of the crates with those of the last release, or of a revision; needs\n  \
+         cargo-semver-checks\n\n\
          cargo xtask site [WHEEL]\n\n  \
          builds the documentation site, target/site/html/index.html, with the package of a wheel or of\n  \
          the sources; warnings are errors\n\n\
-         cargo xtask wheel\n\n  \
-         builds the source distribution, from it the wheel (target/wheel), and tries that in a fresh\n  \
-         environment\n",
+         cargo xtask wheel [test]\n\n  \
+         builds the source distribution, from it, without a network, the wheel (target/wheel), and tries that\n  \
+         in a fresh environment; with `test` it runs all tests of the Python package on it\n",
     );
     help
 }

@@ -26,13 +26,17 @@ const TESTS: [&str; 10] = [
 const TEST_OF_COMMAND: &str = "command";
 
 pub(crate) fn run(workspace: &Workspace) -> Outcome {
-    check(workspace).into()
+    check(workspace, None).into()
 }
 
-fn check(workspace: &Workspace) -> Result<(), String> {
+/// All of that, with a wheel that exists instead of one of the sources.
+pub(crate) fn check(workspace: &Workspace, wheel: Option<&Path>) -> Result<(), String> {
     let python = interpreter(workspace, "python-venv", "python/tests/requirements.txt")?;
     lint(workspace, &python, "python")?;
-    install(workspace, &python, "python-wheel", &[])?;
+    match wheel {
+        Some(wheel) => install_wheel(workspace, &python, wheel)?,
+        None => install(workspace, &python, "python-wheel", &[])?,
+    }
     // The files of the package are compared with those of the command. Built for one of its tests, it has the features
     // that it has in the step `unit`, which need not compile everything again.
     let build = ["test", "--workspace", "--no-run", "--test", TEST_OF_COMMAND];

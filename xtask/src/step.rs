@@ -2,7 +2,7 @@
 
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
-use crate::{astropy, circles, features, package, python, unit, words};
+use crate::{astropy, circles, features, package, programs, python, unit, words};
 
 /// One check, and the subcommand that runs it alone.
 pub(crate) struct Step {
@@ -11,9 +11,20 @@ pub(crate) struct Step {
     pub(crate) run: fn(&Workspace) -> Outcome,
 }
 
-pub(crate) const STEPS: [Step; 10] = [
+pub(crate) const STEPS: [Step; 13] = [
     Step { name: "fmt", about: "formatting", run: fmt },
     Step { name: "words", about: "texts use the terms of docs/glossary.md", run: terms },
+    Step { name: "spelling", about: "misspelt words", run: programs::spelling },
+    Step {
+        name: "workflows",
+        about: "the workflows are valid, and have no rights too many",
+        run: programs::workflows,
+    },
+    Step {
+        name: "dependencies",
+        about: "licences and sources of all crates",
+        run: programs::dependencies,
+    },
     Step {
         name: "circles",
         about: "no modules that use each other in a circle",

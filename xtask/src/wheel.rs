@@ -1,11 +1,12 @@
 //! `cargo xtask wheel`: the source distribution, and from it the wheel for Linux that most systems accept.
 //!
-//! The wheel is built from the unpacked source distribution, so that one compilation shows that both are
-//! complete. `zig` links against the symbols of an old C library, for which others use a container.
+//! The wheel is built from the unpacked source distribution, without a network and from crates that are beside it, so
+//! that one compilation shows that both are complete. `zig` links against the symbols of an old C library, for which
+//! others use a container.
 
 use crate::environment::{INSTALL, INTERPRETER, empty_folder, interpreter};
 use crate::licences;
-use crate::python::only_file;
+use crate::python::{self, only_file};
 use crate::workspace::{Workspace, spelled, succeed};
 use std::env;
 use std::ffi::OsString;
@@ -18,9 +19,11 @@ const PLATFORM: &str = "manylinux_2_17";
 const FOLDER: &str = "wheel";
 
 pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), String> {
-    if !arguments.is_empty() {
-        return Err("expected no argument".into());
-    }
+    let has_tests = match arguments {
+        [] => false,
+        ["test"] => true,
+        _ => return Err("expected nothing, or `test` for all tests of Python".into()),
+    };
     let python = interpreter(workspace, "wheel-venv", "python/wheel/requirements.txt")?;
     licences::run(workspace, &[])?;
     let folder = empty_folder(workspace, FOLDER)?;
@@ -35,6 +38,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     // -m: with the times of the archive cargo would take changed files for those of the last build.
     unpack.arg("-xzmf").arg(only_file(&sdist)?).args(["--strip-components", "1", "-C"]);
     succeed(unpack.arg(&sources))?;
+    vendor(workspace, &sources)?;
     let mut build = workspace.command(&python);
     // Not --locked: the lock file names crates of the whole workspace, which cargo leaves out here.
     build.args(["-m", "maturin", "build", "--profile", "dist", "--interpreter"]);
@@ -43,17 +47,37 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
         // maturin searches the path for a Python that has `zig`.
         build.args(["--zig", "--compatibility", PLATFORM]).env("PATH", path_with(&python)?);
     }
-    succeed(
-        build.current_dir(&sources).env("CARGO_TARGET_DIR", workspace.target_path("wheel-build")),
-    )?;
+    let target = workspace.target_path("wheel-build");
+    build.env("CARGO_TARGET_DIR", target).env("CARGO_NET_OFFLINE", "true");
+    succeed(build.current_dir(&sources))?;
     let wheel = only_file(&wheels)?;
     if cfg!(target_os = "linux") {
         audit(workspace, &python, &wheel)?;
     }
     has_licences(workspace, &python, &wheel)?;
     try_it(workspace, &wheel)?;
+    if has_tests {
+        python::check(workspace, Some(&wheel))?;
+    }
     eprintln!("xtask: {} and {}", only_file(&sdist)?.display(), wheel.display());
     Ok(())
+}
+
+/// Puts the sources of all crates beside those of the package, and has cargo take no others.
+fn vendor(workspace: &Workspace, sources: &Path) -> Result<(), String> {
+    let mut vendor = workspace.cargo();
+    vendor.args(["vendor", "--versioned-dirs", "vendor"]).current_dir(sources);
+    let line = spelled(&vendor);
+    eprintln!("xtask: {line}");
+    let output = vendor.output().map_err(|error| format!("`{line}`: {error}"))?;
+    if !output.status.success() {
+        return Err(format!("`{line}`: {}", String::from_utf8_lossy(&output.stderr)));
+    }
+    // What it prints is the configuration for these sources.
+    let folder = sources.join(".cargo");
+    let in_folder = |error| format!("{}: {error}", folder.display());
+    fs::create_dir_all(&folder).map_err(in_folder)?;
+    fs::write(folder.join("config.toml"), &output.stdout).map_err(in_folder)
 }
 
 /// The search path with the folder of an interpreter first.

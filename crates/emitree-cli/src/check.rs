@@ -3,7 +3,7 @@
 use crate::arguments::CheckArguments;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::numbers::seconds;
+use crate::numbers::roughly;
 use crate::progress::ProgressLine;
 use crate::render::method_text;
 use crate::threads;
@@ -142,7 +142,7 @@ fn forecast_text(forecast: &Forecast) -> String {
             grouped(two_digits(*high))
         ),
     };
-    format!("{evaluations}, some {}", seconds(*time))
+    format!("{evaluations}, some {}", roughly(*time))
 }
 
 /// A number with two digits that are not 0.

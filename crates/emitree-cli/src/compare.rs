@@ -65,8 +65,13 @@ fn print(
     let unit = if found.unit.is_empty() { String::new() } else { format!(" {}", found.unit) };
     writeln!(
         out,
-        "{} and {}: {width} x {height} pixels (width x height){of_bands}",
-        first.name, second.name
+        "{} and {}: {}{of_bands}",
+        first.name,
+        second.name,
+        match found.is_sky {
+            true => format!("{} pixels of the sky (HEALPix)", grouped(width as u64)),
+            false => format!("{width} x {height} pixels (width x height)"),
+        }
     )?;
     if (found.factor - 1.0).abs() > 0.0 {
         let [to, from] = [first, second].map(|image| image.unit.as_deref().unwrap_or_default());
@@ -83,7 +88,7 @@ fn print(
                 out,
                 "  largest      {:.2e} of the largest {value} ({amount:.3e}{unit}), {}: {:e} and {:e}",
                 found.relative(amount),
-                place(largest.place, bands),
+                place(largest.place, found),
                 Rounded(largest.first),
                 Rounded(largest.second),
             )?;
@@ -109,7 +114,7 @@ fn print(
             out,
             "  errors       at most {} times the {maps}, {}; {} of {} {value}s ({}) are above it",
             short(beside.largest),
-            place(beside.place, bands),
+            place(beside.place, found),
             grouped(beside.above as u64),
             grouped(found.compared as u64),
             percent((1e4 * share).round() / 1e4),
@@ -120,7 +125,7 @@ fn print(
             out,
             "  no numbers   {} {value}s are a number in one image only, the first one {}",
             grouped(found.in_one_only as u64),
-            place(at, bands),
+            place(at, found),
         )?;
     }
     if let Some(path) = &arguments.output {
@@ -155,9 +160,10 @@ impl std::fmt::LowerExp for Rounded {
     }
 }
 
-fn place([band, row, column]: [usize; 3], bands: usize) -> String {
-    match bands {
-        1 => format!("in row {row}, column {column}"),
-        _ => format!("in band {band}, row {row}, column {column}"),
+fn place([band, row, column]: [usize; 3], found: &Comparison) -> String {
+    let of_band = if found.shape[0] == 1 { String::new() } else { format!("band {band}, ") };
+    match found.is_sky {
+        true => format!("in {of_band}pixel {column} (nested)"),
+        false => format!("in {of_band}row {row}, column {column}"),
     }
 }

@@ -48,11 +48,16 @@ fn path(name: &Path) -> Result<PathBuf, Failure> {
         Err(Failure::Request(why))
     };
     match name.extension() {
-        None if name.file_name().is_none() => refuse("names no file"),
+        None if name.file_name().is_none() || ends_in_separator(name) => refuse("names no file"),
         None => Ok(name.with_extension("toml")),
         Some(ending) if ending.eq_ignore_ascii_case("toml") => Ok(name.to_owned()),
         Some(_) => refuse("scenes are TOML files"),
     }
+}
+
+/// Whether a path is written as that of a folder: `scenes/`.
+fn ends_in_separator(path: &Path) -> bool {
+    path.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
 }
 
 /// Writes a file that does not exist yet.

@@ -1,7 +1,7 @@
 //! The progress: one line on a terminal, nothing in a pipe. Ctrl-C ends the run between two calls of g.
 
 use crate::interrupt;
-use crate::numbers::{seconds, short};
+use crate::numbers::{roughly, short};
 use emitree::progress::Frame;
 use emitree::{Image, RenderOptions};
 use emitree_io::CostLaw;
@@ -144,7 +144,7 @@ impl Course {
         let left = self.expected_end.map(|end| end.saturating_duration_since(now));
         let left = left.map(|left| match is_met {
             true => ", being verified".to_owned(),
-            false => format!(", some {} left", seconds(left)),
+            false => format!(", some {} left", roughly(left)),
         });
         [error, left].into_iter().flatten().collect()
     }
@@ -164,8 +164,8 @@ mod tests {
         course.reached(1_000, 0.16, at(10));
         course.reached(2_000, 0.04, at(20));
         // Evaluations double where the error is a quarter: 2,000 more evaluations in two seconds.
-        assert_eq!(course.text(at(20)), ", error 0.04 (0.01 allowed), some 2.00 s left");
-        assert_eq!(course.text(at(30)), ", error 0.04 (0.01 allowed), some 1.00 s left");
+        assert_eq!(course.text(at(20)), ", error 0.04 (0.01 allowed), some 2 s left");
+        assert_eq!(course.text(at(30)), ", error 0.04 (0.01 allowed), some 1 s left");
         course.reached(4_000, 0.009, at(40));
         assert_eq!(course.text(at(40)), ", error 0.009 (0.01 allowed), being verified");
     }
@@ -179,12 +179,12 @@ mod tests {
             max_time: Some(Duration::from_secs(10)),
         };
         let mut course = Course::new(goal, started);
-        assert_eq!(course.text(started), ", some 10.00 s left");
+        assert_eq!(course.text(started), ", some 10 s left");
         course.reached(1_000, 0.1, started + Duration::from_secs(3));
         let text = course.text(started + Duration::from_secs(3));
-        assert_eq!(text, ", error 0.1 (1e-6 allowed), some 3.00 s left");
+        assert_eq!(text, ", error 0.1 (1e-6 allowed), some 3 s left");
         course.reached(1_000, 0.1, started + Duration::from_secs(8));
         let text = course.text(started + Duration::from_secs(8));
-        assert_eq!(text, ", error 0.1 (1e-6 allowed), some 2.00 s left");
+        assert_eq!(text, ", error 0.1 (1e-6 allowed), some 2 s left");
     }
 }

@@ -116,6 +116,35 @@ fn cubes_have_bands() {
     assert!(run.stdout.contains(text), "{}", run.stdout);
 }
 
+/// `HEALPix` maps of 48 pixels, in a table of FITS and in NPY.
+#[test]
+fn skies_are_compared_in_nested_order() {
+    let folder = Folder::with_scene(
+        "[emission]\nexpression = \"2 + z + if(z > 0.9, 0.1 * x, 0)\"\n[projection]\ntype = \"healpix\"\n\
+         position = [0, 0, 0]\nfar = 1\n[image]\nnside = 2\n",
+    );
+    folder.emitree("render scene.toml -o a.fits -o a.npy --tolerance 0.05").succeeds();
+    folder.emitree("render scene.toml -o b.fits --tolerance 1e-6").succeeds();
+    let run = folder.emitree("compare a.fits b.fits --tolerance 0.05 -o d.png");
+    run.succeeds();
+    assert!(run.stdout.starts_with("a.fits and b.fits: 48 pixels of the sky (HEALPix)\n"));
+    assert!(run.stdout.contains("; 0 of 48 pixels (0 %) are above it\n"), "{}", run.stdout);
+    assert!(run.stdout.contains(", in pixel "), "{}", run.stdout);
+    let (width, height, _) = decode_png(&folder.bytes("d.png"));
+    assert!(width > height, "two ellipses side by side");
+    let run = folder.emitree("compare a.fits a.npy --tolerance 0");
+    run.succeeds();
+    assert!(run.stdout.contains("  largest      0: all numbers are the same\n"), "{}", run.stdout);
+    // Another order of the pixels is refused, and not compared pixel by pixel.
+    let rings = String::from_utf8_lossy(&folder.bytes("a.fits")).find("'NESTED").unwrap() + 1;
+    let mut bytes = folder.bytes("a.fits");
+    bytes[rings..rings + 6].copy_from_slice(b"RING  ");
+    std::fs::write(folder.path("rings.fits"), bytes).unwrap();
+    let run = folder.emitree("compare a.fits rings.fits");
+    run.fails_with(2);
+    assert!(run.stderr.contains("ORDERING = 'RING': expected 'NESTED'"), "{}", run.stderr);
+}
+
 #[test]
 fn failures_name_the_file_and_what_was_expected() {
     let folder = with_arrays(&[("a.npy", [1.0; 6])]);

@@ -90,6 +90,7 @@ fn new_scenes_replace_nothing() {
     let failures = [
         ("new a.json", "`a.json`: scenes are TOML files: expected a name such as scene.toml"),
         ("new ..", "`..`: names no file: expected a name such as scene.toml"),
+        ("new a/", "`a/`: names no file: expected a name such as scene.toml"),
         ("new none/a", "can't write none/a.toml: "),
         (
             "new a -t cube",
@@ -281,7 +282,7 @@ fn every_command_has_help_of_its_own() {
         ("render", "Render a scene file to images"),
         ("sweep", "Render a scene at several values"),
         ("build", "Build the tree of a scene's emission"),
-        ("compare", "Tell how two images, or two cubes, differ"),
+        ("compare", "Tell how two images, cubes or skies differ"),
     ] {
         let run = folder.emitree(&format!("{command} --help"));
         run.succeeds();

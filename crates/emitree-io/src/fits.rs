@@ -24,6 +24,7 @@ use emitree_instrument::Channel;
 use fits_well::header::Header;
 use fits_well::image::{Borrowed, Scaling, View};
 use fits_well::{FitsError, FitsWriter};
+pub(crate) use healpix::nside_of;
 pub(crate) use provenance::Provenance;
 use std::borrow::Cow;
 use std::time::SystemTime;

@@ -58,8 +58,12 @@ pub fn mollweide<F: Fn([f64; 3]) -> f64>(height: usize, east: East, value: F) ->
 /// assert_eq!((picture.height(), picture.width(), picture[(25, 50)]), (50, 100, 3.0));
 /// ```
 pub fn picture_of_sky(image: &Image, height: usize) -> Image {
-    let nside = u32::try_from(image.width()).unwrap_or(u32::MAX);
-    let map = Healpix::nested(image);
+    picture_of_map(image.width(), &Healpix::nested(image), height)
+}
+
+/// The same picture of the pixels of a map in nested order.
+pub(crate) fn picture_of_map(nside: usize, map: &[f64], height: usize) -> Image {
+    let nside = u32::try_from(nside).unwrap_or(u32::MAX);
     let value = |direction| {
         let pixel = usize::try_from(pixel_of_direction(nside, direction)).unwrap_or(usize::MAX);
         map.get(pixel).copied().unwrap_or(f64::NAN)

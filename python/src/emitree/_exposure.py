@@ -27,12 +27,11 @@ class Exposure:
 
     start, stop: the ends [s], numbers or quantities.
     bins: how many there are between them, each the mean over its times.
-    observer: how the observer moves, one of
-        * a function f(time) -> position (3,), or -> (position, target), of one time [s], smooth;
-        * a tuple (times (n,), positions (n, 3)) or (times, positions, targets), with cubic
-          polynomials between them.
-        Without targets the camera does not turn. The camera's own `position` and `target` say
-        nothing then but which way is up, and what a camera without targets looks at.
+    observer: how the observer moves: a function f(time) -> position (3,), or -> (position, target),
+        of one time [s], smooth; or a tuple (times (n,), positions (n, 3)) or (times, positions,
+        targets), with cubic polynomials between them. Without targets the camera does not turn.
+        The camera's own `position` and `target` say nothing then but which way is up, and what a
+        camera without targets looks at.
     velocity: (3,), instead: from the camera's position at `start`, in lengths per second.
     light_travel_time: whether the emission, and the absorption, are those of the time at which the
         light that is seen was there: the time minus the distance to the observer, over the speed of

@@ -33,7 +33,7 @@ pub(crate) enum Command {
     Sweep(Box<SweepArguments>),
     /// Build the tree of a scene's emission: a FITS file that scenes can render from any camera.
     Build(Box<BuildArguments>),
-    /// Tell how two images, or two cubes, differ.
+    /// Tell how two images, cubes or skies differ.
     Compare(CompareArguments),
     /// List the built-in emission models, or all about one of them.
     Models {

@@ -1,5 +1,6 @@
-//! How two images, or two cubes, differ: by how much, where, and beside their error maps.
+//! How two images, two cubes or two skies differ: by how much, where, and beside their error maps.
 
+mod healpix;
 #[cfg(feature = "figure")]
 mod picture;
 mod stored;
@@ -84,8 +85,10 @@ pub enum ComparisonError {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Comparison {
-    /// Bands, rows and columns.
+    /// Bands, rows and columns; a sky has one row, of pixels in nested order.
     pub shape: [usize; 3],
+    /// Whether the pixels are those of `HEALPix`.
+    pub is_sky: bool,
     /// The unit, in the grammar of FITS, or empty.
     pub unit: String,
     /// What the second image was multiplied with for that unit.
@@ -183,6 +186,7 @@ impl Comparison {
         let differences = pairs().map(|(a, b)| if a == b { 0.0 } else { b - a }).collect();
         Ok(Self {
             shape,
+            is_sky: first.is_sky || second.is_sky,
             unit: first.unit.clone().or_else(|| second.unit.clone()).unwrap_or_default(),
             factor,
             scale: scale.into_iter().find(|&scale| scale > 0.0).unwrap_or(0.0),

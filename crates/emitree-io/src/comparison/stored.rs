@@ -1,6 +1,6 @@
-//! An image or a cube as a file has it: FITS or NPY, of any origin.
+//! An image, a cube or a sky as a file has it: FITS or NPY, of any origin.
 
-use super::ComparisonError;
+use super::{ComparisonError, healpix};
 use crate::format::Format;
 use crate::grid::read_stored;
 use std::path::Path;
@@ -11,8 +11,10 @@ use std::path::Path;
 pub struct StoredImage {
     /// The name of the file.
     pub name: String,
-    /// Bands, rows and columns.
+    /// Bands, rows and columns; a sky has one row, of pixels in nested order.
     pub shape: [usize; 3],
+    /// Whether the pixels are those of `HEALPix`.
+    pub is_sky: bool,
     /// The values, band after band, row after row, the lowest row first.
     pub values: Vec<f64>,
     /// Their unit, if the file has one.
@@ -26,11 +28,12 @@ impl StoredImage {
     pub fn new(name: &str, shape: [usize; 3], values: Vec<f64>) -> Option<Self> {
         let count = shape.iter().try_fold(1_usize, |product, &n| product.checked_mul(n))?;
         let name = name.to_owned();
-        (count == values.len()).then_some(Self { name, shape, values, unit: None, error: None })
+        let (is_sky, unit, error) = (false, None, None);
+        (count == values.len()).then_some(Self { name, shape, is_sky, values, unit, error })
     }
 
-    /// Reads a file: the first image of FITS, with its extension `ERROR`; the array of NPY. An array of one axis is
-    /// an image of one row, as a sky is in NPY.
+    /// Reads a file: the first image of FITS, with its extension `ERROR`, or its `HEALPix` map, with its columns
+    /// `ERROR`; the array of NPY. An array of one axis is an image of one row, as a sky is in NPY.
     ///
     /// # Errors
     ///
@@ -39,6 +42,13 @@ impl StoredImage {
         let has_numbers = Format::from_path(path).is_ok_and(|of| !of.description().is_picture);
         if !has_numbers {
             return Err(ComparisonError::Ending { path: path.to_owned() });
+        }
+        let in_file = |cause| ComparisonError::File { path: path.to_owned(), cause };
+        if let Some(sky) = healpix::read(path).map_err(in_file)? {
+            let shape = [sky.bands, 1, sky.values.len() / sky.bands];
+            let name = path.display().to_string();
+            let (values, unit, error) = (sky.values, sky.unit, sky.error);
+            return Ok(Self { name, shape, is_sky: true, values, unit, error });
         }
         let stored = read_stored(path)
             .map_err(|error| ComparisonError::File { path: error.path, cause: error.cause })?;
@@ -54,6 +64,7 @@ impl StoredImage {
         Ok(Self {
             name: path.display().to_string(),
             shape,
+            is_sky: false,
             values: stored.values,
             unit: stored.unit,
             error: stored.error,

@@ -131,10 +131,9 @@ impl HealpixFile<'_> {
             return Err(wrong("", 0, "at least one column"));
         };
         let pixels = first.values.len();
-        let nside = (pixels / 12).isqrt();
-        if !nside.is_power_of_two() || 12 * nside * nside != pixels {
+        let Some(nside) = nside_of(pixels) else {
             return Err(wrong(first.name, pixels, "12 nside^2 for nside = 1, 2, 4, 8 and so on"));
-        }
+        };
         match self.columns.iter().find(|column| column.values.len() != pixels) {
             Some(other) => {
                 let as_many = format!("as many as `{}` has, {pixels}", first.name);
@@ -143,6 +142,12 @@ impl HealpixFile<'_> {
             None => Ok(nside),
         }
     }
+}
+
+/// The number of pixels along an edge of a face of a map with so many; none if no map in nested order has.
+pub(crate) fn nside_of(pixels: usize) -> Option<usize> {
+    let nside = (pixels / 12).isqrt();
+    (nside.is_power_of_two() && 12 * nside * nside == pixels).then_some(nside)
 }
 
 #[cfg(test)]

@@ -268,7 +268,7 @@ impl GridReadError {
     }
 
     /// Bytes that the format does not allow.
-    pub(super) fn malformed(format: GridFormat, reason: impl ToString) -> Self {
+    pub(crate) fn malformed(format: GridFormat, reason: impl ToString) -> Self {
         Self::Malformed { format, reason: reason.to_string() }
     }
 }

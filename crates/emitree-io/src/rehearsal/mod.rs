@@ -2,6 +2,8 @@
 
 mod beyond;
 mod grid_data;
+mod lines;
+mod outside;
 mod remarks;
 mod stage;
 
@@ -118,10 +120,12 @@ impl Rehearsal {
         let how = stage.how(scene, &run);
         if let StageEnd::Ended(rendering) = &run.end {
             remarks.extend(remarks::of_image(scene, rendering));
-            let left = most.saturating_sub(spent);
-            if let Some((remark, evaluations)) = beyond::remark(scene, rendering, left)? {
-                remarks.extend(remark);
-                spent += evaluations;
+            for search in [outside::remark, beyond::remark] {
+                let left = most.saturating_sub(spent);
+                if let Some((remark, evaluations)) = search(scene, rendering, left) {
+                    remarks.extend(remark);
+                    spent += evaluations;
+                }
             }
         }
         if let Some(forecast) = &forecast {

@@ -66,6 +66,23 @@ fn nothing_in_view_is_told() {
 }
 
 #[test]
+fn emission_that_is_out_of_view_is_told_with_its_place() {
+    // A ball 21 lengths behind the camera: at most exp(−441/4) in view.
+    let behind = scene(r#"expression = "exp(-x^2/4 - (y + 41)^2/4 - z^2/4)""#, "");
+    let remark = only(&behind);
+    assert!(remark.about == "view" && remark.text.contains("which is not in view"), "{remark:?}");
+    let place = remark.text.split(['[', ']']).nth(1).unwrap();
+    let place: Vec<f64> = place.split(", ").map(|number| number.parse().unwrap()).collect();
+    assert!(place[1] < -30.0, "{remark:?}");
+    // In view, and with much more beside it.
+    let beside = scene(
+        r#"expression = "exp(-(x - 14)^2/4 - y^2/4 - z^2/4) + 1e-3 * exp(-x^2 - y^2 - z^2)""#,
+        "",
+    );
+    assert_eq!(remarks(&beside), []);
+}
+
+#[test]
 fn rates_that_are_out_of_range_or_negative_are_told() {
     let faint = scene(r#"expression = "1e-200 * exp(-x^2 - y^2 - z^2)""#, "");
     let remark = only(&faint);

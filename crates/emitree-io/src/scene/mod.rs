@@ -376,11 +376,15 @@ impl Scene {
             None => {
                 let expected =
                     "expected a table `[emission]` with `expression`, `model`, `grid` or `tree`";
-                return Err(SceneError::at(&start, "the scene has no `[emission]`").label(expected));
+                let missing = SceneError::at(&start, "the scene has no `[emission]`");
+                return Err(table.slip_of("emission").unwrap_or_else(|| missing.label(expected)));
             }
         };
         let energy = table.table("energy")?.map(energy::read).transpose()?;
         let projection = table.table("projection")?;
+        if let Some(slip) = table.slip_of("projection").filter(|_| projection.is_none()) {
+            return Err(slip);
+        }
         let up = camera::up(projection.as_ref())?;
         let time = table.table("time")?.map(|table| time::read(table, up)).transpose()?;
         let spectrum = match (&energy, &time) {
@@ -597,3 +601,5 @@ impl Override {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_guide;

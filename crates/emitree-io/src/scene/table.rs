@@ -50,12 +50,18 @@ impl Table {
         if let Some(node) = self.take(key) {
             return Ok(node);
         }
-        if let Some((slip, entry)) = self.entries.iter().find(|(other, _)| similar(key, other)) {
-            return Err(self.unknown(slip, entry));
+        if let Some(slip) = self.slip_of(key) {
+            return Err(slip);
         }
         let path = self.path_of(key);
         Err(SceneError::at(&self.place, format!("`{path}` is missing"))
             .label(format!("expected `{key}` here: {expected}")))
+    }
+
+    /// The error of a key that may be a slip for one that is missing.
+    pub(super) fn slip_of(&self, key: &str) -> Option<SceneError> {
+        let (slip, entry) = self.entries.iter().find(|(other, _)| similar(key, other))?;
+        Some(self.unknown(slip, entry))
     }
 
     pub(super) fn table(&mut self, key: &'static str) -> Result<Option<Self>, SceneError> {

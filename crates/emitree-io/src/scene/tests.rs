@@ -354,6 +354,11 @@ fn an_emission_may_be_missing_where_another_program_has_it() {
     }
     let error = Scene::parse("scene.toml", &without, &[]).unwrap_err().to_string();
     assert_eq!(error, "the scene has no `[emission]`");
+    for (name, slip) in [("emission", "emision"), ("projection", "projecton")] {
+        let text = SCENE.replace(&format!("[{name}]"), &format!("[{slip}]"));
+        let error = Scene::parse("scene.toml", &text, &[]).unwrap_err().to_string();
+        assert_eq!(error, format!("unknown key `{slip}`"));
+    }
 }
 
 #[test]
