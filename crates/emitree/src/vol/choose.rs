@@ -312,8 +312,10 @@ async fn finish(
     };
     // Where there are trees to begin with, no surfaces were found before.
     if trees.is_none()
+        && attempted.has_jump
+        && axis.is_none()
         && let Some(found) =
-            surfaces::render(meter, tiles, parts, axis, vol, &mut attempted).await?
+            surfaces::render(meter, tiles, parts, vol, &mut attempted.known).await?
     {
         return Ok(found);
     }
@@ -333,7 +335,8 @@ async fn finish(
     }
 }
 
-/// The image of trees; or the cube of surfaces, if G jumps at the first energy.
+/// The image of trees; or of surfaces, if G jumps on the first lines of a view of several tiles or, for a cube, at the
+/// first energy.
 async fn by_tree_or_surfaces(
     meter: &Meter,
     tiles: &[Tile<'_>],
@@ -347,6 +350,14 @@ async fn by_tree_or_surfaces(
     if let (Some(axis), Some(energy)) = (axis, trees.energy_of_jumps()) {
         let before = meter.evaluations();
         if let Some(found) = surfaces::render_cube(meter, tiles, parts, axis, energy, vol).await? {
+            return Ok(found);
+        }
+        trees.leave_out(meter.evaluations() - before);
+    }
+    if axis.is_none() && tiles.len() > 1 && trees.have_jumps() {
+        let before = meter.evaluations();
+        let mut known = KnownParts::none(parts.parts.len());
+        if let Some(found) = surfaces::render(meter, tiles, parts, vol, &mut known).await? {
             return Ok(found);
         }
         trees.leave_out(meter.evaluations() - before);

@@ -9,7 +9,7 @@
 //! * `patch`: heights over a tangent plane; `wall`: patches that meet; `octree`: leaves with walls
 //!   between regions;
 //! * `samples`: samples of G, and the regions that their values belong to;
-//! * `visible`: where lines of sight end at opaque bodies;
+//! * `visible`: where lines of sight end at opaque bodies; `sky`: views of several tiles, with a rim or with a pole;
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`: the part of the view that is not constant; `start`: the first samples;
@@ -29,6 +29,7 @@ mod wall;
 mod octree;
 mod samples;
 mod visible;
+mod sky;
 mod aim;
 mod roots;
 mod points;

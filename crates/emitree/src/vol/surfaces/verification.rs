@@ -119,10 +119,7 @@ impl Search<'_> {
             if places.len() == count {
                 break;
             }
-            let place = [
-                ((pixel % width) as f64 + 0.5) / width as f64,
-                ((pixel / width) as f64 + 0.5) / height as f64,
-            ];
+            let (place, _) = self.aim.line(pixel, [0.5; 2]);
             let is_near = |other: &[f64; 2]| {
                 (0..2)
                     .all(|k| (other[k] - place[k]).abs() < TUNING.verification.worst_line_distance)
