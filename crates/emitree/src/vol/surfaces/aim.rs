@@ -46,10 +46,16 @@ impl Aim<'_> {
         ([column / width as f64, row / height as f64], 1.0)
     }
 
-    /// The change of the pixel at canonical (x, y) by that of the mean of ∫ G dz over it; 0 where there is no image.
+    /// The change of the pixel at canonical (x, y) by that of the mean of ∫ G dz over it; 0 where there is no
+    /// image near it.
     pub(super) fn effect(&self, xy: [f64; 2]) -> f64 {
-        let pixel = self.sky.map_or(Some(self.pixel(xy)), |sky| sky.pixel(xy));
+        let pixel = self.sky.map_or(Some(self.pixel(xy)), |sky| sky.pixel_near(xy));
         pixel.and_then(|pixel| self.scale.pixels().get(pixel)).copied().unwrap_or(0.0)
+    }
+
+    /// Whether the line at canonical (x, y) is in view.
+    pub(super) fn is_in_view(&self, xy: [f64; 2]) -> bool {
+        self.effect(xy) > 0.0 && self.sky.is_none_or(|sky| sky.pixel(xy).is_some())
     }
 
     /// The error allowed in ∫ G dz of a line; infinite where there is no image.

@@ -26,7 +26,7 @@ pub(super) fn found_surfaces(chart: &dyn Chart, model: &Model, aim: &Aim<'_>) ->
     let net = Net::new(&model.tree);
     let vertices = net.vertices.par_iter().map(|vertex| {
         let [x, y, _] = model.tree.grid.canonical(vertex.at);
-        if aim.sky.is_some() && aim.effect([x, y]) == 0.0 {
+        if aim.sky.is_some() && !aim.is_in_view([x, y]) {
             return None;
         }
         let [a, b] = vertex.sides.map(|side| model.value_of(side, vertex.at));

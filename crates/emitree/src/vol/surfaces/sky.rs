@@ -23,6 +23,9 @@ const DIRECTIONS: usize = 33;
 /// From this angle on around its middle, a view is one of all of the sky: the middle of its chart is where the
 /// emission is.
 const WHOLE_RAD: f64 = 2.2;
+/// Half of the diagonal of a base cell, as a share of the edge of the chart, and steps of it.
+const BASE_CELL: f64 = 0.09;
+const STEPS_INWARDS: usize = 3;
 /// By how much the chart reaches beyond the directions in view.
 const MARGIN: f64 = 1.02;
 
@@ -119,6 +122,20 @@ impl<'a> Sky<'a> {
         let place = geometry.line(xy).and_then(|line| self.chart.place(&line));
         let place = place.unwrap_or([0.5; 2]).map(|along| along.clamp(0.0, 1.0));
         (place, geometry.solid_angle_density(xy))
+    }
+
+    /// The number of the pixel that sees the line at a place of the chart, or lines near it; `None` if these are not
+    /// in view, either: a cell of the lattice may be in view although its centre is not.
+    pub(super) fn pixel_near(&self, uv: [f64; 2]) -> Option<usize> {
+        let from_middle = uv.map(|along| along - 0.5);
+        let distance = from_middle[0].hypot(from_middle[1]);
+        // No cell reaches further than half of the diagonal of a base cell, and the lines of a view are about its
+        // middle.
+        (0..=STEPS_INWARDS).find_map(|step| {
+            let nearer = distance - BASE_CELL * step as f64 / STEPS_INWARDS as f64;
+            let share = (nearer / distance).max(0.0);
+            if step == 0 { self.pixel(uv) } else { self.pixel(from_middle.map(|along| 0.5 + share * along)) }
+        })
     }
 
     /// The number of the pixel that sees the line at a place of the chart; `None` if it is not in view.

@@ -77,7 +77,7 @@ impl Search<'_> {
         let edges = self.grid.edges;
         let [x, y] = [place[0] * edges[0], place[1] * edges[1]];
         let of_line = self.aim.of_line(place);
-        if !of_line.is_finite() {
+        if !self.aim.is_in_view(place) {
             return;
         }
         let ray = Ray::new(&model.tree, [x, y], self.aim.end_of_line(&self.grid, [x, y]));
