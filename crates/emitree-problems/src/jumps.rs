@@ -181,7 +181,13 @@ fn draw(seed: u64, generator: &mut Generator) -> Result<Jump, GeometryError> {
     let length = if is_inside { 2.0 } else { 2.0 * distance };
     let shape = random_shape(seed);
     let place = if is_inside { "inside" } else { "outside" };
-    let name = format!("{}-{}-{place}-{seed}", shape.kind(), CAMERAS[kind]);
+    let around = match (body.is_some(), bounds.is_some()) {
+        (false, false) => "",
+        (true, false) => "-body",
+        (false, true) => "-bounds",
+        (true, true) => "-body-bounds",
+    };
+    let name = format!("{}-{}-{place}{around}-{seed}", shape.kind(), CAMERAS[kind]);
     Jump::new(name, shape, &lens, length, body, bounds)
 }
 
@@ -249,8 +255,8 @@ impl Jump {
     /// difference to 24 × 24.
     pub fn reference_image(&self) -> Reference {
         let density = |xy| self.bare.solid_angle_density(xy);
+        let of_line = |xy| if density(xy) > 0.0 { self.line_integral(xy) } else { 0.0 };
         let mean = |lines: usize| {
-            let of_line = |xy| if density(xy) > 0.0 { self.line_integral(xy) } else { 0.0 };
             weighted_means(self.pixels, lines, &density, &of_line)
         };
         reference(mean(LINES), &mean(LINES / 2))

@@ -83,13 +83,14 @@ fn family(seeds: std::ops::Range<u64>, tolerance: f64) -> Result<(), Box<dyn Err
         of_kind.3 += (rendering.stats.evaluations as f64).ln();
         if !is_kept || !is_by_surfaces || std::env::var("DBG").is_ok() {
             println!(
-                "{}: {} evaluations, true {error:.1e} ± {:.0e}, estimate {:.1e}, converged {}, {}",
+                "{}: {} evaluations, true {error:.1e} ± {:.0e}, estimate {:.1e}, converged {}, {}, {:?}",
                 view.name(),
                 rendering.stats.evaluations,
                 exact.error,
                 rendering.estimated_error().unwrap_or(f64::NAN),
                 rendering.converged(),
                 if is_by_surfaces { "surfaces" } else { "no surfaces" },
+                rendering.stats.smallest_feature,
             );
         }
     }

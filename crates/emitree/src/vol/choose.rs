@@ -22,7 +22,7 @@ use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::faces::reaches_faces_at;
-use crate::vol::view::part::{Parts, SeenCharts, atlas, atlas_of_box, layered_parts, parts};
+use crate::vol::view::part::{Part, Parts, SeenCharts, atlas, atlas_of_box, layered_parts, parts};
 use crate::vol::view::scattered::KnownParts;
 use crate::vol::view::tree_start::TreeStart;
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
@@ -346,6 +346,15 @@ async fn by_tree_or_surfaces(
     known: KnownParts,
     start: Option<&TreeStart>,
 ) -> Result<MethodOutput, MethodError> {
+    let (mut known, mut is_tried) = (known, false);
+    if axis.is_none() && start.is_none() && parts.parts.iter().any(Part::is_tile_of_several) {
+        (is_tried, known) = surfaces::look(meter, tiles, parts, vol).await?;
+        if is_tried
+            && let Some(found) = surfaces::render(meter, tiles, parts, vol, &mut known).await?
+        {
+            return Ok(found);
+        }
+    }
     let mut trees = Trees::begin(meter, tiles, parts, axis, vol, known, start).await?;
     if let (Some(axis), Some(energy)) = (axis, trees.energy_of_jumps()) {
         let before = meter.evaluations();
@@ -354,7 +363,7 @@ async fn by_tree_or_surfaces(
         }
         trees.leave_out(meter.evaluations() - before);
     }
-    if axis.is_none() && tiles.len() > 1 && trees.have_jumps() {
+    if axis.is_none() && tiles.len() > 1 && !is_tried && trees.have_jumps() {
         let before = meter.evaluations();
         let mut known = KnownParts::none(parts.parts.len());
         if let Some(found) = surfaces::render(meter, tiles, parts, vol, &mut known).await? {

@@ -20,6 +20,7 @@
 //! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
 //!   `attempt`: all of it, with the decision;
+//! * `look`: whether G jumps in a view of several tiles;
 //! * `channel`, `spectra`, `cube`: what further energies of a cube add beside the same surfaces.
 
 mod columns;
@@ -60,5 +61,7 @@ mod channel;
 mod spectra;
 mod cube;
 mod render;
+mod look;
 
+pub(crate) use look::look;
 pub(crate) use render::{render, render_cube};

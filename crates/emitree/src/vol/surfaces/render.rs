@@ -105,7 +105,7 @@ pub(crate) async fn render_cube(
 }
 
 /// Whether surfaces are searched for with these options.
-fn is_possible(vol: &VolOptions) -> bool {
+pub(super) fn is_possible(vol: &VolOptions) -> bool {
     vol.is_uniform()
         && vol.seeds.is_empty()
         && vol.tolerance >= TUNING.surfaces.least_tolerance
