@@ -256,9 +256,7 @@ impl Jump {
     pub fn reference_image(&self) -> Reference {
         let density = |xy| self.bare.solid_angle_density(xy);
         let of_line = |xy| if density(xy) > 0.0 { self.line_integral(xy) } else { 0.0 };
-        let mean = |lines: usize| {
-            weighted_means(self.pixels, lines, &density, &of_line)
-        };
+        let mean = |lines: usize| weighted_means(self.pixels, lines, &density, &of_line);
         reference(mean(LINES), &mean(LINES / 2))
     }
 }
@@ -286,7 +284,10 @@ mod tests {
                 let sum = rates.sum::<f64>() / f64::from(SAMPLES);
                 let exact = view.line_integral(xy);
                 let name = view.name();
-                assert!((sum - exact).abs() < 4.0 * view.length / f64::from(SAMPLES), "{name}, {k}");
+                assert!(
+                    (sum - exact).abs() < 4.0 * view.length / f64::from(SAMPLES),
+                    "{name}, {k}"
+                );
             }
         }
     }

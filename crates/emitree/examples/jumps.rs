@@ -94,7 +94,9 @@ fn family(seeds: std::ops::Range<u64>, tolerance: f64) -> Result<(), Box<dyn Err
             );
         }
     }
-    println!("| camera | views | within {tolerance} | by surfaces | evaluations (geometric mean) |");
+    println!(
+        "| camera | views | within {tolerance} | by surfaces | evaluations (geometric mean) |"
+    );
     println!("| --- | --- | --- | --- | --- |");
     let mut all = 0.0;
     for (camera, (views, kept, by_surfaces, logs)) in CAMERAS.iter().zip(kinds) {

@@ -88,6 +88,7 @@ impl Chart for DiscChart<'_> {
     }
 
     fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
-        ViewGeometry::line(&self.disc, uv).map_or((0, [0.5; 2]), |line| image_place(&self.tiles, &line))
+        ViewGeometry::line(&self.disc, uv)
+            .map_or((0, [0.5; 2]), |line| image_place(&self.tiles, &line))
     }
 }

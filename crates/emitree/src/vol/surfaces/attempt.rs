@@ -39,7 +39,9 @@ pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec
 }
 
 async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Found>, Failure> {
-    let Some(Located { search, model, maps }) = locate(request, rates).await? else { return Ok(None) };
+    let Some(Located { search, model, maps }) = locate(request, rates).await? else {
+        return Ok(None);
+    };
     let Maps { image, error } = maps;
     let surfaces = found_surfaces(&*request.view.part.chart, &model, &search.aim);
     Ok(Some(Found { image, error, samples: rates.len(), surfaces }))

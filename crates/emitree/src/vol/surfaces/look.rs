@@ -79,9 +79,7 @@ async fn find(
     let mut steep: Vec<([[f64; 3]; 2], Steep)> = pairs(&places, &rates)
         .into_iter()
         .filter(|[a, b]| (rates[*a] - rates[*b]).abs() > LEAST_DIFFERENCE * largest)
-        .map(|[a, b]| {
-            ([places[a], places[b]], Steep::between([0.0, 1.0], [rates[a], rates[b]]))
-        })
+        .map(|[a, b]| ([places[a], places[b]], Steep::between([0.0, 1.0], [rates[a], rates[b]])))
         .collect();
     for _ in 0..=TUNING.lowrank.steep_steps {
         if steep.is_empty() {

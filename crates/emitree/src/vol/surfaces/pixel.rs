@@ -99,7 +99,8 @@ impl KnownLines {
     fn clear(&mut self, pixels: usize) {
         for lines in [&mut self.first, &mut self.lattices] {
             lines.clear();
-            lines.resize_with(pixels, || PixelLines { is_forgotten: true, ..PixelLines::default() });
+            lines
+                .resize_with(pixels, || PixelLines { is_forgotten: true, ..PixelLines::default() });
         }
     }
 }

@@ -59,7 +59,8 @@ pub(crate) async fn render(
     let weighted = samples.iter().flat_map(|of| of.points.iter().zip(&of.rates));
     let known: Vec<f64> = weighted.map(|(point, rate)| rate * density(point)).collect();
     let limbs = if has_charts { Some(parts) } else { Some(*planes).filter(|of| of.has_rim()) };
-    let request = Request { known: &known, limbs, sky: sky.as_ref(), ..request(&view, tiles, vol)? };
+    let request =
+        Request { known: &known, limbs, sky: sky.as_ref(), ..request(&view, tiles, vol)? };
     let (found, rates) = match attempt(&request).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),
@@ -106,9 +107,7 @@ pub(crate) async fn render_cube(
 
 /// Whether surfaces are searched for with these options.
 pub(super) fn is_possible(vol: &VolOptions) -> bool {
-    vol.is_uniform()
-        && vol.seeds.is_empty()
-        && vol.tolerance >= TUNING.surfaces.least_tolerance
+    vol.is_uniform() && vol.seeds.is_empty() && vol.tolerance >= TUNING.surfaces.least_tolerance
 }
 
 /// A request without known samples and bodies.

@@ -44,9 +44,10 @@ pub(super) fn is_regular(part: &Part<'_>) -> bool {
     let place = |k: usize| k as f64 / (DIRECTIONS - 1) as f64;
     let densities = (0..DIRECTIONS * DIRECTIONS)
         .map(|k| part.chart.density([place(k % DIRECTIONS), place(k / DIRECTIONS)]));
-    let (least, most) = densities.fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), density| {
-        (least.min(density), most.max(density))
-    });
+    let (least, most) = densities
+        .fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), density| {
+            (least.min(density), most.max(density))
+        });
     part.footing.is_raster_of_pixels() && least > LEAST_DENSITY * most
 }
 
@@ -117,8 +118,7 @@ impl<'a> Sky<'a> {
         let [height, width] = self.tile;
         let (row, column) = (pixel / width, pixel % width);
         let geometry = self.geometries[row / height];
-        let xy =
-            [(column as f64 + u) / width as f64, ((row % height) as f64 + v) / height as f64];
+        let xy = [(column as f64 + u) / width as f64, ((row % height) as f64 + v) / height as f64];
         let place = geometry.line(xy).and_then(|line| self.chart.place(&line));
         let place = place.unwrap_or([0.5; 2]).map(|along| along.clamp(0.0, 1.0));
         (place, geometry.solid_angle_density(xy))
@@ -134,7 +134,11 @@ impl<'a> Sky<'a> {
         (0..=STEPS_INWARDS).find_map(|step| {
             let nearer = distance - BASE_CELL * step as f64 / STEPS_INWARDS as f64;
             let share = (nearer / distance).max(0.0);
-            if step == 0 { self.pixel(uv) } else { self.pixel(from_middle.map(|along| 0.5 + share * along)) }
+            if step == 0 {
+                self.pixel(uv)
+            } else {
+                self.pixel(from_middle.map(|along| 0.5 + share * along))
+            }
         })
     }
 
