@@ -35,6 +35,7 @@ pub mod family;
 mod gauss;
 pub mod gaussian;
 pub mod gaussians;
+pub mod jumps;
 pub mod knots;
 pub mod mutation;
 pub mod nebula;

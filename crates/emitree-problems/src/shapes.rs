@@ -98,6 +98,34 @@ pub fn random_shape(seed: u64) -> Shape {
     Shape { kind, bodies, cavity, inside, gradient, outside }
 }
 
+/// A shape by name, of constant emission rates and nothing around it: a `ball`, `two balls` that overlap, or a
+/// spherical `shell`.
+///
+/// ```
+/// let shell = emitree_problems::shapes::named_shape("shell").unwrap();
+/// assert_eq!(shape_at(&shell, 0.5), 0.0);
+/// assert_eq!(shape_at(&shell, 0.77), 1.0);
+/// # fn shape_at(shape: &emitree_problems::shapes::Shape, z: f64) -> f64 { shape.rate([0.5, 0.5, z]) }
+/// ```
+pub fn named_shape(name: &str) -> Option<Shape> {
+    const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let ball = |centre: [f64; 3], radius: f64| Body {
+        form: Form::Ellipsoid,
+        centre,
+        axes: AXES,
+        semi_axes: [radius; 3],
+    };
+    let (kind, bodies, cavity) = match name {
+        "ball" => ("ellipsoid", vec![ball([0.5; 3], 0.3)], None),
+        "two balls" => {
+            ("union", vec![ball([0.42, 0.45, 0.5], 0.24), ball([0.62, 0.58, 0.45], 0.2)], None)
+        }
+        "shell" => ("shell", vec![ball([0.5; 3], 0.3)], Some(ball([0.5; 3], 0.24))),
+        _ => return None,
+    };
+    Some(Shape { kind, bodies, cavity, inside: 1.0, gradient: [0.0; 3], outside: 0.0 })
+}
+
 impl Body {
     fn draw(generator: &mut Generator, form: Form) -> Self {
         let centre = core::array::from_fn(|_| generator.between(0.25, 0.75));

@@ -225,6 +225,16 @@ impl<P: ImagePlane> Camera<P> {
         Ok(Self::of_frame(frame, plane, depth))
     }
 
+    /// A camera in the surroundings of another one.
+    pub(super) fn within(frame: Frame, plane: P, surroundings: Surroundings) -> Self {
+        Self { frame, plane, surroundings }
+    }
+
+    /// The image plane.
+    pub(super) fn plane(&self) -> &P {
+        &self.plane
+    }
+
     fn of_frame(frame: Frame, plane: P, depth: Depth) -> Self {
         let forward = frame.world_from_camera([0.0, 0.0, 1.0]);
         let observer = match plane.is_parallel() {
@@ -402,9 +412,9 @@ impl<P: ImagePlane> ViewGeometry for Camera<P> {
 /// The image plane itself as a chart of whole lines of sight: it continues beyond the rim of a disc,
 /// and behind opaque bodies.
 #[derive(Debug)]
-struct PlaneChart<'a, P> {
-    camera: &'a Camera<P>,
-    tile: usize,
+pub(super) struct PlaneChart<'a, P> {
+    pub(super) camera: &'a Camera<P>,
+    pub(super) tile: usize,
 }
 
 impl<P: ImagePlane> Chart for PlaneChart<'_, P> {

@@ -204,6 +204,11 @@ pub struct SightLine {
 }
 
 impl SightLine {
+    /// The unit vector along it, away from the observer.
+    pub(crate) fn direction(&self) -> [f64; 3] {
+        self.direction
+    }
+
     /// The position at a distance from the origin.
     pub(super) fn at(&self, distance: f64) -> [f64; 3] {
         along(self.origin, distance, self.direction)

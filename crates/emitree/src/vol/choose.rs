@@ -22,7 +22,7 @@ use crate::vol::surfaces;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::faces::reaches_faces_at;
-use crate::vol::view::part::{Parts, SeenCharts, atlas, atlas_of_box, layered_parts, parts};
+use crate::vol::view::part::{Part, Parts, SeenCharts, atlas, atlas_of_box, layered_parts, parts};
 use crate::vol::view::scattered::KnownParts;
 use crate::vol::view::tree_start::TreeStart;
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
@@ -318,8 +318,10 @@ async fn finish(
     };
     // Where there are trees to begin with, no surfaces were found before.
     if trees.is_none()
+        && attempted.has_jump
+        && axis.is_none()
         && let Some(found) =
-            surfaces::render(meter, tiles, parts, axis, vol, &mut attempted).await?
+            surfaces::render(meter, tiles, parts, vol, &mut attempted.known).await?
     {
         return Ok(found);
     }
@@ -339,7 +341,8 @@ async fn finish(
     }
 }
 
-/// The image of trees; or the cube of surfaces, if G jumps at the first energy.
+/// The image of trees; or of surfaces, if G jumps on the first lines of a view of several tiles or, for a cube, at the
+/// first energy.
 async fn by_tree_or_surfaces(
     meter: &Meter,
     tiles: &[Tile<'_>],
@@ -349,10 +352,27 @@ async fn by_tree_or_surfaces(
     known: KnownParts,
     start: Option<&TreeStart>,
 ) -> Result<MethodOutput, MethodError> {
+    let (mut known, mut is_tried) = (known, false);
+    if axis.is_none() && start.is_none() && parts.parts.iter().any(Part::is_tile_of_several) {
+        (is_tried, known) = surfaces::look(meter, tiles, parts, vol).await?;
+        if is_tried
+            && let Some(found) = surfaces::render(meter, tiles, parts, vol, &mut known).await?
+        {
+            return Ok(found);
+        }
+    }
     let mut trees = Trees::begin(meter, tiles, parts, axis, vol, known, start).await?;
     if let (Some(axis), Some(energy)) = (axis, trees.energy_of_jumps()) {
         let before = meter.evaluations();
         if let Some(found) = surfaces::render_cube(meter, tiles, parts, axis, energy, vol).await? {
+            return Ok(found);
+        }
+        trees.leave_out(meter.evaluations() - before);
+    }
+    if axis.is_none() && tiles.len() > 1 && !is_tried && trees.have_jumps() {
+        let before = meter.evaluations();
+        let mut known = KnownParts::none(parts.parts.len());
+        if let Some(found) = surfaces::render(meter, tiles, parts, vol, &mut known).await? {
             return Ok(found);
         }
         trees.leave_out(meter.evaluations() - before);

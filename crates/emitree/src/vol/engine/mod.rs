@@ -118,6 +118,12 @@ impl<'a> Trees<'a> {
         first.energy.filter(|_| is_sampled && sheet.has_many_jumps())
     }
 
+    /// Whether G jumps on many of the base lines of a tile.
+    pub(crate) fn have_jumps(&self) -> bool {
+        let Beginning::Samples(first) = &self.beginning else { return false };
+        first.within_budget && self.engine.sheets.iter().any(Sheet::has_many_jumps)
+    }
+
     /// Leaves evaluations out of those of the trees.
     pub(crate) fn leave_out(&mut self, evaluations: u64) {
         self.engine.evaluations_before += evaluations;

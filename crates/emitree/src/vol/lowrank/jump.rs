@@ -9,12 +9,17 @@ use crate::vol::tuning::TUNING;
 
 /// An interval of a fiber on which G changes much.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Steep {
+pub(crate) struct Steep {
     ends: [f64; 2],
     rates: [f64; 2],
 }
 
 impl Steep {
+    /// The interval between two places with these rates.
+    pub(crate) fn between(ends: [f64; 2], rates: [f64; 2]) -> Self {
+        Self { ends, rates }
+    }
+
     /// The interval of the newest fiber with the largest change, if that is large enough compared
     /// with the largest residual `most`.
     pub(super) fn of_newest(fibers: &Fibers, most: f64) -> Option<Self> {
@@ -33,12 +38,12 @@ impl Steep {
     }
 
     /// The places that divide the interval into equal parts.
-    pub(super) fn inside(&self) -> Vec<f64> {
+    pub(crate) fn inside(&self) -> Vec<f64> {
         (1..TUNING.lowrank.steep_parts).map(|part| self.place(part)).collect()
     }
 
     /// The part with nearly all of the change, if there is one, given the rates `inside`.
-    pub(super) fn steepest_part(&self, inside: &[f64]) -> Option<Self> {
+    pub(crate) fn steepest_part(&self, inside: &[f64]) -> Option<Self> {
         let rates: Vec<f64> =
             [&self.rates[..1], inside, &self.rates[1..]].into_iter().flatten().copied().collect();
         let whole = (self.rates[1] - self.rates[0]).abs();

@@ -28,7 +28,7 @@ mod forecast;
 mod frozen;
 mod given;
 mod interpolant;
-mod jump;
+pub(crate) mod jump;
 mod kinks;
 mod maps;
 mod probes;

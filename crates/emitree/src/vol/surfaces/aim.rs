@@ -4,6 +4,7 @@ use crate::image::Image;
 use crate::projection::vector::along;
 use crate::vol::surfaces::octree::{Cell, Grid};
 use crate::vol::surfaces::patch::Patch;
+use crate::vol::surfaces::sky::Sky;
 use crate::vol::surfaces::visible::Visible;
 use crate::vol::tuning::TUNING;
 
@@ -13,12 +14,14 @@ pub(super) struct Aim<'a> {
     pub(super) target: f64,
     /// The ratio of each pixel to the mean of G over it.
     pub(super) scale: &'a Image,
-    /// Where lines of sight end, if there are opaque bodies.
+    /// Where lines of sight end, if there are opaque bodies, and which pixels limbs or a rim cross.
     pub(super) visible: Option<Visible<'a>>,
+    /// The lines of pixels, if the chart is not the image plane.
+    pub(super) sky: Option<&'a Sky<'a>>,
 }
 
 impl Aim<'_> {
-    /// The number of the pixel at canonical (x, y).
+    /// The number of the pixel at (x, y) on the image plane.
     pub(super) fn pixel(&self, [x, y]: [f64; 2]) -> usize {
         let [height, width] = [self.scale.height(), self.scale.width()];
         let [row, column] = [(y, height), (x, width)].map(|(along, pixels)| {
@@ -33,16 +36,32 @@ impl Aim<'_> {
         row * width + column
     }
 
-    /// The first corner of a pixel, in pixels.
-    pub(super) fn corner(&self, pixel: usize) -> [f64; 2] {
-        let width = self.scale.width();
-        [(pixel % width) as f64, (pixel / width) as f64]
+    /// The canonical (x, y) of the line at a place of a pixel, from 0 to 1, and its weight in the mean.
+    pub(super) fn line(&self, pixel: usize, place @ [u, v]: [f64; 2]) -> ([f64; 2], f64) {
+        if let Some(sky) = self.sky {
+            return sky.line(pixel, place);
+        }
+        let [height, width] = [self.scale.height(), self.scale.width()];
+        let [column, row] = [(pixel % width) as f64 + u, (pixel / width) as f64 + v];
+        ([column / width as f64, row / height as f64], 1.0)
+    }
+
+    /// The change of the pixel at canonical (x, y) by that of the mean of ∫ G dz over it; 0 where there is no
+    /// image near it.
+    pub(super) fn effect(&self, xy: [f64; 2]) -> f64 {
+        let pixel = self.sky.map_or(Some(self.pixel(xy)), |sky| sky.pixel_near(xy));
+        pixel.and_then(|pixel| self.scale.pixels().get(pixel)).copied().unwrap_or(0.0)
+    }
+
+    /// Whether the line at canonical (x, y) is in view.
+    pub(super) fn is_in_view(&self, xy: [f64; 2]) -> bool {
+        self.effect(xy) > 0.0 && self.sky.is_none_or(|sky| sky.pixel(xy).is_some())
     }
 
     /// The error allowed in ∫ G dz of a line; infinite where there is no image.
     pub(super) fn of_line(&self, xy: [f64; 2]) -> f64 {
-        let scale = self.scale.pixels().get(self.pixel(xy)).copied().unwrap_or(0.0);
-        if scale > 0.0 { self.target / scale } else { f64::INFINITY }
+        let effect = self.effect(xy);
+        if effect > 0.0 { self.target / effect } else { f64::INFINITY }
     }
 
     /// The depth, in the coordinates of a grid, at which the line there ends.
@@ -64,10 +83,18 @@ impl Aim<'_> {
         visible.end_before([[low[0], low[1]], [high[0], high[1]]], low[2])
     }
 
+    /// The numbers of pixels along x and y of the chart.
+    pub(super) fn pixels_across(&self) -> [f64; 2] {
+        match self.sky {
+            Some(sky) => [1.0 / sky.pixel_size; 2],
+            None => [self.scale.width() as f64, self.scale.height() as f64],
+        }
+    }
+
     /// The longest edge of a pixel in the coordinates of a grid.
     pub(super) fn pixel_size(&self, grid: &Grid) -> f64 {
-        let [height, width] = [self.scale.height(), self.scale.width()];
-        (grid.edges[0] / width as f64).max(grid.edges[1] / height as f64)
+        let [across, along] = self.pixels_across();
+        (grid.edges[0] / across).max(grid.edges[1] / along)
     }
 
     /// The displacement of a patch along its normal that is allowed at a jump: tight where lines of

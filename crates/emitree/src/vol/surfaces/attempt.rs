@@ -39,9 +39,11 @@ pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec
 }
 
 async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Found>, Failure> {
-    let Some(Located { model, maps, .. }) = locate(request, rates).await? else { return Ok(None) };
+    let Some(Located { search, model, maps }) = locate(request, rates).await? else {
+        return Ok(None);
+    };
     let Maps { image, error } = maps;
-    let surfaces = found_surfaces(&*request.view.part.chart, &model);
+    let surfaces = found_surfaces(&*request.view.part.chart, &model, &search.aim);
     Ok(Some(Found { image, error, samples: rates.len(), surfaces }))
 }
 
@@ -65,7 +67,7 @@ pub(super) async fn locate<'a>(
     let most = (TUNING.surfaces.most_evaluations * allowed.powf(TUNING.surfaces.growth)) as u64;
     let mut left = most.min(request.most);
     let visible = request.limbs.map(|parts| Visible::new(&*request.view.part.chart, parts));
-    let mut aim = Aim { target: 0.0, scale: request.scale, visible };
+    let mut aim = Aim { target: 0.0, scale: request.scale, visible, sky: request.sky };
     let start = Start::sample(request, &grid, &aim, left, rates).await?;
     left -= start.evaluations;
     if !(start.largest > 0.0 && start.largest.is_finite()) {

@@ -59,7 +59,8 @@ async fn find(
     let spent = (meter.evaluations() - before) as f64;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
     let left = (TUNING.surfaces.channel_evaluations * spent) as u64;
-    let mut surfaces = found_surfaces(&*request.view.part.chart, &located.model);
+    let mut surfaces =
+        found_surfaces(&*request.view.part.chart, &located.model, &located.search.aim);
     let density = bins.density(unit(first));
     surfaces.jumps.iter_mut().for_each(|jump| *jump /= density);
     let mut cube = CubeSearch::new(request, &located, bins, lines, left);

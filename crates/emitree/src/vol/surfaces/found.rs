@@ -4,6 +4,7 @@ use crate::found_surfaces::FoundSurfaces;
 use crate::parallel::prelude::*;
 use crate::projection::Chart;
 use crate::projection::vector::{along, cross, difference, dot, norm, unit};
+use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::model::Model;
 use crate::vol::surfaces::net::{Net, Vertex};
 use crate::vol::surfaces::octree::Grid;
@@ -20,10 +21,14 @@ struct WorldVertex {
     uncertainty: f64,
 }
 
-/// The surfaces of a model in a chart.
-pub(super) fn found_surfaces(chart: &dyn Chart, model: &Model) -> FoundSurfaces {
+/// The surfaces of a model in a chart, where they are in view.
+pub(super) fn found_surfaces(chart: &dyn Chart, model: &Model, aim: &Aim<'_>) -> FoundSurfaces {
     let net = Net::new(&model.tree);
     let vertices = net.vertices.par_iter().map(|vertex| {
+        let [x, y, _] = model.tree.grid.canonical(vertex.at);
+        if aim.sky.is_some() && !aim.is_in_view([x, y]) {
+            return None;
+        }
         let [a, b] = vertex.sides.map(|side| model.value_of(side, vertex.at));
         world_vertex(chart, (&model.tree.grid, net.cell_size), vertex, b - a)
     });

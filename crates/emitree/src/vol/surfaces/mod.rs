@@ -9,7 +9,7 @@
 //! * `patch`: heights over a tangent plane; `wall`: patches that meet; `octree`: leaves with walls
 //!   between regions;
 //! * `samples`: samples of G, and the regions that their values belong to;
-//! * `visible`: where lines of sight end at opaque bodies;
+//! * `visible`: where lines of sight end at opaque bodies; `sky`: views of several tiles, with a rim or with a pole;
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`: the part of the view that is not constant; `start`: the first samples;
@@ -20,6 +20,7 @@
 //! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
 //!   `attempt`: all of it, with the decision;
+//! * `look`: whether G jumps in a view of several tiles;
 //! * `channel`, `spectra`, `cube`: what further energies of a cube add beside the same surfaces.
 
 mod columns;
@@ -29,6 +30,7 @@ mod wall;
 mod octree;
 mod samples;
 mod visible;
+mod sky;
 mod aim;
 mod roots;
 mod points;
@@ -59,5 +61,7 @@ mod channel;
 mod spectra;
 mod cube;
 mod render;
+mod look;
 
+pub(crate) use look::look;
 pub(crate) use render::{render, render_cube};

@@ -4,7 +4,7 @@ use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::beam::Beam;
 use crate::vol::surfaces::octree::{Label, Octree};
 use crate::vol::surfaces::pieces::Pieces;
-use crate::vol::surfaces::rays::{LineIntegral, Segment};
+use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
 
 /// The surfaces with the pieces beside them.
 #[derive(Clone)]
@@ -15,11 +15,11 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// The place in the grid of a place of the image, in pixels.
-    pub(super) fn place(&self, aim: &Aim<'_>, [column, row]: [f64; 2]) -> [f64; 2] {
-        let [height, width] = [aim.scale.height(), aim.scale.width()];
+    /// The place in the grid of the line at a place of a pixel, from 0 to 1, and its weight in the mean.
+    pub(super) fn line(&self, aim: &Aim<'_>, pixel: usize, place: [f64; 2]) -> ([f64; 2], f64) {
         let edges = self.tree.grid.edges;
-        [column / width as f64 * edges[0], row / height as f64 * edges[1]]
+        let ([x, y], weight) = aim.line(pixel, place);
+        ([x * edges[0], y * edges[1]], weight)
     }
 
     /// The integral of segments of a line at a place of the grid, with the error of its surfaces.
@@ -40,11 +40,25 @@ impl Model {
         LineIntegral { value, error }
     }
 
-    /// The lines of a pixel.
-    pub(super) fn beam(&self, aim: &Aim<'_>, pixel: usize) -> Beam<'_> {
-        let [column, row] = aim.corner(pixel);
-        let corners = [[column, row], [column + 1.0, row + 1.0]];
-        Beam::new(&self.tree, corners.map(|at| self.place(aim, at)))
+    /// The lines of a pixel, if they are those of a rectangle.
+    pub(super) fn beam(&self, aim: &Aim<'_>, pixel: usize) -> Option<Beam<'_>> {
+        let corners = || [[0.0; 2], [1.0; 2]].map(|place| self.line(aim, pixel, place).0);
+        aim.sky.is_none().then(|| Beam::new(&self.tree, corners()))
+    }
+
+    /// Makes a ray the line at a place of the grid, to its end: one of a beam, if that is given.
+    pub(super) fn follow(
+        &self,
+        ray: &mut Ray,
+        aim: &Aim<'_>,
+        beam: Option<&Beam<'_>>,
+        xy: [f64; 2],
+    ) {
+        let end = aim.end_of_line(&self.tree.grid, xy);
+        match beam {
+            Some(beam) => ray.follow(beam, xy, end),
+            None => ray.follow(&Beam::new(&self.tree, [xy; 2]), xy, end),
+        }
     }
 
     /// G at a point of the grid.

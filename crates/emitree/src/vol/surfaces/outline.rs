@@ -177,9 +177,9 @@ impl Search<'_> {
         let middle = core::array::from_fn(|k| 0.5 * (of.low[k] + of.high[k]));
         let [x, y, _] = self.grid.canonical(middle);
         let edges = difference(of.high, of.low);
-        let [height, width] = [self.aim.scale.height(), self.aim.scale.width()];
-        let share = (edges[0] / self.grid.edges[0] * width as f64).min(1.0)
-            * (edges[1] / self.grid.edges[1] * height as f64).min(1.0)
+        let [across, along] = self.aim.pixels_across();
+        let share = (edges[0] / self.grid.edges[0] * across).min(1.0)
+            * (edges[1] / self.grid.edges[1] * along).min(1.0)
             * (edges[2] / self.grid.edges[2]);
         let larger = (1.0 / (TUNING.surfaces.piece_boxes * share)).max(1.0);
         let of_line = self.aim.of_line([x, y]).min(self.largest_allowed());

@@ -63,6 +63,11 @@ impl KnownLines {
     /// of the pixels beyond the most that are kept are forgotten as soon as they have been integrated.
     pub(super) fn keep_unchanged(&mut self, tree: &Octree, aim: &Aim<'_>, per_pixel: usize) {
         let (width, pixels) = (aim.scale.width(), aim.scale.pixels().len());
+        if aim.sky.is_some() {
+            // The pixels that see a leaf are not those of a rectangle.
+            self.clear(pixels);
+            return;
+        }
         for lines in [&mut self.first, &mut self.lattices] {
             lines.resize_with(pixels, PixelLines::default);
             let beyond = lines.iter_mut().skip(MOST_KEPT / per_pixel);
@@ -89,6 +94,15 @@ impl KnownLines {
         }
         self.leaves.clone_from(&tree.leaves);
     }
+
+    /// Forgets all lines.
+    fn clear(&mut self, pixels: usize) {
+        for lines in [&mut self.first, &mut self.lattices] {
+            lines.clear();
+            lines
+                .resize_with(pixels, || PixelLines { is_forgotten: true, ..PixelLines::default() });
+        }
+    }
 }
 
 /// A pixel whose lines are integrated.
@@ -100,7 +114,7 @@ pub(super) struct Pixel<'a> {
     /// The number of lines that were asked for.
     asked: usize,
     /// What new lines follow, and one of them.
-    beam: Option<Beam<'a>>,
+    beam: Option<Option<Beam<'a>>>,
     ray: Ray,
 }
 
@@ -116,21 +130,26 @@ impl<'a> Pixel<'a> {
 
     /// The mean over the next lines, at places from 0 to 1 in the pixel with weights whose sum is 1.
     pub(super) fn mean(&mut self, nodes: &[RuleNode]) -> LineIntegral {
-        let [column, row] = self.aim.corner(self.number);
         let mut sum = LineIntegral::default();
-        for ([u, v], weight) in nodes {
-            let xy = self.model.place(self.aim, [column + u, row + v]);
+        let mut whole = 0.0;
+        for (place, weight) in nodes {
+            let (xy, of_line) = self.model.line(self.aim, self.number, *place);
+            let weight = weight * of_line;
             if self.asked == self.lines.lines.len() {
                 let beam = || self.model.beam(self.aim, self.number);
-                let end = self.aim.end_of_line(&self.model.tree.grid, xy);
-                self.ray.follow(self.beam.get_or_insert_with(beam), xy, end);
+                let beam = self.beam.get_or_insert_with(beam).as_ref();
+                self.model.follow(&mut self.ray, self.aim, beam, xy);
                 self.lines.add(&self.ray);
             }
             let (segments, error) = self.lines.line(self.asked);
             let line = self.model.integral(xy, segments, error);
             self.asked += 1;
+            whole += weight;
             sum.value += weight * line.value;
             sum.error += weight * line.error;
+        }
+        if self.aim.sky.is_some() && whole > 0.0 {
+            sum = LineIntegral { value: sum.value / whole, error: sum.error / whole };
         }
         sum
     }

@@ -6,6 +6,7 @@ use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::model::Model;
 use crate::vol::surfaces::pixel::{KnownLines, Pixel};
 use crate::vol::surfaces::rays::{LineIntegral, Ray};
+use crate::vol::surfaces::sky::Sky;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::pixel_rule::RuleNode;
 
@@ -44,20 +45,18 @@ impl Model {
         least: f64,
         number: usize,
     ) -> Vec<usize> {
-        let [height, width] = [aim.scale.height(), aim.scale.width()];
         let mut found = Vec::new();
         let errors = maps.error.pixels().iter().enumerate();
         let from = TUNING.surfaces.improved_from * aim.target;
         let mut ray = Ray::default();
         for (pixel, _) in errors.filter(|(_, error)| **error > from) {
-            let ([column, row], beam) = (aim.corner(pixel), self.beam(aim, pixel));
+            let beam = self.beam(aim, pixel);
             let lines = LINES_TO_IMPROVE[number.min(LINES_TO_IMPROVE.len() - 1)];
             for k in 0..lines {
-                let [u, v] = fibonacci(k, lines);
-                let at = [column + u, row + v];
-                let xy = self.place(aim, at);
-                ray.follow(&beam, xy, aim.end_of_line(&self.tree.grid, xy));
-                let place = [at[0] / width as f64, at[1] / height as f64];
+                let place = fibonacci(k, lines);
+                let (xy, _) = self.line(aim, pixel, place);
+                self.follow(&mut ray, aim, beam.as_ref(), xy);
+                let (place, _) = aim.line(pixel, place);
                 let most = aim.of_line(place) * self.tree.grid.edges[2];
                 let is_large = |error: f64| error > least * most;
                 for [z, error, _] in &ray.crossings {
@@ -80,16 +79,24 @@ impl Model {
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         // Lines at the corners of pixels, which neighbours share: an edge of the image may be parallel to the
         // border of a pixel, between this border and all other lines.
-        let corners: Vec<usize> = (0..(height + 1) * (width + 1)).collect();
+        let tiles = aim.sky.map_or(1, Sky::tiles);
+        let rows = height / tiles;
+        let corners: Vec<usize> = (0..tiles * (rows + 1) * (width + 1)).collect();
         let corner = |&number: &usize| {
             let (row, column) = (number / (width + 1), number % (width + 1));
-            let xy = self.place(aim, [column as f64, row as f64]);
+            let (tile, row) = (row / (rows + 1), row % (rows + 1));
+            // As a place of a pixel beside it.
+            let beside = [column.min(width - 1), row.min(rows - 1)];
+            let pixel = (tile * rows + beside[1]) * width + beside[0];
+            let place = [column - beside[0], row - beside[1]].map(|at| at as f64);
+            let (xy, _) = self.line(aim, pixel, place);
             let ray = Ray::new(&self.tree, xy, aim.end_of_line(&self.tree.grid, xy));
             self.integral(xy, ray.segments.iter().copied(), ray.error_of_surfaces()).value
         };
         let corners: Vec<f64> = corners.par_iter().map(corner).collect();
         let of_corners = |pixel: usize| {
-            let first = pixel / width * (width + 1) + pixel % width;
+            let row = pixel / width;
+            let first = (row + row / rows) * (width + 1) + pixel % width;
             let below = first + width + 1;
             0.25 * (corners[first] + corners[first + 1] + corners[below] + corners[below + 1])
         };

@@ -14,44 +14,53 @@ use crate::vol::dyadic::unit;
 use crate::vol::engine::samples_wanted;
 use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
-use crate::vol::lowrank::attempted::Attempted;
 use crate::vol::sampling::Stop;
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::surfaces::attempt::attempt;
 use crate::vol::surfaces::cube::attempt_cube;
+use crate::vol::surfaces::sky::{Sky, is_regular, known_rates};
 use crate::vol::surfaces::start::Request;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::{Part, Parts, parts as parts_of};
-use crate::vol::view::scattered::{PartSamples, fraction_of_view, size_detected};
+use crate::vol::view::scattered::{KnownParts, PartSamples, fraction_of_view, size_detected};
 use std::sync::Arc;
 
-/// The image of a view in which G jumps; `None` if it does not, or if surfaces do not give the image to
-/// the tolerance. The scattered samples are added to those known.
+/// The image of a view in which G jumps; `None` if surfaces do not give the image to the tolerance. The scattered
+/// samples are added to those known.
 pub(crate) async fn render(
     meter: &Meter,
     tiles: &[Tile<'_>],
     parts: &Parts<'_>,
-    axis: Option<&EnergyAxis>,
     vol: &VolOptions,
-    attempted: &mut Attempted,
+    known: &mut KnownParts,
 ) -> Result<Option<MethodOutput>, MethodError> {
+    if !is_possible(vol) {
+        return Ok(None);
+    }
     // Bodies hide a part of the lines of sight, but do not end the chart of the image plane.
     let has_charts = parts.parts.iter().any(|part| !part.footing.is_of_pixels());
     let is_divided = has_charts || parts.parts.len() > tiles.len();
-    let plane = is_divided.then(|| parts_of(tiles, None, None));
-    let [part] = &plane.as_ref().unwrap_or(parts).parts[..] else { return Ok(None) };
-    if !(attempted.has_jump && axis.is_none() && is_possible(part, vol)) {
-        return Ok(None);
-    }
+    let planes = is_divided.then(|| parts_of(tiles, None, None));
+    let planes = &planes.as_ref().unwrap_or(parts);
+    let sky = match &planes.parts[..] {
+        [part] if is_regular(part) => None,
+        _ => match Sky::new(tiles, &known_rates(parts, &known.samples)) {
+            Some(sky) => Some(sky),
+            None => return Ok(None),
+        },
+    };
+    let of_sky = sky.as_ref().map(|sky| sky.part(tiles));
+    let Some(part) = of_sky.as_ref().or(planes.parts.first()) else { return Ok(None) };
     // Samples in charts are elsewhere.
-    let samples = attempted.known.samples.first_mut().filter(|_| !is_divided);
+    let samples = known.samples.first_mut().filter(|_| !is_divided && sky.is_none());
     let chart = &*part.chart;
     let view = WeightedView::new(meter, part, tiles.len());
     let density = |point: &[f64; 3]| chart.density([point[0], point[1]]);
     let weighted = samples.iter().flat_map(|of| of.points.iter().zip(&of.rates));
     let known: Vec<f64> = weighted.map(|(point, rate)| rate * density(point)).collect();
-    let limbs = has_charts.then_some(parts);
-    let request = Request { known: &known, limbs, ..request(&view, tiles, vol)? };
+    let limbs = if has_charts { Some(parts) } else { Some(*planes).filter(|of| of.has_rim()) };
+    let request =
+        Request { known: &known, limbs, sky: sky.as_ref(), ..request(&view, tiles, vol)? };
     let (found, rates) = match attempt(&request).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),
@@ -77,7 +86,7 @@ pub(crate) async fn render_cube(
     vol: &VolOptions,
 ) -> Result<Option<MethodOutput>, MethodError> {
     let [part] = &parts.parts[..] else { return Ok(None) };
-    if !is_possible(part, vol) {
+    if !(is_possible(vol) && part.footing.is_raster_of_pixels()) {
         return Ok(None);
     }
     let bins = Bins::new(axis);
@@ -96,12 +105,9 @@ pub(crate) async fn render_cube(
     Ok(Some(made))
 }
 
-/// Whether surfaces are searched for in a part that is all of a view.
-fn is_possible(part: &Part<'_>, vol: &VolOptions) -> bool {
-    vol.is_uniform()
-        && vol.seeds.is_empty()
-        && vol.tolerance >= TUNING.surfaces.least_tolerance
-        && part.footing.is_raster_of_pixels()
+/// Whether surfaces are searched for with these options.
+pub(super) fn is_possible(vol: &VolOptions) -> bool {
+    vol.is_uniform() && vol.seeds.is_empty() && vol.tolerance >= TUNING.surfaces.least_tolerance
 }
 
 /// A request without known samples and bodies.
@@ -123,6 +129,7 @@ fn request<'a>(
         known: &[],
         least_samples,
         limbs: None,
+        sky: None,
     })
 }
 

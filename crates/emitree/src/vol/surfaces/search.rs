@@ -317,9 +317,9 @@ impl<'a> Search<'a> {
     fn matters(&self, cell: &OpenCell, jump: f64) -> bool {
         let edges = self.grid.cell_edges(cell.cell.0);
         let canonical = self.grid.canonical(self.grid.centre(cell.cell));
-        let [height, width] = [self.aim.scale.height(), self.aim.scale.width()];
-        let share = (edges[0] / self.grid.edges[0] * width as f64).min(1.0)
-            * (edges[1] / self.grid.edges[1] * height as f64).min(1.0);
+        let [across, along] = self.aim.pixels_across();
+        let share = (edges[0] / self.grid.edges[0] * across).min(1.0)
+            * (edges[1] / self.grid.edges[1] * along).min(1.0);
         let effect = 0.25 * jump * share * edges[2] / self.grid.edges[2];
         let allowed =
             TUNING.surfaces.unresolved_share * self.aim.of_line([canonical[0], canonical[1]]);

@@ -8,6 +8,7 @@ use crate::vol::surfaces::focus::CellBox;
 use crate::vol::surfaces::octree::Grid;
 use crate::vol::surfaces::regions::BaseLattice;
 use crate::vol::surfaces::search::Failure;
+use crate::vol::surfaces::sky::Sky;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::Parts;
 
@@ -23,8 +24,10 @@ pub(crate) struct Request<'a> {
     pub(crate) known: &'a [f64],
     /// The scattered samples that features of a size in the options require.
     pub(crate) least_samples: usize,
-    /// The parts of the view, if lines of sight may end at opaque bodies.
+    /// The parts of the view, if lines of sight may end at opaque bodies, or if a rim crosses pixels.
     pub(crate) limbs: Option<&'a Parts<'a>>,
+    /// The lines of pixels, if the chart of the view is not the image plane.
+    pub(crate) sky: Option<&'a Sky<'a>>,
 }
 
 /// The first samples of a search.
@@ -124,9 +127,8 @@ fn largest_pixel(base: &BaseLattice, grid: &Grid, aim: &Aim<'_>) -> f64 {
             let end = aim.end_of_line(grid, [from_x, from_y]);
             let seen = |z: usize| ((end - from) / depth - z as f64).clamp(0.0, 1.0);
             let sum: f64 = (0..nz).map(|z| 0.5 * seen(z) * (of(z) + of(z + 1))).sum();
-            let pixel = aim.pixel([from_x / grid.edges[0], from_y / grid.edges[1]]);
-            let scale = aim.scale.pixels().get(pixel).copied().unwrap_or(0.0);
-            largest = largest.max((sum * depth / grid.edges[2] * scale).abs());
+            let effect = aim.effect([from_x / grid.edges[0], from_y / grid.edges[1]]);
+            largest = largest.max((sum * depth / grid.edges[2] * effect).abs());
         }
     }
     largest

@@ -77,7 +77,7 @@ impl Search<'_> {
         let edges = self.grid.edges;
         let [x, y] = [place[0] * edges[0], place[1] * edges[1]];
         let of_line = self.aim.of_line(place);
-        if !of_line.is_finite() {
+        if !self.aim.is_in_view(place) {
             return;
         }
         let ray = Ray::new(&model.tree, [x, y], self.aim.end_of_line(&self.grid, [x, y]));
@@ -119,10 +119,7 @@ impl Search<'_> {
             if places.len() == count {
                 break;
             }
-            let place = [
-                ((pixel % width) as f64 + 0.5) / width as f64,
-                ((pixel / width) as f64 + 0.5) / height as f64,
-            ];
+            let (place, _) = self.aim.line(pixel, [0.5; 2]);
             let is_near = |other: &[f64; 2]| {
                 (0..2)
                     .all(|k| (other[k] - place[k]).abs() < TUNING.verification.worst_line_distance)

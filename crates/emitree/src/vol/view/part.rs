@@ -67,7 +67,7 @@ pub(crate) struct Parts<'a> {
     /// The numbers of the pixels that belong to no image.
     pub(crate) outside: Vec<usize>,
     quadrature: Quadrature<'a>,
-    /// Whether edges cross the pixels, if there is an atlas.
+    /// Whether edges cross the pixels, if there is an atlas or a rim.
     crossings: Vec<Crossing>,
     /// Whether the depth of the image plane is stretched.
     is_stretched: bool,
@@ -135,7 +135,8 @@ pub(crate) fn parts<'a>(
     let parts = tiles.iter().zip(&scales).enumerate().map(of_tile).collect();
     let is_stretched = stretch.is_some();
     let has_box = atlas_of_box(tiles).is_some();
-    Parts { parts, outside, quadrature, crossings: Vec::new(), is_stretched, has_box }
+    let crossings = quadrature.crossings_of_rim();
+    Parts { parts, outside, quadrature, crossings, is_stretched, has_box }
 }
 
 /// The image plane of a tile as a chart, with this stretch of its depth.
@@ -347,6 +348,11 @@ impl Parts<'_> {
     /// Whether the depths of some charts or of the image plane have been fitted to samples.
     pub(crate) fn has_fitted_depths(&self) -> bool {
         self.is_stretched || self.quadrature.atlas.is_some_and(Atlas::has_fitted_depths)
+    }
+
+    /// Whether the rim of a disc crosses some pixels.
+    pub(crate) fn has_rim(&self) -> bool {
+        self.quadrature.atlas.is_none() && !self.crossings.is_empty()
     }
 
     /// Whether planes divide the charts.

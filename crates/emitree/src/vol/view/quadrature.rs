@@ -139,6 +139,16 @@ impl<'a> Quadrature<'a> {
         Row { crossings, of_charts, outside, most_pieces }
     }
 
+    /// Whether the rim of a disc crosses the pixels; nothing without a rim.
+    pub(crate) fn crossings_of_rim(&self) -> Vec<Crossing> {
+        if !self.geometries.iter().any(|geometry| geometry.has_rim()) {
+            return Vec::new();
+        }
+        let rows: Vec<Vec<Crossing>> =
+            (0..self.shape()[0]).into_par_iter().map(|row| self.crossings_of_row(row)).collect();
+        rows.into_iter().flatten().collect()
+    }
+
     /// The nodes, on the image plane itself, of the pixels that the rim of a disc crosses, and the
     /// numbers of the pixels outside; `None` without a rim.
     pub(crate) fn rim_nodes(&self) -> Option<(ChartNodes, Vec<usize>)> {

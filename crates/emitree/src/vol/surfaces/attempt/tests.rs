@@ -34,8 +34,16 @@ fn found(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64, most: u64) -> (O
     let scale = uniform(SHAPE, 1.0);
     let (known, limbs) = (&[][..], None);
     let least_samples = 0;
-    let request =
-        Request { view: &view, scale: &scale, tolerance, most, known, least_samples, limbs };
+    let request = Request {
+        view: &view,
+        scale: &scale,
+        tolerance,
+        most,
+        known,
+        least_samples,
+        limbs,
+        sky: None,
+    };
     let (found, samples) = answered(&meter, |at, _| rate(at), attempt(&request)).unwrap();
     assert!(found.is_none() || samples.len() >= TUNING.surfaces.scattered);
     (found, meter.evaluations())

@@ -1,0 +1,53 @@
+//! Method `vol` on a ball with a sharp surface: cameras of all kinds are served by found surfaces, outside and inside
+//! of the emission, and errors are no larger than the tolerance.
+
+use emitree::{FromFn, RenderOptions, VolOptions, render};
+use emitree_problems::jumps::named_jump;
+use emitree_problems::views::Outcome;
+
+const TOLERANCE: f64 = 0.01;
+
+/// A view of the ball, and its evaluations.
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn check(camera: &str, is_inside: bool, around: &str, evaluations: u64) {
+    let view = named_jump("ball", camera, is_inside, around).unwrap();
+    let exact = view.reference_image();
+    let emission = FromFn(|position, _| view.rate(position));
+    let options = RenderOptions::new(VolOptions::new(TOLERANCE));
+    let rendering = render(&emission, view.camera(), view.pixels(), &options).unwrap();
+    let error = Outcome::of(&rendering, &exact).error;
+    assert!(rendering.converged() && rendering.surfaces.is_some(), "{}", view.name());
+    assert!(error <= TOLERANCE + exact.error, "{}: {error}", view.name());
+    assert_eq!(rendering.stats.evaluations, evaluations, "{}", view.name());
+}
+
+#[test]
+fn a_pinhole() {
+    check("perspective", false, "bounds", 6_190);
+}
+
+/// From inside it took 152,684 when surfaces were searched for on the image plane, whose poles are single lines.
+#[test]
+fn rows_of_latitudes() {
+    check("equirectangular", true, "nothing", 4_685);
+}
+
+#[test]
+fn a_polar_view() {
+    check("polar", false, "bounds", 5_095);
+    check("polar", true, "nothing", 5_431);
+}
+
+/// 45,393 with spherical bounds (from further away) and 155,316 from inside by image trees.
+#[test]
+fn a_disc() {
+    check("fisheye", false, "bounds", 4_860);
+    check("fisheye", true, "nothing", 5_032);
+}
+
+/// 14,431 from inside by image trees.
+#[test]
+fn twelve_faces() {
+    check("healpix", false, "bounds", 4_723);
+    check("healpix", true, "nothing", 5_099);
+}
