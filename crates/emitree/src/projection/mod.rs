@@ -13,6 +13,7 @@ pub(crate) mod all_sky;
 mod bounds;
 pub(crate) mod camera;
 pub(crate) mod canonical;
+pub(crate) mod disc_chart;
 mod edge;
 mod ellipsoid;
 pub(crate) mod frame;

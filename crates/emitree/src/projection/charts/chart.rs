@@ -243,7 +243,7 @@ impl Chart for PieceChart<'_> {
 
 /// The number of the tile, and the place on it, at which a line is seen; a place near it for a line that
 /// is not in view.
-pub(super) fn image_place(tiles: &[&dyn ViewGeometry], line: &SightLine) -> (usize, [f64; 2]) {
+pub(crate) fn image_place(tiles: &[&dyn ViewGeometry], line: &SightLine) -> (usize, [f64; 2]) {
     let place = |tile: &&dyn ViewGeometry| tile.place_of_line(line);
     let is_inside = |xy: &[f64; 2]| xy.iter().all(|along| (0.0..=1.0).contains(along));
     let mut places = tiles.iter().map(place).enumerate();

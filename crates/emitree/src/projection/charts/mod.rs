@@ -17,14 +17,12 @@
 //! * `layer`: the parts of a chart on each side of planes on which g jumps or has a kink;
 //! * `piece`: the pieces of lines between surfaces, their coordinates and depths;
 //! * `chart`: a piece in view as a map from the unit cube;
-//! * `disc`: the lines of sight about a direction, for views of several tiles or with a pole;
 //! * `stretch`: a chart with more places where the emission is.
 
 mod aim;
 mod axis;
 pub(crate) mod chart;
 pub(crate) mod depth;
-pub(crate) mod disc;
 mod excluded;
 mod faces;
 pub(crate) mod layer;

@@ -296,7 +296,7 @@ fn the_pieces_of_a_line_follow_each_other_between_its_surfaces() {
             let mut ranges = Vec::new();
             for piece in shells.pieces().into_iter().filter(|piece| shells.has(zone, *piece, ends))
             {
-                let [from, to] = shells.range(piece, &line, &aim);
+                let [from, to] = shells.range(piece, Side::Both, &line, &aim);
                 let c = shells.coordinate(piece, &aim);
                 assert!((shells.angle(piece, c) - aim.angle()).abs() < 1e-9, "{piece:?} {aim:?}");
                 if to <= from {
@@ -350,7 +350,7 @@ fn lengths_are_smooth_functions_of_the_coordinate_up_to_the_limb() {
                 let length = |step: f64| {
                     let c = limb + inwards * step;
                     let line = shells.line(&around, shells.angle(piece, c), 0.7);
-                    let [from, to] = shells.range(piece, &line, &shells.aim(&line));
+                    let [from, to] = shells.range(piece, Side::Both, &line, &shells.aim(&line));
                     to - from
                 };
                 // Differences of third order at the limb fall with the third power of the step.

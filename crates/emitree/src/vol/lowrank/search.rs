@@ -550,10 +550,10 @@ impl<'a> Search<'a> {
                 self.has_coarse_depths = coarse.contains(&2) && is_too_coarse(&2);
                 return Ok(Refined::TooCoarse { is_finer });
             }
-            let is_refined = |axis: &usize| {
-                !is_finest(*axis) && !(is_last(*axis) && axes[*axis].next_tail() > allowed)
+            let stays = |axis: usize| {
+                is_finest(axis) || (is_last(axis) && axes[axis].next_tail() > allowed)
             };
-            let refined: Vec<usize> = coarse.into_iter().filter(is_refined).collect();
+            let refined: Vec<usize> = coarse.into_iter().filter(|axis| !stays(*axis)).collect();
             if refined.is_empty() {
                 return Ok(Refined::Resolved { is_finer });
             }

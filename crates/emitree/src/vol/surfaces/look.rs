@@ -106,7 +106,7 @@ fn pairs(places: &[[f64; 3]], rates: &[f64]) -> Vec<[usize; 2]> {
         along(places[a], -1.0, places[b]).into_iter().map(|along| along * along).sum::<f64>()
     };
     let pair = |a: usize| {
-        let others = (0..places.len()).filter(|b| rates[*b] != rates[a]);
+        let others = (0..places.len()).filter(|b| rates[*b].to_bits() != rates[a].to_bits());
         let b = others.min_by(|b, c| square(a, *b).total_cmp(&square(a, *c)))?;
         Some([a.min(b), a.max(b)])
     };

@@ -5,7 +5,7 @@
 //! observer and on the directions in view alone. A pixel is the mean over its lines, weighted with solid angle.
 
 use crate::image::Image;
-use crate::projection::charts::disc::DiscChart;
+use crate::projection::disc_chart::DiscChart;
 use crate::projection::vector::{along, dot, norm, unit};
 use crate::projection::{Chart, ViewGeometry};
 use crate::radiance::radiance_per_density;
