@@ -101,14 +101,14 @@ tolerances_met! {
     ten_percent_seeds_0: 0.1, part 0, 30, "5455";
     ten_percent_seeds_30: 0.1, part 1, 29, "5271";
     ten_percent_seeds_60: 0.1, part 2, 30, "4605";
-    ten_percent_seeds_90: 0.1, part 3, 30, "5159";
+    ten_percent_seeds_90: 0.1, part 3, 30, "5164";
     ten_percent_seeds_120: 0.1, part 4, 30, "5534";
     ten_percent_seeds_150: 0.1, part 5, 29, "6245";
     ten_percent_seeds_180: 0.1, part 6, 30, "5578";
-    ten_percent_seeds_210: 0.1, part 7, 30, "5978";
+    ten_percent_seeds_210: 0.1, part 7, 30, "5998";
     ten_percent_seeds_240: 0.1, part 8, 30, "5721";
-    ten_percent_seeds_270: 0.1, part 9, 29, "6668";
-    ten_percent_seeds_300: 0.1, part 10, 30, "6568";
+    ten_percent_seeds_270: 0.1, part 9, 29, "6695";
+    ten_percent_seeds_300: 0.1, part 10, 30, "6592";
     ten_percent_seeds_330: 0.1, part 11, 30, "6707";
     ten_percent_seeds_360: 0.1, part 12, 30, "8322";
     ten_percent_seeds_390: 0.1, part 13, 30, "5852";
@@ -121,10 +121,10 @@ tolerances_met! {
     one_percent_seeds_120: 0.01, part 4, 30, "9360";
     one_percent_seeds_150: 0.01, part 5, 30, "11283";
     one_percent_seeds_180: 0.01, part 6, 29, "9333";
-    one_percent_seeds_210: 0.01, part 7, 30, "10438";
+    one_percent_seeds_210: 0.01, part 7, 30, "10463";
     one_percent_seeds_240: 0.01, part 8, 30, "9565";
-    one_percent_seeds_270: 0.01, part 9, 30, "10487";
-    one_percent_seeds_300: 0.01, part 10, 30, "11126";
+    one_percent_seeds_270: 0.01, part 9, 30, "10524";
+    one_percent_seeds_300: 0.01, part 10, 30, "11152";
     one_percent_seeds_330: 0.01, part 11, 30, "11545";
     one_percent_seeds_360: 0.01, part 12, 30, "13433";
     one_percent_seeds_390: 0.01, part 13, 30, "10055";
@@ -137,7 +137,7 @@ tolerances_met! {
     a_tenth_of_a_percent_seeds_120: 1e-3, part 4, 30, "17037";
     a_tenth_of_a_percent_seeds_150: 1e-3, part 5, 30, "20957";
     a_tenth_of_a_percent_seeds_180: 1e-3, part 6, 30, "15771";
-    a_tenth_of_a_percent_seeds_210: 1e-3, part 7, 30, "19532";
+    a_tenth_of_a_percent_seeds_210: 1e-3, part 7, 30, "19551";
     a_tenth_of_a_percent_seeds_240: 1e-3, part 8, 30, "18307";
     a_tenth_of_a_percent_seeds_270: 1e-3, part 9, 30, "20692";
     a_tenth_of_a_percent_seeds_300: 1e-3, part 10, 30, "20773";
@@ -153,5 +153,5 @@ tolerances_met! {
     one_in_10_000_seeds_120: 1e-4, part 4, 30, "27532";
     one_in_10_000_seeds_150: 1e-4, part 5, 30, "35466";
     one_in_10_000_seeds_180: 1e-4, part 6, 30, "27744";
-    one_in_10_000_seeds_210: 1e-4, part 7, 30, "34659";
+    one_in_10_000_seeds_210: 1e-4, part 7, 30, "34751";
 }

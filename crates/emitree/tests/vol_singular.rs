@@ -70,7 +70,7 @@ fn all_pixels_about_cusps_are_within_their_estimates() {
 #[test]
 fn random_cusps_are_within_one_per_cent() {
     // One point and two, in and out of view, exponents from 0.5 to 2.4.
-    for (seed, count) in [(0, 1975), (3, 33_692), (5, 2_166), (7, 4_304), (9, 6_345)] {
+    for (seed, count) in [(0, 1975), (3, 23_776), (5, 2_166), (7, 4_304), (9, 6_345)] {
         let view = random_cusps(seed);
         let found = rendering(&view, 1e-2);
         let error = true_error(&view, &found.values);

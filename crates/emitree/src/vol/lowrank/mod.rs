@@ -113,8 +113,7 @@ pub(crate) async fn attempt(
                 meter,
                 search: Search::new(
                     WeightedView::new(meter, part, tiles.len()),
-                    // In dark pixels, fibers may have to be as fine as for small tolerances.
-                    if vol.is_uniform() { vol.tolerance } else { 0.0 },
+                    vol.is_uniform().then_some(vol.tolerance),
                 ),
                 start: start.and_then(|start| start.functions[number].clone()),
                 part,

@@ -118,6 +118,8 @@ pub(super) struct Search<'a> {
     /// The largest residual on the fibers, once it has been computed for the present interpolant.
     of_fibers: Option<Worst>,
     finest_level: u8,
+    /// What the finest level may leave unresolved, in units of what others may.
+    left_at_finest_level: f64,
     /// Whether the search has ended since G jumps.
     pub(super) has_jump: bool,
     /// Whether the fibers along the depth were too coarse at their finest level.
@@ -175,12 +177,17 @@ impl From<Stop> for End {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(view: WeightedView<'a>, tolerance: f64) -> Self {
-        let finest_level = if tolerance >= TUNING.lowrank.moderate_tolerance {
-            TUNING.lowrank.finest_fiber_level_if_moderate
-        } else {
-            TUNING.lowrank.finest_fiber_level
+    /// A search to a tolerance of the largest pixel; `None` if each pixel has a tolerance of its own.
+    pub(super) fn new(view: WeightedView<'a>, tolerance: Option<f64>) -> Self {
+        let finest_level = match tolerance {
+            Some(from) if from >= TUNING.lowrank.moderate_tolerance => {
+                TUNING.lowrank.finest_fiber_level_if_moderate
+            }
+            // In dark pixels, fibers may have to be as fine as for small tolerances.
+            _ => TUNING.lowrank.finest_fiber_level,
         };
+        let left_at_finest_level =
+            if tolerance.is_some() { 1.0 } else { TUNING.lowrank.left_at_finest_level };
         let interpolant = Interpolant::new(TUNING.lowrank.first_fiber_level, None);
         Self {
             view,
@@ -189,6 +196,7 @@ impl<'a> Search<'a> {
             probes: Probes::default(),
             of_fibers: None,
             finest_level,
+            left_at_finest_level,
             has_jump: false,
             has_coarse_depths: false,
         }
@@ -538,8 +546,7 @@ impl<'a> Search<'a> {
             if coarse.is_empty() {
                 return Ok(Refined::Resolved { is_finer });
             }
-            // At the finest level more is left unresolved: the residuals show whether it matters.
-            let most = TUNING.lowrank.finest_fiber_resolution * allowed;
+            let most = self.left_at_finest_level * allowed;
             let is_finest = |axis: usize| axes[axis].level >= self.finest_level;
             let is_last = |axis: usize| axes[axis].level + 1 == self.finest_level;
             let is_too_coarse = |&axis: &usize| {
