@@ -108,6 +108,7 @@ async fn to_tolerance(
     };
     let mut seen: Option<SeenCharts> = None;
     let mut probed = Vec::new();
+    let mut has_tried_halves = false;
     let mut unfinished: Option<MethodOutput> = None;
     loop {
         let Division { edges, cuts, is_halved, depths, stretch, is_by_faces, layered_from } =
@@ -172,8 +173,13 @@ async fn to_tolerance(
                 continue;
             }
         }
-        if attempted.prefers_halves {
-            division.is_halved = true;
+        if attempted.prefers_halves && !has_tried_halves {
+            (division.is_halved, has_tried_halves) = (true, true);
+            continue;
+        }
+        // The trees of whole charts need fewer evaluations than those of halves.
+        if *is_halved && start.is_none() && !attempted.found.as_ref().is_some_and(is_complete) {
+            division.is_halved = false;
             continue;
         }
         // Products of whole lines of sight need fewer evaluations than those of their layers.
