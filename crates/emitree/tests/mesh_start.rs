@@ -236,6 +236,6 @@ fn a_fixed_mesh_that_converges_is_within_the_tolerance() {
         check(found, error, cold, &view.name());
     }
     // The meshes of the ten others have lines: at their own tolerance they do not suffice.
-    assert_eq!([scenes, converged], [20, 9]);
+    assert_eq!([scenes, converged], [20, 8]);
     assert_eq!([evaluations, from_nothing], [5626, 20_327]);
 }
