@@ -167,8 +167,8 @@ fn a_mesh_with_errors_by_pixel_has_honest_errors_for_another_emission() {
         let found = rendered(peak(at), &vol(tolerance).with_fixed_mesh(&mesh));
         let error = relative_error(&found.values, &exact);
         let estimate = found.estimated_error().unwrap();
-        // An image that is wrong by more than its brightest pixel has an estimate that is not exact either.
-        assert!(error <= 1.1 * estimate, "{at}: {error} {estimate}");
+        // Of an image that is wrong by more than its brightest pixel, the estimate says that alone.
+        assert!(error.min(1.0) <= estimate, "{at}: {error} {estimate}");
         assert!(!found.converged() || error <= tolerance, "{at}: {error}");
     }
 }

@@ -14,6 +14,7 @@ mod error;
 mod excerpt;
 mod feature;
 mod instrument;
+mod overrides;
 mod radiometry;
 mod seed;
 mod settings;
@@ -33,6 +34,8 @@ pub use camera::{
 pub use emission::{EmissionFailure, EmissionSource, GridEmission};
 pub use error::SceneError;
 pub use instrument::SceneInstrument;
+pub use overrides::Override;
+use overrides::is_option;
 pub use radiometry::{Quantity, SceneEmission};
 pub use settings::RenderSettings;
 pub(crate) use sky::SkyView;
@@ -64,17 +67,6 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use table::Table;
-
-/// A value that replaces one of the scene file: an option of the command line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Override {
-    /// The key with its path, such as `render.method`.
-    pub key: String,
-    /// The value as TOML writes it; anything that is not TOML is taken as a string.
-    pub value: String,
-    /// The option that it comes from, such as `--method`, for messages.
-    pub option: String,
-}
 
 /// A scene, read and checked.
 #[derive(Clone, Debug)]
@@ -557,13 +549,6 @@ fn read_image(
     Ok((shape, units))
 }
 
-/// What the names of sources that are options of the command line start with.
-const OPTION_PREFIX: &str = "option --";
-
-fn is_option(source: &Source) -> bool {
-    source.name.starts_with(OPTION_PREFIX)
-}
-
 /// A file that a scene names is beside the scene; one that an option names is where the command
 /// was given.
 fn beside_scene(file: &str, place: &Place) -> PathBuf {
@@ -572,31 +557,6 @@ fn beside_scene(file: &str, place: &Place) -> PathBuf {
     }
     let folder = Path::new(&place.source.name).parent().unwrap_or(Path::new(""));
     folder.join(file)
-}
-
-impl Override {
-    /// The scene of one line that this is, and the line as TOML.
-    fn parse(&self) -> Result<(Node, String), SceneError> {
-        let parsed = |line: String| {
-            let name = format!("{OPTION_PREFIX}{}", self.option.trim_start_matches('-'));
-            let source = Arc::new(Source { name, text: line.clone() });
-            Ok((Node::parse(&source)?, line))
-        };
-        let as_text = || format!("{} = {}", self.key, toml::Value::from(self.value.as_str()));
-        if self.value.contains('\n') {
-            return parsed(as_text());
-        }
-        // Words need no quotes on a command line; a number, a list or a table that is wrong is wrong.
-        let is_number = |value: &str| value.chars().all(|c| "0123456789+-_.eE".contains(c));
-        let is_word = |value: &str| !value.starts_with(['"', '\'', '[', '{']) && !is_number(value);
-        parsed(format!("{} = {}", self.key, self.value)).or_else(|error| {
-            if !is_word(&self.value) {
-                return Err(error);
-            }
-            // If even a string can't be put there, it is the key that is wrong.
-            parsed(as_text()).map_err(|_: SceneError| error)
-        })
-    }
 }
 
 #[cfg(test)]

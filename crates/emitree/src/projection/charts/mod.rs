@@ -196,23 +196,17 @@ impl<'a> Atlas<'a> {
     /// Whether the only surface is that of the bounds, and all lines of sight pass well inside of its limb: nothing
     /// is singular in view.
     pub(crate) fn is_inside_bounds(&self) -> bool {
-        /// Lines along each side of a tile, with those at its borders.
-        const LINES: usize = 17;
         /// How far inside, as a share of the radius.
         const INSIDE: f64 = 0.9;
         let [only] = &self.shells[..] else { return false };
         if !only.is_only_bounds() || only.singular.is_some() {
             return false;
         }
-        let place = |k: usize| k as f64 / (LINES - 1) as f64;
         let is_inside = |line: SightLine| {
             let aim = only.aim(&line);
             aim.is_ahead && aim.miss < INSIDE * only.radii[0]
         };
-        self.tiles.iter().all(|tile| {
-            let mut places = (0..LINES * LINES).map(|k| [place(k % LINES), place(k / LINES)]);
-            places.all(|xy| tile.line(xy).is_some_and(is_inside))
-        })
+        self.lattice_of_lines().all(|line| line.is_some_and(is_inside))
     }
 
     /// Whether planes divide the charts.
@@ -263,20 +257,24 @@ impl<'a> Atlas<'a> {
 
     /// Whether all lines of sight in view that pass a centre are nearest to it between their ends.
     fn have_nearest(&self, shells: &Shells) -> bool {
-        /// Lines along each side of a tile, with those at its borders.
-        const LINES: usize = 17;
-        let place = |k: usize| k as f64 / (LINES - 1) as f64;
-        let lines = |tile: &&dyn ViewGeometry| {
-            let lines = (0..LINES * LINES).map(|k| [place(k % LINES), place(k / LINES)]);
-            lines.filter_map(|xy| tile.line(xy)).collect::<Vec<_>>()
-        };
-        let lines: Vec<SightLine> = self.tiles.iter().flat_map(lines).collect();
-        let are_passed = |line: &SightLine, shells: &Shells| {
-            let nearest = shells.aim(line).nearest;
-            let ends_at_body = matches!(self.surroundings.end_of(line).0, Region::Body(_));
+        let has_nearest = |line: SightLine| {
+            let nearest = shells.aim(&line).nearest;
+            let ends_at_body = matches!(self.surroundings.end_of(&line).0, Region::Body(_));
             ends_at_body || (line.ends[0] < nearest && nearest < line.ends[1])
         };
-        lines.iter().all(|line| are_passed(line, shells)) && shells.singular.is_none()
+        shells.singular.is_none() && self.lattice_of_lines().flatten().all(has_nearest)
+    }
+
+    /// Lines of sight at a lattice of places on the tiles, with those at their borders; `None` where there is none.
+    fn lattice_of_lines(&self) -> impl Iterator<Item = Option<SightLine>> {
+        /// Lines along each side of a tile.
+        const LINES: usize = 17;
+        let place = |k: usize| k as f64 / (LINES - 1) as f64;
+        let of_tile = move |tile: &&'a dyn ViewGeometry| {
+            let tile = *tile;
+            (0..LINES * LINES).map(move |k| tile.line([place(k % LINES), place(k / LINES)]))
+        };
+        self.tiles.iter().flat_map(of_tile)
     }
 
     /// Whether some pieces are divided at the points nearest to a centre.
