@@ -48,6 +48,6 @@ fn a_disc() {
 /// 14,431 from inside by image trees.
 #[test]
 fn twelve_faces() {
-    check("healpix", false, "bounds", 4_723);
-    check("healpix", true, "nothing", 5_099);
+    check("healpix", false, "bounds", 5_035);
+    check("healpix", true, "nothing", 10_201);
 }

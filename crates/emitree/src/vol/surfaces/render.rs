@@ -120,7 +120,11 @@ fn request<'a>(
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
     let most = (TUNING.surfaces.most_budget_share * left) as u64;
     let wanted = vol.smallest_feature.map(|size| fraction_of_view(size, tiles)).transpose()?;
-    let least_samples = samples_wanted(vol, wanted.map(|size| view.part.least_feature * size));
+    let of_options = samples_wanted(vol, wanted.map(|size| view.part.least_feature * size));
+    // Image trees have a base lattice for each tile, which detects more than the samples of one chart.
+    let of_tiles =
+        if tiles.len() > 1 { tiles.len() * TUNING.surfaces.scattered_of_tile } else { 0 };
+    let least_samples = of_options.max(of_tiles);
     Ok(Request {
         view,
         scale: &view.part.scale,

@@ -15,6 +15,9 @@ group! {
         /// The scattered samples at the beginning. They detect regions between the corners of the
         /// base lattice.
         scattered: usize = 1024, 512..=2048;
+        /// The least number of scattered points for each tile of a view of several. With `scattered` points for all
+        /// twelve faces of a sky, one of two shapes was missed that image trees find.
+        scattered_of_tile: usize = 512, 256..=1024;
         /// Differences of G that change no line of sight by more than this share of T are negligible.
         negligible: f64 = 0.1, 0.05..=0.2;
         /// The nearest samples that decide the region of another, and the most of one region.
