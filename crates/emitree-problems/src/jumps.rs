@@ -71,7 +71,7 @@ pub struct Jump {
 struct Lens {
     kind: usize,
     viewpoint: Viewpoint,
-    /// Angles [rad]: of a perspective camera, and of others.
+    /// Angles (rad): of a perspective camera, and of others.
     angle_rad: f64,
     cone_rad: f64,
 }
