@@ -75,7 +75,9 @@ impl Search<'_> {
                 let (mut wall, mut error) = (Wall::from(patch), error);
                 let wanted = allowed_at(&wall);
                 if error > TUNING.surfaces.wall_from * wanted {
-                    let meeting = self.meeting_patches(index, cell.cell, (a, b), wanted);
+                    // Where a single patch is good enough, an edge beyond the points of the cell does not matter.
+                    let reaches = if error > wanted { &REACHES[..] } else { &REACHES[..1] };
+                    let meeting = self.meeting_patches(index, cell.cell, (a, b), (reaches, wanted));
                     if let Some(better) = meeting.filter(|(_, of_it)| *of_it < error) {
                         (wall, error) = better;
                     }
@@ -115,18 +117,18 @@ impl Search<'_> {
         })
     }
 
-    /// Several patches between two regions in a cell, with their error: those with the least, or the
-    /// first that reach `wanted`.
+    /// Several patches between two regions in a cell, with their error: of the points within several
+    /// reaches those with the least, or the first that reach `wanted`.
     fn meeting_patches(
         &self,
         index: &PointIndex,
         cell: Cell,
         pair: (Label, Label),
-        wanted: f64,
+        (reaches, wanted): (&[i32], f64),
     ) -> Option<(Wall, f64)> {
         let (size, centre) = (self.grid.cell_size(cell.0), self.grid.centre(cell));
         let mut best: Option<(Wall, f64)> = None;
-        for reaches in REACHES {
+        for &reaches in reaches {
             // Beside an edge, all further points are those of coarser cells.
             let points = index.near(self, pair, centre, reaches);
             let found = Wall::fit(&points, centre, (size, reaches), wanted);

@@ -120,12 +120,12 @@ impl Wall {
                 let own: Vec<FitPoint> = own.map(|(point, _)| *point).collect();
                 (*patch, *error) = Patch::fit(&own, cell, patch.axis(), wide, enough)?;
             }
+            // Two parts of one smooth surface, continued to the same place, are no edge.
+            if least_turn(&patches, cell) < 0.5 * TUNING.surfaces.wall_least_turn {
+                return None;
+            }
         }
-        // Two parts of one smooth surface, continued to the same place, are no edge.
-        let normals: Vec<[f64; 3]> = patches.iter().map(|patch| patch.normal(cell)).collect();
-        let most = TUNING.surfaces.wall_least_turn.cos();
-        let mut pairs = (0..normals.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-        if pairs.any(|(i, j)| dot(normals[i], normals[j]) > most) {
+        if least_turn(&patches, cell) < TUNING.surfaces.wall_least_turn {
             return None;
         }
         let error = errors.into_iter().fold(0.0, f64::max);
@@ -142,6 +142,14 @@ impl Wall {
         });
         both.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))
     }
+}
+
+/// The least angle between the normals of two patches at a point, in radians.
+fn least_turn(patches: &[Patch], at: [f64; 3]) -> f64 {
+    let normals: Vec<[f64; 3]> = patches.iter().map(|patch| patch.normal(at)).collect();
+    let pairs = (0..normals.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let cosines = pairs.map(|(i, j)| dot(normals[i], normals[j]));
+    cosines.fold(-1.0_f64, f64::max).min(1.0).acos()
 }
 
 /// The patch that is nearest to a point, of those with its orientation; their number for a point
