@@ -18,9 +18,8 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<ExitCode, Failure> {
     interrupt::catch();
     let line = ProgressLine::new(arguments.running.quiet);
     let progress = |evaluations| line.advance(evaluations);
-    let of = |scene: &Scene| {
-        pool.install(|| Rehearsal::of(scene, arguments.rehearsal, Some(&progress)))
-    };
+    let of =
+        |scene: &Scene| pool.install(|| Rehearsal::of(scene, arguments.rehearsal, Some(&progress)));
     let found: Result<Vec<Rehearsed>, Failure> = match scene.components() {
         None => of(&scene).map(|rehearsal| vec![(String::new(), rehearsal)]).map_err(Failure::from),
         Some(components) => {

@@ -124,9 +124,9 @@ impl RenderedComponents {
     ///
     /// As [`fits`](Self::fits).
     pub fn error_fits(&self) -> Option<Result<Vec<u8>, FitsEncodeError>> {
-        let maps = self.components().map(|(name, of)| {
-            Some((format!("{}_ERROR", hdu_name(name)), of.error_map()?))
-        });
+        let maps = self
+            .components()
+            .map(|(name, of)| Some((format!("{}_ERROR", hdu_name(name)), of.error_map()?)));
         Some(self.fits_of(maps.collect::<Option<Vec<NamedMap<'_>>>>()?))
     }
 
@@ -164,13 +164,13 @@ impl RenderedComponents {
     }
 
     fn npy_of<'a>(&self, maps: impl Iterator<Item = &'a Cube>) -> Result<Vec<u8>, EncodeError> {
-        let [bins, height, width] = self.components.first().map_or([0; 3], |of| of.1.values.shape());
+        let [bins, height, width] =
+            self.components.first().map_or([0; 3], |of| of.1.values.shape());
         let of_band = |band: &emitree::Image| match self.account.is_sky {
             true => Healpix::nested(band),
             false => band.pixels().to_vec(),
         };
-        let pixels: Vec<f64> =
-            maps.flat_map(|map| map.bands().iter().flat_map(of_band)).collect();
+        let pixels: Vec<f64> = maps.flat_map(|map| map.bands().iter().flat_map(of_band)).collect();
         let is_cube = self.account.bins.is_some();
         let bins = is_cube.then_some(bins);
         let sides = if self.account.is_sky { vec![height * width] } else { vec![height, width] };

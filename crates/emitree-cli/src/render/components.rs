@@ -10,8 +10,8 @@ use crate::numbers::seconds;
 use crate::progress::{Goal, ProgressLine};
 use emitree::RenderError;
 use emitree_io::{
-    Format, OutputSet, PictureStyle, PixelLayout, Product, RenderedComponents,
-    RenderedScene, Scene, SceneComponents, commit_all, grouped,
+    Format, OutputSet, PictureStyle, PixelLayout, Product, RenderedComponents, RenderedScene,
+    Scene, SceneComponents, commit_all, grouped,
 };
 use std::ffi::OsString;
 use std::io::Write;

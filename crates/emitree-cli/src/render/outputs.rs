@@ -151,7 +151,10 @@ pub(super) fn refuse_scene_itself<'a>(
 }
 
 /// How pictures look; annotations are refused if no output is a picture.
-pub(super) fn style(arguments: &RenderArguments, formats: &[Format]) -> Result<PictureStyle, Failure> {
+pub(super) fn style(
+    arguments: &RenderArguments,
+    formats: &[Format],
+) -> Result<PictureStyle, Failure> {
     if !arguments.annotate {
         return Ok(PictureStyle::default());
     }

@@ -250,8 +250,11 @@ fn read_source(
         return Ok(EmissionSource::Components(Arc::new(found)));
     }
     if let Some(names) = names {
-        return Err(SceneError::at(&names.place, "`emission.components` is for `emission.expressions`")
-            .label("expected `expressions = [\"…\", \"…\"]` too, which they name"));
+        return Err(SceneError::at(
+            &names.place,
+            "`emission.components` is for `emission.expressions`",
+        )
+        .label("expected `expressions = [\"…\", \"…\"]` too, which they name"));
     }
     let expression = table.text("expression")?;
     let model = table.text("model")?;

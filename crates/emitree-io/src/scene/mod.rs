@@ -393,9 +393,8 @@ impl Scene {
         let (source, of_emission) = emission::read(emission, spectrum, needs_emission)?;
         if let (Some(instrument), EmissionSource::Components(_)) = (&instrument, &source) {
             let message = "the scene has `[instrument]` and `emission.expressions`";
-            return Err(SceneError::at(instrument.place(), message).label(
-                "expected none: counts are those of a single `emission.expression`",
-            ));
+            return Err(SceneError::at(instrument.place(), message)
+                .label("expected none: counts are those of a single `emission.expression`"));
         }
         let absorption = table.table("absorption")?;
         let absorption = absorption.map(|table| absorption::read(table, spectrum)).transpose()?;

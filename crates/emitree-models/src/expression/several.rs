@@ -135,9 +135,8 @@ mod tests {
     #[test]
     fn common_parts_are_computed_once() {
         let constants = BTreeMap::new();
-        let instructions = |texts: &[&str]| {
-            Expressions::parse(texts, &constants).unwrap().tape.instructions.len()
-        };
+        let instructions =
+            |texts: &[&str]| Expressions::parse(texts, &constants).unwrap().tape.instructions.len();
         let one = instructions(&["exp(-x^2 - y^2)"]);
         assert_eq!(instructions(&["exp(-x^2 - y^2)", "exp(-x^2 - y^2)"]), one);
         assert_eq!(instructions(&["exp(-x^2 - y^2)", "3*exp(-x^2 - y^2)"]), one + 1);

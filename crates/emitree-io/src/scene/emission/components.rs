@@ -164,7 +164,12 @@ pub(super) fn read(
         unused.retain(|name| of_this.contains(name));
     }
     if let Some(name) = unused.into_iter().next() {
-        return Err(refuse_unused("constant", name, &constants[name].1.key, "emission.expressions"));
+        return Err(refuse_unused(
+            "constant",
+            name,
+            &constants[name].1.key,
+            "emission.expressions",
+        ));
     }
     let texts: Vec<String> = texts.into_iter().map(|(text, _)| text).collect();
     let expressions = match spectrum {
@@ -228,3 +233,6 @@ fn read_names(node: &Node, count: usize) -> Result<Vec<String>, SceneError> {
     }
     Ok(names)
 }
+
+#[cfg(test)]
+mod tests;
