@@ -16,7 +16,7 @@ use emitree::{Cube, Healpix};
 ///
 /// let text = r#"
 ///     emission.expressions = ["exp(-x)", "y*exp(-x)"]
-///     emission.components = ["total", "polarized"]
+///     emission.components = ["total", "polarised"]
 ///     projection.type = "canonical"
 ///     image = { width = 8, height = 8 }
 /// "#;
@@ -30,7 +30,7 @@ use emitree::{Cube, Healpix};
 /// let all = RenderedComponents::new(rendered, components.evaluations()).unwrap();
 /// assert!(all.account().converged());
 /// assert_eq!(all.account().evaluations, components.evaluations());
-/// let fits = all.fits()?; // the HDUs TOTAL, POLARIZED, TOTAL_ERROR, POLARIZED_ERROR and so on
+/// let fits = all.fits()?; // the HDUs TOTAL, POLARISED, TOTAL_ERROR, POLARISED_ERROR and so on
 /// assert!(fits.starts_with(b"SIMPLE"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

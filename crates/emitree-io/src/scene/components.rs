@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// let text = r#"
 ///     [emission]
 ///     expressions = ["exp(-a*x^2)", "y*exp(-a*x^2)"]
-///     components = ["total", "polarized"]
+///     components = ["total", "polarised"]
 ///     constants = { a = 4 }
 ///     [projection]
 ///     type = "canonical"
@@ -23,7 +23,7 @@ use std::sync::Arc;
 /// "#;
 /// let scene = Scene::parse("example", text, &[])?;
 /// let components = scene.components().unwrap();
-/// assert_eq!(components.names(), ["total", "polarized"]);
+/// assert_eq!(components.names(), ["total", "polarised"]);
 /// let mut alone = 0;
 /// for scene in components.scenes() {
 ///     alone += scene.render(&scene.emission, &scene.render_options())?.stats.evaluations;
