@@ -33,9 +33,7 @@ def exact(sharpness, shape):
         ends = [math.erf(root * (end - 0.5)) for end in (low, high)]
         return math.sqrt(math.pi) / (2 * root) * (ends[1] - ends[0])
 
-    rows, columns = (
-        np.array([integral(i / n, (i + 1) / n) * n for i in range(n)]) for n in shape
-    )
+    rows, columns = (np.array([integral(i / n, (i + 1) / n) * n for i in range(n)]) for n in shape)
     return integral(0, 1) * np.outer(rows, columns)
 
 
@@ -103,7 +101,7 @@ def test_what_takes_one_rate_is_refused(scene):
         emitree.render(scene, frame=print)
     with pytest.raises(TypeError, match="`executor` is for functions"):
         emitree.render(scene, executor=object())
-    with pytest.raises(emitree.SceneError, match="`emission.components` has 1 name"):
+    with pytest.raises(emitree.SceneError, match=r"`emission.components` has 1 name"):
         emitree.render(scene, changes={"emission.components": ["a"]})
     with pytest.raises(emitree.EmissionError):
         emitree.render(scene, changes={"emission.expressions": ["a", "a", "a/(x-x)"]})
