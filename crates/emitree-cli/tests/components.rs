@@ -1,5 +1,5 @@
 //! Scenes with several expressions: an image for each, as users have them.
-#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+#![allow(clippy::expect_used, clippy::unwrap_used, reason = "what fails here fails the test")]
 
 mod support;
 
@@ -61,7 +61,7 @@ fn hdu(fits: &[u8], name: &str) -> Vec<f64> {
     let is_named = |hdu: &fits_well::io::Hdu| {
         hdu.header.get_text("EXTNAME").unwrap().is_some_and(|found| found.trim() == name)
     };
-    let at = reader.hdus().iter().position(is_named).unwrap_or_else(|| panic!("no HDU {name}"));
+    let at = reader.hdus().iter().position(is_named).expect(name);
     let mut values = Vec::new();
     reader.image(at).unwrap().physical_into(.., &mut values).unwrap();
     values
@@ -101,7 +101,7 @@ fn every_component_has_its_exact_image_to_its_own_tolerance() {
         ["wide", "narrow", "dark"].iter().zip(exact_components()).enumerate()
     {
         let [image, error] = [&images, &errors].map(|all| &all[number * count..][..count]);
-        // The promise is that of the component itself, though the second is a hundredth of the first.
+        // The tolerance is relative to the component itself, though the second is a hundredth of the first.
         for (pixel, (found, exact)) in image.iter().zip(&exact).enumerate() {
             let difference = (found - exact).abs();
             assert!(difference <= 0.001 * largest(&exact_components()[number]), "{name}, {pixel}");

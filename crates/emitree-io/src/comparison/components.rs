@@ -1,12 +1,20 @@
 //! The components of a rendering of several emission rates, as a FITS file has them: an HDU for each.
 
-use super::StoredImage;
 use crate::grid::{GridReadError, GridRequest, read_arrays};
 use crate::rendered_components::NUMBER_OF_COMPONENTS;
 use fits_well::FitsReader;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
+
+/// The images of all components, one after the other; those of cubes band by band.
+pub(super) struct StoredComponents {
+    /// Bands, rows and columns.
+    pub(super) shape: [usize; 3],
+    pub(super) values: Vec<f64>,
+    pub(super) unit: Option<String>,
+    pub(super) error: Option<Vec<f64>>,
+}
 
 /// The names of the components in a file; none if it is not of a rendering of several emission rates, or can't be
 /// read at all.
@@ -21,13 +29,12 @@ pub(super) fn names(path: &Path) -> Option<Vec<String>> {
     (1..=count).map(name).collect()
 }
 
-/// The images of all components, one after the other, with their errors if all of them have some. Those of cubes
-/// follow each other band by band.
+/// The images of all components, with their errors if all of them have some.
 ///
 /// # Errors
 ///
 /// [`GridReadError`]: a component that is missing, or has another shape than the first one.
-pub(super) fn read(path: &Path, names: &[String]) -> Result<StoredImage, GridReadError> {
+pub(super) fn read(path: &Path, names: &[String]) -> Result<StoredComponents, GridReadError> {
     let (mut values, mut errors, mut unit, mut sides) = (Vec::new(), Vec::new(), None, Vec::new());
     let mut has_errors = true;
     read_arrays(path, &GridRequest::default(), |file| {
@@ -59,12 +66,5 @@ pub(super) fn read(path: &Path, names: &[String]) -> Result<StoredImage, GridRea
             return Err(super::healpix::malformed(reason));
         }
     };
-    Ok(StoredImage {
-        name: path.display().to_string(),
-        shape,
-        is_sky: false,
-        values,
-        unit,
-        error: has_errors.then_some(errors),
-    })
+    Ok(StoredComponents { shape, values, unit, error: has_errors.then_some(errors) })
 }

@@ -53,7 +53,10 @@ impl StoredImage {
             return Ok(Self { name, shape, is_sky: true, values, unit, error });
         }
         if let Some(names) = components {
-            return components::read(path, &names).map_err(in_file);
+            let found = components::read(path, &names).map_err(in_file)?;
+            let (shape, values, unit, error) = (found.shape, found.values, found.unit, found.error);
+            let name = path.display().to_string();
+            return Ok(Self { name, shape, is_sky: false, values, unit, error });
         }
         let stored = read_stored(path)
             .map_err(|error| ComparisonError::File { path: error.path, cause: error.cause })?;

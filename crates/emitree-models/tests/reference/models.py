@@ -287,8 +287,9 @@ def cases():
                         r * float(sin(latitude)))
             yield k_corona, "", position, unit(direction)
             yield k_corona_polarised, "", position, unit(direction)
-    for corona in (k_corona, k_corona_polarised):
-        yield corona, "limb_darkening=0", (1.5, -1.0, 0.2), unit((3, -2, 0.4))
+    # Along the radius nothing is polarised.
+    for corona, direction in [(k_corona, (3, -2, 0.4)), (k_corona_polarised, (3, 2, 0.4))]:
+        yield corona, "limb_darkening=0", (1.5, -1.0, 0.2), unit(direction)
         yield corona, "limb_darkening=1", (1.5, -1.0, 0.2), unit((2, 3, 0))
         yield corona, "", (0.5, 0.5, 0.5), ANY
 
