@@ -329,7 +329,8 @@ pub(crate) fn components_fits<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let of = |(name, found): (String, Bound<'py, Rendered>)| (name, found.get().rendered.clone());
     let all = RenderedComponents::new(components.into_iter().map(of).collect(), evaluations);
-    let all = all.ok_or_else(|| PyValueError::new_err("components of different shapes, or none"))?;
+    let all =
+        all.ok_or_else(|| PyValueError::new_err("components of different shapes, or none"))?;
     Ok(PyBytes::new(py, &all.fits().map_err(of_encoding)?))
 }
 
