@@ -142,3 +142,34 @@ fn other_emissions_beside_a_list_are_refused() {
     let message = "`emission.expressions` in a scene whose rates another program makes";
     assert_eq!(planned.unwrap_err().message(), message);
 }
+
+/// The one pixel of each component of a scene.
+fn pixels(tables: &str) -> Vec<f64> {
+    let scene =
+        Scene::parse("scene.toml", &format!("{tables}\n{}", REST.replace(" = 4", " = 1")), &[]);
+    let scene = scene.unwrap();
+    let components = scene.components().unwrap();
+    let rendered = components.scenes().iter().map(|scene| {
+        let found = scene.render(&scene.emission, &scene.render_options()).unwrap();
+        assert!(found.converged());
+        found.values.bands()[0].pixels()[0]
+    });
+    rendered.collect()
+}
+
+#[test]
+fn media_that_absorb_and_exposures_have_components_too() {
+    let emission = "[emission]\nexpressions = [\"a\", \"a*z\"]\nconstants = { a = 3 }\n";
+    let found = pixels(&format!("{emission}[absorption]\nexpression = \"2\""));
+    // ∫ 3 exp(−2z) dz and ∫ 3 z exp(−2z) dz from 0 to 1.
+    let e = (-2.0_f64).exp();
+    for (found, exact) in found.iter().zip([1.5 * (1.0 - e), 0.75 * (1.0 - 3.0 * e)]) {
+        assert!((found / exact - 1.0).abs() < 1e-3, "{found}, {exact}");
+    }
+    let emission = "[emission]\nexpressions = [\"t\", \"x*t^2\"]\n";
+    let found = pixels(&format!("{emission}[time]\nstart = 1\nstop = 3"));
+    // The means of t and of t² over 1 to 3 are 2 and 13/3.
+    for (found, exact) in found.iter().zip([2.0, 13.0 / 6.0]) {
+        assert!((found / exact - 1.0).abs() < 0.01, "{found}, {exact}");
+    }
+}
