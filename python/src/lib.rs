@@ -54,7 +54,7 @@ mod _native {
     #[pymodule_export]
     use crate::output::OutputFile;
     #[pymodule_export]
-    use crate::rendering::{Rendered, draw_counts};
+    use crate::rendering::{Rendered, components_fits, draw_counts};
     #[pymodule_export]
     use crate::scene::Scene;
     #[pymodule_export]

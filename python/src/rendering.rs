@@ -7,8 +7,8 @@ use crate::surfaces::{ReadSurfaceArrays, SurfaceArrays, arrays_of, encoded, surf
 use emitree::{Cube, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
-    Account, Bands, Card, PictureOptions, ProductMap, Quantity, RenderedScene, Scene, Sky, WcsAxis,
-    encode_png, picture_of_sky,
+    Account, Bands, Card, PictureOptions, ProductMap, Quantity, RenderedComponents, RenderedScene,
+    Scene, Sky, WcsAxis, encode_png, picture_of_sky,
 };
 use numpy::{PyArray1, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
@@ -317,6 +317,21 @@ impl Rendered {
         let (map, cards) = self.rendered.counts_map(&map, bands, seed);
         self.encoded(py, map, Vec::new(), cards, None)
     }
+}
+
+/// The images of components by their names, with their errors and evaluations, units, coordinates and provenance: the
+/// bytes of a FITS file. The emission was evaluated at this number of points for all of them.
+#[pyfunction]
+pub(crate) fn components_fits<'py>(
+    py: Python<'py>,
+    components: Vec<(String, Bound<'py, Rendered>)>,
+    evaluations: u64,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let of = |(name, found): (String, Bound<'py, Rendered>)| (name, found.get().rendered.clone());
+    let all = RenderedComponents::new(components.into_iter().map(of).collect(), evaluations);
+    let all =
+        all.ok_or_else(|| PyValueError::new_err("components of different shapes, or none"))?;
+    Ok(PyBytes::new(py, &all.fits().map_err(of_encoding)?))
 }
 
 /// Counts (channels, height, width) drawn from expected ones with a seed.

@@ -86,6 +86,23 @@ impl Scene {
         self.0.render.ignored.clone()
     }
 
+    /// The scene of each component with its name, of `expressions`; `None` of a single emission rate. They share the
+    /// rates at points that several of them need.
+    fn components(&self) -> Option<Vec<(String, Self)>> {
+        let components = self.0.components()?;
+        let scenes = components.scenes().iter().map(|scene| Self(Arc::new(scene.clone())));
+        Some(components.names().iter().cloned().zip(scenes).collect())
+    }
+
+    /// Of the scene of a component: at how many points all components were evaluated so far.
+    #[getter]
+    fn component_evaluations(&self) -> Option<u64> {
+        match &self.0.emission.source {
+            EmissionSource::Component(component) => Some(component.evaluations()),
+            _ => None,
+        }
+    }
+
     /// Height and width of the image.
     #[getter]
     fn shape(&self) -> (usize, usize) {

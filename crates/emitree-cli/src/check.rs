@@ -18,21 +18,36 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<ExitCode, Failure> {
     interrupt::catch();
     let line = ProgressLine::new(arguments.running.quiet);
     let progress = |evaluations| line.advance(evaluations);
-    let rehearsal = pool.install(|| Rehearsal::of(&scene, arguments.rehearsal, Some(&progress)));
+    let of =
+        |scene: &Scene| pool.install(|| Rehearsal::of(scene, arguments.rehearsal, Some(&progress)));
+    let found: Result<Vec<Rehearsed>, Failure> = match scene.components() {
+        None => of(&scene).map(|rehearsal| vec![(String::new(), rehearsal)]).map_err(Failure::from),
+        Some(components) => {
+            let each = components.names().iter().zip(components.scenes());
+            let rehearsed = each.map(|(name, scene)| match of(scene) {
+                Ok(rehearsal) => Ok((name.clone(), rehearsal)),
+                Err(error) => Err(Failure::from(error).of_image(format!("component {name}"))),
+            });
+            rehearsed.collect()
+        }
+    };
     line.finish();
-    let rehearsal = rehearsal?;
+    let found = found?;
     if interrupt::requested() {
         return Err(Failure::Render(RenderError::Interrupted));
     }
     if !arguments.running.quiet {
-        print(&scene, &rehearsal)?;
+        print(&scene, &found)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn print(scene: &Scene, rehearsal: &Rehearsal) -> Result<(), Failure> {
+/// The rehearsal of a component, by its name, which is empty where there is a single emission rate.
+type Rehearsed = (String, Rehearsal);
+
+fn print(scene: &Scene, rehearsed: &[Rehearsed]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    let verdict = match rehearsal.remarks.len() {
+    let verdict = match rehearsed.iter().map(|(_, of)| of.remarks.len()).sum() {
         0 => "nothing odd".to_owned(),
         1 => "1 remark".to_owned(),
         more => format!("{more} remarks"),
@@ -58,6 +73,16 @@ fn print(scene: &Scene, rehearsal: &Rehearsal) -> Result<(), Failure> {
         let of = if sum.of == "sum" { String::new() } else { format!(" ({})", sum.of) };
         writeln!(out, "  sum          {}{of} to {} of itself", sum.name, sum.tolerance)?;
     }
+    for (name, rehearsal) in rehearsed {
+        if !name.is_empty() {
+            writeln!(out, "  component    {name}, by itself:")?;
+        }
+        print_rehearsal(&mut out, rehearsal)?;
+    }
+    Ok(())
+}
+
+fn print_rehearsal(out: &mut impl Write, rehearsal: &Rehearsal) -> Result<(), Failure> {
     if let Some(forecast) = &rehearsal.forecast {
         writeln!(out, "  forecast     {}", forecast_text(forecast))?;
     }
@@ -83,6 +108,9 @@ fn emission(scene: &Scene) -> String {
         EmissionSource::Expression(expression) => {
             let text = expression.text().split_whitespace().collect::<Vec<_>>().join(" ");
             shortened(&text, 70)
+        }
+        EmissionSource::Components(of_all) => {
+            shortened(&format!("expressions of {}", of_all.names().join(", ")), 70)
         }
         EmissionSource::Model(model) => {
             format!("{}: {}", model.description().name, model.description().title)

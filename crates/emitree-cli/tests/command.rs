@@ -356,8 +356,8 @@ fn models_are_listed_with_units_defaults_and_sources() {
     assert_eq!(
         unknown.stderr,
         "emitree: unknown model `cmen`: expected one of cmem, jorgensen, geocorona, \
-         chamberlain, airglow, mars_hydrogen, mars_oxygen, ena, ena_ring, k_corona, beta_model, \
-         bremsstrahlung, nfw, nfw_decay, einasto, einasto_decay, burkert, burkert_decay, \
+         chamberlain, airglow, mars_hydrogen, mars_oxygen, ena, ena_ring, k_corona, k_corona_polarised, \
+         beta_model, bremsstrahlung, nfw, nfw_decay, einasto, einasto_decay, burkert, burkert_decay, \
          shell_nebula, power_law, uniform, holmstrom\n"
     );
 }

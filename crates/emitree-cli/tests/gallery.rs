@@ -8,7 +8,7 @@ use std::process::Command;
 use support::{Folder, HOLMSTROM, decode_png, pixels};
 
 /// The scenes whose images are pure numbers, or in units that the scene does not state.
-const WITHOUT_UNIT: [&str; 4] = ["helix", "holmstrom", "k_corona", "knot"];
+const WITHOUT_UNIT: [&str; 5] = ["helix", "holmstrom", "k_corona", "k_corona_polarised", "knot"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

@@ -357,6 +357,43 @@ impl Account {
         }
     }
 
+    /// The account of several components together, which took some `evaluations`: of errors the largest, of
+    /// endings the first that is not complete, of costs the sum; the sums over regions have the names of their
+    /// components before their own.
+    pub(crate) fn of_components(components: &[(&str, &Self)], evaluations: u64) -> Option<Self> {
+        let (_, first) = components.first()?;
+        let each = || components.iter().map(|(_, account)| *account);
+        let largest = |of: &dyn Fn(&Self) -> Option<f64>| {
+            each().map(of).collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
+        };
+        let sums = components.iter().flat_map(|(name, account)| {
+            let named = move |sum: &SumAccount| SumAccount {
+                name: format!("{name}.{}", sum.name),
+                ..sum.clone()
+            };
+            account.sums.iter().map(named)
+        });
+        let unfinished = each().find(|account| !account.converged());
+        Some(Self {
+            sums: sums.collect(),
+            evaluations,
+            absorption_evaluations: each().map(|of| of.absorption_evaluations).sum(),
+            batches: each().map(|of| of.batches).sum(),
+            ending: unfinished.unwrap_or(first).ending.clone(),
+            estimated_error: largest(&|of| of.estimated_error),
+            error_over_allowed: largest(&|of| of.error_over_allowed),
+            energies: each().map(|of| of.energies).max()?,
+            smallest_feature: largest(&|of| of.smallest_feature),
+            total_seconds: each().map(|of| of.total_seconds).sum(),
+            emission_seconds: each().map(|of| of.emission_seconds).sum(),
+            peak_memory_bytes: each().map(|of| of.peak_memory_bytes).max()?,
+            largest_rate_position: None,
+            threshold: None,
+            leaves_per_level: Vec::new(),
+            ..(*first).clone()
+        })
+    }
+
     /// Whether the stopping criterion was met.
     pub fn converged(&self) -> bool {
         self.ending == ending(StopReason::Complete)

@@ -52,6 +52,7 @@ mod png;
 mod product;
 mod rehearsal;
 mod rendered;
+mod rendered_components;
 mod report;
 pub mod scene;
 mod sky;
@@ -85,12 +86,13 @@ pub use png::{PictureError, PictureOptions, encode_png};
 pub use product::{Bands, FitsProduct, Product, ProductMap, scene_history};
 pub use rehearsal::{Forecast, Rehearsal, Remark};
 pub use rendered::RenderedScene;
-pub use report::{CountsReport, Report};
+pub use rendered_components::RenderedComponents;
+pub use report::{ComponentsReport, CountsReport, Report};
 pub use scene::{
-    BuildSettings, Camera, CameraDescription, CameraKey, EmissionFailure, EmissionSource,
-    FitsCoordinates, GridEmission, KeyDefault, KeyUnit, Override, PixelLayout, PlotAxis, PlotFrame,
-    PlotScale, Quantity, RenderSettings, Scene, SceneAbsorption, SceneEmission, SceneError,
-    SceneInstrument, SceneSum, cameras,
+    BuildSettings, Camera, CameraDescription, CameraKey, ComponentEmission, ComponentRates,
+    EmissionFailure, EmissionSource, FitsCoordinates, GridEmission, KeyDefault, KeyUnit, Override,
+    PixelLayout, PlotAxis, PlotFrame, PlotScale, Quantity, RenderSettings, Scene, SceneAbsorption,
+    SceneComponents, SceneEmission, SceneError, SceneInstrument, SceneSum, cameras,
 };
 pub use sky::{Pointing, Sky, SkyCoordinates, SkyCoordinatesDescription, SkyDate, SolarObserver};
 pub use surfaces::SurfaceFormat;

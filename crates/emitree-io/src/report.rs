@@ -117,6 +117,35 @@ fn total(map: &Cube) -> f64 {
     map.voxels().filter(|count| !count.is_nan()).sum()
 }
 
+/// The report of several components: what all of them have together, and the report of each under its name.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ComponentsReport<'a> {
+    #[serde(flatten)]
+    all: Report<'a>,
+    #[serde(serialize_with = "reports_by_name")]
+    components: Vec<(&'a str, Report<'a>)>,
+}
+
+/// Reports as a table whose keys are the names of their components, in their order.
+fn reports_by_name<S: Serializer>(
+    components: &[(&str, Report<'_>)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(components.iter().map(|(name, report)| (name, report)))
+}
+
+impl<'a> ComponentsReport<'a> {
+    pub(crate) fn new(all: Report<'a>, components: Vec<(&'a str, Report<'a>)>) -> Self {
+        Self { all, components }
+    }
+
+    /// The report as JSON, with a newline at the end.
+    pub fn to_json(&self) -> String {
+        // All keys are strings and all numbers finite or null, as JSON requires.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
 impl<'a> Report<'a> {
     pub(crate) fn new(
         account: &'a Account,

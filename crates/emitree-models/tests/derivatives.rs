@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// A model, the distances of its test points from the origin, and parameters other than their defaults.
 type Case = (&'static str, [f64; 2], &'static [(&'static str, f64)]);
 
-const CASES: [Case; 22] = [
+const CASES: [Case; 23] = [
     ("cmem", [4.0, 25.0], &[("bx", 3.0), ("by", -2.0), ("dipole_tilt", 0.2), ("density", 8.0)]),
     ("jorgensen", [4.0, 25.0], &[("bx", 3.0), ("bz", -4.0), ("B", 3e-6)]),
     ("geocorona", [1.1, 15.0], &[("inner_radius", 2.0)]),
@@ -19,6 +19,7 @@ const CASES: [Case; 22] = [
     ("ena", [3e6, 2e7], &[("ion_temperature", 2e6), ("velocity_y", 1e5), ("velocity_z", -5e4)]),
     ("ena_ring", [1.1, 8.0], &[]),
     ("k_corona", [1.0, 8.0], &[]),
+    ("k_corona_polarised", [1.0, 8.0], &[]),
     ("beta_model", [0.0, 5.0], &[("centre_x", 0.3), ("centre_y", -0.2), ("centre_z", 0.1)]),
     (
         "bremsstrahlung",

@@ -15,7 +15,7 @@ fn allowed(model: &str) -> f64 {
         // Rounded heights above the exobase or the limb, and exponents of 100.
         "chamberlain" => 1e-12,
         // The Thomson cross section has 11 digits.
-        "k_corona" => 1e-10,
+        "k_corona" | "k_corona_polarised" => 1e-10,
         _ => 1e-13,
     }
 }

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import html
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from emitree import _native
+from emitree._files import written
 from emitree._function import Floats
 
 if TYPE_CHECKING:
@@ -81,6 +84,27 @@ class Components:
         errors = [rendering.estimated_error for rendering in self.renderings]
         known = [error for error in errors if error is not None]
         return max(known) if len(known) == len(errors) else None
+
+    def to_fits(
+        self, path: str | os.PathLike[str] | None = None, *, overwrite: bool = False
+    ) -> Any:
+        """All images and errors with units, coordinates and provenance, as FITS.
+
+        Each component is an HDU with its name in capitals, `COMPONENT_1` and so on without names;
+        those of the errors have `_ERROR` after it, those of evaluations `_EVALUATIONS`. With a path
+        the file is written; without one, an astropy HDUList is returned.
+
+        >>> import emitree
+        >>> found = emitree.render({"total": "1 + x", "half": "x"}, emitree.Canonical(), (2, 4))
+        >>> [hdu.name for hdu in found.to_fits()][:4]
+        ['TOTAL', 'HALF', 'TOTAL_ERROR', 'HALF_ERROR']
+        """
+        if any(rendering._wcs is not None for rendering in self.renderings):
+            raise ValueError("the camera is a `WcsCamera`: expected `to_fits` of each component")
+        numbered = tuple(f"component_{number}" for number in range(1, len(self) + 1))
+        names = self.names or numbered
+        found = [(name, of._found) for name, of in zip(names, self.renderings, strict=True)]
+        return written(_native.components_fits(found, self.evaluations), path, overwrite)
 
     def _repr_html_(self) -> str:
         titles = self.names or tuple(f"component {number}" for number in range(len(self)))

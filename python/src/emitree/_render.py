@@ -11,7 +11,7 @@ from typing import Any
 
 from emitree import _native, _options, _progress
 from emitree._cameras import Camera, Canonical
-from emitree._components import Columns, of_all
+from emitree._components import Columns, Components, of_all
 from emitree._evaluator import batch_size_of, evaluator
 from emitree._exposure import Exposure
 from emitree._fields import Fields
@@ -95,7 +95,8 @@ def render(
         * a text with a formula, or an `Expression`;
         * a list of such formulas and functions, or a dictionary of them by name: `Components`;
         * a `Model`, a `Grid`, an `AmrGrid` or a `Tree`;
-        * the name of a scene file (a path, or a text that ends in ".toml"), without `camera`.
+        * the name of a scene file (a path, or a text that ends in ".toml"), without `camera`;
+          `Components` if it has `expressions`.
     camera: a `Camera`, such as `Perspective` or `Healpix`.
     shape: (height, width) in pixels; by default that of the camera's WCS, if it is of one.
     tolerance: the largest error of a pixel, relative to the largest |pixel|; 0.01 by default.
@@ -375,6 +376,11 @@ def _rendered(
         )
     with ExitStack() as stack:
         evaluate = evaluator(stack, scene, function, executor, cache)
+        components = scene.components()
+        if components is not None:
+            hook = stack.enter_context(_progress.hook(progress))
+            options = {"batch_size": batch_size, "threads": threads, "progress": hook}
+            return _of_components(components, options, frame)
         columns = Columns(evaluate.rates) if evaluate is not None else None
         render_scene = scene.render
         if start is not None:
@@ -403,3 +409,22 @@ def _rendered(
         given = None if function is None else function.function
         names = given.names if isinstance(given, Several) else None
         return of_all(columns, first, rendering, names)
+
+
+def _of_components(
+    components: Sequence[tuple[str, _native.Scene]],
+    options: Mapping[str, Any],
+    frame: Callable[..., Any] | None,
+) -> Any:
+    """The renderings of a scene file with `expressions`."""
+    if frame is not None:
+        raise _native.SceneError(
+            "`frame` is used, and the scene has several `expressions`: expected no `frame`, or a "
+            "single `expression`"
+        )
+    renderings = []
+    for _, scene in components:
+        found = scene.render(**options)
+        renderings.append(Rendering(found, json.loads(found.report())))
+    evaluations = components[0][1].component_evaluations or 0
+    return Components(tuple(renderings), evaluations, tuple(name for name, _ in components))

@@ -22,6 +22,10 @@ pub(crate) fn run(arguments: &BuildArguments) -> Result<ExitCode, Failure> {
             scene.name
         )));
     };
+    if scene.component_names().is_some() {
+        let why = "a tree holds one rate at each point: expected a single `emission.expression`";
+        return Err(Failure::Request(format!("{}: `emission.expressions`: {why}", scene.name)));
+    }
     if scene.energy.is_some() {
         let why = "a tree holds rates of one energy: expected a scene without an energy axis";
         return Err(Failure::Request(format!("{}: `[energy]`: {why}", scene.name)));

@@ -1,6 +1,7 @@
 //! `emitree render`: a scene file in, images out.
 
 mod by_rows;
+mod components;
 mod counts;
 mod frames;
 mod outputs;
@@ -31,6 +32,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode, Failure> {
     let pool = threads::pool(arguments.running.threads)?;
 
     interrupt::catch();
+    if let Some(components) = scene.components() {
+        return components::run(arguments, &scene, &components, &pool);
+    }
     if by_rows::is_asked_for(arguments, &scene) {
         return by_rows::run(arguments, &scene, &pool);
     }

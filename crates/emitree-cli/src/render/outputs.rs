@@ -41,11 +41,7 @@ impl Outputs {
         let lists = [&images, bands, expected, drawn];
         let maps = || lists.into_iter().flatten().chain(error_map);
         let paths = || maps().chain(&arguments.surfaces).chain(&arguments.report);
-        if let Some(path) = paths().find(|path| same_file(path, &arguments.scene)) {
-            let path = path.display();
-            let why = "is the scene itself: expected another name";
-            return Err(Failure::Request(format!("the output {path} {why}")));
-        }
+        refuse_scene_itself(paths(), &arguments.scene)?;
         let formats: Vec<Format> = maps().map(Format::from_path).collect::<Result<_, _>>()?;
         let of_surfaces = arguments.surfaces.iter().map(SurfaceFormat::from_path);
         let of_surfaces: Vec<SurfaceFormat> = of_surfaces
@@ -144,8 +140,21 @@ impl Outputs {
     }
 }
 
+/// Refuses to replace the scene by an output.
+pub(super) fn refuse_scene_itself<'a>(
+    mut outputs: impl Iterator<Item = &'a PathBuf>,
+    scene: &Path,
+) -> Result<(), Failure> {
+    let Some(path) = outputs.find(|path| same_file(path, scene)) else { return Ok(()) };
+    let why = "is the scene itself: expected another name";
+    Err(Failure::Request(format!("the output {} {why}", path.display())))
+}
+
 /// How pictures look; annotations are refused if no output is a picture.
-fn style(arguments: &RenderArguments, formats: &[Format]) -> Result<PictureStyle, Failure> {
+pub(super) fn style(
+    arguments: &RenderArguments,
+    formats: &[Format],
+) -> Result<PictureStyle, Failure> {
     if !arguments.annotate {
         return Ok(PictureStyle::default());
     }
@@ -165,7 +174,7 @@ fn ending(format: Format) -> &'static str {
 }
 
 /// The default outputs of a scene: in this folder, named like the scene.
-fn beside_nothing(scene: &Path) -> Vec<PathBuf> {
+pub(super) fn beside_nothing(scene: &Path) -> Vec<PathBuf> {
     let name = PathBuf::from(scene.file_name().unwrap_or("image".as_ref()));
     let formats = Format::ALL.into_iter().filter(|format| format.description().is_default);
     formats.map(|format| name.with_extension(ending(format))).collect()
@@ -215,7 +224,7 @@ fn error<'a>(scene: &'a Scene, rendered: &'a Rendered) -> Option<Product<'a>> {
 }
 
 /// Refuses options that the method, or a scene without energies, can't do.
-fn check_method(arguments: &RenderArguments, scene: &Scene) -> Result<(), Failure> {
+pub(super) fn check_method(arguments: &RenderArguments, scene: &Scene) -> Result<(), Failure> {
     let refuse = |option: &str, why: &str, expected: &str| {
         Err(Failure::Request(format!("{option}: {why}: expected {expected}")))
     };

@@ -24,7 +24,7 @@ pub(crate) fn run(arguments: &SweepArguments) -> Result<ExitCode, Failure> {
     let pool = threads::pool(arguments.running.threads)?;
     // A wrong value, and a file that can't be written, are found before g is called.
     for image in 0..sweep.len() {
-        outputs::check_method(arguments, &scenes.open(image)?)?;
+        outputs::check_scene(arguments, &scenes.open(image)?)?;
     }
     interrupt::catch();
     let outputs = Outputs::prepare(arguments, &sweep)?;

@@ -126,8 +126,12 @@ fn placed(path: &Path) -> PathBuf {
     }
 }
 
-/// Refuses what the method of a scene has not.
-pub(super) fn check_method(arguments: &SweepArguments, scene: &Scene) -> Result<(), Failure> {
+/// Refuses several emission rates, and what the method of a scene has not.
+pub(super) fn check_scene(arguments: &SweepArguments, scene: &Scene) -> Result<(), Failure> {
+    if scene.component_names().is_some() {
+        let why = "a sweep has one image for each value: expected a single `emission.expression`";
+        return Err(Failure::Request(format!("{}: `emission.expressions`: {why}", scene.name)));
+    }
     match scene.render.method {
         Method::Los(LosOptions { steps: Steps::Fixed(_), .. }) if arguments.error_map.is_some() => {
             let why = "uniform steps have no error estimate: expected another method";

@@ -20,13 +20,16 @@ pub(super) struct StoredSky {
 /// Columns with estimated errors begin with this.
 const ERROR: &str = "ERROR";
 
-/// The map in a FITS file: its first column, with those that differ from it by a number, and the columns `ERROR`;
+/// The map in a FITS file: the columns of its components, if it has some, or else its first column, with those that differ from it by a number, and the columns `ERROR`;
 /// none if it has no table of that kind, or can't be read at all.
 ///
 /// # Errors
 ///
 /// [`GridReadError::Malformed`]: a part of the sphere, pixels in the order of rings, and columns of other lengths.
-pub(super) fn read(path: &Path) -> Result<Option<StoredSky>, GridReadError> {
+pub(super) fn read(
+    path: &Path,
+    components: Option<&[String]>,
+) -> Result<Option<StoredSky>, GridReadError> {
     let opened = File::open(path).ok().map(BufReader::new);
     let Some(mut reader) = opened.and_then(|file| FitsReader::open(file).ok()) else {
         return Ok(None);
@@ -58,7 +61,29 @@ pub(super) fn read(path: &Path) -> Result<Option<StoredSky>, GridReadError> {
         let same = |number: &usize| stem(&names[*number]) == stem_of;
         (0..names.len()).filter(same).collect::<Vec<usize>>()
     };
-    let (bands, errors) = (of(&quantity), of(ERROR));
+    let of_component = |component: &str, ending: &str| {
+        let name = format!("{component}{ending}").to_uppercase();
+        let is_own = |number: &usize| {
+            let after = names[*number].strip_prefix(name.as_str());
+            let is_band = |after: &str| {
+                let number = after.strip_prefix('_').unwrap_or_default();
+                !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())
+            };
+            after.is_some_and(|after| after.is_empty() || is_band(after))
+        };
+        (0..names.len()).filter(is_own).collect::<Vec<usize>>()
+    };
+    let of_all = |components: &[String], ending: &str| {
+        let each = components.iter().flat_map(|component| of_component(component, ending));
+        each.collect::<Vec<usize>>()
+    };
+    let (bands, errors) = match components {
+        Some(components) => (of_all(components, ""), of_all(components, "_ERROR")),
+        None => (of(&quantity), of(ERROR)),
+    };
+    if bands.is_empty() {
+        return Err(malformed("its HEALPix table has no columns of its components"));
+    }
     let values = joined(&table, &bands)?;
     let error = match errors.len() == bands.len() && quantity != ERROR {
         true => Some(joined(&table, &errors)?).filter(|error| error.len() == values.len()),
@@ -100,6 +125,6 @@ fn text<'a>(hdu: &'a Hdu, keyword: &str) -> &'a str {
     hdu.header.get_text(keyword).ok().flatten().unwrap_or_default().trim()
 }
 
-fn malformed(reason: impl ToString) -> GridReadError {
+pub(super) fn malformed(reason: impl ToString) -> GridReadError {
     GridReadError::malformed(GridFormat::Fits, reason)
 }

@@ -1,5 +1,6 @@
 //! How two images, two cubes or two skies differ: by how much, where, and beside their error maps.
 
+mod components;
 mod healpix;
 #[cfg(feature = "figure")]
 mod picture;

@@ -1,6 +1,6 @@
 //! An image, a cube or a sky as a file has it: FITS or NPY, of any origin.
 
-use super::{ComparisonError, healpix};
+use super::{ComparisonError, components, healpix};
 use crate::format::Format;
 use crate::grid::read_stored;
 use std::path::Path;
@@ -33,7 +33,8 @@ impl StoredImage {
     }
 
     /// Reads a file: the first image of FITS, with its extension `ERROR`, or its `HEALPix` map, with its columns
-    /// `ERROR`; the array of NPY. An array of one axis is an image of one row, as a sky is in NPY.
+    /// `ERROR`; the array of NPY. The components of a rendering of several emission rates are bands, one component
+    /// after the other. An array of one axis is an image of one row, as a sky is in NPY.
     ///
     /// # Errors
     ///
@@ -44,11 +45,18 @@ impl StoredImage {
             return Err(ComparisonError::Ending { path: path.to_owned() });
         }
         let in_file = |cause| ComparisonError::File { path: path.to_owned(), cause };
-        if let Some(sky) = healpix::read(path).map_err(in_file)? {
+        let components = components::names(path);
+        if let Some(sky) = healpix::read(path, components.as_deref()).map_err(in_file)? {
             let shape = [sky.bands, 1, sky.values.len() / sky.bands];
             let name = path.display().to_string();
             let (values, unit, error) = (sky.values, sky.unit, sky.error);
             return Ok(Self { name, shape, is_sky: true, values, unit, error });
+        }
+        if let Some(names) = components {
+            let found = components::read(path, &names).map_err(in_file)?;
+            let (shape, values, unit, error) = (found.shape, found.values, found.unit, found.error);
+            let name = path.display().to_string();
+            return Ok(Self { name, shape, is_sky: false, values, unit, error });
         }
         let stored = read_stored(path)
             .map_err(|error| ComparisonError::File { path: error.path, cause: error.cause })?;

@@ -34,6 +34,11 @@ impl Array {
         Self { shape, strides, values, unit: None, axis_names: Vec::new() }
     }
 
+    /// The unit of the values.
+    pub(crate) fn unit(&self) -> Option<&str> {
+        self.unit.as_deref()
+    }
+
     /// Multiplies all values.
     #[cfg(feature = "hdf5")]
     pub(super) fn scale(&mut self, factor: f64) {
@@ -107,7 +112,7 @@ impl Array {
     }
 
     /// The values of an array of any number of axes, the last one varying fastest.
-    pub(super) fn into_c_order(self) -> Vec<f64> {
+    pub(crate) fn into_c_order(self) -> Vec<f64> {
         let mut strides = products(self.shape.iter().rev());
         strides.reverse();
         if self.strides == strides {

@@ -1,9 +1,11 @@
 //! `[emission]`: an expression, also of fields and tables, a built-in model, a grid of data, or a tree.
 
+mod components;
 mod fields;
 mod grid;
 mod lookup;
 
+pub use components::{ComponentEmission, ComponentRates};
 pub use grid::GridEmission;
 
 use super::absorption::of_section;
@@ -33,6 +35,11 @@ pub enum EmissionSource {
     Expression(Expression),
     /// An expression of data on grids and of tables.
     Fields(FieldExpression),
+    /// Several rates at each point, none of which is that of the scene: [`Scene::components`](super::Scene::components)
+    /// has a scene for each.
+    Components(Arc<ComponentRates>),
+    /// One of several rates.
+    Component(ComponentEmission),
     /// A built-in model.
     Model(Model),
     /// Data on a grid, from a file.
@@ -60,6 +67,12 @@ pub enum EmissionFailure {
     /// The absorption coefficient could not be evaluated.
     #[error("of the absorption coefficient: {}", of_section(&.0.to_string()))]
     Absorption(Box<Self>),
+    /// The scene has several emission rates, and what renders it takes one.
+    #[error(
+        "`emission.expressions` has {0} components: expected one emission rate, as \
+         `emission.expression` is"
+    )]
+    Components(usize),
     /// The scene names a function, and is rendered without it.
     #[error(
         "`emission.function` is `{0}`, a function in Python: expected that this scene is rendered \
@@ -86,7 +99,12 @@ impl EmissionSource {
     /// The length unit that positions are in; `None` where the scene is free to choose.
     pub fn length_unit(&self) -> Option<&str> {
         match self {
-            Self::Expression(_) | Self::Fields(_) | Self::Grid(_) | Self::Function(_) => None,
+            Self::Expression(_)
+            | Self::Fields(_)
+            | Self::Components(_)
+            | Self::Component(_)
+            | Self::Grid(_)
+            | Self::Function(_) => None,
             Self::Model(model) => Some(model.description().length_unit).filter(|&unit| unit != "1"),
             Self::Tree(file) => file.length_unit.as_deref(),
         }
@@ -122,7 +140,12 @@ impl EmissionSource {
     /// The unit of an image, FITS grammar; empty if the source has none.
     pub fn image_unit(&self) -> &str {
         match self {
-            Self::Expression(_) | Self::Fields(_) | Self::Grid(_) | Self::Function(_) => "",
+            Self::Expression(_)
+            | Self::Fields(_)
+            | Self::Components(_)
+            | Self::Component(_)
+            | Self::Grid(_)
+            | Self::Function(_) => "",
             Self::Model(model) => model.description().image_unit,
             Self::Tree(file) => &file.image_unit,
         }
@@ -140,6 +163,11 @@ impl Emission for EmissionSource {
         match self {
             Self::Expression(expression) => {
                 expression.emission_rates(samples, rates).map_err(|never| match never {})
+            }
+            Self::Components(of_all) => Err(EmissionFailure::Components(of_all.names().len())),
+            Self::Component(component) => {
+                component.rates.of(component.number, samples, rates);
+                Ok(())
             }
             Self::Model(model) => {
                 model.emission_rates(samples, rates).map_err(|never| match never {})
@@ -191,6 +219,10 @@ pub(super) fn read_coefficient(
     mut table: Table,
     spectrum: Spectrum,
 ) -> Result<(EmissionSource, Option<(String, Place)>), SceneError> {
+    if let Some(node) = table.peek("expressions") {
+        let message = "`emission.expressions`: a medium has one absorption coefficient";
+        return Err(SceneError::at(&node.place, message).label("expected `expression = \"…\"`"));
+    }
     let source = read_source(&mut table, spectrum, true)?;
     let unit = table.text("unit")?;
     table.finish()?;
@@ -204,6 +236,26 @@ fn read_source(
 ) -> Result<EmissionSource, SceneError> {
     let must_be = spectrum == Spectrum::Of;
     let whole = table.place().clone();
+    let expressions = table.take("expressions");
+    let names = table.take("components");
+    if let Some(expressions) = expressions {
+        refuse_beside(table, &expressions)?;
+        if !is_needed {
+            let message = "`emission.expressions` in a scene whose rates another program makes";
+            return Err(SceneError::at(&expressions.place, message)
+                .label("expected one emission rate, or no `[emission]`"));
+        }
+        let constants = table.table("constants")?;
+        let found = components::read(expressions, names, constants, spectrum)?;
+        return Ok(EmissionSource::Components(Arc::new(found)));
+    }
+    if let Some(names) = names {
+        return Err(SceneError::at(
+            &names.place,
+            "`emission.components` is for `emission.expressions`",
+        )
+        .label("expected `expressions = [\"…\", \"…\"]` too, which they name"));
+    }
     let expression = table.text("expression")?;
     let model = table.text("model")?;
     let grid = table.take("grid");
@@ -282,34 +334,63 @@ fn needs_energies(what: &str, place: &Place) -> SceneError {
         .label("expected a table `[energy]` too, with `min`, `max` and `bins`")
 }
 
+/// Refuses an emission, or data for an expression, beside a list of expressions.
+fn refuse_beside(table: &Table, expressions: &Node) -> Result<(), SceneError> {
+    for key in ["expression", "model", "grid", "tree", "function"] {
+        if table.peek(key).is_some() {
+            let message = format!("the scene has `emission.{key}` and `emission.expressions`");
+            return Err(SceneError::at(&expressions.place, message).label("expected one of them"));
+        }
+    }
+    for key in ["fields", "table"] {
+        if let Some(node) = table.peek(key) {
+            let message = format!("`emission.{key}` is given with `emission.expressions`");
+            return Err(SceneError::at(&node.place, message)
+                .label("expected none: data are for a single `emission.expression`"));
+        }
+    }
+    Ok(())
+}
+
 fn read_expression(
-    (text, place): (String, Place),
+    expression: (String, Place),
     constants: Option<Table>,
     spectrum: Spectrum,
 ) -> Result<EmissionSource, SceneError> {
     let constants = constants.map(Table::numbers).transpose()?.unwrap_or_default();
     let values = constants.iter().map(|(name, (value, _))| (name.clone(), *value)).collect();
-    let expression = match spectrum {
-        Spectrum::InTime => Expression::of_time(&text, &values),
-        _ => Expression::parse(&text, &values),
-    };
-    let expression = expression.map_err(|error| place_in(&error, &place))?;
+    let expression = parse_expression("emission.expression", &expression, &values, spectrum)?;
     if let Some(name) = expression.unused_constants().first()
         && let Some((_, entry)) = constants.get(name)
     {
-        return Err(refuse_unused("constant", name, &entry.key));
-    }
-    if let (Spectrum::Without, Some(span)) = (spectrum, expression.energy_span()) {
-        let place = Place { span: span_in_string(&place, span), ..place };
-        return Err(needs_energies("`emission.expression`", &place));
+        return Err(refuse_unused("constant", name, &entry.key, "emission.expression"));
     }
     Ok(EmissionSource::Expression(expression))
 }
 
+/// The expression in the text of a key.
+fn parse_expression(
+    key: &str,
+    (text, place): &(String, Place),
+    constants: &BTreeMap<String, f64>,
+    spectrum: Spectrum,
+) -> Result<Expression, SceneError> {
+    let expression = match spectrum {
+        Spectrum::InTime => Expression::of_time(text, constants),
+        _ => Expression::parse(text, constants),
+    };
+    let expression = expression.map_err(|error| place_in(key, &error, place))?;
+    if let (Spectrum::Without, Some(span)) = (spectrum, expression.energy_span()) {
+        let place = Place { span: span_in_string(place, span), ..place.clone() };
+        return Err(needs_energies(&format!("`{key}`"), &place));
+    }
+    Ok(expression)
+}
+
 /// An error of an expression at its place in the scene.
-fn place_in(error: &ExpressionError, place: &Place) -> SceneError {
+fn place_in(key: &str, error: &ExpressionError, place: &Place) -> SceneError {
     let place = Place { span: span_in_string(place, error.span()), ..place.clone() };
-    let scene_error = SceneError::at(&place, format!("`emission.expression`: {error}"));
+    let scene_error = SceneError::at(&place, format!("`{key}`: {error}"));
     match error.help() {
         Some(help) => scene_error.help(help),
         None => scene_error,
@@ -317,9 +398,9 @@ fn place_in(error: &ExpressionError, place: &Place) -> SceneError {
 }
 
 /// Refuses a constant, a field or a table that the expression does not name.
-fn refuse_unused(what: &str, name: &str, key: &Place) -> SceneError {
-    SceneError::at(key, format!("the {what} `{name}` is not used"))
-        .label("expected a name that stands in `emission.expression`")
+fn refuse_unused(what: &str, name: &str, place: &Place, key: &str) -> SceneError {
+    SceneError::at(place, format!("the {what} `{name}` is not used"))
+        .label(format!("expected a name that stands in `{key}`"))
 }
 
 /// The place in the scene of a span of a string's content. Where escapes make the text differ from

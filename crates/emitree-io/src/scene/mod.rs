@@ -7,6 +7,7 @@
 mod absorption;
 mod accuracy;
 mod camera;
+mod components;
 mod document;
 mod emission;
 mod energy;
@@ -31,7 +32,10 @@ pub use camera::{
     Camera, CameraDescription, CameraKey, FitsCoordinates, KeyDefault, KeyUnit, PixelLayout,
     PlotAxis, PlotFrame, PlotScale, cameras,
 };
-pub use emission::{EmissionFailure, EmissionSource, GridEmission};
+pub use components::SceneComponents;
+pub use emission::{
+    ComponentEmission, ComponentRates, EmissionFailure, EmissionSource, GridEmission,
+};
 pub use error::SceneError;
 pub use instrument::SceneInstrument;
 pub use overrides::Override;
@@ -387,6 +391,11 @@ impl Scene {
         };
         let instrument = table.table("instrument")?;
         let (source, of_emission) = emission::read(emission, spectrum, needs_emission)?;
+        if let (Some(instrument), EmissionSource::Components(_)) = (&instrument, &source) {
+            let message = "the scene has `[instrument]` and `emission.expressions`";
+            return Err(SceneError::at(instrument.place(), message)
+                .label("expected none: counts are those of a single `emission.expression`"));
+        }
         let absorption = table.table("absorption")?;
         let absorption = absorption.map(|table| absorption::read(table, spectrum)).transpose()?;
         let occulters = table.tables("occulter", "tables `[[occulter]]`, each with a `type`")?;

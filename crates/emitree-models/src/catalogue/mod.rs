@@ -17,7 +17,7 @@ use crate::spelling::closest;
 use std::collections::BTreeMap;
 
 /// All models, one line each.
-static CATALOGUE: [ModelDescription; 22] = [
+static CATALOGUE: [ModelDescription; 23] = [
     models::CMEM,
     models::JORGENSEN,
     models::GEOCORONA,
@@ -28,6 +28,7 @@ static CATALOGUE: [ModelDescription; 22] = [
     models::ENA,
     models::ENA_RING,
     models::K_CORONA,
+    models::K_CORONA_POLARISED,
     models::BETA_MODEL,
     models::BREMSSTRAHLUNG,
     models::NFW,

@@ -120,7 +120,7 @@ fn defaults_can_be_shown() {
 #[test]
 fn unknown_names() {
     const KNOWN: &str = "(known: cmem, jorgensen, geocorona, chamberlain, airglow, mars_hydrogen, \
-                         mars_oxygen, ena, ena_ring, k_corona, beta_model, bremsstrahlung, \
+                         mars_oxygen, ena, ena_ring, k_corona, k_corona_polarised, beta_model, bremsstrahlung, \
                          nfw, nfw_decay, einasto, einasto_decay, burkert, burkert_decay, \
                          shell_nebula, power_law, uniform, holmstrom)";
     assert_eq!(

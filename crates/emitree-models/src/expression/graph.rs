@@ -74,23 +74,34 @@ impl Graph {
     /// The graph of the same `roots` in which parameters are constants of these values, and their places in it.
     pub(super) fn with_values(&self, roots: &[NodeId], values: &[f64]) -> (Self, Vec<NodeId>) {
         let mut graph = Self::default();
-        let mut places: Vec<NodeId> = Vec::with_capacity(self.nodes.len());
-        for node in &self.nodes {
+        let roots = graph.take_in(self, roots, values);
+        (graph, roots)
+    }
+
+    /// Adds the nodes of another graph, whose parameters are constants of these values, and returns the places of
+    /// its `roots` here.
+    pub(super) fn take_in(
+        &mut self,
+        other: &Self,
+        roots: &[NodeId],
+        values: &[f64],
+    ) -> Vec<NodeId> {
+        let mut places: Vec<NodeId> = Vec::with_capacity(other.nodes.len());
+        for node in &other.nodes {
             let place = match *node {
-                Node::Constant(bits) => graph.share(Node::Constant(bits)),
-                Node::Variable(variable) => graph.variable(variable),
-                Node::Parameter(number) => graph.constant(values[number]),
-                Node::Unary(operation, a) => graph.unary(operation, places[a]),
-                Node::Binary(operation, a, b) => graph.binary(operation, places[a], places[b]),
-                Node::Select(c, a, b) => graph.select(places[c], places[a], places[b]),
+                Node::Constant(bits) => self.share(Node::Constant(bits)),
+                Node::Variable(variable) => self.variable(variable),
+                Node::Parameter(number) => self.constant(values[number]),
+                Node::Unary(operation, a) => self.unary(operation, places[a]),
+                Node::Binary(operation, a, b) => self.binary(operation, places[a], places[b]),
+                Node::Select(c, a, b) => self.select(places[c], places[a], places[b]),
                 Node::Table(lookup, arguments) => {
-                    graph.share(Node::Table(lookup, arguments.map(|a| places[a])))
+                    self.share(Node::Table(lookup, arguments.map(|a| places[a])))
                 }
             };
             places.push(place);
         }
-        let roots = roots.iter().map(|&root| places[root]).collect();
-        (graph, roots)
+        roots.iter().map(|&root| places[root]).collect()
     }
 
     /// r = √(x² + y² + z²)

@@ -27,6 +27,10 @@
 //! A [`DifferentiableExpression`] has the derivatives by its constants as well, which are parts of the same
 //! graph.
 //!
+//! # Several expressions
+//!
+//! [`Expressions`] are several of the same constants, whose common parts are computed once.
+//!
 //! # Fields and tables
 //!
 //! With [`Inputs`] an expression has more variables, fields whose values are given for each sample, and
@@ -53,12 +57,14 @@ mod lanes;
 mod lexer;
 mod operation;
 mod parser;
+mod several;
 mod tape;
 
 pub use differentiable::DifferentiableExpression;
 pub use error::{ExpressionError, FieldFailure};
 pub use field_expression::FieldExpression;
 pub use inputs::Inputs;
+pub use several::Expressions;
 
 use core::convert::Infallible;
 use core::ops::Range;

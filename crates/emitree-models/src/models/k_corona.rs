@@ -23,16 +23,19 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     length_unit: "R_sun",
     image_unit: "",
     energy_unit: None,
-    parameters: &[ParameterDescription {
-        name: "limb_darkening",
-        unit: "1",
-        default: ParameterDefault::Value(0.58),
-        meaning: "u of the Sun's brightness 1 - u + u cos(theta) across its disk",
-        range: AcceptedRange::Between(0.0, 1.0),
-    }],
+    parameters: &[LIMB_DARKENING],
     jumps_move_with: &[],
     singular_points: nowhere,
     build: formula!(|values| KCorona::from_values(values)),
+};
+
+/// The parameter of the Sun's disk.
+pub(super) const LIMB_DARKENING: ParameterDescription = ParameterDescription {
+    name: "limb_darkening",
+    unit: "1",
+    default: ParameterDefault::Value(0.58),
+    meaning: "u of the Sun's brightness 1 - u + u cos(theta) across its disk",
+    range: AcceptedRange::Between(0.0, 1.0),
 };
 
 /// The K corona of the solar minimum: electrons of the density of Saito 1970,
@@ -114,12 +117,22 @@ fn electron_density_cm3(position: [f64; 3]) -> f64 {
 }
 
 impl<T: Scalar> KCorona<T> {
-    fn from_values(values: &Values<T>) -> Self {
+    pub(super) fn from_values(values: &Values<T>) -> Self {
         Self { limb_darkening: values.of("limb_darkening") }
     }
 
     /// The rate at a position in a direction.
     fn at(&self, position: [f64; 3], direction: [f64; 3]) -> T {
+        self.scattered(position, direction, |total, polarised| total - polarised)
+    }
+
+    /// The rate of tot and pol sin² χ, both for K/(1 − u/3) of 1, at a position in a direction.
+    pub(super) fn scattered(
+        &self,
+        position: [f64; 3],
+        direction: [f64; 3],
+        rate_of: impl FnOnce(T, T) -> T,
+    ) -> T {
         let r = radius(position);
         if r < 1.0 {
             return T::of(0.0);
@@ -130,7 +143,8 @@ impl<T: Scalar> KCorona<T> {
         let u = self.limb_darkening;
         let total = (T::of(at.c) + u * (at.d - at.c)) * 2.0;
         let polarised = T::of(at.a) + u * (at.b - at.a);
-        let cm2 = T::of(SCATTERING_CM2) / (T::of(1.0) - u / 3.0) * (total - polarised * sin2_chi);
+        let rate = rate_of(total, polarised * sin2_chi);
+        let cm2 = T::of(SCATTERING_CM2) / (T::of(1.0) - u / 3.0) * rate;
         cm2 * electron_density_cm3(position) * SOLAR_RADIUS_CM
     }
 }

@@ -4,6 +4,7 @@ Written with mpmath, independently of the Rust code, and from another end where 
 
 * `chamberlain`: integrals over the velocities of the particles that come from the exobase;
 * `k_corona`: an integral over the Sun's disk of Thomson scattering, with re = alpha^2 a0;
+* `k_corona_polarised`: the same integral of the tangential minus the radial polarisation;
 * `ena`: the integral over speed itself.
 
     python models.py > models.csv
@@ -131,6 +132,30 @@ def ena(position, direction, ion_density="2.5e6", ion_temperature="1.2e5", veloc
 
 
 def k_corona(position, direction, limb_darkening="0.58"):
+    """Each electron scatters (1 + cos^2 of the angle of scattering) re^2/2."""
+    cos2_chi = (dot(position, direction) / norm(position)) ** 2
+
+    def scattered(sine, cosine2):
+        return 1 + cosine2 * cos2_chi + sine**2 / 2 * (1 - cos2_chi)
+
+    return corona_of(position, limb_darkening, scattered)
+
+
+def k_corona_polarised(position, direction, limb_darkening="0.58"):
+    """Of light along n' an electron scatters re^2/2 (1 - (n' e)^2) with the polarisation e; tangential is
+    perpendicular to the radius and the line of sight, radial in their plane."""
+    sin2_chi = 1 - (dot(position, direction) / norm(position)) ** 2
+
+    def scattered(sine, cosine2):
+        # Averages of (n' e)^2 about the radius.
+        along_tangent = sine**2 / 2
+        in_plane = cosine2 * sin2_chi + sine**2 / 2 * (1 - sin2_chi)
+        return in_plane - along_tangent
+
+    return corona_of(position, limb_darkening, scattered)
+
+
+def corona_of(position, limb_darkening, scattered):
     r, u = norm(position), mpf(limb_darkening)
     if r < 1:
         return mpf(0)
@@ -139,7 +164,6 @@ def k_corona(position, direction, limb_darkening="0.58"):
                + mpf("0.0251e8") * r ** mpf("-2.5") * (1 - sqrt(s)))
     alpha, bohr_cm = mpf("7.2973525643e-3"), mpf("5.29177210544e-9")
     radius2 = (alpha**2 * bohr_cm) ** 2
-    cos2_chi = (dot(position, direction) / r) ** 2
 
     def ring(psi):
         """Light from the part of the disk where the surface is tilted by psi, averaged about the
@@ -147,8 +171,7 @@ def k_corona(position, direction, limb_darkening="0.58"):
         sine = sin(psi) / r
         cosine2 = 1 - sine**2
         intensity = (1 - u + u * cos(psi)) / (1 - u / 3)
-        scattered = 1 + cosine2 * cos2_chi + sine**2 / 2 * (1 - cos2_chi)
-        return 2 * pi * intensity * scattered * sine * cos(psi) / r / sqrt(cosine2)
+        return 2 * pi * intensity * scattered(sine, cosine2) * sine * cos(psi) / r / sqrt(cosine2)
 
     brightness = radius2 / 2 * quad(ring, [0, pi / 8, pi / 4, 3 * pi / 8, pi / 2])
     return density * brightness * mpf("6.957e10")
@@ -263,9 +286,12 @@ def cases():
             position = (r * float(cos(latitude)) * 0.6, r * float(cos(latitude)) * 0.8,
                         r * float(sin(latitude)))
             yield k_corona, "", position, unit(direction)
-    yield k_corona, "limb_darkening=0", (1.5, -1.0, 0.2), unit((3, -2, 0.4))
-    yield k_corona, "limb_darkening=1", (1.5, -1.0, 0.2), unit((2, 3, 0))
-    yield k_corona, "", (0.5, 0.5, 0.5), ANY
+            yield k_corona_polarised, "", position, unit(direction)
+    # Along the radius nothing is polarised.
+    for corona, direction in [(k_corona, (3, -2, 0.4)), (k_corona_polarised, (3, 2, 0.4))]:
+        yield corona, "limb_darkening=0", (1.5, -1.0, 0.2), unit(direction)
+        yield corona, "limb_darkening=1", (1.5, -1.0, 0.2), unit((2, 3, 0))
+        yield corona, "", (0.5, 0.5, 0.5), ANY
 
     cluster = "amplitude=3 core_radius=0.4 beta=0.8 centre_x=1 centre_y=-2 centre_z=0.5"
     shell = "amplitude=3 inner_radius=2 outer_radius=2.5 centre_x=1 centre_y=-2 centre_z=0.5"

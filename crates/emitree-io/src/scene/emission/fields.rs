@@ -77,11 +77,11 @@ pub(super) fn read(
         Spectrum::InTime => FieldExpression::of_time(text, &values, of_fields, of_tables),
         _ => FieldExpression::parse(text, &values, of_fields, of_tables),
     };
-    let expression = expression.map_err(|error| place_in(&error, place))?;
+    let expression = expression.map_err(|error| place_in("emission.expression", &error, place))?;
     if let Some(name) = expression.unused_names().first()
         && let Some((what, place)) = keys.get(name)
     {
-        return Err(refuse_unused(what, name, place));
+        return Err(refuse_unused(what, name, place, "emission.expression"));
     }
     if let (Spectrum::Without, Some(span)) = (spectrum, expression.energy_span()) {
         let place = Place { span: super::span_in_string(place, span), ..place.clone() };
