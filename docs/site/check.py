@@ -2,7 +2,8 @@
 
     python docs/site/check.py FOLDER
 
-Every link to a file leads to one, every anchor exists, and no page loads anything from elsewhere.
+Every link to a file leads to one, every anchor exists, no page loads anything from elsewhere, and
+none shows a path of the machine that built it.
 Pages of rustdoc, in `rust/`, are checked by rustdoc.
 """
 
@@ -14,6 +15,8 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+#: The repository.
+ROOT = Path(__file__).resolve().parents[2]
 #: What a browser loads without being asked to.
 LOADED = {
     "script": "src",
@@ -67,6 +70,8 @@ def defects(folder: Path) -> list[str]:
     found = [] if pages else [f"{folder}: no page"]
     for file, page in pages.items():
         name = file.relative_to(folder.resolve())
+        if str(ROOT) in file.read_text(encoding="utf-8"):
+            found.append(f"{name}: shows a path in {ROOT}")
         found += [f"{name}: loads {load}" for load in sorted(page.loads) if is_elsewhere(load)]
         for link in sorted(page.links | page.loads):
             if is_elsewhere(link) or urlsplit(link).scheme:

@@ -1,8 +1,11 @@
 """Sphinx' settings for the documentation site; `cargo xtask site` builds it."""
 
+import os
 import sys
 from pathlib import Path
 
+# Of tqdm, which other packages import; progress bars are not shown.
+os.environ["PYTHONWARNINGS"] = "ignore:IProgress not found"
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
 import emitree
@@ -33,6 +36,8 @@ nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_merge_streams = True
+# Warnings of a notebook are an error too.
+nb_output_stderr = "remove-warn"
 
 autosummary_generate = True
 autodoc_typehints = "none"

@@ -63,7 +63,9 @@ pub(crate) fn advisories(workspace: &Workspace, arguments: &[&str]) -> Result<()
         }
         _ => return Err("expected nothing, or the folder of a copy of the database".into()),
     }
-    succeed(&mut command)
+    succeed(&mut command).map_err(|error| {
+        format!("{error} (without a network: `cargo xtask advisories FOLDER`, with a copy of {ADVISORIES})")
+    })
 }
 
 fn deny(workspace: &Workspace, checks: &[&str]) -> Result<Command, String> {

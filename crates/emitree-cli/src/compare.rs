@@ -106,14 +106,22 @@ fn print(
         "  scale        {:.4e}{unit}, the largest {value} of {}",
         found.scale, first.name
     )?;
-    if let Some(beside) = &found.beside_errors {
-        let maps =
-            if beside.maps == 2 { "sum of both errors" } else { "error of the one error map" };
+    let differs = found.largest.is_some_and(|largest| largest.amount() > 0.0);
+    if let Some(beside) = found.beside_errors.as_ref().filter(|_| differs) {
+        let maps = match beside.maps {
+            2 => "sum of both errors",
+            _ => "error, which one of them has",
+        };
+        // Two digits don't tell 1.004 from 1.
+        let ratio = match short(beside.largest) {
+            one if one == "1" && beside.above > 0 => format!("{:.4}", beside.largest),
+            ratio => ratio,
+        };
         let share = beside.above as f64 / found.compared.max(1) as f64;
         writeln!(
             out,
             "  errors       at most {} times the {maps}, {}; {} of {} {value}s ({}) are above it",
-            short(beside.largest),
+            ratio,
             place(beside.place, found),
             grouped(beside.above as u64),
             grouped(found.compared as u64),

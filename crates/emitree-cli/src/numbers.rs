@@ -3,8 +3,11 @@
 use std::time::Duration;
 
 /// A fraction in per cent: "1 %". Without the last digits, which are of the binary number and not
-/// of what was written: 0.007 is not 0.7000000000000001 %.
+/// of what was written: 0.007 is not 0.7000000000000001 %. Small fractions are themselves: "1e-9".
 pub(crate) fn percent(fraction: f64) -> String {
+    if fraction != 0.0 && fraction.abs() < 1e-6 {
+        return format!("{fraction:e}");
+    }
     let percent = 100.0 * fraction;
     let rounded: f64 = format!("{percent:.9e}").parse().unwrap_or(percent);
     format!("{rounded} %")

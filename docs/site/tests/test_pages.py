@@ -122,10 +122,11 @@ def test_what_is_missing_is_named(repository, guide, index, defect):
 def test_the_built_site_is_checked(tmp_path):
     (tmp_path / "a.html").write_text(
         '<p id="here"><a href="#here"></a><a href="b.html"></a><a href="a.html#no"></a>'
-        '<script src="https://example.org/x.js"></script>',
+        f'<script src="https://example.org/x.js"></script>{check.ROOT}/docs',
         encoding="utf-8",
     )
     assert check.defects(tmp_path) == [
+        f"a.html: shows a path in {check.ROOT}",
         "a.html: loads https://example.org/x.js",
         "a.html: a.html#no leads to no anchor",
         "a.html: b.html leads to nothing",

@@ -248,6 +248,7 @@ mod tests {
         assert_eq!(vol(0.01, 3), "vol: to 1 % of the largest pixel, base 9 x 9 lines");
         assert_eq!(vol(0.007, 7), "vol: to 0.7 % of the largest pixel, base 129 x 129 lines");
         assert_eq!([1e-6, 2.0, 1.0 / 3.0].map(percent), ["0.0001 %", "200 %", "33.33333333 %"]);
+        assert_eq!([1e-9, 0.0].map(percent), ["1e-9", "0 %"]);
         let paper = method(&Method::Paper(BuildOptions::default()), "pixel");
         assert_eq!(
             paper,

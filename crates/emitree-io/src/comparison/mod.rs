@@ -41,7 +41,8 @@ pub enum ComparisonError {
     },
     /// The shapes differ.
     #[error(
-        "{first} has the shape {first_shape:?} and {second} {second_shape:?}: expected the same one"
+        "{first} has {} and {second} {}: expected as many in both",
+        size_text(*first_shape), size_text(*second_shape)
     )]
     Shapes {
         /// The name of the first image.
@@ -67,6 +68,12 @@ pub enum ComparisonError {
         /// Its unit.
         second_unit: String,
     },
+}
+
+/// The size of an image or a cube, for people: "64 x 32 pixels (width x height), 3 bands".
+fn size_text([bands, height, width]: [usize; 3]) -> String {
+    let of_bands = if bands == 1 { String::new() } else { format!(", {bands} bands") };
+    format!("{width} x {height} pixels (width x height){of_bands}")
 }
 
 /// How a second image differs from a first one, in the unit of the first.

@@ -68,7 +68,8 @@ fn units_are_converted_and_others_refused() {
 #[test]
 fn arrays_of_other_shapes_and_files_without_numbers_are_refused() {
     let error = Comparison::of(&image(&[1.0, 2.0]), &image(&[1.0; 4])).unwrap_err().to_string();
-    let expected = "a.npy has the shape [1, 2, 1] and a.npy [1, 2, 2]: expected the same one";
+    let expected = "a.npy has 1 x 2 pixels (width x height) and a.npy 2 x 2 pixels (width x height): \
+                    expected as many in both";
     assert_eq!(error, expected);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");

@@ -11,10 +11,9 @@ pub(super) fn remark(scene: &Scene) -> Option<Remark> {
     (error > tolerance).then(|| {
         let [nx, ny, nz] = emission.grid.shape();
         let text = format!(
-            "linear interpolation between {nx} x {ny} x {nz} data makes an error of some {:.1} % of the largest \
-             pixel, more than the tolerance of {} %: a tighter one than that tells of the interpolant alone",
-            100.0 * error,
-            100.0 * tolerance
+            "linear interpolation between {nx} x {ny} x {nz} data makes an error of some {error:.1e} of the largest \
+             pixel, more than the tolerance {tolerance:e}: a tighter one than that error tells of the interpolant \
+             alone"
         );
         Remark::new("data", text)
     })

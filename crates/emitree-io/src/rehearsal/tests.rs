@@ -121,6 +121,8 @@ fn limits_and_keys_without_effect_are_told() {
     assert!(found[0].text.starts_with("`steps` has no effect"), "{found:?}");
     let loose = only(&scene(BALL, "[render]\ntolerance = 0.2\n"));
     assert!(loose.text.starts_with("the tolerance 0.2 is met at 0.05"), "{loose:?}");
+    let tight = Rehearsal::of(&scene(BALL, "[render]\ntolerance = 1e-14\n"), 0, None).unwrap();
+    assert!(tight.remarks[0].text.starts_with("the tolerance 1e-14 may never be met"), "{tight:?}");
 }
 
 #[test]
