@@ -1,5 +1,6 @@
 //! `cargo xtask performance`: the overhead of emitree beside the emission, measured by the example
-//! `performance` of the crate `emitree`.
+//! `performance` of the crate `emitree`, and the time beside that of lines of sight, by the example
+//! `lines_of_sight` of `emitree-io`.
 //!
 //! Not a step of `cargo xtask test`: it takes minutes, and its seconds are those of the machine.
 
@@ -8,7 +9,7 @@ use crate::grouped::grouped;
 use crate::python::lint;
 use crate::workspace::{Workspace, spelled, succeed};
 use std::fs;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The folder of the plots.
@@ -17,21 +18,46 @@ const FOLDER: &str = "bench/performance";
 const DOCUMENT: &str = "docs/performance.md";
 /// The section whose numbers are plotted.
 const PLOTTED: &str = "scaling";
+/// The section of scene files, with their tolerance: images without energies whose tolerance is that of the
+/// largest pixel.
+const SCENES: &str = "scenes";
+const TOLERANCE: &str = "0.01";
+const FILES: [&str; 16] = [
+    "airglow",
+    "beta_model",
+    "chamberlain",
+    "ena",
+    "geocorona",
+    "helix",
+    "holmstrom",
+    "k_corona",
+    "knot",
+    "mars_hydrogen",
+    "mars_oxygen",
+    "shell_nebula",
+    "smile",
+    "smile_jorgensen",
+    "torus",
+    "uniform",
+];
 
 /// Runs the sections named (all of them if none is), keeps their numbers as
 /// `bench/runs/performance-SECTION.csv`, writes their tables into `docs/performance.md` and draws the
 /// plots.
 pub(crate) fn run(workspace: &Workspace, sections: &[&str]) -> Result<(), String> {
-    let mut command = workspace.cargo();
-    command.args(["run", "--profile", "dist", "-p", "emitree", "--example", "performance", "--"]);
-    command.args(sections).stderr(Stdio::inherit());
-    let line = spelled(&command);
-    eprintln!("xtask: {line}");
-    let output = command.output().map_err(|error| format!("`{line}` could not be run: {error}"))?;
-    if !output.status.success() {
-        return Err(format!("`{line}` ended with {}", output.status));
+    let others: Vec<&str> = sections.iter().copied().filter(|name| *name != SCENES).collect();
+    let mut printed = String::new();
+    if sections.is_empty() || !others.is_empty() {
+        let mut command = workspace.cargo();
+        command.args(["run", "--profile", "dist", "-p", "emitree", "--example", "performance", "--"]);
+        printed.push_str(&output_of(command.args(others))?);
     }
-    let printed = String::from_utf8(output.stdout).map_err(|error| format!("`{line}`: {error}"))?;
+    if sections.is_empty() || sections.contains(&SCENES) {
+        let mut command = workspace.cargo();
+        command.args(["run", "--release", "-p", "emitree-io", "--example", "lines_of_sight", "--"]);
+        command.arg(TOLERANCE).args(FILES.map(|name| format!("examples/{name}.toml")));
+        printed.push_str(&output_of(&mut command)?);
+    }
 
     let head = head(workspace, &[&["cargo xtask performance"], sections].concat().join(" "));
     let document = workspace.path(DOCUMENT);
@@ -52,6 +78,18 @@ pub(crate) fn run(workspace: &Workspace, sections: &[&str]) -> Result<(), String
         plot(workspace)?;
     }
     Ok(())
+}
+
+/// What a command prints.
+fn output_of(command: &mut Command) -> Result<String, String> {
+    let line = spelled(command);
+    eprintln!("xtask: {line}");
+    let output = command.stderr(Stdio::inherit()).output();
+    let output = output.map_err(|error| format!("`{line}` could not be run: {error}"))?;
+    if !output.status.success() {
+        return Err(format!("`{line}` ended with {}", output.status));
+    }
+    String::from_utf8(output.stdout).map_err(|error| format!("`{line}`: {error}"))
 }
 
 /// Draws the plots of the numbers kept.

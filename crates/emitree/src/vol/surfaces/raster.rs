@@ -14,10 +14,10 @@ use crate::vol::view::pixel_rule::RuleNode;
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// The numbers of lines of pixels beside limbs: Fibonacci numbers, for lattices with lines at as many
 /// distances from a limb.
-const LINES: [usize; 5] = [13, 34, 89, 233, 610];
+const LINES: [usize; 4] = [34, 89, 233, 610];
 /// The same for tolerances below [`FINE_BELOW`], where the corner of a pixel matters.
 const FINE_BELOW: f64 = 5e-3;
-const FINE_LINES: [usize; 5] = [55, 144, 377, 610, 987];
+const FINE_LINES: [usize; 4] = [144, 377, 610, 987];
 /// More lines are used until the mean changes by less than this share of the error allowed.
 const CHANGE: f64 = 0.05;
 /// A pixel whose lines differ from each other by more than this share of the error allowed has more
@@ -137,9 +137,7 @@ impl Model {
             };
             let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
             let mut before = of(0);
-            // Parts of a pixel at a limb are halved at each step: fewer steps.
-            let steps = lines.len() - usize::from(at_limb.is_some());
-            for step in 1..steps {
+            for step in 1..lines.len() {
                 let line = of(step);
                 let change = (line.value - before.value).abs();
                 before = LineIntegral { error: line.error + 0.5 * change, ..line };
