@@ -49,7 +49,16 @@ pub(crate) fn run(workspace: &Workspace, sections: &[&str]) -> Result<(), String
     let mut printed = String::new();
     if sections.is_empty() || !others.is_empty() {
         let mut command = workspace.cargo();
-        command.args(["run", "--profile", "dist", "-p", "emitree", "--example", "performance", "--"]);
+        command.args([
+            "run",
+            "--profile",
+            "dist",
+            "-p",
+            "emitree",
+            "--example",
+            "performance",
+            "--",
+        ]);
         printed.push_str(&output_of(command.args(others))?);
     }
     if sections.is_empty() || sections.contains(&SCENES) {

@@ -85,11 +85,9 @@ fn row(path: &Path, tolerance: f64) -> Result<String, Box<dyn Error>> {
     }
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let of_los = match best {
-        Some((seconds, lines, steps, error)) => format!(
-            "{} x {steps},{error:.1e},{seconds:.3},{:.2}",
-            lines * lines,
-            seconds / vol_s
-        ),
+        Some((seconds, lines, steps, error)) => {
+            format!("{} x {steps},{error:.1e},{seconds:.3},{:.2}", lines * lines, seconds / vol_s)
+        }
         None => "none,-,-,-".to_owned(),
     };
     Ok(format!(
@@ -101,11 +99,7 @@ fn row(path: &Path, tolerance: f64) -> Result<String, Box<dyn Error>> {
 }
 
 /// The image of lines of sight.
-fn marched(
-    scene: &Scene,
-    lines: usize,
-    steps: usize,
-) -> Result<Rendering<Cube>, Box<dyn Error>> {
+fn marched(scene: &Scene, lines: usize, steps: usize) -> Result<Rendering<Cube>, Box<dyn Error>> {
     rendered(scene, Method::Los(LosOptions::new(lines, Steps::Fixed(steps))))
 }
 

@@ -83,8 +83,12 @@ impl Search<'_> {
 /// The disagreements of a leaf with patches with those around it.
 fn disagreements(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Vec<Disagreement> {
     let (cell, own) = &tree.leaves[leaf];
-    let Leaf::Cut(_) = own else { return Vec::new() };
-    let count = TUNING.surfaces.face_points;
+    let Leaf::Cut(facets) = own else { return Vec::new() };
+    let has_edge = facets.len() > 1 || facets.iter().any(|of| of.wall.patches().len() > 1);
+    let count = match has_edge {
+        true => TUNING.surfaces.face_points_beside_edges,
+        false => TUNING.surfaces.face_points,
+    };
     let mut found = Vec::new();
     for turn in 0..6 {
         let (axis, side) = (turn / 2, turn % 2);

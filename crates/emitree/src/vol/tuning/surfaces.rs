@@ -104,8 +104,10 @@ group! {
         /// The distance at which regions on both sides of a face have to agree, in displacements
         /// allowed.
         face_distance: f64 = 3.0, 2.0..=4.0;
-        /// The points along each axis of a face at which they are compared.
+        /// The points along each axis of a face at which they are compared; and the same where patches meet,
+        /// since an edge passes through a part of a face between fewer.
         face_points: usize = 6, 4..=8;
+        face_points_beside_edges: usize = 18, 12..=24;
         /// The most rounds of refinement after comparisons of faces.
         rounds: usize = 40, 20..=60;
         /// A cell whose regions change no pixel by more than this share of T remains unresolved.
