@@ -8,7 +8,7 @@
 #![expect(clippy::print_stdout, reason = "this program prints a table")]
 
 use emitree::los::{LosOptions, Steps};
-use emitree::{Cube, Method, Rendering};
+use emitree::{Cube, Image, Method, Rendering};
 use emitree_io::{Override, Scene};
 use std::error::Error;
 use std::path::Path;
@@ -130,6 +130,6 @@ fn difference(image: &Rendering<Cube>, reference: &Rendering<Cube>) -> f64 {
     let bands = image.values.bands().iter().zip(reference.values.bands());
     let pixels = bands.flat_map(|(of, exact)| of.pixels().iter().zip(exact.pixels()));
     let worst = pixels.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    let exact = reference.values.bands().iter().flat_map(|band| band.pixels());
+    let exact = reference.values.bands().iter().flat_map(Image::pixels);
     worst / exact.map(|pixel| pixel.abs()).fold(0.0, f64::max)
 }
