@@ -21,6 +21,7 @@ __all__ = [
     "__version__",
     "available_memory_bytes",
     "cameras",
+    "components_fits",
     "draw_counts",
     "sky_coordinates",
 ]
