@@ -5,10 +5,10 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::numbers::roughly;
 use crate::progress::ProgressLine;
-use crate::render::method_text;
+use crate::render::{method_text, size_text};
 use crate::threads;
 use emitree::RenderError;
-use emitree_io::{EmissionSource, Forecast, PixelLayout, Rehearsal, Scene, grouped};
+use emitree_io::{EmissionSource, Forecast, Rehearsal, Scene, grouped};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -146,12 +146,7 @@ fn camera(scene: &Scene) -> String {
 }
 
 fn image(scene: &Scene) -> String {
-    let pixels = match scene.camera.description().pixels {
-        PixelLayout::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
-        PixelLayout::Rectangle => {
-            format!("{} x {} pixels (width x height)", scene.width, scene.height)
-        }
-    };
+    let pixels = size_text(scene);
     let unit = match scene.image_unit() {
         "" => "no unit".to_owned(),
         unit => unit.to_owned(),

@@ -2,7 +2,7 @@
 
 use super::is_of_largest;
 use super::outputs::{beside_nothing, check_method, refuse_scene_itself, style};
-use super::summary::method as method_text;
+use super::summary::{method as method_text, size_text};
 use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
@@ -10,8 +10,8 @@ use crate::numbers::seconds;
 use crate::progress::{Goal, ProgressLine};
 use emitree::RenderError;
 use emitree_io::{
-    Format, OutputSet, PictureStyle, PixelLayout, Product, RenderedComponents, RenderedScene,
-    Scene, SceneComponents, commit_all, grouped,
+    Format, OutputSet, PictureStyle, Product, RenderedComponents, RenderedScene, Scene,
+    SceneComponents, commit_all, grouped,
 };
 use std::ffi::OsString;
 use std::io::Write;
@@ -208,12 +208,7 @@ fn print(
     written: &[PathBuf],
 ) -> Result<(), std::io::Error> {
     let mut out = std::io::stdout().lock();
-    let size = match scene.camera.description().pixels {
-        PixelLayout::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
-        PixelLayout::Rectangle => {
-            format!("{} x {} pixels (width x height)", scene.width, scene.height)
-        }
-    };
+    let size = size_text(scene);
     let value = if scene.energy.is_some() { "voxel" } else { "pixel" };
     let count = all.components().count();
     let components = if count == 1 { "component" } else { "components" };

@@ -10,7 +10,7 @@ mod summary;
 
 use counts::Counts;
 use rendered::Rendered;
-pub(crate) use summary::method as method_text;
+pub(crate) use summary::{method as method_text, size_text};
 
 use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};

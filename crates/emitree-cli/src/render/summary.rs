@@ -12,6 +12,16 @@ use emitree_io::{PixelLayout, Scene, SumAccount, grouped};
 use std::io::Write;
 use std::path::PathBuf;
 
+/// The size of the image of a scene: "64 x 32 pixels (width x height)".
+pub(crate) fn size_text(scene: &Scene) -> String {
+    match scene.camera.description().pixels {
+        PixelLayout::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
+        PixelLayout::Rectangle => {
+            format!("{} x {} pixels (width x height)", scene.width, scene.height)
+        }
+    }
+}
+
 pub(crate) fn print(
     scene: &Scene,
     rendered: &Rendered,
@@ -21,12 +31,7 @@ pub(crate) fn print(
     let values = (scene.height * scene.width * bins) as f64;
     let value = if scene.energy.is_some() { "voxel" } else { "pixel" };
     let mut out = std::io::stdout().lock();
-    let size = match scene.camera.description().pixels {
-        PixelLayout::Healpix => format!("12 x {0} x {0} pixels (HEALPix)", scene.width),
-        PixelLayout::Rectangle => {
-            format!("{} x {} pixels (width x height)", scene.width, scene.height)
-        }
-    };
+    let size = size_text(scene);
     writeln!(out, "{}: {size}", scene.name)?;
     if let Some(energies) = &scene.energy {
         let (label, scale) = (energies.label(0..bins), energies.scale_name());

@@ -9,8 +9,7 @@ use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::Elementary;
 use crate::scalar::Scalar;
-use core::convert::Infallible;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 const CM_PER_KM: f64 = 1e5;
@@ -147,14 +146,7 @@ impl<T: Scalar> Formula<T> for Airglow<T> {
     }
 }
 
-impl Emission for Airglow {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(Airglow);
 
 #[cfg(test)]
 mod tests {

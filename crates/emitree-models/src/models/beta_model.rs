@@ -7,8 +7,7 @@ use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDesc
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::scalar::Scalar;
-use core::convert::Infallible;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
@@ -112,14 +111,7 @@ impl<T: Scalar> Formula<T> for BetaModel<T> {
     }
 }
 
-impl Emission for BetaModel {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(BetaModel);
 
 #[cfg(test)]
 mod tests {

@@ -9,9 +9,8 @@ use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::Elementary;
 use crate::scalar::Scalar;
-use core::convert::Infallible;
 use core::f64::consts::PI;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 /// Of the emissivity of Rybicki and Lightman 1979, eq. 5.14b \[erg s⁻¹ cm⁻³ Hz⁻¹\], for densities
@@ -285,14 +284,7 @@ impl<T: Scalar> Formula<T> for Bremsstrahlung<T> {
     }
 }
 
-impl Emission for Bremsstrahlung {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(Bremsstrahlung);
 
 #[cfg(test)]
 mod tests {

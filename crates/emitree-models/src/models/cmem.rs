@@ -16,8 +16,7 @@ use crate::catalogue::parameter::{
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::scalar::Scalar;
-use core::convert::Infallible;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
@@ -235,11 +234,4 @@ impl<T: Scalar> Formula<T> for Cmem<T> {
     }
 }
 
-impl Emission for Cmem {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(Cmem);

@@ -11,9 +11,8 @@ use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::Elementary;
 use crate::scalar::Scalar;
-use core::convert::Infallible;
 use core::f64::consts::PI;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
@@ -206,14 +205,7 @@ impl<T: Scalar> Formula<T> for Ena<T> {
     }
 }
 
-impl Emission for Ena {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(Ena);
 
 #[cfg(test)]
 mod tests {

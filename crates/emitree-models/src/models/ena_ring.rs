@@ -10,9 +10,8 @@ use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDesc
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::scalar::{Scalar, digamma};
-use core::convert::Infallible;
 use core::f64::consts::PI;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
@@ -242,14 +241,7 @@ impl<T: Scalar> Formula<T> for EnaRing<T> {
     }
 }
 
-impl Emission for EnaRing {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(EnaRing);
 
 #[cfg(test)]
 mod tests {

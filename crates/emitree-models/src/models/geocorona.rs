@@ -9,8 +9,7 @@ use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::Elementary;
 use crate::scalar::Scalar;
-use core::convert::Infallible;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 /// The exobase of the fit \[`R_E`\], below which there is no density.
@@ -144,14 +143,7 @@ impl<T: Scalar> Formula<T> for Geocorona<T> {
     }
 }
 
-impl Emission for Geocorona {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(Geocorona);
 
 #[cfg(test)]
 mod tests {

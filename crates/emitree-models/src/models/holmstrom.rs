@@ -8,9 +8,8 @@ use crate::catalogue::{ModelDescription, ModelError};
 use crate::elementary::Elementary;
 use crate::means;
 use crate::scalar::Scalar;
-use core::convert::Infallible;
 use core::f64::consts::SQRT_2;
-use emitree::{Emission, Image, Samples};
+use emitree::{Image, Samples};
 use std::collections::BTreeMap;
 
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
@@ -155,11 +154,4 @@ impl<T: Scalar> Formula<T> for Holmstrom<T> {
     }
 }
 
-impl Emission for Holmstrom {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(Holmstrom);

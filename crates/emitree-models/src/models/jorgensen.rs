@@ -15,8 +15,7 @@ use crate::catalogue::parameter::{
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::scalar::Scalar;
-use core::convert::Infallible;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 /// How far the bow shock lies ahead of the magnetopause \[`R_E`\], and how much wider it flares.
@@ -230,11 +229,4 @@ impl<T: Scalar> Formula<T> for Jorgensen<T> {
     }
 }
 
-impl Emission for Jorgensen {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(Jorgensen);

@@ -7,8 +7,7 @@ use crate::catalogue::parameter::Values;
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::scalar::Scalar;
-use core::convert::Infallible;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
@@ -87,14 +86,7 @@ impl<T: Scalar> Formula<T> for PolarisedKCorona<T> {
     }
 }
 
-impl Emission for PolarisedKCorona {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(PolarisedKCorona);
 
 #[cfg(test)]
 mod tests {

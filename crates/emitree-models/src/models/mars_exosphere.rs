@@ -7,8 +7,7 @@ use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDesc
 use crate::catalogue::singular::nowhere;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::scalar::Scalar;
-use core::convert::Infallible;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use std::collections::BTreeMap;
 
 /// The coefficients of hydrogen, the defaults of `ena` too.
@@ -181,14 +180,7 @@ impl<T: Scalar> Formula<T> for MarsExosphere<T> {
     }
 }
 
-impl Emission for MarsExosphere {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(MarsExosphere);
 
 #[cfg(test)]
 mod tests {

@@ -3,6 +3,24 @@
 //! To add one, write its file with a description (the table of its parameters is all that scenes
 //! depend on it) and name it in the [catalogue](mod@crate::catalogue).
 
+/// The emission of a model: its formula over numbers of 64 bits.
+macro_rules! emission_of_formula {
+    ($model:ty) => {
+        impl emitree::Emission for $model {
+            type Error = core::convert::Infallible;
+
+            fn emission_rates(
+                &self,
+                samples: &emitree::Samples<'_>,
+                rates: &mut [f64],
+            ) -> Result<(), Self::Error> {
+                $crate::catalogue::model::Formula::fill(self, samples, rates);
+                Ok(())
+            }
+        }
+    };
+}
+
 mod airglow;
 mod beta_model;
 mod bremsstrahlung;

@@ -18,8 +18,7 @@ use crate::catalogue::parameter::Values;
 use crate::catalogue::singular::SingularPoint;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::scalar::Scalar;
-use core::convert::Infallible;
-use emitree::{Emission, Samples};
+use emitree::Samples;
 use profile::Profile;
 use std::collections::BTreeMap;
 
@@ -241,14 +240,7 @@ impl<T: Scalar> Formula<T> for Halo<T> {
     }
 }
 
-impl Emission for Halo {
-    type Error = Infallible;
-
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), Infallible> {
-        self.fill(samples, rates);
-        Ok(())
-    }
-}
+emission_of_formula!(Halo);
 
 /// The centre of a halo, with the power of its rate there if it has one.
 fn cusp(values: &Values, exponent: Option<f64>) -> Vec<SingularPoint> {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::build_model;
+use emitree::Emission;
 
 type Build = fn(Process, &BTreeMap<String, f64>) -> Result<Halo, ModelError>;
 

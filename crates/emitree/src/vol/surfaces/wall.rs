@@ -120,11 +120,11 @@ impl Wall {
                 let own: Vec<FitPoint> = own.map(|(point, _)| *point).collect();
                 (*patch, *error) = Patch::fit(&own, cell, patch.axis(), wide, enough)?;
             }
-            // Two parts of one smooth surface, continued to the same place, are no edge.
-            if least_turn(&patches, cell) < 0.5 * TUNING.surfaces.wall_least_turn {
+            if least_turn(&patches, cell) < TUNING.surfaces.wall_least_first_turn {
                 return None;
             }
         }
+        // Two parts of one smooth surface, continued to the same place, are no edge.
         if least_turn(&patches, cell) < TUNING.surfaces.wall_least_turn {
             return None;
         }

@@ -70,6 +70,9 @@ group! {
         /// The least angle between the normals of two patches of a wall, in radians. With less they are
         /// parts of one smooth surface, and of two fits to fewer points each the errors are too small.
         wall_least_turn: f64 = 0.2, 0.1..=0.4;
+        /// The same while points are still assigned to the nearest patch: patches that turn by less are seldom an edge
+        /// in the end, and their fits are most of the time of a search.
+        wall_least_first_turn: f64 = 0.1, 0.05..=0.2;
         /// The error of a single patch, as a share of the one wanted, from which several patches are tried, since a
         /// smooth patch rounds an edge, where its largest error is far above the mean one.
         wall_from: f64 = 0.25, 0.1..=1.0;
