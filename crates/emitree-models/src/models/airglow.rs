@@ -66,7 +66,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// with the altitude h and the scale height H: the profile of Chapman 1931
 /// (doi:10.1088/0959-5309/43/1/305). Seen from below, at the zenith, it has e H Vpeak.
 ///
-/// As an [`Emission`] it gives rayleigh per km, with 10⁶ photons cm⁻² s⁻¹ to a rayleigh: an image
+/// As an [`Emission`](emitree::Emission) it gives rayleigh per km, with 10⁶ photons cm⁻² s⁻¹ to a rayleigh: an image
 /// over km is in rayleigh. The planet does not occult: a scene with the planet in view needs
 /// an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -141,7 +141,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// carry together; the true one grows slowly below kT, and is less than 1 far above.
 /// There are no lines, no absorption and no redshift: energies are those at the cluster.
 ///
-/// As an [`Emission`] it gives photons cm⁻² s⁻¹ sr⁻¹ keV⁻¹ per kpc, with energies in keV: an image
+/// As an [`Emission`](emitree::Emission) it gives photons cm⁻² s⁻¹ sr⁻¹ keV⁻¹ per kpc, with energies in keV: an image
 /// over kpc is in photons cm⁻² s⁻¹ sr⁻¹ keV⁻¹. For an energy that is not more than 0, or without
 /// one, it is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]

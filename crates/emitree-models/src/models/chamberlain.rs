@@ -72,7 +72,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 ///
 /// which is nexo at the exobase itself.
 ///
-/// As an [`Emission`] it gives m⁻³: an image over m is the column density \[m⁻²\]. The planet does
+/// As an [`Emission`](emitree::Emission) it gives m⁻³: an image over m is the column density \[m⁻²\]. The planet does
 /// not occult: a scene with it in view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chamberlain<T = f64> {

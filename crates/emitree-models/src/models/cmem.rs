@@ -155,7 +155,7 @@ const BOW_SHOCK_FLARING: Derivation = Derivation {
 /// where the emissivity then grows without bounds as r → 0: a scene with the Earth in view needs an
 /// occulter there.
 ///
-/// As an [`Emission`] it gives keV cm⁻² s⁻¹ sr⁻¹ per `R_E`.
+/// As an [`Emission`](emitree::Emission) it gives keV cm⁻² s⁻¹ sr⁻¹ per `R_E`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cmem<T = f64> {
     magnetopause: LinMagnetopause,

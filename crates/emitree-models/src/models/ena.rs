@@ -88,7 +88,7 @@ const VELOCITY_X: ParameterDescription = ParameterDescription {
 /// A cold beam goes almost one way: with the default solar wind, 9 times faster than w, an image
 /// is above 0 only along lines of sight within some 20 degrees of the Sun, on +x.
 ///
-/// As an [`Emission`] it gives m⁻³ s⁻¹ sr⁻¹: an image over m is in m⁻² s⁻¹ sr⁻¹. The planet does
+/// As an [`Emission`](emitree::Emission) it gives m⁻³ s⁻¹ sr⁻¹: an image over m is in m⁻² s⁻¹ sr⁻¹. The planet does
 /// not occult: a scene with it in view needs an occulter there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ena<T = f64> {

@@ -107,7 +107,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 /// volume as L⁴. The latitude stands for pitch angles that are not: a large s is a density that is
 /// constant along field lines.
 ///
-/// As an [`Emission`] it gives cm⁻² s⁻¹ sr⁻¹ keV⁻¹ per `R_E` of 6.371·10⁸ cm, with energies in keV:
+/// As an [`Emission`](emitree::Emission) it gives cm⁻² s⁻¹ sr⁻¹ keV⁻¹ per `R_E` of 6.371·10⁸ cm, with energies in keV:
 /// an image over `R_E` is in cm⁻² s⁻¹ sr⁻¹ keV⁻¹. For an energy that is not more than 0, or without
 /// one, it is not a number. The Earth does not occult: a scene with the Earth in view needs
 /// an occulter there.

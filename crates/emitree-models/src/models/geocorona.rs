@@ -60,7 +60,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
 ///
 /// times the photons that an atom scatters in a second.
 ///
-/// As an [`Emission`] it gives rayleigh per `R_E` of 6.371·10⁸ cm, with 10⁶ photons cm⁻² s⁻¹ to a
+/// As an [`Emission`](emitree::Emission) it gives rayleigh per `R_E` of 6.371·10⁸ cm, with 10⁶ photons cm⁻² s⁻¹ to a
 /// rayleigh: an image over `R_E` is in rayleigh. The Earth does not occult: a
 /// scene with the Earth in view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]

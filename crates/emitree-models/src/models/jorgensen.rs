@@ -148,7 +148,7 @@ fn magnetopause_nose<T: Scalar>(values: &Values<T>) -> T {
 /// in `R_E`. The dynamic pressure in its derived parameters is Pd = ½ m n v², as in [`Cmem`]; the
 /// transverse field and the dipole tilt are accepted and have no effect.
 ///
-/// As an [`Emission`] it gives keV cm⁻² s⁻¹ sr⁻¹ per `R_E`.
+/// As an [`Emission`](emitree::Emission) it gives keV cm⁻² s⁻¹ sr⁻¹ per `R_E`.
 ///
 /// [`Cmem`]: super::Cmem
 #[derive(Clone, Copy, Debug, PartialEq)]

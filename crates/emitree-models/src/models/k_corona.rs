@@ -54,7 +54,7 @@ pub(super) const LIMB_DARKENING: ParameterDescription = ParameterDescription {
 /// centre: a pure number, so that the image has no unit. K then is ½π re², that is 3/16 of the
 /// Thomson cross section: an electron far away receives the mean brightness in a solid angle π/r² and
 /// scatters ½ re² (1 + cos² χ) of it into a steradian, and there tot − pol sin² χ →
-/// K (1 + cos² χ)/r². As an [`Emission`] it gives that per `R_sun` of 6.957·10¹⁰ cm.
+/// K (1 + cos² χ)/r². As an [`Emission`](emitree::Emission) it gives that per `R_sun` of 6.957·10¹⁰ cm.
 ///
 /// There is no emission inside the Sun, r < 1, but the model does not occult: a scene with the Sun in
 /// view needs an occulter there.

@@ -78,7 +78,7 @@ pub(crate) const OXYGEN: ModelDescription = ModelDescription {
 /// A neutral exosphere of Mars of density n = a/(r − b)^c \[m⁻³\], with r and b in m; none below
 /// the exobase, for the law holds above it alone.
 ///
-/// As an [`Emission`] it gives m⁻³: an image over m is the column density \[m⁻²\]. The planet does
+/// As an [`Emission`](emitree::Emission) it gives m⁻³: an image over m is the column density \[m⁻²\]. The planet does
 /// not occult: a scene with it in view needs an occulter there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarsExosphere<T = f64> {

@@ -56,7 +56,7 @@ impl Process {
 ///
 /// # Units
 ///
-/// Lengths are in kpc and ρ in GeV cm⁻³. As an [`Emission`] a halo gives GeV² cm⁻⁵ sr⁻¹ or
+/// Lengths are in kpc and ρ in GeV cm⁻³. As an [`Emission`](emitree::Emission) a halo gives GeV² cm⁻⁵ sr⁻¹ or
 /// GeV cm⁻² sr⁻¹ for each kpc of 3.0857·10²¹ cm: an image is dJ/dΩ = ∫ ρ² ds or dD/dΩ = ∫ ρ ds, and
 /// times the solid angle of a pixel (irradiance) its J-factor \[GeV² cm⁻⁵\] or D-factor
 /// \[GeV cm⁻²\]. A factor 1/(4π) belongs to the flux of the particle, and not to these.
