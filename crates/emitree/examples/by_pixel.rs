@@ -97,7 +97,7 @@ fn compare(
         kept += usize::from(is_kept);
         logs += evaluations.ln();
         uniform_logs += of_uniform.ln();
-        if !is_kept || std::env::var("DBG").is_ok() {
+        if !is_kept {
             println!(
                 "{}: {evaluations} evaluations ({of_uniform} for the brightest), {:.4} of the pixels \
                  within, worst {:.2}, estimate {:.2} of the error allowed, {:?}",

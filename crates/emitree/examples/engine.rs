@@ -7,13 +7,14 @@
 //! surfaces, `… -- shapes 0 80 1e-2` random boxes, ellipsoids, cylinders, unions and shells,
 //! `… -- planets 0 80 1e-2` these around an opaque planet, in orthographic and perspective views,
 //! `… -- divided 0 48 1e-2` Gaussians divided by declared planes,
+//! `… -- wires 0 96 1e-2` narrow wires wound about random axes,
 //! `… -- smile 0 40 1e-2` the magnetosheath from random viewpoints,
 //! `… -- deep 0 40 10 1e-2` Gaussians in a depth range ten times as long as needed,
 //! `… -- views 0 160 1e-2` random views with opaque bodies, `… -- rooms 0 60 1e-2` views of boxes with
 //! emission up to their faces, `… -- monotone 0 60` and
 //! `… -- monotone 0 40 peaks` search for tolerances that cost more than tighter ones, and
 //! `… -- paper 0 72 1e-2` searches for the cheapest threshold of method `paper` for each random scene.
-//! Images have 64 × 64 pixels, those of views as many as the view has.
+//! Images have 64 × 64 pixels, those of wires 160 × 160, those of views as many as the view has.
 
 use emitree::progress::Frame;
 use emitree::projection::GeometryError;
@@ -30,6 +31,7 @@ use emitree_problems::shapes::random_shape;
 use emitree_problems::smile::random_smile;
 use emitree_problems::solids::random_solids;
 use emitree_problems::views::{Outcome, RandomView, random_room, random_view};
+use emitree_problems::wires::random_wires;
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -68,6 +70,10 @@ fn main() -> Result<(), Box<dyn Error>> {
                 (from.parse()?..to.parse()?).map(divided_scene).collect();
             many(scenes?, &numbers(tolerances)?)
         }
+        ["wires", from, to, tolerances] => {
+            let scenes = (from.parse()?..to.parse()?).map(wires_scene).collect();
+            many(scenes, &numbers(tolerances)?)
+        }
         ["smile", from, to, tolerances] => {
             let scenes = (from.parse()?..to.parse()?).map(smile_scene).collect();
             many(scenes, &numbers(tolerances)?)
@@ -90,7 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
         _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
                   solids FROM TO T,… | shapes FROM TO T,… | planets FROM TO T,… | divided FROM TO T,… | \
-                  smile FROM TO T,… | deep FROM TO FACTOR T,… | views FROM TO T,… | rooms FROM TO T,… | \
+                  wires FROM TO T,… | smile FROM TO T,… | deep FROM TO FACTOR T,… | views FROM TO T,… | rooms FROM TO T,… | \
                   monotone FROM TO [peaks] | paper [FROM TO] T,… | trace NAME T"
             .into()),
     }
@@ -213,6 +219,17 @@ fn divided_scene(seed: u64) -> Result<Scene, GeometryError> {
     Ok(Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference })
 }
 
+fn wires_scene(seed: u64) -> Scene {
+    let scene = random_wires(seed);
+    let reference = Reference { image: scene.exact_image([160; 2]), error: 0.0 };
+    Scene {
+        name: format!("wires-{seed}"),
+        rate: Box::new(move |r| scene.rate(r)),
+        camera: Arc::new(Canonical),
+        reference,
+    }
+}
+
 fn smile_scene(seed: u64) -> Scene {
     let scene = random_smile(seed);
     let (name, reference) = (scene.name(), scene.reference_image([32; 2]));
@@ -247,7 +264,7 @@ fn many(scenes: Vec<Scene>, tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
             logs += (rendering.stats.evaluations as f64).ln();
             ratios.push(estimate / error.max(1e-15));
             insides += inside(&rendering, exact, slack);
-            if !is_kept || std::env::var("DBG").is_ok() {
+            if !is_kept {
                 println!(
                     "{name}: {} evaluations, true {error:.1e}, estimate {estimate:.1e}, converged {}",
                     rendering.stats.evaluations,
@@ -286,11 +303,6 @@ fn views(views: Vec<RandomView>, tolerances: &[f64]) -> Result<(), Box<dyn Error
             let options = RenderOptions::new(vol).with_max_evaluations(3_000_000);
             let rendering = render(&emission, view.camera(), view.shape(), &options)?;
             let outcome = Outcome::of(&rendering, reference);
-            if std::env::var("DBG").is_ok() {
-                println!("{view:?}");
-                println!("{:?}", rendering.values.row(outcome.worst.0));
-                println!("{:?}", reference.image.row(outcome.worst.0));
-            }
             let converged = rendering.converged();
             let is_within = outcome.error <= tolerance + reference.error;
             let is_broken = converged && outcome.error > 3.0 * tolerance + reference.error;

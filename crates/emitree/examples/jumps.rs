@@ -81,7 +81,7 @@ fn family(seeds: std::ops::Range<u64>, tolerance: f64) -> Result<(), Box<dyn Err
         of_kind.1 += u32::from(is_kept);
         of_kind.2 += u32::from(is_by_surfaces);
         of_kind.3 += (rendering.stats.evaluations as f64).ln();
-        if !is_kept || !is_by_surfaces || std::env::var("DBG").is_ok() {
+        if !is_kept || !is_by_surfaces {
             println!(
                 "{}: {} evaluations, true {error:.1e} ± {:.0e}, estimate {:.1e}, converged {}, {}, {:?}",
                 view.name(),

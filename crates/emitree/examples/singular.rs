@@ -78,7 +78,7 @@ fn family(from: u64, to: u64, tolerance: f64) -> Result<(), Box<dyn Error>> {
         kept += u32::from(is_within && found.is_converged);
         untrue += u32::from(!is_within && found.is_converged);
         logs += (found.evaluations as f64).ln();
-        if !is_within || !found.is_converged || std::env::var("DBG").is_ok() {
+        if !is_within || !found.is_converged {
             let points: Vec<_> = view.points().collect();
             println!(
                 "{}: {} evaluations, true error {error:.1e}, estimate {estimate:.1e}, reference {:.0e}, \

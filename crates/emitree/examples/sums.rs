@@ -171,7 +171,7 @@ fn measure(
         counts.met += u32::from(error <= of_region.allowed);
         counts.estimate_log += (of_region.error / error.max(1e-12 * largest * area / norm)).ln();
         counts.bound_log += (bound / of_region.error).ln();
-        if !is_within || !found.converged() || std::env::var("DBG").is_ok() {
+        if !is_within || !found.converged() {
             println!(
                 "{} {}: error {:.2} of the estimate, estimate {:.2} of the error allowed ({} samples, sum of \
                  errors {:.1}), {} evaluations ({} without sums), {:?}",

@@ -58,6 +58,7 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -
     let margin = if has_kinks { TUNING.image.kink_margin } else { 1.0 };
     let sibling_share =
         if has_kinks { TUNING.image.sibling_share_of_kinks } else { TUNING.image.sibling_share };
+    let finest_level = tree.finest_level();
     let of_node = |i: usize| {
         let node = tree.nodes()[i];
         if node.level + 1 < required_level {
@@ -76,7 +77,7 @@ pub(crate) fn remaining(tree: &ImageTree, guarded: &[f64], required_level: u8) -
             }
             _ => before,
         };
-        let of_siblings = sibling_share * near.largest_sibling();
+        let of_siblings = sibling_share * near.largest_beside_missing(finest_level);
         Remaining { children, size: margin * size.max(of_siblings) }
     };
     let nodes = (0..tree.len()).into_par_iter().with_min_len(NODES_AT_ONCE);
@@ -145,15 +146,48 @@ impl<'a> Near<'a> {
         self.tree.nodes()[self.centre].level
     }
 
-    /// The largest |detail| beside a missing child, on the level of the child.
-    fn largest_sibling(&self) -> f64 {
+    /// The largest |detail| beside a missing child: on the level of the child, or diagonally beside it on
+    /// the level of its own children. The latter are at the border of a part of the image that is resolved
+    /// more finely.
+    fn largest_beside_missing(&self, finest_level: u8) -> f64 {
         let level = self.level() + 1;
-        let missing = CHILDREN.into_iter().filter(|&(i, j)| self.found[i][j] == Found::Missing);
+        let missing = CHILDREN.into_iter().filter(|&at| self.is_missing(at));
         let siblings = missing.flat_map(|(i, j)| {
             (i - 1..=i + 1).flat_map(move |a| (j - 1..=j + 1).map(move |b| (a, b)))
         });
         let details = self.nodes(siblings).filter(|(_, node)| node.level == level);
-        details.map(|(_, node)| node.detail.abs()).fold(0.0, f64::max)
+        let details = details.map(|(_, node)| node.detail.abs()).fold(0.0, f64::max);
+        if level < finest_level { details.max(self.largest_between(level + 1)) } else { details }
+    }
+
+    /// The largest |detail| of nodes of `level` in the middle of four places, of which one is that of a
+    /// missing child.
+    fn largest_between(&self, level: u8) -> f64 {
+        let centre = self.tree.nodes()[self.centre].place;
+        let half = spacing(level);
+        // From the middle of the first two of five lines, which are two half steps apart, to that of the last two.
+        let middles = |from: u32| {
+            [(3, false), (1, false), (1, true), (3, true)]
+                .map(|(times, up)| beside(from, times * half, up))
+        };
+        let [columns, rows] = centre.map(middles);
+        let mut largest = 0.0_f64;
+        for (i, x) in columns.into_iter().enumerate() {
+            for (j, y) in rows.into_iter().enumerate() {
+                let (Some(x), Some(y)) = (x, y) else { continue };
+                let corners = [(i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)];
+                let between =
+                    corners.into_iter().any(|at| CHILDREN.contains(&at) && self.is_missing(at));
+                if let Some(k) = between.then(|| self.tree.find([x, y])).flatten() {
+                    largest = largest.max(self.tree.nodes()[k].detail.abs());
+                }
+            }
+        }
+        largest
+    }
+
+    fn is_missing(&self, (i, j): (usize, usize)) -> bool {
+        self.found[i][j] == Found::Missing
     }
 
     /// Which children exist, and the largest guarded detail of the diagonal ones.

@@ -1,5 +1,6 @@
 //! Depth rules: a few depths that integrate all lines of a block of the image.
 
+mod contradicted;
 pub(crate) mod depth_rule;
 mod given;
 pub(crate) mod plan;

@@ -36,7 +36,10 @@ impl Scan<'_> {
         self.scan_full(&plan, first, tolerance).await?;
         let mut again = self.replace_failed(&mut plan, tolerance);
         again.extend(self.apply(&plan, tolerance).await?);
-        self.scan_again(&again, first, tolerance).await
+        self.scan_again(&again, first, tolerance).await?;
+        let mut found = plan.full;
+        found.extend(again);
+        self.replace_contradicted(&found, tolerance).await
     }
 
     /// Refines the older full lines whose error is above the tolerance, which follows the largest
@@ -171,7 +174,7 @@ impl Scan<'_> {
     }
 
     /// Integrates nodes in full whose rules do not hold.
-    async fn scan_again(
+    pub(super) async fn scan_again(
         &mut self,
         nodes: &BTreeSet<usize>,
         first: usize,
@@ -204,7 +207,7 @@ impl Scan<'_> {
     }
 
     /// Integrates nodes in full, with the given depths in addition, and samples new structure on
-    /// their neighbours.
+    /// their neighbours. Rules that are wrong on them are replaced beside them.
     pub(crate) async fn integrate_in_full(
         &mut self,
         nodes: &[usize],
@@ -215,6 +218,7 @@ impl Scan<'_> {
         wanted.iter_mut().for_each(|(_, of_line)| of_line.extend(depths));
         nodes.iter().for_each(|&i| self.node_lines.sources[i] = LineSource::Full);
         self.refine(wanted, tolerance).await?;
-        self.follow(nodes, tolerance).await
+        self.follow(nodes, tolerance).await?;
+        self.replace_contradicted(nodes, tolerance).await
     }
 }

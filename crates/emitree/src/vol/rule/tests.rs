@@ -348,3 +348,45 @@ fn a_line_integrated_in_full_has_the_given_depths() {
         assert_close(line.integral, of_mixed(scan.tree.nodes()[i].place), 1e-6);
     }
 }
+
+#[test]
+fn full_lines_on_which_older_rules_are_wrong_replace_them_around() {
+    // A third function in an eighth of the image, on the lines of level 4 only.
+    let third = |[x, y, z]: [f64; 3]| {
+        let between = (8.0 * core::f64::consts::PI * x).sin().powi(2);
+        let is_inside = x < 0.25 && y < 0.5;
+        mixed([x, y, z]) + if is_inside { 0.1 * between * z.powi(4) } else { 0.0 }
+    };
+    let meter = meter(100_000);
+    let mut scan = scan(&meter, &PANE, 3);
+    let first = begin(&mut scan, third);
+    // The validation lines are elsewhere.
+    let far = |scan: &Scan<'_>, i: usize| {
+        f64::from(u8::from(scan.tree.nodes()[i].place[0] > at(2, 2, 0)[0]))
+    };
+    let guarded: Vec<f64> = (0..first).map(|i| far(&scan, i)).collect();
+    answered(&meter, |at, _| third(at), scan.scan(first, &guarded, 1e-4)).unwrap();
+    let wrong = |scan: &Scan<'_>| -> Vec<usize> {
+        let exact = |place: Place| {
+            let [x, y] = place.map(unit);
+            of_mixed(place) + (third([x, y, 1.0]) - mixed([x, y, 1.0])) / 5.0
+        };
+        let error = |i: usize| {
+            (scan.node_lines.lines[i].integral - exact(scan.tree.nodes()[i].place)).abs()
+        };
+        (0..scan.tree.len()).filter(|&i| error(i) > 1e-4).collect()
+    };
+    let before = wrong(&scan);
+    assert!(before.len() > 10, "{before:?}");
+    let evaluations = meter.evaluations();
+    // Lines of level 3 between the two columns of these nodes have nothing of the third function.
+    let one_of = |column: u32| {
+        let is_there = |&&i: &&usize| scan.tree.nodes()[i].place[0] == at(4, column, 0)[0];
+        before.iter().find(is_there).copied().unwrap()
+    };
+    let nodes = [1, 3].map(one_of);
+    let integrated = scan.integrate_in_full(&nodes, &[], 1e-4);
+    answered(&meter, |at, _| third(at), integrated).unwrap();
+    assert_eq!(wrong(&scan), []);
+    assert!(meter.evaluations() - evaluations < 12 * 2 * before.len() as u64);
+}

@@ -30,7 +30,8 @@ group! {
         /// the coarser neighbours. It covers a decay that slows down.
         decay_margin: f64 = 3.0, 1.5..=6.0;
         /// The detail expected of a missing child, as a share of the largest detail beside it on
-        /// its own level. Those may belong to a kink that is not in the details of coarser nodes.
+        /// its own level, or diagonally beside it on the next. Those may belong to a kink that is not
+        /// in the details of coarser nodes, or to structure that continues beyond a resolved part.
         sibling_share: f64 = 0.25, 0.125..=0.5;
         /// The same share where g jumps, and kinks of the image are expected.
         sibling_share_of_kinks: f64 = 0.5, 0.25..=1.0;
