@@ -307,7 +307,7 @@ class Derivatives:
         others = [number for number in range(self.count) if number not in self.linear]
         if not others:
             return found
-        moving = MovingSurfaces(rendering)
+        moving = MovingSurfaces(rendering, self.emission(theta))
         found[others] = moving.smooth(self._between(moving, theta)[:, others])
         names, moves = getattr(self.model, "names", ()), getattr(self.model, "moves_jumps", None)
         for number in others:
@@ -315,7 +315,7 @@ class Derivatives:
                 continue
             size = abs(float(theta[number])) or 1.0
             first = self._by_surfaces.get(number, FIRST_CHANGE * size)
-            speed, change = moving.speed(self.emission(theta), self._changed(theta, number), first)
+            speed, change = moving.speed(self._changed(theta, number), first)
             self._by_surfaces[number] = change
             found[number] += moving.image(speed)
         return found

@@ -14,7 +14,7 @@ from emitree._sight import View
 from emitree._surfaces import Surfaces
 
 #: The nodes of Gauss-Legendre quadrature on each piece.
-_NODES = 8
+_NODES = 5
 
 #: The most lines of sight: the smooth part of a derivative is interpolated between them.
 _MOST_LINES = 1500
