@@ -85,10 +85,10 @@ def jacobian(
     Where a rate jumps at a surface that moves with a parameter, the derivative of the image has a
     part that no derivative of rates has: the jump times the speed of the surface. If the rendering
     has found the surfaces (`Rendering.surfaces`), this part follows from their displacements, which
-    are found by bisection, some 10,000 evaluations for each parameter; the other part is that of
-    quadrature between the surfaces, some 50,000 points. Such derivatives are not compared with
-    samples. They are for fits, in which the image alone decides where a search ends: of a ball
-    they are within 6 % in the mean square.
+    are found by bisection, some 10,000 evaluations for each parameter, after some 100,000 that move
+    all vertices onto the surfaces; the other part is that of quadrature between the surfaces, some
+    30,000 points. Such derivatives are not compared with samples: of a ball they are within 6 % in
+    the mean square.
 
     If it has found none, or with a `plan`, the parameters of a `Model` that move such surfaces
     (`Model.model(names).moves_jumps`) are refused, unless `derivative` or `difference_steps` is

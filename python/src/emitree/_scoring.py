@@ -31,8 +31,9 @@ _POOR, _GOOD = 0.25, 0.75
 _JITTER = 0.25
 
 #: The largest change of a parameter in one step, relative to its value: derivatives are not those
-#: of parameters far off.
+#: of parameters far off. As many standard deviations, if all others were known, are not far.
 _LARGEST_CHANGE = 0.3
+_NEAR = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,7 @@ def fit_counts(
 
     forward: from parameters to expected counts; counts: of the shape of the image, pixels that are
         NaN do not count; start: the first parameters (p,). A step changes none by more than 0.3 of
-        its value, unless that is 0.
+        its value or ten standard deviations, as they were if all others were known.
     max_images: the most images.
     share: a larger one, such as 0.5, ends a first fit with images to a loose tolerance, whose
         `theta` is the start of another one.
@@ -143,7 +144,7 @@ def _limited_step(
     """The step (p,) of damped scoring that changes no parameter by too much, and its damping."""
     size = np.sqrt(np.diag(information))
     scaled = information / np.outer(size, size)
-    limit = np.where(theta == 0, np.inf, _LARGEST_CHANGE * abs(theta))
+    limit = np.maximum(_LARGEST_CHANGE * abs(theta), _NEAR / size)
     while True:
         damped = scaled + damping * np.eye(len(size))
         step = np.asarray(np.linalg.solve(damped, gradient / size) / size)
