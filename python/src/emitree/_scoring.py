@@ -16,7 +16,7 @@ from emitree._parameters import checked_parameters
 _SHARE = 0.1
 
 #: Steps after which half of the former length is to be reached, near the end.
-_PATIENCE = 2
+_PATIENCE = 4
 
 #: The damping of the first step, relative to the information of each parameter, and the least one
 #: after a step that was not taken.
@@ -73,7 +73,7 @@ def fit_counts(
     tried again with more damping. The statistic may have jitter (see `Forward`): an increase by a
     quarter of the number p of parameters more than expected is none.
     The fit ends when the next step is shorter than `share` sqrt(p) standard deviations, or if steps
-    shorter than sqrt(p) have not become shorter by a third in two: the images are not accurate
+    shorter than sqrt(p) have not become shorter by a third in four: the images are not accurate
     enough for more.
 
     forward: from parameters to expected counts; counts: of the shape of the image, pixels that are
