@@ -46,7 +46,7 @@ class ImagePlaces:
 
 @dataclass(frozen=True)
 class Covered:
-    """The part of an image which surfaces cover whole: in some views they end before its borders."""
+    """The part of an image which surfaces cover: in some views they end before its borders."""
 
     #: Least and largest place, each (2,) of x and y.
     low: Floats
@@ -82,8 +82,9 @@ class Covered:
 
 
 def covered(triangles: NDArray[np.int64], places: ImagePlaces) -> Covered:
-    """The part of an image that triangles cover: up to borders at which they have vertices, or which
-    they do not come near.
+    """The part of an image that triangles cover.
+
+    It is whole at borders at which they have vertices, or which they do not come near.
     """
     low, high = np.zeros(2), np.ones(2)
     for axis, values in enumerate((places.x, places.y)):
