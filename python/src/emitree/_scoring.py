@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -74,7 +74,8 @@ def fit_counts(
     quarter of the number p of parameters more than expected is none.
     The fit ends when the next step is shorter than `share` sqrt(p) standard deviations, or if steps
     shorter than sqrt(p) have not become shorter by a third in four: the images are not accurate
-    enough for more.
+    enough for more. Then, and after `max_images`, the parameters are those with the least statistic
+    so far.
 
     forward: from parameters to expected counts; counts: of the shape of the image, pixels that are
         NaN do not count; start: the first parameters (p,). A step changes none by more than 0.3 of
@@ -104,6 +105,7 @@ def fit_counts(
     jitter = _JITTER * len(theta)
     images, jacobians, damping = 1, 0, _DAMPING
     lengths: list[float] = []
+    best: Fit | None = None
     while True:
         slopes = forward.jacobian(theta).reshape(len(theta), -1)
         jacobians += 1
@@ -112,6 +114,9 @@ def fit_counts(
         # The square of the length of the undamped step, in standard deviations.
         length = float(gradient @ covariance @ gradient)
         is_short = length < share**2 * len(theta)
+        here = Fit(theta, covariance, statistic, length**0.5, images, jacobians, is_short)
+        if is_short or best is None or statistic < best.statistic:
+            best = here
         # Near the end steps are as long as the errors of the images make them.
         lengths.append(length)
         is_jitter = length < len(theta) and length > 0.5 * min(lengths[:-_PATIENCE], default=np.inf)
@@ -135,7 +140,7 @@ def fit_counts(
                 damping *= _LESS
             theta, expected, statistic = moved, found_expected, found
         if not is_taken:
-            return Fit(theta, covariance, statistic, length**0.5, images, jacobians, is_short)
+            return replace(best, images=images, jacobians=jacobians)
 
 
 def _limited_step(
