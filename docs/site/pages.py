@@ -35,6 +35,7 @@ COMMAND = re.compile(r"<!-- (include|gallery|omit|examples) ?(\S*?)(?: titled (.
 NOTEBOOKS = {
     "python/docs/tutorial.ipynb": "tutorials/tutorial",
     "python/docs/fitting.ipynb": "tutorials/fitting",
+    "python/docs/surfaces.ipynb": "tutorials/surfaces",
     "python/docs/tomography.ipynb": "tutorials/tomography",
     "python/docs/corona.ipynb": "tutorials/corona",
     "python/docs/exosphere.ipynb": "tutorials/exosphere",

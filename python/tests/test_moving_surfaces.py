@@ -120,9 +120,31 @@ def test_a_fit_of_a_ball():
     assert forward.evaluations < 1_000_000
 
 
-def best_of(counts, exposure):
+@pytest.fixture(scope="module")
+def data():
+    """Counts of the ball, and the best radius and y of them."""
+    counts = np.random.default_rng(1).poisson(10.0 * exact_image(TRUTH, PERSPECTIVE))
+    return counts, best_of(counts, 10.0, (0, 2))
+
+
+@pytest.mark.parametrize("first", range(0, 20, 2))
+def test_starts_from_everywhere_end_at_one_place(data, first):
+    def at_its_place(radius, y):
+        return ball(radius, TRUTH[1], y, TRUTH[3])
+
+    counts, best = data
+    random = np.random.default_rng(7)
+    starts = TRUTH[[0, 2]] + random.uniform(-0.2, 0.2, (20, 2))
+    forward = emitree.Forward(at_its_place, PERSPECTIVE, SHAPE, exposure=10.0, tolerance=3e-2)
+    for start in starts[first : first + 2]:
+        fit = emitree.fit_counts(forward, counts, start)
+        assert fit.converged and fit.images < 8
+        assert (abs(fit.theta - best) < 0.3 * fit.deviations).all(), start
+
+
+def best_of(counts, exposure, fitted=(0, 2, 3)):
     """The radius and the place with the least Cash statistic: by scoring of exact images."""
-    theta, fitted = TRUTH.copy(), [0, 2, 3]
+    theta, fitted = TRUTH.copy(), list(fitted)
     for _ in range(4):
         slopes = []
         for number in fitted:

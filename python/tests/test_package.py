@@ -39,6 +39,7 @@ def test_the_version_is_one():
 NOTEBOOKS = {
     "tutorial": [],
     "fitting": [],
+    "surfaces": [],
     "tomography": [],
     # sunpy.map needs reproject, and warns without it.
     "corona": ["sunpy", "reproject"],

@@ -6,8 +6,8 @@
 /// vertices are on the surfaces that the image is made of, about as far from each other as the cells of a
 /// lattice in the view are wide; on a curved surface, triangles are beside it by as much as chords are beside
 /// an arc. Two surfaces that are nearer to each other than a cell is wide may have one vertex in common.
-/// Surfaces end up to a cell before the borders of the view, and where three regions meet, up to a cell
-/// before the line on which they do.
+/// Surfaces end at the borders of a view that is one image plane, and up to a cell before those of other views and
+/// before lines on which three regions meet.
 ///
 /// Where [`Bounds`](crate::projection::Bounds) end the emission there is no surface, as g itself need not jump
 /// there; nor within a cell of the lines of sight that touch them.

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from emitree._function import Floats
 from emitree._native import RenderError
+from emitree._offsets import Rates, bisected, offsets_from
 from emitree._surfaces import Surfaces
 
 #: The most vertices at which displacements are found; those of the others are interpolated.
@@ -30,9 +32,6 @@ _MOST_GROWTHS = 12
 
 #: Neighbours of which a displacement is interpolated.
 _NEIGHBOURS = 8
-
-#: Rates (n,) at positions (n, 3).
-Rates = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True)
@@ -64,41 +63,24 @@ class Samples:
 
     def displacements(self, rates: Rates) -> tuple[Floats, NDArray[np.bool_]]:
         """The distances (n,) along normals to the surfaces of other rates, and where they are."""
-        low, high = (
-            np.full(len(self.position), -self.reach),
-            np.full(len(self.position), self.reach),
-        )
-        is_found = self.is_above(rates, high) & ~self.is_above(rates, low)
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (low + high)
-            above = self.is_above(rates, middle)
-            low, high = np.where(above, low, middle), np.where(above, middle, high)
-        return 0.5 * (low + high), is_found
+        reach = np.full(len(self.position), self.reach)
+        is_found = self.is_above(rates, reach) & ~self.is_above(rates, -reach)
+        above = partial(self.is_above, rates)
+        return bisected(above, reach, _BISECTIONS), is_found
 
 
 def samples_of(surfaces: Surfaces, rates: Rates) -> Samples:
     """Some vertices all over the surfaces, moved onto them by bisection."""
     size = float(np.linalg.norm(np.ptp(surfaces.position, axis=0)))
-    reach = _REACH * size
     part = _parts(surfaces)
     chosen = _spread(surfaces.position, part, size)
+    found = offsets_from(surfaces, rates, _BISECTIONS, chosen)
+    chosen = chosen[found.is_found]
     position, normal = surfaces.position[chosen], surfaces.normal[chosen]
-    # Of a normal distribution with this mean size hardly any are beyond four times as far.
-    width = np.maximum(4.0 * surfaces.uncertainty[chosen], 1e-6 * size)
-    above = rates(position + width[:, np.newaxis] * normal)
-    below = rates(position - width[:, np.newaxis] * normal)
-    # Both sides are found if they differ by the jump.
-    is_good = (above - below) > 0.5 * surfaces.jump[chosen]
-    chosen, position, normal = chosen[is_good], position[is_good], normal[is_good]
-    width, threshold = width[is_good], 0.5 * (above + below)[is_good]
-    low, high = -width, width.copy()
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        is_above = rates(position + middle[:, np.newaxis] * normal) > threshold
-        low, high = np.where(is_above, low, middle), np.where(is_above, middle, high)
+    position = position + found.offset[found.is_found, np.newaxis] * normal
+    threshold = found.threshold[found.is_found]
     neighbours, weights = _interpolation(surfaces, part, chosen)
-    position = position + (0.5 * (low + high))[:, np.newaxis] * normal
-    return Samples(position, normal, threshold, reach, neighbours, weights)
+    return Samples(position, normal, threshold, _REACH * size, neighbours, weights)
 
 
 def change_of(samples: Samples, moved: Callable[[float], Rates], first: float) -> float:

@@ -19,6 +19,13 @@ _STEPS = 5
 #: The difference for derivatives of the map, in widths of the image.
 _DIFFERENCE = 1e-6
 
+#: How far beyond the borders of the image points are seen, in widths of it, and beyond the ends of
+#: lines, in their lengths: vertices on a border are moved along the normal of their surface.
+_BEYOND = 0.03
+
+#: The place nearer to a border than which the first vertex is on it.
+_ON_BORDER = 1e-6
+
 #: The largest distance of a point from the line that is found, in distances from the origin.
 _ACCURACY = 1e-7
 
@@ -32,13 +39,14 @@ class ImagePlaces:
     y: Floats
     #: (n,) along the line of sight from its origin [length].
     distance: Floats
-    #: (n,) whether the point is in the image, and between the ends of its line of sight.
+    #: (n,) whether the point is in the image, and between the ends of its line of sight, or beside
+    #: these by a small part of the image.
     is_seen: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Covered:
-    """The part of an image which surfaces cover whole: they end a cell before its borders."""
+    """The part of an image which surfaces cover: in some views they end before its borders."""
 
     #: Least and largest place, each (2,) of x and y.
     low: Floats
@@ -74,13 +82,16 @@ class Covered:
 
 
 def covered(triangles: NDArray[np.int64], places: ImagePlaces) -> Covered:
-    """The part of an image that triangles cover: sides which they do not come near are whole."""
+    """The part of an image that triangles cover.
+
+    It is whole at borders at which they have vertices, or which they do not come near.
+    """
     low, high = np.zeros(2), np.ones(2)
     for axis, values in enumerate((places.x, places.y)):
         of_corners = values[triangles]
         cell = float(np.percentile(np.ptp(of_corners, axis=1), 95)) if len(triangles) else 0.0
-        low[axis] = cell if values.min() < 1.5 * cell else 0.0
-        high[axis] = 1 - cell if values.max() > 1 - 1.5 * cell else 1.0
+        low[axis] = cell if _ON_BORDER < values.min() < 1.5 * cell else 0.0
+        high[axis] = 1 - cell if _ON_BORDER < 1 - values.max() < 1.5 * cell else 1.0
     return Covered(low, high)
 
 
@@ -106,8 +117,11 @@ def image_places(view: View, points: Floats) -> ImagePlaces:
     along = points - lines.origin
     distance = (along * lines.direction).sum(axis=0)
     off = np.linalg.norm(_offset(lines, points), axis=0)
-    is_seen = (x >= 0) & (x <= 1) & (y >= 0) & (y <= 1) & (lines.density > 0)
-    is_seen &= (distance >= lines.near) & (distance <= lines.far)
+    is_seen = (abs(x - 0.5) <= 0.5 + _BEYOND) & (abs(y - 0.5) <= 0.5 + _BEYOND)
+    length = lines.far - lines.near
+    beyond = _BEYOND * np.where(np.isfinite(length), length, abs(distance))
+    is_seen &= (distance >= lines.near - beyond) & (distance <= lines.far + beyond)
+    is_seen &= lines.density > 0
     is_seen &= off <= _ACCURACY * np.maximum(np.linalg.norm(along, axis=0), _ACCURACY)
     return ImagePlaces(x, y, distance, is_seen)
 

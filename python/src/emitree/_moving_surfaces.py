@@ -12,6 +12,7 @@ from emitree._displacements import Samples, change_of, samples_of
 from emitree._function import Floats
 from emitree._image_places import Covered, ImagePlaces, covered, image_places
 from emitree._native import SceneError
+from emitree._offsets import Rates, moved_onto
 from emitree._pieces import Pieces, pieces_between
 from emitree._point_rates import rates_at
 from emitree._points import Points
@@ -35,9 +36,11 @@ class MovingSurfaces:
     By Reynolds' transport theorem the derivative of the integral over a pixel is that of the
     derivative of g, between the surfaces, and for each surface the jump times the speed of the
     surface along its normal.
+
+    emission: that of the rendering, whose surfaces are made more accurate by it.
     """
 
-    def __init__(self, rendering: Rendering) -> None:
+    def __init__(self, rendering: Rendering, emission: Callable[..., Any]) -> None:
         surfaces, setup = rendering.surfaces, rendering._setup
         if surfaces is None or setup is None:
             raise ValueError("the rendering has no surfaces, or is a copy: expected the original")
@@ -50,6 +53,8 @@ class MovingSurfaces:
         self._setup = setup
         self._view = View(setup.camera, setup.shape, **of_view)
         self._scale = _image_scale(self._view, setup)
+        self._rates = self._along(emission)
+        surfaces = moved_onto(surfaces, self._rates)
         self._surfaces = surfaces
         self._places: ImagePlaces = image_places(self._view, surfaces.position)
         self._covered: Covered = covered(surfaces.triangles, self._places)
@@ -68,17 +73,16 @@ class MovingSurfaces:
 
     def speed(
         self,
-        emission: Callable[..., Any],
         changed: Callable[[float], Callable[..., Any]],
         first: float,
     ) -> tuple[Floats, float]:
         """The speed (vertices,) of the surfaces along their normals, and the change it is found by.
 
-        emission: that of the surfaces; changed: the emission where a parameter is changed by a
-        number; first: the change that is tried first.
+        changed: the emission where a parameter is changed by a number; first: the change that is
+        tried first.
         """
         if self._samples is None:
-            self._samples = samples_of(self._surfaces, self._along(emission))
+            self._samples = samples_of(self._surfaces, self._rates)
         samples = self._samples
         change = change_of(samples, lambda by: self._along(changed(by)), first)
         offset, is_found = samples.displacements(self._along(changed(change)))
@@ -96,7 +100,7 @@ class MovingSurfaces:
     def _of_triangles(self) -> TriangleSums:
         return TriangleSums.of(self._view, self._surfaces, self._places, self._covered)
 
-    def _along(self, emission: Callable[..., Any]) -> Callable[[Floats], Floats]:
+    def _along(self, emission: Callable[..., Any]) -> Rates:
         """The rates of an emission as a function of positions, on their lines of sight."""
 
         def rates(position: Floats) -> Floats:

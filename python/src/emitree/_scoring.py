@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,18 +16,24 @@ from emitree._parameters import checked_parameters
 _SHARE = 0.1
 
 #: Steps after which half of the former length is to be reached, near the end.
-_PATIENCE = 2
+_PATIENCE = 4
 
-#: The damping of the first step, relative to the information of each parameter.
+#: The damping of the first step, relative to the information of each parameter, and the least one
+#: after a step that was not taken.
 _DAMPING = 1e-3
 
-#: By what a step is shortened if no surfaces are found at its end: they are not found at some
-#: parameters, and are at others near them.
-_SHORTER = 0.85
+#: What the damping is multiplied with after a step that was not taken, and after one with which the
+#: statistic has decreased by less than `_POOR` of what was expected, or more than `_GOOD`.
+_REFUSED, _LESS, _MORE = 10.0, 3.0, 0.1
+_POOR, _GOOD = 0.25, 0.75
 
-#: The largest change of a parameter in one step, relative to its first value: derivatives are not
-#: those of parameters far off.
+#: The increase of the statistic, for each parameter, that errors of images may have made.
+_JITTER = 0.25
+
+#: The largest change of a parameter in one step, relative to its value: derivatives are not those
+#: of parameters far off. As many standard deviations, if all others were known, are not far.
 _LARGEST_CHANGE = 0.3
+_NEAR = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,24 +61,31 @@ class Fit:
         return np.sqrt(np.diag(self.covariance))
 
 
-def fit_counts(forward: Forward, counts: Any, start: Any, *, max_images: int = 40) -> Fit:
+def fit_counts(
+    forward: Forward, counts: Any, start: Any, *, max_images: int = 40, share: float = _SHARE
+) -> Fit:
     """The parameters with the least statistic of Cash (1979), by damped Fisher scoring.
 
-    A step s solves (F + damping) s = J (n - mu)/mu, with the information F = J (1/mu) J of the
-    counts n, the expected ones mu and their derivatives J. It is damped more where the statistic
-    increases by more than the number p of parameters. Steps that are expected to decrease it by
-    less than p are taken without a look at the statistic, which may have jitter (see `Forward`).
-    Where an image has no derivatives, as its surfaces were not found, a step is shortened.
-    The fit ends when the next step is shorter than 0.1 sqrt(p) standard deviations, or if such
-    steps have not become shorter by a third in two: the images are not accurate enough for more.
+    A step s solves (F + damping diag F) s = J (n - mu)/mu, with the information F = J (1/mu) J of
+    the counts n, the expected ones mu and their derivatives J: the method of Levenberg (1944) and
+    Marquardt (1963). The damping follows from how much of the expected decrease of the statistic
+    there is. A step that increases the statistic, or at whose end an image has no derivatives, is
+    tried again with more damping. The statistic may have jitter (see `Forward`): an increase by a
+    quarter of the number p of parameters more than expected is none.
+    The fit ends when the next step is shorter than `share` sqrt(p) standard deviations, or if steps
+    shorter than sqrt(p) have not become shorter by a third in four: the images are not accurate
+    enough for more. Then, and after `max_images`, the parameters are those with the least statistic
+    so far.
 
     forward: from parameters to expected counts; counts: of the shape of the image, pixels that are
         NaN do not count; start: the first parameters (p,). A step changes none by more than 0.3 of
-        its first value, unless that is 0.
+        its value or ten standard deviations, as they were if all others were known.
     max_images: the most images.
+    share: a larger one, such as 0.5, ends a first fit with images to a loose tolerance, whose
+        `theta` is the start of another one.
 
-    Raises `ValueError` if the information is singular, or if counts are negative, and what
-    `forward` raises.
+    Raises `ValueError` if the information is singular, if counts are negative or `share` is not
+    positive, and what `forward` raises.
 
     >>> import emitree, numpy as np
     >>> def ball(height, width):
@@ -83,48 +96,66 @@ def fit_counts(forward: Forward, counts: Any, start: Any, *, max_images: int = 4
     >>> fit.converged, bool((abs(fit.theta - (500, 0.3)) < 3 * fit.deviations).all())
     (True, True)
     """
+    if not share > 0:
+        raise ValueError(f"`share` is {share}: expected a positive number")
     theta = checked_parameters(start)
     expected = forward(theta)
     observed = counts_as(counts, expected.shape)
     statistic = cash(expected, observed)[0]
-    limit = np.where(theta == 0, np.inf, _LARGEST_CHANGE * abs(theta))
+    jitter = _JITTER * len(theta)
     images, jacobians, damping = 1, 0, _DAMPING
-    decreases: list[float] = []
+    lengths: list[float] = []
+    best: Fit | None = None
     while True:
         slopes = forward.jacobian(theta).reshape(len(theta), -1)
         jacobians += 1
         information, gradient = _information(slopes, expected.ravel(), observed.ravel())
         covariance = _inverse(information)
-        decrease = float(gradient @ covariance @ gradient)
-        is_short = decrease < _SHARE**2 * len(theta)
+        # The square of the length of the undamped step, in standard deviations.
+        length = float(gradient @ covariance @ gradient)
+        is_short = length < share**2 * len(theta)
+        here = Fit(theta, covariance, statistic, length**0.5, images, jacobians, is_short)
+        if is_short or best is None or statistic < best.statistic:
+            best = here
         # Near the end steps are as long as the errors of the images make them.
-        decreases.append(decrease)
-        is_jitter = decrease < len(theta) and decrease > 0.5 * min(
-            decreases[:-_PATIENCE], default=np.inf
-        )
-        if is_short or is_jitter or images >= max_images:
-            distance = decrease**0.5
-            return Fit(theta, covariance, statistic, distance, images, jacobians, is_short)
-        shorter, is_damped_more = 1.0, False
-        while images < max_images:
-            scale = np.sqrt(np.diag(information))
-            damped = information + damping * np.diag(scale**2)
-            step = np.linalg.solve(damped / np.outer(scale, scale), gradient / scale) / scale
-            moved = forward.within_bounds(theta + shorter * np.clip(step, -limit, limit))
-            expected = forward(moved)
+        lengths.append(length)
+        is_jitter = length < len(theta) and length > 0.5 * min(lengths[:-_PATIENCE], default=np.inf)
+        is_taken = False
+        while not (is_short or is_jitter or is_taken) and images < max_images:
+            step, damping = _limited_step(information, gradient, damping, theta)
+            moved = forward.within_bounds(theta + step)
+            found_expected = forward(moved)
             images += 1
-            if not forward.has_derivatives(moved):
-                shorter *= _SHORTER
+            found = cash(found_expected, observed)[0]
+            step = moved - theta
+            predicted = float(2 * gradient @ step - step @ information @ step)
+            decrease = statistic - found
+            is_taken = decrease > -jitter and forward.has_derivatives(moved)
+            if not is_taken:
+                damping = _REFUSED * max(damping, _DAMPING)
                 continue
-            found = cash(expected, observed)[0]
-            if decrease < len(theta) or found < statistic + len(theta):
-                theta, statistic = moved, found
-                # A damping that was needed is tried again with the next step.
-                damping = damping if is_damped_more else 0.1 * damping
-                break
-            damping, is_damped_more = 10 * max(damping, _DAMPING), True
-        else:
-            expected = forward(theta)
+            if decrease > _GOOD * predicted:
+                damping *= _MORE
+            elif decrease < _POOR * predicted:
+                damping *= _LESS
+            theta, expected, statistic = moved, found_expected, found
+        if not is_taken:
+            return replace(best, images=images, jacobians=jacobians)
+
+
+def _limited_step(
+    information: Floats, gradient: Floats, damping: float, theta: Floats
+) -> tuple[Floats, float]:
+    """The step (p,) of damped scoring that changes no parameter by too much, and its damping."""
+    size = np.sqrt(np.diag(information))
+    scaled = information / np.outer(size, size)
+    limit = np.maximum(_LARGEST_CHANGE * abs(theta), _NEAR / size)
+    while True:
+        damped = scaled + damping * np.eye(len(size))
+        step = np.asarray(np.linalg.solve(damped, gradient / size) / size)
+        if (abs(step) <= limit).all():
+            return step, damping
+        damping = _LESS * max(damping, 0.1 * _DAMPING)
 
 
 def _information(slopes: Floats, expected: Floats, counts: Floats) -> tuple[Floats, Floats]:

@@ -29,8 +29,9 @@ class Surfaces:
     length_unit, jump_unit: that of the camera and that of the rate; "" if they are not known.
 
     Vertices are on the surfaces that the image is made of, about as far from each other as the
-    cells of a lattice in the view are wide. Surfaces end up to a cell before the borders of the
-    view and of the bounds, and before lines on which three regions meet.
+    cells of a lattice in the view are wide. Surfaces end at the borders of a view that is
+    one image plane, and up to a cell before those of other views (discs, skies) and of the bounds,
+    and before lines on which three regions meet.
     """
 
     position: Floats

@@ -2,7 +2,8 @@
 //! triangles for each edge that crosses it (surface nets: Gibson 1998, doi:10.1007/BFb0056277).
 //!
 //! The lattice is one for the whole view, so that triangles meet, whatever the sizes of the leaves are.
-//! Vertices are moved onto the patches, so that they have the accuracy of these.
+//! Vertices are moved onto the patches, so that they have the accuracy of these. A cell beyond the border of the
+//! view, of no width, has a vertex on the border, so that surfaces end there.
 
 use crate::parallel::prelude::*;
 use crate::projection::vector::{along, difference, norm, unit};
@@ -55,6 +56,17 @@ impl CrossedEdge {
         let [a, b] = self.ends;
         [a.min(b), a.max(b)]
     }
+
+    /// The four cells around it, one after the other, in the numbers of a `Place`.
+    fn cells_around(&self) -> [[u32; 3]; 4] {
+        let (u, v) = ((self.axis + 1) % 3, (self.axis + 2) % 3);
+        [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[below_u, below_v]| {
+            let mut cell = self.corner.map(|k| k + 1);
+            cell[u] -= below_u;
+            cell[v] -= below_v;
+            cell
+        })
+    }
 }
 
 /// What the edges of a cell say of a surface in it.
@@ -68,7 +80,8 @@ struct Crossings {
     leaves: Vec<usize>,
 }
 
-/// A cell of the lattice, and the regions on both sides of a surface in it.
+/// A cell of the lattice, and the regions on both sides of a surface in it. The numbers of cells begin with 1: 0 is
+/// the cell before the border of the view, and the one after the last is beyond the other border.
 type Place = ([u32; 3], [Label; 2]);
 
 impl Net {
@@ -83,24 +96,23 @@ impl Net {
         let mut triangles = Vec::new();
         let mut quads = Vec::new();
         for (edge, (at, leaf)) in edges.iter().zip(crossings) {
-            let cells = lattice.cells_around(edge).map(|cell| {
-                let place = (cell?, edge.sides());
+            quads.push(edge.cells_around().map(|cell| {
+                let place = (cell, edge.sides());
                 let number = *numbers.entry(place).or_insert_with(|| {
                     places.push((place, Crossings::default()));
                     u32::try_from(places.len() - 1).unwrap_or(u32::MAX)
                 });
-                let (_, found) = places.get_mut(number as usize)?;
-                found.sum = along(found.sum, 1.0, at);
-                found.count += 1.0;
-                found.direction[edge.axis] += if edge.ends[0] < edge.ends[1] { 1.0 } else { -1.0 };
-                if !found.leaves.contains(&leaf) {
-                    found.leaves.push(leaf);
+                if let Some((_, found)) = places.get_mut(number as usize) {
+                    found.sum = along(found.sum, 1.0, at);
+                    found.count += 1.0;
+                    let sign = if edge.ends[0] < edge.ends[1] { 1.0 } else { -1.0 };
+                    found.direction[edge.axis] += sign;
+                    if !found.leaves.contains(&leaf) {
+                        found.leaves.push(leaf);
+                    }
                 }
-                Some(number)
-            });
-            if let [Some(a), Some(b), Some(c), Some(d)] = cells {
-                quads.push([a, b, c, d]);
-            }
+                number
+            }));
         }
         let vertices: Vec<Vertex> =
             places.par_iter().map(|(place, found)| lattice.vertex(*place, found)).collect();
@@ -218,20 +230,9 @@ impl Lattice<'_> {
         (at, self.tree.find(at))
     }
 
-    /// The four cells around an edge, one after the other; none for those outside of the view.
-    fn cells_around(&self, edge: &CrossedEdge) -> [Option<[u32; 3]>; 4] {
-        let (u, v) = ((edge.axis + 1) % 3, (edge.axis + 2) % 3);
-        [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[below_u, below_v]| {
-            let mut cell = edge.corner;
-            cell[u] = cell[u].checked_sub(below_u)?;
-            cell[v] = cell[v].checked_sub(below_v)?;
-            let is_inside = (0..3).all(|k| cell[k] < self.cells()[k]);
-            is_inside.then_some(cell)
-        })
-    }
-
-    /// The vertex of a cell: the mean of its crossings, moved onto the nearest wall between its regions.
-    fn vertex(&self, (_, sides): Place, found: &Crossings) -> Vertex {
+    /// The vertex of a cell: the mean of its crossings, moved onto the nearest wall between its regions; on the
+    /// border of the view for a cell beyond it.
+    fn vertex(&self, (cell, sides): Place, found: &Crossings) -> Vertex {
         let mean = found.sum.map(|sum| sum / found.count.max(1.0));
         let size = self.tree.grid.cell_size(self.level);
         let facets = |leaf: usize| match &self.tree.leaves[leaf].1 {
@@ -256,6 +257,9 @@ impl Lattice<'_> {
         let mut at = mean;
         for _ in 0..MOVES {
             at = facet.wall.patch_at(at).foot(at);
+            for k in (0..3).filter(|&k| cell[k] == 0 || cell[k] > self.cells()[k]) {
+                at[k] = mean[k];
+            }
         }
         if norm(difference(at, mean)) > size {
             at = mean;

@@ -59,7 +59,7 @@ fn vertices_are_on_the_patches_with_their_errors() {
 }
 
 #[test]
-fn triangles_fill_the_surface_up_to_half_a_cell_before_the_borders() {
+fn triangles_fill_the_surface_up_to_the_borders() {
     let net = Net::new(&tree(&Leaf::Cut(vec![facet(2e-3)])));
     let area = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|vertex| net.vertices[vertex as usize].at);
@@ -67,7 +67,14 @@ fn triangles_fill_the_surface_up_to_half_a_cell_before_the_borders() {
         0.5 * (u[0] * v[1] - u[1] * v[0]).abs()
     };
     let all: f64 = net.triangles.iter().map(area).sum();
-    assert!((all - (15.0_f64 / 16.0).powi(2)).abs() < 0.01, "{all}");
+    assert!((all - 1.0).abs() < 1e-9, "{all}");
+    for axis in 0..2 {
+        for border in [0.0, 1.0] {
+            // One for each cell, and one at both corners.
+            let on_border = net.vertices.iter().filter(|of| of.at[axis] == border).count();
+            assert!(on_border >= 18, "{on_border} at {axis} {border}");
+        }
+    }
 }
 
 #[test]
