@@ -4,6 +4,7 @@ use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding, of_scene};
 use crate::mesh::Mesh;
 use crate::surfaces::{ReadSurfaceArrays, SurfaceArrays, arrays_of, encoded, surfaces_of};
+use emitree::result::LineValues;
 use emitree::{Cube, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
@@ -28,6 +29,8 @@ pub(crate) struct Rendered {
     counting: Option<Arc<Scene>>,
     /// Its mesh, if it has one.
     mesh: Option<Mesh>,
+    /// The radiances of lines of sight that were named.
+    lines: Option<LineValues>,
 }
 
 impl Rendered {
@@ -36,6 +39,7 @@ impl Rendered {
             rendered: RenderedScene::new(scene, found),
             counting: scene.instrument.is_some().then(|| Arc::clone(scene)),
             mesh: found.mesh.clone().map(|mesh| Mesh { scene: Arc::clone(scene), mesh }),
+            lines: found.lines.clone(),
         }
     }
 
@@ -103,7 +107,13 @@ impl Rendered {
         let rendered = RenderedScene::from_parts(account, cube_of(&values), error, evaluations);
         let mut rendered = rendered.map_err(|error| PyValueError::new_err(error.to_string()))?;
         rendered.surfaces = surfaces.as_ref().map(surfaces_of).transpose()?.map(Arc::new);
-        Ok(Self { rendered, counting: None, mesh: None })
+        Ok(Self { rendered, counting: None, mesh: None, lines: None })
+    }
+
+    /// The radiances of the lines of sight at the places that were named, and their errors; `None` without such.
+    fn line_values<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyArray1<f64>>; 2]> {
+        let lines = self.lines.as_ref()?;
+        Some([&lines.values, &lines.errors].map(|of| PyArray1::from_slice(py, of)))
     }
 
     /// For pickling and copying: plain data and arrays.

@@ -2,6 +2,7 @@
 
 use crate::found_surfaces::FoundSurfaces;
 use crate::image::Image;
+use crate::line_values::LineValues;
 use crate::projection::vector::{difference, norm};
 use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
@@ -26,6 +27,8 @@ pub(crate) struct Found {
     /// The number of scattered samples.
     pub(crate) samples: usize,
     pub(crate) surfaces: FoundSurfaces,
+    /// The radiances of the lines that the request names.
+    pub(crate) lines: Option<LineValues>,
 }
 
 /// Searches for surfaces. Returns the image if it is within the tolerance, and all scattered samples.
@@ -43,8 +46,10 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
         return Ok(None);
     };
     let Maps { image, error } = maps;
-    let surfaces = found_surfaces(&*request.view.part.chart, &model, &search.aim);
-    Ok(Some(Found { image, error, samples: rates.len(), surfaces }))
+    let chart = &*request.view.part.chart;
+    let surfaces = found_surfaces(chart, &model, &search.aim);
+    let lines = request.lines.map(|places| model.lines(&search.aim, chart, places));
+    Ok(Some(Found { image, error, samples: rates.len(), surfaces, lines }))
 }
 
 /// The surfaces of a view, with the search that has found them and the image within the tolerance.
