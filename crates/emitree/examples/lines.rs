@@ -18,7 +18,7 @@ struct Scene {
     name: String,
     camera: Arc<dyn Projection + Send>,
     rate: Box<dyn Fn([f64; 3]) -> f64 + Sync>,
-    line: Box<dyn Fn([f64; 2]) -> f64>,
+    line: Box<dyn Fn([f64; 2]) -> f64 + Sync>,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

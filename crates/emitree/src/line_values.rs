@@ -36,6 +36,13 @@ impl LineValues {
         Self { values: vec![0.0; count], errors: vec![f64::INFINITY; count] }
     }
 
+    /// Sets the radiance of a line and its error, if they are finite.
+    pub(crate) fn set(&mut self, line: usize, [value, error]: [f64; 2]) {
+        if value.is_finite() && error.is_finite() {
+            (self.values[line], self.errors[line]) = (value, error);
+        }
+    }
+
     /// The number of lines.
     pub fn len(&self) -> usize {
         self.values.len()

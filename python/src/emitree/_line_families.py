@@ -48,6 +48,11 @@ class Plane:
     line: Integers
     places: Floats
 
+    @property
+    def is_parallel(self) -> bool:
+        """Whether the lines are parallel."""
+        return isinstance(self.camera, Orthographic)
+
     def take(self, keep: NDArray[np.bool_]) -> Plane:
         """The same with some of its lines."""
         return replace(self, line=self.line[keep], places=self.places[keep])

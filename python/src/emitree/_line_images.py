@@ -8,7 +8,7 @@ as some beside limbs are, are to be integrated one by one.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -85,7 +85,7 @@ def shared_integrals(
         return found
     for plane in planes(lines):
         options = {"bounds": bounds, "occulters": occulters}
-        plane = plane.take(_agrees(plane, lines, parts, options))
+        plane = _best(plane, lines, parts, options)
         budget = min(most - found.evaluations, _WORTH * len(plane.line))
         if len(plane.line) < FEWEST or budget < _WORTH * FEWEST:
             continue
@@ -105,6 +105,23 @@ def _check(found: Shared, line: Integers, count: int, integrals: Integrals) -> N
     found.evaluations += evaluations
     apart = abs(values - found.values[some])
     found.is_known[line] = bool(np.all(apart <= errors + found.errors[some]))
+
+
+def _best(
+    plane: Plane, lines: Lines, parts: tuple[Floats, Floats], options: dict[str, Any]
+) -> Plane:
+    """The plane with those of its lines that are lines of sight of the camera, with the same ends.
+
+    If bounds end all of them, the depths of the camera are those of the bounds: other ones would be
+    surfaces at which its view begins or ends.
+    """
+    own = plane.take(_agrees(plane, lines, parts, options))
+    if options["bounds"] is None:
+        return own
+    free = replace(plane.camera, near=-np.inf if plane.is_parallel else 0.0, far=np.inf)
+    free_plane = replace(plane, camera=free)
+    of_bounds = free_plane.take(_agrees(free_plane, lines, parts, options))
+    return of_bounds if len(of_bounds.line) >= len(own.line) else own
 
 
 def _agrees(

@@ -42,13 +42,16 @@ pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec
 }
 
 async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Found>, Failure> {
-    let Some(Located { search, model, maps }) = locate(request, rates).await? else {
+    let Some(Located { mut search, model, maps }) = locate(request, rates).await? else {
         return Ok(None);
     };
     let Maps { image, error } = maps;
     let chart = &*request.view.part.chart;
     let surfaces = found_surfaces(chart, &model, &search.aim);
-    let lines = request.lines.map(|places| model.lines(&search.aim, chart, places));
+    let lines = match request.lines {
+        Some(places) => Some(search.lines(&model, chart, places).await?),
+        None => None,
+    };
     Ok(Some(Found { image, error, samples: rates.len(), surfaces, lines }))
 }
 

@@ -1,74 +1,223 @@
 //! Lines of sight of one's own, through the surfaces and the pieces beside them.
+//!
+//! Where a line has an error beyond the tolerance, as beside a limb, G is sampled in those parts of it in which its region
+//! is not certain: a few samples instead of those of a line without a model.
 
 use crate::line_values::LineValues;
 use crate::parallel::prelude::*;
 use crate::projection::Chart;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::beam::Beam;
+use crate::vol::surfaces::displaced::Uncertain;
 use crate::vol::surfaces::model::Model;
-use crate::vol::surfaces::rays::{LineIntegral, Ray};
+use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
+use crate::vol::surfaces::search::{Failure, Search};
 
-/// Lines beside a line: the surfaces displaced by their errors are what it would meet. Directions of these
-/// displacements.
-const DIRECTIONS: usize = 8;
+/// The intervals in which an uncertain part of a line is sampled at first.
+const INTERVALS: usize = 4;
+/// The most times that these are halved.
+const HALVINGS: usize = 16;
+/// The share of the error allowed that the pieces may have on a line whose uncertain parts are sampled, and that is
+/// aimed at with these.
+const OF_PIECES: f64 = 0.5;
+const AIMED_AT: f64 = 0.8;
 
-impl Model {
+/// A line with its place in the chart.
+struct Line {
+    /// Its number among those of the request.
+    number: usize,
+    xy: [f64; 2],
+    /// The end at an opaque body or at that of the view.
+    end: f64,
+    /// dΩ/(dx dy) of the chart.
+    density: f64,
+}
+
+/// A line of which some parts are sampled.
+struct Sampled {
+    line: Line,
+    /// The integral and the error of all else.
+    beside: LineIntegral,
+    /// For each part depths, ascending, and G there.
+    parts: Vec<Vec<[f64; 2]>>,
+}
+
+impl Search<'_> {
     /// The radiances along lines at places of the image plane, with errors; `chart` is that of the view.
-    ///
-    /// A line beside a limb may meet a surface that the model has just beside the line. So its error is the largest
-    /// difference to lines that are displaced by the error of the surfaces, added to those of the pieces.
-    pub(super) fn lines(
-        &self,
-        aim: &Aim<'_>,
+    pub(super) async fn lines(
+        &mut self,
+        model: &Model,
         chart: &dyn Chart,
         places: &[[f64; 2]],
-    ) -> LineValues {
-        let of_line = |xy: &[f64; 2]| {
-            let is_place = xy.iter().all(|along| (0.0..=1.0).contains(along));
-            let place = match aim.sky {
-                Some(sky) => sky.place_on_only(*xy),
-                None => Some(*xy),
-            };
-            let place = place.filter(|_| is_place)?;
-            let density = chart.density(place);
-            (density > 0.0).then(|| {
-                let LineIntegral { value, error } = self.line_alone(aim, place);
-                [value / density, error / density]
-            })
-        };
-        let of_lines: Vec<Option<[f64; 2]>> = places.par_iter().map(of_line).collect();
+    ) -> Result<LineValues, Failure> {
         let mut found = LineValues::unknown(places.len());
-        for (line, of) in of_lines.into_iter().enumerate() {
-            if let Some([value, error]) = of.filter(|of| of.iter().all(|of| of.is_finite())) {
-                (found.values[line], found.errors[line]) = (value, error);
+        let target = self.aim.target;
+        let aim = &self.aim;
+        let of_place = |(number, xy): (usize, &[f64; 2])| {
+            let line = line(model, aim, chart, number, *xy)?;
+            let uncertain = model.uncertain(line.xy, line.end);
+            let integral = model.along(&line, aim, &uncertain);
+            let is_good = integral.error <= target * line.density;
+            let sampled = (!is_good).then(|| model.sampled(&line, aim, uncertain)).flatten();
+            Some((line, integral, sampled))
+        };
+        let of_places: Vec<_> = places.par_iter().enumerate().map(of_place).collect();
+        let mut lines = Vec::new();
+        for (line, integral, sampled) in of_places.into_iter().flatten() {
+            found.set(line.number, [integral.value / line.density, integral.error / line.density]);
+            let most = OF_PIECES * target * line.density;
+            let sampled = sampled.filter(|of| of.beside.error <= most);
+            lines.extend(sampled.map(|of| Sampled { line, ..of }));
+        }
+        match self.sample_lines(&mut lines).await {
+            Ok(()) => {}
+            // The lines stay as they are.
+            Err(Failure::TooComplex) => return Ok(found),
+            Err(stopped) => return Err(stopped),
+        }
+        let edge = self.grid.edges[2];
+        for of in &lines {
+            let LineIntegral { value, error } = of.integral(edge);
+            let [value, error] = [value, error].map(|along| along / of.line.density);
+            if error < found.errors[of.line.number] {
+                found.set(of.line.number, [value, error]);
             }
         }
-        found
+        Ok(found)
     }
 
-    /// The integral along the line at a place of the chart.
-    fn line_alone(&self, aim: &Aim<'_>, place: [f64; 2]) -> LineIntegral {
-        let grid = &self.tree.grid;
-        let mut ray = Ray::default();
-        let [x, y] = [place[0] * grid.edges[0], place[1] * grid.edges[1]];
-        let end = aim.end_of_line(grid, [x, y]);
-        let mut at = |xy: [f64; 2]| {
-            ray.follow(&Beam::new(&self.tree, [xy; 2]), xy, end);
-            let segments = ray.segments.iter().copied();
-            (self.integral(xy, segments, ray.unresolved), ray.displacement)
-        };
-        let (line, displacement) = at([x, y]);
-        let mut apart: f64 = 0.0;
-        if displacement > 0.0 {
-            for k in 0..DIRECTIONS {
-                let (sin, cos) = (core::f64::consts::TAU * k as f64 / DIRECTIONS as f64).sin_cos();
-                let beside = [(x, cos, 0), (y, sin, 1)].map(|(at, along, axis)| {
-                    (at + displacement * along).clamp(0.0, grid.edges[axis])
-                });
-                let (of, _) = at(beside);
-                apart = apart.max((of.value - line.value).abs());
+    /// Samples the parts of lines until their errors are within the tolerance.
+    async fn sample_lines(&mut self, lines: &mut [Sampled]) -> Result<(), Failure> {
+        let edge = self.grid.edges[2];
+        // At first all depths are new.
+        let mut new: Vec<(usize, usize, usize)> = Vec::new();
+        for (line, of) in lines.iter().enumerate() {
+            for (part, depths) in of.parts.iter().enumerate() {
+                new.extend((0..depths.len()).map(|depth| (line, part, depth)));
             }
         }
-        LineIntegral { value: line.value, error: line.error + apart }
+        for _ in 0..=HALVINGS {
+            if new.is_empty() {
+                break;
+            }
+            let at = |&(line, part, depth): &(usize, usize, usize)| {
+                let of: &Sampled = &lines[line];
+                [of.line.xy[0], of.line.xy[1], of.parts[part][depth][0]]
+            };
+            let points: Vec<[f64; 3]> = new.iter().map(at).collect();
+            let rates = self.rates(&points).await?;
+            for ((line, part, depth), rate) in new.drain(..).zip(rates) {
+                lines[line].parts[part][depth][1] = rate;
+            }
+            let target = AIMED_AT * self.aim.target;
+            for (line, of) in lines.iter_mut().enumerate() {
+                for (part, depth) in of.halved(edge, target) {
+                    new.push((line, part, depth));
+                }
+            }
+        }
+        Ok(())
     }
+}
+
+/// The line at a place of the image plane; `None` if there is none.
+fn line(
+    model: &Model,
+    aim: &Aim<'_>,
+    chart: &dyn Chart,
+    number: usize,
+    xy: [f64; 2],
+) -> Option<Line> {
+    let is_place = xy.iter().all(|along| (0.0..=1.0).contains(along));
+    let place = match aim.sky {
+        Some(sky) => sky.place_on_only(xy),
+        None => Some(xy),
+    };
+    let place = place.filter(|_| is_place)?;
+    let density = chart.density(place);
+    let grid = &model.tree.grid;
+    let xy = [0, 1].map(|k| place[k] * grid.edges[k]);
+    (density > 0.0).then(|| Line { number, xy, end: aim.end_of_line(grid, xy), density })
+}
+
+impl Model {
+    /// The integral along a line, with the error of what is uncertain of it.
+    fn along(&self, line: &Line, aim: &Aim<'_>, uncertain: &Uncertain) -> LineIntegral {
+        self.integral(line.xy, self.segments(line, aim).into_iter(), uncertain.error)
+    }
+
+    fn segments(&self, line: &Line, aim: &Aim<'_>) -> Vec<Segment> {
+        let mut ray = Ray::default();
+        self.follow(&mut ray, aim, None, line.xy);
+        ray.segments
+    }
+
+    /// A line whose uncertain parts are to be sampled; `None` if there are none.
+    fn sampled(&self, line: &Line, aim: &Aim<'_>, uncertain: Uncertain) -> Option<Sampled> {
+        // Rounding leaves no point behind a surface.
+        let last = line.end - 1e-9 * self.tree.grid.edges[2];
+        let parts = uncertain.parts.into_iter().map(|[low, high]| [low, high.min(last)]);
+        let parts: Vec<[f64; 2]> = parts.filter(|[low, high]| low < high).collect();
+        let mut beside = Vec::new();
+        for Segment { label, ends: [mut low, end] } in self.segments(line, aim) {
+            for [from, to] in &parts {
+                if *from > low && low < end {
+                    beside.push(Segment { label, ends: [low, from.min(end)] });
+                }
+                low = low.max(*to);
+            }
+            if low < end {
+                beside.push(Segment { label, ends: [low, end] });
+            }
+        }
+        let beside = self.integral(line.xy, beside.into_iter(), 0.0);
+        let depths = |[low, high]: [f64; 2]| {
+            let at = |k: usize| low + (high - low) * k as f64 / INTERVALS as f64;
+            (0..=INTERVALS).map(|k| [at(k), 0.0]).collect()
+        };
+        let parts: Vec<Vec<[f64; 2]>> = parts.into_iter().map(depths).collect();
+        (!parts.is_empty()).then_some(Sampled { line: Line { ..*line }, beside, parts })
+    }
+}
+
+impl Sampled {
+    /// The integral, with the errors of pieces and those of jumps between samples.
+    fn integral(&self, edge: f64) -> LineIntegral {
+        let mut sum = self.beside;
+        for [low, high] in self.parts.iter().flat_map(|of| of.array_windows()) {
+            sum.value += 0.5 * (high[0] - low[0]) * (low[1] + high[1]) / edge;
+            sum.error += error_between(*low, *high) / edge;
+        }
+        sum
+    }
+
+    /// Halves the intervals with the largest errors, if the line has an error beyond `target`, and returns the numbers
+    /// of the parts and of the new depths in them.
+    fn halved(&mut self, edge: f64, target: f64) -> Vec<(usize, usize)> {
+        let error = self.integral(edge).error;
+        let allowed = target * self.line.density;
+        if error <= allowed {
+            return Vec::new();
+        }
+        let jumps = self.parts.iter().flat_map(|of| of.array_windows());
+        let jumps = jumps.filter(|[low, high]| error_between(*low, *high) > 0.0).count();
+        let least = (allowed - self.beside.error) * edge / jumps.max(1) as f64;
+        let mut new = Vec::new();
+        for (number, part) in self.parts.iter_mut().enumerate() {
+            let mut finer = vec![part[0]];
+            for [low, high] in part.array_windows() {
+                if error_between(*low, *high) > least {
+                    new.push((number, finer.len()));
+                    finer.push([0.5 * (low[0] + high[0]), 0.0]);
+                }
+                finer.push(*high);
+            }
+            *part = finer;
+        }
+        new
+    }
+}
+
+/// The error of the mean of two samples, in the unit of the grid: a jump is anywhere between.
+fn error_between(low: [f64; 2], high: [f64; 2]) -> f64 {
+    0.5 * (high[0] - low[0]) * (high[1] - low[1]).abs()
 }

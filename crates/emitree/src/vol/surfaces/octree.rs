@@ -25,13 +25,6 @@ pub(super) struct Facet {
     pub(super) jump: f64,
 }
 
-impl Facet {
-    /// The displacement along the normal that is counted as an error.
-    pub(super) fn displacement(&self) -> f64 {
-        self.error.max(self.allowed)
-    }
-}
-
 /// What is in a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Leaf {

@@ -19,8 +19,6 @@ pub(super) struct Ray {
     pub(super) segments: Vec<Segment>,
     /// For each crossing its depth, the error of the integral that is allowed, and the displacement along z.
     pub(super) crossings: Vec<[f64; 3]>,
-    /// The largest error of the surfaces in the cells that it passes, whether it crosses them or not.
-    pub(super) displacement: f64,
     /// The error due to cells that remain unresolved, and their numbers.
     pub(super) unresolved: f64,
     pub(super) unresolved_leaves: Vec<usize>,
@@ -48,7 +46,6 @@ impl Ray {
         self.segments.clear();
         self.crossings.clear();
         self.unresolved = 0.0;
-        self.displacement = 0.0;
         self.unresolved_leaves.clear();
         let mut z = 0.0;
         for part in beam.parts(xy) {
@@ -63,11 +60,7 @@ impl Ray {
                     self.unresolved += 0.5 * jump * (top - z);
                     self.unresolved_leaves.push(*leaf);
                 }
-                Content::Cut(facets, crossed) => {
-                    let errors = facets.iter().map(Facet::displacement);
-                    self.displacement = errors.fold(self.displacement, f64::max);
-                    self.cross(facets, crossed, xy, [z, top]);
-                }
+                Content::Cut(facets, crossed) => self.cross(facets, crossed, xy, [z, top]),
             }
             z = top;
         }
@@ -111,7 +104,7 @@ impl Ray {
         let between = |of: &&Facet| sides.contains(&of.below) && sides.contains(&of.above);
         let Some(facet) = facets.iter().find(between).or(facets.first()) else { return };
         let slope = facet.wall.normal(at)[2].abs();
-        let error = facet.displacement();
+        let error = facet.error.max(facet.allowed);
         // A displacement of a surface that a line touches moves the ends of a chord by its root. A surface
         // that is parallel to the lines may go on beyond the cell: the longest edge of a view is 1.
         let tangent = (2.0 * error * facet.wall.patch_at(at).curvature()).sqrt();
