@@ -22,13 +22,13 @@ from emitree._sight import View
 
 #: The part of the allowed error that is left to the image, and the largest tolerance of an image:
 #: with looser ones, single pixels have larger errors than they should.
-SHARE, LOOSEST = 0.8, 0.01
+SHARE, LOOSEST = 0.9, 0.01
 #: Lines of a family that are integrated one by one too, the fewest and the most, and the share of
 #: the evaluations of the image that they may take: an image that differs from these more than both
 #: errors say is not taken.
 _CHECKED, _CHECKED_SHARE = (4, 16), 0.15
-#: Evaluations that a line takes one by one, at least.
-_ALONE = 120
+#: Evaluations that such a line takes, at least.
+_ALONE = 60
 #: Evaluations that an image may take for each line: half of what it takes one by one.
 _WORTH = 60
 #: An image that has lines in a smaller share of its pixels has errors limited there alone.

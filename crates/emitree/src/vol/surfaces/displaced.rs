@@ -14,13 +14,20 @@ use core::f64::consts::TAU;
 /// The directions in which lines are displaced.
 const DIRECTIONS: usize = 8;
 
-/// The uncertain parts of a line.
-#[derive(Clone, Debug, Default)]
+/// An uncertain part of a line.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Uncertain {
-    /// The ends of the parts along z, ascending and apart from each other.
-    pub(super) parts: Vec<[f64; 2]>,
-    /// The error of the integral, in the unit of the grid.
+    /// Its ends along z.
+    pub(super) ends: [f64; 2],
+    /// The error of the integral over it, in the unit of the grid.
     pub(super) error: f64,
+    /// Whether it is all of a cell whose regions are not known.
+    is_unresolved: bool,
+}
+
+/// The error of parts together: displacements in different cells are independent of each other.
+pub(super) fn error_of(parts: &[Uncertain]) -> f64 {
+    parts.iter().map(|of| of.error * of.error).sum::<f64>().sqrt()
 }
 
 /// A line between two depths in a cell with patches.
@@ -31,22 +38,20 @@ struct InCell<'a> {
 }
 
 impl Model {
-    /// What is not certain of the line at a place of the grid, to a depth.
-    pub(super) fn uncertain(&self, xy: [f64; 2], end: f64) -> Uncertain {
+    /// The uncertain parts of the line at a place of the grid, to a depth: ascending and apart from each other.
+    pub(super) fn uncertain(&self, xy: [f64; 2], end: f64) -> Vec<Uncertain> {
         let farthest = self.cut(xy, xy).map(|(_, facets)| displacement(facets));
         let farthest = farthest.fold(0.0, f64::max);
         let [low, high] = [-farthest, farthest].map(|by| xy.map(|along| along + by));
-        let mut found = Uncertain::default();
-        let mut squares = 0.0;
+        let mut found = Vec::new();
         for (number, facets) in self.cut(low, high) {
             let [bottom, top] = self.tree.ends(number, 2);
             if bottom < end {
                 let patches = facets.iter().flat_map(|of| of.wall.patches()).collect();
                 let cell = InCell { facets, patches, ends: [bottom, top.min(end)] };
-                squares += cell.add_uncertain(xy, &mut found.parts).powi(2);
+                found.extend(cell.uncertain(xy));
             }
         }
-        found.error = TUNING.surfaces.crossing_margin * squares.sqrt();
         let places = self.tree.grid.places(xy);
         for number in self.tree.passed([places; 2]) {
             let [bottom, top] = self.tree.ends(number, 2);
@@ -54,15 +59,21 @@ impl Model {
                 && bottom < end
             {
                 // All of the jump may be missing.
-                found.error += jump * (top.min(end) - bottom);
-                found.parts.push([bottom, top.min(end)]);
+                let ends = [bottom, top.min(end)];
+                let error = jump * (ends[1] - ends[0]);
+                found.push(Uncertain { ends, error, is_unresolved: true });
             }
         }
-        found.parts.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        found.parts.dedup_by(|next, before| {
-            let meets = next[0] <= before[1];
+        found.sort_by(|a, b| a.ends[0].total_cmp(&b.ends[0]));
+        found.dedup_by(|next, before| {
+            let meets = next.ends[0] <= before.ends[1];
             if meets {
-                before[1] = before[1].max(next[1]);
+                before.ends[1] = before.ends[1].max(next.ends[1]);
+                before.is_unresolved &= next.is_unresolved;
+                before.error = match before.is_unresolved {
+                    true => before.error + next.error,
+                    false => before.error.hypot(next.error),
+                };
             }
             meets
         });
@@ -85,17 +96,18 @@ fn displacement(facets: &[Facet]) -> f64 {
 }
 
 impl InCell<'_> {
-    /// Adds the uncertain parts of the line at (x, y), and returns the error of its integral: of surfaces that are displaced
-    /// across the line, and along it.
-    fn add_uncertain(&self, [x, y]: [f64; 2], parts: &mut Vec<[f64; 2]>) -> f64 {
+    /// The uncertain parts of the line at (x, y), of surfaces that are displaced across the line, and along it; they
+    /// may have parts in common. Each has a share of the error of the cell.
+    fn uncertain(&self, [x, y]: [f64; 2]) -> Vec<Uncertain> {
         let displacement = displacement(self.facets);
+        let mut parts = Vec::new();
         let own = self.regions([x, y]);
         let mut longest: f64 = 0.0;
         for k in 0..DIRECTIONS {
             let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
             let other = self.regions([x + displacement * cos, y + displacement * sin]);
             let first = parts.len();
-            self.add_differences(&own, &other, parts);
+            self.add_differences(&own, &other, &mut parts);
             let length: f64 = parts[first..].iter().map(|[low, high]| high - low).sum();
             longest = longest.max(length);
         }
@@ -104,7 +116,14 @@ impl InCell<'_> {
         let around = |z: f64| [(z - displacement).max(from), (z + displacement).min(to)];
         parts.extend(crossings.iter().map(|(_, z)| around(*z)));
         let jump = self.facets.iter().map(|of| of.jump).fold(0.0, f64::max);
-        jump * (longest + displacement * crossings.len() as f64)
+        let length = longest + displacement * crossings.len() as f64;
+        let error = TUNING.surfaces.crossing_margin * jump * length;
+        let squares: f64 = parts.iter().map(|[low, high]| (high - low).powi(2)).sum();
+        let of_part = |ends: [f64; 2]| {
+            let error = error * (ends[1] - ends[0]) / squares.sqrt().max(f64::MIN_POSITIVE);
+            Uncertain { ends, error, is_unresolved: false }
+        };
+        parts.into_iter().map(of_part).collect()
     }
 
     /// The regions on the line at (x, y), with the depths at which they begin.

@@ -7,7 +7,7 @@ use crate::line_values::LineValues;
 use crate::parallel::prelude::*;
 use crate::projection::Chart;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::displaced::Uncertain;
+use crate::vol::surfaces::displaced::{Uncertain, error_of};
 use crate::vol::surfaces::model::Model;
 use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
 use crate::vol::surfaces::search::{Failure, Search};
@@ -16,9 +16,9 @@ use crate::vol::surfaces::search::{Failure, Search};
 const INTERVALS: usize = 4;
 /// The most times that these are halved.
 const HALVINGS: usize = 16;
-/// The share of the error allowed that the pieces may have on a line whose uncertain parts are sampled, and that is
+/// The share of the error allowed that all else may have on a line some of whose parts are sampled, and that is
 /// aimed at with these.
-const OF_PIECES: f64 = 0.5;
+const OF_OTHERS: f64 = 0.6;
 const AIMED_AT: f64 = 0.8;
 
 /// A line with its place in the chart.
@@ -57,15 +57,14 @@ impl Search<'_> {
             let uncertain = model.uncertain(line.xy, line.end);
             let integral = model.along(&line, aim, &uncertain);
             let is_good = integral.error <= target * line.density;
-            let sampled = (!is_good).then(|| model.sampled(&line, aim, uncertain)).flatten();
+            let most = OF_OTHERS * target * line.density;
+            let sampled = (!is_good).then(|| model.sampled(&line, aim, uncertain, most)).flatten();
             Some((line, integral, sampled))
         };
         let of_places: Vec<_> = places.par_iter().enumerate().map(of_place).collect();
         let mut lines = Vec::new();
         for (line, integral, sampled) in of_places.into_iter().flatten() {
             found.set(line.number, [integral.value / line.density, integral.error / line.density]);
-            let most = OF_PIECES * target * line.density;
-            let sampled = sampled.filter(|of| of.beside.error <= most);
             lines.extend(sampled.map(|of| Sampled { line, ..of }));
         }
         match self.sample_lines(&mut lines).await {
@@ -141,8 +140,8 @@ fn line(
 
 impl Model {
     /// The integral along a line, with the error of what is uncertain of it.
-    fn along(&self, line: &Line, aim: &Aim<'_>, uncertain: &Uncertain) -> LineIntegral {
-        self.integral(line.xy, self.segments(line, aim).into_iter(), uncertain.error)
+    fn along(&self, line: &Line, aim: &Aim<'_>, uncertain: &[Uncertain]) -> LineIntegral {
+        self.integral(line.xy, self.segments(line, aim).into_iter(), error_of(uncertain))
     }
 
     fn segments(&self, line: &Line, aim: &Aim<'_>) -> Vec<Segment> {
@@ -151,11 +150,26 @@ impl Model {
         ray.segments
     }
 
-    /// A line whose uncertain parts are to be sampled; `None` if there are none.
-    fn sampled(&self, line: &Line, aim: &Aim<'_>, uncertain: Uncertain) -> Option<Sampled> {
+    /// A line of which those uncertain parts that have the largest errors are to be sampled, so that all else has an
+    /// error of at most `most`, in the unit of the image plane; `None` if that is not possible.
+    fn sampled(
+        &self,
+        line: &Line,
+        aim: &Aim<'_>,
+        mut uncertain: Vec<Uncertain>,
+        most: f64,
+    ) -> Option<Sampled> {
+        let edge = self.tree.grid.edges[2];
+        let of_pieces = self.along(line, aim, &[]).error;
+        uncertain.sort_by(|a, b| b.error.total_cmp(&a.error));
+        let left = |count: &usize| of_pieces + error_of(&uncertain[*count..]) / edge;
+        let count = (1..=uncertain.len()).find(|count| left(count) <= most)?;
+        let of_others = error_of(&uncertain[count..]);
+        uncertain.truncate(count);
+        uncertain.sort_by(|a, b| a.ends[0].total_cmp(&b.ends[0]));
         // Rounding leaves no point behind a surface.
-        let last = line.end - 1e-9 * self.tree.grid.edges[2];
-        let parts = uncertain.parts.into_iter().map(|[low, high]| [low, high.min(last)]);
+        let last = line.end - 1e-9 * edge;
+        let parts = uncertain.iter().map(|of| [of.ends[0], of.ends[1].min(last)]);
         let parts: Vec<[f64; 2]> = parts.filter(|[low, high]| low < high).collect();
         let mut beside = Vec::new();
         for Segment { label, ends: [mut low, end] } in self.segments(line, aim) {
@@ -169,7 +183,7 @@ impl Model {
                 beside.push(Segment { label, ends: [low, end] });
             }
         }
-        let beside = self.integral(line.xy, beside.into_iter(), 0.0);
+        let beside = self.integral(line.xy, beside.into_iter(), of_others);
         let depths = |[low, high]: [f64; 2]| {
             let at = |k: usize| low + (high - low) * k as f64 / INTERVALS as f64;
             (0..=INTERVALS).map(|k| [at(k), 0.0]).collect()
