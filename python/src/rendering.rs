@@ -21,6 +21,9 @@ use std::sync::Arc;
 /// Rows of the map of a sky in a picture.
 const HEIGHT_OF_SKY: usize = 400;
 
+/// The radiances of lines, and their errors.
+type LineArrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
 /// The result of a rendering: arrays, the cost, and the bytes of files.
 #[pyclass(frozen, module = "emitree._native")]
 pub(crate) struct Rendered {
@@ -111,9 +114,11 @@ impl Rendered {
     }
 
     /// The radiances of the lines of sight at the places that were named, and their errors; `None` without such.
-    fn line_values<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyArray1<f64>>; 2]> {
+    fn line_values<'py>(&self, py: Python<'py>) -> Option<LineArrays<'py>> {
         let lines = self.lines.as_ref()?;
-        Some([&lines.values, &lines.errors].map(|of| PyArray1::from_slice(py, of)))
+        let [values, errors] =
+            [&lines.values, &lines.errors].map(|of| PyArray1::from_slice(py, of));
+        Some((values, errors))
     }
 
     /// For pickling and copying: plain data and arrays.
