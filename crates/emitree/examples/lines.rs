@@ -27,7 +27,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("expected: family from to tolerance side".into());
     };
     let (tolerance, side): (f64, usize) = (tolerance.parse()?, side.parse()?);
-    println!("| scene | evaluations | surfaces | beyond the tolerance | wrong | worst / tolerance |");
+    println!(
+        "| scene | evaluations | surfaces | beyond the tolerance | wrong | worst / tolerance |"
+    );
     println!("| --- | --- | --- | --- | --- | --- |");
     let mut totals = [0.0; 4];
     for seed in from.parse::<u64>()?..to.parse()? {
@@ -38,7 +40,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let [evaluations, beyond, wrong, within] = totals;
-    println!("evaluations {evaluations}, lines beyond the tolerance {beyond}, wrong {wrong} of {within}");
+    println!(
+        "evaluations {evaluations}, lines beyond the tolerance {beyond}, wrong {wrong} of {within}"
+    );
     Ok(())
 }
 
@@ -71,15 +75,16 @@ fn scene(family: &str, seed: u64) -> Result<Scene, Box<dyn Error>> {
                 line: Box::new(move |xy| other.line_integral(xy)),
             }
         }
-        other => return Err(format!("the family is {other}: expected shapes, solids or planets").into()),
+        other => {
+            return Err(format!("the family is {other}: expected shapes, solids or planets").into());
+        }
     })
 }
 
 /// Prints a row, and returns evaluations, lines beyond the tolerance, wrong ones of those within it, and those within.
 fn compare(scene: &Scene, tolerance: f64, side: usize) -> Result<[f64; 4], Box<dyn Error>> {
     let at = |k: usize| (k as f64 + 0.5) / side as f64;
-    let places: Vec<[f64; 2]> =
-        (0..side * side).map(|k| [at(k % side), at(k / side)]).collect();
+    let places: Vec<[f64; 2]> = (0..side * side).map(|k| [at(k % side), at(k / side)]).collect();
     let options = VolOptions::new(tolerance).with_lines(places.clone());
     let rate = FromFn(|r: [f64; 3], _| (scene.rate)(r));
     let made = render(&rate, &*scene.camera, [side; 2], &RenderOptions::new(options))?;

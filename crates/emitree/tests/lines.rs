@@ -35,10 +35,10 @@ fn shares(found: &Rendering, exact: impl Fn([f64; 2]) -> f64, tolerance: f64) ->
     let lines = found.lines.as_ref().unwrap();
     let exact: Vec<f64> = places().into_iter().map(exact).collect();
     let allowed = tolerance * exact.iter().fold(0.0, |most: f64, of| most.max(of.abs()));
-    let (mut good, mut within, mut worst) = (0, 0, 0.0_f64);
+    let (mut good, mut within, mut worst) = (0_u32, 0_u32, 0.0_f64);
     for ((value, error), exact) in lines.values.iter().zip(&lines.errors).zip(&exact) {
         let of_line = (value - exact).abs();
-        within += usize::from(of_line <= error + 1e-9 * allowed);
+        within += u32::from(of_line <= error + 1e-9 * allowed);
         if *error <= allowed {
             good += 1;
             worst = worst.max(of_line / allowed);

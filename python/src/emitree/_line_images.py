@@ -24,9 +24,12 @@ from emitree._sight import View
 #: with looser ones, single pixels have larger errors than they should.
 SHARE, LOOSEST = 0.9, 0.01
 #: Lines of a family that are integrated one by one too, the fewest and the most, and the share of
-#: the evaluations of the image that they may take: an image that differs from these more than both
-#: errors say is not taken.
-_CHECKED, _CHECKED_SHARE = (4, 16), 0.15
+#: the evaluations of the image that they may take.
+_CHECKED, _CHECKED_SHARE = (4, 64), 0.1
+#: In how many panels, as a share of those of other lines, and in how many those that contradict.
+_PANELS = (0.5, 4.0)
+#: What the largest difference of these is beyond both errors is added to all errors so many times.
+_BEYOND = 2.0
 #: Evaluations that such a line takes, at least.
 _ALONE = 60
 #: Evaluations that an image may take for each line: half of what it takes one by one.
@@ -37,8 +40,9 @@ _MASKED = 0.25
 _ENDS = 1e-9
 
 
-#: Integrals and errors (n, k) of lines (n,) one by one, and the number of evaluations.
-Integrals = Callable[[Integers], tuple[Floats, Floats, int]]
+#: Integrals and errors (n, k) of lines (n,) one by one, in a share of the panels of other lines, and
+#: the number of evaluations.
+Integrals = Callable[[Integers, float], tuple[Floats, Floats, int]]
 
 
 @dataclass
@@ -97,14 +101,26 @@ def shared_integrals(
 
 
 def _check(found: Shared, line: Integers, count: int, integrals: Integrals) -> None:
-    """Compares some lines of a family with their integrals one by one."""
+    """Compares some lines of a family with their integrals one by one.
+
+    What the largest difference is beyond the estimated errors is added to the errors of all lines,
+    so that an image which is wrong has no line within the tolerance.
+    """
     # Multiples of the golden ratio are spread evenly, however the lines are ordered.
     spread = np.arange(1, count + 1) * (0.5 * (np.sqrt(5.0) - 1.0)) % 1.0
     some = line[np.floor(spread * len(line)).astype(np.int64)]
-    values, errors, evaluations = integrals(some)
-    found.evaluations += evaluations
-    apart = abs(values - found.values[some])
-    found.is_known[line] = bool(np.all(apart <= errors + found.errors[some]))
+    some = some[found.is_known[some]]
+    for share in _PANELS:
+        # Lines that contradict are integrated anew: a few panels may miss what the image has.
+        values, errors, evaluations = integrals(some, share)
+        found.evaluations += evaluations
+        apart = abs(values - found.values[some])
+        beyond = np.maximum(apart - errors - found.errors[some], 0.0)
+        contradicts = beyond.max(axis=1, initial=0.0) > 0.0
+        some, beyond = some[contradicts], beyond[contradicts]
+        if len(some) == 0:
+            return
+    found.errors[line] += _BEYOND * beyond.max(axis=0)
 
 
 def _best(
@@ -174,10 +190,15 @@ def _add(
     components = list(rendered) if isinstance(rendered, Components) else [rendered]
     for number, one in enumerate(components):
         of_lines = one._found.line_values()
-        if of_lines is None:
+        if of_lines is None or not one.converged:
+            # Before its final verification an image has errors that nothing has checked.
             of_lines = np.zeros(len(places)), np.full(len(places), np.inf)
         found.values[plane.line, number], found.errors[plane.line, number] = of_lines
     found.evaluations += rendered.evaluations
+    is_known = np.isfinite(found.errors[plane.line]).all(axis=1)
+    found.is_known[plane.line] = is_known
+    unknown = plane.line[~is_known]
+    found.values[unknown], found.errors[unknown] = 0.0, 0.0
 
 
 def _near_places(plane: Plane) -> NDArray[np.bool_]:

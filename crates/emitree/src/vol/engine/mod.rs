@@ -245,10 +245,13 @@ impl Engine<'_> {
     /// The radiances of the lines that the options name, if there is one tile and no energy.
     fn lines(&self) -> Option<LineValues> {
         let places = self.vol.lines.as_ref().filter(|_| self.spectra.is_none())?;
-        let largest = self.largest_done.max(self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max));
+        let largest =
+            self.largest_done.max(self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max));
         let of_part = |(number, part): (usize, &Part<'_>)| match &self.products[number] {
             Some(product) => Some(FunctionOfPart::of_products(product, &part.scale)),
-            None => self.sheets.iter().find(|of| of.id.part == number).map(Sheet::function_of_lines),
+            None => {
+                self.sheets.iter().find(|of| of.id.part == number).map(Sheet::function_of_lines)
+            }
         };
         let functions: Option<Vec<_>> = self.parts.iter().enumerate().map(of_part).collect();
         let lines = LinesInView::new(self.view, places);

@@ -55,8 +55,7 @@ impl LinesInView {
             true => parts.nodes_of_line(*xy, line),
             false => Vec::new(),
         };
-        let of_lines: Vec<Vec<NaturalNode>> =
-            places.par_iter().enumerate().map(pieces).collect();
+        let of_lines: Vec<Vec<NaturalNode>> = places.par_iter().enumerate().map(pieces).collect();
         let mut is_known: Vec<bool> = of_lines.iter().map(|of| !of.is_empty()).collect();
         let mut seen = vec![0; places.len()];
         let plane = Window { c: [0.0, 1.0], azimuth_rad: [0.0, 1.0] };
@@ -78,7 +77,10 @@ impl LinesInView {
                     let node = NaturalNode { pixel: first + node.pixel, ..**node };
                     let mut node = in_window(&window, &node);
                     let moved = [(node.place[0], *u), (node.place[1], *v)];
-                    #[expect(clippy::cast_possible_truncation, reason = "a place in single precision")]
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        reason = "a place in single precision"
+                    )]
                     let at = moved.map(|(at, by)| (f64::from(at) + by).clamp(0.0, 1.0) as f32);
                     node.place = at;
                     node
@@ -120,8 +122,7 @@ impl LinesInView {
             let own = nodes.nodes.iter().take_while(|node| (node.pixel as usize) < count);
             for node in own {
                 let cell = cell_at(node.place.map(f64::from), shape);
-                found.errors[node.pixel as usize] +=
-                    node.weight * function.errors.pixels()[cell];
+                found.errors[node.pixel as usize] += node.weight * function.errors.pixels()[cell];
             }
         }
         for (line, is_known) in self.is_known.iter().enumerate() {

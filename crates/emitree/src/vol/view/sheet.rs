@@ -16,6 +16,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::lines::FunctionOfPart;
 use crate::vol::view::part::Footing;
+use crate::vol::view::raster::cell_at;
 use crate::vol::view::verification::Verification;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
@@ -24,6 +25,9 @@ use std::sync::Arc;
 /// the pixels are more.
 const ERRORS_PER_PIXEL: usize = 4;
 const MOST_ERRORS: usize = 1024;
+/// What the largest difference of a line of the verification is beyond the error there is added to the errors of all
+/// lines so many times: these are more lines than those.
+const BEYOND: f64 = 2.0;
 
 /// The part of the view and the energy of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -255,7 +259,23 @@ impl<'a> Sheet<'a> {
                 Footprint::new(node, remaining, shape).add_to(&mut errors, &ones, 1.0);
             }
         }
+        // Lines of the verification may have larger errors than single pixels do.
+        let beyond = BEYOND * self.beyond_at_verification(&errors);
+        errors.pixels_mut().iter_mut().for_each(|error| *error += beyond);
         FunctionOfPart { means: Box::new(move |shape| pixel_means(tree, shape)), errors }
+    }
+
+    /// By how much the largest difference of a line of the verification is beyond the error there.
+    fn beyond_at_verification(&self, errors: &Image) -> f64 {
+        let Verification { places, node_lines, .. } = &self.verification;
+        let lines = places.nodes().iter().zip(&node_lines.lines);
+        let beyond = lines.filter(|(_, line)| !line.samples.is_empty()).map(|(node, line)| {
+            let value = self.value_of(node.place, line.integral, &[], &[], &mut []);
+            let of_tree = self.scan.tree.value(node.place, &mut FxHashMap::default());
+            let cell = cell_at(node.place.map(unit), [errors.height(), errors.width()]);
+            (value - of_tree).abs() - errors.pixels()[cell]
+        });
+        beyond.fold(0.0, f64::max)
     }
 
     /// Sets the weights of errors on its raster: the largest of the bins that its image is in, and of those
