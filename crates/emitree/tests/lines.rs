@@ -47,10 +47,9 @@ fn shares(found: &Rendering, exact: impl Fn([f64; 2]) -> f64, tolerance: f64) ->
     [f64::from(good) / LINES as f64, f64::from(within) / LINES as f64, worst]
 }
 
-fn assert_shares([good, within, worst]: [f64; 3], name: &str) {
-    println!("{name}: {good} {within} {worst}");
+fn assert_shares([good, within, worst]: [f64; 3], most_beyond: f64, name: &str) {
     assert!(good >= 0.999, "{name}: {good}");
-    assert!(within >= 0.998, "{name}: {within}");
+    assert!(within >= 1.0 - most_beyond, "{name}: {within}");
     assert!(worst <= 1.0, "{name}: {worst}");
 }
 
@@ -67,7 +66,7 @@ fn lines_through_random_shapes_are_within_the_tolerance() {
         let [with, without] = [&found, &alone].map(|of| of.stats.evaluations);
         assert!(with >= without && (with as f64) < 1.25 * without as f64, "{with} {without}");
         let name = format!("{}-{seed}", shape.kind());
-        assert_shares(shares(&found, |xy| shape.line_integral(xy), 0.01), &name);
+        assert_shares(shares(&found, |xy| shape.line_integral(xy), 0.01), 2e-3, &name);
     }
 }
 
@@ -78,7 +77,8 @@ fn lines_that_end_at_a_planet_among_shapes_are_within_the_tolerance() {
         let options = VolOptions::new(0.01).with_lines(places());
         let found = rendered(|r| scene.rate(r), &*scene.camera(), options);
         assert!(found.surfaces.is_some());
-        assert_shares(shares(&found, |xy| scene.line_integral(xy), 0.01), &scene.name());
+        // A part of the shape between the limb and a surface that ends there may be thinner than all samples.
+        assert_shares(shares(&found, |xy| scene.line_integral(xy), 0.01), 0.02, &scene.name());
     }
 }
 
@@ -103,7 +103,7 @@ fn lines_beside_the_limb_of_a_body_follow_from_its_charts() {
         (last - (along / nearest).atan()) / nearest
     };
     assert!(found.surfaces.is_none());
-    assert_shares(shares(&found, exact, 1e-3), "corona");
+    assert_shares(shares(&found, exact, 1e-3), 1e-3, "corona");
     let alone = rendered(|at| 1.0 / square(at), &camera, VolOptions::new(1e-3));
     assert_eq!(found.stats.evaluations, alone.stats.evaluations);
 }

@@ -358,7 +358,12 @@ impl Parts<'_> {
 
     /// The nodes of a line of sight at (x, y) of the first image plane, as those of a pixel with this number.
     pub(crate) fn nodes_of_line(&self, xy: [f64; 2], number: usize) -> Vec<NaturalNode> {
-        self.quadrature.nodes_of_line(xy, number)
+        self.quadrature.nodes_of_line(xy, number).unwrap_or_else(|| {
+            let weight = |part: &Part<'_>| 1.0 / part.chart.density(xy);
+            let weight = self.parts.first().map(weight).filter(|weight| weight.is_finite());
+            let node = |weight| NaturalNode { chart: 0, pixel: number, place: xy, weight };
+            weight.map(node).into_iter().collect()
+        })
     }
 
     /// Whether planes divide the charts.

@@ -272,15 +272,15 @@ impl<'a> Quadrature<'a> {
     }
 
     /// The nodes of a line of sight alone, at (x, y) of the first image plane, as those of a pixel with this number;
-    /// none where there is no image.
-    pub(crate) fn nodes_of_line(&self, xy: [f64; 2], number: usize) -> Vec<NaturalNode> {
-        let Some(geometry) = self.geometries.first() else { return Vec::new() };
+    /// none where there is no image. `None` of a projection without lines of sight.
+    pub(crate) fn nodes_of_line(&self, xy: [f64; 2], number: usize) -> Option<Vec<NaturalNode>> {
+        let geometry = self.geometries.first()?;
         let density = geometry.solid_angle_density(xy);
         if density.is_nan() || density <= 0.0 {
-            return Vec::new();
+            return Some(Vec::new());
         }
         let weights = [1.0 / density, density];
-        self.nodes_on_line(*geometry, xy, number, weights, &mut Vec::new()).collect()
+        Some(self.nodes_on_line(*geometry, xy, number, weights, &mut Vec::new()).collect())
     }
 }
 
