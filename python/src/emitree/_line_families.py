@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from emitree._cameras import Camera, Equirectangular, Orthographic, Perspective
+from emitree._cameras import Equirectangular, Orthographic, Perspective
 from emitree._cells import Integers
 from emitree._function import Floats
 from emitree._lines import Lines
@@ -32,6 +32,9 @@ MARGIN = 1
 #: The fewest and the most pixels along the longer side of an image.
 _SIDES = (64, 400)
 
+#: The cameras of images.
+ImageCamera: TypeAlias = Equirectangular | Orthographic | Perspective
+
 
 @dataclass(frozen=True)
 class Plane:
@@ -43,7 +46,7 @@ class Plane:
     places: (n, 2), x and y [pixels] from the lower left corner.
     """
 
-    camera: Camera
+    camera: ImageCamera
     shape: tuple[int, int]
     line: Integers
     places: Floats
@@ -255,7 +258,7 @@ def _camera(
     sight: Floats,
     middle: Floats,
     extent: Floats,
-) -> Camera:
+) -> ImageCamera:
     """The camera of a plane."""
     _, up, forward = sight
     position = lines.positions[line]

@@ -25,7 +25,7 @@ from emitree._sight import View
 SHARE, LOOSEST = 0.9, 0.01
 #: Lines of a family that are integrated one by one too, the fewest and the most, and the share of
 #: the evaluations of the image that they may take.
-_CHECKED, _CHECKED_SHARE = (4, 64), 0.1
+_CHECKED, _CHECKED_SHARE = (4, 32), 0.1
 #: In how many panels, as a share of those of other lines, and in how many those that contradict.
 _PANELS = (0.5, 4.0)
 #: What the largest difference of these is beyond both errors is added to all errors so many times.
@@ -40,8 +40,8 @@ _MASKED = 0.25
 _ENDS = 1e-9
 
 
-#: Integrals and errors (n, k) of lines (n,) one by one, in a share of the panels of other lines, and
-#: the number of evaluations.
+#: Integrals and errors (n, k) of lines (n,) one by one, in a share of the panels of other lines,
+#: and the number of evaluations.
 Integrals = Callable[[Integers, float], tuple[Floats, Floats, int]]
 
 
