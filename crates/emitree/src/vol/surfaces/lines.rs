@@ -197,9 +197,9 @@ impl Sampled {
     /// The integral, with the errors of pieces and those of jumps between samples.
     fn integral(&self, edge: f64) -> LineIntegral {
         let mut sum = self.beside;
-        for [low, high] in self.parts.iter().flat_map(|of| of.array_windows()) {
+        for [low, high] in self.parts.iter().flat_map(|of| intervals(of)) {
             sum.value += 0.5 * (high[0] - low[0]) * (low[1] + high[1]) / edge;
-            sum.error += error_between(*low, *high) / edge;
+            sum.error += error_between(low, high) / edge;
         }
         sum
     }
@@ -212,23 +212,28 @@ impl Sampled {
         if error <= allowed {
             return Vec::new();
         }
-        let jumps = self.parts.iter().flat_map(|of| of.array_windows());
+        let jumps = self.parts.iter().flat_map(|of| intervals(of));
         let jumps = jumps.filter(|[low, high]| error_between(*low, *high) > 0.0).count();
         let least = (allowed - self.beside.error) * edge / jumps.max(1) as f64;
         let mut new = Vec::new();
         for (number, part) in self.parts.iter_mut().enumerate() {
             let mut finer = vec![part[0]];
-            for [low, high] in part.array_windows() {
-                if error_between(*low, *high) > least {
+            for [low, high] in intervals(part) {
+                if error_between(low, high) > least {
                     new.push((number, finer.len()));
                     finer.push([0.5 * (low[0] + high[0]), 0.0]);
                 }
-                finer.push(*high);
+                finer.push(high);
             }
             *part = finer;
         }
         new
     }
+}
+
+/// The intervals between samples.
+fn intervals(part: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
+    part.windows(2).map(|pair| [pair[0], pair[1]])
 }
 
 /// The error of the mean of two samples, in the unit of the grid: a jump is anywhere between.
