@@ -4,6 +4,7 @@ use crate::arrays::{array, cube_of, voxels};
 use crate::error::{of_counting, of_encoding, of_scene};
 use crate::mesh::Mesh;
 use crate::surfaces::{ReadSurfaceArrays, SurfaceArrays, arrays_of, encoded, surfaces_of};
+use emitree::result::LineValues;
 use emitree::{Cube, Image, Rendering};
 use emitree_instrument::{Channel, Observation};
 use emitree_io::{
@@ -20,6 +21,9 @@ use std::sync::Arc;
 /// Rows of the map of a sky in a picture.
 const HEIGHT_OF_SKY: usize = 400;
 
+/// The radiances of lines, and their errors.
+type LineArrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
 /// The result of a rendering: arrays, the cost, and the bytes of files.
 #[pyclass(frozen, module = "emitree._native")]
 pub(crate) struct Rendered {
@@ -28,6 +32,8 @@ pub(crate) struct Rendered {
     counting: Option<Arc<Scene>>,
     /// Its mesh, if it has one.
     mesh: Option<Mesh>,
+    /// The radiances of lines of sight that were named.
+    lines: Option<LineValues>,
 }
 
 impl Rendered {
@@ -36,6 +42,7 @@ impl Rendered {
             rendered: RenderedScene::new(scene, found),
             counting: scene.instrument.is_some().then(|| Arc::clone(scene)),
             mesh: found.mesh.clone().map(|mesh| Mesh { scene: Arc::clone(scene), mesh }),
+            lines: found.lines.clone(),
         }
     }
 
@@ -103,7 +110,15 @@ impl Rendered {
         let rendered = RenderedScene::from_parts(account, cube_of(&values), error, evaluations);
         let mut rendered = rendered.map_err(|error| PyValueError::new_err(error.to_string()))?;
         rendered.surfaces = surfaces.as_ref().map(surfaces_of).transpose()?.map(Arc::new);
-        Ok(Self { rendered, counting: None, mesh: None })
+        Ok(Self { rendered, counting: None, mesh: None, lines: None })
+    }
+
+    /// The radiances of the lines of sight at the places that were named, and their errors; `None` without such.
+    fn line_values<'py>(&self, py: Python<'py>) -> Option<LineArrays<'py>> {
+        let lines = self.lines.as_ref()?;
+        let [values, errors] =
+            [&lines.values, &lines.errors].map(|of| PyArray1::from_slice(py, of));
+        Some((values, errors))
     }
 
     /// For pickling and copying: plain data and arrays.

@@ -9,7 +9,7 @@ use crate::points::vectors as vectors_of;
 use crate::rendering::Rendered;
 use emitree::progress::Frame;
 use emitree::world_tree::{WorldTreeOptions, build_world_tree};
-use emitree::{Emission, Image, RenderOptions, Samples, StopReason};
+use emitree::{Emission, Image, Method, RenderOptions, Samples, StopReason};
 use emitree_io::{EmissionSource, Override, TreeFile};
 use emitree_models::Outside;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
@@ -132,10 +132,11 @@ impl Scene {
     /// Renders the scene, or a function in place of its emission:
     /// `function(position, direction, energy | None) -> rates`, and another one in place of its absorption
     /// coefficient, if it has one. It begins with the functions of the mesh
-    /// `start`, and anew where they do not suffice, unless it `is_fixed` to them.
+    /// `start`, and anew where they do not suffice, unless it `is_fixed` to them. `places` (n, 2) on the image plane,
+    /// x and y from 0 to 1, are those whose lines of sight have radiances of their own.
     #[pyo3(signature = (
         *, function=None, absorption=None, batch_size=None, threads=None, progress=None, frame=None,
-        start=None, is_fixed=false
+        start=None, is_fixed=false, places=None
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn render(
@@ -149,11 +150,16 @@ impl Scene {
         frame: Option<Py<PyAny>>,
         start: Option<Py<Mesh>>,
         is_fixed: bool,
+        places: Option<PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<Rendered> {
         let hooks = Hooks { function, absorption, progress, frame };
         let scene = &self.0;
         let mut options = options_of(scene).with_mesh_up_to(EVALUATIONS_OF_MESHES);
         options.batch_size = batch_size.unwrap_or(options.batch_size);
+        if let (Some(places), Method::Vol(vol)) = (&places, &mut options.method) {
+            let numbers: Vec<f64> = places.as_array().iter().copied().collect();
+            vol.lines = Some(numbers.as_chunks().0.into());
+        }
         let options = match start.as_ref().map(|start| &start.get().mesh) {
             Some(mesh) if is_fixed => options.with_fixed_mesh(mesh),
             Some(mesh) => options.with_start(mesh),

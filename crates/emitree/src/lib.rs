@@ -59,6 +59,7 @@
 mod parallel;
 mod emission;
 mod known;
+mod line_values;
 mod polling;
 mod exchange;
 mod ahead;

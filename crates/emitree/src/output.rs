@@ -2,6 +2,7 @@
 
 use crate::cube::Cube;
 use crate::found_surfaces::FoundSurfaces;
+use crate::line_values::LineValues;
 use crate::mesh::frozen::Frozen;
 use crate::projection::charts::stretch::Stretch;
 use crate::rendering::RenderedTree;
@@ -45,6 +46,8 @@ pub(crate) struct MethodOutput {
     pub(crate) smallest_feature: Option<f64>,
     /// The largest error of a value over the error allowed there, if the method has such.
     pub(crate) error_over_allowed: Option<f64>,
+    /// The radiances of lines, if the options name some and the method has them.
+    pub(crate) lines: Option<LineValues>,
     /// The sums over regions, in the order of the options.
     pub(crate) sums: Vec<RegionSum>,
     /// The tree that was built, if there is one, and one only.
@@ -71,6 +74,7 @@ impl MethodOutput {
             energies: Vec::new(),
             smallest_feature: None,
             error_over_allowed: None,
+            lines: None,
             sums: Vec::new(),
             tree: None,
             surfaces: None,

@@ -3,6 +3,7 @@
 use crate::cube::Cube;
 use crate::found_surfaces::FoundSurfaces;
 use crate::image::Image;
+use crate::line_values::LineValues;
 use crate::mesh::Mesh;
 use crate::sums::RegionSum;
 use crate::tally::EvaluationCounts;
@@ -24,6 +25,9 @@ pub struct Rendering<V = Image> {
     /// generation of cells. Adaptive `Los`: the error along the lines, without that of too few lines for
     /// a pixel. Fixed steps have no estimate.
     pub error: Option<V>,
+    /// The radiances of the lines that [`VolOptions::with_lines`](crate::VolOptions::with_lines) names; `None`
+    /// without such lines, and of cubes and views of several tiles.
+    pub lines: Option<LineValues>,
     /// The sums over regions that [`VolOptions::sums`](crate::VolOptions::sums) asks for, in that order.
     pub sums: Vec<RegionSum>,
     /// Its cost, and why it ended.
@@ -99,10 +103,11 @@ pub struct RenderedTree {
 impl From<Rendering> for Rendering<Cube> {
     /// A cube of one band.
     fn from(of_image: Rendering) -> Self {
-        let Rendering { values, error, sums, stats, tree, surfaces, mesh } = of_image;
+        let Rendering { values, error, lines, sums, stats, tree, surfaces, mesh } = of_image;
         let of_one = |image| Cube::from_bands(vec![image]);
         let (values, error) = (of_one(values), error.map(of_one));
-        Self { values, error, sums, stats, tree, surfaces, mesh: mesh.map(Mesh::retyped) }
+        let mesh = mesh.map(Mesh::retyped);
+        Self { values, error, lines, sums, stats, tree, surfaces, mesh }
     }
 }
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from emitree._cameras import Camera, Equirectangular, Orthographic, Perspective
+from emitree._cameras import Equirectangular, Orthographic, Perspective
 from emitree._cells import Integers
 from emitree._function import Floats
 from emitree._lines import Lines
@@ -27,13 +27,13 @@ _NEAR = 1e-10
 _TRIALS = 64
 #: The widest angle from the middle of a flat image to a line [rad].
 _FLAT = np.radians(55.0)
-#: Pixels beside the lines in an image, for the polynomials through pixels around each place.
-MARGIN = 5
-#: The fewest and the most pixels along the longer side of an image. They cost time, but no
-#: evaluations; with fewer, more lines beside jumps are integrated one by one.
-_SIDES = (128, 400)
-#: From which tolerance on pixels are half as large.
-_SMALL = 2e-4
+#: Pixels beside the lines in an image.
+MARGIN = 1
+#: The fewest and the most pixels along the longer side of an image.
+_SIDES = (64, 400)
+
+#: The cameras of images.
+ImageCamera: TypeAlias = Equirectangular | Orthographic | Perspective
 
 
 @dataclass(frozen=True)
@@ -44,42 +44,30 @@ class Plane:
     shape: (height, width) [pixels].
     line: the numbers (n,) of the lines.
     places: (n, 2), x and y [pixels] from the lower left corner.
-    step: the width and the height of a pixel on the plane: of tangents, of angles, or lengths.
-    kind: "flat", "round" (longitude and latitude) or "parallel".
     """
 
-    camera: Camera
+    camera: ImageCamera
     shape: tuple[int, int]
     line: Integers
     places: Floats
-    step: Floats
-    kind: str
 
-    def density(self, places: Floats) -> Floats:
-        """The solid angle per area of the plane at places (..., 2) [pixels], but for a factor."""
-        height, width = self.shape
-        x, y = ((places - 0.5 * np.array([width, height])) * self.step)[..., :2].T
-        if self.kind == "flat":
-            return np.asarray(((1.0 + x**2 + y**2) ** -1.5).T)
-        if self.kind == "round":
-            return np.asarray(np.cos(y).T)
-        return np.ones(places.shape[:-1])
+    @property
+    def is_parallel(self) -> bool:
+        """Whether the lines are parallel."""
+        return isinstance(self.camera, Orthographic)
 
     def take(self, keep: NDArray[np.bool_]) -> Plane:
         """The same with some of its lines."""
         return replace(self, line=self.line[keep], places=self.places[keep])
 
 
-def planes(lines: Lines, tolerance: float) -> Iterator[Plane]:
-    """The image planes of the families of lines, whatever the ends of the lines are.
-
-    tolerance: of values, which decides how fine the pixels are.
-    """
+def planes(lines: Lines) -> Iterator[Plane]:
+    """The image planes of the families of lines, whatever the ends of the lines are."""
     left = np.flatnonzero(lines.lengths > 0.0)
     for line, viewpoint in _families(lines, left):
         made = _parallel(lines, line) if viewpoint is None else _central(lines, line, viewpoint)
         if made is not None:
-            yield _imaged(lines, line, viewpoint, *made, tolerance)
+            yield _imaged(lines, line, viewpoint, *made)
 
 
 def _families(lines: Lines, left: Integers) -> Iterator[tuple[Integers, Floats | None]]:
@@ -222,7 +210,6 @@ def _imaged(
     kind: str,
     sight: Floats,
     places: Floats,
-    tolerance: float,
 ) -> Plane:
     """The image plane around places on it."""
     low, high = places.min(axis=0), places.max(axis=0)
@@ -238,8 +225,8 @@ def _imaged(
         # One line, many times.
         longest = 1e-6 if viewpoint is not None else 1e-6 * (1.0 + abs(lines.positions).max())
     is_thin = half.min() < 0.05 * longest
-    side = np.clip(len(line) if is_thin else 4.0 * np.sqrt(len(line)), *_SIDES)
-    step = 2.0 * longest / (2.0 * side if tolerance < _SMALL else side)
+    side = np.clip(len(line) if is_thin else np.sqrt(len(line)), *_SIDES)
+    step = 2.0 * longest / side
     counts = 2 * (np.ceil(half / step).astype(int) + MARGIN)
     if kind == "round":
         # The whole circle is closed, and latitudes end at the poles.
@@ -260,7 +247,7 @@ def _imaged(
         middle = np.zeros(2)
     camera = _camera(lines, line, viewpoint, kind, sight, middle, extent)
     on_image = (places - middle) / steps + 0.5 * counts
-    return Plane(camera, (height, width), line, on_image, steps, kind)
+    return Plane(camera, (height, width), line, on_image)
 
 
 def _camera(
@@ -271,7 +258,7 @@ def _camera(
     sight: Floats,
     middle: Floats,
     extent: Floats,
-) -> Camera:
+) -> ImageCamera:
     """The camera of a plane."""
     _, up, forward = sight
     position = lines.positions[line]

@@ -1,15 +1,14 @@
-"""Integrals along the lines of a family from an image in which they are places.
+"""Integrals along the lines of a family from what an image is made of, in which they are places.
 
-The image is that of `render`, and its pixels are means. The value at a place is that of a
-polynomial with the same means over the pixels around it. Its error is the largest of these pixels,
-and a multiple of the difference to a polynomial of lower degree anywhere around it, which is large
-beside jumps: lines there are to be integrated one by one.
+The image is that of `render`. Products, image trees in the charts of bodies, and found surfaces
+give the radiance along any line of sight of it, with an error: lines whose errors are too large,
+as some beside limbs are, are to be integrated one by one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,118 +20,29 @@ from emitree._line_families import FEWEST, Plane, planes
 from emitree._lines import Lines
 from emitree._sight import View
 
-#: Pixels along each axis of the two polynomials, of the degrees 6 and 4.
-_MANY, _FEW = 7, 5
-#: Places in a pixel, along each axis, at which the difference of both is taken.
-_PLACES = (np.arange(3) + 0.5) / 3.0
-#: How many pixels on each side of a place are searched for differences, and for errors of pixels.
-_REACH = 2
-#: The error of the first polynomial is at most this times the largest difference around it: of 900
-#: images of jumps, kinks and square roots along lines and circles it was up to 41 times.
-_OF_DIFFERENCE = 41.0
-#: The nodes of Gauss's rule on a pixel.
-_GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
 #: The part of the allowed error that is left to the image, and the largest tolerance of an image:
 #: with looser ones, single pixels have larger errors than they should.
-SHARE, LOOSEST = 0.8, 0.01
-#: Lines of a family that are integrated one by one too: an image that differs from these more than
-#: both errors say is not taken.
-_CHECKED = 16
+SHARE, LOOSEST = 0.9, 0.01
+#: Lines of a family that are integrated one by one too, the fewest and the most, and the share of
+#: the evaluations of the image that they may take.
+_CHECKED, _CHECKED_SHARE = (4, 32), 0.1
+#: In how many panels, as a share of those of other lines, and in how many those that contradict.
+_PANELS = (0.5, 4.0)
+#: What the largest difference of these is beyond both errors is added to all errors so many times.
+_BEYOND = 2.0
+#: Evaluations that such a line takes, at least.
+_ALONE = 60
 #: Evaluations that an image may take for each line: half of what it takes one by one.
 _WORTH = 60
+#: An image that has lines in a smaller share of its pixels has errors limited there alone.
+_MASKED = 0.25
 #: How far the ends of a line may be from those of the line of sight, relative to both.
 _ENDS = 1e-9
 
 
-def _cell_weights(count: int) -> Floats:
-    """Coefficients (count, count) of the weights of means over cells 0 to 1, 1 to 2 and so on.
-
-    The value at u of the polynomial with these means is the sum over cells of mean times weight,
-    and row k has the coefficients of the weight of cell k, that of the highest power of u first. It
-    is the derivative of the polynomial through the integrals from 0 to each border.
-    """
-    slopes = []
-    for border in range(count + 1):
-        others = [float(other) for other in range(count + 1) if other != border]
-        basis = np.poly(others) / np.prod([border - other for other in others])
-        slopes.append(np.polyder(basis))
-    return np.array([np.sum(slopes[cell + 1 :], axis=0) for cell in range(count)])
-
-
-_WEIGHTS = {count: _cell_weights(count) for count in (_MANY, _FEW)}
-
-
-def _along(at: Floats, pixels: int, count: int) -> tuple[Integers, Floats]:
-    """The first of `count` pixels around places (n,) on an axis, and their weights (n, count)."""
-    cell = np.floor(at).astype(np.int64)
-    first = np.clip(cell - count // 2, 0, pixels - count)
-    inside = at - first
-    powers = inside[:, np.newaxis] ** np.arange(count - 1, -1, -1)
-    return first, powers @ _WEIGHTS[count].T
-
-
-def values_at(image: Floats, error: Floats, plane: Plane, places: Floats) -> tuple[Floats, Floats]:
-    """Values and errors (n,) at places (n, 2) of an image (height, width) with its error."""
-    height, width = plane.shape
-    rows, columns = np.indices(plane.shape)
-    corner = np.stack([columns, rows], axis=-1).astype(np.float64)
-    nodes = [plane.density(corner + np.array([x, y])) for x in _GAUSS for y in _GAUSS]
-    # Pixels are means weighted with the solid angle.
-    of_pixel = np.mean(nodes, axis=0)
-    image, error = image * of_pixel, error * of_pixel
-    first_column, of_columns = _along(places[:, 0], width, _MANY)
-    first_row, of_rows = _along(places[:, 1], height, _MANY)
-    each = np.arange(_MANY)
-    row = first_row[:, np.newaxis, np.newaxis] + each[:, np.newaxis]
-    column = first_column[:, np.newaxis, np.newaxis] + each
-    value = np.einsum("nij,ni,nj->n", image[row, column], of_rows, of_columns)
-    bound = largest_around(error, _REACH) + _OF_DIFFERENCE * largest_around(
-        _difference(image), _REACH
-    )
-    inside = np.floor(places).astype(np.int64)
-    column, row = (np.clip(inside[:, axis], 0, (width, height)[axis] - 1) for axis in (0, 1))
-    density = plane.density(places)
-    return value / density, bound[row, column] / density
-
-
-def _difference(image: Floats) -> Floats:
-    """The largest difference of the two polynomials in each pixel (height, width)."""
-    height, width = image.shape
-    many, few = (
-        _sampled(height, count) @ image @ _sampled(width, count).T for count in (_MANY, _FEW)
-    )
-    sides = len(_PLACES)
-    apart = abs(many - few).reshape(height, sides, width, sides)
-    return np.asarray(apart.max(axis=(1, 3)))
-
-
-def _sampled(pixels: int, count: int) -> Any:
-    """The matrix from pixels to values at all places along an axis."""
-    from scipy.sparse import csr_array
-
-    places = (np.arange(pixels)[:, np.newaxis] + _PLACES).ravel()
-    first, weights = _along(places, pixels, count)
-    column = first[:, np.newaxis] + np.arange(count)
-    starts = count * np.arange(len(places) + 1)
-    return csr_array((weights.ravel(), column.ravel(), starts), shape=(len(places), pixels))
-
-
-def largest_around(values: Any, reach: int) -> Any:
-    """For each pixel (height, width) the largest of those up to `reach` rows and columns away."""
-    found = values.copy()
-    for axis in (0, 1):
-        before = found.copy()
-        for step in range(1, reach + 1):
-            ahead, back = [slice(None)] * 2, [slice(None)] * 2
-            ahead[axis], back[axis] = slice(step, None), slice(None, -step)
-            for to, of in ((back, ahead), (ahead, back)):
-                part = found[tuple(to)]
-                np.maximum(part, before[tuple(of)], out=part)
-    return found
-
-
-#: Integrals and errors (n, k) of lines (n,) one by one, and the number of evaluations.
-Integrals = Callable[[Integers], tuple[Floats, Floats, int]]
+#: Integrals and errors (n, k) of lines (n,) one by one, in a share of the panels of other lines,
+#: and the number of evaluations.
+Integrals = Callable[[Integers, float], tuple[Floats, Floats, int]]
 
 
 @dataclass
@@ -177,26 +87,57 @@ def shared_integrals(
     found = none_shared(len(lines), columns)
     if len(lines) < FEWEST:
         return found
-    for plane in planes(lines, min(allowed.values())):
+    for plane in planes(lines):
         options = {"bounds": bounds, "occulters": occulters}
-        plane = plane.take(_agrees(plane, lines, parts, options))
+        plane = _best(plane, lines, parts, options)
         budget = min(most - found.evaluations, _WORTH * len(plane.line))
         if len(plane.line) < FEWEST or budget < _WORTH * FEWEST:
             continue
+        before = found.evaluations
         _add(found, function, plane, options | {"seeds": seeds}, allowed, budget)
-        _check(found, plane.line, integrals)
+        affordable = _CHECKED_SHARE * (found.evaluations - before) / _ALONE
+        _check(found, plane.line, int(np.clip(affordable, *_CHECKED)), integrals)
     return found
 
 
-def _check(found: Shared, line: Integers, integrals: Integrals) -> None:
-    """Compares some lines of a family with their integrals one by one."""
+def _check(found: Shared, line: Integers, count: int, integrals: Integrals) -> None:
+    """Compares some lines of a family with their integrals one by one.
+
+    What the largest difference is beyond the estimated errors is added to the errors of all lines,
+    so that an image which is wrong has no line within the tolerance.
+    """
     # Multiples of the golden ratio are spread evenly, however the lines are ordered.
-    spread = np.arange(1, _CHECKED + 1) * (0.5 * (np.sqrt(5.0) - 1.0)) % 1.0
+    spread = np.arange(1, count + 1) * (0.5 * (np.sqrt(5.0) - 1.0)) % 1.0
     some = line[np.floor(spread * len(line)).astype(np.int64)]
-    values, errors, evaluations = integrals(some)
-    found.evaluations += evaluations
-    apart = abs(values - found.values[some])
-    found.is_known[line] = bool(np.all(apart <= errors + found.errors[some]))
+    some = some[found.is_known[some]]
+    for share in _PANELS:
+        # Lines that contradict are integrated anew: a few panels may miss what the image has.
+        values, errors, evaluations = integrals(some, share)
+        found.evaluations += evaluations
+        apart = abs(values - found.values[some])
+        beyond = np.maximum(apart - errors - found.errors[some], 0.0)
+        contradicts = beyond.max(axis=1, initial=0.0) > 0.0
+        some, beyond = some[contradicts], beyond[contradicts]
+        if len(some) == 0:
+            return
+    found.errors[line] += _BEYOND * beyond.max(axis=0)
+
+
+def _best(
+    plane: Plane, lines: Lines, parts: tuple[Floats, Floats], options: dict[str, Any]
+) -> Plane:
+    """The plane with those of its lines that are lines of sight of the camera, with the same ends.
+
+    If bounds end all of them, the depths of the camera are those of the bounds: other ones would be
+    surfaces at which its view begins or ends.
+    """
+    own = plane.take(_agrees(plane, lines, parts, options))
+    if options["bounds"] is None:
+        return own
+    free = replace(plane.camera, near=-np.inf if plane.is_parallel else 0.0, far=np.inf)
+    free_plane = replace(plane, camera=free)
+    of_bounds = free_plane.take(_agrees(free_plane, lines, parts, options))
+    return of_bounds if len(of_bounds.line) >= len(own.line) else own
 
 
 def _agrees(
@@ -234,33 +175,48 @@ def _add(
 ) -> None:
     """Renders the image of a family, and adds the values at the places of its lines."""
     from emitree._components import Components
-    from emitree._render import render
+    from emitree._render import rendered_with_lines
 
     def rates(position: Floats, direction: Floats) -> Floats:
         return function(position, direction, None)
 
     near = _near_places(plane)
-    given: dict[str, Any] = {**allowed, **options}
-    rendered = render(
-        rates,
-        plane.camera,
-        plane.shape,
-        mask=near.astype(np.float64) if not near.all() else None,
-        max_evaluations=budget,
-        **given,
-    )
+    given: dict[str, Any] = {**allowed, **options, "max_evaluations": budget}
+    if np.count_nonzero(near) < _MASKED * near.size:
+        given["mask"] = near.astype(np.float64)
+    height, width = plane.shape
+    places = plane.places / np.array([width, height])
+    rendered = rendered_with_lines(rates, plane.camera, plane.shape, places, given)
     components = list(rendered) if isinstance(rendered, Components) else [rendered]
     for number, one in enumerate(components):
-        error = np.full(plane.shape, np.inf) if one.error is None else one.error
-        values, errors = values_at(one.image, error, plane, plane.places)
-        found.values[plane.line, number], found.errors[plane.line, number] = values, errors
+        of_lines = one._found.line_values()
+        if of_lines is None or not one.converged:
+            # Before its final verification an image has errors that nothing has checked.
+            of_lines = np.zeros(len(places)), np.full(len(places), np.inf)
+        found.values[plane.line, number], found.errors[plane.line, number] = of_lines
     found.evaluations += rendered.evaluations
+    is_known = np.isfinite(found.errors[plane.line]).all(axis=1)
+    found.is_known[plane.line] = is_known
+    unknown = plane.line[~is_known]
+    found.values[unknown], found.errors[unknown] = 0.0, 0.0
 
 
 def _near_places(plane: Plane) -> NDArray[np.bool_]:
-    """The pixels (height, width) that the values at places depend on."""
+    """The pixels (height, width) that places are in, and those around them."""
     height, width = plane.shape
     near = np.zeros((height, width), dtype=bool)
     column, row = np.floor(plane.places).astype(np.int64).T
     near[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)] = True
-    return np.asarray(largest_around(near, _MANY // 2 + _REACH))
+    return np.asarray(_with_neighbours(near))
+
+
+def _with_neighbours(near: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels, and those beside them."""
+    for axis in (0, 1):
+        found = near.copy()
+        ahead, back = [slice(None)] * 2, [slice(None)] * 2
+        ahead[axis], back[axis] = slice(1, None), slice(None, -1)
+        found[tuple(ahead)] |= near[tuple(back)]
+        found[tuple(back)] |= near[tuple(ahead)]
+        near = found
+    return near

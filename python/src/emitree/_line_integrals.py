@@ -185,7 +185,9 @@ def line_integrals(
             occulters=occulters,
             seeds=getattr(emission, "seeds", ()),
             allowed=allowance.of_image(SHARE, LOOSEST),
-            integrals=lambda some: _first_panels(columns, some, count, panels),
+            integrals=lambda some, share: _first_panels(
+                columns, some, count, max(round(share * panels), 1)
+            ),
             most=most - columns.evaluations - SAMPLES * len(line),
         )
     is_complete = _one_by_one(found, columns, line, allowance, panels, most)

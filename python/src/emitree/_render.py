@@ -353,6 +353,24 @@ def rendered_from(
     )
 
 
+def rendered_with_lines(
+    emission: Any, camera: Camera, shape: Sequence[int], places: Floats, options: Mapping[str, Any]
+) -> Any:
+    """The rendering of a function, with radiances along lines of sight of the image.
+
+    places: (n, 2), x and y from 0 to 1 over the image.
+    options: those of `render`.
+    Returns the `Rendering`, or `Components`, of which each `_found.line_values()` has the radiances
+    (n,) and their errors (n,), which are infinite where a radiance is not known.
+    """
+    setup = Setup(camera, shape, options, False, None, None)
+    scene = scene_of_camera(emission, camera, shape, setup.options)
+    function = function_in(emission, scene, None, False, takes_components=True)
+    return _rendered(
+        scene, function, None, None, None, None, False, None, setup=setup, places=places
+    )
+
+
 def _rendered(
     scene: _native.Scene,
     function: Function | None,
@@ -367,6 +385,7 @@ def _rendered(
     setup: Setup | None = None,
     start: _native.Mesh | None = None,
     is_fixed: bool = False,
+    places: Floats | None = None,
 ) -> Rendering:
     threads = _options.threads(threads)
     if frame is not None and scene.method != "vol":
@@ -385,6 +404,8 @@ def _rendered(
         render_scene = scene.render
         if start is not None:
             render_scene = partial(scene.render, start=start, is_fixed=is_fixed)
+        elif places is not None:
+            render_scene = partial(scene.render, places=places)
         hook = stack.enter_context(_progress.hook(progress))
         if evaluate is not None:
             hook = evaluate.progress(hook)

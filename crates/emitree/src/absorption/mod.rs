@@ -16,6 +16,7 @@ use crate::calls::Calls;
 use crate::emission::Emission;
 use crate::error::RenderError;
 use crate::exchange::Batch;
+use crate::line_values::LineValues;
 use crate::los::{LosOptions, Steps};
 use crate::options::{Method, RenderOptions};
 use crate::output::MethodOutput;
@@ -113,6 +114,11 @@ impl Absorption {
                 for (error, value) in error.pixels_mut().iter_mut().zip(band.pixels()) {
                     *error += self.error * value.abs();
                 }
+            }
+        }
+        if let Some(LineValues { values, errors }) = &mut made.lines {
+            for (error, value) in errors.iter_mut().zip(values) {
+                *error += self.error * value.abs();
             }
         }
         if let (Some(share), Some(of_image)) = (&mut made.error_over_allowed, self.of_image) {

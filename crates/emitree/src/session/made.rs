@@ -106,9 +106,10 @@ impl<V: Values> Session<'_, V> {
             total_time,
         };
         let (values, error) = (V::from_cube(made.cube), made.error.map(V::from_cube));
-        let (sums, tree, surfaces) = (made.sums, made.tree, made.surfaces);
+        let (lines, sums) = (made.lines, made.sums);
+        let (tree, surfaces) = (made.tree, made.surfaces);
         // It would be one of g exp(−τ).
         let mesh = made.frozen.filter(|_| self.absorption.is_none()).map(Mesh::new);
-        Rendering { values, error, sums, stats, tree, surfaces, mesh }
+        Rendering { values, error, lines, sums, stats, tree, surfaces, mesh }
     }
 }

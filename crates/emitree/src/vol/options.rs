@@ -102,6 +102,9 @@ pub struct VolOptions {
     /// Sums over regions, each with a tolerance of its own that the rendering meets too. Beside sums,
     /// `tolerance` may be 1: the pixels matter for the sums alone, and have 5 % of the largest one.
     pub sums: Vec<Sum>,
+    /// Places on the image plane, x and y from 0 to 1 over the image, whose lines of sight have radiances of their own in
+    /// the result. They change neither the image nor the evaluations.
+    pub lines: Option<Arc<[[f64; 2]]>>,
     /// The base lattice has 2^`base_level` intervals along each axis of the image and in depth; one
     /// of [`BASE_LEVELS`](super::BASE_LEVELS). With a finer level than the default there are at
     /// least as many scattered points as base samples.
@@ -127,6 +130,7 @@ impl Default for VolOptions {
             weights: None,
             per_band: false,
             sums: Vec::new(),
+            lines: None,
             base_level: 3,
             smallest_feature: None,
             seeds: Vec::new(),
@@ -167,6 +171,14 @@ impl VolOptions {
     #[must_use]
     pub fn with_sums(mut self, sums: impl Into<Vec<Sum>>) -> Self {
         self.sums = sums.into();
+        self
+    }
+
+    /// Sets places on the image plane, x and y from 0 to 1 over the image, whose lines of sight have
+    /// [radiances](crate::result::LineValues) in the result.
+    #[must_use]
+    pub fn with_lines(mut self, places: impl Into<Arc<[[f64; 2]]>>) -> Self {
+        self.lines = Some(places.into());
         self
     }
 

@@ -12,6 +12,7 @@ use crate::energy::EnergyAxis;
 use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::image::Image;
+use crate::line_values::LineValues;
 use crate::mesh::frozen::Frozen;
 use crate::mesh::start::Structure;
 use crate::meter::Meter;
@@ -29,6 +30,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::spectrum::energies::Energies;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
+use crate::vol::view::lines::{FunctionOfPart, LinesInView};
 use crate::vol::view::part::{Footing, Part, Parts, ProductImage, add};
 use crate::vol::view::scattered::{KnownParts, fraction_of_view};
 use crate::vol::view::sheet::{Sheet, SheetId};
@@ -140,6 +142,7 @@ impl<'a> Trees<'a> {
         let mut made = MethodOutput::new(cube, Some(error), ending);
         made.base_level = Some(engine.base_level);
         made.energies = engine.energies_used();
+        made.lines = engine.lines();
         made.smallest_feature = engine.coverage.smallest;
         made.frozen = engine.meter.freezes().then(|| {
             let mut frozen = engine.frozen();
@@ -237,6 +240,25 @@ impl Engine<'_> {
     /// Height and width of the image.
     pub(crate) fn shape(&self) -> [usize; 2] {
         self.tiles[0].shape_of_image()
+    }
+
+    /// The radiances of the lines that the options name, if there is one tile and no energy.
+    fn lines(&self) -> Option<LineValues> {
+        let places = self.vol.lines.as_ref().filter(|_| self.spectra.is_none())?;
+        let largest =
+            self.largest_done.max(self.sheets.iter().map(Sheet::largest_line).fold(0.0, f64::max));
+        let of_part = |(number, part): (usize, &Part<'_>)| match &self.products[number] {
+            Some(product) => Some(FunctionOfPart::of_products(product, &part.scale)),
+            None => {
+                self.sheets.iter().find(|of| of.id.part == number).map(Sheet::function_of_lines)
+            }
+        };
+        let functions: Option<Vec<_>> = self.parts.iter().enumerate().map(of_part).collect();
+        let lines = LinesInView::new(self.view, places);
+        Some(match functions {
+            Some(functions) => lines.values(&functions, self.requested * largest),
+            None => LineValues::unknown(places.len()),
+        })
     }
 
     /// Makes the image of the parts that have products.

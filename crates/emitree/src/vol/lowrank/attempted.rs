@@ -1,11 +1,13 @@
 //! The result of the searches on all parts of a view.
 
 use crate::cube::Cube;
+use crate::line_values::LineValues;
 use crate::output::MethodOutput;
 use crate::projection::charts::FittedDepth;
 use crate::projection::charts::chart::Window;
 use crate::projection::charts::stretch::Stretch;
 use crate::tree::StopReason;
+use crate::vol::VolOptions;
 use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank::maps::Maps;
 use crate::vol::lowrank::rows::Checked;
@@ -13,6 +15,7 @@ use crate::vol::lowrank::start::Functions;
 use crate::vol::lowrank::{Attempt, Probed};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
+use crate::vol::view::lines::{FunctionOfPart, LinesInView};
 use crate::vol::view::part::{Parts, ProductImage};
 use crate::vol::view::scattered::KnownParts;
 use std::sync::Arc;
@@ -59,6 +62,20 @@ pub(crate) struct Kink {
     pub(crate) v: f64,
 }
 
+/// The radiances of the lines that the options name, of a view whose parts all have products.
+fn lines_of(
+    vol: &VolOptions,
+    parts: &Parts<'_>,
+    products: &[ProductImage],
+    largest: f64,
+) -> Option<LineValues> {
+    let lines = LinesInView::new(parts, vol.lines.as_ref()?);
+    let functions = products.iter().zip(&parts.parts);
+    let functions: Vec<_> =
+        functions.map(|(of, part)| FunctionOfPart::of_products(of, &part.scale)).collect();
+    Some(lines.values(&functions, vol.tolerance * largest))
+}
+
 impl Attempted {
     /// Nothing is known.
     pub(crate) fn none(parts: &Parts<'_>) -> Self {
@@ -103,17 +120,24 @@ impl Attempted {
         self.functions[number] = functions;
         let mut placed = FrozenView::new(&parts.outside);
         let is_image = footing.is_of_pixels() && parts.parts.len() == 1;
+        let mut lines = None;
         let maps = if is_image {
             let means = |shape| attempt.search.interpolant.means(shape);
             let has_rim = !footing.is_raster_of_pixels();
             frozen.iter().for_each(|of| placed.add_products(of, attempt.part, footing));
             let image = if has_rim { footing.image(means, &attempt.part.scale).1 } else { image };
+            if attempt.vol.lines.is_some() {
+                let function = Arc::new(attempt.search.interpolant.clone());
+                let product = ProductImage { function, errors: error.clone(), frozen: None };
+                lines = lines_of(attempt.vol, parts, &[product], known.largest);
+            }
             [image, error]
         } else {
             let function = Arc::new(attempt.search.interpolant.clone());
             known.products[number] = Some(ProductImage { function, errors: error, frozen });
             let products: Option<Vec<ProductImage>> = known.products.iter().cloned().collect();
             let Some(products) = products else { return };
+            lines = lines_of(attempt.vol, parts, &products, known.largest);
             let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance;
             let (maps, footings) = match attempt.vol.is_uniform() {
                 true => parts.image_of_products(&products, allowed * known.largest, None),
@@ -142,6 +166,7 @@ impl Attempted {
             attempt.meter.show([cube.clone(), error.clone()]);
         }
         let mut made = MethodOutput::new(cube, Some(error), self.ending);
+        made.lines = lines;
         made.base_level = Some(attempt.vol.base_level);
         made.smallest_feature = known.smallest;
         let wants_model = attempt.meter.wants_model() || !attempt.vol.sums.is_empty();

@@ -2,6 +2,7 @@
 
 use crate::found_surfaces::FoundSurfaces;
 use crate::image::Image;
+use crate::line_values::LineValues;
 use crate::projection::vector::{difference, norm};
 use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
@@ -26,6 +27,8 @@ pub(crate) struct Found {
     /// The number of scattered samples.
     pub(crate) samples: usize,
     pub(crate) surfaces: FoundSurfaces,
+    /// The radiances of the lines that the request names.
+    pub(crate) lines: Option<LineValues>,
 }
 
 /// Searches for surfaces. Returns the image if it is within the tolerance, and all scattered samples.
@@ -39,12 +42,17 @@ pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec
 }
 
 async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Found>, Failure> {
-    let Some(Located { search, model, maps }) = locate(request, rates).await? else {
+    let Some(Located { mut search, model, maps }) = locate(request, rates).await? else {
         return Ok(None);
     };
     let Maps { image, error } = maps;
-    let surfaces = found_surfaces(&*request.view.part.chart, &model, &search.aim);
-    Ok(Some(Found { image, error, samples: rates.len(), surfaces }))
+    let chart = &*request.view.part.chart;
+    let surfaces = found_surfaces(chart, &model, &search.aim);
+    let lines = match request.lines {
+        Some(places) => Some(search.lines(&model, chart, places).await?),
+        None => None,
+    };
+    Ok(Some(Found { image, error, samples: rates.len(), surfaces, lines }))
 }
 
 /// The surfaces of a view, with the search that has found them and the image within the tolerance.

@@ -72,7 +72,9 @@ pub(crate) async fn render(
     }
     let Some(found) = found else { return Ok(None) };
     let maps = vec![[found.image, found.error]];
-    Ok(Some(output(meter, parts, part, vol, maps, found.samples, found.surfaces)))
+    let mut made = output(meter, parts, part, vol, maps, found.samples, found.surfaces);
+    made.lines = found.lines;
+    Ok(Some(made))
 }
 
 /// The cube of a view in which G jumps at the energy `first`, a place of the axis; `None` if surfaces do not give
@@ -114,7 +116,7 @@ pub(super) fn is_possible(vol: &VolOptions) -> bool {
 fn request<'a>(
     view: &'a WeightedView<'a>,
     tiles: &[Tile<'_>],
-    vol: &VolOptions,
+    vol: &'a VolOptions,
 ) -> Result<Request<'a>, MethodError> {
     let left = view.meter.evaluations_left() as f64;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
@@ -133,6 +135,7 @@ fn request<'a>(
         known: &[],
         least_samples,
         limbs: None,
+        lines: vol.lines.as_deref(),
         sky: None,
     })
 }

@@ -119,9 +119,22 @@ impl<'a> Sky<'a> {
         let (row, column) = (pixel / width, pixel % width);
         let geometry = self.geometries[row / height];
         let xy = [(column as f64 + u) / width as f64, ((row % height) as f64 + v) / height as f64];
-        let place = geometry.line(xy).and_then(|line| self.chart.place(&line));
+        let place = self.place(geometry, xy);
         let place = place.unwrap_or([0.5; 2]).map(|along| along.clamp(0.0, 1.0));
         (place, geometry.solid_angle_density(xy))
+    }
+
+    /// The place in the chart of a line at (x, y) of an image plane.
+    fn place(&self, geometry: &dyn ViewGeometry, xy: [f64; 2]) -> Option<[f64; 2]> {
+        geometry.line(xy).and_then(|line| self.chart.place(&line))
+    }
+
+    /// The place in the chart of the line at (x, y) of the only image plane; `None` if there is no image, or if there
+    /// are several.
+    pub(super) fn place_on_only(&self, xy: [f64; 2]) -> Option<[f64; 2]> {
+        let [geometry] = self.geometries[..] else { return None };
+        let has_image = geometry.solid_angle_density(xy) > 0.0 || !geometry.has_rim();
+        self.place(geometry, xy).filter(|_| has_image)
     }
 
     /// The number of the pixel that sees the line at a place of the chart, or lines near it; `None` if these are not

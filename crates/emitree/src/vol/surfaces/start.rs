@@ -26,6 +26,8 @@ pub(crate) struct Request<'a> {
     pub(crate) least_samples: usize,
     /// The parts of the view, if lines of sight may end at opaque bodies, or if a rim crosses pixels.
     pub(crate) limbs: Option<&'a Parts<'a>>,
+    /// Places on the image plane whose lines of sight have radiances of their own.
+    pub(crate) lines: Option<&'a [[f64; 2]]>,
     /// The lines of pixels, if the chart of the view is not the image plane.
     pub(crate) sky: Option<&'a Sky<'a>>,
 }

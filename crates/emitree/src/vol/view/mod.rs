@@ -7,6 +7,7 @@ pub(crate) mod edges;
 pub(crate) mod faces;
 pub(crate) mod frozen;
 mod line_scan;
+pub(crate) mod lines;
 pub(crate) mod part;
 pub(crate) mod pixel_rule;
 pub(crate) mod products;

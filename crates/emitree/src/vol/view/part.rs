@@ -21,6 +21,7 @@ use crate::vol::view::products::{FrozenProducts, RasterMeans};
 use crate::vol::view::quadrature::{ChartInView, ChartsInView, Quadrature};
 use crate::vol::view::raster::{Raster, cell_at};
 use crate::vol::view::settle::{MeansOfPart, NodesInView, Settled};
+use crate::vol::view::windows::NaturalNode;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -353,6 +354,16 @@ impl Parts<'_> {
     /// Whether the rim of a disc crosses some pixels.
     pub(crate) fn has_rim(&self) -> bool {
         self.quadrature.atlas.is_none() && !self.crossings.is_empty()
+    }
+
+    /// The nodes of a line of sight at (x, y) of the first image plane, as those of a pixel with this number.
+    pub(crate) fn nodes_of_line(&self, xy: [f64; 2], number: usize) -> Vec<NaturalNode> {
+        self.quadrature.nodes_of_line(xy, number).unwrap_or_else(|| {
+            let weight = |part: &Part<'_>| 1.0 / part.chart.density(xy);
+            let weight = self.parts.first().map(weight).filter(|weight| weight.is_finite());
+            let node = |weight| NaturalNode { chart: 0, pixel: number, place: xy, weight };
+            weight.map(node).into_iter().collect()
+        })
     }
 
     /// Whether planes divide the charts.

@@ -236,26 +236,51 @@ impl<'a> Quadrature<'a> {
         }
         let mut pieces: Vec<PieceOfLine> = Vec::new();
         for ((place, weight), density) in nodes.into_iter().zip(densities) {
-            let xy = at(place);
-            // Of the irradiance density on the image plane, of the radiance in a chart.
-            let mut weight = weight / whole;
-            if let Some((atlas, line)) = self.atlas.zip(geometry.line(xy)) {
-                weight *= density;
-                atlas.pieces(&line, &mut pieces);
-            } else {
-                pieces.clear();
-                pieces.push(PieceOfLine { chart: 0, place: xy, density: 1.0 });
-            }
+            let weights = [weight / whole, density];
+            let nodes = self.nodes_on_line(geometry, at(place), pixel, weights, &mut pieces);
+            found.nodes.extend(nodes);
             found.most_pieces = found.most_pieces.max(pieces.len());
-            let natural = |&PieceOfLine { chart, place, density }: &PieceOfLine| NaturalNode {
-                chart,
-                pixel,
-                place,
-                weight: weight / density,
-            };
-            found.nodes.extend(pieces.iter().map(natural).filter(|node| node.weight != 0.0));
         }
         found
+    }
+
+    /// The nodes of the pieces of a line at (x, y) of an image plane, given its weight in a pixel and its density of
+    /// solid angle. `pieces` are those of the line then.
+    fn nodes_on_line<'p>(
+        &self,
+        geometry: &dyn ViewGeometry,
+        xy: [f64; 2],
+        pixel: usize,
+        [mut weight, density]: [f64; 2],
+        pieces: &'p mut Vec<PieceOfLine>,
+    ) -> impl Iterator<Item = NaturalNode> + use<'p> {
+        // Of the irradiance density on the image plane, of the radiance in a chart.
+        if let Some((atlas, line)) = self.atlas.zip(geometry.line(xy)) {
+            weight *= density;
+            atlas.pieces(&line, pieces);
+        } else {
+            pieces.clear();
+            pieces.push(PieceOfLine { chart: 0, place: xy, density: 1.0 });
+        }
+        let natural = move |&PieceOfLine { chart, place, density }: &PieceOfLine| NaturalNode {
+            chart,
+            pixel,
+            place,
+            weight: weight / density,
+        };
+        pieces.iter().map(natural).filter(|node| node.weight != 0.0)
+    }
+
+    /// The nodes of a line of sight alone, at (x, y) of the first image plane, as those of a pixel with this number;
+    /// none where there is no image. `None` of a projection without lines of sight.
+    pub(crate) fn nodes_of_line(&self, xy: [f64; 2], number: usize) -> Option<Vec<NaturalNode>> {
+        let geometry = self.geometries.first()?;
+        let density = geometry.solid_angle_density(xy);
+        if density.is_nan() || density <= 0.0 {
+            return Some(Vec::new());
+        }
+        let weights = [1.0 / density, density];
+        Some(self.nodes_on_line(*geometry, xy, number, weights, &mut Vec::new()).collect())
     }
 }
 

@@ -14,10 +14,20 @@ use crate::vol::line::node_lines::{LineSource, Wanted, base_depths};
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
+use crate::vol::view::lines::FunctionOfPart;
 use crate::vol::view::part::Footing;
+use crate::vol::view::raster::cell_at;
 use crate::vol::view::verification::Verification;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
+
+/// The cells of the raster for the errors of lines along each side of a pixel, and the most along a side of it unless
+/// the pixels are more.
+const ERRORS_PER_PIXEL: usize = 4;
+const MOST_ERRORS: usize = 1024;
+/// What the largest difference of a line of the verification is beyond the error there is added to the errors of all
+/// lines so many times: these are more lines than those.
+const BEYOND: f64 = 2.0;
 
 /// The part of the view and the energy of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -232,6 +242,40 @@ impl<'a> Sheet<'a> {
         let state = SheetState { guarded, remaining, footprints, has_required };
         let error = self.footing.errors(error);
         (SheetImage { first_row, image, error, of_lines }, state)
+    }
+
+    /// Its function, with errors on a raster with cells smaller than pixels: those of lines do not cancel in a pixel.
+    pub(crate) fn function_of_lines(&self) -> FunctionOfPart<'_> {
+        let Scan { tree, node_lines, .. } = &self.scan;
+        let finer = |pixels: usize| (ERRORS_PER_PIXEL * pixels).min(MOST_ERRORS.max(pixels));
+        let shape @ [rows, columns] = [self.scale.height(), self.scale.width()].map(finer);
+        let of_a_line = (0..tree.len()).map(|i| node_lines.error(i)).fold(0.0, f64::max);
+        let mut errors = Image::from_pixels(rows, columns, vec![of_a_line; rows * columns]);
+        let ones = Image::from_pixels(rows, columns, vec![1.0; rows * columns]);
+        let guarded = guarded_details(tree);
+        let remaining = remaining(tree, &guarded, self.required_level());
+        for (node, remaining) in tree.nodes().iter().zip(&remaining) {
+            if remaining.size > 0.0 {
+                Footprint::new(node, remaining, shape).add_to(&mut errors, &ones, 1.0);
+            }
+        }
+        // Lines of the verification may have larger errors than single pixels do.
+        let beyond = BEYOND * self.beyond_at_verification(&errors);
+        errors.pixels_mut().iter_mut().for_each(|error| *error += beyond);
+        FunctionOfPart { means: Box::new(move |shape| pixel_means(tree, shape)), errors }
+    }
+
+    /// By how much the largest difference of a line of the verification is beyond the error there.
+    fn beyond_at_verification(&self, errors: &Image) -> f64 {
+        let Verification { places, node_lines, .. } = &self.verification;
+        let lines = places.nodes().iter().zip(&node_lines.lines);
+        let beyond = lines.filter(|(_, line)| !line.samples.is_empty()).map(|(node, line)| {
+            let value = self.value_of(node.place, line.integral, &[], &[], &mut []);
+            let of_tree = self.scan.tree.value(node.place, &mut FxHashMap::default());
+            let cell = cell_at(node.place.map(unit), [errors.height(), errors.width()]);
+            (value - of_tree).abs() - errors.pixels()[cell]
+        });
+        beyond.fold(0.0, f64::max)
     }
 
     /// Sets the weights of errors on its raster: the largest of the bins that its image is in, and of those

@@ -42,6 +42,7 @@ fn found(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64, most: u64) -> (O
         known,
         least_samples,
         limbs,
+        lines: None,
         sky: None,
     };
     let (found, samples) = answered(&meter, |at, _| rate(at), attempt(&request)).unwrap();
