@@ -103,7 +103,8 @@ pub struct VolOptions {
     /// `tolerance` may be 1: the pixels matter for the sums alone, and have 5 % of the largest one.
     pub sums: Vec<Sum>,
     /// Places on the image plane, x and y from 0 to 1 over the image, whose lines of sight have radiances of their own in
-    /// the result. They change neither the image nor the evaluations.
+    /// the result. They do not change the image. Beside found surfaces, lines with errors beyond the tolerance are
+    /// sampled where their region is not certain.
     pub lines: Option<Arc<[[f64; 2]]>>,
     /// The base lattice has 2^`base_level` intervals along each axis of the image and in depth; one
     /// of [`BASE_LEVELS`](super::BASE_LEVELS). With a finer level than the default there are at
