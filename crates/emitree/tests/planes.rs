@@ -32,17 +32,17 @@ fn check(seeds: Range<u64>, tolerance: f64, evaluations: u64) {
 
 #[test]
 fn a_hundredth_seeds_0() {
-    check(0..16, 1e-2, 269_145);
+    check(0..16, 1e-2, 269_126);
 }
 
 #[test]
 fn a_hundredth_seeds_100() {
-    check(100..116, 1e-2, 191_289);
+    check(100..116, 1e-2, 191_283);
 }
 
 #[test]
 fn a_thousandth_seeds_0() {
-    check(0..6, 1e-3, 483_383);
+    check(0..6, 1e-3, 484_759);
 }
 
 /// A Gaussian with a factor beyond a plane whose normal is at an angle to parallel lines of sight.

@@ -50,6 +50,6 @@ impl Scan<'_> {
         let line = &self.node_lines.lines[i];
         let terms = self.node_lines.rules[rule].iter().map(|&(depth, w)| w * line.rate(depth));
         let error = (terms.sum::<f64>() - line.integral).abs();
-        error > TUNING.rule.failure_tolerance * self.node_lines.tolerance_of(k, tolerance)
+        error > TUNING.rule.contradiction * self.node_lines.tolerance_of(k, tolerance)
     }
 }

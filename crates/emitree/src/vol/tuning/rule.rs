@@ -46,6 +46,10 @@ group! {
         most_depths_after_failure: usize = 40, 20..=80;
         /// The smallest error on a validation line, in tolerances of a line, by which a rule fails.
         failure_tolerance: f64 = 1.0, 0.5..=2.0;
+        /// The error of a rule on a later full line beside a node, in tolerances of a line, beyond which
+        /// the node is integrated in full. Smaller values integrate nodes whose rule holds; with larger
+        /// ones structure that the rule does not represent remains.
+        contradiction: f64 = 2.0, 1.0..=4.0;
         /// Older lines are refined again if their error exceeds the tolerance by this factor. The
         /// tolerance changes a little in each round, with the largest pixel.
         refinement_margin: f64 = 1.02, 1.0..=2.04;
