@@ -1,4 +1,4 @@
-//! Radiances of lines of one's own beside an image, against closed forms.
+//! Radiances of requested lines beside an image, against closed forms.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use emitree::projection::Ellipsoid;

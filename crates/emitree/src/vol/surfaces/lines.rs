@@ -1,4 +1,4 @@
-//! Lines of sight of one's own, through the surfaces and the pieces beside them.
+//! Requested lines of sight, through the surfaces and the pieces beside them.
 //!
 //! Where a line has an error beyond the tolerance, as beside a limb, G is sampled in those parts of it in which its region
 //! is not certain: a few samples instead of those of a line without a model.

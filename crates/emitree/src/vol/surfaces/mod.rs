@@ -18,7 +18,7 @@
 //!   cells, their continuation through faces;
 //! * `polynomial`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
 //! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
-//! * `displaced`, `lines`: lines of one's own, and what displaced surfaces change of them;
+//! * `displaced`, `lines`: requested lines, and what displaced surfaces change of them;
 //! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
 //!   `attempt`: all of it, with the decision;
 //! * `look`: whether G jumps in a view of several tiles;

@@ -140,7 +140,7 @@ group! {
         /// The ratio of the error of a line to the root of the sum of the squares of those that its
         /// crossings are allowed: patches are wrong by more between their points.
         crossing_margin: f64 = 1.5, 1.2..=2.0;
-        /// The ratio of the displacement of a surface that counts as the error of a line of one's own to the error of its
+        /// The ratio of the displacement of a surface that counts as the error of a requested line to the error of its
         /// patch: a line meets it at one place, and not at the places of a pixel.
         line_margin: f64 = 2.0, 1.0..=4.0;
         /// The times that the leaves at the largest errors are refined; the share of the error allowed
