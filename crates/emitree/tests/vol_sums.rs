@@ -52,7 +52,8 @@ fn sums_of_random_scenes_are_within_their_errors_and_tolerances() {
                 sum.is_within_tolerance() && sum.allowed.to_bits() == (2e-3 * sum.value).to_bits()
             );
             let of_pixels = weighted(weights, found.error.as_ref().unwrap())[0] / norm;
-            assert!(sum.error <= of_pixels, "{sum:?} {of_pixels}");
+            // They may be the same sum in another order.
+            assert!(sum.error <= of_pixels * (1.0 + 1e-12), "{sum:?} {of_pixels}");
         }
     }
 }

@@ -69,9 +69,10 @@ fn triangles_fill_the_surface_up_to_the_borders() {
     let all: f64 = net.triangles.iter().map(area).sum();
     assert!((all - 1.0).abs() < 1e-9, "{all}");
     for axis in 0..2 {
-        for border in [0.0, 1.0] {
+        for border in [0.0_f64, 1.0] {
             // One for each cell, and one at both corners.
-            let on_border = net.vertices.iter().filter(|of| of.at[axis] == border).count();
+            let on_border =
+                net.vertices.iter().filter(|of| of.at[axis].to_bits() == border.to_bits()).count();
             assert!(on_border >= 18, "{on_border} at {axis} {border}");
         }
     }
