@@ -2,8 +2,8 @@
 //! emission ends.
 
 use crate::family::generator::Generator;
+use crate::weighted_gaussians::{self, WeightedGaussian};
 use emitree::Image;
-use emitree_models::means;
 
 /// Seeds are those of streams from here on.
 const FIRST_STREAM: u64 = 7 << 32;
@@ -20,8 +20,7 @@ const OUTLYING: f64 = 1.0 / 3.0;
 pub struct DeepScene {
     /// The ends of the depth range, in edges of the cube that the Gaussians are in.
     pub depths: [f64; 2],
-    /// Amplitude, centre and distance of 1/e of each Gaussian.
-    gaussians: Vec<(f64, [f64; 3], f64)>,
+    gaussians: Vec<WeightedGaussian>,
 }
 
 /// The scene of a seed in a depth range `factor` times as long as the cube. In one third of the scenes one
@@ -57,28 +56,11 @@ impl DeepScene {
     pub fn rate(&self, [x, y, z]: [f64; 3]) -> f64 {
         let [near, far] = self.depths;
         let at = [x, y, near + z * (far - near)];
-        let of = |(amplitude, centre, width): &(f64, [f64; 3], f64)| {
-            let square: f64 = at.iter().zip(centre).map(|(a, c)| (a - c).powi(2)).sum();
-            amplitude * (-square / (width * width)).exp()
-        };
-        self.gaussians.iter().map(of).sum()
+        weighted_gaussians::rate(&self.gaussians, at)
     }
 
     /// The exact image of `shape` = \[height, width\] pixels in the canonical projection.
-    pub fn exact_image(&self, [height, width]: [usize; 2]) -> Image {
-        let mut pixels = vec![0.0; height * width];
-        for (amplitude, centre, scale) in &self.gaussians {
-            let a = 1.0 / (scale * scale);
-            let mean = |axis: usize, from: f64, to: f64| means::gaussian(a, centre[axis], from, to);
-            let share = |i: usize, n: usize| i as f64 / n as f64;
-            let depth = amplitude * mean(2, self.depths[0], self.depths[1]);
-            for (row, pixels) in pixels.chunks_exact_mut(width).enumerate() {
-                let of_row = depth * mean(1, share(row, height), share(row + 1, height));
-                for (column, pixel) in pixels.iter_mut().enumerate() {
-                    *pixel += of_row * mean(0, share(column, width), share(column + 1, width));
-                }
-            }
-        }
-        Image::from_pixels(height, width, pixels)
+    pub fn exact_image(&self, shape: [usize; 2]) -> Image {
+        weighted_gaussians::exact_image(&self.gaussians, self.depths, shape)
     }
 }

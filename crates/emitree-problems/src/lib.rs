@@ -49,6 +49,7 @@ pub mod smile;
 pub mod solids;
 pub mod tails;
 pub mod views;
+mod weighted_gaussians;
 pub mod wires;
 pub mod zodiacal;
 

@@ -1,9 +1,9 @@
 //! Narrow glowing wires wound through the view: loops of a corona, filaments, field lines.
 
 use crate::family::generator::Generator;
+use crate::weighted_gaussians::{self, WeightedGaussian};
 use core::f64::consts::PI;
 use emitree::Image;
-use emitree_models::means;
 
 /// Seeds are those of streams from here on.
 const FIRST_STREAM: u64 = 11 << 32;
@@ -16,8 +16,7 @@ const WIDTHS: [f64; 2] = [0.02, 0.06];
 /// A sum of helices in the unit cube, each a row of Gaussians, seen along z.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wires {
-    /// Amplitude, centre and distance of 1/e of each Gaussian.
-    gaussians: Vec<(f64, [f64; 3], f64)>,
+    gaussians: Vec<WeightedGaussian>,
 }
 
 /// The scene of a seed: one to three helices about random axes through points near the middle, with radii from
@@ -58,33 +57,13 @@ pub fn random_wires(seed: u64) -> Wires {
 
 impl Wires {
     /// The emission rate at a point of the unit cube.
-    pub fn rate(&self, at: [f64; 3]) -> f64 {
-        let of = |(amplitude, centre, width): &(f64, [f64; 3], f64)| {
-            let square: f64 = at.iter().zip(centre).map(|(a, c)| (a - c).powi(2)).sum();
-            amplitude * (-square / (width * width)).exp()
-        };
-        self.gaussians.iter().map(of).sum()
+    pub fn rate(&self, position: [f64; 3]) -> f64 {
+        weighted_gaussians::rate(&self.gaussians, position)
     }
 
     /// The exact image of `shape` = \[height, width\] pixels in the canonical projection.
-    pub fn exact_image(&self, [height, width]: [usize; 2]) -> Image {
-        let mut pixels = vec![0.0; height * width];
-        for (amplitude, centre, scale) in &self.gaussians {
-            let mean = |axis: usize, i: usize, n: usize| {
-                let [from, to] = [i, i + 1].map(|end| end as f64 / n as f64);
-                means::gaussian(1.0 / (scale * scale), centre[axis], from, to)
-            };
-            let of_columns: Vec<f64> = (0..width).map(|column| mean(0, column, width)).collect();
-            let depth = amplitude * mean(2, 0, 1);
-            for (row, pixels) in pixels.chunks_exact_mut(width).enumerate() {
-                let of_row = depth * mean(1, row, height);
-                pixels
-                    .iter_mut()
-                    .zip(&of_columns)
-                    .for_each(|(pixel, mean)| *pixel += of_row * mean);
-            }
-        }
-        Image::from_pixels(height, width, pixels)
+    pub fn exact_image(&self, shape: [usize; 2]) -> Image {
+        weighted_gaussians::exact_image(&self.gaussians, [0.0, 1.0], shape)
     }
 }
 

@@ -6,6 +6,7 @@
 use crate::line_values::LineValues;
 use crate::parallel::prelude::*;
 use crate::projection::Chart;
+use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::displaced::{Uncertain, error_of};
 use crate::vol::surfaces::model::Model;
@@ -69,8 +70,8 @@ impl Search<'_> {
         }
         match self.sample_lines(&mut lines).await {
             Ok(()) => {}
-            // The lines stay as they are.
-            Err(Failure::TooComplex) => return Ok(found),
+            // The lines stay as they are, and so does the image.
+            Err(Failure::TooComplex | Failure::Stopped(Stop::Budget)) => return Ok(found),
             Err(stopped) => return Err(stopped),
         }
         let edge = self.grid.edges[2];
@@ -94,7 +95,7 @@ impl Search<'_> {
                 new.extend((0..depths.len()).map(|depth| (line, part, depth)));
             }
         }
-        for _ in 0..=HALVINGS {
+        for halvings in 0..=HALVINGS {
             if new.is_empty() {
                 break;
             }
@@ -107,10 +108,11 @@ impl Search<'_> {
             for ((line, part, depth), rate) in new.drain(..).zip(rates) {
                 lines[line].parts[part][depth][1] = rate;
             }
-            let target = AIMED_AT * self.aim.target;
-            for (line, of) in lines.iter_mut().enumerate() {
-                for (part, depth) in of.halved(edge, target) {
-                    new.push((line, part, depth));
+            if halvings < HALVINGS {
+                let target = AIMED_AT * self.aim.target;
+                for (line, of) in lines.iter_mut().enumerate() {
+                    let halved = of.halved(edge, target).into_iter();
+                    new.extend(halved.map(|(part, depth)| (line, part, depth)));
                 }
             }
         }
