@@ -80,14 +80,11 @@ impl ChartNodes {
         extent(along) > THIN
     }
 
-    /// The weighted sum of the values of a function at the nodes of a pixel.
-    pub(crate) fn value(&self, pixel: usize, raster: &Raster) -> f64 {
-        self.of_pixel(pixel).map(|node| node.weight * raster.value(node.place.map(f64::from))).sum()
-    }
-
-    /// The difference between the largest and the smallest value of a function at the nodes of a pixel.
-    pub(crate) fn range(&self, pixel: usize, raster: &Raster) -> f64 {
-        extent(self.of_pixel(pixel).map(|node| raster.value(node.place.map(f64::from))))
+    /// The value of a function at the node of a pixel with the largest weight, times the weights of all its nodes.
+    pub(crate) fn by_heaviest(&self, pixel: usize, raster: &Raster) -> f64 {
+        let heaviest = self.of_pixel(pixel).max_by(|a, b| a.weight.total_cmp(&b.weight));
+        let weight: f64 = self.of_pixel(pixel).map(|node| node.weight).sum();
+        heaviest.map_or(0.0, |node| weight * raster.value(node.place.map(f64::from)))
     }
 
     /// The image of a function.

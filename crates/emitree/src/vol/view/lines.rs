@@ -108,7 +108,7 @@ impl LinesInView {
             if nodes.nodes.is_empty() {
                 continue;
             }
-            let RefinedRaster { raster, error } =
+            let RefinedRaster { raster, error, .. } =
                 RefinedRaster::new(nodes, &function.means, &|_| RASTER_SHARE * allowed);
             let values = nodes.image(&raster);
             for (value, of_part) in found.values.iter_mut().zip(values.row(0)) {

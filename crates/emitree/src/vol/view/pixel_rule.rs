@@ -36,8 +36,10 @@ const LINES: usize = 5;
 const NODES_OF_LINE: usize = 6;
 /// The least number of nodes along each axis of a pixel beside an edge.
 const BESIDE: usize = 6;
-/// The number of nodes along each axis that finer rules have more: beside an edge, and elsewhere.
+/// The number of nodes that finer rules have more: along each axis beside an edge, and along lines across one; of these
+/// lines; and along each axis elsewhere.
 const MORE_BESIDE: usize = 2;
+const MORE_LINES: usize = 2;
 const MORE: usize = 1;
 
 /// The number of nodes along each axis of a square that is no larger than its distance from a singularity, 0.8 of
@@ -53,11 +55,12 @@ pub(crate) struct PixelRules {
     finer: Rule,
     beside: Rule,
     finer_beside: Rule,
-    lines: Rule,
-    of_line: Rule,
+    /// Of the lines across edges, and of the nodes on each.
+    crossed: [Rule; 2],
+    finer_crossed: [Rule; 2],
     of_square: Rule,
-    lines_of_square: Rule,
-    at_axis: Rule,
+    crossed_square: [Rule; 2],
+    at_axis: [Rule; 2],
 }
 
 impl PixelRules {
@@ -69,24 +72,27 @@ impl PixelRules {
             finer: gauss(whole + MORE),
             beside: denser(whole.max(BESIDE)),
             finer_beside: denser(whole.max(BESIDE) + MORE_BESIDE),
-            lines: gauss(whole.max(LINES)),
-            of_line: denser(whole.max(NODES_OF_LINE)),
+            crossed: [gauss(whole.max(LINES)), denser(whole.max(NODES_OF_LINE))],
+            finer_crossed: [
+                gauss(whole.max(LINES) + MORE_LINES),
+                denser(whole.max(NODES_OF_LINE) + MORE_BESIDE),
+            ],
             of_square: gauss(NODES_OF_SQUARE),
-            lines_of_square: gauss(LINES),
+            crossed_square: [gauss(LINES), denser(whole.max(NODES_OF_LINE))],
             // Close to the end the nodes are at its fourth power.
-            at_axis: denser(NODES_AT_AXIS).into_iter().map(denser_at_ends).collect(),
+            at_axis: [
+                gauss(LINES),
+                denser(NODES_AT_AXIS).into_iter().map(denser_at_ends).collect(),
+            ],
         }
     }
 
-    /// The nodes of a pixel, finer at each level; their weights add up to its part inside the image. At level 1 a
-    /// pixel without edges has more nodes, and others, and all from level 2 on, are divided in halves along each
-    /// axis at each level.
+    /// The nodes of a pixel, finer at each level; their weights add up to its part inside the image. At level 1 it has
+    /// more nodes, and from level 2 on it is divided in halves along each axis at each level.
     pub(crate) fn nodes(&self, crossing: Crossing, level: u8, places: Places<'_>) -> Vec<RuleNode> {
         let is_finer = level > 0;
-        let parts = match crossing {
-            Crossing::Crossed(parts) => parts << level,
-            Crossing::None | Crossing::Outside | Crossing::Beside => 1 << level.saturating_sub(1),
-        };
+        let least = if let Crossing::Crossed(parts) = crossing { parts } else { 1 };
+        let parts = least << level.saturating_sub(1);
         let size = 1.0 / parts as f64;
         let mut nodes = Vec::new();
         for part in 0..parts * parts {
@@ -99,7 +105,8 @@ impl PixelRules {
                     product(if is_finer { &self.finer_beside } else { &self.beside })
                 }
                 Crossing::Crossed(_) => {
-                    self.nodes_of_part([&self.lines, &self.of_line], &inside, places)
+                    let rules = if is_finer { &self.finer_crossed } else { &self.crossed };
+                    self.nodes_of_part(rules, &inside, places)
                 }
             };
             let of_pixel = |(inner, weight)| (inside.place(inner), size * size * weight);
@@ -116,9 +123,9 @@ impl PixelRules {
         places: Places<'_>,
     ) -> Vec<RuleNode> {
         let nodes = match (square.touches_axis, crossing) {
-            (true, _) => self.nodes_of_part([&self.lines_of_square, &self.at_axis], square, places),
+            (true, _) => self.nodes_of_part(&self.at_axis, square, places),
             (false, Crossing::Crossed(_)) => {
-                self.nodes_of_part([&self.lines_of_square, &self.of_line], square, places)
+                self.nodes_of_part(&self.crossed_square, square, places)
             }
             (false, _) => product(&self.of_square),
         };
@@ -131,7 +138,7 @@ impl PixelRules {
     /// to the next.
     fn nodes_of_part(
         &self,
-        [rule, of_line_rule]: [&Rule; 2],
+        [rule, of_line_rule]: &[Rule; 2],
         part: &Square,
         places: Places<'_>,
     ) -> Vec<RuleNode> {

@@ -11,21 +11,26 @@ use crate::projection::charts::chart::Window;
 use crate::projection::charts::{Atlas, PieceOfLine};
 use crate::tile::Tile;
 use crate::vol::view::chart_nodes::ChartNodes;
-use crate::vol::view::crossings::crossings_of_row;
+use crate::vol::view::crossings::{Corner, CornersOfRows, Plane};
 use crate::vol::view::line_scan::Places;
 use crate::vol::view::pixel_rule::{Crossing, PixelRules, RuleNode};
 use crate::vol::view::squares::{Square, squares_about_singularities};
 use crate::vol::view::windows::{NaturalNode, in_window, window};
 
-/// The number of nodes along each side of an image: those of a pixel follow from it, within limits. A
-/// pixel of a small image is a large part of the view.
+/// The number of nodes along each side of an image with few pixels: those of a pixel follow from it, with a limit. A
+/// pixel of a small image is a large part of the view, so that the quadrature of all pixels is compared with a finer
+/// one.
 const NODES_OF_SIDE: usize = 400;
-const NODES_OF_PIXEL: [usize; 2] = [2, 16];
-/// The pixels along the longer side of an image from which one node in the middle suffices.
-const LARGE: usize = 1500;
-/// The quadrature of all pixels of images with fewer pixels along their longer side is compared with a
-/// finer one; in larger images only where edges are near.
+const NODES_OF_PIXEL: usize = 16;
+/// The pixels along the longer side of an image from which the nodes of a pixel are its corners, which four pixels
+/// share, and its middle, and from which the middle alone suffices.
 const SMALL: usize = 100;
+const LARGE: usize = 1500;
+/// The rows of pixels whose corners are shared.
+const ROWS: usize = 16;
+/// The weights of the middle of a pixel and of each corner: those of Simpson's rule, without the middles of sides.
+const MIDDLE: f64 = 2.0 / 3.0;
+const OF_CORNER: f64 = 1.0 / 12.0;
 
 /// One chart in view: its number in the atlas, what is in view, and the nodes of pixels in it.
 #[derive(Debug)]
@@ -89,9 +94,19 @@ impl<'a> Quadrature<'a> {
         [self.tile[0] * self.geometries.len(), self.tile[1]]
     }
 
-    fn crossings_of_row(&self, row: usize) -> Vec<Crossing> {
+    /// Successive rows of each tile in turn: those of the image, and their corners.
+    fn corners_of(&self, block: usize) -> (usize, CornersOfRows) {
         let height = self.tile[0];
-        crossings_of_row(self.atlas, self.geometries[row / height], self.tile, row % height)
+        let blocks = height.div_ceil(ROWS);
+        let (tile, first) = (block / blocks, block % blocks * ROWS);
+        let plane = Plane { atlas: self.atlas, geometry: self.geometries[tile], shape: self.tile };
+        let rows = first..(first + ROWS).min(height);
+        (tile * height, CornersOfRows::new(plane, rows))
+    }
+
+    /// The number of blocks of rows with corners of their own.
+    fn blocks(&self) -> usize {
+        self.tile[0].div_ceil(ROWS) * self.geometries.len()
     }
 
     /// Whether all pixels are so large that the variation of the radiance within each matters.
@@ -101,9 +116,10 @@ impl<'a> Quadrature<'a> {
 
     /// The nodes of all pixels in the charts of the atlas.
     pub(crate) fn charts_in_view(&self, atlas: &Atlas<'_>) -> ChartsInView {
-        let shape @ [height, _] = self.shape();
-        let rows: Vec<Row> =
-            (0..height).into_par_iter().map(|row| self.nodes_of_row(row, atlas.len())).collect();
+        let shape = self.shape();
+        let of_block = |block| self.nodes_of_rows(block, atlas);
+        let blocks: Vec<Vec<Row>> = (0..self.blocks()).into_par_iter().map(of_block).collect();
+        let rows: Vec<Row> = blocks.into_iter().flatten().collect();
         let is_in_view = |chart: &usize| rows.iter().any(|row| !row.of_charts[*chart].is_empty());
         let charts = (0..atlas.len()).filter(is_in_view).map(|chart| {
             let nodes = rows.iter().flat_map(|row| &row.of_charts[chart]);
@@ -120,23 +136,45 @@ impl<'a> Quadrature<'a> {
         ChartsInView { charts, most_pieces, outside, crossings }
     }
 
-    /// The nodes of a row of pixels in so many charts.
-    fn nodes_of_row(&self, row: usize, charts: usize) -> Row {
-        let crossings = self.crossings_of_row(row);
-        let (mut of_charts, mut outside, mut most_pieces) =
-            (vec![Vec::new(); charts], Vec::new(), 1);
-        for (column, crossing) in crossings.iter().enumerate() {
-            let pixel = row * self.tile[1] + column;
-            let of_pixel = self.nodes_of_pixel(pixel, *crossing, 0);
-            most_pieces = most_pieces.max(of_pixel.most_pieces);
-            if of_pixel.is_outside {
-                outside.push(pixel);
+    /// The nodes of the rows of pixels of a block.
+    fn nodes_of_rows(&self, block: usize, atlas: &Atlas<'_>) -> Vec<Row> {
+        let (before, corners) = self.corners_of(block);
+        let shares_corners = self.shares_corners() && !atlas.has_singularities();
+        let lines = |corners: &Vec<Corner>| -> Vec<LineAtCorner> {
+            let line = |corner: &Corner| LineAtCorner::new(corner, atlas);
+            if shares_corners { corners.iter().map(line).collect() } else { Vec::new() }
+        };
+        let borders: Vec<Vec<LineAtCorner>> = corners.borders.iter().map(lines).collect();
+        let of_row = |(k, row): (usize, usize)| {
+            let crossings = corners.crossings(row);
+            let middles = lines(&corners.middles[k]);
+            let mut of_charts = vec![Vec::new(); atlas.len()];
+            let (mut outside, mut most_pieces) = (Vec::new(), 1);
+            for (column, crossing) in crossings.iter().enumerate() {
+                let pixel = (before + row) * self.tile[1] + column;
+                let of_pixel = match crossing {
+                    Crossing::None if shares_corners => {
+                        let [below, above] = [k, k + 1].map(|k| &borders[k][column..column + 2]);
+                        nodes_of_corners(pixel, [below, above], &middles[column])
+                    }
+                    _ => self.nodes_of_pixel(pixel, *crossing, 0),
+                };
+                most_pieces = most_pieces.max(of_pixel.most_pieces);
+                if of_pixel.is_outside {
+                    outside.push(pixel);
+                }
+                for node in of_pixel.nodes {
+                    of_charts[node.chart].push(node);
+                }
             }
-            for node in of_pixel.nodes {
-                of_charts[node.chart].push(node);
-            }
-        }
-        Row { crossings, of_charts, outside, most_pieces }
+            Row { crossings, of_charts, outside, most_pieces }
+        };
+        corners.rows.clone().enumerate().map(of_row).collect()
+    }
+
+    /// Whether the nodes of a pixel without edges are its corners and its middle.
+    fn shares_corners(&self) -> bool {
+        (SMALL..LARGE).contains(&self.tile[0].max(self.tile[1]))
     }
 
     /// Whether the rim of a disc crosses the pixels; nothing without a rim.
@@ -144,33 +182,33 @@ impl<'a> Quadrature<'a> {
         if !self.geometries.iter().any(|geometry| geometry.has_rim()) {
             return Vec::new();
         }
-        let rows: Vec<Vec<Crossing>> =
-            (0..self.shape()[0]).into_par_iter().map(|row| self.crossings_of_row(row)).collect();
-        rows.into_iter().flatten().collect()
+        let of_block = |block| {
+            let (_, corners) = self.corners_of(block);
+            corners.rows.clone().flat_map(|row| corners.crossings(row)).collect()
+        };
+        let blocks: Vec<Vec<Crossing>> = (0..self.blocks()).into_par_iter().map(of_block).collect();
+        blocks.into_iter().flatten().collect()
     }
 
     /// The nodes, on the image plane itself, of the pixels that the rim of a disc crosses, and the
     /// numbers of the pixels outside; `None` without a rim.
     pub(crate) fn rim_nodes(&self) -> Option<(ChartNodes, Vec<usize>)> {
         self.geometries.first().filter(|geometry| geometry.has_rim())?;
-        let shape @ [height, width] = self.shape();
-        let of_row = |row: usize| -> Vec<PixelNodes> {
-            let crossings = self.crossings_of_row(row).into_iter().enumerate();
-            let crossed = crossings.filter(|(_, crossing)| *crossing != Crossing::None);
-            let nodes = |(column, crossing)| self.nodes_of_pixel(row * width + column, crossing, 0);
-            crossed.map(nodes).collect()
-        };
-        let rows: Vec<Vec<PixelNodes>> = (0..height).into_par_iter().map(of_row).collect();
+        let crossed = self.crossings_of_rim().into_iter().enumerate();
+        let crossed: Vec<(usize, Crossing)> =
+            crossed.filter(|(_, crossing)| *crossing != Crossing::None).collect();
+        let nodes = |(pixel, crossing)| self.nodes_of_pixel(pixel, crossing, 0);
+        let pixels: Vec<PixelNodes> = crossed.into_par_iter().map(nodes).collect();
         let (mut nodes, mut outside) = (Vec::new(), Vec::new());
         // The window is the image plane.
         let window = Window { c: [0.0, 1.0], azimuth_rad: [0.0, 1.0] };
-        for of_pixel in rows.into_iter().flatten() {
+        for of_pixel in pixels {
             if of_pixel.is_outside {
                 outside.push(of_pixel.pixel);
             }
             nodes.extend(of_pixel.nodes.iter().map(|node| in_window(&window, node)));
         }
-        Some((ChartNodes::new(shape, nodes), outside))
+        Some((ChartNodes::new(self.shape(), nodes), outside))
     }
 }
 impl<'a> Quadrature<'a> {
@@ -284,9 +322,50 @@ impl<'a> Quadrature<'a> {
     }
 }
 
+/// The line of sight at a corner of pixels, or in the middle of one.
+struct LineAtCorner {
+    /// The density of solid angle.
+    density: f64,
+    pieces: Vec<PieceOfLine>,
+}
+
+impl LineAtCorner {
+    fn new(corner: &Corner, atlas: &Atlas<'_>) -> Self {
+        Self { density: corner.density, pieces: corner.pieces(atlas) }
+    }
+}
+
+/// The nodes of a pixel at its corners and in its middle.
+fn nodes_of_corners(
+    pixel: usize,
+    borders: [&[LineAtCorner]; 2],
+    middle: &LineAtCorner,
+) -> PixelNodes {
+    let corners = borders.into_iter().flatten().map(|line| (line, OF_CORNER));
+    let lines = || corners.clone().chain([(middle, MIDDLE)]);
+    let whole: f64 = lines().map(|(line, weight)| weight * line.density).sum();
+    let is_outside = whole.is_nan() || whole <= 0.0;
+    let of_line = |(line, weight): (&LineAtCorner, f64)| {
+        let weight = weight / whole * line.density;
+        let node = |&PieceOfLine { chart, place, density }: &PieceOfLine| NaturalNode {
+            chart,
+            pixel,
+            place,
+            weight: weight / density,
+        };
+        line.pieces.iter().map(node).filter(|node| node.weight != 0.0).collect::<Vec<_>>()
+    };
+    let nodes = if is_outside { Vec::new() } else { lines().flat_map(of_line).collect() };
+    let most_pieces = lines().map(|(line, _)| line.pieces.len()).max().unwrap_or(0);
+    PixelNodes { pixel, nodes, most_pieces, is_outside }
+}
+
 /// The number of nodes along each axis of a pixel of an image with so many pixels along its longer
-/// side.
+/// side, where corners are not shared.
 pub(crate) fn nodes_of_pixel(pixels: usize) -> usize {
-    let [fewest, most] = NODES_OF_PIXEL;
-    if pixels >= LARGE { 1 } else { NODES_OF_SIDE.div_ceil(pixels).clamp(fewest, most) }
+    match pixels {
+        LARGE.. => 1,
+        SMALL.. => 2,
+        _ => NODES_OF_SIDE.div_ceil(pixels.max(1)).min(NODES_OF_PIXEL),
+    }
 }

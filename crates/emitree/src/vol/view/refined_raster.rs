@@ -21,9 +21,10 @@ const COARSER: usize = 3;
 /// The ratio of errors at kinks on a raster to those on one half as fine.
 const RATIO: f64 = 0.25;
 
-/// A raster and the error of the image that is made of it.
+/// A raster, the image that is made of it, and the error of that.
 pub(crate) struct RefinedRaster {
     pub(crate) raster: Raster,
+    pub(crate) image: Image,
     pub(crate) error: Image,
 }
 
@@ -38,21 +39,22 @@ impl RefinedRaster {
         let mut shape = nodes.values_shape;
         loop {
             let raster = Raster::new(shape, means(shape));
-            let error = estimate(nodes, &raster);
+            let [image, error] = with_error(nodes, &raster);
             let is_within = |(pixel, error): (usize, &f64)| *error <= allowed(pixel);
             let is_fine = error.pixels().iter().enumerate().all(is_within);
             let finer = shape.map(|cells| 2 * cells);
             if is_fine || finer.iter().any(|&cells| cells > MOST_CELLS) {
-                return Self { raster, error };
+                return Self { raster, image, error };
             }
             shape = finer;
         }
     }
 }
 
-/// The estimated error of each pixel.
-fn estimate(nodes: &ChartNodes, raster: &Raster) -> Image {
-    let mut image = nodes.image(raster);
+/// The image and the estimated error of each pixel.
+fn with_error(nodes: &ChartNodes, raster: &Raster) -> [Image; 2] {
+    let of_raster = nodes.image(raster);
+    let mut image = of_raster.clone();
     let mut error = Image::zeros(image.height(), image.width());
     let (mut coarser, mut ratio) = (raster.halved(), 1.0);
     for _ in 0..COARSER {
@@ -63,7 +65,7 @@ fn estimate(nodes: &ChartNodes, raster: &Raster) -> Image {
         }
         (image, coarser, ratio) = (of_coarser, coarser.halved(), RATIO * ratio);
     }
-    error
+    [of_raster, error]
 }
 
 #[cfg(test)]
@@ -90,7 +92,7 @@ mod tests {
             (0..rows).flat_map(|_| row.clone()).collect()
         };
         let refined = RefinedRaster::new(&nodes, &means, &|_| allowed);
-        let error = (nodes.value(0, &refined.raster) - 0.5 * width).abs();
+        let error = (refined.image.pixels()[0] - 0.5 * width).abs();
         (error, refined.error.pixels()[0], refined.raster.shape[1])
     }
 

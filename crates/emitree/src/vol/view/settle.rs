@@ -10,8 +10,6 @@ use crate::vol::view::raster::Raster;
 use crate::vol::view::refined_raster::RefinedRaster;
 use crate::vol::view::windows::{NaturalNode, in_window};
 
-/// Elsewhere, too, where the values at the nodes of a pixel differ by so many times the error allowed.
-const VARIATION: f64 = 20.0;
 /// The most times that the sides of a pixel are halved.
 const FINEST_LEVEL: u8 = 5;
 
@@ -57,16 +55,19 @@ impl Quadrature<'_> {
         let [height, width] = self.shape();
         let allowed = |pixel: usize| allowed / weights.map_or(1.0, |of| of.pixels()[pixel]);
         let mut error = Image::zeros(height, width);
+        let mut present = Image::zeros(height, width);
         let refined = charts.iter().enumerate().map(|(part, of)| {
             let refined = RefinedRaster::new(of.nodes, &|shape| means(part, shape), &allowed);
             error.add_scaled(&refined.error, 1.0);
+            present.add_scaled(&refined.image, 1.0);
             refined.raster
         });
         let rasters: Vec<Raster> = refined.collect();
         let in_charts = || charts.iter().zip(&rasters);
+        // Whether a rule of one node would not do: of the middle, if that is one.
         let varies = |pixel: usize| {
-            let mut ranges = in_charts().map(|(of, raster)| of.nodes.range(pixel, raster));
-            ranges.any(|range| range > VARIATION * allowed(pixel))
+            let of_one = in_charts().map(|(of, raster)| of.nodes.by_heaviest(pixel, raster));
+            (of_one.sum::<f64>() - present.pixels()[pixel]).abs() > allowed(pixel)
         };
         let is_checked = |pixel: &usize| match crossings[*pixel] {
             Crossing::None => self.has_large_pixels() || varies(*pixel),
@@ -81,8 +82,7 @@ impl Quadrature<'_> {
             })
         };
         let settled = |pixel: usize| {
-            let present = in_charts().map(|(of, raster)| of.nodes.value(pixel, raster));
-            let mut value: f64 = present.sum();
+            let mut value = present.pixels()[pixel];
             let (mut replaced, mut error) = (None, 0.0);
             // Where a structure is thinner than a pixel, two rules may agree by accident.
             let is_thin = charts.iter().any(|of| of.nodes.is_thin(pixel));
