@@ -25,9 +25,24 @@ pub(crate) fn point(batch: &Batch, i: usize) -> Point {
 }
 
 impl KnownRates {
+    /// The number of rates.
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether each point of a batch has no stored rate.
+    pub(crate) fn are_new(&self, batch: &Batch) -> Vec<bool> {
+        (0..batch.len()).map(|i| !self.0.contains_key(&point(batch, i))).collect()
+    }
+
     /// The points of a batch without a stored rate.
     pub(crate) fn unknown(&self, batch: &Batch) -> Batch {
-        let numbers = || (0..batch.len()).filter(|&i| !self.0.contains_key(&point(batch, i)));
+        Self::points_that(&self.are_new(batch), batch)
+    }
+
+    /// The points of a batch that are new.
+    pub(crate) fn points_that(are_new: &[bool], batch: &Batch) -> Batch {
+        let numbers = || (0..batch.len()).filter(|&i| are_new[i]);
         let positions: Vec<[f64; 3]> = numbers().map(|i| batch.positions[i]).collect();
         Batch {
             directions: numbers().map(|i| batch.directions[i]).collect(),

@@ -43,6 +43,8 @@ pub(crate) struct Meter {
     /// Evaluations that were made elsewhere for this rendering.
     given_evaluations: AtomicU64,
     known: Option<Arc<Mutex<KnownRates>>>,
+    /// The first rates of a method that is not continued later, and does not store all of them.
+    first: Mutex<Option<KnownRates>>,
     /// Intermediate images, if they are stored.
     shown: Option<Mutex<Vec<Shown>>>,
     /// The most evaluations after which the method makes a frozen quadrature at its end.
@@ -108,6 +110,7 @@ impl Meter {
             absorption_evaluations: AtomicU64::new(0),
             given_evaluations: AtomicU64::new(0),
             known,
+            first: Mutex::default(),
             shown: keeps_images.then(Mutex::default),
             freezes_up_to: 0,
             recorded: Mutex::default(),
@@ -121,6 +124,15 @@ impl Meter {
     /// The same for a method that makes a frozen quadrature at its end, after so many evaluations at most.
     pub(crate) fn with_frozen_quadrature(mut self, up_to_evaluations: u64) -> Self {
         self.freezes_up_to = up_to_evaluations;
+        self
+    }
+
+    /// The same for a method that requests some of its first points again: searches with other charts and fibers through
+    /// points of others do.
+    pub(crate) fn with_first_rates(mut self) -> Self {
+        if self.known.is_none() {
+            self.first = Mutex::new(Some(KnownRates::default()));
+        }
         self
     }
 

@@ -3,6 +3,7 @@
 use super::{Meter, locked};
 use crate::error::RenderError;
 use crate::exchange::{Batch, MethodError};
+use crate::known::KnownRates;
 use crate::parallel::prelude::*;
 use crate::quadrature::Points;
 use crate::rendering::RateAt;
@@ -14,6 +15,9 @@ const POINTS_PER_TASK: usize = 2048;
 /// Sample points of one request, at most, unless g takes whole batches: few enough that points and
 /// rates stay in a cache of the processor.
 const POINTS_AT_ONCE: usize = 1 << 16;
+/// The number of rates from which the first ones are not stored any longer, 10 MiB: then an image tree has begun, which
+/// hardly ever requests a point again.
+const FIRST_RATES: usize = 1 << 16;
 
 impl Meter {
     /// Evaluates weighted rates at canonical points: one batch, or several if it is too large.
@@ -48,7 +52,8 @@ impl Meter {
                 first += values.len();
             }
             // A batch of which all is known costs nothing.
-            let is_new = self.known.is_none() || self.new_evaluations() > before;
+            let may_be_known = self.known.is_some() || locked(&self.first).is_some();
+            let is_new = !may_be_known || self.new_evaluations() > before;
             self.batches.fetch_add(u64::from(is_new), Ordering::Relaxed);
         }
         Ok(())
@@ -65,9 +70,16 @@ impl Meter {
         self.check_time()?;
         let mut batch = core::mem::take(&mut *locked(&self.used));
         let of_pixels = self.collect(sites, first, values, &mut batch);
-        batch = self.rates(batch).await?;
+        let (batch, are_new) = self.rates(batch).await?;
         self.evaluations.fetch_add(batch.len() as u64, Ordering::Relaxed);
-        of_pixels.into_iter().for_each(|(pixel, number)| self.of_pixels.count(pixel, number));
+        let mut first = 0;
+        for (pixel, number) in of_pixels {
+            let new = are_new.as_ref().map_or(number, |are_new| {
+                are_new[first..first + number].iter().filter(|is_new| **is_new).count()
+            });
+            self.of_pixels.count(pixel, new);
+            first += number;
+        }
         self.record(&batch.rates);
         if let Some(k) = weigh(values, &batch.rates) {
             return Err(RenderError::NotFinite {
@@ -104,16 +116,37 @@ impl Meter {
         }
     }
 
-    /// The rates at all points of a batch; those that are not stored are requested.
-    async fn rates(&self, mut batch: Batch) -> Result<Batch, MethodError> {
-        let Some(known) = &self.known else { return self.exchange.ask(batch).await };
-        let unknown = locked(known).unknown(&batch);
-        if unknown.len() > 0 {
-            let answered = self.exchange.ask(unknown).await?;
-            locked(known).insert(&answered);
+    /// The rates at all points of a batch; those that are not stored are requested. Returns which points were, if not
+    /// all.
+    async fn rates(&self, mut batch: Batch) -> Result<(Batch, Option<Vec<bool>>), MethodError> {
+        if let Some(known) = &self.known {
+            let are_new = locked(known).are_new(&batch);
+            let unknown = KnownRates::points_that(&are_new, &batch);
+            if unknown.len() > 0 {
+                let answered = self.exchange.ask(unknown).await?;
+                locked(known).insert(&answered);
+            }
+            locked(known).fill(&mut batch);
+            return Ok((batch, Some(are_new)));
         }
-        locked(known).fill(&mut batch);
-        Ok(batch)
+        let Some(mut first) = locked(&self.first).take() else {
+            return Ok((self.exchange.ask(batch).await?, None));
+        };
+        let are_new = first.are_new(&batch);
+        if are_new.iter().all(|is_new| *is_new) {
+            batch = self.exchange.ask(batch).await?;
+            first.insert(&batch);
+        } else {
+            let unknown = KnownRates::points_that(&are_new, &batch);
+            if unknown.len() > 0 {
+                first.insert(&self.exchange.ask(unknown).await?);
+            }
+            first.fill(&mut batch);
+        }
+        if first.len() <= FIRST_RATES {
+            *locked(&self.first) = Some(first);
+        }
+        Ok((batch, Some(are_new)))
     }
 
     /// Collects the sample points of a part of a batch whose weight is not 0, and writes all weights to

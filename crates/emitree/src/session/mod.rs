@@ -178,6 +178,8 @@ impl<'a, V: Values> Session<'a, V> {
         let meter =
             meter.with_frozen_quadrature(options.mesh_up_to).with_start(options.start.clone());
         let meter = meter.with_rows(kept.rows);
+        let is_vol = matches!(options.method, Method::Vol(_));
+        let meter = if is_vol && !kept.repeats { meter.with_first_rates() } else { meter };
         let course = Course::begin(meter, &start, shape, &options.method);
         let mut session = Self {
             start: Box::new(start),

@@ -5,12 +5,11 @@
 //! ends. A *layer* is the part of a chart in one region. Its depth is quadratic near a plane, so that a square
 //! root of the distance from the plane is smooth, too.
 
-use super::chart::{AcrossGap, Chart};
-use super::depth::Weights;
+use super::chart::Chart;
+use crate::projection::ViewGeometry;
 use crate::projection::edge::Edge;
 use crate::projection::surroundings::{Observer, SightLine, Surroundings};
 use crate::projection::vector::{difference, dot, norm};
-use crate::projection::{MappedPoint, ViewGeometry};
 
 /// Planes that divide a view, at most: so many make 8 layers. Others have no effect.
 const MOST_PLANES: usize = 3;
@@ -105,6 +104,16 @@ struct PartOfLine {
 }
 
 impl Layer {
+    /// The depths of the layer in a chart, on the line at (u, v); `None` without lines of sight.
+    pub(super) fn depths(&self, chart: &dyn Chart, uv: [f64; 2]) -> Option<Depths> {
+        let line = chart.line(uv)?;
+        let PartOfLine { ends: [from, to], is_at_plane } = self.part_of(&line, line.ends);
+        let [start, end] = line.ends;
+        let from = if from > start { chart.depth_of(&line, from) } else { 0.0 };
+        let to = if to < end { chart.depth_of(&line, to) } else { 1.0 };
+        Some(Depths { from, length: (to - from).max(0.0), is_at_plane })
+    }
+
     /// The part of a piece of a line.
     fn part_of(&self, line: &SightLine, [mut from, mut to]: [f64; 2]) -> PartOfLine {
         let mut is_at_plane = [false; 2];
@@ -144,7 +153,7 @@ impl Layer {
 
 /// The depths of a layer in its chart, on one line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Depths {
+pub(super) struct Depths {
     from: f64,
     length: f64,
     is_at_plane: [bool; 2],
@@ -152,7 +161,7 @@ struct Depths {
 
 impl Depths {
     /// The depth in the chart at the depth `w` of the layer, and its derivative.
-    fn at(&self, w: f64) -> (f64, f64) {
+    pub(super) fn at(&self, w: f64) -> (f64, f64) {
         let (part, slope) = match self.is_at_plane {
             [false, false] => (w, 1.0),
             [true, false] => (w * w, 2.0 * w),
@@ -163,7 +172,7 @@ impl Depths {
     }
 
     /// The depth of the layer at the depth `z` of the chart; outside [0, 1] if it is not in the layer.
-    fn of(&self, z: f64) -> f64 {
+    pub(super) fn of(&self, z: f64) -> f64 {
         if self.length <= 0.0 {
             return if z < self.from { -1.0 } else { 2.0 };
         }
@@ -181,71 +190,9 @@ impl Depths {
     }
 }
 
-/// A layer of a chart.
-#[derive(Debug)]
-pub(crate) struct LayerChart<'a> {
-    pub(crate) chart: Box<dyn Chart + 'a>,
-    pub(crate) layer: Layer,
-}
-
-impl LayerChart<'_> {
-    fn depths(&self, uv: [f64; 2]) -> Option<Depths> {
-        let line = self.chart.line(uv)?;
-        let PartOfLine { ends: [from, to], is_at_plane } = self.layer.part_of(&line, line.ends);
-        let [start, end] = line.ends;
-        let from = if from > start { self.chart.depth_of(&line, from) } else { 0.0 };
-        let to = if to < end { self.chart.depth_of(&line, to) } else { 1.0 };
-        Some(Depths { from, length: (to - from).max(0.0), is_at_plane })
-    }
-}
-
-impl Chart for LayerChart<'_> {
-    fn world_from_chart(&self, [u, v, w]: [f64; 3]) -> MappedPoint {
-        // Without lines of sight there are no layers.
-        let Some(depths) = self.depths([u, v]) else {
-            return self.chart.world_from_chart([u, v, w]);
-        };
-        let (z, slope) = depths.at(w);
-        let mut point = self.chart.world_from_chart([u, v, z]);
-        point.path_per_depth *= slope;
-        point
-    }
-
-    fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
-        let [u, v, z] = self.chart.chart_from_world(position)?;
-        Some([u, v, self.depths([u, v])?.of(z)])
-    }
-
-    fn density(&self, uv: [f64; 2]) -> f64 {
-        self.chart.density(uv)
-    }
-
-    fn line(&self, uv: [f64; 2]) -> Option<SightLine> {
-        self.chart.line(uv)
-    }
-
-    fn depth_shares(&self, [u, v, w]: [f64; 3]) -> Option<Weights> {
-        self.chart.depth_shares([u, v, self.depths([u, v])?.at(w).0])
-    }
-
-    fn has_gaps(&self) -> bool {
-        self.chart.has_gaps()
-    }
-
-    fn across_gap(&self, [u, v, w]: [f64; 3]) -> Option<AcrossGap> {
-        let (z, slope) = self.depths([u, v])?.at(w);
-        let mut gap = self.chart.across_gap([u, v, z])?;
-        gap.weights.iter_mut().for_each(|weight| *weight *= slope);
-        Some(gap)
-    }
-
-    fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
-        self.chart.image_place(uv)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::remapped::{Remap, Remapped};
     use super::*;
     use crate::projection::Projection;
     use crate::projection::bounds::Bounds;
@@ -292,7 +239,7 @@ mod tests {
                 };
                 let of_layer = |layer: &Layer| {
                     let chart = geometry(&camera).chart(0);
-                    length(&LayerChart { chart, layer: layer.clone() })
+                    length(&Remapped { chart, remap: Remap::Layer(layer.clone()) })
                 };
                 let sum: f64 = layers.iter().map(of_layer).sum();
                 let expected = length(&*whole);
@@ -305,7 +252,9 @@ mod tests {
     fn points_are_on_the_sides_of_their_layer_and_inverted() {
         let camera = camera(None, walls());
         for layer in layers(geometry(&camera), 0.0) {
-            let chart = LayerChart { chart: geometry(&camera).chart(0), layer };
+            let sides = layer.sides.clone();
+            let chart = geometry(&camera).chart(0);
+            let chart = Remapped { chart, remap: Remap::Layer(layer) };
             for k in 1..200 {
                 let at = |step: f64| (f64::from(k) * step).fract();
                 let uvw = [at(0.754_877), at(0.569_840), at(0.438_579)];
@@ -313,7 +262,7 @@ mod tests {
                 if point.path_per_depth == 0.0 {
                     continue;
                 }
-                for side in &chart.layer.sides {
+                for side in &sides {
                     let height = dot(difference(point.position, side.position), side.normal);
                     assert!(height > -1e-12, "{height:e}");
                 }

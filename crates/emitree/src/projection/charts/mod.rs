@@ -14,10 +14,11 @@
 //! * `singularities`: the coordinates about those of a view, and where they are in the image;
 //! * `sectors`: parts of the azimuth between planes on which g jumps or has a kink;
 //! * `faces`: lines of sight by the faces at which they enter and leave bounds that are a box;
-//! * `layer`: the parts of a chart on each side of planes on which g jumps or has a kink;
+//! * `layer`: the parts of lines on each side of planes on which g jumps or has a kink;
 //! * `piece`: the pieces of lines between surfaces, their coordinates and depths;
 //! * `chart`: a piece in view as a map from the unit cube;
-//! * `stretch`: a chart with more places where the emission is.
+//! * `stretch`: depths with more places where the emission is;
+//! * `remapped`: a chart with the depths of a layer or of a stretch.
 
 mod aim;
 mod axis;
@@ -27,6 +28,7 @@ mod excluded;
 mod faces;
 pub(crate) mod layer;
 mod piece;
+pub(crate) mod remapped;
 mod sectors;
 mod shells;
 mod singular;
@@ -43,8 +45,9 @@ use chart::{Chart, PieceChart, Window};
 use core::f64::consts::TAU;
 use depth::Weights;
 use faces::{Faces, Passage};
-use layer::{Layer, LayerChart, layers};
+use layer::{Layer, layers};
 use piece::{Piece, Side};
+use remapped::{Remap, Remapped};
 use shells::Shells;
 pub(crate) use singularities::NearSingularity;
 
@@ -512,7 +515,10 @@ impl<'a> Atlas<'a> {
             ChartOf::Passage(passage) => Box::new(passage.chart(surroundings, window, tiles)),
         };
         match layer {
-            Some(layer) => Box::new(LayerChart { chart, layer: self.layers[layer].clone() }),
+            Some(layer) => {
+                let remap = Remap::Layer(self.layers[layer].clone());
+                Box::new(Remapped { chart, remap })
+            }
             None => chart,
         }
     }

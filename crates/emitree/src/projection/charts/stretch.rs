@@ -5,11 +5,6 @@
 //! samples. Both are analytic, with the nearest singularity as far from the interval as the Lorentzian
 //! is wide: G is as smooth along t as it is along z.
 
-use super::chart::{AcrossGap, Chart};
-use super::depth::Weights;
-use crate::projection::MappedPoint;
-use crate::projection::surroundings::SightLine;
-
 /// The map from t to the depth z, both in \[0, 1\], with more places around a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stretch {
@@ -76,63 +71,6 @@ impl Stretch {
             }
         }
         (z, self.slope_at(z))
-    }
-}
-
-/// A chart whose depth is stretched.
-#[derive(Debug)]
-pub(crate) struct Stretched<'a> {
-    pub(crate) chart: Box<dyn Chart + 'a>,
-    pub(crate) stretch: Stretch,
-}
-
-impl Chart for Stretched<'_> {
-    fn world_from_chart(&self, [u, v, t]: [f64; 3]) -> MappedPoint {
-        let (z, slope) = self.stretch.at(t);
-        let mut point = self.chart.world_from_chart([u, v, z]);
-        point.path_per_depth *= slope;
-        point
-    }
-
-    fn chart_from_world(&self, position: [f64; 3]) -> Option<[f64; 3]> {
-        let [u, v, z] = self.chart.chart_from_world(position)?;
-        Some([u, v, self.stretch.place_of(z)])
-    }
-
-    fn density(&self, uv: [f64; 2]) -> f64 {
-        self.chart.density(uv)
-    }
-
-    fn line(&self, uv: [f64; 2]) -> Option<SightLine> {
-        self.chart.line(uv)
-    }
-
-    fn depth_of(&self, line: &SightLine, distance: f64) -> f64 {
-        self.stretch.place_of(self.chart.depth_of(line, distance))
-    }
-
-    fn depth_shares(&self, [u, v, t]: [f64; 3]) -> Option<Weights> {
-        self.chart.depth_shares([u, v, self.stretch.at(t).0])
-    }
-
-    fn visible_end(&self, uv: [f64; 2]) -> Option<(usize, f64)> {
-        let (body, z) = self.chart.visible_end(uv)?;
-        Some((body, self.stretch.place_of(z)))
-    }
-
-    fn has_gaps(&self) -> bool {
-        self.chart.has_gaps()
-    }
-
-    fn across_gap(&self, [u, v, t]: [f64; 3]) -> Option<AcrossGap> {
-        let (z, slope) = self.stretch.at(t);
-        let mut gap = self.chart.across_gap([u, v, z])?;
-        gap.weights.iter_mut().for_each(|weight| *weight *= slope);
-        Some(gap)
-    }
-
-    fn image_place(&self, uv: [f64; 2]) -> (usize, [f64; 2]) {
-        self.chart.image_place(uv)
     }
 }
 

@@ -9,8 +9,9 @@ use crate::projection::Chart;
 use crate::projection::charts::FittedDepth;
 use crate::projection::charts::chart::Window;
 use crate::projection::charts::depth::Weights;
-use crate::projection::charts::layer::{Layer, LayerChart, layers};
-use crate::projection::charts::stretch::{Stretch, Stretched};
+use crate::projection::charts::layer::{Layer, layers};
+use crate::projection::charts::remapped::{Remap, Remapped};
+use crate::projection::charts::stretch::Stretch;
 use crate::projection::charts::{Atlas, FoundEdge};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
@@ -148,7 +149,7 @@ fn plane_chart<'a>(
 ) -> Box<dyn Chart + 'a> {
     let chart = tile.projection.chart(number);
     match stretch {
-        Some(stretch) => Box::new(Stretched { chart, stretch }),
+        Some(stretch) => Box::new(Remapped { chart, remap: Remap::Stretch(stretch) }),
         None => chart,
     }
 }
@@ -178,7 +179,8 @@ pub(crate) fn layered_parts<'a>(
             let in_layer = |layer| {
                 let chart = plane_chart(tile, number, stretch);
                 let (footing, scale) = (Arc::clone(&part.footing), Arc::clone(&part.scale));
-                let chart: Box<dyn Chart + 'a> = Box::new(LayerChart { chart, layer });
+                let remap = Remap::Layer(layer);
+                let chart: Box<dyn Chart + 'a> = Box::new(Remapped { chart, remap });
                 Part { chart, footing, scale, pieces_of_line, ..part }
             };
             layers.into_iter().map(in_layer).collect::<Vec<_>>()
