@@ -1,14 +1,15 @@
 //! Sessions: held, inspected and continued.
 
 use emitree::los::{LosOptions, Steps};
+use emitree::projection::Ellipsoid;
 use emitree::tree::BuildOptions;
 use emitree::{
     Canonical, Cube, Emission, EnergyAxis, EnergyScale, Equirectangular, FromFn, FromSpectralFn,
-    Image, Method, Projection, RenderError, RenderOptions, Samples, Session, StopReason, Viewpoint,
+    Image, Method, Orthographic, Projection, RenderError, RenderOptions, Samples, Session, StopReason, Viewpoint,
     VolOptions, render, render_cube,
 };
 use emitree_problems::family::random_scene;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 const CAMERA: &dyn Projection = &Canonical;
 
@@ -53,6 +54,31 @@ fn ask_and_tell_give_what_render_gives() {
         assert_eq!(rendering.stats.ending, StopReason::Complete);
         assert_eq!(rendering.stats.evaluations, answered);
         assert_eq!(at_once.stats.evaluations, answered);
+    }
+}
+
+/// The fibers of products cross each other, and searches in other charts begin again.
+#[test]
+fn a_rendering_evaluates_none_of_its_first_points_twice() {
+    let occulter = Ellipsoid::sphere([0.5, 0.5, 0.5], 0.2).unwrap();
+    let viewpoint =
+        Viewpoint { position: [0.5, 0.5, -3.0], target: [0.5; 3], up: [0.0, 1.0, 0.0] };
+    let with_body = Orthographic::new(viewpoint, [1.0; 2], [2.5, 4.5]).unwrap();
+    let with_body = with_body.with_occulters(vec![occulter]).unwrap();
+    for camera in [CAMERA, &with_body] {
+        let points = Mutex::new(Vec::new());
+        let glow = FromFn(|at: [f64; 3], _| {
+            points.lock().unwrap().push(at.map(f64::to_bits));
+            peak(at)
+        });
+        let rendering = render(&glow, camera, [32, 32], &vol(1e-3)).unwrap();
+        let mut points = points.into_inner().unwrap();
+        assert_eq!(points.len() as u64, rendering.stats.evaluations);
+        let per_pixel = rendering.stats.evaluations_per_pixel.to_image();
+        assert_eq!(per_pixel.pixels().iter().sum::<f64>(), points.len() as f64);
+        points.sort_unstable();
+        points.dedup();
+        assert_eq!(points.len() as u64, rendering.stats.evaluations);
     }
 }
 
