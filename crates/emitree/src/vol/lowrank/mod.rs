@@ -71,9 +71,6 @@ use crate::vol::view::scattered::{fraction_of_view, size_detected};
 /// the cube, that the probes have to detect before the interpolant is accepted.
 const SMALLEST: [(f64, f64); 3] = [(0.2, 0.045), (0.03, 0.034), (0.0, 0.025)];
 
-/// The whole sky is a multiple of the usual solid angle, up to rounding.
-const ROUNDING: f64 = 1e-6;
-
 /// Computes the image of each part of the view to the tolerance of `vol` from an interpolant of G, if
 /// that is possible. The searches begin with the functions of `start`, if it is of these parts.
 pub(crate) async fn attempt(
@@ -251,7 +248,7 @@ fn sky_factor(tiles: &[Tile<'_>]) -> usize {
     };
     let solid_angle: Option<f64> = tiles.iter().map(from_point).sum();
     let ratio = solid_angle.unwrap_or(0.0) / TUNING.lowrank.usual_solid_angle_sr;
-    1 << crate::cell::whole((ratio * (1.0 + ROUNDING)).max(1.0).log2().floor()).min(3)
+    1 << crate::cell::whole(ratio.max(1.0).log2().floor()).min(3)
 }
 
 /// The scale of a part on a raster that is not finer than needed for its largest pixel.
