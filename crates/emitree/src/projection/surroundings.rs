@@ -57,6 +57,11 @@ impl Surroundings {
         Self { observer, depth, bounds: None, bodies, edges, singularities }
     }
 
+    /// Whether all lines of sight begin at one point.
+    pub(crate) fn is_seen_from_point(&self) -> bool {
+        matches!(self.observer, Observer::Point(_))
+    }
+
     /// The line of sight from `origin` along a unit vector.
     pub(super) fn line(&self, origin: [f64; 3], direction: [f64; 3]) -> SightLine {
         let [near, far] = self.depth.ends();

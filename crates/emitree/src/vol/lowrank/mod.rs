@@ -104,6 +104,7 @@ pub(crate) async fn attempt(
         let targets = SeedTargets::at(&vol.seeds, chart, vol.base_level, finest_level);
         targets.are_none()
     };
+    let sky_factor = sky_factor(tiles);
     let is_tree = |part: usize| start.is_some_and(|start| start.functions[part].is_none());
     let possible = parts.parts.iter().enumerate();
     let possible = possible.filter(|(number, part)| !is_tree(*number) && is_possible(part));
@@ -118,6 +119,7 @@ pub(crate) async fn attempt(
                 start: start.and_then(|start| start.functions[number].clone()),
                 part,
                 parts: parts.parts.len(),
+                sky_factor,
                 coarse_scale: coarse_scale(part),
                 coarse_largest: None,
                 pixel_share: 1.0,
@@ -234,6 +236,21 @@ pub(crate) fn check_budget(start: &Start, allowed: u64) -> Result<(), MethodErro
     Err(RenderError::Budget { what, needed, allowed })
 }
 
+/// The solid angle of a view from a point in units of that of a usual one, a power of 2: as many probes detect less in a
+/// wider view. 1 for parallel lines.
+fn sky_factor(tiles: &[Tile<'_>]) -> usize {
+    let from_point = |tile: &Tile<'_>| {
+        let geometry = tile.projection.view_geometry()?;
+        geometry
+            .surroundings()?
+            .is_seen_from_point()
+            .then(|| geometry.solid_angle([0.0; 2], [1.0; 2]))
+    };
+    let solid_angle: Option<f64> = tiles.iter().map(from_point).sum();
+    let ratio = solid_angle.unwrap_or(0.0) / TUNING.lowrank.usual_solid_angle_sr;
+    1 << crate::cell::whole(ratio.max(1.0).log2().floor()).min(3)
+}
+
 /// The scale of a part on a raster that is not finer than needed for its largest pixel.
 fn coarse_scale(part: &Part<'_>) -> Image {
     let shape = [part.scale.height(), part.scale.width()];
@@ -256,6 +273,8 @@ struct Attempt<'a> {
     start: Option<Functions>,
     /// The number of parts of the view.
     parts: usize,
+    /// The number of probes of a view without structure in any of them, in units of that of narrow views.
+    sky_factor: usize,
     /// The scale of the part on a coarser raster.
     coarse_scale: Image,
     /// The largest |pixel| of the coarser image of the present interpolant, once it has been
@@ -498,7 +517,13 @@ impl Attempt<'_> {
         let is_dark = self.search.probes() > 0
             && self.search.mean_rate() <= 0.0
             && self.largest_of_others <= 0.0;
-        let least = if is_dark { TUNING.lowrank.dark_factor * least } else { least };
+        // Nor does one with the same rate everywhere.
+        let is_featureless =
+            is_dark || (self.sky_factor > 1 && self.parts == 1 && self.search.has_one_rate());
+        let usual = if is_dark { TUNING.lowrank.dark_factor * least } else { least };
+        let of_sky = self.sky_factor * TUNING.lowrank.dark_factor * least;
+        let is_affordable = (of_sky as f64) < 0.5 * self.most;
+        let least = if is_featureless && is_affordable { of_sky } else { usual };
         let of_level = least << beyond;
         let of_options = samples_wanted(self.vol, self.wanted.map(in_part));
         of_level.max(of_options)

@@ -18,6 +18,9 @@ use crate::vol::view::raster::cell_at;
 use crate::vol::view::scattered::{PartSamples, WIDTH_OF_GAUSSIAN};
 use nalgebra::DVector;
 
+/// The relative difference of rates that are equal up to rounding.
+const SAME_RATE: f64 = 1e-9;
+
 /// The view of G, weighted with the density of solid angle.
 pub(crate) struct WeightedView<'a> {
     pub(crate) meter: &'a Meter,
@@ -312,6 +315,16 @@ impl<'a> Search<'a> {
     pub(super) fn mean_rate(&self) -> f64 {
         let rates = self.probed().map(|(_, rate)| rate.abs());
         rates.sum::<f64>() / self.probes.rates.len().max(1) as f64
+    }
+
+    /// Whether g is the same at all scattered points.
+    pub(super) fn has_one_rate(&self) -> bool {
+        let Probes { points, rates, .. } = &self.probes;
+        let paths = points.iter().map(|point| self.view.site(*point).point.path_per_depth);
+        let both = paths.zip(rates).filter(|(path, _)| *path > 0.0);
+        let mut of_g = both.map(|(path, rate)| rate / path);
+        let first = of_g.next();
+        first.is_some_and(|first| of_g.all(|g| (g - first).abs() <= SAME_RATE * first.abs()))
     }
 
     /// The scattered points in view with their rates.

@@ -300,6 +300,7 @@ fn the_probes_needed_depend_on_tolerance_and_base_and_feature() {
             search: search(&meter, &parts.parts[0]),
             part: &parts.parts[0],
             parts: 1,
+            sky_factor: 1,
             coarse_scale: Image::zeros(1, 1),
             coarse_largest: None,
             largest_of_others: 0.0,

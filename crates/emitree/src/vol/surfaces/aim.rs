@@ -98,8 +98,15 @@ impl Aim<'_> {
     }
 
     /// The displacement of a patch along its normal that is allowed at a jump: tight where lines of
-    /// sight are tangent to the surface, and loose elsewhere.
-    pub(super) fn displacement(&self, grid: &Grid, patch: &Patch, size: f64, jump: f64) -> f64 {
+    /// sight are tangent to the surface, and loose elsewhere. The middle of the patch of a cell at the border of a
+    /// view may be out of view although a part of the cell is not.
+    pub(super) fn displacement(
+        &self,
+        grid: &Grid,
+        patch: &Patch,
+        (size, centre): (f64, [f64; 3]),
+        jump: f64,
+    ) -> f64 {
         let curvature = patch.curvature().max(1e-9);
         let middle = patch.middle();
         let across = |u: f64, v: f64| {
@@ -111,7 +118,9 @@ impl Aim<'_> {
         let least = places.iter().flat_map(|&u| places.iter().map(move |&v| (u, v)));
         let least = least.map(|(u, v)| across(u, v)).fold(f64::INFINITY, f64::min);
         let tangent = 0.5 * self.pixel_size(grid) * curvature;
-        self.across(grid, middle, jump) * (least + tangent).sqrt()
+        let [of_middle, of_centre] = [middle, centre].map(|at| self.across(grid, at, jump));
+        let across = if of_middle < grid.edges[2] { of_middle } else { of_centre };
+        across * (least + tangent).sqrt()
     }
 
     /// The displacement along z that is allowed at a jump.

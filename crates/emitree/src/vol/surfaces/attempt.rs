@@ -85,7 +85,7 @@ pub(super) async fn locate<'a>(
     let scale = request.scale.largest();
     let bucket = 0.25 * grid.cell_size(0);
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
-    let mut search = Search::new(request.view, grid, aim, samples, left);
+    let mut search = Search::new(request.view, grid, aim, tolerance, samples, left);
     search.find_regions(start.base, start.whole, start.scattered).await?;
     search.run().await?;
     let (mut rounds, mut improvements) = (0, 0);

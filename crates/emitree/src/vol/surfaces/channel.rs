@@ -57,7 +57,7 @@ impl Search<'_> {
             (0..=label).for_each(|_| _ = samples.new_label());
             let of_region = known.iter().filter(|of| of.label == label);
             of_region.for_each(|of| _ = samples.add(of.at, of.rate, label));
-            let mut search = Search::new(view, self.grid, aim(), samples, *left);
+            let mut search = Search::new(view, self.grid, aim(), tolerance, samples, *left);
             let of_region =
                 search.pieces(&model.tree, label).await?.map_err(|_| Failure::TooComplex)?;
             *left = search.left;

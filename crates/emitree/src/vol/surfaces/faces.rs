@@ -30,6 +30,11 @@ struct Disagreement {
 impl Search<'_> {
     /// The leaves as a tree.
     pub(super) fn octree(&self) -> Octree {
+        Octree::new(self.grid, self.current_leaves())
+    }
+
+    /// The leaves, with the regions that their labels stand for.
+    pub(super) fn current_leaves(&self) -> Vec<(Cell, Leaf)> {
         let current = |(cell, leaf): (&Cell, &Leaf)| {
             let mut leaf = leaf.clone();
             match &mut leaf {
@@ -44,7 +49,7 @@ impl Search<'_> {
             }
             (*cell, leaf)
         };
-        Octree::new(self.grid, self.leaves.iter().map(current).collect())
+        self.leaves.iter().map(current).collect()
     }
 
     /// The leaves that are wrong beside a face, as far as they can be divided.

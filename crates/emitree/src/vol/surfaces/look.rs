@@ -23,6 +23,15 @@ const SAMPLES: usize = 288;
 const LEAST_BUDGET: u64 = 50;
 /// Pairs of neighbouring samples between which a jump is searched for, those with the largest differences.
 const PAIRS: usize = 8;
+/// The samples of a view that has the same g at all of them are doubled, up to so many of a tile and this share of the
+/// budget: a small shape may be its only structure.
+const MOST_OF_TILE: usize = 4096;
+const MOST_BUDGET_SHARE: u64 = 4;
+/// The relative difference of rates that are equal up to rounding.
+const SAME_RATE: f64 = 1e-9;
+/// The fewest points for which the scattered lattice is even, and the most for which pairs are looked for.
+const FEWEST_OF_LATTICE: usize = 128;
+const MOST_PAIRED: usize = 2048;
 /// The smallest difference, as a share of the largest |rate|.
 const LEAST_DIFFERENCE: f64 = 0.05;
 
@@ -52,20 +61,21 @@ async fn find(
     of_tile: usize,
     known: &mut KnownParts,
 ) -> Result<bool, Stop> {
-    let place = |i: usize| lattice::point(i % of_tile);
-    let chart = |i: usize| &*parts.parts[i / of_tile].chart;
-    let site = |i: usize| {
-        let u @ [x, y, _] = place(i);
-        let tile = (i / of_tile, tiles.len());
-        Site { xy: [x, y], point: chart(i).world_from_chart(u), energy: None, tile }
-    };
-    let count = of_tile * parts.parts.len();
-    let rates = evaluate(meter, count, &site).await?;
-    for (samples, rates) in known.samples.iter_mut().zip(rates.chunks(of_tile)) {
-        samples.number = of_tile;
-        samples.points = (0..of_tile).map(place).collect();
-        samples.rates = rates.to_vec();
+    let mut of_tile = of_tile;
+    sample_tiles(meter, parts, [0, of_tile], known).await?;
+    while of_tile < MOST_OF_TILE && has_one_rate(parts, known) {
+        let next = (2 * of_tile).max(FEWEST_OF_LATTICE);
+        let needed = ((next - of_tile) * parts.parts.len()) as u64;
+        if meter.evaluations_left() / MOST_BUDGET_SHARE < needed {
+            break;
+        }
+        sample_tiles(meter, parts, [of_tile, next], known).await?;
+        of_tile = next;
     }
+    let count = of_tile * parts.parts.len();
+    let chart = |i: usize| &*parts.parts[i / of_tile].chart;
+    let place = |i: usize| lattice::point(i % of_tile);
+    let rates: Vec<f64> = known.samples.iter().flat_map(|of| of.rates.iter().copied()).collect();
     let Some(sky) = Sky::new(tiles, &known_rates(parts, &known.samples)) else { return Ok(false) };
     let part = sky.part(tiles);
     let view = WeightedView::new(meter, &part, tiles.len());
@@ -100,6 +110,39 @@ async fn find(
     Ok(!steep.is_empty())
 }
 
+/// Samples the points of the lattice between two numbers in each tile.
+async fn sample_tiles(
+    meter: &Meter,
+    parts: &Parts<'_>,
+    [from, to]: [usize; 2],
+    known: &mut KnownParts,
+) -> Result<(), Stop> {
+    let (new, tiles) = (to - from, parts.parts.len());
+    let site = |i: usize| {
+        let u @ [x, y, _] = lattice::point(from + i % new);
+        let point = parts.parts[i / new].chart.world_from_chart(u);
+        Site { xy: [x, y], point, energy: None, tile: (i / new, tiles) }
+    };
+    let rates = evaluate(meter, new * tiles, &site).await?;
+    for (samples, rates) in known.samples.iter_mut().zip(rates.chunks(new)) {
+        samples.number = to;
+        samples.points.extend((from..to).map(lattice::point));
+        samples.rates.extend(rates);
+    }
+    Ok(())
+}
+
+/// Whether g is the same at all samples.
+fn has_one_rate(parts: &Parts<'_>, known: &KnownParts) -> bool {
+    let of_parts = parts.parts.iter().zip(&known.samples);
+    let mut of_g = of_parts.flat_map(|(part, samples)| {
+        let both = samples.points.iter().zip(&samples.rates);
+        both.map(|(point, rate)| rate / part.chart.world_from_chart(*point).path_per_depth)
+    });
+    let first = of_g.next();
+    first.is_some_and(|first| of_g.all(|g| (g - first).abs() <= SAME_RATE * first.abs()))
+}
+
 /// The pairs of a point and one of the nearest points to it, with the largest differences of rates.
 fn pairs(places: &[[f64; 3]], rates: &[f64]) -> Vec<[usize; 2]> {
     let square = |a: usize, b: usize| {
@@ -110,7 +153,11 @@ fn pairs(places: &[[f64; 3]], rates: &[f64]) -> Vec<[usize; 2]> {
         let b = others.min_by(|b, c| square(a, *b).total_cmp(&square(a, *c)))?;
         Some([a.min(b), a.max(b)])
     };
-    let mut pairs: Vec<[usize; 2]> = (0..places.len()).filter_map(pair).collect();
+    // Among many points, few differ from the others: more are taken only where all before were equal.
+    let is_first = |a: &usize| rates[*a].to_bits() == rates[0].to_bits();
+    let is_few = places.len() <= MOST_PAIRED;
+    let from = (0..places.len()).filter(|a| is_few || !is_first(a));
+    let mut pairs: Vec<[usize; 2]> = from.take(MOST_PAIRED).filter_map(pair).collect();
     pairs.sort_unstable();
     pairs.dedup();
     // The differences over the distances, so that neighbours are preferred.

@@ -13,6 +13,7 @@
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`: the part of the view that is not constant; `start`: the first samples;
+//! * `target`: the error allowed in the first division into leaves;
 //! * `search`, `corners`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves:
 //!   regions of the base lattice, regions that are one, points of surfaces on the edges of cells, patches of
 //!   cells, their continuation through faces;
@@ -35,6 +36,7 @@ mod sky;
 mod aim;
 mod roots;
 mod points;
+mod target;
 mod search;
 mod corners;
 mod cut_edges;

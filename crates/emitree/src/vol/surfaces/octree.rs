@@ -221,6 +221,16 @@ impl Grid {
         })
     }
 
+    /// The faces of a cell that are at the border of the view: the axis across each, and whether it is at the upper end.
+    pub(super) fn faces_at_border(&self, (level, at): Cell) -> impl Iterator<Item = (usize, bool)> {
+        let base = self.base;
+        (0..3).flat_map(move |axis| {
+            let lower = (at[axis] == 0).then_some((axis, false));
+            let upper = (at[axis] + 1 == base[axis] << level).then_some((axis, true));
+            lower.into_iter().chain(upper)
+        })
+    }
+
     /// The lowest corner of a cell on the lattice of the finest level, and the edge of the cell there.
     pub(super) fn corners(&self, (level, at): Cell) -> ([u32; 3], u32) {
         let step = 1 << (self.finest - level);

@@ -172,17 +172,22 @@ impl Search<'_> {
             .collect()
     }
 
-    /// The error allowed in a box. That of a box which is a small part of the lines of a pixel may be larger.
+    /// The error allowed in a box: the least on its lines, since a box may be all of a wide view. That of a box which
+    /// is a small part of the lines of a pixel may be larger.
     pub(super) fn allowed(&self, of: &OpenBox) -> f64 {
-        let middle = core::array::from_fn(|k| 0.5 * (of.low[k] + of.high[k]));
-        let [x, y, _] = self.grid.canonical(middle);
+        let of_line = (0..9).map(|place| {
+            let u = [place % 3, place / 3, 1].map(|k| 0.5 * f64::from(k));
+            let at = core::array::from_fn(|k| of.low[k] + u[k] * (of.high[k] - of.low[k]));
+            let [x, y, _] = self.grid.canonical(at);
+            self.aim.of_line([x, y])
+        });
         let edges = difference(of.high, of.low);
         let [across, along] = self.aim.pixels_across();
         let share = (edges[0] / self.grid.edges[0] * across).min(1.0)
             * (edges[1] / self.grid.edges[1] * along).min(1.0)
             * (edges[2] / self.grid.edges[2]);
         let larger = (1.0 / (TUNING.surfaces.piece_boxes * share)).max(1.0);
-        let of_line = self.aim.of_line([x, y]).min(self.largest_allowed());
+        let of_line = of_line.fold(self.largest_allowed(), f64::min);
         TUNING.surfaces.piece_share * larger * of_line
     }
 

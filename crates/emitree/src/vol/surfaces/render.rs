@@ -70,7 +70,10 @@ pub(crate) async fn render(
         let points = (0..rates.len()).map(lattice::point).collect::<Vec<_>>();
         *samples = PartSamples::of_probes(points.len(), &points, &rates, |xy| chart.density(xy));
     }
-    let Some(found) = found else { return Ok(None) };
+    // G jumps somewhere, which samples of an image without surfaces have missed.
+    let Some(found) = found.filter(|found| !found.surfaces.positions.is_empty()) else {
+        return Ok(None);
+    };
     let maps = vec![[found.image, found.error]];
     let mut made = output(meter, parts, part, vol, maps, found.samples, found.surfaces);
     made.lines = found.lines;

@@ -181,12 +181,17 @@ impl Samples {
     /// Adds a point that is in a region for certain, where G is not evaluated. It takes no part in the
     /// predictions for others.
     pub(super) fn add_inferred(&mut self, at: [f64; 3], label: Label) -> usize {
+        let rate = self.rate_near(at, label);
+        self.all.push(Sample { at, rate, label, is_measured: false });
+        self.all.len() - 1
+    }
+
+    /// What a region predicts at a point; 0 if it has no sample nearby.
+    pub(super) fn rate_near(&self, at: [f64; 3], label: Label) -> f64 {
         let few = TUNING.surfaces.nearest_samples;
         let of_region =
             |count: usize| self.predictions(at, count).into_iter().find(|of| of.label == label);
-        let rate = [few, 8 * few].into_iter().find_map(of_region).map_or(0.0, |of| of.rate);
-        self.all.push(Sample { at, rate, label, is_measured: false });
-        self.all.len() - 1
+        [few, 8 * few].into_iter().find_map(of_region).map_or(0.0, |of| of.rate)
     }
 
     /// Makes a sample of such a point.

@@ -81,6 +81,8 @@ pub(super) struct Search<'a> {
     pub(super) view: &'a WeightedView<'a>,
     pub(super) grid: Grid,
     pub(super) aim: Aim<'a>,
+    /// The error allowed, as a share of the largest pixel.
+    pub(super) tolerance: f64,
     pub(super) samples: Samples,
     pub(super) corners: FxHashMap<[u32; 3], usize>,
     pub(super) points: Vec<SurfacePoint>,
@@ -95,12 +97,13 @@ impl<'a> Search<'a> {
         view: &'a WeightedView<'a>,
         grid: Grid,
         aim: Aim<'a>,
+        tolerance: f64,
         samples: Samples,
         left: u64,
     ) -> Self {
         let (corners, lines) = (FxHashMap::default(), FxHashMap::default());
         let (points, leaves) = (Vec::new(), BTreeMap::new());
-        Self { view, grid, aim, samples, corners, points, lines, leaves, left }
+        Self { view, grid, aim, tolerance, samples, corners, points, lines, leaves, left }
     }
 
     /// G at points, in one batch.
@@ -161,29 +164,49 @@ impl<'a> Search<'a> {
                 active[0].extend((0..nz).map(|z| ([x, y, z], Guess::NONE)));
             }
         }
-        self.refine(active).await
+        self.refine(active, true).await
     }
 
-    /// Replaces leaves by their children, and refines these.
+    /// Replaces leaves by their children, and refines these; patches with too large errors are fitted and checked again
+    /// before their leaf is divided.
     pub(super) async fn divide(&mut self, cells: &[Cell], reason: Reason) -> Result<(), Failure> {
         let mut active = vec![BTreeMap::new(); usize::from(self.grid.finest) + 1];
         cells.iter().for_each(|cell| self.open(*cell, reason, &mut active));
-        self.refine(active).await
+        self.refine(active, false).await
     }
 
-    /// Refines cells, and then those that disagree with their neighbours, until all agree.
-    async fn refine(&mut self, mut active: Vec<BTreeMap<[u32; 3], Guess>>) -> Result<(), Failure> {
+    /// Refines cells, and then those that disagree with their neighbours, until all agree. With all base cells, the
+    /// error allowed becomes known from level to level.
+    async fn refine(
+        &mut self,
+        mut active: Vec<BTreeMap<[u32; 3], Guess>>,
+        is_first: bool,
+    ) -> Result<(), Failure> {
+        let mut is_first = is_first;
         for _ in 0..TUNING.surfaces.rounds {
-            for level in 0..=self.grid.finest {
+            let (mut level, mut deepest) = (0, 0);
+            while level <= self.grid.finest {
                 let cells = core::mem::take(&mut active[usize::from(level)]);
-                if cells.is_empty() {
-                    continue;
+                if !cells.is_empty() {
+                    let children = self.level(level, cells).await?;
+                    if let Some(next) = active.get_mut(usize::from(level) + 1) {
+                        next.extend(children);
+                        if is_first && level >= deepest && !next.is_empty() {
+                            deepest = level + 1;
+                            self.retarget(level, next);
+                            for ((loose, at), guess) in self.take_loose() {
+                                level = level.min(loose);
+                                active[usize::from(loose)].insert(at, guess);
+                            }
+                            if !active[usize::from(level)].is_empty() {
+                                continue;
+                            }
+                        }
+                    }
                 }
-                let children = self.level(level, cells).await?;
-                if let Some(next) = active.get_mut(usize::from(level) + 1) {
-                    next.extend(children);
-                }
+                level += 1;
             }
+            is_first = false;
             let disagreeing = self.disagreeing().await?;
             if disagreeing.is_empty() {
                 return Ok(());
@@ -195,9 +218,15 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Replaces a leaf by its children, which are refined next.
+    /// Replaces a leaf by its children, which are refined next, or by itself.
     fn open(&mut self, cell: Cell, reason: Reason, active: &mut [BTreeMap<[u32; 3], Guess>]) {
         let (level, at) = cell;
+        if let Reason::Inaccurate(share) = reason
+            && let Some(guess) = self.take(cell, share)
+        {
+            active[usize::from(level)].insert(at, guess);
+            return;
+        }
         let Some(next) = active.get_mut(usize::from(level) + 1) else { return };
         if let Some(leaf) = self.leaves.remove(&cell) {
             let facets: Option<Arc<[Facet]>> = match leaf {

@@ -134,6 +134,9 @@ group! {
         /// The number of probes of a view that is dark at all of them, in units of the usual number. A
         /// small shape is the only emission of some views.
         dark_factor: usize = 8, 4..=16;
+        /// The solid angle \[sr\] of a view with the usual number of probes, an eighth of the sky, about. A view without
+        /// structure in any of them has as many for each solid angle, and `dark_factor` times as many of them.
+        usual_solid_angle_sr: f64 = 1.57, 0.8..=3.2;
         /// Fibers are refined until the sum of their highest coefficients is below this share of
         /// the largest residual. Smaller values take more samples on each fiber.
         fiber_resolution: f64 = 0.2, 0.1..=0.4;

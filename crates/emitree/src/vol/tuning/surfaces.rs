@@ -92,6 +92,9 @@ group! {
         patch_margin: f64 = 1.5, 1.0..=2.0;
         /// The share of T that the displacement of one patch may change a line of sight by.
         patch_share: f64 = 0.2, 0.1..=0.3;
+        /// The ratio of the displacement that patches were accepted with to the one allowed now, above which their cell is
+        /// looked at again.
+        loose: f64 = 1.5, 1.2..=2.0;
         /// The width to which points of a surface are bracketed, as a share of the displacement
         /// allowed.
         root_share: f64 = 0.3, 0.15..=0.5;
