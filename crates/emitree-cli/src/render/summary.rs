@@ -62,6 +62,9 @@ pub(crate) fn print(
     for sum in &rendered.account.sums {
         writeln!(out, "  sum          {}", region_sum(sum))?;
     }
+    if let Some(steps) = rendered.stats.steps_of_pixels {
+        writeln!(out, "  lines        one through each pixel, {steps} steps each, to minimize time")?;
+    }
     if let Some(fraction) = rendered.stats.smallest_feature {
         writeln!(out, "  covered      {}", covered(fraction))?;
     }

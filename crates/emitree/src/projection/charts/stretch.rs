@@ -79,16 +79,36 @@ impl Stretch {
     }
 }
 
+/// The parts of the unit interval at whose ends the map is computed in advance: most samples of lines are at
+/// dyadic places, and Newton's steps take longer than a cheap g.
+const PARTS: usize = 1024;
+
 /// A chart whose depth is stretched.
 #[derive(Debug)]
 pub(crate) struct Stretched<'a> {
-    pub(crate) chart: Box<dyn Chart + 'a>,
-    pub(crate) stretch: Stretch,
+    chart: Box<dyn Chart + 'a>,
+    stretch: Stretch,
+    /// The map at the multiples of a part.
+    known: Vec<(f64, f64)>,
+}
+
+impl<'a> Stretched<'a> {
+    pub(crate) fn new(chart: Box<dyn Chart + 'a>, stretch: Stretch) -> Self {
+        let known = (0..=PARTS).map(|k| stretch.at(k as f64 / PARTS as f64)).collect();
+        Self { chart, stretch, known }
+    }
+
+    /// The depth z at the place t, and dz/dt.
+    fn at(&self, t: f64) -> (f64, f64) {
+        let parts = t * PARTS as f64;
+        let is_known = (0.0..=PARTS as f64).contains(&parts) && parts.fract() == 0.0;
+        if is_known { self.known[crate::cell::whole(parts)] } else { self.stretch.at(t) }
+    }
 }
 
 impl Chart for Stretched<'_> {
     fn world_from_chart(&self, [u, v, t]: [f64; 3]) -> MappedPoint {
-        let (z, slope) = self.stretch.at(t);
+        let (z, slope) = self.at(t);
         let mut point = self.chart.world_from_chart([u, v, z]);
         point.path_per_depth *= slope;
         point
@@ -112,7 +132,7 @@ impl Chart for Stretched<'_> {
     }
 
     fn depth_shares(&self, [u, v, t]: [f64; 3]) -> Option<Weights> {
-        self.chart.depth_shares([u, v, self.stretch.at(t).0])
+        self.chart.depth_shares([u, v, self.at(t).0])
     }
 
     fn visible_end(&self, uv: [f64; 2]) -> Option<(usize, f64)> {
@@ -125,7 +145,7 @@ impl Chart for Stretched<'_> {
     }
 
     fn across_gap(&self, [u, v, t]: [f64; 3]) -> Option<AcrossGap> {
-        let (z, slope) = self.stretch.at(t);
+        let (z, slope) = self.at(t);
         let mut gap = self.chart.across_gap([u, v, z])?;
         gap.weights.iter_mut().for_each(|weight| *weight *= slope);
         Some(gap)

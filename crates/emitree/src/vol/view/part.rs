@@ -148,7 +148,7 @@ fn plane_chart<'a>(
 ) -> Box<dyn Chart + 'a> {
     let chart = tile.projection.chart(number);
     match stretch {
-        Some(stretch) => Box::new(Stretched { chart, stretch }),
+        Some(stretch) => Box::new(Stretched::new(chart, stretch)),
         None => chart,
     }
 }
@@ -507,6 +507,14 @@ impl Footing {
         match self {
             Self::Pixels { .. } => [scale.height(), scale.width()],
             Self::Nodes { nodes, .. } => nodes.image_shape(),
+        }
+    }
+
+    /// The errors of pixels from the same error everywhere on the raster of the part, of this shape.
+    pub(crate) fn same_errors(&self, error: f64, [rows, columns]: [usize; 2]) -> Image {
+        match self {
+            Self::Pixels { .. } => Image::from_pixels(rows, columns, vec![error; rows * columns]),
+            Self::Nodes { nodes, .. } => nodes.image_of_constant(error),
         }
     }
 
