@@ -134,8 +134,8 @@ pub(crate) struct SceneOptions {
     /// or a length as in "0.1 R_E" (vol).
     #[arg(long, value_name = "SIZE")]
     smallest_feature: Option<String>,
-    /// What is to be little: evaluations, or time. With time, rates that take nanoseconds are integrated along a line of
-    /// sight through each pixel where that is faster, to the same tolerance (vol).
+    /// What is to be little: evaluations, or time. With time, rates that take nanoseconds are integrated along lines of
+    /// sight on a lattice of pixels where that is faster, to the same tolerance (vol).
     #[arg(long, value_name = "WHAT")]
     minimize: Option<String>,
     /// Make at most this many evaluations in one batch.

@@ -83,9 +83,9 @@ pub enum Minimize {
     /// Evaluations of g. The same input gives the same bits.
     #[default]
     Evaluations,
-    /// Wall-clock time. If g turns out to take nanoseconds, each pixel has a line of sight of its own where that is
-    /// faster, to the same tolerance; g is evaluated millions of times then, which
-    /// [`RenderStats::steps_of_pixels`](crate::result::RenderStats::steps_of_pixels) says. The choice depends on measured
+    /// Wall-clock time. If g turns out to take nanoseconds, the image is made of lines of sight on a lattice of
+    /// pixels where that is faster, to the same tolerance; g is evaluated up to millions of times then, which
+    /// [`RenderStats::line_steps`](crate::result::RenderStats::line_steps) says. The choice depends on measured
     /// time, so that the same input may give one of two images, each within the tolerance. Sessions, renderings
     /// with `rounds`, cubes, several tiles, discs, errors by pixel, sums, seeds and meshes have fewest evaluations all the
     /// same.

@@ -1,12 +1,12 @@
-//! A line of sight through each pixel, to the tolerance: where that takes less time than fewer evaluations.
+//! Lines of sight on a lattice of pixels, to the tolerance: where that takes less time than fewer evaluations.
 //!
 //! Rates that take some ten nanoseconds cost less than the choice of the next point. If time is to be minimized, and
-//! evaluations turn out to be that cheap, all pixels have a line through their middle, in the fewest uniform steps that
-//! scattered lines allow (`steps`). Differences between pixels give the means over pixels and their errors
-//! (`differences`); pixels with larger errors have more lines. The scattered lines, whose places are in no pixel's middle,
-//! are compared with the image. If the error of a pixel stays beyond the tolerance there is no such image.
+//! evaluations turn out to be that cheap, square blocks of pixels have a line through their middle, in the fewest uniform steps
+//! that scattered lines allow (`steps`). Differences between blocks give the means over pixels and their errors
+//! (`lattice_image`); blocks become smaller until few pixels have larger errors, and these have lines of their own. The
+//! scattered lines are compared with the image. If the error of a pixel stays beyond the tolerance there is no such image.
 
-mod differences;
+mod lattice_image;
 mod steps;
 
 use crate::cube::Cube;
@@ -14,28 +14,32 @@ use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
 use crate::output::MethodOutput;
+use crate::radiance::map_of_rows;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::options::{Minimize, VolOptions};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::atlas;
-use differences::{FEWEST, Middles};
-use steps::Steps;
+use lattice_image::{LatticeImage, largest_around};
+use steps::{CheckLine, LineValue, Steps};
 
-/// What the other ways to an image take without the time of g, some times as much where they need many lines: a
-/// tenth of a second, and 3 microseconds for each pixel in charts.
+/// What the other ways to an image take at the least where they need many lines, without the time of g: a tenth of a
+/// second, and 3 microseconds for each pixel in charts.
 const SECONDS: f64 = 0.1;
 const SECONDS_OF_PIXEL: f64 = 3e-6;
 /// Products take no longer than that.
 const SECONDS_OF_PRODUCTS: f64 = 0.02;
-/// The share of the error allowed that the mean over a pixel may have: one with more has more lines.
+/// The share of the error allowed that the mean over a pixel may have: one with more has lines of its own.
 const OF_PIXEL: f64 = 0.4;
-/// Lines along each side of a pixel with more of them, in the order in which they are tried.
-const PER_SIDE: [usize; 4] = [2, 4, 8, 16];
+/// The pixels along each side of a block that has one line, and the largest share of pixels that may have lines of their
+/// own: with more, blocks become smaller.
+const BLOCKS: [(usize, f64); 4] = [(8, 0.01), (4, 0.02), (2, 0.05), (1, 0.2)];
+/// The fewest blocks along each side.
+const FEWEST: usize = 16;
+/// Lines along each side of a pixel with lines of its own, in the order in which they are tried.
+const PER_SIDE: [usize; 5] = [1, 2, 4, 8, 16];
 /// Their steps are finer so many times: structure of the image between pixels is often narrow in depth, too.
 const FINER: usize = 3;
-/// The largest share of pixels with more lines.
-const MOST_DIVIDED: f64 = 0.2;
 /// One of so many scattered lines may be far from the image: its pixel has more lines then.
 const LINES_OF_A_MISS: usize = 64;
 
@@ -48,7 +52,17 @@ pub(super) struct PixelLines<'a> {
     most_seconds: f64,
 }
 
-/// The values of a pixel with several lines.
+/// The image of blocks.
+struct OfBlocks {
+    image: Image,
+    errors: Image,
+    /// The pixels whose errors are too large.
+    divided: Vec<usize>,
+    /// The error allowed.
+    allowed: f64,
+}
+
+/// A pixel with lines of its own.
 #[derive(Clone, Copy, Debug)]
 struct Divided {
     pixel: usize,
@@ -79,7 +93,7 @@ impl<'a> PixelLines<'a> {
             && !meter.freezes()
             && meter.start().is_none()
             && meter.rows_wanted().is_none()
-            && tile.shape.iter().all(|&pixels| pixels >= FEWEST)
+            && tile.shape.iter().all(|pixels| *pixels >= FEWEST)
             && geometry.is_none_or(|geometry| !geometry.has_rim())
             && !atlas(tiles, &[]).is_some_and(|atlas| atlas.has_singularities());
         if !may_be {
@@ -95,101 +109,134 @@ impl<'a> PixelLines<'a> {
 
     /// Whether they are expected to take no longer than products, which serve many images.
     pub(super) fn are_few(&self) -> bool {
-        let [height, width] = self.tile.shape;
-        self.steps.seconds * (height * width * self.steps.number) as f64 <= SECONDS_OF_PRODUCTS
+        self.seconds_of(self.tile.shape[0] * self.tile.shape[1], 1) <= SECONDS_OF_PRODUCTS
     }
 
-    /// The image; `None` if some of its errors would be beyond the tolerance.
+    /// The time that so many lines are expected to take, in `finer` times as many steps as usual.
+    fn seconds_of(&self, lines: usize, finer: usize) -> f64 {
+        self.steps.seconds * (lines * finer * self.steps.number) as f64
+    }
+
+    /// The image; `None` if some of its errors would be beyond the tolerance, or if it would take too long.
     pub(super) async fn render(&self) -> Result<Option<MethodOutput>, MethodError> {
-        let (tile, shape @ [height, width]) = (self.tile, self.tile.shape);
-        let count = height * width;
-        let place = |pixel: usize| place_in_pixel(shape, pixel, [0.5, 0.5]);
-        let lines = self.steps.radiances(self.meter, tile, &place, count, 1).await?;
-        let Some(lines) = lines else { return Ok(None) };
-        let densities: Vec<f64> =
-            (0..count).map(|pixel| tile.projection.solid_angle_density(place(pixel))).collect();
-        let values: Vec<f64> =
-            lines.iter().zip(&densities).map(|(line, density)| line.radiance * density).collect();
-        let middles = Middles { values: &values, shape };
-        let means = middles.means();
-        let of_densities = Middles { values: &densities, shape }.means();
-        let mut image = Image::zeros(height, width);
-        let mut errors = Image::zeros(height, width);
-        let mut largest = self.steps.largest;
-        for pixel in 0..count {
-            let density = densities[pixel] + of_densities.corrections.pixels()[pixel];
-            let mean = (values[pixel] + means.corrections.pixels()[pixel]) / density;
-            image.pixels_mut()[pixel] = mean;
-            errors.pixels_mut()[pixel] = lines[pixel].error + means.errors.pixels()[pixel] / density;
-            largest = largest.max(mean.abs());
+        let shape = self.tile.shape;
+        for (block, most_divided) in BLOCKS {
+            let fits = |pixels: usize| pixels.is_multiple_of(block) && pixels / block >= FEWEST;
+            if !shape.into_iter().all(fits) {
+                continue;
+            }
+            let Some(found) = self.of_blocks(block).await? else { return Ok(None) };
+            if found.divided.len() as f64 <= most_divided * (shape[0] * shape[1]) as f64 {
+                return self.finished(found).await;
+            }
         }
-        tile.check_finite(&image, 0)?;
-        let allowed = self.tolerance * largest;
-        let has_large = |pixel: &usize| {
-            errors.pixels()[*pixel] - lines[*pixel].error > OF_PIXEL * allowed
-        };
-        let mut divided: Vec<usize> = (0..count).filter(has_large).collect();
-        // Scattered lines took no part in the image.
-        let far = self.steps.checks.iter().filter_map(|check| {
-            let (value, pixel) = middles.at(check.place);
-            let density = tile.projection.solid_angle_density(check.place);
-            let beyond = (value / density - check.radiance).abs()
-                - means.variation.pixels()[pixel] / densities[pixel];
-            (beyond > allowed).then_some(pixel)
-        });
-        let far: Vec<usize> = far.collect();
-        if far.len() * LINES_OF_A_MISS > self.steps.checks.len() {
+        Ok(None)
+    }
+
+    /// The image of blocks of so many pixels along each side; `None` if it would take too long.
+    async fn of_blocks(&self, block: usize) -> Result<Option<OfBlocks>, MethodError> {
+        let tile = self.tile;
+        let blocks @ [rows, columns] = tile.shape.map(|pixels| pixels / block);
+        let count = rows * columns;
+        if self.seconds_of(count, 1) > self.most_seconds {
             return Ok(None);
         }
-        divided.extend(far);
-        divided.sort_unstable();
-        divided.dedup();
-        let Some(divided) = self.divide(&divided, &lines, OF_PIXEL * allowed).await? else {
+        let place = |line: usize| place_in_cell(blocks, line, [0.5, 0.5]);
+        let lines = self.steps.radiances(self.meter, tile, &place, count, 1).await?;
+        let Some(lines) = lines else { return Ok(None) };
+        let density = |line| tile.projection.solid_angle_density(place(line));
+        let densities: Vec<f64> = (0..count).map(density).collect();
+        let values: Vec<f64> =
+            lines.iter().zip(&densities).map(|(line, density)| line.radiance * density).collect();
+        let of_values = LatticeImage { values: &values, shape: blocks, block };
+        let of_densities = LatticeImage { values: &densities, shape: blocks, block };
+        let (mut image, whole) = (of_values.means(), of_densities.means());
+        image.pixels_mut().iter_mut().zip(whole.pixels()).for_each(|(mean, of)| *mean /= of);
+        tile.check_finite(&image, 0)?;
+        let largest = image.largest().max(self.steps.largest);
+        let allowed = self.tolerance * largest;
+        let [errors, variation] = of_values.errors();
+        let line_errors = of_values.map(|row, column| lines[row * columns + column].error);
+        let of_lines = largest_around(&line_errors);
+        let mut is_divided: Vec<bool> = errors
+            .pixels()
+            .iter()
+            .zip(&densities)
+            .map(|(error, density)| error / density > OF_PIXEL * allowed)
+            .collect();
+        // Scattered lines took no part in the image. A line differs from the mean over its pixel.
+        let pixels_of_block = (block * block) as f64;
+        let is_far = |check: &&CheckLine| {
+            let (value, line) = of_values.at(check.place);
+            let density = tile.projection.solid_angle_density(check.place);
+            let of_pixel = variation.pixels()[line] / (pixels_of_block * densities[line]);
+            (value / density - check.radiance).abs() > allowed + of_pixel
+        };
+        let far: Vec<&CheckLine> = self.steps.checks.iter().filter(is_far).collect();
+        let has_missed = far.len() * LINES_OF_A_MISS > self.steps.checks.len();
+        far.iter().for_each(|check| is_divided[of_values.at(check.place).1] = true);
+        let [height, width] = tile.shape;
+        let block_of = |row: usize, column: usize| row / block * columns + column / block;
+        let errors = map_of_rows([height, width], |row, pixels| {
+            for (column, error) in pixels.iter_mut().enumerate() {
+                let of = block_of(row, column);
+                *error = of_lines.pixels()[of] + errors.pixels()[of] / densities[of];
+            }
+        });
+        let is_in_divided =
+            |pixel: &usize| has_missed || is_divided[block_of(pixel / width, pixel % width)];
+        let divided = (0..height * width).filter(is_in_divided).collect();
+        Ok(Some(OfBlocks { image, errors, divided, allowed }))
+    }
+
+    /// The image, whose divided pixels have lines of their own.
+    async fn finished(&self, found: OfBlocks) -> Result<Option<MethodOutput>, MethodError> {
+        let OfBlocks { mut image, mut errors, divided, allowed } = found;
+        let is_negative = image.pixels().iter().any(|pixel| *pixel < -allowed);
+        let Some(divided) = self.divide(&divided, OF_PIXEL * allowed).await? else {
             return Ok(None);
         };
         for Divided { pixel, mean, error, .. } in divided {
             image.pixels_mut()[pixel] = mean;
             errors.pixels_mut()[pixel] = error;
         }
-        // If no line is negative, a negative pixel has at least the error of its size.
-        if lines.iter().all(|line| line.radiance >= 0.0) {
+        // If g is nowhere negative, a negative pixel has at least the error of its size.
+        if !is_negative {
             let pixels = errors.pixels_mut().iter_mut().zip(image.pixels());
             pixels.for_each(|(error, pixel)| *error = error.max(-pixel));
         }
-        tile.check_finite(&image, 0)?;
+        self.tile.check_finite(&image, 0)?;
         if errors.largest() > self.tolerance * image.largest() {
             return Ok(None);
         }
         let [cube, errors] = [image, errors].map(|map| Cube::from_bands(vec![map]));
         let mut made = MethodOutput::new(cube, Some(errors), StopReason::Complete);
-        made.steps_of_pixels = Some(self.steps.number);
+        made.line_steps = Some(self.steps.number);
         Ok(Some(made))
     }
 
-    /// The means of some pixels from more lines, until one more division changes them by no more than what is `allowed`;
+    /// The means of some pixels from lines of their own, until more of them change it by no more than what is `allowed`;
     /// `None` if that takes too long.
     async fn divide(
         &self,
         pixels: &[usize],
-        lines: &[steps::LineValue],
         allowed: f64,
     ) -> Result<Option<Vec<Divided>>, MethodError> {
         let shape = self.tile.shape;
-        if pixels.len() as f64 > MOST_DIVIDED * lines.len() as f64 {
-            return Ok(None);
-        }
-        let of_middle = |&pixel: &usize| {
-            let steps::LineValue { radiance: mean, error } = lines[pixel];
-            Divided { pixel, mean, error, is_settled: false }
+        let not_yet = |&pixel: &usize| Divided {
+            pixel,
+            mean: f64::INFINITY,
+            error: f64::INFINITY,
+            is_settled: false,
         };
-        let mut divided: Vec<Divided> = pixels.iter().map(of_middle).collect();
+        let mut divided: Vec<Divided> = pixels.iter().map(not_yet).collect();
         let mut seconds_left = self.most_seconds;
         for per_side in PER_SIDE {
             let open: Vec<usize> =
                 (0..divided.len()).filter(|&of| !divided[of].is_settled).collect();
             let per_pixel = per_side * per_side;
             let count = open.len() * per_pixel;
-            seconds_left -= self.steps.seconds * (count * FINER * self.steps.number) as f64;
+            seconds_left -= self.seconds_of(count, FINER);
             if seconds_left < 0.0 {
                 return Ok(None);
             }
@@ -197,16 +244,16 @@ impl<'a> PixelLines<'a> {
                 let part = line % per_pixel;
                 let within = [part % per_side, part / per_side];
                 let within = within.map(|k| (k as f64 + 0.5) / per_side as f64);
-                place_in_pixel(shape, divided[open[line / per_pixel]].pixel, within)
+                place_in_cell(shape, divided[open[line / per_pixel]].pixel, within)
             };
             let found = self.steps.radiances(self.meter, self.tile, &place, count, FINER).await?;
             let Some(found) = found else { return Ok(None) };
             let density = |line| self.tile.projection.solid_angle_density(place(line));
-            let mean_of = |(number, of_pixel): (usize, &[steps::LineValue])| {
+            let mean_of = |(number, of_pixel): (usize, &[LineValue])| {
                 let first = number * per_pixel;
                 let weights: Vec<f64> = (first..first + per_pixel).map(density).collect();
                 let whole: f64 = weights.iter().sum();
-                let weighted = |value: &dyn Fn(&steps::LineValue) -> f64| {
+                let weighted = |value: &dyn Fn(&LineValue) -> f64| {
                     let values = of_pixel.iter().zip(&weights);
                     values.map(|(line, weight)| value(line) * weight).sum::<f64>() / whole
                 };
@@ -225,7 +272,7 @@ impl<'a> PixelLines<'a> {
     }
 }
 
-/// Canonical (x, y) of a place in a pixel, from 0 to 1.
-fn place_in_pixel([height, width]: [usize; 2], pixel: usize, [x, y]: [f64; 2]) -> [f64; 2] {
-    [((pixel % width) as f64 + x) / width as f64, ((pixel / width) as f64 + y) / height as f64]
+/// Canonical (x, y) of a place in a cell of an image of so many rows and columns, from 0 to 1.
+fn place_in_cell([rows, columns]: [usize; 2], cell: usize, [x, y]: [f64; 2]) -> [f64; 2] {
+    [((cell % columns) as f64 + x) / columns as f64, ((cell / columns) as f64 + y) / rows as f64]
 }

@@ -11,18 +11,21 @@ use crate::tile::Tile;
 use crate::vol::lattice;
 use std::time::Instant;
 
-/// The numbers of steps that lines may have: three times as many each contain those of the number two places before.
-const STEPS: [usize; 8] = [9, 15, 27, 45, 81, 135, 243, 405];
+/// The numbers of steps that lines may have.
+const NUMBERS: [usize; 10] = [9, 15, 21, 27, 45, 63, 81, 135, 189, 243];
+/// The numbers of steps in which scattered lines are integrated, the finest first: with their thirds they are all
+/// `NUMBERS` and the thirds of these.
+const INTEGRATED: [usize; 8] = [405, 243, 189, 45, 27, 21, 15, 9];
 /// The evaluations on one scattered line.
-const OF_A_CHECK: usize = 405 + 243 + 45 + 27 + 15 + 9;
+const OF_A_CHECK: usize = 405 + 243 + 189 + 45 + 27 + 21 + 15 + 9;
 /// The fewest and the most scattered lines, and the pixels for one of them in between.
 const CHECKS: [usize; 2] = [64, 256];
 const PIXELS_OF_A_CHECK: usize = 256;
 /// The share of the error allowed that steps may leave on a scattered line; and what may be unknown of it.
-const OF_STEPS: f64 = 0.15;
+const OF_STEPS: f64 = 0.25;
 const OF_CHECK: f64 = 0.1;
 /// The share of the error allowed that any line may have: one with more has three times as many steps.
-const OF_LINE: f64 = 0.3;
+const OF_LINE: f64 = 0.5;
 /// The most steps of a line.
 const MOST_STEPS: usize = 6561;
 /// The error of a line is its difference times the largest ratio of both on a scattered line, times this.
@@ -30,8 +33,13 @@ const CAUTION: f64 = 2.0;
 /// The least such factor, and the share of the error allowed below which differences are as good as none.
 const LEAST_FACTOR: f64 = 0.05;
 const SMALL_DIFFERENCE: f64 = 0.02;
-/// The lines of the first look at the cost of an evaluation.
-const FIRST_LINES: usize = 64;
+/// The pixels for one line where these are few: an image of large blocks.
+const PIXELS_OF_A_LINE: usize = 16;
+/// The batches of the first look at the cost of an evaluation and the lines in each; and how much longer an evaluation
+/// may take there than in large batches.
+const FIRST_BATCHES: usize = 3;
+const FIRST_LINES: usize = 24;
+const SMALL_BATCH: f64 = 4.0;
 
 /// The radiance of a line and its estimated error.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,6 +81,26 @@ async fn integrals(
     Ok(found)
 }
 
+/// The radiances of lines in so many steps, among those that have been `found`.
+fn radiances_in(found: &[Vec<Two>], steps: usize) -> Vec<f64> {
+    let numbered = INTEGRATED.iter().zip(found);
+    let all = numbered.clone().find(|(of, _)| **of == steps).map(|(_, found)| found);
+    let third = numbered.into_iter().find(|(of, _)| **of == 3 * steps).map(|(_, found)| found);
+    match (all, third) {
+        (Some(found), _) => found.iter().map(|two| two.all).collect(),
+        (None, Some(found)) => found.iter().map(|two| two.third).collect(),
+        (None, None) => Vec::new(),
+    }
+}
+
+fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect()
+}
+
+fn largest_of(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(0.0, |largest: f64, number| largest.max(number.abs()))
+}
+
 /// How lines are integrated.
 #[derive(Debug)]
 pub(super) struct Steps {
@@ -91,7 +119,7 @@ pub(super) struct Steps {
 
 impl Steps {
     /// The fewest steps for a tolerance; `None` if there are none, if all scattered lines are dark, or if
-    /// evaluations take so long that lines through all pixels took longer than `most_seconds`.
+    /// evaluations take so long that even few lines took longer than `most_seconds`.
     pub(super) async fn find(
         meter: &Meter,
         tile: &Tile<'_>,
@@ -101,58 +129,57 @@ impl Steps {
         let pixels = tile.shape[0] * tile.shape[1];
         let [fewest, most] = CHECKS;
         let count = (pixels / PIXELS_OF_A_CHECK).clamp(fewest, most);
-        let needed = (FIRST_LINES * STEPS[0] + count * OF_A_CHECK + pixels * STEPS[0]) as u64;
-        if needed > meter.evaluations_left() {
+        let [first_steps, _, _, usual_steps, ..] = NUMBERS;
+        let lines = pixels / PIXELS_OF_A_LINE;
+        let needed =
+            FIRST_BATCHES * FIRST_LINES * first_steps + count * OF_A_CHECK + lines * first_steps;
+        if needed as u64 > meter.evaluations_left() {
             return Ok(None);
         }
         let place = |line: usize| {
             let [x, y, _] = lattice::point(line);
             [x, y]
         };
-        let started = Instant::now();
-        integrals(meter, tile, &place, FIRST_LINES, STEPS[0]).await?;
-        let each = started.elapsed().as_secs_f64() / (FIRST_LINES * STEPS[0]) as f64;
-        // A first batch is far from the speed of large ones.
-        if each * (pixels * STEPS[2]) as f64 > 4.0 * most_seconds {
+        // Of several times the shortest: other programs on the machine only lengthen them.
+        let mut each = f64::INFINITY;
+        for first in 0..FIRST_BATCHES {
+            let place = |line| place(first * FIRST_LINES + line);
+            let started = Instant::now();
+            integrals(meter, tile, &place, FIRST_LINES, first_steps).await?;
+            let evaluations = (FIRST_LINES * first_steps) as f64;
+            each = each.min(started.elapsed().as_secs_f64() / evaluations);
+        }
+        // Small batches are far from the speed of large ones.
+        if each * (lines * usual_steps) as f64 > SMALL_BATCH * most_seconds {
             return Ok(None);
         }
-        let started = Instant::now();
-        let mut of_steps = vec![Vec::new(); STEPS.len()];
-        let mut thirds = [Vec::new(), Vec::new()];
-        for of in [7, 6, 3, 2, 1, 0] {
-            let found = integrals(meter, tile, &place, count, STEPS[of]).await?;
-            of_steps[of] = found.iter().map(|two| two.all).collect();
-            let third = found.iter().map(|two| two.third).collect();
-            match of {
-                6 | 7 => of_steps[of - 2] = third,
-                0 | 1 => thirds[of] = third,
-                _ => {}
-            }
+        let mut seconds = f64::INFINITY;
+        let mut found = Vec::with_capacity(INTEGRATED.len());
+        for steps in INTEGRATED {
+            let started = Instant::now();
+            found.push(integrals(meter, tile, &place, count, steps).await?);
+            seconds = seconds.min(started.elapsed().as_secs_f64() / (count * steps) as f64);
         }
-        let seconds = started.elapsed().as_secs_f64() / (count * OF_A_CHECK) as f64;
-        let exact = &of_steps[7];
-        let differ = |a: &[f64], b: &[f64]| -> Vec<f64> {
-            a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect()
-        };
-        let worst = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
-        let largest = exact.iter().map(|radiance| radiance.abs()).fold(0.0, f64::max);
+        let exact: Vec<f64> = found[0].iter().map(|two| two.all).collect();
+        let largest = largest_of(&exact);
         let allowed = tolerance * largest;
-        if largest.is_nan() || largest <= 0.0 || worst(&differ(exact, &of_steps[5])) > OF_CHECK * allowed {
+        let of_third = differences(&exact, &radiances_in(&found, INTEGRATED[0] / 3));
+        if largest.is_nan() || largest <= 0.0 || largest_of(&of_third) > OF_CHECK * allowed {
             return Ok(None);
         }
-        let suffices = |of: &usize| worst(&differ(&of_steps[*of], exact)) <= OF_STEPS * allowed;
-        let Some(chosen) = (0..STEPS.len() - 1).find(suffices) else { return Ok(None) };
-        let number = STEPS[chosen];
-        if seconds * (pixels * number) as f64 > most_seconds {
-            return Ok(None);
-        }
-        let third = if chosen < 2 { &thirds[chosen] } else { &of_steps[chosen - 2] };
-        let differences = differ(&of_steps[chosen], third);
-        let errors = differ(&of_steps[chosen], exact);
-        let ratio = |(error, difference): (&f64, &f64)| {
-            error / difference.max(SMALL_DIFFERENCE * allowed)
+        let suffices = |steps: &usize| {
+            largest_of(&differences(&radiances_in(&found, *steps), &exact)) <= OF_STEPS * allowed
         };
-        let factor = CAUTION * errors.iter().zip(&differences).map(ratio).fold(0.0, f64::max);
+        let Some(number) = NUMBERS.into_iter().find(suffices) else { return Ok(None) };
+        if seconds * (lines * number) as f64 > most_seconds {
+            return Ok(None);
+        }
+        let radiances = radiances_in(&found, number);
+        let errors = differences(&radiances, &exact);
+        let of_thirds = differences(&radiances, &radiances_in(&found, number / 3));
+        let ratio =
+            |(error, difference): (&f64, &f64)| error / difference.max(SMALL_DIFFERENCE * allowed);
+        let factor = CAUTION * errors.iter().zip(&of_thirds).map(ratio).fold(0.0, f64::max);
         let check = |(line, &radiance): (usize, &f64)| CheckLine { place: place(line), radiance };
         Ok(Some(Self {
             number,
@@ -194,5 +221,22 @@ impl Steps {
             open.retain(|line| values[*line].error > self.allowed);
         }
         Ok(Some(values))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_numbers_of_steps_and_their_thirds_follow_from_the_integrated_ones() {
+        let found: Vec<Vec<Two>> = INTEGRATED
+            .iter()
+            .map(|&steps| vec![Two { all: steps as f64, third: (steps / 3) as f64 }])
+            .collect();
+        for steps in NUMBERS.into_iter().flat_map(|steps| [steps, steps / 3]) {
+            assert_eq!(radiances_in(&found, steps), [steps as f64], "{steps}");
+        }
+        assert_eq!(OF_A_CHECK, INTEGRATED.iter().sum::<usize>());
     }
 }
