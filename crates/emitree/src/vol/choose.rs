@@ -102,13 +102,8 @@ async fn to_tolerance(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
 ) -> Result<MethodOutput, MethodError> {
-    let mut pixel_lines = match axis {
-        None => PixelLines::expected(meter, tiles, vol).await?,
-        Some(_) => None,
-    };
-    // The quadrature of pixels in charts takes longer than such lines.
-    let is_first = |lines: &PixelLines<'_>| lines.are_few() || atlas(tiles, &[]).is_some();
-    if let Some(lines) = pixel_lines.take_if(|lines| is_first(lines))
+    if axis.is_none()
+        && let Some(lines) = PixelLines::expected(meter, tiles, vol).await?
         && let Some(made) = lines.render().await?
     {
         return Ok(with_share_of_allowed(made, vol));
@@ -193,12 +188,6 @@ async fn to_tolerance(
         if *is_halved && start.is_none() && !attempted.found.as_ref().is_some_and(is_complete) {
             division.is_halved = false;
             continue;
-        }
-        if !attempted.found.as_ref().is_some_and(is_complete)
-            && let Some(lines) = pixel_lines.take()
-            && let Some(made) = lines.render().await?
-        {
-            return Ok(with_share_of_allowed(made, vol));
         }
         // Products of whole lines of sight need fewer evaluations than those of their layers.
         let is_first = layered_from.is_none() && start.is_none();

@@ -27,13 +27,13 @@ use steps::{CheckLine, LineValue, Steps};
 /// second, and 3 microseconds for each pixel in charts.
 const SECONDS: f64 = 0.1;
 const SECONDS_OF_PIXEL: f64 = 3e-6;
-/// Products take no longer than that.
-const SECONDS_OF_PRODUCTS: f64 = 0.02;
 /// The share of the error allowed that the mean over a pixel may have: one with more has lines of its own.
 const OF_PIXEL: f64 = 0.4;
 /// The pixels along each side of a block that has one line, and the largest share of pixels that may have lines of their
 /// own: with more, blocks become smaller.
 const BLOCKS: [(usize, f64); 4] = [(8, 0.01), (4, 0.02), (2, 0.05), (1, 0.2)];
+/// Errors fall at least with this power of the size of a block where the image is smooth.
+const ERROR_EXPONENT: i32 = 3;
 /// The fewest blocks along each side.
 const FEWEST: usize = 16;
 /// Lines along each side of a pixel with lines of its own, in the order in which they are tried.
@@ -56,10 +56,25 @@ pub(super) struct PixelLines<'a> {
 struct OfBlocks {
     image: Image,
     errors: Image,
-    /// The pixels whose errors are too large.
-    divided: Vec<usize>,
+    /// For each pixel the error of its mean without that of lines, over what is allowed; infinite where a scattered
+    /// line is far from the image.
+    shares: Image,
     /// The error allowed.
     allowed: f64,
+}
+
+impl OfBlocks {
+    /// The share of pixels whose errors are too large if all are multiplied by a factor.
+    fn share_above(&self, factor: f64) -> f64 {
+        let above = self.shares.pixels().iter().filter(|share| factor * *share > 1.0).count();
+        above as f64 / self.shares.pixels().len() as f64
+    }
+
+    /// The pixels whose errors are too large.
+    fn divided(&self) -> Vec<usize> {
+        let shares = self.shares.pixels().iter().enumerate();
+        shares.filter(|(_, share)| **share > 1.0).map(|(pixel, _)| pixel).collect()
+    }
 }
 
 /// A pixel with lines of its own.
@@ -107,11 +122,6 @@ impl<'a> PixelLines<'a> {
         Ok(steps.map(|steps| Self { meter, tile, tolerance, steps, most_seconds }))
     }
 
-    /// Whether they are expected to take no longer than products, which serve many images.
-    pub(super) fn are_few(&self) -> bool {
-        self.seconds_of(self.tile.shape[0] * self.tile.shape[1], 1) <= SECONDS_OF_PRODUCTS
-    }
-
     /// The time that so many lines are expected to take, in `finer` times as many steps as usual.
     fn seconds_of(&self, lines: usize, finer: usize) -> f64 {
         self.steps.seconds * (lines * finer * self.steps.number) as f64
@@ -120,15 +130,24 @@ impl<'a> PixelLines<'a> {
     /// The image; `None` if some of its errors would be beyond the tolerance, or if it would take too long.
     pub(super) async fn render(&self) -> Result<Option<MethodOutput>, MethodError> {
         let shape = self.tile.shape;
+        let fits = |block: usize| {
+            shape.iter().all(|pixels| pixels.is_multiple_of(block) && pixels / block >= FEWEST)
+        };
+        // The largest block that is expected to suffice.
+        let mut expected = usize::MAX;
         for (block, most_divided) in BLOCKS {
-            let fits = |pixels: usize| pixels.is_multiple_of(block) && pixels / block >= FEWEST;
-            if !shape.into_iter().all(fits) {
+            if block > expected || !fits(block) {
                 continue;
             }
             let Some(found) = self.of_blocks(block).await? else { return Ok(None) };
-            if found.divided.len() as f64 <= most_divided * (shape[0] * shape[1]) as f64 {
+            if found.share_above(1.0) <= most_divided {
                 return self.finished(found).await;
             }
+            let suffices = |&(finer, most_divided): &(usize, f64)| {
+                let ratio = finer as f64 / block as f64;
+                finer < block && found.share_above(ratio.powi(ERROR_EXPONENT)) <= most_divided
+            };
+            expected = BLOCKS.iter().find(|of| suffices(of)).map_or(1, |(finer, _)| *finer);
         }
         Ok(None)
     }
@@ -158,12 +177,8 @@ impl<'a> PixelLines<'a> {
         let [errors, variation] = of_values.errors();
         let line_errors = of_values.map(|row, column| lines[row * columns + column].error);
         let of_lines = largest_around(&line_errors);
-        let mut is_divided: Vec<bool> = errors
-            .pixels()
-            .iter()
-            .zip(&densities)
-            .map(|(error, density)| error / density > OF_PIXEL * allowed)
-            .collect();
+        let of_pixel = |(error, density): (&f64, &f64)| error / (density * OF_PIXEL * allowed);
+        let mut shares: Vec<f64> = errors.pixels().iter().zip(&densities).map(of_pixel).collect();
         // Scattered lines took no part in the image. A line differs from the mean over its pixel.
         let pixels_of_block = (block * block) as f64;
         let is_far = |check: &&CheckLine| {
@@ -173,25 +188,26 @@ impl<'a> PixelLines<'a> {
             (value / density - check.radiance).abs() > allowed + of_pixel
         };
         let far: Vec<&CheckLine> = self.steps.checks.iter().filter(is_far).collect();
-        let has_missed = far.len() * LINES_OF_A_MISS > self.steps.checks.len();
-        far.iter().for_each(|check| is_divided[of_values.at(check.place).1] = true);
-        let [height, width] = tile.shape;
-        let block_of = |row: usize, column: usize| row / block * columns + column / block;
-        let errors = map_of_rows([height, width], |row, pixels| {
-            for (column, error) in pixels.iter_mut().enumerate() {
-                let of = block_of(row, column);
-                *error = of_lines.pixels()[of] + errors.pixels()[of] / densities[of];
-            }
-        });
-        let is_in_divided =
-            |pixel: &usize| has_missed || is_divided[block_of(pixel / width, pixel % width)];
-        let divided = (0..height * width).filter(is_in_divided).collect();
-        Ok(Some(OfBlocks { image, errors, divided, allowed }))
+        far.iter().for_each(|check| shares[of_values.at(check.place).1] = f64::INFINITY);
+        if far.len() * LINES_OF_A_MISS > self.steps.checks.len() {
+            shares.fill(f64::INFINITY);
+        }
+        let on_pixels = |of_block: &(dyn Fn(usize) -> f64 + Sync)| {
+            map_of_rows(tile.shape, |row, pixels| {
+                for (column, pixel) in pixels.iter_mut().enumerate() {
+                    *pixel = of_block(row / block * columns + column / block);
+                }
+            })
+        };
+        let error = |of: usize| of_lines.pixels()[of] + errors.pixels()[of] / densities[of];
+        let (errors, shares) = (on_pixels(&error), on_pixels(&|of| shares[of]));
+        Ok(Some(OfBlocks { image, errors, shares, allowed }))
     }
 
     /// The image, whose divided pixels have lines of their own.
     async fn finished(&self, found: OfBlocks) -> Result<Option<MethodOutput>, MethodError> {
-        let OfBlocks { mut image, mut errors, divided, allowed } = found;
+        let divided = found.divided();
+        let OfBlocks { mut image, mut errors, allowed, .. } = found;
         let is_negative = image.pixels().iter().any(|pixel| *pixel < -allowed);
         let Some(divided) = self.divide(&divided, OF_PIXEL * allowed).await? else {
             return Ok(None);
