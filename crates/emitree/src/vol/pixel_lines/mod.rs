@@ -109,7 +109,8 @@ impl<'a> PixelLines<'a> {
             && meter.start().is_none()
             && meter.rows_wanted().is_none()
             && tile.shape.iter().all(|pixels| *pixels >= FEWEST)
-            && geometry.is_none_or(|geometry| !geometry.has_rim())
+            // A body may be smaller than the distance of lines; charts have its limb, whatever its size.
+            && geometry.is_none_or(|geometry| !geometry.has_regions())
             && !atlas(tiles, &[]).is_some_and(|atlas| atlas.has_singularities());
         if !may_be {
             return Ok(None);
@@ -165,6 +166,10 @@ impl<'a> PixelLines<'a> {
         let Some(lines) = lines else { return Ok(None) };
         let density = |line| tile.projection.solid_angle_density(place(line));
         let densities: Vec<f64> = (0..count).map(density).collect();
+        // Some projections have no image in parts of the square.
+        if densities.iter().any(|density| density.is_nan() || *density <= 0.0) {
+            return Ok(None);
+        }
         let values: Vec<f64> =
             lines.iter().zip(&densities).map(|(line, density)| line.radiance * density).collect();
         let of_values = LatticeImage { values: &values, shape: blocks, block };
