@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 type TestResult = Result<(), Box<dyn std::error::Error>>;
 
-/// The rates of the first look at their cost.
-const FIRST_LOOK: u64 = 3 * 24 * 9;
+/// The rates that are timed first.
+const FIRST_TIMES: u64 = 3 * 24 * 9;
 
 fn options(minimize: Minimize) -> RenderOptions<'static> {
     RenderOptions::new(VolOptions::new(0.01).with_minimize(minimize))
@@ -36,10 +36,10 @@ fn bits(image: &Image) -> Vec<u64> {
 /// The time that a rate takes decides: these take a fiftieth of what is allowed.
 #[test]
 fn cheap_rates_are_integrated_along_lines_of_sight() -> TestResult {
-    for seed in [0, 1, 2, 3, 4, 11] {
+    for seed in [0, 1, 2, 4, 5] {
         let scene = random_scene(seed);
-        let exact = scene.reference_image([48, 64]).image;
-        let found = in_time(|position| scene.rate(position), [48, 64]);
+        let exact = scene.reference_image([64, 80]).image;
+        let found = in_time(|position| scene.rate(position), [64, 80]);
         let steps = found.stats.line_steps.ok_or("lines of sight")?;
         assert!(steps >= 9 && found.stats.evaluations > 60_000, "{seed}");
         assert!(found.converged() && found.estimated_error() <= Some(0.01), "{seed}");
@@ -51,10 +51,10 @@ fn cheap_rates_are_integrated_along_lines_of_sight() -> TestResult {
 
 #[test]
 fn lines_of_sight_have_the_same_bits_for_any_number_of_threads() -> TestResult {
-    let scene = random_scene(3);
+    let scene = random_scene(1);
     let with_threads = |threads: usize| -> Result<_, Box<dyn std::error::Error>> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let found = pool.install(|| in_time(|position| scene.rate(position), [40, 40]));
+        let found = pool.install(|| in_time(|position| scene.rate(position), [64, 64]));
         found.stats.line_steps.ok_or("lines of sight")?;
         let error = found.error.as_ref().ok_or("errors")?;
         Ok((bits(&found.values), bits(error), found.stats.evaluations))
@@ -75,7 +75,7 @@ fn slow_rates_have_the_image_of_fewest_evaluations() {
     let found = in_time(slow, [48, 64]);
     let fewest = in_evaluations(|position| scene.rate(position), [48, 64]);
     assert_eq!(found.stats.line_steps, None);
-    assert_eq!(found.stats.evaluations, fewest.stats.evaluations + FIRST_LOOK);
+    assert_eq!(found.stats.evaluations, fewest.stats.evaluations + FIRST_TIMES);
     assert_eq!(bits(&found.values), bits(&fewest.values));
 }
 
@@ -114,13 +114,15 @@ fn pixels_of_a_whole_sky_are_weighted_with_their_solid_angles() -> TestResult {
 fn a_session_has_fewest_evaluations() -> TestResult {
     let scene = random_scene(1);
     let camera: &dyn Projection = &Canonical;
-    let mut session = Session::<Image>::new(camera, [32, 32], &options(Minimize::Time))?;
     let emission = FromFn(|position, _| scene.rate(position));
-    while !session.is_done() {
-        session.step(&emission)?;
-    }
-    let found = session.rendering().ok_or("an image")?;
-    let fewest = in_evaluations(|position| scene.rate(position), [32, 32]);
+    let of = |minimize| -> Result<Rendering, Box<dyn std::error::Error>> {
+        let mut session = Session::<Image>::new(camera, [32, 32], &options(minimize))?;
+        while !session.is_done() {
+            session.step(&emission)?;
+        }
+        Ok(session.rendering().ok_or("an image")?)
+    };
+    let (found, fewest) = (of(Minimize::Time)?, of(Minimize::Evaluations)?);
     assert_eq!(found.stats.evaluations, fewest.stats.evaluations);
     assert_eq!(bits(&found.values), bits(&fewest.values));
     Ok(())

@@ -35,11 +35,9 @@ const LEAST_FACTOR: f64 = 0.05;
 const SMALL_DIFFERENCE: f64 = 0.02;
 /// The pixels for one line where these are few: an image of large blocks.
 const PIXELS_OF_A_LINE: usize = 16;
-/// The batches of the first look at the cost of an evaluation and the lines in each; and how much longer an evaluation
-/// may take there than in large batches.
+/// The batches that are timed first and the lines in each.
 const FIRST_BATCHES: usize = 3;
 const FIRST_LINES: usize = 24;
-const SMALL_BATCH: f64 = 4.0;
 
 /// The radiance of a line and its estimated error.
 #[derive(Clone, Copy, Debug, Default)]
@@ -149,8 +147,8 @@ impl Steps {
             let evaluations = (FIRST_LINES * first_steps) as f64;
             each = each.min(started.elapsed().as_secs_f64() / evaluations);
         }
-        // Small batches are far from the speed of large ones.
-        if each * (lines * usual_steps) as f64 > SMALL_BATCH * most_seconds {
+        // The scattered lines are most of it. Small batches are slower than large ones, which is on the safe side.
+        if each * (count * OF_A_CHECK + lines * usual_steps) as f64 > most_seconds {
             return Ok(None);
         }
         let mut seconds = f64::INFINITY;
