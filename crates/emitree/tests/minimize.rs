@@ -101,9 +101,9 @@ fn pixels_of_a_whole_sky_are_weighted_with_their_solid_angles() -> TestResult {
     )?;
     let cloud =
         FromFn(|[x, y, z]: [f64; 3], _| (-((x - 0.3).powi(2) + y * y + (z - 0.8).powi(2))).exp());
-    let found = render(&cloud, &sky, [60, 80], &options(Minimize::Time))?;
+    let found = render(&cloud, &sky, [128, 160], &options(Minimize::Time))?;
     found.stats.line_steps.ok_or("lines of sight")?;
-    let exact = render(&cloud, &sky, [60, 80], &RenderOptions::new(VolOptions::new(1e-5)))?;
+    let exact = render(&cloud, &sky, [128, 160], &RenderOptions::new(VolOptions::new(1e-5)))?;
     let error = relative_error(&found.values, &exact.values);
     assert!(error < 0.01, "{error}");
     Ok(())

@@ -182,30 +182,33 @@ impl<'a> PixelLines<'a> {
         let [errors, variation] = of_values.errors();
         let line_errors = of_values.map(|row, column| lines[row * columns + column].error);
         let of_lines = largest_around(&line_errors);
-        let of_pixel = |(error, density): (&f64, &f64)| error / (density * OF_PIXEL * allowed);
-        let mut shares: Vec<f64> = errors.pixels().iter().zip(&densities).map(of_pixel).collect();
         // Scattered lines took no part in the image. A line differs from the mean over its pixel.
         let pixels_of_block = (block * block) as f64;
-        let is_far = |check: &&CheckLine| {
+        let is_beyond = |check: &&CheckLine| {
             let (value, line) = of_values.at(check.place);
             let density = tile.projection.solid_angle_density(check.place);
             let of_pixel = variation.pixels()[line] / (pixels_of_block * densities[line]);
             (value / density - check.radiance).abs() > allowed + of_pixel
         };
-        let far: Vec<&CheckLine> = self.steps.checks.iter().filter(is_far).collect();
-        far.iter().for_each(|check| shares[of_values.at(check.place).1] = f64::INFINITY);
-        if far.len() * LINES_OF_A_MISS > self.steps.checks.len() {
-            shares.fill(f64::INFINITY);
-        }
-        let on_pixels = |of_block: &(dyn Fn(usize) -> f64 + Sync)| {
+        let far: Vec<&CheckLine> = self.steps.checks.iter().filter(is_beyond).collect();
+        let has_missed = far.len() * LINES_OF_A_MISS > self.steps.checks.len();
+        let mut is_far = vec![has_missed; count];
+        far.iter().for_each(|check| is_far[of_values.at(check.place).1] = true);
+        // The density of a pixel may be far below that in the middle of its block, as beside the poles of a sky.
+        let on_pixels = |of_pixel: &(dyn Fn(usize, f64) -> f64 + Sync)| {
             map_of_rows(tile.shape, |row, pixels| {
-                for (column, pixel) in pixels.iter_mut().enumerate() {
-                    *pixel = of_block(row / block * columns + column / block);
+                for (column, (pixel, density)) in pixels.iter_mut().zip(whole.row(row)).enumerate()
+                {
+                    *pixel = of_pixel(row / block * columns + column / block, *density);
                 }
             })
         };
-        let error = |of: usize| of_lines.pixels()[of] + errors.pixels()[of] / densities[of];
-        let (errors, shares) = (on_pixels(&error), on_pixels(&|of| shares[of]));
+        let of_mean = |of: usize, density: f64| errors.pixels()[of] / density.abs();
+        let share = |of: usize, density: f64| {
+            if is_far[of] { f64::INFINITY } else { of_mean(of, density) / (OF_PIXEL * allowed) }
+        };
+        let error = |of: usize, density: f64| of_lines.pixels()[of] + of_mean(of, density);
+        let (errors, shares) = (on_pixels(&error), on_pixels(&share));
         Ok(Some(OfBlocks { image, errors, shares, allowed }))
     }
 
