@@ -122,8 +122,8 @@ fn a_seed_shows_what_the_base_lattice_would_miss() {
 /// Expressions take nanoseconds: lines of sight on a lattice of pixels take less time than few evaluations.
 #[test]
 fn time_is_minimized_on_request() {
-    let folder = Folder::with_scene(&support::example("helix.toml"));
-    let size = "--width 48 --height 40";
+    let folder = Folder::with_scene(&support::example("holmstrom.toml"));
+    let size = "--width 64 --height 64";
     let render = |more: &str| {
         let run =
             folder.emitree(&format!("render scene.toml -o a.npy --report r.json {size} {more}"));
