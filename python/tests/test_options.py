@@ -18,6 +18,7 @@ ENERGY = {"min": 1, "max": 2, "bins": 2}
     (dict(threshold="1%"), "threshold"),
     (dict(order=3), "order"),
     (dict(method="los", base_level=3), "base_level"),
+    (dict(method="los", minimize="time"), "minimize"),
     (dict(method="los", seeds=[((0.5, 0.5, 0.5), 0.1)]), "seeds"),
     (dict(method="paper", seeds=[((0.5, 0.5, 0.5), 0.1)]), "seeds"),
     (dict(method="paper", tolerance=0.1), "tolerance"),
@@ -153,6 +154,19 @@ def test_limits_may_be_quantities():
         emitree.render(peak, CUBE, (4, 4), max_seconds=1 * u.km)
     with pytest.raises(emitree.SceneError, match=r"`smallest_feature` is \[1\. 2\.\] m"):
         emitree.render(peak, camera, (4, 4), smallest_feature=[1, 2] * u.m)
+
+
+def test_an_expression_is_rendered_in_the_shortest_time():
+    formula = "exp(-20*((x - 0.4)^2 + (y - 0.6)^2 + (z - 0.5)^2))"
+    in_time = emitree.render(formula, CUBE, (40, 40), minimize="time")
+    fewest = emitree.render(formula, CUBE, (40, 40), minimize="evaluations")
+    assert in_time.report["line_steps"] >= 9
+    assert fewest.report["line_steps"] is None
+    assert in_time.report["evaluations"] > 60_000 > fewest.report["evaluations"]
+    assert in_time.converged
+    assert np.abs(in_time.image - fewest.image).max() <= 0.02 * fewest.image.max()
+    with pytest.raises(emitree.SceneError, match=r'`render\.minimize` is "speed"'):
+        emitree.render(formula, CUBE, (4, 4), minimize="speed")
 
 
 def test_the_smallest_feature_is_reported():

@@ -19,22 +19,32 @@ const DOCUMENT: &str = "docs/performance.md";
 /// The section whose numbers are plotted.
 const PLOTTED: &str = "scaling";
 /// The section of scene files, with their tolerance: images without energies whose tolerance is that of the
-/// largest pixel, and whose reference takes less than a minute.
+/// largest pixel, and whose reference takes less than a minute or two.
 const SCENES: &str = "scenes";
 const TOLERANCE: &str = "0.01";
-const FILES: [&str; 12] = [
-    "airglow",
-    "beta_model",
-    "ena",
-    "geocorona",
-    "helix",
-    "holmstrom",
-    "k_corona",
-    "mars_hydrogen",
-    "shell_nebula",
-    "smile",
-    "smile_jorgensen",
-    "uniform",
+const FILES: [&str; 22] = [
+    "examples/airglow.toml",
+    "examples/beta_model.toml",
+    "examples/ena.toml",
+    "examples/geocorona.toml",
+    "examples/helix.toml",
+    "examples/holmstrom.toml",
+    "examples/k_corona.toml",
+    "examples/mars_hydrogen.toml",
+    "examples/shell_nebula.toml",
+    "examples/smile.toml",
+    "examples/smile_jorgensen.toml",
+    "examples/uniform.toml",
+    "bench/scenes/ball.toml",
+    "bench/scenes/bar.toml",
+    "bench/scenes/cavities.toml",
+    "bench/scenes/comet.toml",
+    "bench/scenes/loops.toml",
+    "bench/scenes/spiral.toml",
+    "bench/scenes/supernova.toml",
+    "bench/scenes/swcx.toml",
+    "bench/scenes/torus_inside.toml",
+    "bench/scenes/turbulence.toml",
 ];
 
 /// Runs the sections named (all of them if none is), keeps their numbers as
@@ -60,7 +70,7 @@ pub(crate) fn run(workspace: &Workspace, sections: &[&str]) -> Result<(), String
     if sections.is_empty() || sections.contains(&SCENES) {
         let mut command = workspace.cargo();
         command.args(["run", "--release", "-p", "emitree-io", "--example", "lines_of_sight", "--"]);
-        command.arg(TOLERANCE).args(FILES.map(|name| format!("examples/{name}.toml")));
+        command.arg(TOLERANCE).args(FILES);
         printed.push_str(&output_of(&mut command)?);
     }
 

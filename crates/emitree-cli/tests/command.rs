@@ -119,6 +119,33 @@ fn a_seed_shows_what_the_base_lattice_would_miss() {
     assert!(error <= 0.01, "{error}");
 }
 
+/// Expressions take nanoseconds: lines of sight on a lattice of pixels take less time than few evaluations.
+#[test]
+fn time_is_minimized_on_request() {
+    let folder = Folder::with_scene(&support::example("holmstrom.toml"));
+    let size = "--width 64 --height 64";
+    let render = |more: &str| {
+        let run =
+            folder.emitree(&format!("render scene.toml -o a.npy --report r.json {size} {more}"));
+        run.succeeds();
+        (run.stdout, folder.json("r.json"), pixels(&folder.bytes("a.npy")))
+    };
+    let (summary, report, in_time) = render("--minimize time");
+    let steps = report["line_steps"].as_u64().unwrap();
+    let lines =
+        format!("  lines        on a lattice of pixels, {steps} steps each, to minimize time\n");
+    assert!(summary.contains(&lines), "{summary}");
+    assert!(report["evaluations"].as_u64().unwrap() > 60_000);
+    assert_eq!((&report["method"], &report["converged"]), (&"vol".into(), &true.into()));
+    let (summary, report, fewest) = render("--minimize evaluations");
+    assert!(!summary.contains("lattice of pixels"), "{summary}");
+    assert_eq!(report["line_steps"], Value::Null);
+    let largest = fewest.iter().copied().fold(0.0, f64::max);
+    let differences = in_time.iter().zip(&fewest).map(|(a, b)| (a - b).abs());
+    let difference = differences.fold(0.0, f64::max);
+    assert!(difference > 0.0 && difference <= 0.02 * largest, "{difference} {largest}");
+}
+
 #[test]
 fn options_without_effect_are_reported() {
     let folder = Folder::with_scene(&support::example("knot.toml"));
@@ -129,6 +156,10 @@ fn options_without_effect_are_reported() {
     };
     ignored("--threshold 1% --order 5", "order, threshold: the method vol has no such option");
     ignored("--lines 2", "lines: the method vol has no such option");
+    ignored(
+        "--method los --set seed=[] --minimize time",
+        "minimize: the method los has no such option",
+    );
     let paper = "--method paper --threshold 0.5";
     ignored(paper, "tolerance, seed: the method paper has no such option");
     ignored("--method los --set seed=[] --order 3", "order: the method los has no such option");

@@ -79,6 +79,9 @@ fn options_of_vol_that_are_out_of_range() {
     refused("--tolerance x", &["`render.tolerance` is a string", "expected a number"]);
     let batch = "expected a number of evaluations in a batch, 1 or more";
     refused("--batch-size 0", &["`render.batch_size` is 0", "option --batch-size:1:", batch]);
+    let minimized = "expected `evaluations` or `time`";
+    let speed = ["`render.minimize` is \"speed\"", "option --minimize:1:", minimized];
+    refused("--minimize speed", &speed);
     let rounds = "expected a number of rounds, 1 or more";
     refused("--rounds 0", &["`render.rounds` is 0", "option --rounds:1:", rounds]);
 }

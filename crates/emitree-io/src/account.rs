@@ -115,6 +115,9 @@ pub struct Account {
     /// The standard deviation of the smallest Gaussian that would have been detected, as a fraction of
     /// the view's cube.
     pub smallest_feature: Option<f64>,
+    /// The uniform steps of lines of sight on a lattice of pixels, if the image is made of such lines.
+    #[serde(default)]
+    pub line_steps: Option<usize>,
     /// The time that it took \[s\].
     pub total_seconds: f64,
     /// The part of it that was spent in the emission \[s\].
@@ -351,6 +354,7 @@ impl Account {
             leaves_per_level: tree.map_or_else(Vec::new, |built| built.tree.leaves_per_level()),
             base_level: stats.base_level,
             smallest_feature: stats.smallest_feature,
+            line_steps: stats.line_steps,
             total_seconds: stats.total_time.as_secs_f64(),
             emission_seconds: stats.emission_time.as_secs_f64(),
             peak_memory_bytes: peak_memory_bytes(),

@@ -44,6 +44,8 @@ pub(crate) struct MethodOutput {
     pub(crate) energies: Vec<f64>,
     /// The smallest feature that would have been detected, as a fraction of the view's cube.
     pub(crate) smallest_feature: Option<f64>,
+    /// The uniform steps of lines of sight on a lattice of pixels, if the image is made of such lines.
+    pub(crate) line_steps: Option<usize>,
     /// The largest error of a value over the error allowed there, if the method has such.
     pub(crate) error_over_allowed: Option<f64>,
     /// The radiances of lines, if the options name some and the method has them.
@@ -73,6 +75,7 @@ impl MethodOutput {
             base_level: None,
             energies: Vec::new(),
             smallest_feature: None,
+            line_steps: None,
             error_over_allowed: None,
             lines: None,
             sums: Vec::new(),

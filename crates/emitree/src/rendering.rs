@@ -70,6 +70,9 @@ pub struct RenderStats {
     /// [`FEATURE_CONTRAST`](crate::vol::FEATURE_CONTRAST) times the tolerance; only of
     /// [`Method::Vol`](crate::Method::Vol).
     pub smallest_feature: Option<f64>,
+    /// The uniform steps of lines of sight on a lattice of pixels, where
+    /// [time is minimized](crate::vol::Minimize::Time) and the image is made of such lines; `None` otherwise.
+    pub line_steps: Option<usize>,
     /// The largest estimated |error| of a value over the error that is allowed there: at most 1 if the
     /// tolerance is met; only of [`Method::Vol`](crate::Method::Vol).
     pub error_over_allowed: Option<f64>,

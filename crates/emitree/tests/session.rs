@@ -5,8 +5,8 @@ use emitree::projection::Ellipsoid;
 use emitree::tree::BuildOptions;
 use emitree::{
     Canonical, Cube, Emission, EnergyAxis, EnergyScale, Equirectangular, FromFn, FromSpectralFn,
-    Image, Method, Orthographic, Projection, RenderError, RenderOptions, Samples, Session, StopReason, Viewpoint,
-    VolOptions, render, render_cube,
+    Image, Method, Orthographic, Projection, RenderError, RenderOptions, Samples, Session,
+    StopReason, Viewpoint, VolOptions, render, render_cube,
 };
 use emitree_problems::family::random_scene;
 use std::sync::{Arc, Mutex};
@@ -61,8 +61,7 @@ fn ask_and_tell_give_what_render_gives() {
 #[test]
 fn a_rendering_evaluates_none_of_its_first_points_twice() {
     let occulter = Ellipsoid::sphere([0.5, 0.5, 0.5], 0.2).unwrap();
-    let viewpoint =
-        Viewpoint { position: [0.5, 0.5, -3.0], target: [0.5; 3], up: [0.0, 1.0, 0.0] };
+    let viewpoint = Viewpoint { position: [0.5, 0.5, -3.0], target: [0.5; 3], up: [0.0, 1.0, 0.0] };
     let with_body = Orthographic::new(viewpoint, [1.0; 2], [2.5, 4.5]).unwrap();
     let with_body = with_body.with_occulters(vec![occulter]).unwrap();
     for camera in [CAMERA, &with_body] {

@@ -29,6 +29,7 @@ _METHODS = {
     "steps": "`los`",
     "seeds": "`vol`",
     "smallest_feature": "`vol`",
+    "minimize": "`vol`",
 }
 
 

@@ -134,6 +134,10 @@ pub(crate) struct SceneOptions {
     /// or a length as in "0.1 R_E" (vol).
     #[arg(long, value_name = "SIZE")]
     smallest_feature: Option<String>,
+    /// What is to be little: evaluations, or time. With time, rates that take nanoseconds are integrated along lines of
+    /// sight on a lattice of pixels where that is faster, to the same tolerance (vol).
+    #[arg(long, value_name = "WHAT")]
+    minimize: Option<String>,
     /// Make at most this many evaluations in one batch.
     #[arg(long, value_name = "N")]
     batch_size: Option<String>,
@@ -169,6 +173,7 @@ impl SceneOptions {
             ("render.finest_level", "finest-level", &self.finest_level),
             ("render.rule", "rule", &self.rule),
             ("render.smallest_feature", "smallest-feature", &self.smallest_feature),
+            ("render.minimize", "minimize", &self.minimize),
             ("render.batch_size", "batch-size", &self.batch_size),
             ("render.rounds", "rounds", &self.rounds),
             ("render.lines", "lines", &self.lines),

@@ -62,6 +62,12 @@ pub(crate) fn print(
     for sum in &rendered.account.sums {
         writeln!(out, "  sum          {}", region_sum(sum))?;
     }
+    if let Some(steps) = rendered.stats.line_steps {
+        writeln!(
+            out,
+            "  lines        on a lattice of pixels, {steps} steps each, to minimize time"
+        )?;
+    }
     if let Some(fraction) = rendered.stats.smallest_feature {
         writeln!(out, "  covered      {}", covered(fraction))?;
     }

@@ -7,6 +7,7 @@ use crate::scene::{EmissionFailure, PixelLayout, Scene};
 use emitree::los::Steps;
 use emitree::progress::{Frame, Progress};
 use emitree::refinement::Threshold;
+use emitree::vol::Minimize;
 use emitree::{
     Cube, Healpix, Image, Method, RenderError, Rendering, VolOptions, render, render_cube,
 };
@@ -58,7 +59,9 @@ impl Stage {
         let shape = [scene.height, scene.width];
         match &scene.render.method {
             Method::Vol(vol) => {
-                let (vol, looseness) = looser(vol);
+                let (mut vol, looseness) = looser(vol);
+                // The evaluations of lines through all pixels say nothing of other images.
+                vol.minimize = Minimize::Evaluations;
                 let shape = if is_of_shape(&vol) { shape } else { shape_within(scene, VOL_PIXELS) };
                 let looseness = if shape == [scene.height, scene.width] {
                     looseness

@@ -13,7 +13,7 @@ use emitree::prediction::{MAX_ORDER, Predictor};
 use emitree::quadrature::CellRule;
 use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
-use emitree::vol::{BASE_LEVELS, Seed};
+use emitree::vol::{BASE_LEVELS, Minimize, Seed};
 use emitree::{Method, VolOptions};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -69,6 +69,7 @@ pub(super) fn read(
     let accuracy = Accuracy::take(&mut table);
     let sums = table.take("sums");
     let base_level = table.take("base_level");
+    let minimize = table.take("minimize");
     let of_trees = ["order", "finest_level", "rule", "threshold"].map(|key| (key, table.take(key)));
     let of_lines = ["lines", "steps"].map(|key| (key, table.take(key)));
     table.finish()?;
@@ -96,6 +97,7 @@ pub(super) fn read(
         Kind::Paper | Kind::Los => 1..=BuildOptions::deepest_base_level::<3>(),
     };
     let base_level = base_level.map(|node| level(&node, base_levels)).transpose()?;
+    let minimize = minimize.map(|node| minimized(&node.text()?)).transpose()?;
     let build_options = build_options(base_level, &of_trees)?;
     // Where the tolerance is not one of lines, it does not contradict uniform steps.
     let of_line = tolerance.as_ref().filter(|_| kind == Kind::Los);
@@ -120,6 +122,7 @@ pub(super) fn read(
             options.sums = of_method;
             options.base_level = base_level.unwrap_or(options.base_level);
             options.smallest_feature = smallest_feature;
+            options.minimize = minimize.unwrap_or_default();
             options.seeds = seeds;
             options.line_energies = line_energies;
             let tolerance = options.by_pixel.is_none().then_some(options.tolerance);
@@ -144,6 +147,7 @@ pub(super) fn read(
     };
     if kind != Kind::Vol {
         ignored.extend(smallest_feature.map(|_| "smallest_feature"));
+        ignored.extend(minimize.map(|_| "minimize"));
         ignored.extend(has_seeds.then_some("seed"));
     }
     Ok(RenderSettings {
@@ -248,6 +252,15 @@ fn at_least_one<T: TryFrom<i64> + Default + PartialEq>(
 ) -> Result<T, SceneError> {
     let count = node.count(expected)?;
     if count == T::default() { Err(node.refuse("0", expected)) } else { Ok(count) }
+}
+
+fn minimized((name, place): &(String, Place)) -> Result<Minimize, SceneError> {
+    match name.as_str() {
+        "evaluations" => Ok(Minimize::Evaluations),
+        "time" => Ok(Minimize::Time),
+        unknown => Err(SceneError::at(place, format!("`render.minimize` is \"{unknown}\""))
+            .label("expected `evaluations` or `time`")),
+    }
 }
 
 fn cell_rule((name, place): &(String, Place)) -> Result<CellRule, SceneError> {

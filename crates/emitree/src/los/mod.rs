@@ -5,7 +5,7 @@
 //! (`adaptive`). Nothing is shared between lines.
 
 pub(crate) mod adaptive;
-mod fixed;
+pub(crate) mod fixed;
 mod mesh;
 mod start;
 

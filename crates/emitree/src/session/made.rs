@@ -100,6 +100,7 @@ impl<V: Values> Session<'_, V> {
             energies: made.energies,
             base_level: made.base_level,
             smallest_feature: made.smallest_feature,
+            line_steps: made.line_steps,
             error_over_allowed: made.error_over_allowed,
             largest_rate: self.course.meter.largest_rate(),
             emission_time,

@@ -16,6 +16,7 @@ use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank;
 use crate::vol::lowrank::attempted::Attempted;
 use crate::vol::lowrank::start::{Division, Start};
+use crate::vol::pixel_lines::PixelLines;
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::check_seeds;
 use crate::vol::surfaces;
@@ -101,6 +102,12 @@ async fn to_tolerance(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
 ) -> Result<MethodOutput, MethodError> {
+    if axis.is_none()
+        && let Some(lines) = PixelLines::expected(meter, tiles, vol).await?
+        && let Some(made) = lines.render().await?
+    {
+        return Ok(with_share_of_allowed(made, vol));
+    }
     let mut start = start(meter, tiles);
     let mut division = match start {
         Some(start) => start.division.clone(),

@@ -26,6 +26,7 @@
 //! * `engine`: the loop over all sheets, and the final verification;
 //! * `lowrank`: the low-rank approximation of each part, with forecasts of its cost and that of the tree;
 //! * `surfaces`: surfaces at which G jumps, and the image from them and from polynomials beside them;
+//! * `pixel_lines`: lines of sight on a lattice of pixels, where time is to be minimized and g is cheap;
 //! * `choose`: the low-rank approximation first, then surfaces if G jumps, then the tree;
 //! * `sums`: sums over regions, their errors, and images refined for them.
 //!
@@ -43,6 +44,7 @@ mod line;
 mod lowrank;
 pub(crate) mod options;
 mod orthonormal;
+mod pixel_lines;
 mod rule;
 mod sampling;
 mod seeds;
@@ -62,8 +64,8 @@ mod testing;
 #[cfg(test)]
 mod tests;
 
-pub use options::PixelTolerance;
 pub(crate) use options::VolOptions;
+pub use options::{Minimize, PixelTolerance};
 pub use seeds::Seed;
 pub(crate) use sums::render;
 

@@ -68,6 +68,30 @@ impl PixelTolerance {
     }
 }
 
+/// What a rendering is to need as little of as possible.
+///
+/// ```
+/// use emitree::VolOptions;
+/// use emitree::vol::Minimize;
+///
+/// let options = VolOptions::new(0.01).with_minimize(Minimize::Time);
+/// assert_eq!(options.minimize, Minimize::Time);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Minimize {
+    /// Evaluations of g. The same input gives the same bits.
+    #[default]
+    Evaluations,
+    /// Wall-clock time. If g turns out to take nanoseconds, the image is made of lines of sight on a lattice of
+    /// pixels where that is faster, to the same tolerance; g is evaluated up to millions of times then, which
+    /// [`RenderStats::line_steps`](crate::result::RenderStats::line_steps) says. The choice depends on measured
+    /// time, so that the same input may give one of two images, each within the tolerance. Sessions, renderings
+    /// with `rounds`, cubes, several tiles, discs, opaque bodies, errors by pixel, sums, seeds and meshes have
+    /// fewest evaluations all the same.
+    Time,
+}
+
 /// Options of method [`Vol`](crate::Method::Vol).
 ///
 /// ```
@@ -116,6 +140,8 @@ pub struct VolOptions {
     pub smallest_feature: Option<FeatureSize>,
     /// Small structures at known places.
     pub seeds: Vec<Seed>,
+    /// Whether evaluations of g are to be few, or time short.
+    pub minimize: Minimize,
     /// Energies of emission lines, in the unit of the [energy axis](crate::EnergyAxis), at which
     /// all spectra are sampled. Without them a line that is much narrower than its bin may be
     /// missed. Only for cubes.
@@ -135,6 +161,7 @@ impl Default for VolOptions {
             base_level: 3,
             smallest_feature: None,
             seeds: Vec::new(),
+            minimize: Minimize::Evaluations,
             line_energies: Vec::new(),
         }
     }
@@ -223,6 +250,13 @@ impl VolOptions {
     #[must_use]
     pub fn with_seeds(mut self, seeds: impl Into<Vec<Seed>>) -> Self {
         self.seeds = seeds.into();
+        self
+    }
+
+    /// Sets whether evaluations of g are to be few, or time short.
+    #[must_use]
+    pub fn with_minimize(mut self, minimize: Minimize) -> Self {
+        self.minimize = minimize;
         self
     }
 

@@ -3,7 +3,7 @@
 use super::chart::{AcrossGap, Chart};
 use super::depth::Weights;
 use super::layer::Layer;
-use super::stretch::Stretch;
+use super::stretch::StretchTable;
 use crate::projection::MappedPoint;
 use crate::projection::surroundings::SightLine;
 
@@ -11,7 +11,7 @@ use crate::projection::surroundings::SightLine;
 #[derive(Clone, Debug)]
 pub(crate) enum Remap {
     /// More depths where the emission is.
-    Stretch(Stretch),
+    Stretch(StretchTable),
     /// The part of each line in a region between planes.
     Layer(Layer),
 }

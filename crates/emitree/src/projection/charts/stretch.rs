@@ -74,6 +74,36 @@ impl Stretch {
     }
 }
 
+/// The parts of the unit interval at whose ends the map is computed in advance: most samples of lines are at
+/// dyadic places, and Newton's steps take longer than a cheap g.
+const PARTS: usize = 1024;
+
+/// A stretch, with its map at the multiples of a part.
+#[derive(Clone, Debug)]
+pub(crate) struct StretchTable {
+    stretch: Stretch,
+    known: Vec<(f64, f64)>,
+}
+
+impl StretchTable {
+    pub(crate) fn new(stretch: Stretch) -> Self {
+        let known = (0..=PARTS).map(|k| stretch.at(k as f64 / PARTS as f64)).collect();
+        Self { stretch, known }
+    }
+
+    /// As [`Stretch::at`].
+    pub(super) fn at(&self, t: f64) -> (f64, f64) {
+        let parts = t * PARTS as f64;
+        let is_known = (0.0..=PARTS as f64).contains(&parts) && parts.fract() == 0.0;
+        if is_known { self.known[crate::cell::whole(parts)] } else { self.stretch.at(t) }
+    }
+
+    /// As [`Stretch::place_of`].
+    pub(super) fn place_of(&self, z: f64) -> f64 {
+        self.stretch.place_of(z)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

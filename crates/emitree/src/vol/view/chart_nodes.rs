@@ -111,6 +111,14 @@ impl ChartNodes {
         self.add(image, |node| raster.value(node.place.map(f64::from)));
     }
 
+    /// The image of a function that has one value everywhere.
+    pub(crate) fn image_of_constant(&self, value: f64) -> Image {
+        let [height, width] = self.shape;
+        let mut image = Image::zeros(height, width);
+        self.add(&mut image, |_| value);
+        image
+    }
+
     /// Adds the means of errors over pixels to `image`, from those on the raster of errors.
     pub(crate) fn add_errors(&self, errors: &Image, image: &mut Image) {
         let cells = errors.pixels();

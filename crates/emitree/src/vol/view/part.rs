@@ -11,7 +11,7 @@ use crate::projection::charts::chart::Window;
 use crate::projection::charts::depth::Weights;
 use crate::projection::charts::layer::{Layer, layers};
 use crate::projection::charts::remapped::{Remap, Remapped};
-use crate::projection::charts::stretch::Stretch;
+use crate::projection::charts::stretch::{Stretch, StretchTable};
 use crate::projection::charts::{Atlas, FoundEdge};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
@@ -149,7 +149,10 @@ fn plane_chart<'a>(
 ) -> Box<dyn Chart + 'a> {
     let chart = tile.projection.chart(number);
     match stretch {
-        Some(stretch) => Box::new(Remapped { chart, remap: Remap::Stretch(stretch) }),
+        Some(stretch) => {
+            let remap = Remap::Stretch(StretchTable::new(stretch));
+            Box::new(Remapped { chart, remap })
+        }
         None => chart,
     }
 }
@@ -509,6 +512,14 @@ impl Footing {
         match self {
             Self::Pixels { .. } => [scale.height(), scale.width()],
             Self::Nodes { nodes, .. } => nodes.image_shape(),
+        }
+    }
+
+    /// The errors of pixels from the same error everywhere on the raster of the part, of this shape.
+    pub(crate) fn same_errors(&self, error: f64, [rows, columns]: [usize; 2]) -> Image {
+        match self {
+            Self::Pixels { .. } => Image::from_pixels(rows, columns, vec![error; rows * columns]),
+            Self::Nodes { nodes, .. } => nodes.image_of_constant(error),
         }
     }
 

@@ -213,17 +213,16 @@ impl<'a> Sheet<'a> {
         let of_lines = match &self.scan.weights {
             None => {
                 let of_a_line = (0..tree.len()).map(|i| node_lines.error(i)).fold(0.0, f64::max);
-                Image::from_pixels(rows, columns, vec![of_a_line; rows * columns])
+                self.footing.same_errors(of_a_line, shape)
             }
             Some(_) => {
                 let nodes = tree.nodes().iter().enumerate();
                 let nodes = nodes.map(|(i, node)| {
                     (node.place, self.scan.level_of_next(node), node_lines.error(i))
                 });
-                errors_of_lines(nodes, shape)
+                self.footing.errors(errors_of_lines(nodes, shape))
             }
         };
-        let of_lines = self.footing.errors(of_lines);
         let mut error = Image::zeros(rows, columns);
         let guarded = guarded_details(tree);
         let remaining = remaining(tree, &guarded, required_level);

@@ -1,0 +1,141 @@
+//! Renderings in the shortest time: lines of sight on a lattice of pixels, and where there are none.
+
+use emitree::vol::Minimize;
+use emitree::{
+    Canonical, Equirectangular, FromFn, Image, Projection, RenderOptions, Rendering, Session,
+    Viewpoint, VolOptions, render,
+};
+use emitree_problems::family::random_scene;
+use emitree_problems::relative_error;
+use emitree_problems::shapes::random_shape;
+use std::time::{Duration, Instant};
+
+type TestResult = Result<(), Box<dyn std::error::Error>>;
+
+/// The rates that are timed first.
+const FIRST_TIMES: u64 = 3 * 24 * 9;
+
+fn options(minimize: Minimize) -> RenderOptions<'static> {
+    RenderOptions::new(VolOptions::new(0.01).with_minimize(minimize))
+}
+
+fn in_time(rate: impl Fn([f64; 3]) -> f64 + Sync, shape: [usize; 2]) -> Rendering {
+    let emission = FromFn(|position, _| rate(position));
+    render(&emission, &Canonical, shape, &options(Minimize::Time)).unwrap()
+}
+
+fn in_evaluations(rate: impl Fn([f64; 3]) -> f64 + Sync, shape: [usize; 2]) -> Rendering {
+    let emission = FromFn(|position, _| rate(position));
+    render(&emission, &Canonical, shape, &options(Minimize::Evaluations)).unwrap()
+}
+
+fn bits(image: &Image) -> Vec<u64> {
+    image.pixels().iter().map(|pixel| pixel.to_bits()).collect()
+}
+
+/// The time that a rate takes decides: these take a fiftieth of what is allowed.
+#[test]
+fn cheap_rates_are_integrated_along_lines_of_sight() -> TestResult {
+    for seed in [0, 1, 2, 4, 5] {
+        let scene = random_scene(seed);
+        let exact = scene.reference_image([64, 80]).image;
+        let found = in_time(|position| scene.rate(position), [64, 80]);
+        let steps = found.stats.line_steps.ok_or("lines of sight")?;
+        assert!(steps >= 9 && found.stats.evaluations > 60_000, "{seed}");
+        assert!(found.converged() && found.estimated_error() <= Some(0.01), "{seed}");
+        let error = relative_error(&found.values, &exact);
+        assert!(error <= 0.01, "{seed}: {error}");
+    }
+    Ok(())
+}
+
+#[test]
+fn lines_of_sight_have_the_same_bits_for_any_number_of_threads() -> TestResult {
+    let scene = random_scene(1);
+    let with_threads = |threads: usize| -> Result<_, Box<dyn std::error::Error>> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let found = pool.install(|| in_time(|position| scene.rate(position), [64, 64]));
+        found.stats.line_steps.ok_or("lines of sight")?;
+        let error = found.error.as_ref().ok_or("errors")?;
+        Ok((bits(&found.values), bits(error), found.stats.evaluations))
+    };
+    let one = with_threads(1)?;
+    assert!(with_threads(2)? == one && with_threads(5)? == one);
+    Ok(())
+}
+
+#[test]
+fn slow_rates_have_the_image_of_fewest_evaluations() {
+    let scene = random_scene(0);
+    let slow = |position| {
+        let started = Instant::now();
+        while started.elapsed() < Duration::from_micros(20) {}
+        scene.rate(position)
+    };
+    let found = in_time(slow, [48, 64]);
+    let fewest = in_evaluations(|position| scene.rate(position), [48, 64]);
+    assert_eq!(found.stats.line_steps, None);
+    assert_eq!(found.stats.evaluations, fewest.stats.evaluations + FIRST_TIMES);
+    assert_eq!(bits(&found.values), bits(&fewest.values));
+}
+
+/// Uniform steps across a surface at which g jumps converge slowly: surfaces are found instead.
+#[test]
+fn jumps_have_the_image_of_fewest_evaluations() {
+    let shape = random_shape(0);
+    let found = in_time(|position| shape.rate(position), [32, 32]);
+    let fewest = in_evaluations(|position| shape.rate(position), [32, 32]);
+    assert_eq!(found.stats.line_steps, None);
+    assert!(found.converged());
+    assert_eq!(bits(&found.values), bits(&fewest.values));
+}
+
+/// Towards the poles of a whole sky the solid angles of pixels fall to 0.
+#[test]
+fn pixels_of_a_whole_sky_are_weighted_with_their_solid_angles() -> TestResult {
+    let viewpoint = Viewpoint { position: [0.0; 3], target: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] };
+    let sky = Equirectangular::new(
+        viewpoint,
+        [core::f64::consts::TAU, core::f64::consts::PI],
+        [0.0, 4.0],
+    )?;
+    let cloud =
+        FromFn(|[x, y, z]: [f64; 3], _| (-((x - 0.3).powi(2) + y * y + (z - 0.8).powi(2))).exp());
+    let found = render(&cloud, &sky, [128, 160], &options(Minimize::Time))?;
+    found.stats.line_steps.ok_or("lines of sight")?;
+    let exact = render(&cloud, &sky, [128, 160], &RenderOptions::new(VolOptions::new(1e-5)))?;
+    let error = relative_error(&found.values, &exact.values);
+    assert!(error < 0.01, "{error}");
+    Ok(())
+}
+
+/// What is repeated can't depend on time.
+#[test]
+fn a_session_has_fewest_evaluations() -> TestResult {
+    let scene = random_scene(1);
+    let camera: &dyn Projection = &Canonical;
+    let emission = FromFn(|position, _| scene.rate(position));
+    let of = |minimize| -> Result<Rendering, Box<dyn std::error::Error>> {
+        let mut session = Session::<Image>::new(camera, [32, 32], &options(minimize))?;
+        while !session.is_done() {
+            session.step(&emission)?;
+        }
+        Ok(session.rendering().ok_or("an image")?)
+    };
+    let (found, fewest) = (of(Minimize::Time)?, of(Minimize::Evaluations)?);
+    assert_eq!(found.stats.evaluations, fewest.stats.evaluations);
+    assert_eq!(bits(&found.values), bits(&fewest.values));
+    Ok(())
+}
+
+#[test]
+fn a_budget_below_that_of_the_lines_is_spent_on_few_evaluations() {
+    let scene = random_scene(2);
+    let emission = FromFn(|position, _| scene.rate(position));
+    let options = |of| options(of).with_max_evaluations(60_000);
+    let of = |of| render(&emission, &Canonical, [48, 48], &options(of)).unwrap();
+    let (found, fewest) = (of(Minimize::Time), of(Minimize::Evaluations));
+    assert_eq!(found.stats.line_steps, None);
+    assert!(found.stats.evaluations <= 60_000);
+    assert_eq!(bits(&found.values), bits(&fewest.values));
+}
