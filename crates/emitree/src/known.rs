@@ -1,7 +1,7 @@
 //! Stored rates: no point is evaluated twice in one session.
 
 use crate::exchange::Batch;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::hash_map::Entry;
 
 /// Memory that a rate takes with its point: 64 bytes, in a hash table that has just grown.
@@ -30,9 +30,14 @@ impl KnownRates {
         self.0.len()
     }
 
-    /// Whether each point of a batch has no stored rate.
+    /// Whether each point of a batch has no stored rate and is not an earlier one of the batch.
     pub(crate) fn are_new(&self, batch: &Batch) -> Vec<bool> {
-        (0..batch.len()).map(|i| !self.0.contains_key(&point(batch, i))).collect()
+        let mut earlier = FxHashSet::default();
+        let is_new = |i| {
+            let point = point(batch, i);
+            !self.0.contains_key(&point) && earlier.insert(point)
+        };
+        (0..batch.len()).map(is_new).collect()
     }
 
     /// The points of a batch without a stored rate.
@@ -127,7 +132,7 @@ mod tests {
     fn another_energy_is_another_point() {
         let mut known = KnownRates::default();
         known.insert(&batch(&[1.0], &[5.0]));
-        let unknown = known.unknown(&batch(&[1.0, 1.0], &[5.0, 6.0]));
+        let unknown = known.unknown(&batch(&[1.0, 1.0, 1.0], &[5.0, 6.0, 6.0]));
         assert_eq!(unknown.energies, [6.0]);
     }
 }

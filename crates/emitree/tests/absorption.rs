@@ -276,12 +276,12 @@ fn check_family(seeds: core::ops::Range<u64>, tolerance: f64, evaluations: [u64;
 
 #[test]
 fn random_media_meet_one_percent() {
-    check_family(1000..1020, 0.01, [2105, 2103]);
+    check_family(1000..1020, 0.01, [2_047, 2103]);
 }
 
 #[test]
 fn random_media_meet_a_tenth_of_a_percent() {
-    check_family(1020..1030, 1e-3, [2051, 2192]);
+    check_family(1020..1030, 1e-3, [2_020, 2192]);
 }
 
 /// ∫ exp(−κ z) dz with κ = 2 x E, in two bins, by both methods that make cubes to a tolerance.
@@ -342,7 +342,7 @@ fn threads_and_batches_change_no_bit_and_costs_are_pinned() {
         }
         costs.push([first.stats.evaluations, first.stats.absorption_evaluations]);
     }
-    assert_eq!(costs, [[1438, 1909], [7938, 342_183]]);
+    assert_eq!(costs, [[1438, 1909], [6_902, 342_183]]);
 }
 
 #[test]

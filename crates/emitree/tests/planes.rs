@@ -32,17 +32,17 @@ fn check(seeds: Range<u64>, tolerance: f64, evaluations: u64) {
 
 #[test]
 fn a_hundredth_seeds_0() {
-    check(0..16, 1e-2, 269_126);
+    check(0..16, 1e-2, 252_492);
 }
 
 #[test]
 fn a_hundredth_seeds_100() {
-    check(100..116, 1e-2, 191_283);
+    check(100..116, 1e-2, 177_430);
 }
 
 #[test]
 fn a_thousandth_seeds_0() {
-    check(0..6, 1e-3, 484_759);
+    check(0..6, 1e-3, 471_855);
 }
 
 /// A Gaussian with a factor beyond a plane whose normal is at an angle to parallel lines of sight.
@@ -74,9 +74,9 @@ fn a_plane_without_a_jump_costs_nothing() {
 fn a_declared_jump_costs_what_two_smooth_emissions_do() {
     let smooth = divided(30.0, 1.0, false).stats.evaluations;
     let declared = divided(30.0, 0.3, true).stats.evaluations;
-    assert_eq!([smooth, declared], [1_431, 3_533]);
+    assert_eq!([smooth, declared], [1_431, 3_498]);
     // Behind the plane there is nothing.
-    assert_eq!(divided(30.0, 0.0, true).stats.evaluations, 3_164);
+    assert_eq!(divided(30.0, 0.0, true).stats.evaluations, 3_129);
 }
 
 /// A plane that nothing declares is found as a surface, without many boxes in the slivers beside it: this scene took

@@ -132,7 +132,8 @@ fn similar_values_take_a_third_of_the_evaluations() {
     }
 }
 
-/// Values far from each other: every image within the tolerance, and little more than one by one.
+/// Values far from each other: every image within the tolerance, and at most 15 % more than one by one, which evaluates
+/// no point twice either.
 #[test]
 fn distant_values_are_rendered_anew() {
     let tori = over(7, |at| Torus { radius: 0.05 + 0.35 * at, width: 0.3 - 0.22 * at, ..TORUS });
@@ -144,7 +145,7 @@ fn distant_values_are_rendered_anew() {
     }
     let alone = one_by_one(&tori, &vol(0.01));
     let ratio = of_sweep.evaluations as f64 / alone as f64;
-    assert!(ratio < 1.1, "{ratio}");
+    assert!(ratio < 1.15, "{ratio}");
 }
 
 /// Other methods have no meshes for other emissions: images are those of single renderings, bit by bit.

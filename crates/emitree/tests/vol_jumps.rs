@@ -23,31 +23,31 @@ fn check(camera: &str, is_inside: bool, around: &str, evaluations: u64) {
 
 #[test]
 fn a_pinhole() {
-    check("perspective", false, "bounds", 6_365);
+    check("perspective", false, "bounds", 6331);
 }
 
 /// From inside it took 152,684 when surfaces were searched for on the image plane, whose poles are single lines.
 #[test]
 fn rows_of_latitudes() {
-    check("equirectangular", true, "nothing", 4_800);
+    check("equirectangular", true, "nothing", 4778);
 }
 
 #[test]
 fn a_polar_view() {
-    check("polar", false, "bounds", 5_057);
+    check("polar", false, "bounds", 4897);
     check("polar", true, "nothing", 5_252);
 }
 
 /// 45,393 with spherical bounds (from further away) and 155,316 from inside by image trees.
 #[test]
 fn a_disc() {
-    check("fisheye", false, "bounds", 5_504);
+    check("fisheye", false, "bounds", 5354);
     check("fisheye", true, "nothing", 4_894);
 }
 
 /// 14,431 from inside by image trees.
 #[test]
 fn twelve_faces() {
-    check("healpix", false, "bounds", 4_773);
+    check("healpix", false, "bounds", 4631);
     check("healpix", true, "nothing", 10_315);
 }

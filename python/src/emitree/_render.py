@@ -124,9 +124,9 @@ def render(
         takes fewer batches and more evaluations; the result has the same bits.
     smallest_feature: the standard deviation of the smallest Gaussian that may not be missed: a
         fraction of the edge of the view's cube, or a length as a quantity or as in "0.1 R_E".
-    minimize: "evaluations" (the default) or "time": with time, an emission that takes nanoseconds, such
-        as an expression, is integrated along lines of sight on a lattice of pixels where that is
-        faster, to the same tolerance.
+    minimize: "evaluations" (the default) or "time": with time, an emission that takes
+        nanoseconds, such as an expression, is integrated along lines of sight on a lattice of
+        pixels where that is faster, to the same tolerance.
     executor: any `concurrent.futures.Executor`, as that of `mpi4py.futures`, a dask `Client`, or
         the module `ray`: its workers share each batch of a function. The result has the same bits
         for any number of workers. See also `on_workers`.

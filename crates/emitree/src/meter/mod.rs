@@ -166,7 +166,7 @@ impl Meter {
 
     /// Whether the method would make a frozen quadrature if it ended now.
     pub(crate) fn freezes(&self) -> bool {
-        self.freezes_up_to > 0 && self.evaluations() <= self.freezes_up_to
+        self.freezes_up_to > 0 && self.reported_evaluations() <= self.freezes_up_to
     }
 
     /// The structure that the method begins with.
@@ -192,7 +192,7 @@ impl Meter {
     /// Stores an intermediate image and its error.
     pub(crate) fn show(&self, maps: [Cube; 2]) {
         if let Some(shown) = &self.shown {
-            let (evaluations, batches) = (self.evaluations(), self.batches());
+            let (evaluations, batches) = (self.reported_evaluations(), self.batches());
             let mut shown = locked(shown);
             if self.known.is_some() {
                 // There is no callback for each image: only the latest one can be read.
@@ -210,6 +210,11 @@ impl Meter {
     /// Evaluations that were not known before.
     pub(crate) fn new_evaluations(&self) -> u64 {
         self.new_evaluations.load(Ordering::Relaxed)
+    }
+
+    /// The evaluations of a rendering, and of a session as if nothing had been known.
+    fn reported_evaluations(&self) -> u64 {
+        if self.known.is_some() { self.evaluations() } else { self.new_evaluations() }
     }
 
     /// Evaluations that were made for this rendering, here or elsewhere, whether it has requested them or not.
