@@ -118,9 +118,9 @@ fn tolerances_are_met_for_a_line_that_is_shifted() {
 fn cubes_cost_what_they_cost() {
     for (name, evaluations, of_images) in [
         ("mixture", 14_747, 48_000),
-        ("narrow-line", 13_541, 49_059),
-        ("edge", 13_387, 47_959),
-        ("bremsstrahlung", 11_893, 76_277),
+        ("narrow-line", 13_541, 48_003),
+        ("edge", 13_092, 47_332),
+        ("bremsstrahlung", 11_632, 76_277),
         ("ena-ring", 22_421, 280_441),
     ] {
         let found = checked(name, SHAPE, BINS, &vol(0.01));
