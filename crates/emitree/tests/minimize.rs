@@ -19,11 +19,13 @@ fn options(minimize: Minimize) -> RenderOptions<'static> {
     RenderOptions::new(VolOptions::new(0.01).with_minimize(minimize))
 }
 
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn in_time(rate: impl Fn([f64; 3]) -> f64 + Sync, shape: [usize; 2]) -> Rendering {
     let emission = FromFn(|position, _| rate(position));
     render(&emission, &Canonical, shape, &options(Minimize::Time)).unwrap()
 }
 
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn in_evaluations(rate: impl Fn([f64; 3]) -> f64 + Sync, shape: [usize; 2]) -> Rendering {
     let emission = FromFn(|position, _| rate(position));
     render(&emission, &Canonical, shape, &options(Minimize::Evaluations)).unwrap()

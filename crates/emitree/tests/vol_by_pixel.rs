@@ -173,8 +173,8 @@ fn each_band_of_a_cube_is_within_one_per_cent_of_its_own_largest_voxel() {
         ("separable", 7_258),
         ("mixture", 16_609),
         ("narrow-line", 16_791),
-        ("edge", 15_652),
-        ("bremsstrahlung", 17_017),
+        ("edge", 15_332),
+        ("bremsstrahlung", 16_569),
     ];
     for (name, expected) in evaluations {
         let vol = VolOptions::new(0.01).with_per_band(true);

@@ -120,8 +120,8 @@ fn cubes_cost_what_they_cost() {
         ("mixture", 14_747, 48_000),
         ("narrow-line", 13_541, 48_003),
         ("edge", 13_092, 47_332),
-        ("bremsstrahlung", 11_632, 76_277),
-        ("ena-ring", 22_421, 280_441),
+        ("bremsstrahlung", 11_632, 72_146),
+        ("ena-ring", 21_995, 278_240),
     ] {
         let found = checked(name, SHAPE, BINS, &vol(0.01));
         assert_eq!(found.rendering.stats.evaluations, evaluations, "{name}");

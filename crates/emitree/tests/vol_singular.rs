@@ -34,7 +34,7 @@ const CENTRAL: [(f64, f64); 5] = [
 
 #[test]
 fn the_pixel_on_a_halo_is_within_its_tolerance() {
-    let expected = [[1804, 3691], [4710, 6074], [2768, 6181], [2280, 5050], [2273, 4839]];
+    let expected = [[1804, 3685], [4407, 5439], [2768, 6181], [2280, 5050], [2273, 4839]];
     for ((core, central), counts) in CENTRAL.into_iter().zip(expected) {
         let view = nfw_halo(core, Place::Centre);
         let solid_angles = view.solid_angles();
@@ -54,9 +54,9 @@ fn the_pixel_on_a_halo_is_within_its_tolerance() {
 fn all_pixels_about_cusps_are_within_their_estimates() {
     let views = [
         (nfw_halo(0.0, Place::Corner), 3689),
-        (power_law(1.0, Place::Centre), 2158),
-        (power_law(2.3, Place::Corner), 2565),
-        (comet(Place::Corner), 5607),
+        (power_law(1.0, Place::Centre), 2117),
+        (power_law(2.3, Place::Corner), 2491),
+        (comet(Place::Corner), 5112),
     ];
     for (view, count) in views {
         let found = rendering(&view, 1e-3);
@@ -70,7 +70,7 @@ fn all_pixels_about_cusps_are_within_their_estimates() {
 #[test]
 fn random_cusps_are_within_one_per_cent() {
     // One point and two, in and out of view, exponents from 0.5 to 2.4.
-    for (seed, count) in [(0, 1969), (3, 23_776), (5, 2_166), (7, 4_304), (9, 6_345)] {
+    for (seed, count) in [(0, 1969), (3, 20_758), (5, 2098), (7, 4103), (9, 6_345)] {
         let view = random_cusps(seed);
         let found = rendering(&view, 1e-2);
         let error = true_error(&view, &found.values);
@@ -138,7 +138,7 @@ fn an_axis_through_pixels_is_within_its_tolerance() {
     let camera = Orthographic::new(viewpoint, [2.0 * half; 2], [0.0, 16.0]).unwrap();
     let camera = camera.with_singularities(vec![axis]);
     let pixel = 2.0 * half / f64::from(size);
-    for (tolerance, count) in [(1e-2, 4355), (1e-3, 7954)] {
+    for (tolerance, count) in [(1e-2, 4355), (1e-3, 7123)] {
         let options = RenderOptions::new(VolOptions::new(tolerance));
         let emission = FromFn(|position, _| rate(position));
         let shape = [whole(size); 2];
