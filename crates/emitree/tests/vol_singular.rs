@@ -34,7 +34,7 @@ const CENTRAL: [(f64, f64); 5] = [
 
 #[test]
 fn the_pixel_on_a_halo_is_within_its_tolerance() {
-    let expected = [[1804, 3685], [4407, 5439], [2768, 6181], [2280, 5050], [2273, 4839]];
+    let expected = [[1804, 3685], [4407, 5439], [2374, 5253], [2273, 4843], [2266, 4828]];
     for ((core, central), counts) in CENTRAL.into_iter().zip(expected) {
         let view = nfw_halo(core, Place::Centre);
         let solid_angles = view.solid_angles();
@@ -70,7 +70,7 @@ fn all_pixels_about_cusps_are_within_their_estimates() {
 #[test]
 fn random_cusps_are_within_one_per_cent() {
     // One point and two, in and out of view, exponents from 0.5 to 2.4.
-    for (seed, count) in [(0, 1969), (3, 20_758), (5, 2098), (7, 4103), (9, 6_345)] {
+    for (seed, count) in [(0, 1969), (3, 20_758), (5, 2098), (7, 4103), (9, 6231)] {
         let view = random_cusps(seed);
         let found = rendering(&view, 1e-2);
         let error = true_error(&view, &found.values);
