@@ -1,4 +1,4 @@
-//! Stored rates: no point is evaluated twice in one session.
+//! Stored rates: no point is evaluated twice in one session, nor among the first ones of a rendering.
 
 use crate::exchange::Batch;
 use rustc_hash::{FxHashMap, FxHashSet};

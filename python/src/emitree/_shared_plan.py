@@ -23,8 +23,9 @@ _COMPARED = 64
 #: Rates are taken as calculated if they differ at these points by less than this fraction of the
 #: largest: more shows in the image, whose tolerance is 0.01 by default.
 _SIMILAR = 3e-3
-#: Samples besides its points that compare a plan with an emission, at most.
-_CHECKED = 1600
+#: Samples besides its points that compare a plan with an emission: usually 512, half of which a
+#: rendering in full has, too, if the plan does not suffice.
+_CHECKED = 600
 #: Directions of the rates below this fraction of the largest one are rounding.
 _LEAST = 1e-12
 
@@ -45,7 +46,7 @@ class SharedPlan:
 
     @property
     def most_evaluations(self) -> int:
-        """How many evaluations an image takes at most."""
+        """About the most evaluations of an image."""
         return len(self.plan) + _CHECKED
 
     def fails_before(self, place: Floats) -> bool:

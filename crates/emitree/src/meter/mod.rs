@@ -44,7 +44,7 @@ pub(crate) struct Meter {
     given_evaluations: AtomicU64,
     known: Option<Arc<Mutex<KnownRates>>>,
     /// The first rates of a method that is not continued later, and does not store all of them.
-    first: Mutex<Option<KnownRates>>,
+    first: Mutex<Option<Arc<Mutex<KnownRates>>>>,
     /// Intermediate images, if they are stored.
     shown: Option<Mutex<Vec<Shown>>>,
     /// The most evaluations after which the method makes a frozen quadrature at its end.
@@ -130,9 +130,7 @@ impl Meter {
     /// The same for a method that requests some of its first points again: searches with other charts and fibers through
     /// points of others do.
     pub(crate) fn with_first_rates(mut self) -> Self {
-        if self.known.is_none() {
-            self.first = Mutex::new(Some(KnownRates::default()));
-        }
+        self.first = Mutex::new(Some(Arc::default()));
         self
     }
 

@@ -9,6 +9,7 @@ use crate::quadrature::Points;
 use crate::rendering::RateAt;
 use crate::site::{Mapping, Site, SiteSource, Stretch};
 use core::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex};
 
 /// Sample points that one thread computes at a time: enough to make the cost of waking it negligible.
 const POINTS_PER_TASK: usize = 2048;
@@ -52,8 +53,7 @@ impl Meter {
                 first += values.len();
             }
             // A batch of which all is known costs nothing.
-            let may_be_known = self.known.is_some() || locked(&self.first).is_some();
-            let is_new = !may_be_known || self.new_evaluations() > before;
+            let is_new = self.stored().is_none() || self.new_evaluations() > before;
             self.batches.fetch_add(u64::from(is_new), Ordering::Relaxed);
         }
         Ok(())
@@ -70,14 +70,14 @@ impl Meter {
         self.check_time()?;
         let mut batch = core::mem::take(&mut *locked(&self.used));
         let of_pixels = self.collect(sites, first, values, &mut batch);
-        let (batch, are_new) = self.rates(batch).await?;
+        let (batch, counted) = self.rates(batch).await?;
         self.evaluations.fetch_add(batch.len() as u64, Ordering::Relaxed);
         let mut first = 0;
         for (pixel, number) in of_pixels {
-            let new = are_new.as_ref().map_or(number, |are_new| {
-                are_new[first..first + number].iter().filter(|is_new| **is_new).count()
+            let number_counted = counted.as_ref().map_or(number, |counted| {
+                counted[first..first + number].iter().filter(|counts| **counts).count()
             });
-            self.of_pixels.count(pixel, new);
+            self.of_pixels.count(pixel, number_counted);
             first += number;
         }
         self.record(&batch.rates);
@@ -116,37 +116,29 @@ impl Meter {
         }
     }
 
-    /// The rates at all points of a batch; those that are not stored are requested. Returns which points were, if not
-    /// all.
+    /// The rates at all points of a batch; those that are not stored are requested. Returns which points count for
+    /// pixels, if not all: in a session also those whose rates are stored.
     async fn rates(&self, mut batch: Batch) -> Result<(Batch, Option<Vec<bool>>), MethodError> {
-        if let Some(known) = &self.known {
-            let are_new = locked(known).are_new(&batch);
-            let unknown = KnownRates::points_that(&are_new, &batch);
-            if unknown.len() > 0 {
-                let answered = self.exchange.ask(unknown).await?;
-                locked(known).insert(&answered);
-            }
-            locked(known).fill(&mut batch);
-            return Ok((batch, Some(are_new)));
-        }
-        let Some(mut first) = locked(&self.first).take() else {
+        let Some(stored) = self.stored() else {
             return Ok((self.exchange.ask(batch).await?, None));
         };
-        let are_new = first.are_new(&batch);
-        if are_new.iter().all(|is_new| *is_new) {
-            batch = self.exchange.ask(batch).await?;
-            first.insert(&batch);
-        } else {
-            let unknown = KnownRates::points_that(&are_new, &batch);
-            if unknown.len() > 0 {
-                first.insert(&self.exchange.ask(unknown).await?);
-            }
-            first.fill(&mut batch);
+        let are_new = locked(&stored).are_new(&batch);
+        let unknown = KnownRates::points_that(&are_new, &batch);
+        // A session answers with other points, too, and with none of those that it was told before.
+        if unknown.len() > 0 {
+            let answered = self.exchange.ask(unknown).await?;
+            locked(&stored).insert(&answered);
         }
-        if first.len() <= FIRST_RATES {
-            *locked(&self.first) = Some(first);
+        locked(&stored).fill(&mut batch);
+        if locked(&stored).len() > FIRST_RATES {
+            *locked(&self.first) = None;
         }
-        Ok((batch, Some(are_new)))
+        Ok((batch, self.known.is_none().then_some(are_new)))
+    }
+
+    /// Where rates are stored: all of them, or the first ones as long as there are not too many.
+    fn stored(&self) -> Option<Arc<Mutex<KnownRates>>> {
+        self.known.clone().or_else(|| locked(&self.first).clone())
     }
 
     /// Collects the sample points of a part of a batch whose weight is not 0, and writes all weights to

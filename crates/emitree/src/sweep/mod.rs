@@ -61,6 +61,9 @@ pub struct Sweep {
     meshes: Vec<SharedMesh>,
     /// The emissions that were evaluated and whose images remain.
     spent: BTreeMap<usize, Spent>,
+    /// The share of the requests of an image in full that are not repeated, of the last one of which no rate was stored:
+    /// a rendering alone evaluates so many.
+    share_alone: f64,
 }
 
 impl Sweep {
@@ -74,7 +77,8 @@ impl Sweep {
         let is_like_first =
             |of: &Vec<f64>| values.first().is_some_and(|first| first.len() == of.len());
         assert!(values.iter().all(is_like_first), "as many values for each image");
-        Self { order: Order::new(values), meshes: Vec::new(), spent: BTreeMap::new() }
+        let (meshes, spent) = (Vec::new(), BTreeMap::new());
+        Self { order: Order::new(values), meshes, spent, share_alone: 1.0 }
     }
 
     /// The number of the image whose emission the next [`step`](Self::step) takes; `None` at the end.
@@ -148,10 +152,13 @@ impl Sweep {
         let found = of.rendered(of.view.options, u64::MAX)?;
         let Found { rendering: mut found, requested: of_image } =
             found.ok_or(RenderError::Interrupted)?;
-        self.order.rendered_in_full(of_image);
+        let new = of.spent.evaluations() - before;
+        if before == 0 && of_image > 0 {
+            self.share_alone = new as f64 / of_image as f64;
+        }
+        self.order.rendered_in_full(self.share_alone * of_image as f64);
         let mesh = found.mesh.take().filter(|mesh| found.converged() && mesh.has_products());
         let Some(mesh) = mesh.filter(|_| self.order.remaining() > 1) else { return Ok(found) };
-        let new = of.spent.evaluations() - before;
         let mesh = self.finer(of, of_image, new)?.unwrap_or(mesh);
         if let Some(shared) = unless_interrupted(SharedMesh::new(mesh, of))? {
             self.order.add_mesh(image, shared.points());
@@ -174,7 +181,7 @@ impl Sweep {
         let Some(options) = view.finer(FINER).filter(|_| is_affordable) else {
             return Ok(None);
         };
-        let found = unless_interrupted(of.rendered(&options, of_image + more))?.flatten();
+        let found = unless_interrupted(of.rendered(&options, more))?.flatten();
         let found = found.map(|found| found.rendering).filter(Rendering::converged);
         Ok(found.and_then(|found| found.mesh).filter(Mesh::has_products))
     }

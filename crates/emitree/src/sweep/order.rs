@@ -2,7 +2,8 @@
 //!
 //! Images are taken from the middle outwards, each with the nearest mesh. Where that does not suffice, the
 //! next full rendering is half as far again from the mesh. The evaluations that may be lost, by meshes that
-//! do not suffice and by finer meshes, are kept below a tenth of those of all images in full.
+//! do not suffice and by finer meshes, are kept below a tenth of those of all images in full, each of those that
+//! were not rendered in full as expensive as the cheapest that was.
 
 /// The most evaluations of a sweep, in those of all images rendered in full.
 const MOST: f64 = 1.1;
@@ -42,8 +43,16 @@ pub(super) struct Order {
     meshes: Vec<OfMesh>,
     /// Evaluations so far.
     evaluations: u64,
-    /// The number of full renderings and their evaluations.
-    full: (u32, f64),
+    in_full: InFull,
+}
+
+/// The renderings in full so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct InFull {
+    count: u32,
+    /// The evaluations of all, and of the cheapest.
+    evaluations: f64,
+    least: f64,
 }
 
 /// What is known of a mesh.
@@ -64,7 +73,8 @@ impl Order {
         let lexical = |&i: &usize, &j: &usize| places[i].partial_cmp(&places[j]);
         remaining.sort_by(|i, j| lexical(i, j).unwrap_or(core::cmp::Ordering::Equal));
         let target = places.first().map(|place| vec![0.5; place.len()]);
-        Self { places, remaining, target, meshes: Vec::new(), evaluations: 0, full: (0, 0.0) }
+        let in_full = InFull::default();
+        Self { places, remaining, target, meshes: Vec::new(), evaluations: 0, in_full }
     }
 
     /// What comes next; `None` at the end.
@@ -96,18 +106,21 @@ impl Order {
         self.remaining.len()
     }
 
-    /// An image was rendered in full, with so many evaluations at its points.
-    pub(super) fn rendered_in_full(&mut self, evaluations: u64) {
+    /// An image was rendered in full, which would take so many evaluations alone.
+    pub(super) fn rendered_in_full(&mut self, evaluations: f64) {
         self.target = None;
-        self.full = (self.full.0 + 1, self.full.1 + evaluations as f64);
+        let InFull { count, evaluations: of_all, least } = self.in_full;
+        let least = if count == 0 { evaluations } else { least.min(evaluations) };
+        self.in_full = InFull { count: count + 1, evaluations: of_all + evaluations, least };
     }
 
     /// The evaluations that may be lost: all images are within the limit then, where `but` of those that remain
     /// take no more.
     pub(super) fn allowance(&self, but: usize) -> u64 {
-        let full = self.full.1 / f64::from(self.full.0.max(1));
-        let of_others = full * self.remaining.len().saturating_sub(but) as f64;
-        let allowed = MOST * full * self.places.len() as f64 - self.evaluations as f64 - of_others;
+        let InFull { count, evaluations, least } = self.in_full;
+        let of_all = evaluations + least * (self.places.len() as f64 - f64::from(count));
+        let of_others = least * self.remaining.len().saturating_sub(but) as f64;
+        let allowed = MOST * of_all - self.evaluations as f64 - of_others;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         let allowed = allowed as u64;
         allowed
@@ -122,7 +135,7 @@ impl Order {
     /// An image is done, or can't be rendered.
     pub(super) fn done(&mut self, image: usize) {
         self.remaining.retain(|&other| other != image);
-        if self.full.0 > 0 {
+        if self.in_full.count > 0 {
             self.target = None;
         }
     }
@@ -212,7 +225,7 @@ mod tests {
     fn images_are_taken_from_the_middle_outwards() {
         let mut order = along(5);
         assert_eq!(order.next(), Some(Next::InFull(2)));
-        order.rendered_in_full(10_000);
+        order.rendered_in_full(10_000.0);
         order.count(10_000);
         order.add_mesh(2, 300);
         order.done(2);
@@ -230,7 +243,7 @@ mod tests {
     #[test]
     fn a_mesh_that_fails_is_followed_by_another() {
         let mut order = along(11);
-        order.rendered_in_full(10_000);
+        order.rendered_in_full(10_000.0);
         order.count(10_000);
         order.add_mesh(5, 300);
         order.done(5);
@@ -242,7 +255,7 @@ mod tests {
         order.count(300);
         order.failed(3, 0);
         assert_eq!(order.next(), Some(Next::InFull(2)));
-        order.rendered_in_full(10_000);
+        order.rendered_in_full(10_000.0);
         order.count(10_000);
         order.add_mesh(2, 300);
         order.done(2);
@@ -261,7 +274,7 @@ mod tests {
         while let Some(next) = order.next() {
             match next {
                 Next::InFull(image) => {
-                    order.rendered_in_full(10_000);
+                    order.rendered_in_full(10_000.0);
                     evaluations += 10_000;
                     order.count(10_000);
                     order.add_mesh(image, 400);

@@ -39,7 +39,7 @@ impl SharedMesh {
     }
 
     /// The rendering of another emission by this mesh; `None` if it does not meet the tolerance with `most`
-    /// rates.
+    /// evaluations.
     pub(super) fn rendered<E: Emission>(
         &mut self,
         of: &mut OfEmission<'_, E>,

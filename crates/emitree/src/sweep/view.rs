@@ -93,7 +93,7 @@ pub(super) struct OfEmission<'a, E> {
 }
 
 impl<E: Emission> OfEmission<'_, E> {
-    /// The rendering with these options; `None` if it requests more than `most` rates.
+    /// The rendering with these options; `None` if it takes more than `most` evaluations, besides the stored rates.
     pub(super) fn rendered(
         &mut self,
         options: &RenderOptions<'_>,
@@ -125,7 +125,11 @@ impl<E: Emission> OfEmission<'_, E> {
         let mut session: Session<'_, Cube> =
             Session::start(projection, shape, axis.copied(), &options, kept, whole_batches)?;
         let mut failure = None;
-        while failure.is_none() && !session.is_done() && session.requested() <= most {
+        let is_within = |session: &Session<'_, Cube>| {
+            let next = session.ask().map_or(0, |points| points.len() as u64);
+            session.cost().evaluations + next <= most
+        };
+        while failure.is_none() && !session.is_done() && is_within(&session) {
             let progress: &Progress<'_> = &progress;
             failure = session.evaluate(self.emission, Some(progress)).err();
         }
@@ -139,7 +143,7 @@ impl<E: Emission> OfEmission<'_, E> {
     }
 
     /// The rendering at exactly the points of a mesh; `None` if it does not meet the tolerance with `most`
-    /// rates.
+    /// evaluations.
     pub(super) fn at_points_of(
         &mut self,
         mesh: &Mesh<Cube>,

@@ -133,6 +133,13 @@ pub(crate) async fn evaluate_across_gaps(
     Ok(first.into_iter().map(value).collect())
 }
 
+/// Whether there are rates, and all are the same up to rounding.
+pub(crate) fn are_one(mut rates: impl Iterator<Item = f64>) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    let Some(first) = rates.next() else { return false };
+    rates.all(|rate| (rate - first).abs() <= ROUNDING * first.abs())
+}
+
 /// Evaluates one batch if the budget suffices for all of it.
 pub(crate) async fn evaluate(
     meter: &Meter,

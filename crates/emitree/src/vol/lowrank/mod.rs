@@ -15,6 +15,7 @@
 //! * `frozen`: the interpolant as a linear map from its values at the pivots;
 //! * `jump`: detection of discontinuities;
 //! * `kinks`: kinks and jumps at an azimuth of a chart;
+//! * `weighted_view`: G times the weights of its errors;
 //! * `search`: new crosses at the largest residuals;
 //! * `scaling`: a G in which about the same error is allowed everywhere;
 //! * `weights`: the weights of errors while the image becomes known;
@@ -37,6 +38,7 @@ mod trial_run;
 mod scaling;
 mod search;
 pub(crate) mod start;
+mod weighted_view;
 mod weights;
 
 use crate::error::{OptionError, RenderError};
@@ -56,9 +58,9 @@ use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::kinks::Fiber;
 use crate::vol::lowrank::maps::{Maps, largest_of_rows, shape_of};
-pub(crate) use crate::vol::lowrank::search::WeightedView;
 use crate::vol::lowrank::search::{End, Probes, Search};
 use crate::vol::lowrank::start::{Functions, Start};
+pub(crate) use crate::vol::lowrank::weighted_view::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;

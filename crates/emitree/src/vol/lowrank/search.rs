@@ -2,96 +2,18 @@
 //! small everywhere.
 
 use crate::image::Image;
-use crate::meter::Meter;
-use crate::site::Site;
 use crate::vol::ascent::{self, Ascents};
 use crate::vol::lattice::{self, smallest_detected};
 use crate::vol::lowrank::fibers::largest;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::jump::Steep;
 use crate::vol::lowrank::probes::CellResiduals;
-use crate::vol::lowrank::scaling::Scaling;
-use crate::vol::sampling::{EnergySample, Stop, evaluate_across_gaps};
+use crate::vol::lowrank::weighted_view::WeightedView;
+use crate::vol::sampling::{Stop, are_one};
 use crate::vol::tuning::TUNING;
-use crate::vol::view::part::Part;
 use crate::vol::view::raster::cell_at;
 use crate::vol::view::scattered::{PartSamples, WIDTH_OF_GAUSSIAN};
 use nalgebra::DVector;
-
-/// The relative difference of rates that are equal up to rounding.
-const SAME_RATE: f64 = 1e-9;
-
-/// The view of G, weighted with the density of solid angle.
-pub(crate) struct WeightedView<'a> {
-    pub(crate) meter: &'a Meter,
-    pub(crate) part: &'a Part<'a>,
-    /// The number of tiles of the image.
-    pub(crate) tiles: usize,
-    /// The energies at which G is sampled, and the weights with which the samples are added; none without
-    /// an energy axis.
-    pub(crate) energies: &'a [(EnergySample, f64)],
-    /// What G is multiplied with, if errors are allowed by pixel.
-    pub(crate) scaling: Option<Scaling>,
-}
-
-impl<'a> WeightedView<'a> {
-    /// Of G as it is, without an energy axis.
-    pub(crate) fn new(meter: &'a Meter, part: &'a Part<'a>, tiles: usize) -> Self {
-        Self { meter, part, tiles, energies: &[], scaling: None }
-    }
-}
-
-impl WeightedView<'_> {
-    /// The number of evaluations for one point.
-    pub(crate) fn evaluations_of_point(&self) -> u64 {
-        self.energies.len().max(1) as u64
-    }
-
-    /// G · dΩ/(dx dy) at the points, or its weighted sum over the energies, in one batch if the budget
-    /// suffices.
-    pub(crate) async fn rates(&self, points: &[[f64; 3]]) -> Result<Vec<f64>, Stop> {
-        let (chart, energies) = (&*self.part.chart, self.energies);
-        if energies.is_empty() {
-            let site = |i: usize| self.site(points[i]);
-            return evaluate_across_gaps(self.meter, chart, points.len(), &|i| points[i], &site)
-                .await;
-        }
-        let point = |i: usize| points[i / energies.len()];
-        let site = |i: usize| {
-            let (sample, _) = energies[i % energies.len()];
-            let mut site = self.site(point(i));
-            site.point.path_per_depth *= sample.density;
-            Site { energy: Some(sample.energy), ..site }
-        };
-        let count = points.len() * energies.len();
-        let rates = evaluate_across_gaps(self.meter, chart, count, &point, &site).await?;
-        let sum = |of_point: &[f64]| {
-            of_point.iter().zip(energies).map(|(rate, (_, weight))| rate * weight).sum()
-        };
-        Ok(rates.chunks(energies.len()).map(sum).collect())
-    }
-
-    /// One sample of G · dΩ/(dx dy).
-    pub(super) fn site(&self, u: [f64; 3]) -> Site {
-        let chart = &*self.part.chart;
-        let mut point = chart.world_from_chart(u);
-        point.path_per_depth *= chart.density([u[0], u[1]]);
-        if let Some(scaling) = &self.scaling {
-            point.path_per_depth *= scaling.at([u[0], u[1]]);
-        }
-        let (tile, xy) = chart.image_place([u[0], u[1]]);
-        Site { xy, point, energy: None, tile: (tile, self.tiles) }
-    }
-
-    /// The same for several groups of points, in one batch.
-    pub(super) async fn rates_of_groups(
-        &self,
-        groups: &[Vec<[f64; 3]>],
-    ) -> Result<Vec<Vec<f64>>, Stop> {
-        let mut rates = self.rates(&groups.concat()).await?.into_iter();
-        Ok(groups.iter().map(|group| rates.by_ref().take(group.len()).collect()).collect())
-    }
-}
 
 /// G at scattered points.
 #[derive(Clone, Debug, Default)]
@@ -322,9 +244,7 @@ impl<'a> Search<'a> {
         let Probes { points, rates, .. } = &self.probes;
         let paths = points.iter().map(|point| self.view.site(*point).point.path_per_depth);
         let both = paths.zip(rates).filter(|(path, _)| *path > 0.0);
-        let mut of_g = both.map(|(path, rate)| rate / path);
-        let first = of_g.next();
-        first.is_some_and(|first| of_g.all(|g| (g - first).abs() <= SAME_RATE * first.abs()))
+        are_one(both.map(|(path, rate)| rate / path))
     }
 
     /// The scattered points in view with their rates.

@@ -1,16 +1,16 @@
 //! Means over pixels from values in the middles of blocks of pixels, and the errors of these means.
 //!
-//! Along each axis the value is a polynomial of degree 4 through the five blocks around; its mean over a pixel is exact. The
-//! error is a small share of fourth differences where the image is smooth. At a kink or a jump fourth differences are some
-//! three times the second ones, and the mean may be anywhere between the values around it.
+//! Along each axis the value is a polynomial of degree 4 through the five blocks around; its mean over a pixel is
+//! exact. The error is a small share of fourth differences where the image is smooth. At a kink or a jump fourth
+//! differences are some three times the second ones, and the mean may be anywhere between the values around it.
 
 use crate::image::Image;
 use crate::radiance::map_of_rows;
 
 /// Blocks from which a value is computed along each axis.
 const STENCIL: usize = 5;
-/// The error of a mean in units of fourth differences: fifth ones are at most twice as large, and their share in a pixel
-/// is below 0.012.
+/// The error of a mean in units of fourth differences: fifth ones are at most twice as large, and their share in a
+/// pixel is below 0.012.
 const OF_FOURTH: f64 = 0.03;
 /// The same in the outermost blocks, where the polynomial is extrapolated.
 const OF_FOURTH_AT_BORDER: f64 = 0.25;

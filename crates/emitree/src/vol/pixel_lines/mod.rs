@@ -1,10 +1,11 @@
 //! Lines of sight on a lattice of pixels, to the tolerance: where that takes less time than fewer evaluations.
 //!
 //! Rates that take some ten nanoseconds cost less than the choice of the next point. If time is to be minimized, and
-//! evaluations turn out to be that cheap, square blocks of pixels have a line through their middle, in the fewest uniform steps
-//! that scattered lines allow (`steps`). Differences between blocks give the means over pixels and their errors
-//! (`lattice_image`); blocks become smaller until few pixels have larger errors, and these have lines of their own. The
-//! scattered lines are compared with the image. If the error of a pixel stays beyond the tolerance there is no such image.
+//! evaluations turn out to be that cheap, square blocks of pixels have a line through their middle, in the fewest
+//! uniform steps that scattered lines allow (`steps`). Differences between blocks give the means over pixels and
+//! their errors (`lattice_image`); blocks become smaller until few pixels have larger errors, and these have lines of
+//! their own. The scattered lines are compared with the image. If the error of a pixel stays beyond the tolerance
+//! there is no such image.
 
 mod lattice_image;
 mod steps;
@@ -29,8 +30,8 @@ const SECONDS: f64 = 0.1;
 const SECONDS_OF_PIXEL: f64 = 3e-6;
 /// The share of the error allowed that the mean over a pixel may have: one with more has lines of its own.
 const OF_PIXEL: f64 = 0.4;
-/// The pixels along each side of a block that has one line, and the largest share of pixels that may have lines of their
-/// own: with more, blocks become smaller.
+/// The pixels along each side of a block that has one line, and the largest share of pixels that may have lines of
+/// their own: with more, blocks become smaller.
 const BLOCKS: [(usize, f64); 4] = [(8, 0.01), (4, 0.02), (2, 0.05), (1, 0.2)];
 /// Errors fall at least with this power of the size of a block where the image is smooth.
 const ERROR_EXPONENT: i32 = 3;
@@ -239,8 +240,8 @@ impl<'a> PixelLines<'a> {
         Ok(Some(made))
     }
 
-    /// The means of some pixels from lines of their own, until more of them change it by no more than what is `allowed`;
-    /// `None` if that takes too long.
+    /// The means of some pixels from lines of their own, until more of them change it by no more than what is
+    /// `allowed`; `None` if that takes too long.
     async fn divide(
         &self,
         pixels: &[usize],

@@ -1,8 +1,8 @@
 //! Uniform steps along lines: how many suffice, and the error that they leave.
 //!
 //! Midpoints of n steps contain those of n/3, so that each line has two integrals. Scattered lines that are
-//! integrated in far more steps show how many suffice, and how the error of a line follows from the difference of its two
-//! integrals.
+//! integrated in far more steps show how many suffice, and how the error of a line follows from the difference of its
+//! two integrals.
 
 use crate::exchange::MethodError;
 use crate::los::fixed::{PlaceOfLine, march};
@@ -189,8 +189,8 @@ impl Steps {
         }))
     }
 
-    /// The radiances of `count` lines in `finer` times as many steps as usual, and in three times as many again where the
-    /// error is too large; `None` if the budget does not suffice.
+    /// The radiances of `count` lines in `finer` times as many steps as usual, and in three times as many again where
+    /// the error is too large; `None` if the budget does not suffice.
     pub(super) async fn radiances(
         &self,
         meter: &Meter,

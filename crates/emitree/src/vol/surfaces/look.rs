@@ -10,7 +10,7 @@ use crate::vol::VolOptions;
 use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::lowrank::jump::Steep;
-use crate::vol::sampling::{Stop, evaluate};
+use crate::vol::sampling::{Stop, are_one, evaluate};
 use crate::vol::surfaces::render::is_possible;
 use crate::vol::surfaces::sky::{Sky, known_rates};
 use crate::vol::tuning::TUNING;
@@ -27,8 +27,6 @@ const PAIRS: usize = 8;
 /// budget: a small shape may be its only structure.
 const MOST_OF_TILE: usize = 4096;
 const MOST_BUDGET_SHARE: u64 = 4;
-/// The relative difference of rates that are equal up to rounding.
-const SAME_RATE: f64 = 1e-9;
 /// The fewest points for which the scattered lattice is even, and the most for which pairs are looked for.
 const FEWEST_OF_LATTICE: usize = 128;
 const MOST_PAIRED: usize = 2048;
@@ -135,12 +133,10 @@ async fn sample_tiles(
 /// Whether g is the same at all samples.
 fn has_one_rate(parts: &Parts<'_>, known: &KnownParts) -> bool {
     let of_parts = parts.parts.iter().zip(&known.samples);
-    let mut of_g = of_parts.flat_map(|(part, samples)| {
+    are_one(of_parts.flat_map(|(part, samples)| {
         let both = samples.points.iter().zip(&samples.rates);
         both.map(|(point, rate)| rate / part.chart.world_from_chart(*point).path_per_depth)
-    });
-    let first = of_g.next();
-    first.is_some_and(|first| of_g.all(|g| (g - first).abs() <= SAME_RATE * first.abs()))
+    }))
 }
 
 /// The pairs of a point and one of the nearest points to it, with the largest differences of rates.

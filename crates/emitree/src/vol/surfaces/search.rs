@@ -180,32 +180,10 @@ impl<'a> Search<'a> {
     async fn refine(
         &mut self,
         mut active: Vec<BTreeMap<[u32; 3], Guess>>,
-        is_first: bool,
+        mut is_first: bool,
     ) -> Result<(), Failure> {
-        let mut is_first = is_first;
         for _ in 0..TUNING.surfaces.rounds {
-            let (mut level, mut deepest) = (0, 0);
-            while level <= self.grid.finest {
-                let cells = core::mem::take(&mut active[usize::from(level)]);
-                if !cells.is_empty() {
-                    let children = self.level(level, cells).await?;
-                    if let Some(next) = active.get_mut(usize::from(level) + 1) {
-                        next.extend(children);
-                        if is_first && level >= deepest && !next.is_empty() {
-                            deepest = level + 1;
-                            self.retarget(level, next);
-                            for ((loose, at), guess) in self.take_loose() {
-                                level = level.min(loose);
-                                active[usize::from(loose)].insert(at, guess);
-                            }
-                            if !active[usize::from(level)].is_empty() {
-                                continue;
-                            }
-                        }
-                    }
-                }
-                level += 1;
-            }
+            self.levels(&mut active, is_first).await?;
             is_first = false;
             let disagreeing = self.disagreeing().await?;
             if disagreeing.is_empty() {
@@ -214,6 +192,39 @@ impl<'a> Search<'a> {
             for cell in disagreeing {
                 self.open(cell, Reason::Wrong, &mut active);
             }
+        }
+        Ok(())
+    }
+
+    /// Refines cells and their children, level by level. The first time, the error allowed is determined anew after each
+    /// level, and goes on at the coarsest one with patches that are too far from their surface for that.
+    async fn levels(
+        &mut self,
+        active: &mut [BTreeMap<[u32; 3], Guess>],
+        is_first: bool,
+    ) -> Result<(), Failure> {
+        let (mut level, mut deepest) = (0, 0);
+        while level <= self.grid.finest {
+            let cells = core::mem::take(&mut active[usize::from(level)]);
+            let below = level + 1;
+            if cells.is_empty() {
+                level = below;
+                continue;
+            }
+            let children = self.level(level, cells).await?;
+            let Some(next) = active.get_mut(usize::from(below)) else { return Ok(()) };
+            next.extend(children);
+            let has_new = is_first && level >= deepest && !next.is_empty();
+            let mut following = below;
+            if has_new {
+                deepest = below;
+                self.retarget(level, next);
+                for ((loose, at), guess) in self.take_loose() {
+                    following = following.min(loose);
+                    active[usize::from(loose)].insert(at, guess);
+                }
+            }
+            level = following;
         }
         Ok(())
     }

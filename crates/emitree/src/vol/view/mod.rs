@@ -1,6 +1,7 @@
 //! The parts of a view, the quadrature of pixels in their charts, and the image tree of each.
 
 mod chart_nodes;
+mod corner_rule;
 mod crossings;
 pub(crate) mod depths;
 pub(crate) mod edges;

@@ -11,11 +11,12 @@ use crate::projection::charts::chart::Window;
 use crate::projection::charts::{Atlas, PieceOfLine};
 use crate::tile::Tile;
 use crate::vol::view::chart_nodes::ChartNodes;
+use crate::vol::view::corner_rule::{LineAtCorner, nodes_of_corners};
 use crate::vol::view::crossings::{Corner, CornersOfRows, Plane};
 use crate::vol::view::line_scan::Places;
 use crate::vol::view::pixel_rule::{Crossing, PixelRules, RuleNode};
 use crate::vol::view::squares::{Square, squares_about_singularities};
-use crate::vol::view::windows::{NaturalNode, in_window, window};
+use crate::vol::view::windows::{NaturalNode, PixelNodes, in_window, window};
 
 /// The number of nodes along each side of an image with few pixels: those of a pixel follow from it, with a limit. A
 /// pixel of a small image is a large part of the view, so that the quadrature of all pixels is compared with a finer
@@ -28,9 +29,6 @@ const SMALL: usize = 100;
 const LARGE: usize = 1500;
 /// The rows of pixels whose corners are shared.
 const ROWS: usize = 16;
-/// The weights of the middle of a pixel and of each corner: those of Simpson's rule, without the middles of sides.
-const MIDDLE: f64 = 2.0 / 3.0;
-const OF_CORNER: f64 = 1.0 / 12.0;
 
 /// One chart in view: its number in the atlas, what is in view, and the nodes of pixels in it.
 #[derive(Debug)]
@@ -38,16 +36,6 @@ pub(crate) struct ChartInView {
     pub(crate) chart: usize,
     pub(crate) window: Window,
     pub(crate) nodes: ChartNodes,
-}
-
-/// The nodes of one pixel.
-pub(crate) struct PixelNodes {
-    /// Its number.
-    pixel: usize,
-    pub(crate) nodes: Vec<NaturalNode>,
-    /// The largest number of pieces of a line.
-    most_pieces: usize,
-    is_outside: bool,
 }
 
 /// The nodes of a row of pixels.
@@ -210,8 +198,7 @@ impl<'a> Quadrature<'a> {
         }
         Some((ChartNodes::new(self.shape(), nodes), outside))
     }
-}
-impl<'a> Quadrature<'a> {
+
     /// The image plane of a pixel, and the canonical (x, y) of places in it, from 0 to 1.
     fn place_of_pixel(
         &self,
@@ -300,13 +287,8 @@ impl<'a> Quadrature<'a> {
             pieces.clear();
             pieces.push(PieceOfLine { chart: 0, place: xy, density: 1.0 });
         }
-        let natural = move |&PieceOfLine { chart, place, density }: &PieceOfLine| NaturalNode {
-            chart,
-            pixel,
-            place,
-            weight: weight / density,
-        };
-        pieces.iter().map(natural).filter(|node| node.weight != 0.0)
+        let of_piece = move |piece: &PieceOfLine| NaturalNode::of_piece(piece, pixel, weight);
+        pieces.iter().map(of_piece).filter(|node| node.weight != 0.0)
     }
 
     /// The nodes of a line of sight alone, at (x, y) of the first image plane, as those of a pixel with this number;
@@ -322,47 +304,9 @@ impl<'a> Quadrature<'a> {
     }
 }
 
-/// The line of sight at a corner of pixels, or in the middle of one.
-struct LineAtCorner {
-    /// The density of solid angle.
-    density: f64,
-    pieces: Vec<PieceOfLine>,
-}
-
-impl LineAtCorner {
-    fn new(corner: &Corner, atlas: &Atlas<'_>) -> Self {
-        Self { density: corner.density, pieces: corner.pieces(atlas) }
-    }
-}
-
-/// The nodes of a pixel at its corners and in its middle.
-fn nodes_of_corners(
-    pixel: usize,
-    borders: [&[LineAtCorner]; 2],
-    middle: &LineAtCorner,
-) -> PixelNodes {
-    let corners = borders.into_iter().flatten().map(|line| (line, OF_CORNER));
-    let lines = || corners.clone().chain([(middle, MIDDLE)]);
-    let whole: f64 = lines().map(|(line, weight)| weight * line.density).sum();
-    let is_outside = whole.is_nan() || whole <= 0.0;
-    let of_line = |(line, weight): (&LineAtCorner, f64)| {
-        let weight = weight / whole * line.density;
-        let node = |&PieceOfLine { chart, place, density }: &PieceOfLine| NaturalNode {
-            chart,
-            pixel,
-            place,
-            weight: weight / density,
-        };
-        line.pieces.iter().map(node).filter(|node| node.weight != 0.0).collect::<Vec<_>>()
-    };
-    let nodes = if is_outside { Vec::new() } else { lines().flat_map(of_line).collect() };
-    let most_pieces = lines().map(|(line, _)| line.pieces.len()).max().unwrap_or(0);
-    PixelNodes { pixel, nodes, most_pieces, is_outside }
-}
-
 /// The number of nodes along each axis of a pixel of an image with so many pixels along its longer
 /// side, where corners are not shared.
-pub(crate) fn nodes_of_pixel(pixels: usize) -> usize {
+fn nodes_of_pixel(pixels: usize) -> usize {
     match pixels {
         LARGE.. => 1,
         SMALL.. => 2,

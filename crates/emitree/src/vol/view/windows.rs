@@ -1,5 +1,6 @@
 //! The part of a chart that the nodes of pixels are in.
 
+use crate::projection::charts::PieceOfLine;
 use crate::projection::charts::chart::Window;
 use crate::vol::view::chart_nodes::ChartNode;
 use core::f64::consts::{PI, TAU};
@@ -19,6 +20,24 @@ pub(crate) struct NaturalNode {
     /// The coordinates (c, φ).
     pub(crate) place: [f64; 2],
     pub(crate) weight: f64,
+}
+
+impl NaturalNode {
+    /// At a piece of a line of sight with a weight in the pixel.
+    pub(crate) fn of_piece(piece: &PieceOfLine, pixel: usize, weight: f64) -> Self {
+        let PieceOfLine { chart, place, density } = *piece;
+        Self { chart, pixel, place, weight: weight / density }
+    }
+}
+
+/// The nodes of one pixel.
+pub(crate) struct PixelNodes {
+    /// Its number.
+    pub(super) pixel: usize,
+    pub(crate) nodes: Vec<NaturalNode>,
+    /// The largest number of pieces of a line.
+    pub(super) most_pieces: usize,
+    pub(super) is_outside: bool,
 }
 
 /// A node in the coordinates of a window.
