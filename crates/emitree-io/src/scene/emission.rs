@@ -17,7 +17,7 @@ use super::table::Table;
 use super::tree;
 use crate::tree_file::TreeFile;
 use emitree::{Emission, Samples};
-use emitree_models::catalogue::SingularPoint;
+use emitree_models::catalogue::{SingularPoint, SphericalEdge};
 use emitree_models::grid::GridAxes;
 use emitree_models::{
     Expression, ExpressionError, FieldExpression, FieldFailure, Model, ModelError, Outside,
@@ -114,6 +114,14 @@ impl EmissionSource {
     pub(super) fn singular_points(&self) -> Vec<SingularPoint> {
         match self {
             Self::Model(model) => model.singular_points(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The spheres at which the rate jumps or has a kink, as far as they are known, in its length unit.
+    pub(super) fn edges(&self) -> Vec<SphericalEdge> {
+        match self {
+            Self::Model(model) => model.edges(),
             _ => Vec::new(),
         }
     }

@@ -1,12 +1,14 @@
 //! The built-in models by name: what there is, with which parameters, and how to build one.
 
 mod differentiable;
+pub(crate) mod edges;
 mod error;
 pub(crate) mod model;
 pub(crate) mod parameter;
 pub(crate) mod singular;
 
 pub use differentiable::DifferentiableModel;
+pub use edges::SphericalEdge;
 pub use error::ModelError;
 pub use model::{Model, ModelDescription};
 pub use parameter::{AcceptedRange, Derivation, ParameterDefault, ParameterDescription};

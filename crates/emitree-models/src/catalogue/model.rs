@@ -1,5 +1,6 @@
 //! A built-in model: its description, and the model itself with its parameters.
 
+use super::edges::SphericalEdge;
 use super::error::ModelError;
 use super::parameter::{Derivation, ParameterDefault, ParameterDescription, Values};
 use super::singular::SingularPoint;
@@ -34,6 +35,7 @@ pub struct ModelDescription {
     pub parameters: &'static [ParameterDescription],
     /// Parameters that surfaces depend on at which the rate jumps.
     pub(crate) jumps_move_with: &'static [&'static str],
+    pub(crate) edges: fn(&Values) -> Vec<SphericalEdge>,
     pub(crate) singular_points: fn(&Values) -> Vec<SingularPoint>,
     pub(crate) build: Build,
 }
@@ -193,6 +195,12 @@ impl Model {
     /// be below the smallest number.
     pub fn singular_points(&self) -> Vec<SingularPoint> {
         (self.description.singular_points)(&self.values)
+    }
+
+    /// The spheres on which the rate jumps or has a kink, for these parameters, as far as they are known: surfaces of
+    /// other forms are not declared.
+    pub fn edges(&self) -> Vec<SphericalEdge> {
+        (self.description.edges)(&self.values)
     }
 
     /// The names and values of all parameters, given or not, in the order of the description.

@@ -36,7 +36,7 @@ impl SingularPoint {
     }
 }
 
-/// What a description has for the points of a model without any.
-pub(crate) fn nowhere(_: &Values) -> Vec<SingularPoint> {
+/// What a description has for the points, or the edges, of a model without any.
+pub(crate) fn nowhere<T>(_: &Values) -> Vec<T> {
     Vec::new()
 }

@@ -55,6 +55,37 @@ fn every_model_is_finite_except_at_the_points_that_it_declares() {
     }
 }
 
+/// On one side of each declared sphere the rate is 0, on the other it is not.
+#[test]
+fn rates_jump_at_the_declared_edges() {
+    let mut spheres = Vec::new();
+    for description in catalogue() {
+        // The usual layer of the airglow is below the least number at the surface of the planet.
+        let low_layer = BTreeMap::from([("peak_altitude".to_owned(), 5.0)]);
+        let given = if description.name == "airglow" { low_layer } else { BTreeMap::new() };
+        let model = build_model(description.name, &given).unwrap();
+        for edge in model.edges() {
+            let rate = |factor: f64| {
+                let [x, y, z] = edge.centre;
+                let along = factor * edge.radius;
+                let (position, mut rates) = ([[x + 0.6 * along, y, z + 0.8 * along]], [f64::NAN]);
+                let samples = Samples::new(&position, &[[0.0, 0.6, 0.8]]);
+                model.emission_rates(&samples.at_energies(&[2.0]), &mut rates).unwrap();
+                rates[0]
+            };
+            let [inside, outside] = [1.0 - 1e-9, 1.0 + 1e-9].map(rate);
+            let (least, most) = (inside.min(outside), inside.max(outside));
+            assert!(least == 0.0 && most > 0.0, "{}: {edge:?}", description.name);
+            spheres.push(description.name);
+        }
+    }
+    let without = ["cmem", "jorgensen", "beta_model", "bremsstrahlung", "uniform", "holmstrom"];
+    assert_eq!(spheres.len(), 19, "{spheres:?}");
+    spheres.dedup();
+    assert_eq!(spheres.len() + without.len(), catalogue().len());
+    assert!(without.iter().all(|name| !spheres.contains(name)), "{spheres:?}");
+}
+
 #[test]
 fn models_that_need_energies_say_so_and_the_others_have_flat_spectra() {
     let (positions, directions) = ([[3.0, -2.0, 1.0]; 3], [[0.0, 0.0, 1.0]; 3]);

@@ -3,6 +3,7 @@
 use super::constants::RAYLEIGH_PER_COLUMN_CM2;
 use super::radial::radius;
 use super::{BLOCK, fill_radial_rates, one, scale};
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
@@ -58,6 +59,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         },
     ],
     jumps_move_with: &["planet_radius"],
+    edges: |values| spheres([0.0; 3], [values.of("planet_radius")]),
     singular_points: nowhere,
     build: formula!(|values| Airglow::from_values(values)),
 };

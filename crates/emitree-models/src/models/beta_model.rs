@@ -40,6 +40,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         CENTRE_Z,
     ],
     jumps_move_with: &[],
+    edges: nowhere,
     singular_points: nowhere,
     build: formula!(|values| BetaModel::from_values(values)),
 };

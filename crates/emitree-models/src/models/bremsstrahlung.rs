@@ -115,6 +115,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         ParameterDescription { unit: "kpc", ..CENTRE_Z },
     ],
     jumps_move_with: &[],
+    edges: nowhere,
     singular_points: nowhere,
     build: formula!(|values| Bremsstrahlung::from_values(values)),
 };

@@ -4,6 +4,7 @@ use super::constants::{BOLTZMANN_CONSTANT, GRAVITATIONAL_CONSTANT};
 use super::fill_rates;
 use super::incomplete_gamma::p_three_halves;
 use super::radial::radius;
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
@@ -59,6 +60,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         },
     ],
     jumps_move_with: &["exobase_radius"],
+    edges: |values| spheres([0.0; 3], [values.of("exobase_radius")]),
     singular_points: nowhere,
     build: formula!(|values| Chamberlain::from_values(values)?),
 };

@@ -136,6 +136,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         "bow_shock_ay",
         "bow_shock_az",
     ],
+    edges: nowhere,
     singular_points: nowhere,
     build: formula!(|values| Cmem::from_values(values)),
 };

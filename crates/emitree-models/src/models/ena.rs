@@ -5,6 +5,7 @@ use super::charge_exchange;
 use super::constants::{BOLTZMANN_CONSTANT, PROTON_MASS_KG};
 use super::mars_exosphere::{COEFFICIENT, EXOBASE_RADIUS, EXPONENT, MarsExosphere, OFFSET};
 use super::speed_integral::SpeedIntegral;
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
@@ -60,6 +61,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         EXOBASE_RADIUS,
     ],
     jumps_move_with: &[EXOBASE_RADIUS.name],
+    edges: |values| spheres([0.0; 3], [values.of(EXOBASE_RADIUS.name)]),
     singular_points: nowhere,
     build: formula!(|values| Ena::from_values(values)?),
 };

@@ -5,6 +5,7 @@ use super::constants::{EARTH_RADIUS_CM, JOULE_PER_KEV, PROTON_MASS_KG};
 use super::fill_blocks;
 use super::geocorona::{EXOBASE, fill_hydrogen_block_cm3};
 use super::radial::radius;
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
@@ -80,6 +81,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         },
     ],
     jumps_move_with: &[],
+    edges: |_| spheres([0.0; 3], [EXOBASE]),
     singular_points: nowhere,
     build: formula!(|values| EnaRing::from_values(values)),
 };

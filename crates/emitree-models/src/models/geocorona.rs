@@ -3,6 +3,7 @@
 use super::constants::{EARTH_RADIUS_CM, RAYLEIGH_PER_COLUMN_CM2};
 use super::radial::radius;
 use super::{fill_radial_block, fill_radial_rates, one, scale};
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
@@ -49,6 +50,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         },
     ],
     jumps_move_with: &["inner_radius", "outer_radius"],
+    edges: |values| spheres([0.0; 3], [values.of("inner_radius"), values.of("outer_radius")]),
     singular_points: nowhere,
     build: formula!(|values| Geocorona::from_values(values)?),
 };

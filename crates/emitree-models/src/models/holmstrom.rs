@@ -30,6 +30,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         range: AcceptedRange::NonNegative,
     }],
     jumps_move_with: &[],
+    edges: nowhere,
     singular_points: nowhere,
     build: formula!(|values| Holmstrom::from_values(values)),
 };

@@ -125,6 +125,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         "bow_shock_ay",
         "bow_shock_az",
     ],
+    edges: nowhere,
     singular_points: nowhere,
     build: formula!(|values| Jorgensen::from_values(values)?),
 };

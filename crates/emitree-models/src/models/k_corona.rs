@@ -4,6 +4,7 @@ use super::constants::{SOLAR_RADIUS_CM, THOMSON_CROSS_SECTION_CM2};
 use super::fill_directional_rates;
 use super::radial::radius;
 use super::thomson::VanDeHulst;
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
@@ -24,6 +25,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     energy_unit: None,
     parameters: &[LIMB_DARKENING],
     jumps_move_with: &[],
+    edges: |_| spheres([0.0; 3], [1.0]),
     singular_points: nowhere,
     build: formula!(|values| KCorona::from_values(values)),
 };

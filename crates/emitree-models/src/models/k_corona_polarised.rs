@@ -2,6 +2,7 @@
 
 use super::fill_directional_rates;
 use super::k_corona::{KCorona, LIMB_DARKENING};
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::Values;
 use crate::catalogue::singular::nowhere;
@@ -23,6 +24,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     energy_unit: None,
     parameters: &[LIMB_DARKENING],
     jumps_move_with: &[],
+    edges: |_| spheres([0.0; 3], [1.0]),
     singular_points: nowhere,
     build: formula!(|values| PolarisedKCorona::from_values(values)),
 };

@@ -2,6 +2,7 @@
 
 use super::radial::radius;
 use super::{fill_blocks, fill_radial_block, one, scale};
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
@@ -56,6 +57,7 @@ pub(crate) const HYDROGEN: ModelDescription = ModelDescription {
     energy_unit: None,
     parameters: &[COEFFICIENT, OFFSET, EXPONENT, EXOBASE_RADIUS],
     jumps_move_with: &[EXOBASE_RADIUS.name],
+    edges: |values| spheres([0.0; 3], [values.of(EXOBASE_RADIUS.name)]),
     singular_points: nowhere,
     build: formula!(|values| MarsExosphere::from_values(&HYDROGEN, values)?),
 };

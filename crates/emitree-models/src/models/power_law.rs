@@ -2,6 +2,7 @@
 
 use super::radial::{AMPLITUDE, CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
 use super::{fill_radial_rates, one, scale};
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
@@ -39,6 +40,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         CENTRE_Z,
     ],
     jumps_move_with: &["inner_radius", CENTRE_X.name, CENTRE_Y.name, CENTRE_Z.name],
+    edges: |values| spheres(centre(values), [values.of("inner_radius")]),
     singular_points: nowhere,
     build: formula!(|values| PowerLaw::from_values(values)?),
 };

@@ -2,6 +2,7 @@
 
 use super::fill_rates;
 use super::radial::{AMPLITUDE, CENTRE_X, CENTRE_Y, CENTRE_Z, centre, distance};
+use crate::catalogue::edges::spheres;
 use crate::catalogue::model::{Formula, formula};
 use crate::catalogue::parameter::{AcceptedRange, ParameterDefault, ParameterDescription, Values};
 use crate::catalogue::singular::nowhere;
@@ -40,6 +41,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
         CENTRE_Z,
     ],
     jumps_move_with: &["inner_radius", "outer_radius", CENTRE_X.name, CENTRE_Y.name, CENTRE_Z.name],
+    edges: |values| spheres(centre(values), [values.of("inner_radius"), values.of("outer_radius")]),
     singular_points: nowhere,
     build: formula!(|values| ShellNebula::from_values(values)?),
 };

@@ -20,6 +20,7 @@ pub(crate) const DESCRIPTION: ModelDescription = ModelDescription {
     energy_unit: None,
     parameters: &[AMPLITUDE],
     jumps_move_with: &[],
+    edges: nowhere,
     singular_points: nowhere,
     build: formula!(|values| Uniform::from_values(values)),
 };

@@ -113,6 +113,7 @@ pub(super) fn read(
         (length_factor(emission.length_unit(), length_unit.as_ref()), moves)
     {
         shapes.add_singular_points(emission.singular_points(), factor);
+        shapes.add_edges(emission.edges(), factor);
     }
     let Some(description) = cameras().iter().find(|camera| camera.name == name) else {
         let message = format!("unknown projection `{name}`");

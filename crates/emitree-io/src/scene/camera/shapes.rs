@@ -6,7 +6,7 @@ use super::super::error::SceneError;
 use super::super::source::Place;
 use super::super::table::Table;
 use emitree::projection::{Bounds, Edge, Ellipsoid, GeometryError, Singularity};
-use emitree_models::catalogue::SingularPoint;
+use emitree_models::catalogue::{SingularPoint, SphericalEdge};
 use emitree_models::grid::GridAxes;
 
 /// The tables of shapes of a scene.
@@ -124,16 +124,44 @@ impl Shapes {
     /// other shape has the same surface.
     pub(super) fn add_ends_of(&mut self, axes: &GridAxes) {
         self.bounds = self.bounds.or(axes.bounds());
-        for edge in axes.edges() {
-            let Edge::Ellipsoid(surface) = edge else { continue };
-            let is_known = self.bounds == Some(Bounds::Ellipsoid(surface))
-                || self.bodies.contains(&surface)
-                || self.edges.contains(&edge);
-            if !is_known {
-                self.edges.push(edge);
-            }
+        axes.edges().into_iter().for_each(|edge| self.add_edge(edge));
+    }
+
+    /// Adds the edges that the emission has, given `factor` of its length units in one of the scene, if no other shape
+    /// has the same surface.
+    pub(super) fn add_edges(&mut self, edges: Vec<SphericalEdge>, factor: f64) {
+        for SphericalEdge { centre, radius, .. } in edges {
+            let sphere = Ellipsoid::sphere(centre.map(|along| along / factor), radius / factor);
+            sphere.into_iter().for_each(|sphere| self.add_edge(Edge::Ellipsoid(sphere)));
         }
     }
+
+    fn add_edge(&mut self, edge: Edge) {
+        let Edge::Ellipsoid(surface) = edge else { return };
+        let of_bounds = self.bounds.iter().filter_map(|bounds| match bounds {
+            Bounds::Ellipsoid(ellipsoid) => Some(ellipsoid),
+            _ => None,
+        });
+        let of_edges = self.edges.iter().filter_map(|edge| match edge {
+            Edge::Ellipsoid(ellipsoid) => Some(ellipsoid),
+            _ => None,
+        });
+        let mut others = of_bounds.chain(&self.bodies).chain(of_edges);
+        if !others.any(|other| are_one(other, &surface)) {
+            self.edges.push(edge);
+        }
+    }
+}
+
+/// Whether two ellipsoids are the same surface, but for the rounding of units.
+fn are_one(first: &Ellipsoid, second: &Ellipsoid) -> bool {
+    let vectors = |of: &Ellipsoid| {
+        let [a, b, c] = of.semi_axis_vectors();
+        [of.centre(), a, b, c].into_iter().flatten().collect::<Vec<f64>>()
+    };
+    let (first, second) = (vectors(first), vectors(second));
+    let size = first.iter().fold(0.0, |most: f64, along| most.max(along.abs()));
+    first.iter().zip(&second).all(|(a, b)| (a - b).abs() <= 1e-9 * size)
 }
 
 const POINT: &str = "three numbers [x, y, z] in `length_unit`";

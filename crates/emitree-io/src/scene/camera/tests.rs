@@ -180,6 +180,39 @@ fn singularities_of_the_scene_are_those_of_the_camera() {
     );
 }
 
+/// The spheres of a model are edges in the unit of the scene, but for the surface of a body.
+#[test]
+fn edges_of_a_model_are_those_of_the_camera() {
+    let camera = |tables: &str| {
+        let text = format!(
+            "emission.model = \"geocorona\"\nimage = {{ width = 4, height = 4 }}\n[projection]\n\
+             type = \"perspective\"\nlength_unit = \"km\"\nposition = [95565, 0, 0]\ntarget = [0, 0, 0]\n\
+             field_of_view = [60, 60]\nfar = 1e6\n{tables}"
+        );
+        let scene = Scene::parse("scene.toml", &text, &[]).unwrap();
+        format!("{:?}", scene.camera.projection())
+    };
+    let [position, target, up] = [[95565.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]];
+    let viewpoint = Viewpoint { position, target, up };
+    let bare = Perspective::new(viewpoint, [60_f64.to_radians(); 2], [0.0, 1e6]).unwrap();
+    let sphere = |radius| Ellipsoid::sphere([0.0; 3], radius).unwrap();
+    // 1 R_E is 6371 km here, and one in the other direction is rounded.
+    let of_radii = |radii: &[f64]| {
+        let factor = 1.0 / 6371.0;
+        radii.iter().map(|radius| Edge::Ellipsoid(sphere(radius / factor))).collect::<Vec<_>>()
+    };
+    let edged = bare.clone().with_edges(of_radii(&[1.08, 12.0]));
+    assert_eq!(camera(""), format!("{edged:?}"));
+    let exobase = 1.08 * 6371.0;
+    let table =
+        |key: &str| format!("{key}\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = {exobase}");
+    let bodied = bare.with_occulters(vec![sphere(exobase)]).unwrap();
+    let bodied = bodied.with_edges(of_radii(&[12.0]));
+    assert_eq!(camera(&table("[[occulter]]")), format!("{bodied:?}"));
+    let found = camera(&table("[[edge]]"));
+    assert_eq!(found.matches("Ellipsoid(").count(), 2, "{found}");
+}
+
 fn scene_of_cube(tables: &str) -> Scene {
     scene("type = \"canonical\"", tables).unwrap()
 }

@@ -5,7 +5,7 @@ use super::parameters::{
     LOCAL_RADIUS, OUTER_RADIUS, scale_radius,
 };
 use super::profile::Profile;
-use super::{Halo, Process};
+use super::{Halo, Process, outer_sphere};
 use crate::catalogue::ModelDescription;
 use crate::catalogue::model::formula;
 use crate::catalogue::singular::nowhere;
@@ -31,6 +31,7 @@ pub(crate) const BURKERT: ModelDescription = ModelDescription {
         CENTRE_Z,
     ],
     jumps_move_with: JUMPS_MOVE_WITH,
+    edges: outer_sphere,
     singular_points: nowhere,
     build: formula!(|values| Halo::from_values(
         &BURKERT,

@@ -13,12 +13,14 @@ pub(crate) use nfw::{NFW, NFW_DECAY};
 use super::constants::KILOPARSEC_CM;
 use super::radial::{centre, distance};
 use super::{fill_radial_rates, one, scale};
+use crate::catalogue::edges::{SphericalEdge, spheres};
 use crate::catalogue::model::Formula;
 use crate::catalogue::parameter::Values;
 use crate::catalogue::singular::SingularPoint;
 use crate::catalogue::{ModelDescription, ModelError};
 use crate::scalar::Scalar;
 use emitree::Samples;
+use parameters::OUTER_RADIUS;
 use profile::Profile;
 use std::collections::BTreeMap;
 
@@ -241,6 +243,11 @@ impl<T: Scalar> Formula<T> for Halo<T> {
 }
 
 emission_of_formula!(Halo);
+
+/// Where a halo ends.
+fn outer_sphere(values: &Values) -> Vec<SphericalEdge> {
+    spheres(centre(values), [values.of(OUTER_RADIUS.name)])
+}
 
 /// The centre of a halo, with the power of its rate there if it has one.
 fn cusp(values: &Values, exponent: Option<f64>) -> Vec<SingularPoint> {

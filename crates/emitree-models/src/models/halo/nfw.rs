@@ -5,7 +5,7 @@ use super::parameters::{
     LOCAL_RADIUS, OUTER_RADIUS, scale_radius,
 };
 use super::profile::Profile;
-use super::{Halo, Process, cusp};
+use super::{Halo, Process, cusp, outer_sphere};
 use crate::catalogue::ModelDescription;
 use crate::catalogue::model::formula;
 
@@ -32,6 +32,7 @@ pub(crate) const NFW: ModelDescription = ModelDescription {
         CENTRE_Z,
     ],
     jumps_move_with: JUMPS_MOVE_WITH,
+    edges: outer_sphere,
     singular_points: |values| cusp(values, Some(2.0)),
     build: formula!(|values| Halo::from_values(&NFW, Profile::Nfw, Process::Annihilation, values)?),
 };
