@@ -139,9 +139,7 @@ impl Search<'_> {
             let points = index.near(self, pair, centre, reaches);
             let found = Wall::fit(&points, centre, (size, reaches), wanted);
             best = best.into_iter().chain(found).min_by(|a, b| a.1.total_cmp(&b.1));
-            let is_good = best.as_ref().is_some_and(|(_, error)| *error <= wanted);
-            // Within a longer reach the nearest points are the same.
-            if is_good || points.len() >= TUNING.surfaces.most_points {
+            if best.as_ref().is_some_and(|(_, error)| *error <= wanted) {
                 break;
             }
         }

@@ -15,8 +15,8 @@ const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// The numbers of lines of pixels beside limbs: Fibonacci numbers, for lattices with lines at as many
 /// distances from a limb. The first two suffice for most neighbours of a pixel with a limb.
 const LINES: [usize; 5] = [13, 34, 89, 233, 610];
-/// The same for tolerances below [`FINE_BELOW`], where the corner of a pixel matters.
-const FINE_LINES: [usize; 5] = [55, 144, 377, 610, 987];
+/// The same for tolerances below [`FINE_BELOW`], where the corner of a pixel matters: fewer lines agree by chance.
+const FINE_LINES: [usize; 4] = [144, 377, 610, 987];
 /// See [`FINE_LINES`].
 const FINE_BELOW: f64 = 5e-3;
 /// How often the parts of a pixel that the limb of a body crosses are halved, at most.
@@ -77,8 +77,9 @@ impl Model {
 
     /// The image with its error, in the unit of the image.
     pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64, known: &mut KnownLines) -> Maps {
-        let lines = if tolerance < FINE_BELOW { FINE_LINES } else { LINES };
-        known.keep_unchanged(&self.tree, aim, lines[..3].iter().sum());
+        let lines = if tolerance < FINE_BELOW { &FINE_LINES[..] } else { &LINES };
+        // Few pixels need the last two lattices.
+        known.keep_unchanged(&self.tree, aim, lines[..lines.len() - 2].iter().sum());
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         // Lines at the corners of pixels, which neighbours share: an edge of the image may be parallel to the
         // border of a pixel, between this border and all other lines.

@@ -90,8 +90,7 @@ impl Wall {
                 );
                 best = best.into_iter().chain(found).min_by(|a, b| a.1.total_cmp(&b.1));
             }
-            // Where no two patches meet at an edge, no three meet at a corner.
-            if best.as_ref().is_none_or(|(_, error)| *error <= wanted) {
+            if best.as_ref().is_some_and(|(_, error)| *error <= wanted) {
                 break;
             }
         }
