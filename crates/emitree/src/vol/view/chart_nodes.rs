@@ -3,6 +3,7 @@
 use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::vol::view::raster::{Raster, cell_at};
+use multiversion::multiversion;
 
 /// The fewest and the most cells along each side of a raster of errors; and for values, how many
 /// times as many, and the fewest.
@@ -37,6 +38,15 @@ pub(crate) struct ChartNodes {
     pub(crate) values_shape: [usize; 2],
     /// The raster of errors, with cells of about the size of a pixel.
     pub(crate) errors_shape: [usize; 2],
+}
+
+/// Adds the weighted sums of the values of a function at nodes to their pixels, which are numbered from `first` on.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn add_row(raster: &Raster, nodes: &[ChartNode], first: usize, pixels: &mut [f64]) {
+    for node in nodes {
+        let value = raster.value(node.place.map(f64::from));
+        pixels[node.pixel as usize - first] += node.weight * value;
+    }
 }
 
 impl ChartNodes {
@@ -108,7 +118,9 @@ impl ChartNodes {
 
     /// Adds the image of a function to `image`.
     pub(crate) fn add_image(&self, raster: &Raster, image: &mut Image) {
-        self.add(image, |node| raster.value(node.place.map(f64::from)));
+        let width = self.shape[1];
+        let rows = image.pixels_mut().par_chunks_mut(width.max(1)).enumerate();
+        rows.for_each(|(row, pixels)| add_row(raster, self.of_row(row), row * width, pixels));
     }
 
     /// The image of a function that has one value everywhere.

@@ -15,6 +15,7 @@ struct Along {
 
 impl Along {
     /// At `x` ∈ \[0, 1\] on an axis of `cells` cells, four or more.
+    #[inline(always)]
     fn new(x: f64, cells: usize) -> Self {
         let at = x.clamp(0.0, 1.0) * cells as f64;
         let first = crate::cell::whole(at).saturating_sub(1).min(cells - CELLS);
@@ -72,11 +73,13 @@ struct Place {
 
 impl Place {
     /// At (u, v) ∈ \[0, 1\]² on a raster of `shape` = \[rows, columns\], four or more of each.
+    #[inline(always)]
     fn new([u, v]: [f64; 2], [rows, columns]: [usize; 2]) -> Self {
         Self { x: Along::new(u, columns), y: Along::new(v, rows) }
     }
 
     /// The value there of the function with the given `means`, row by row of `columns` cells.
+    #[inline(always)]
     fn value(&self, means: &[f64], columns: usize) -> f64 {
         let of_row = |k: usize| {
             let first = (self.y.first + k) * columns + self.x.first;
@@ -103,6 +106,7 @@ impl Raster {
     }
 
     /// The value of the function at (u, v) ∈ \[0, 1\]².
+    #[inline(always)]
     pub(crate) fn value(&self, uv: [f64; 2]) -> f64 {
         Place::new(uv, self.shape).value(&self.means, self.shape[1])
     }
