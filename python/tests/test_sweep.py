@@ -70,7 +70,7 @@ SPHERE = emitree.Sphere(center=(0, 0, 0), radius=1)
         ("tilt", [0.3, 0.33, 0.36], {}, 1 / 2),
         # One plan does not serve all of these.
         ("radius", np.linspace(1, 2, 11), {}, 0.55),
-        ("width", np.linspace(0.25, 0.35, 11), {}, 0.62),
+        ("width", np.linspace(0.25, 0.35, 11), {}, 0.6),
     ],
 )
 def test_images_that_a_plan_serves_take_fewer_evaluations(name, values, options, most):

@@ -41,6 +41,9 @@ class SharedPlan:
         #: Parameters for which it did not suffice.
         self.failed: list[Floats] = []
         self._rates: list[Floats] = []
+        #: Errors of images with all of their own rates, over the square of the distance of their
+        #: parameters: as the error of a plan grows.
+        self._growths: list[float] = []
         if isinstance(emission, Recorded):
             self._rates.append(emission.rates(plan.points))
 
@@ -57,22 +60,30 @@ class SharedPlan:
             for failed in self.failed
         )
 
-    def rendering(self, emission: Recorded | Passed) -> Rendering:
-        """The rendering of another emission by this plan; it may not have converged."""
+    def rendering(self, emission: Recorded | Passed, place: Floats) -> Rendering:
+        """The rendering of another emission by this plan; it may not have converged.
+
+        place: its parameters.
+        """
         if isinstance(emission, Passed):
             return emission.rendered(lambda of, executor: self.plan.render(of, executor=executor))
-        return self._of_recorded(emission)
+        return self._of_recorded(emission, float(np.sum((place - self.place) ** 2)))
 
-    def _of_recorded(self, recorded: Recorded) -> Rendering:
+    def _of_recorded(self, recorded: Recorded, square: float) -> Rendering:
         plan, points = self.plan, self.plan.points
         calculated = self._calculated(recorded)
         if calculated is not None:
             with recorded.assuming(points, calculated):
                 found = plan.render(recorded.emission)
-            if found.converged:
+            # Where the plan itself is expected to have such an error, its other rates do not help.
+            expected = min(self._growths, default=0.0) * square
+            if found.converged or (found.estimated_error or np.inf) <= expected:
                 return found
         self._rates.append(recorded.rates(points))
-        return plan.render(recorded.emission)
+        found = plan.render(recorded.emission)
+        if square > 0 and found.estimated_error is not None:
+            self._growths.append(found.estimated_error / square)
+        return found
 
     def _calculated(self, recorded: Recorded) -> Floats | None:
         """All rates from those of a sample of the points, if these are in the span."""

@@ -146,7 +146,7 @@ class _Sweep:
             return None
         emission = self.emissions.of(number, self.images)
         before = emission.evaluations
-        found = plan.rendering(emission)
+        found = plan.rendering(emission, self.places[number])
         self.evaluations += emission.evaluations - before
         if found.converged:
             self._done(number, found)
