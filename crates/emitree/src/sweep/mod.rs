@@ -122,7 +122,10 @@ impl Sweep {
         };
         let found = match next {
             Next::InFull(_) => self.in_full(image, &mut of).map(Some),
-            Next::ByMesh { mesh, most, .. } => self.meshes[mesh].rendered(&mut of, most),
+            Next::ByMesh { mesh, most, .. } => {
+                let distance = self.order.distance_from(mesh, image);
+                self.meshes[mesh].rendered(&mut of, distance, most)
+            }
         };
         self.order.count(spent.evaluations() - before);
         match (found, next) {

@@ -126,6 +126,11 @@ impl Order {
         allowed
     }
 
+    /// The distance of an image from a mesh.
+    pub(super) fn distance_from(&self, mesh: usize, image: usize) -> f64 {
+        distance(&self.places[image], &self.meshes[mesh].place)
+    }
+
     /// Adds the mesh of an image, with so many points.
     pub(super) fn add_mesh(&mut self, image: usize, points: u64) {
         let place = self.places[image].clone();

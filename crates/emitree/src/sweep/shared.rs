@@ -21,6 +21,9 @@ const COMPARED: usize = 64;
 pub(super) struct SharedMesh {
     mesh: Mesh<Cube>,
     rates: Vec<Vec<f64>>,
+    /// The least error of an image with all of its own rates, over the square of the distance of its parameters: as
+    /// the error of a mesh grows.
+    growth: Option<f64>,
 }
 
 impl SharedMesh {
@@ -30,7 +33,7 @@ impl SharedMesh {
         of: &mut OfEmission<'_, E>,
     ) -> Result<Self, RenderError<E::Error>> {
         let rates = vec![of.rates_at(mesh.batch())?];
-        Ok(Self { mesh, rates })
+        Ok(Self { mesh, rates, growth: None })
     }
 
     /// The number of points.
@@ -38,11 +41,12 @@ impl SharedMesh {
         self.mesh.points().len() as u64
     }
 
-    /// The rendering of another emission by this mesh; `None` if it does not meet the tolerance with `most`
-    /// evaluations.
+    /// The rendering of another emission by this mesh, with parameters at a distance from those of the mesh; `None` if
+    /// it does not meet the tolerance with `most` evaluations.
     pub(super) fn rendered<E: Emission>(
         &mut self,
         of: &mut OfEmission<'_, E>,
+        distance: f64,
         most: u64,
     ) -> Result<Option<Rendering<Cube>>, RenderError<E::Error>> {
         if let Some(rates) = unless_interrupted(self.calculated(of))?.flatten() {
@@ -51,13 +55,26 @@ impl SharedMesh {
             let found = of.at_points_of(&self.mesh, most);
             of.known(|known| known.remove(&assumed));
             if let Some(found) = found? {
-                return Ok(Some(found));
+                // Where the mesh itself is expected to have such an error, its other rates do not help.
+                let expected = self.growth.map(|growth| growth * distance.powi(2));
+                if found.converged()
+                    || found.estimated_error().is_some_and(|of| Some(of) <= expected)
+                {
+                    return Ok(Some(found).filter(Rendering::converged));
+                }
             }
         }
         let rates = unless_interrupted(of.rates_at(self.mesh.batch()))?;
         let Some(rates) = rates else { return Ok(None) };
         self.rates.push(rates);
-        of.at_points_of(&self.mesh, most)
+        let found = of.at_points_of(&self.mesh, most)?;
+        if let Some(error) = found.as_ref().and_then(Rendering::estimated_error)
+            && distance > 0.0
+        {
+            let growth = error / distance.powi(2);
+            self.growth = Some(self.growth.map_or(growth, |least| least.min(growth)));
+        }
+        Ok(found.filter(Rendering::converged))
     }
 
     /// All rates from those of a sample of the points, if these are combinations of others.

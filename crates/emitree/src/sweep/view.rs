@@ -142,8 +142,8 @@ impl<E: Emission> OfEmission<'_, E> {
         }
     }
 
-    /// The rendering at exactly the points of a mesh; `None` if it does not meet the tolerance with `most`
-    /// evaluations.
+    /// The rendering at exactly the points of a mesh, which may not meet the tolerance; `None` if it takes more than
+    /// `most` evaluations.
     pub(super) fn at_points_of(
         &mut self,
         mesh: &Mesh<Cube>,
@@ -151,7 +151,7 @@ impl<E: Emission> OfEmission<'_, E> {
     ) -> Result<Option<Rendering<Cube>>, RenderError<E::Error>> {
         let options = self.view.options.clone().with_fixed_mesh(mesh);
         match self.rendered(&options, most) {
-            Ok(found) => Ok(found.map(|found| found.rendering).filter(Rendering::converged)),
+            Ok(found) => Ok(found.map(|found| found.rendering)),
             // Whatever else fails at these points need not in a rendering of its own.
             Err(RenderError::Interrupted) => Err(RenderError::Interrupted),
             Err(_) => Ok(None),
