@@ -74,8 +74,7 @@ fn a_rendering_evaluates_none_of_its_first_points_twice() {
         let mut points = points.into_inner().unwrap();
         assert_eq!(points.len() as u64, rendering.stats.evaluations);
         let per_pixel = rendering.stats.evaluations_per_pixel.to_image();
-        let of_pixels: f64 = per_pixel.pixels().iter().sum();
-        assert!((of_pixels - points.len() as f64).abs() < 0.5, "{of_pixels}");
+        assert_eq!(per_pixel.pixels().iter().sum::<f64>(), points.len() as f64);
         points.sort_unstable();
         points.dedup();
         assert_eq!(points.len() as u64, rendering.stats.evaluations);

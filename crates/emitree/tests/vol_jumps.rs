@@ -42,7 +42,7 @@ fn a_polar_view() {
 #[test]
 fn a_disc() {
     check("fisheye", false, "bounds", 5354);
-    check("fisheye", true, "nothing", 4817);
+    check("fisheye", true, "nothing", 4799);
 }
 
 /// 14,431 from inside by image trees.

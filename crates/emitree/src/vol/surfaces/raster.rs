@@ -13,14 +13,11 @@ use crate::vol::view::pixel_rule::RuleNode;
 /// The places of two Gauss nodes, for the first lines of each pixel.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// The numbers of lines of pixels beside limbs: Fibonacci numbers, for lattices with lines at as many
-/// distances from a limb. The first two suffice for most neighbours of a pixel with a limb.
-const LINES: [usize; 5] = [13, 34, 89, 233, 610];
-/// The same for tolerances below [`FINE_BELOW`], where the corner of a pixel matters: fewer lines agree by chance.
-const FINE_LINES: [usize; 4] = [144, 377, 610, 987];
-/// See [`FINE_LINES`].
+/// distances from a limb.
+const LINES: [usize; 4] = [34, 89, 233, 610];
+/// The same for tolerances below [`FINE_BELOW`], where the corner of a pixel matters.
 const FINE_BELOW: f64 = 5e-3;
-/// How often the parts of a pixel that the limb of a body crosses are halved, at most.
-const HALVINGS: usize = 3;
+const FINE_LINES: [usize; 4] = [144, 377, 610, 987];
 /// More lines are used until the mean changes by less than this share of the error allowed.
 const CHANGE: f64 = 0.05;
 /// A pixel whose lines differ from each other by more than this share of the error allowed has more
@@ -77,9 +74,8 @@ impl Model {
 
     /// The image with its error, in the unit of the image.
     pub(super) fn maps(&self, aim: &Aim<'_>, tolerance: f64, known: &mut KnownLines) -> Maps {
-        let lines = if tolerance < FINE_BELOW { &FINE_LINES[..] } else { &LINES };
-        // Few pixels need the last two lattices.
-        known.keep_unchanged(&self.tree, aim, lines[..lines.len() - 2].iter().sum());
+        let lines = if tolerance < FINE_BELOW { FINE_LINES } else { LINES };
+        known.keep_unchanged(&self.tree, aim, lines[0] + lines[1]);
         let [height, width] = [aim.scale.height(), aim.scale.width()];
         // Lines at the corners of pixels, which neighbours share: an edge of the image may be parallel to the
         // border of a pixel, between this border and all other lines.
@@ -141,8 +137,7 @@ impl Model {
             };
             let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
             let mut before = of(0);
-            let last = if at_limb.is_some() { HALVINGS } else { lines.len() - 1 };
-            for step in 1..=last {
+            for step in 1..lines.len() {
                 let line = of(step);
                 let change = (line.value - before.value).abs();
                 before = LineIntegral { error: line.error + 0.5 * change, ..line };

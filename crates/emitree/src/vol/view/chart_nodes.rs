@@ -40,13 +40,23 @@ pub(crate) struct ChartNodes {
     pub(crate) errors_shape: [usize; 2],
 }
 
-/// Adds the weighted sums of the values of a function at nodes to their pixels, which are numbered from `first` on.
-#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
-fn add_row(raster: &Raster, nodes: &[ChartNode], first: usize, pixels: &mut [f64]) {
+/// Adds the weighted sums of `value` at nodes to their pixels, which are numbered from `first` on.
+#[inline(always)]
+fn add_row(
+    nodes: &[ChartNode],
+    first: usize,
+    pixels: &mut [f64],
+    value: impl Fn(&ChartNode) -> f64,
+) {
     for node in nodes {
-        let value = raster.value(node.place.map(f64::from));
-        pixels[node.pixel as usize - first] += node.weight * value;
+        pixels[node.pixel as usize - first] += node.weight * value(node);
     }
+}
+
+/// The same for the function of a raster, in the widest lanes of the processor: the same bits.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn add_row_of(raster: &Raster, nodes: &[ChartNode], first: usize, pixels: &mut [f64]) {
+    add_row(nodes, first, pixels, |node| raster.value(node.place.map(f64::from)));
 }
 
 impl ChartNodes {
@@ -105,22 +115,21 @@ impl ChartNodes {
         image
     }
 
-    /// Adds to each pixel the weighted sum of `value` at its nodes.
-    fn add(&self, image: &mut Image, value: impl Fn(&ChartNode) -> f64 + Sync) {
+    /// Calls a function with the nodes of each row, the number of its first pixel, and its pixels.
+    fn for_rows(&self, image: &mut Image, of_row: impl Fn(&[ChartNode], usize, &mut [f64]) + Sync) {
         let width = self.shape[1];
         let rows = image.pixels_mut().par_chunks_mut(width.max(1)).enumerate();
-        rows.for_each(|(row, pixels)| {
-            for node in self.of_row(row) {
-                pixels[node.pixel as usize - row * width] += node.weight * value(node);
-            }
-        });
+        rows.for_each(|(row, pixels)| of_row(self.of_row(row), row * width, pixels));
+    }
+
+    /// Adds to each pixel the weighted sum of `value` at its nodes.
+    fn add(&self, image: &mut Image, value: impl Fn(&ChartNode) -> f64 + Sync) {
+        self.for_rows(image, |nodes, first, pixels| add_row(nodes, first, pixels, &value));
     }
 
     /// Adds the image of a function to `image`.
     pub(crate) fn add_image(&self, raster: &Raster, image: &mut Image) {
-        let width = self.shape[1];
-        let rows = image.pixels_mut().par_chunks_mut(width.max(1)).enumerate();
-        rows.for_each(|(row, pixels)| add_row(raster, self.of_row(row), row * width, pixels));
+        self.for_rows(image, |nodes, first, pixels| add_row_of(raster, nodes, first, pixels));
     }
 
     /// The image of a function that has one value everywhere.
