@@ -74,7 +74,8 @@ fn a_rendering_evaluates_none_of_its_first_points_twice() {
         let mut points = points.into_inner().unwrap();
         assert_eq!(points.len() as u64, rendering.stats.evaluations);
         let per_pixel = rendering.stats.evaluations_per_pixel.to_image();
-        assert_eq!(per_pixel.pixels().iter().sum::<f64>(), points.len() as f64);
+        let of_pixels: f64 = per_pixel.pixels().iter().sum();
+        assert_eq!(of_pixels.to_bits(), (points.len() as f64).to_bits());
         points.sort_unstable();
         points.dedup();
         assert_eq!(points.len() as u64, rendering.stats.evaluations);
