@@ -224,15 +224,25 @@ impl Jump {
 
     /// The emission rate at a point; NaN inside the body.
     pub fn rate(&self, position: [f64; 3]) -> f64 {
+        if self.is_in_body(position) { f64::NAN } else { self.shape.rate(position) }
+    }
+
+    /// Whether a point is inside the body.
+    pub(crate) fn is_in_body(&self, position: [f64; 3]) -> bool {
         let is_in = |body: &Sphere| {
             let square: f64 = (0..3).map(|k| (position[k] - body.centre[k]).powi(2)).sum();
             square < body.radius.powi(2) * (1.0 - ROUNDING)
         };
-        if self.body.as_ref().is_some_and(is_in) { f64::NAN } else { self.shape.rate(position) }
+        self.body.as_ref().is_some_and(is_in)
     }
 
     /// The radiance of the line of sight at canonical (x, y), in closed form.
-    pub fn line_integral(&self, [x, y]: [f64; 2]) -> f64 {
+    pub fn line_integral(&self, xy: [f64; 2]) -> f64 {
+        self.integral_of(&self.shape, xy)
+    }
+
+    /// That of another shape.
+    fn integral_of(&self, shape: &Shape, [x, y]: [f64; 2]) -> f64 {
         let first = self.bare.world_from_canonical([x, y, 0.0]);
         let (origin, direction) = (first.position, first.direction.map(|along| -along));
         let mut ends = [0.0, self.length];
@@ -248,14 +258,19 @@ impl Jump {
         if ends[0] >= ends[1] {
             return 0.0;
         }
-        self.shape.integral_along(&Line { origin, direction, ends })
+        shape.integral_along(&Line { origin, direction, ends })
     }
 
     /// The image: means of 48 × 48 lines, weighted with solid angle; NaN without an image. Its error is the
     /// difference to 24 × 24.
     pub fn reference_image(&self) -> Reference {
+        self.image_of(&self.shape)
+    }
+
+    /// That of another shape.
+    pub(crate) fn image_of(&self, shape: &Shape) -> Reference {
         let density = |xy| self.bare.solid_angle_density(xy);
-        let of_line = |xy| if density(xy) > 0.0 { self.line_integral(xy) } else { 0.0 };
+        let of_line = |xy| if density(xy) > 0.0 { self.integral_of(shape, xy) } else { 0.0 };
         let mean = |lines: usize| weighted_means(self.pixels, lines, &density, &of_line);
         reference(mean(LINES), &mean(LINES / 2))
     }

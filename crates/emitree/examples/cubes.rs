@@ -7,13 +7,15 @@
 //! same tolerance of its own largest pixel, and to the same error as the cube.
 //!
 //! `cubes -- jumps 0 50 20 1e-2` renders random cubes with sharp surfaces, beside an image at the energy of the largest
-//! band; with `trees` at the end without a search for surfaces.
+//! band; with `trees` at the end without a search for surfaces. `cubes -- skies 0 50 20 1e-2` renders such cubes from
+//! cameras of all kinds.
 
 use emitree::{
-    Canonical, Cube, EnergyAxis, FromFn, FromSpectralFn, Image, RenderOptions, Rendering,
-    VolOptions, render, render_cube,
+    Canonical, Cube, EnergyAxis, FromFn, FromSpectralFn, Image, Projection, RenderOptions,
+    Rendering, VolOptions, render, render_cube,
 };
-use emitree_problems::cubes::jumps::random_jump_cube;
+use emitree_problems::cubes::jumps::{CubeReference, JumpCube, random_jump_cube};
+use emitree_problems::cubes::skies::{SkyCube, random_sky_cube};
 use emitree_problems::cubes::{CubeProblem, problems};
 use std::error::Error;
 use std::ops::Range;
@@ -25,15 +27,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
-        ["jumps", from, to, bins, tolerances] => {
-            jumps(from.parse()?..to.parse()?, bins.parse()?, tolerances, options)
-        }
-        ["jumps", from, to, bins, tolerances, "trees"] => {
-            jumps(from.parse()?..to.parse()?, bins.parse()?, tolerances, options_of_trees)
+        [family @ ("jumps" | "skies"), from, to, bins, tolerances, with @ ..]
+            if matches!(with, [] | ["trees"]) =>
+        {
+            let scene = if *family == "jumps" { Scene::canonical } else { Scene::of_camera };
+            let by_trees = with == ["trees"];
+            jumps(scene, from.parse()?..to.parse()?, bins.parse()?, tolerances, by_trees)
         }
         [bins, tolerances] => table(bins.parse()?, tolerances, ""),
         [bins, tolerances, name] => table(bins.parse()?, tolerances, name),
-        _ => Err("expected: BINS T,… [NAME] | jumps FROM TO BINS T,… [trees]".into()),
+        _ => Err("expected: BINS T,… [NAME] | jumps|skies FROM TO BINS T,… [trees]".into()),
     }
 }
 
@@ -43,10 +46,68 @@ fn options(tolerance: f64) -> RenderOptions<'static> {
 }
 
 /// The same without a search for surfaces, since errors are weighted, if only with 1.
-fn options_of_trees(tolerance: f64) -> RenderOptions<'static> {
-    let weights = Image::from_pixels(SHAPE[0], SHAPE[1], vec![1.0; SHAPE[0] * SHAPE[1]]);
+fn options_of_trees(tolerance: f64, [height, width]: [usize; 2]) -> RenderOptions<'static> {
+    let weights = Image::from_pixels(height, width, vec![1.0; height * width]);
     let vol = VolOptions::new(tolerance).with_weights(weights);
     RenderOptions::new(vol).with_max_evaluations(10_000_000)
+}
+
+/// A random cube with sharp surfaces.
+enum Scene {
+    Canonical(JumpCube),
+    OfCamera(Box<SkyCube>),
+}
+
+impl Scene {
+    fn canonical(seed: u64) -> Self {
+        Self::Canonical(random_jump_cube(seed))
+    }
+
+    fn of_camera(seed: u64) -> Self {
+        Self::OfCamera(Box::new(random_sky_cube(seed)))
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Self::Canonical(scene) => scene.name().into(),
+            Self::OfCamera(scene) => scene.name(),
+        }
+    }
+
+    fn camera(&self) -> &dyn Projection {
+        match self {
+            Self::Canonical(_) => &Canonical,
+            Self::OfCamera(scene) => scene.camera(),
+        }
+    }
+
+    fn pixels(&self) -> [usize; 2] {
+        match self {
+            Self::Canonical(_) => SHAPE,
+            Self::OfCamera(scene) => scene.pixels(),
+        }
+    }
+
+    fn rate(&self, position: [f64; 3], energy: f64) -> f64 {
+        match self {
+            Self::Canonical(scene) => scene.rate(position, energy),
+            Self::OfCamera(scene) => scene.rate(position, energy),
+        }
+    }
+
+    fn axis(&self, bins: usize) -> Result<EnergyAxis, Box<dyn Error>> {
+        Ok(match self {
+            Self::Canonical(scene) => scene.axis(bins)?,
+            Self::OfCamera(scene) => scene.axis(bins)?,
+        })
+    }
+
+    fn reference(&self, axis: &EnergyAxis) -> CubeReference {
+        match self {
+            Self::Canonical(scene) => scene.reference(SHAPE, axis),
+            Self::OfCamera(scene) => scene.reference(axis),
+        }
+    }
 }
 
 fn cube(
@@ -118,10 +179,11 @@ fn table(bins: usize, tolerances: &str, only: &str) -> Result<(), Box<dyn Error>
 
 /// How often a tolerance is met by random cubes with sharp surfaces, and at what cost.
 fn jumps(
+    scene: fn(u64) -> Scene,
     seeds: Range<u64>,
     bins: usize,
     tolerances: &str,
-    options: fn(f64) -> RenderOptions<'static>,
+    by_trees: bool,
 ) -> Result<(), Box<dyn Error>> {
     for tolerance in tolerances.split(',') {
         let tolerance: f64 = tolerance.parse()?;
@@ -132,19 +194,23 @@ fn jumps(
         let (mut kept, mut found_surfaces, mut logs, mut ratios) = (0, 0, 0.0, Vec::new());
         let count = seeds.end - seeds.start;
         for seed in seeds.clone() {
-            let scene = random_jump_cube(seed);
-            let axis = scene.axis(bins)?;
-            let reference = scene.reference(SHAPE, &axis);
+            let scene = scene(seed);
+            let (axis, shape) = (scene.axis(bins)?, scene.pixels());
+            let options = || match by_trees {
+                false => options(tolerance),
+                true => options_of_trees(tolerance, shape),
+            };
+            let reference = scene.reference(&axis);
             let largest = reference.cube.largest();
             let start = Instant::now();
             let emission = FromSpectralFn(|position, _, energy| scene.rate(position, energy));
-            let found = render_cube(&emission, &Canonical, SHAPE, &axis, &options(tolerance))?;
+            let found = render_cube(&emission, scene.camera(), shape, &axis, &options())?;
             let seconds = start.elapsed().as_secs_f64();
             let bands = reference.cube.bands().iter().map(|band| band.min_max().1).enumerate();
             let brightest = bands.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(bin, _)| bin);
             let energy = axis.energy((brightest as f64 + 0.5) / bins as f64);
             let image = FromFn(|position, _| scene.rate(position, energy));
-            let image = render(&image, &Canonical, SHAPE, &options(tolerance))?;
+            let image = render(&image, scene.camera(), shape, &options())?;
             let error = found.values.max_difference(&reference.cube) / largest;
             let is_kept = found.converged() && error <= tolerance + reference.error;
             let errors: Vec<f64> =

@@ -16,6 +16,7 @@
 //! form. Every seed is a scene for ever: [`random_jump_cube`] must not change.
 
 use crate::cubes::spectrum::{Spectrum, exponential_mean};
+use crate::family::Reference;
 use crate::family::generator::Generator;
 use crate::shapes::{Shape, random_shape};
 use crate::solids::mean_of_lines;
@@ -160,34 +161,74 @@ impl JumpCube {
     /// The cube of `shape` = \[height, width\] pixels in the canonical projection: the means of 32 × 32 lines for each
     /// pixel.
     pub fn reference(&self, shape: [usize; 2], axis: &EnergyAxis) -> CubeReference {
-        let [height, width] = shape;
         let edges = axis.edges();
-        let mut bands = vec![Image::zeros(height, width); axis.bins()];
-        let mut errors = vec![0.0; axis.bins()];
+        let mut sum = Sum::default();
         for (of_shape, dependence) in &self.parts {
-            let places = match dependence {
-                Dependence::Everywhere(..) => vec![None],
-                Dependence::Place { .. } => (0..axis.bins()).map(Some).collect(),
+            let means = |weight: &(dyn Fn(f64) -> f64 + Sync)| {
+                mean_of_lines(shape, |[x, y]| weight(y) * of_shape.line_integral([x, y]))
             };
-            for bin in places {
-                let ends = |bin: usize| [edges[bin], edges[bin + 1]];
-                let weight = |y: f64| bin.map_or(1.0, |bin| dependence.mean(y, ends(bin)));
-                let image =
-                    mean_of_lines(shape, |[x, y]| weight(y) * of_shape.line_integral([x, y]));
-                let largest = image.image.min_max().1;
-                for (k, (band, error)) in bands.iter_mut().zip(&mut errors).enumerate() {
-                    let factor = match bin {
-                        None => dependence.mean(0.0, ends(k)),
-                        Some(bin) => f64::from(u8::from(bin == k)),
-                    };
-                    let pixels = band.pixels_mut().iter_mut().zip(image.image.pixels());
-                    pixels.for_each(|(sum, pixel)| *sum += factor * pixel);
-                    *error += factor * image.error * largest;
+            match dependence {
+                Dependence::Everywhere(..) => sum.add_product(&means(&|_| 1.0), dependence, &edges),
+                Dependence::Place { .. } => {
+                    for (bin, ends) in edges.windows(2).enumerate() {
+                        let of_bin = means(&|y| dependence.mean(y, [ends[0], ends[1]]));
+                        let factors = (0..axis.bins()).map(|k| f64::from(u8::from(k == bin)));
+                        sum.add(&of_bin, factors);
+                    }
                 }
             }
         }
-        let cube = Cube::from_bands(bands);
-        let error = errors.iter().copied().fold(0.0, f64::max) / cube.largest();
+        sum.reference()
+    }
+
+    /// The cube of a camera, given the images of shapes; without parts whose spectra depend on the place.
+    pub(crate) fn reference_of(
+        &self,
+        axis: &EnergyAxis,
+        image_of: impl Fn(&Shape) -> Reference,
+    ) -> CubeReference {
+        let mut sum = Sum::default();
+        for (shape, dependence) in &self.parts {
+            sum.add_product(&image_of(shape), dependence, &axis.edges());
+        }
+        sum.reference()
+    }
+}
+
+/// A sum of images times factors for each bin.
+#[derive(Default)]
+struct Sum {
+    bands: Vec<Image>,
+    errors: Vec<f64>,
+}
+
+impl Sum {
+    /// Adds an image times the means of a spectrum over bins.
+    fn add_product(&mut self, image: &Reference, dependence: &Dependence, edges: &[f64]) {
+        let factors = edges.windows(2).map(|ends| dependence.mean(0.0, [ends[0], ends[1]]));
+        self.add(image, factors);
+    }
+
+    fn add(&mut self, image: &Reference, factors: impl Iterator<Item = f64>) {
+        let largest = image.image.min_max().1;
+        for (bin, factor) in factors.enumerate() {
+            if self.bands.len() == bin {
+                self.bands.push(Image::zeros(image.image.height(), image.image.width()));
+                self.errors.push(0.0);
+            }
+            let pixels = self.bands[bin].pixels_mut().iter_mut().zip(image.image.pixels());
+            pixels.for_each(|(sum, pixel)| *sum += factor * pixel);
+            // What no line sees has no error.
+            if largest > 0.0 {
+                self.errors[bin] += factor * image.error * largest;
+            }
+        }
+    }
+
+    fn reference(self) -> CubeReference {
+        let cube = Cube::from_bands(self.bands);
+        let largest = self.errors.iter().copied().fold(0.0, f64::max);
+        let error = if largest > 0.0 { largest / cube.largest() } else { 0.0 };
         CubeReference { cube, error }
     }
 }

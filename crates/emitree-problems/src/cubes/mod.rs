@@ -24,6 +24,7 @@ pub mod mixture;
 pub mod parts;
 mod ring;
 pub mod separable;
+pub mod skies;
 pub mod spectrum;
 
 use emitree::energy::EnergyError;
